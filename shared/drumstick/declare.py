@@ -1,0 +1,80 @@
+"""Declaring a number where its physics stands: unit, range, words and wire name, once.
+
+A table of a scene (`[stick]`, `[effects.pulse]`, `[drum]` ...) is a frozen dataclass whose fields are made by the
+functions here. The scene reader, the parameter table, the record that the kernels get, the OSC and Zenoh names and
+the panel's controls are all derived from these declarations.
+"""
+
+import dataclasses
+from dataclasses import dataclass, field
+from typing import Any, Literal, cast
+
+Scale = Literal["linear", "log"]
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What may stand at one key of a scene.
+
+    `wire` is the name on the wire of a value that can be set live; `scale` maps it to 0..1 for DAWs.
+    `choices` lists the permitted words or integers of a choice; then low, high and unit mean nothing.
+    """
+
+    kind: type
+    low: float = 0.0
+    high: float = 0.0
+    unit: str = ""
+    words: str = ""
+    symbol: str = ""
+    equation: str = ""
+    wire: str | None = None
+    scale: Scale = "linear"
+    above_head_only: bool = True
+    choices: tuple[str | int, ...] = ()
+    length: int = 0
+
+
+def number(
+    default: float,
+    low: float,
+    high: float,
+    unit: str,
+    words: str,
+    *,
+    symbol: str = "",
+    equation: str = "",
+    wire: str | None = None,
+    scale: Scale = "linear",
+) -> Any:
+    """A finite real number, low <= value <= high."""
+    quantity = Quantity(float, low, high, unit, words, symbol, equation, wire, scale)
+    return field(default=default, metadata={"quantity": quantity})
+
+
+def count(default: int, low: int, high: int, unit: str, words: str) -> Any:
+    """An integer, low <= value <= high."""
+    return field(default=default, metadata={"quantity": Quantity(int, low, high, unit, words)})
+
+
+def choice(default: str | int, choices: tuple[str | int, ...], words: str) -> Any:
+    """One of a few words or integers."""
+    quantity = Quantity(type(default), words=words, choices=choices)
+    return field(default=default, metadata={"quantity": quantity})
+
+
+def text(default: str, words: str) -> Any:
+    """A short line of text."""
+    return field(default=default, metadata={"quantity": Quantity(str, high=200, words=words)})
+
+
+def numbers(
+    default: tuple[tuple[float, ...], ...], length: int, low: float, high: float, unit: str, words: str
+) -> Any:
+    """A list of up to 16 rows of `length` numbers each, e.g. pickup positions."""
+    quantity = Quantity(tuple, low, high, unit, words, length=length)
+    return field(default=default, metadata={"quantity": quantity})
+
+
+def quantities(table: type) -> dict[str, Quantity]:
+    """Key -> declaration, in the order of declaration, of one table's dataclass."""
+    return {f.name: cast(Quantity, f.metadata["quantity"]) for f in dataclasses.fields(table)}

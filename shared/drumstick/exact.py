@@ -1,0 +1,320 @@
+"""The method `exact`: closed-form motion between events, events found as roots. There is no time step.
+
+`advance` moves the stick to the next event or to a horizon, whichever comes first; splitting a run into ticks gives
+the same events. An interval is searched on a grid that grows geometrically from the fastest time scale and is capped
+by the oscillation, so that no sign change and no grazing minimum falls between two nodes. Kernels: tick thread or any
+other; no allocation, no exceptions.
+"""
+
+import math
+
+from drumstick.contact import PAPER, force
+from drumstick.effects import pulse
+from drumstick.segment import fastest_rate, propagate
+from realtime.jit import Record, njit
+
+# Where the stick is. DETACHED: below z = 0 after a unilateral release, the head no longer pushes.
+ABOVE, CONTACT, DETACHED = 0, 1, 2
+# What happened. SURFACE and RESUME are of no concern outside, but end a closed-form segment.
+HORIZON, ENTRY, TURN, RELEASE, APEX, SURFACE, RESUME = 0, 1, 2, 3, 4, 5, 6
+# How a stick can come to its end.
+MOVING, CAPTURED, LEFT = 0, 1, 2
+
+_Z, _V, _PUSH, _PUSH_RATE = 0, 1, 2, 3  # the functions whose roots are events
+_GROWTH = 1.6
+_STEP_PER_RADIAN = 0.3
+_FIRST_STEP = 0.1
+_HALVINGS = 200
+_STILL_M_PER_S = 1e-30
+
+# The stick's motion: fields of the record, beside those of the scene's effects. `peak_N`, `impulse_N_s`, `z_min` and
+# `contact_s` describe the present or the last contact; `released` and `turned` are set once in each.
+STATE = (
+    ("z", "f8"),
+    ("v", "f8"),
+    ("v_in", "f8"),
+    ("v_out", "f8"),
+    ("z_min", "f8"),
+    ("z_apex", "f8"),
+    ("peak_N", "f8"),
+    ("impulse_N_s", "f8"),
+    ("contact_s", "f8"),
+    ("place", "i8"),
+    ("turned", "i8"),
+    ("released", "i8"),
+    ("fate", "i8"),
+)
+
+
+@njit()
+def _segment(law: Record, motion: Record) -> tuple[float, float, float, float, float, float, float]:
+    # The constants of the motion from here: a, w2, g, lam and the start z, v, p.
+    stiffness, damping = law.k_hand, law.r_out
+    if motion.place == CONTACT:
+        stiffness, damping = law.k_hand + law.k_coll, law.r_in
+    return (
+        0.5 * damping / law.m,
+        stiffness / law.m,
+        law.k_hand * law.z_ss / law.m,
+        pulse.rate(law),
+        motion.z,
+        motion.v,
+        pulse.push(law, motion),
+    )
+
+
+@njit()
+def _value(which, law, seg, t):
+    # The event function and its time derivative, at t.
+    a, w2, g, lam, z0, v0, p0 = seg
+    z, v, p = propagate(a, w2, g, lam, z0, v0, p0, t)
+    if which == _Z:
+        return z, v
+    acceleration = g - 2.0 * a * v - w2 * z + p
+    if which == _V:
+        return v, acceleration
+    push_rate = -law.k_coll * v - law.r_in * acceleration
+    if which == _PUSH:
+        return force(law.k_coll, law.r_in, z, v), push_rate
+    jerk = -2.0 * a * acceleration - w2 * v - lam * p
+    return push_rate, -law.k_coll * acceleration - law.r_in * jerk
+
+
+@njit()
+def _root(which, law, seg, low, high, sign_high):
+    # The root of the event function in (low, high]; its sign at `high` is given. Newton, kept inside by bisection.
+    t = 0.5 * (low + high)
+    for _ in range(_HALVINGS):
+        value, slope = _value(which, law, seg, t)
+        if value * sign_high >= 0.0:
+            high = t
+        else:
+            low = t
+        step = value / slope
+        newton = t - step
+        if not (low < newton < high):
+            newton = 0.5 * (low + high)
+        if abs(newton - t) <= 2e-16 * t or high - low <= 2e-16 * high:
+            return newton
+        t = newton
+    return t
+
+
+@njit()
+def _root_after_start(which, law, seg, high, sign_high):
+    # As _root on (0, high], where the function is zero at the start and leaves zero with the opposite sign first.
+    low = 0.5 * high
+    for _ in range(_HALVINGS):
+        if _value(which, law, seg, low)[0] * sign_high < 0.0:
+            return _root(which, law, seg, low, high, sign_high)
+        high = low
+        low *= 0.5
+    return 0.0
+
+
+@njit()
+def _first_step(seg):
+    a, w2, g, lam, z, v, p = seg
+    step = _FIRST_STEP / max(fastest_rate(a, w2, lam if p != 0.0 else 0.0), 1e-9)
+    acceleration = g - 2.0 * a * v - w2 * z + p
+    if v * acceleration < 0.0:  # it will turn: a quick pulse can throw it back before anything else happens
+        step = min(step, 0.25 * abs(v / acceleration))
+    return max(step, 1e-15)
+
+
+@njit()
+def _search(law, motion, seg, horizon):
+    """The first event after the start, and its time; (HORIZON, horizon) when there is none. Notes peak_N."""
+    a, w2, g, lam, z0, v0, p0 = seg
+    place = motion.place
+    cap = math.inf if w2 <= a * a else _STEP_PER_RADIAN / math.sqrt(w2 - a * a)
+    t = 0.0
+    step = _first_step(seg)
+    started = False  # past the first node: only then do the start's own zeros count as signs
+    v = v0
+    push_rate = -law.k_coll * v0 - law.r_in * (g - 2.0 * a * v0 - w2 * z0 + p0)
+    while t < horizon:
+        after = min(t + step, horizon)
+        z_next, v_next, p_next = propagate(a, w2, g, lam, z0, v0, p0, after)
+        acceleration = g - 2.0 * a * v_next - w2 * z_next + p_next
+        push_rate_next = -law.k_coll * v_next - law.r_in * acceleration
+        event, when = HORIZON, horizon
+        if place == ABOVE:
+            if z_next <= 0.0:
+                event = ENTRY
+                when = _root(_Z, law, seg, t, after, -1.0) if started else _root_after_start(
+                    _Z, law, seg, after, -1.0
+                )
+            elif v < 0.0 and v_next > 0.0:  # a minimum above the head: did it graze?
+                low = _root(_V, law, seg, t, after, 1.0)
+                if _value(_Z, law, seg, low)[0] <= 0.0:
+                    event, when = ENTRY, _root(_Z, law, seg, t, low, -1.0)
+            if v > 0.0 and v_next <= 0.0:
+                top = _root(_V, law, seg, t, after, -1.0)
+                if top < when and (started or top > 0.0):
+                    event, when = APEX, top
+        elif place == CONTACT:
+            which = _Z if law.release == PAPER else _PUSH
+            outward = 1.0 if law.release == PAPER else -1.0  # the sign of the event function beyond release
+            value = z_next if law.release == PAPER else force(law.k_coll, law.r_in, z_next, v_next)
+            if value * outward >= 0.0:
+                event = RELEASE
+                when = _root(which, law, seg, t, after, outward) if started else _root_after_start(
+                    which, law, seg, after, outward
+                )
+            else:
+                toward = v if law.release == PAPER else -push_rate
+                toward_next = v_next if law.release == PAPER else -push_rate_next
+                if toward > 0.0 and toward_next < 0.0:  # nearest to release inside the step: did it touch?
+                    rate_of = _V if law.release == PAPER else _PUSH_RATE
+                    near = _root(rate_of, law, seg, t, after, -outward)
+                    if _value(which, law, seg, near)[0] * outward >= 0.0:
+                        event, when = RELEASE, _root(which, law, seg, t, near, outward)
+            if v < 0.0 and v_next >= 0.0:
+                turn = _root(_V, law, seg, t, after, 1.0)
+                if turn < when:
+                    event, when = TURN, turn
+            if push_rate > 0.0 and push_rate_next <= 0.0:
+                peak = _root(_PUSH_RATE, law, seg, t, after, -1.0)
+                if peak < when:  # noted in passing: it ends no segment
+                    motion.peak_N = max(motion.peak_N, _value(_PUSH, law, seg, peak)[0])
+        else:
+            if z_next >= 0.0:
+                event, when = SURFACE, _root(_Z, law, seg, t, after, 1.0)
+            if force(law.k_coll, law.r_in, z_next, v_next) > 0.0 and started:
+                again = _root(_PUSH, law, seg, t, after, 1.0)
+                if again < when:
+                    event, when = RESUME, again
+        if event != HORIZON and when <= after:
+            return event, when
+        v, push_rate = v_next, push_rate_next
+        t = after
+        started = True
+        step = min((_GROWTH - 1.0) * t + step * 1e-3, cap)
+    return HORIZON, horizon
+
+
+@njit()
+def _never_releases(law, motion):
+    # Energy about the point of rest in the head, with all that the pulse can still add, cannot reach release.
+    stiffness = law.k_hand + law.k_coll
+    rest = law.k_hand * law.z_ss / stiffness
+    w = math.sqrt(stiffness / law.m)
+    push = pulse.push(law, motion)
+    overdamped = law.r_in >= 2.0 * law.m * w
+    if law.release == PAPER and overdamped and push == 0.0 and motion.z <= rest <= 0.0 and motion.v >= 0.0:
+        return True  # it creeps up to its rest and never passes it
+    reach = math.hypot(motion.z - rest, motion.v / w)
+    if push != 0.0:
+        reach += abs(push) / (pulse.rate(law) * w)
+    needed = -rest if law.release == PAPER else -rest * law.k_coll / (law.k_coll + law.r_in * w)
+    return reach < needed
+
+
+@njit()
+def _never_returns(law, motion):
+    lam = pulse.rate(law)
+    p = pulse.push(law, motion)
+    gain = p / lam if lam > 0.0 else 0.0
+    if law.k_hand == 0.0:
+        return motion.v >= 0.0 and motion.v + gain >= 0.0
+    w = math.sqrt(law.k_hand / law.m)
+    return math.hypot(motion.z - law.z_ss, motion.v / w) + abs(gain) / w < law.z_ss
+
+
+@njit()
+def _move(law, motion, seg, duration):
+    """Carry the motion `duration` seconds along its segment, and the contact's impulse with it."""
+    a, w2, g, lam, z0, v0, p0 = seg
+    z, v, p = propagate(a, w2, g, lam, z0, v0, p0, duration)
+    if motion.place == CONTACT:
+        # The head's impulse is what the stick's change of momentum does not owe to hand and pulse; the integral of z
+        # follows from the equation of motion itself.
+        given = (p0 - p) / lam if p0 != 0.0 else 0.0
+        z_integral = (given - (v - v0) - 2.0 * a * (z - z0) + g * duration) / w2
+        motion.impulse_N_s += -law.k_coll * z_integral - law.r_in * (z - z0)
+        motion.contact_s += duration
+    motion.z = z
+    motion.v = v
+    pulse.elapse(law, motion, p, duration)
+
+
+@njit()
+def _enter(law, motion):
+    motion.place = CONTACT
+    motion.z = 0.0
+    motion.v_in = motion.v
+    motion.v_out = 0.0
+    motion.z_min = 0.0
+    motion.peak_N = max(0.0, force(law.k_coll, law.r_in, 0.0, motion.v))
+    motion.impulse_N_s = 0.0
+    motion.contact_s = 0.0
+    motion.turned = 0
+    motion.released = 0
+    pulse.fire(law, motion, pulse.ENTRY)
+    if abs(motion.v) < _STILL_M_PER_S and law.k_hand * law.z_ss == 0.0 and pulse.push(law, motion) == 0.0:
+        motion.fate = CAPTURED  # decayed to nothing, and nothing presses or lifts it
+
+
+@njit()
+def _leave(law, motion):
+    """End the contact; True when this is its first release (the one that counts)."""
+    if law.release == PAPER:
+        motion.place = ABOVE
+        motion.z = 0.0
+    else:
+        motion.place = ABOVE if motion.z >= 0.0 else DETACHED
+    motion.z_apex = 0.0
+    if motion.released != 0:
+        return False
+    motion.released = 1
+    motion.v_out = motion.v
+    pulse.fire(law, motion, pulse.EXIT)
+    if _never_returns(law, motion):
+        motion.fate = LEFT
+    return True
+
+
+@njit()
+def advance(law: Record, motion: Record, horizon: float) -> tuple[int, float]:
+    """Move to the next event or by `horizon` seconds; returns (event, seconds moved).
+
+    ENTRY: the stick meets the head at z = 0 with motion.v_in < 0. TURN: deepest point. RELEASE: motion.v_out, peak_N,
+    impulse_N_s, contact_s, z_min are final. APEX: highest point. HORIZON: none of these within `horizon`.
+    """
+    moved = 0.0
+    while True:
+        seg = _segment(law, motion)
+        event, duration = _search(law, motion, seg, horizon - moved)
+        _move(law, motion, seg, duration)
+        moved += duration
+        if event == HORIZON:
+            if motion.place == CONTACT and _never_releases(law, motion):
+                motion.fate = CAPTURED
+            return HORIZON, horizon
+        if event == ENTRY:
+            _enter(law, motion)
+            return ENTRY, moved
+        if event == APEX:
+            motion.v = 0.0
+            motion.z_apex = motion.z
+            if _never_returns(law, motion):
+                motion.fate = LEFT
+            return APEX, moved
+        if event == TURN:
+            motion.v = 0.0
+            motion.z_min = min(motion.z_min, motion.z)
+            if motion.turned == 0:
+                motion.turned = 1
+                pulse.fire(law, motion, pulse.TURN)
+            if _never_releases(law, motion):
+                motion.fate = CAPTURED
+            return TURN, moved
+        if event == RELEASE:
+            if _leave(law, motion):
+                return RELEASE, moved
+        elif event == SURFACE:
+            motion.place = ABOVE
+            motion.z = 0.0
+        elif event == RESUME:
+            motion.place = CONTACT

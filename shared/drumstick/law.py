@@ -1,0 +1,64 @@
+"""The records that the kernels get: the scene's law (parameters) and the stick's motion (state).
+
+Both are numpy record types made from the declarations, so an effect that the scene does not name has no field in
+either, and numba compiles no code for it. Field names are the wire names; words of a choice become their index.
+"""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from drumstick import exact
+from drumstick.declare import Quantity, quantities
+from drumstick.effects import pulse
+from drumstick.scene import EFFECTS, Scene
+from drumstick.stick import Stick
+
+Records = npt.NDArray[np.void]
+
+_EFFECT_STATE = {"pulse": pulse.STATE}
+
+
+def _field(key: str, quantity: Quantity) -> tuple[str, str]:
+    return (quantity.wire or key, "f8" if quantity.kind is float else "i8")
+
+
+def _fields(table: type) -> list[tuple[str, str]]:
+    return [_field(key, quantity) for key, quantity in quantities(table).items()]
+
+
+def law_type(effects: tuple[str, ...]) -> np.dtype[np.void]:
+    """Record type of the parameters of a scene that names these effects."""
+    nested: list[Any] = [(name, _fields(EFFECTS[name])) for name in effects]
+    return np.dtype([*_fields(Stick), *nested], align=True)
+
+
+def motion_type(effects: tuple[str, ...]) -> np.dtype[np.void]:
+    """Record type of the state of a scene that names these effects."""
+    nested: list[Any] = [(name, list(_EFFECT_STATE[name])) for name in effects]
+    return np.dtype([*exact.STATE, *nested], align=True)
+
+
+def _fill(record: Any, table: object) -> None:
+    for key, quantity in quantities(type(table)).items():
+        value = getattr(table, key)
+        if quantity.choices and quantity.kind is str:
+            value = quantity.choices.index(value)
+        record[quantity.wire or key] = value
+
+
+def law_of(scene: Scene) -> Records:
+    """The scene's parameters, shape (1,)."""
+    law = np.zeros(1, law_type(tuple(scene.effects)))
+    _fill(law[0], scene.stick)
+    for name, table in scene.effects.items():
+        _fill(law[0][name], table)
+    return law
+
+
+def thrown(scene: Scene, v0: float) -> Records:
+    """A stick at z = 0 that moves up at v0 >= 0 m/s (or down into the head), shape (1,)."""
+    motion = np.zeros(1, motion_type(tuple(scene.effects)))
+    motion["v"] = v0
+    return motion

@@ -1,0 +1,115 @@
+"""Between two events the stick obeys one linear equation, so its motion is known in closed form.
+
+    z'' + 2 a z' + w2 z = g + p exp(-lam t)
+
+with a = R/(2m), w2 = K/m, g = K_hand z_ss/m and p the pulse's acceleration at t = 0. Then
+
+    z = z0 C + v0 S + g G(0) + p G(lam),   G(lam; t) = integral of S(t - s) exp(-lam s) ds
+
+where C and S are the solutions that start with (1, 0) and (0, 1). Every damping regime and a vanishing stiffness go
+through the same text. Where the closed form of G would cancel (small times, 1/tau near an eigenvalue) it is summed as
+a power series and doubled up to t. Relative error about 1e-13. Kernels: any thread; no allocation.
+"""
+
+import math
+
+from realtime.jit import njit
+
+_CANCELLED = 1e-4  # below this share of its terms a difference has lost too many digits
+_SERIES_TERMS = 24  # enough for 1e-17 at rho t <= 1
+
+
+@njit()
+def free_response(a: float, w2: float, t: float) -> tuple[float, float, float]:
+    """C(t), S(t), S'(t) of z'' + 2 a z' + w2 z = 0; a >= 0, w2 >= 0."""
+    discriminant = w2 - a * a
+    if discriminant > 0.0:
+        wd = math.sqrt(discriminant)
+        decay = math.exp(-a * t)
+        sine = decay * math.sin(wd * t) / wd
+        cosine = decay * math.cos(wd * t)
+        return cosine + a * sine, sine, cosine - a * sine
+    split = math.sqrt(-discriminant)
+    slow = -w2 / (a + split) if a > 0.0 else 0.0  # -(a - split) without the cancellation
+    slow_decay = math.exp(slow * t)
+    fast_decay = math.exp(-(a + split) * t)
+    sine = slow_decay * t if split * t < 1e-300 else slow_decay * -math.expm1(-2.0 * split * t) / (2.0 * split)
+    return slow_decay - slow * sine, sine, fast_decay + slow * sine
+
+
+@njit()
+def fastest_rate(a: float, w2: float, lam: float) -> float:
+    """The largest modulus of the eigenvalues, 1/s."""
+    discriminant = a * a - w2
+    own = a + math.sqrt(discriminant) if discriminant > 0.0 else math.sqrt(w2)
+    return max(own, lam)
+
+
+@njit()
+def _forced_by_series(a: float, w2: float, lam: float, t: float) -> tuple[float, float]:
+    # G = sum of t^(k+2)/(k+2)! h_k, with h_k the complete homogeneous symmetric polynomials of the three eigenvalues
+    e1 = -2.0 * a - lam
+    e2 = w2 + 2.0 * a * lam
+    e3 = -w2 * lam
+    h1, h2, h3 = 1.0, 0.0, 0.0
+    weight = t
+    forced, forced_rate = 0.5 * t * t, t
+    for k in range(1, _SERIES_TERMS):
+        h1, h2, h3 = e1 * h1 - e2 * h2 + e3 * h3, h1, h2
+        weight *= t / (k + 1)
+        forced_rate += weight * h1
+        forced += weight * t / (k + 2) * h1
+    return forced, forced_rate
+
+
+@njit()
+def _forced_by_doubling(a: float, w2: float, lam: float, t: float) -> tuple[float, float]:
+    doublings = 0
+    start = t
+    while fastest_rate(a, w2, lam) * start > 1.0:
+        start *= 0.5
+        doublings += 1
+    forced, forced_rate = _forced_by_series(a, w2, lam, start)
+    for _ in range(doublings):
+        c, s, s_rate = free_response(a, w2, start)
+        fade = math.exp(-lam * start)
+        forced, forced_rate = (
+            c * forced + s * forced_rate + fade * forced,
+            -w2 * s * forced + s_rate * forced_rate + fade * forced_rate,
+        )
+        start *= 2.0
+    return forced, forced_rate
+
+
+@njit()
+def forced_response(
+    a: float, w2: float, lam: float, t: float, c: float, s: float, s_rate: float
+) -> tuple[float, float]:
+    """G(lam; t) and its rate; c, s, s_rate as `free_response` gives them for the same a, w2, t."""
+    determinant = lam * lam - 2.0 * a * lam + w2
+    fade = math.exp(-lam * t)
+    numerator = fade - c + lam * s
+    numerator_rate = -lam * fade + w2 * s + lam * s_rate
+    size = fade + abs(c) + lam * abs(s)
+    size_rate = lam * fade + w2 * abs(s) + lam * abs(s_rate)
+    if abs(numerator) < _CANCELLED * size or abs(numerator_rate) < _CANCELLED * size_rate:
+        return _forced_by_doubling(a, w2, lam, t)
+    return numerator / determinant, numerator_rate / determinant
+
+
+@njit()
+def propagate(
+    a: float, w2: float, g: float, lam: float, z: float, v: float, p: float, t: float
+) -> tuple[float, float, float]:
+    """Position, speed and pulse acceleration after t seconds from (z, v, p)."""
+    c, s, s_rate = free_response(a, w2, t)
+    z_t = z * c + v * s
+    v_t = -w2 * z * s + v * s_rate
+    if g != 0.0:
+        forced, forced_rate = forced_response(a, w2, 0.0, t, c, s, s_rate)
+        z_t += g * forced
+        v_t += g * forced_rate
+    if p == 0.0:
+        return z_t, v_t, 0.0
+    forced, forced_rate = forced_response(a, w2, lam, t, c, s, s_rate)
+    return z_t + p * forced, v_t + p * forced_rate, p * math.exp(-lam * t)

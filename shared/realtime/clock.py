@@ -1,0 +1,30 @@
+"""Monotonic time and sleeping for compiled loops, straight from libc: no GIL, no allocation.
+
+`buffer` is an int64 array of shape (2,), the thread's own timespec.
+"""
+
+from numba import types
+
+from realtime.jit import njit
+
+_CLOCK_MONOTONIC = 1
+_TIMER_ABSTIME = 1
+_clock_gettime = types.ExternalFunction("clock_gettime", types.int32(types.int32, types.intp))
+_clock_nanosleep = types.ExternalFunction(
+    "clock_nanosleep", types.int32(types.int32, types.int32, types.intp, types.intp)
+)
+
+
+@njit()
+def now_ns(buffer):
+    """Nanoseconds of CLOCK_MONOTONIC, the same clock as `time.monotonic_ns()` on Linux."""
+    _clock_gettime(_CLOCK_MONOTONIC, buffer.ctypes.data)
+    return buffer[0] * 1_000_000_000 + buffer[1]
+
+
+@njit()
+def sleep_until(buffer, deadline_ns):
+    """Sleep to an absolute time of the same clock; returns at once when it has passed. A signal ends it early."""
+    buffer[0] = deadline_ns // 1_000_000_000
+    buffer[1] = deadline_ns % 1_000_000_000
+    _clock_nanosleep(_CLOCK_MONOTONIC, _TIMER_ABSTIME, buffer.ctypes.data, 0)

@@ -1,0 +1,154 @@
+"""The one door to numba's decorators: typed, with a compile cache that cannot go stale or bring a process down.
+
+numba's own cache ignores edits in *other* files and raises on a read-only, full or truncated cache folder.
+Here the folder is named by a hash of every kernel source and of numba's version, and any cache error means
+"compile without it". Call the decorators at import time only, from ordinary Python threads.
+"""
+
+import hashlib
+import os
+import shutil
+import sys
+import tempfile
+import warnings
+from collections.abc import Callable
+from importlib import metadata
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba
+from numba.core.errors import NumbaWarning
+
+KERNEL_PACKAGES = ("realtime", "drumstick", "haptic_server", "sound_server")
+_KEPT_CACHES = 4
+
+F = TypeVar("F", bound=Callable[..., Any])
+# A numpy record as compiled code sees it: fields are read and written as attributes. Any, because numba infers it.
+Record = Any
+
+
+def _source_hash() -> str:
+    digest = hashlib.sha256(f"{sys.version}|{metadata.version('numba')}".encode())
+    for name in KERNEL_PACKAGES:
+        spec = find_spec(name)
+        for root in (spec.submodule_search_locations or []) if spec else []:
+            for path in sorted(Path(root).rglob("*.py")):
+                digest.update(path.relative_to(root).as_posix().encode())
+                digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _cache_root() -> Path:
+    base = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
+    return Path(base) / "haptic-drumstick"
+
+
+def _open_cache() -> Path | None:
+    """A writable folder for this exact set of sources, or None: then everything compiles afresh."""
+    root = _cache_root()
+    folder = root / f"kernels-{_source_hash()}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+        os.utime(folder)
+        old = sorted(root.glob("kernels-*"), key=lambda p: p.stat().st_mtime, reverse=True)
+        for stale in old[_KEPT_CACHES:]:
+            shutil.rmtree(stale, ignore_errors=True)
+    except OSError:
+        return None
+    return folder
+
+
+CACHE_FOLDER = _open_cache()
+if CACHE_FOLDER is not None:
+    numba.config.CACHE_DIR = str(CACHE_FOLDER)
+
+
+class _ForgivingCache:
+    """numba's function cache, where a broken entry or a full disk means a fresh compile instead of an exception."""
+
+    def __init__(self, inner: Any) -> None:
+        self._inner = inner
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._inner, name)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        try:
+            return self._inner.load_overload(sig, target_context)
+        except Exception:  # noqa: BLE001  unpickling a damaged file can raise anything
+            return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        try:
+            self._inner.save_overload(sig, data)
+        except Exception as error:  # noqa: BLE001  a full disk, a damaged index: the compiled code is good without it
+            warnings.warn(f"kernel cache not written: {error}", NumbaWarning, stacklevel=2)
+
+
+def njit(*, fastmath: bool | set[str] = False, inline: bool = False) -> Callable[[F], F]:
+    """Compile for the real-time threads: no GIL, no ZeroDivisionError (IEEE results), cached.
+
+    `fastmath` is for the mesh only; the stick's kernels keep the order of summation as part of their contract.
+    """
+
+    def decorate(function: F) -> F:
+        options: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": fastmath}
+        if inline:
+            options["inline"] = "always"
+        dispatcher = numba.njit(**options)(function)
+        if CACHE_FOLDER is not None:
+            dispatcher.enable_caching()
+            dispatcher._cache = _ForgivingCache(dispatcher._cache)
+        return dispatcher
+
+    return decorate
+
+
+def overload(function: Callable[..., Any]) -> Callable[[F], F]:
+    """Give `function` a compiled body that is chosen from the argument *types* (here: a scene's record type)."""
+    from numba.extending import overload as numba_overload
+
+    return numba_overload(function, jit_options={"nogil": True, "error_model": "numpy"}, inline="never")
+
+
+def record_has(law: Any, field: str) -> bool:
+    """At compile time: does the scene's record type name this effect?"""
+    return field in law.fields
+
+
+class CFunction:
+    """A compiled C callback: `address` may be called by foreign threads without the GIL."""
+
+    def __init__(self, function: Callable[..., Any], signature: str) -> None:
+        options = {"error_model": "numpy"}
+        if CACHE_FOLDER is not None:
+            try:
+                self._cfunc = numba.cfunc(signature, nopython=True, cache=True, **options)(function)
+                return
+            except (OSError, EOFError, ValueError) as error:
+                warnings.warn(f"kernel cache not used: {error}", NumbaWarning, stacklevel=2)
+        self._cfunc = numba.cfunc(signature, nopython=True, **options)(function)
+
+    @property
+    def address(self) -> int:
+        """The C function's address, valid while this object lives."""
+        return int(self._cfunc.address)
+
+
+def cfunction(signature: str) -> Callable[[Callable[..., Any]], CFunction]:
+    """Compile a C callback, e.g. `@cfunction("int32(voidptr, voidptr, uint64)")`."""
+
+    def decorate(function: Callable[..., Any]) -> CFunction:
+        return CFunction(function, signature)
+
+    return decorate
+
+
+def allocations() -> int:
+    """How many arrays the compiled code has allocated so far: the proof of "no allocation in the tick"."""
+    from numba.core.runtime import rtsys
+
+    return int(rtsys.get_allocation_stats().alloc)
