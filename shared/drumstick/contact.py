@@ -13,9 +13,13 @@ PAPER, UNILATERAL = 0, 1
 
 
 @njit()
-def force(k_coll: float, r_in: float, z: float, v: float) -> float:
-    """Force of the head on the stick while in contact, N: -K_coll z - R_in z'."""
-    return -k_coll * z - r_in * v
+def force(k_coll: float, r_head: float, z: float, v: float) -> float:
+    """Force of the head on the stick while in contact, N: -K_coll z - R z'.
+
+    R is the head's own damping, R_in - R_out: the hand's R_out of equation (1) is still there inside, and R_in of
+    equation (2) is what both give together.
+    """
+    return -k_coll * z - r_head * v
 
 
 @njit()

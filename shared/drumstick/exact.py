@@ -13,10 +13,10 @@ from drumstick.effects import pulse
 from drumstick.segment import fastest_rate, propagate
 from realtime.jit import Record, njit
 
-# Where the stick is. DETACHED: below z = 0 after a unilateral release, the head no longer pushes.
-ABOVE, CONTACT, DETACHED = 0, 1, 2
-# What happened. SURFACE and RESUME are of no concern outside, but end a closed-form segment.
-HORIZON, ENTRY, TURN, RELEASE, APEX, SURFACE, RESUME = 0, 1, 2, 3, 4, 5, 6
+# Where the stick is. LOOSE: still below z = 0, but a head that only pushes has let go of it (`unilateral`).
+ABOVE, CONTACT, LOOSE = 0, 1, 2
+# What happened. LOOSEN and RESUME are of no concern outside, but end a closed-form segment.
+HORIZON, ENTRY, TURN, RELEASE, APEX, LOOSEN, RESUME = 0, 1, 2, 3, 4, 5, 6
 # How a stick can come to its end.
 MOVING, CAPTURED, LEFT = 0, 1, 2
 
@@ -27,8 +27,8 @@ _FIRST_STEP = 0.1
 _HALVINGS = 200
 _STILL_M_PER_S = 1e-30
 
-# The stick's motion: fields of the record, beside those of the scene's effects. `peak_N`, `impulse_N_s`, `z_min` and
-# `contact_s` describe the present or the last contact; `released` and `turned` are set once in each.
+# The stick's motion: fields of the record, beside those of the scene's effects. `v_in` to `contact_s` describe the
+# present or the last contact (z < 0), `turned` is set once in each.
 STATE = (
     ("z", "f8"),
     ("v", "f8"),
@@ -41,7 +41,6 @@ STATE = (
     ("contact_s", "f8"),
     ("place", "i8"),
     ("turned", "i8"),
-    ("released", "i8"),
     ("fate", "i8"),
 )
 
@@ -73,11 +72,12 @@ def _value(which, law, seg, t):
     acceleration = g - 2.0 * a * v - w2 * z + p
     if which == _V:
         return v, acceleration
-    push_rate = -law.k_coll * v - law.r_in * acceleration
+    r_head = law.r_in - law.r_out
+    push_rate = -law.k_coll * v - r_head * acceleration
     if which == _PUSH:
-        return force(law.k_coll, law.r_in, z, v), push_rate
+        return force(law.k_coll, r_head, z, v), push_rate
     jerk = -2.0 * a * acceleration - w2 * v - lam * p
-    return push_rate, -law.k_coll * acceleration - law.r_in * jerk
+    return push_rate, -law.k_coll * acceleration - r_head * jerk
 
 
 @njit()
@@ -127,17 +127,18 @@ def _search(law, motion, seg, horizon):
     """The first event after the start, and its time; (HORIZON, horizon) when there is none. Notes peak_N."""
     a, w2, g, lam, z0, v0, p0 = seg
     place = motion.place
+    r_head = law.r_in - law.r_out
     cap = math.inf if w2 <= a * a else _STEP_PER_RADIAN / math.sqrt(w2 - a * a)
     t = 0.0
     step = _first_step(seg)
     started = False  # past the first node: only then do the start's own zeros count as signs
     v = v0
-    push_rate = -law.k_coll * v0 - law.r_in * (g - 2.0 * a * v0 - w2 * z0 + p0)
+    push_rate = -law.k_coll * v0 - r_head * (g - 2.0 * a * v0 - w2 * z0 + p0)
     while t < horizon:
         after = min(t + step, horizon)
         z_next, v_next, p_next = propagate(a, w2, g, lam, z0, v0, p0, after)
         acceleration = g - 2.0 * a * v_next - w2 * z_next + p_next
-        push_rate_next = -law.k_coll * v_next - law.r_in * acceleration
+        push_rate_next = -law.k_coll * v_next - r_head * acceleration
         event, when = HORIZON, horizon
         if place == ABOVE:
             if z_next <= 0.0:
@@ -156,9 +157,9 @@ def _search(law, motion, seg, horizon):
         elif place == CONTACT:
             which = _Z if law.release == PAPER else _PUSH
             outward = 1.0 if law.release == PAPER else -1.0  # the sign of the event function beyond release
-            value = z_next if law.release == PAPER else force(law.k_coll, law.r_in, z_next, v_next)
+            value = z_next if law.release == PAPER else force(law.k_coll, r_head, z_next, v_next)
             if value * outward >= 0.0:
-                event = RELEASE
+                event = RELEASE if law.release == PAPER else LOOSEN
                 when = _root(which, law, seg, t, after, outward) if started else _root_after_start(
                     which, law, seg, after, outward
                 )
@@ -169,7 +170,8 @@ def _search(law, motion, seg, horizon):
                     rate_of = _V if law.release == PAPER else _PUSH_RATE
                     near = _root(rate_of, law, seg, t, after, -outward)
                     if _value(which, law, seg, near)[0] * outward >= 0.0:
-                        event, when = RELEASE, _root(which, law, seg, t, near, outward)
+                        event = RELEASE if law.release == PAPER else LOOSEN
+                        when = _root(which, law, seg, t, near, outward)
             if v < 0.0 and v_next >= 0.0:
                 turn = _root(_V, law, seg, t, after, 1.0)
                 if turn < when:
@@ -180,8 +182,8 @@ def _search(law, motion, seg, horizon):
                     motion.peak_N = max(motion.peak_N, _value(_PUSH, law, seg, peak)[0])
         else:
             if z_next >= 0.0:
-                event, when = SURFACE, _root(_Z, law, seg, t, after, 1.0)
-            if force(law.k_coll, law.r_in, z_next, v_next) > 0.0 and started:
+                event, when = RELEASE, _root(_Z, law, seg, t, after, 1.0)
+            if force(law.k_coll, r_head, z_next, v_next) > 0.0 and started:
                 again = _root(_PUSH, law, seg, t, after, 1.0)
                 if again < when:
                     event, when = RESUME, again
@@ -196,7 +198,8 @@ def _search(law, motion, seg, horizon):
 
 @njit()
 def _never_releases(law, motion):
-    # Energy about the point of rest in the head, with all that the pulse can still add, cannot reach release.
+    # Energy about the point of rest in the head, with all that the pulse can still add, cannot reach z = 0. A head
+    # that lets go and meets the stick again higher up only takes energy away.
     stiffness = law.k_hand + law.k_coll
     rest = law.k_hand * law.z_ss / stiffness
     w = math.sqrt(stiffness / law.m)
@@ -207,8 +210,7 @@ def _never_releases(law, motion):
     reach = math.hypot(motion.z - rest, motion.v / w)
     if push != 0.0:
         reach += abs(push) / (pulse.rate(law) * w)
-    needed = -rest if law.release == PAPER else -rest * law.k_coll / (law.k_coll + law.r_in * w)
-    return reach < needed
+    return reach < -rest
 
 
 @njit()
@@ -232,7 +234,8 @@ def _move(law, motion, seg, duration):
         # follows from the equation of motion itself.
         given = (p0 - p) / lam if p0 != 0.0 else 0.0
         z_integral = (given - (v - v0) - 2.0 * a * (z - z0) + g * duration) / w2
-        motion.impulse_N_s += -law.k_coll * z_integral - law.r_in * (z - z0)
+        motion.impulse_N_s += -law.k_coll * z_integral - (law.r_in - law.r_out) * (z - z0)
+    if motion.place != ABOVE:
         motion.contact_s += duration
     motion.z = z
     motion.v = v
@@ -246,11 +249,13 @@ def _enter(law, motion):
     motion.v_in = motion.v
     motion.v_out = 0.0
     motion.z_min = 0.0
-    motion.peak_N = max(0.0, force(law.k_coll, law.r_in, 0.0, motion.v))
+    at_entry = force(law.k_coll, law.r_in - law.r_out, 0.0, motion.v)
+    motion.peak_N = max(0.0, at_entry)
+    if law.release != PAPER and at_entry < 0.0:
+        motion.place = LOOSE  # R_in < R_out: a head that only pushes does not push yet
     motion.impulse_N_s = 0.0
     motion.contact_s = 0.0
     motion.turned = 0
-    motion.released = 0
     pulse.fire(law, motion, pulse.ENTRY)
     if abs(motion.v) < _STILL_M_PER_S and law.k_hand * law.z_ss == 0.0 and pulse.push(law, motion) == 0.0:
         motion.fate = CAPTURED  # decayed to nothing, and nothing presses or lifts it
@@ -258,21 +263,13 @@ def _enter(law, motion):
 
 @njit()
 def _leave(law, motion):
-    """End the contact; True when this is its first release (the one that counts)."""
-    if law.release == PAPER:
-        motion.place = ABOVE
-        motion.z = 0.0
-    else:
-        motion.place = ABOVE if motion.z >= 0.0 else DETACHED
-    motion.z_apex = 0.0
-    if motion.released != 0:
-        return False
-    motion.released = 1
+    motion.place = ABOVE
+    motion.z = 0.0
     motion.v_out = motion.v
+    motion.z_apex = 0.0
     pulse.fire(law, motion, pulse.EXIT)
     if _never_returns(law, motion):
         motion.fate = LEFT
-    return True
 
 
 @njit()
@@ -289,7 +286,7 @@ def advance(law: Record, motion: Record, horizon: float) -> tuple[int, float]:
         _move(law, motion, seg, duration)
         moved += duration
         if event == HORIZON:
-            if motion.place == CONTACT and _never_releases(law, motion):
+            if motion.place != ABOVE and _never_releases(law, motion):
                 motion.fate = CAPTURED
             return HORIZON, horizon
         if event == ENTRY:
@@ -311,10 +308,6 @@ def advance(law: Record, motion: Record, horizon: float) -> tuple[int, float]:
                 motion.fate = CAPTURED
             return TURN, moved
         if event == RELEASE:
-            if _leave(law, motion):
-                return RELEASE, moved
-        elif event == SURFACE:
-            motion.place = ABOVE
-            motion.z = 0.0
-        elif event == RESUME:
-            motion.place = CONTACT
+            _leave(law, motion)
+            return RELEASE, moved
+        motion.place = LOOSE if event == LOOSEN else CONTACT
