@@ -1,0 +1,101 @@
+"""The joint envelope: which whole sets of parameters may reach a device while someone plays.
+
+Single ranges are not enough (a small m with a large K_coll, or a long roll with little loss, is dangerous only
+together). The same compiled check stands at both fences: the gateway, which words the refusal, and the servo, which
+trusts nobody. It gates live sets and devices only; `simulate` takes whatever the table's ranges allow.
+
+The speed of the roll is bounded from above by v = dv / (1 - beta): no loss outside contact, the whole pulse delivered.
+"""
+
+from dataclasses import dataclass
+
+from drumstick import contact
+from drumstick.effects import pulse
+from drumstick.law import Records
+from drumstick.parameters import Refusal
+from drumstick.rig import Guard
+from realtime.jit import Record, njit, overload, record_has
+
+OK, NOT_FINITE, MASS, NEGATIVE, ENDLESS, SPEED, FORCE = 0, 1, 2, 3, 4, 5, 6
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a device and the scene's guard allow: newtons and metres a second."""
+
+    max_force_N: float  # noqa: N815
+    max_speed_m_per_s: float
+
+    @classmethod
+    def of(cls, guard: Guard) -> "Limits":
+        """The limits of a scene's `[guard]`."""
+        return cls(guard.max_force_N, guard.max_speed_m_per_s)
+
+
+def _pulse_speed(law: Record) -> float:
+    raise TypeError("compiled code only")
+
+
+def _pulse_push(law: Record) -> float:
+    raise TypeError("compiled code only")
+
+
+@overload(_pulse_speed)
+def _pulse_speed_if_named(law):  # pyright: ignore  the arguments are numba types
+    if record_has(law, "pulse"):
+        return lambda law: law.pulse.dv_pls
+    return lambda law: 0.0
+
+
+@overload(_pulse_push)
+def _pulse_push_if_named(law):  # pyright: ignore
+    if record_has(law, "pulse"):
+        return lambda law: law.pulse.dv_pls * pulse.rate(law)
+    return lambda law: 0.0
+
+
+@njit()
+def predicted(law: Record) -> tuple[float, float]:
+    """Bounds of the roll's speed (m/s, inf when nothing damps it) and of contact force plus pulse (N)."""
+    dv = _pulse_speed(law)
+    loss = 1.0 - contact.beta(law.release, law.m, law.k_coll, law.r_in)
+    speed = 0.0 if dv == 0.0 else (dv / loss if loss > 0.0 else 1e300)
+    return speed, contact.peak_force(law.m, law.k_coll, law.r_in, speed) + law.m * _pulse_push(law)
+
+
+@njit()
+def check(law: Record, max_force_N: float, max_speed_m_per_s: float) -> int:
+    """OK, or the first rule that the set breaks. Written in accept form, so that NaN never passes."""
+    if not (0.0 < law.m < 1e3):
+        return MASS
+    if not (0.0 < law.k_coll < 1e9 and 0.0 <= law.r_in < 1e6 and 0.0 <= law.k_hand < 1e6 and 0.0 <= law.r_out < 1e6):
+        return NEGATIVE
+    if not (abs(law.z_ss) < 1e3 and 0.0 <= _pulse_speed(law) < 1e3 and abs(_pulse_push(law)) < 1e12):
+        return NOT_FINITE
+    speed, force = predicted(law)
+    if not speed < 1e300:
+        return ENDLESS
+    if not speed <= max_speed_m_per_s:
+        return SPEED
+    if not force <= max_force_N:
+        return FORCE
+    return OK
+
+
+def require(law: Records, limits: Limits) -> None:
+    """Raise Refusal, in words, when `law` (shape (1,)) lies outside the envelope."""
+    code = check(law[0], limits.max_force_N, limits.max_speed_m_per_s)
+    if code == OK:
+        return
+    speed, force = predicted(law[0])
+    words = {
+        NOT_FINITE: "z_ss, dv_pls or tau is not a usable number",
+        MASS: f"m = {law['m'][0]:g} kg must be above 0",
+        NEGATIVE: "k_coll must be above 0 N/m; r_in, r_out and k_hand must not be negative",
+        ENDLESS: "nothing damps the rebound, so each pulse would add speed for ever: raise r_in or set dv_pls to 0",
+        SPEED: f"the roll could reach {speed:.3g} m/s, the limit is {limits.max_speed_m_per_s:g} m/s: "
+        "lower dv_pls or raise r_in",
+        FORCE: f"contact and pulse could reach {force:.3g} N, the limit is {limits.max_force_N:g} N: "
+        "lower dv_pls or k_coll, or raise tau or r_in",
+    }
+    raise Refusal(words[code])

@@ -1,0 +1,85 @@
+"""Zenoh keys: drumstick/<rig>/..."""
+
+import re
+from dataclasses import dataclass
+
+DEFAULT_RIG = "main"
+DEFAULT_ROUTER = "tcp/127.0.0.1:7447"
+_RIG_NAME = re.compile(r"[A-Za-z0-9_.-]{1,40}")
+
+
+def checked_rig(name: str) -> str:
+    """The rig's name, when it can stand in a key; else ValueError."""
+    if not _RIG_NAME.fullmatch(name):
+        raise ValueError(f"rig name {name!r}: use 1 to 40 letters, digits, _ . or -")
+    return name
+
+
+@dataclass(frozen=True)
+class Keys:
+    """Every key of one rig."""
+
+    rig: str
+
+    def __post_init__(self) -> None:
+        checked_rig(self.rig)
+
+    def _key(self, name: str) -> str:
+        return f"drumstick/{self.rig}/{name}"
+
+    @property
+    def strike(self) -> str:
+        """Put: Strike."""
+        return self._key("strike")
+
+    @property
+    def release(self) -> str:
+        """Put: Release."""
+        return self._key("release")
+
+    @property
+    def state(self) -> str:
+        """Put at 30 Hz: State."""
+        return self._key("state")
+
+    @property
+    def meter(self) -> str:
+        """Put at 10 Hz by a sound server: Meter."""
+        return self._key("meter")
+
+    @property
+    def scene(self) -> str:
+        """Query: the scene as JSON tables."""
+        return self._key("scene")
+
+    @property
+    def clock(self) -> str:
+        """Query: Clock."""
+        return self._key("clock")
+
+    @property
+    def doctor(self) -> str:
+        """Query: health as JSON."""
+        return self._key("doctor")
+
+    @property
+    def panic(self) -> str:
+        """Query: zero force at once, latched."""
+        return self._key("panic")
+
+    @property
+    def set_many(self) -> str:
+        """Query: a map of values, accepted or refused as a whole."""
+        return self._key("set")
+
+    def set_one(self, name: str) -> str:
+        """Query: one value."""
+        return self._key(f"set/{name}")
+
+    def param(self, name: str) -> str:
+        """Put and query: Readback."""
+        return self._key(f"param/{name}")
+
+    def alive(self, service: str, instance: str) -> str:
+        """Liveliness token."""
+        return self._key(f"alive/{service}/{instance}")

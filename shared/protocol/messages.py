@@ -1,0 +1,136 @@
+"""Zenoh payloads: msgpack arrays whose first element is the version. SI units; times are the haptic machine's monotonic ns.
+
+Any thread; encoding allocates.
+"""
+
+import math
+from typing import TypeVar
+
+import msgspec
+
+VERSION = 1
+ENCODING = "application/msgpack"
+
+
+class Message(msgspec.Struct, array_like=True, frozen=True, kw_only=True):
+    """Base of every payload: an array that begins with the version."""
+
+    version: int = VERSION
+
+
+class Strike(Message, array_like=True, frozen=True, kw_only=True):
+    """The stick met the head. x, y in -1..1 of the radius; z_speed > 0 downward; level 0..1 of full scale."""
+
+    boot: int
+    seq: int
+    t_ns: int
+    x: float
+    y: float
+    z_speed_m_per_s: float
+    level: float
+    peak_estimate_N: float  # noqa: N815
+    contact_estimate_s: float
+
+
+class Release(Message, array_like=True, frozen=True, kw_only=True):
+    """The stick left the head again; `seq` is that of its strike."""
+
+    boot: int
+    seq: int
+    t_ns: int
+    exit_speed_m_per_s: float
+    impulse_N_s: float  # noqa: N815
+    peak_N: float  # noqa: N815
+    contact_s: float
+
+
+class State(Message, array_like=True, frozen=True, kw_only=True):
+    """The servo, 30 times a second. `status` is ready, playing, panic or "fault: why"."""
+
+    boot: int
+    t_ns: int
+    status: str
+    z_m: float
+    v_m_per_s: float
+    force_N: float  # noqa: N815
+    x: float
+    y: float
+    roll_rate_Hz: float  # noqa: N815
+    v_e_m_per_s: float
+    strikes: int
+    ticks: int
+    overruns: int
+    lateness_p99_us: float
+    lateness_worst_us: float
+    ring_dropped: int
+    revision: int
+    pending: bool
+
+
+class Readback(Message, array_like=True, frozen=True, kw_only=True):
+    """One parameter as the servo uses it; `revision` grows with every accepted set."""
+
+    value: float
+    revision: int
+    pending: bool = False
+
+
+class SetReply(Message, array_like=True, frozen=True, kw_only=True):
+    """Answer to a set of several values: the readback, or what will hold as soon as the stick is above the head."""
+
+    values: dict[str, float]
+    revision: int
+    pending: bool
+
+
+class RefusalReply(Message, array_like=True, frozen=True, kw_only=True):
+    """Payload of a Zenoh error reply."""
+
+    reason: str
+
+
+class Clock(Message, array_like=True, frozen=True, kw_only=True):
+    """Answer of `clock`."""
+
+    boot: int
+    t_ns: int
+
+
+class Meter(Message, array_like=True, frozen=True, kw_only=True):
+    """The sound server, 10 times a second. Peaks are linear, 1 is full scale; load is the share of a block's time."""
+
+    id: str
+    t_ns: int
+    sink: str
+    peak_left: float
+    peak_right: float
+    load: float
+    xruns: int
+    latency_ms: float
+    played: int
+    late: int
+    duplicates: int
+
+
+_encoder = msgspec.msgpack.Encoder()
+_M = TypeVar("_M", bound=Message)
+
+
+def encode(message: Message) -> bytes:
+    """The message as msgpack bytes."""
+    return _encoder.encode(message)
+
+
+def decode(payload: bytes, kind: type[_M]) -> _M:
+    """Decode and check; raises ValueError for anything that is not a version-1 message with finite numbers."""
+    try:
+        message = msgspec.msgpack.decode(payload, type=kind)
+    except msgspec.MsgspecError as error:
+        raise ValueError(f"not a {kind.__name__}: {error}") from None
+    if message.version != VERSION:
+        raise ValueError(f"{kind.__name__} of version {message.version}, this is version {VERSION}")
+    for name in kind.__struct_fields__:
+        value = getattr(message, name)
+        if isinstance(value, float) and not math.isfinite(value):
+            raise ValueError(f"{kind.__name__}.{name} is {value}")
+    return message
