@@ -7,6 +7,7 @@ Imports zenoh only when called.
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -29,17 +30,34 @@ def _config(settings: dict[str, object]) -> zenoh.Config:
 
 
 def client_config(endpoint: str) -> zenoh.Config:
-    """A client of the router at `endpoint`, e.g. tcp/127.0.0.1:7447: waits for it, and returns to it, for ever."""
+    """A client of the router at `endpoint`, e.g. tcp/127.0.0.1:7447. Opening it fails after half a second without one;
+    once open, it returns to a router that went away, for ever."""
     return _config(
         {
             "mode": "client",
             "connect/endpoints": [endpoint],
             "listen/endpoints": [],
-            "connect/timeout_ms": -1,
-            "connect/exit_on_failure": False,
+            "connect/timeout_ms": 500,
+            "connect/exit_on_failure": True,
             "connect/retry": {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5},
         }
     )
+
+
+def open_client(endpoint: str, keep_trying: Callable[[], bool]) -> zenoh.Session | None:
+    """Open a client session, waiting for the router while `keep_trying()`; None when it said no.
+
+    Any ordinary thread; blocks half a second at a time, so that a stop signal is heard. (With zenoh's own endless
+    timeout `open` would not return to Python.) Close the session before the process ends, or the exit hangs.
+    """
+    import zenoh
+
+    while keep_trying():
+        try:
+            return zenoh.open(client_config(endpoint))
+        except zenoh.ZError:
+            continue
+    return None
 
 
 def router_config(listen: str) -> zenoh.Config:

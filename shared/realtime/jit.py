@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
+import numpy.typing as npt
 from numba.core.errors import NumbaWarning
 
 KERNEL_PACKAGES = ("realtime", "drumstick", "haptic_server", "sound_server")
@@ -26,6 +27,10 @@ _KEPT_CACHES = 4
 F = TypeVar("F", bound=Callable[..., Any])
 # A numpy record as compiled code sees it: fields are read and written as attributes. Any, because numba infers it.
 Record = Any
+# An array of such records, shape (n,), as compiled code sees it: slots[i] is a Record.
+Records = npt.NDArray[Any]
+# What the function under `overload` gets: the numba type of an argument, at compile time.
+ArgumentType = Any
 
 
 def _source_hash() -> str:
@@ -111,7 +116,13 @@ def overload(function: Callable[..., Any]) -> Callable[[F], F]:
     """Give `function` a compiled body that is chosen from the argument *types* (here: a scene's record type)."""
     from numba.extending import overload as numba_overload
 
-    return numba_overload(function, jit_options={"nogil": True, "error_model": "numpy"}, inline="never")
+    register = numba_overload(function, jit_options={"nogil": True, "error_model": "numpy"}, inline="never")
+
+    def decorate(chooser: F) -> F:
+        chooser.__annotations__ = {}  # numba demands the very signature of the chosen body, annotations included
+        return register(chooser)
+
+    return decorate
 
 
 def record_has(law: Any, field: str) -> bool:

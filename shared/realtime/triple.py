@@ -4,8 +4,11 @@ Three slots: one belongs to the writer, one to the reader, one lies between. `ce
 FRESH added while the reader has not taken it; `cells[8]` is the writer's slot, `cells[16]` the reader's.
 """
 
+import numpy as np
+import numpy.typing as npt
+
 from realtime.atomics import exchange, load_acquire, store_release
-from realtime.jit import njit
+from realtime.jit import Record, Records, njit
 
 BETWEEN, WRITER, READER = 0, 8, 16
 CELLS = 24
@@ -13,7 +16,7 @@ FRESH = 4
 
 
 @njit()
-def clear(cells, slots, record):
+def clear(cells: npt.NDArray[np.int64], slots: Records, record: Record) -> None:
     """Make all three slots equal to `record`; only before the other side starts."""
     for i in range(3):
         slots[i] = record
@@ -23,7 +26,7 @@ def clear(cells, slots, record):
 
 
 @njit()
-def publish(cells, slots, record):
+def publish(cells: npt.NDArray[np.int64], slots: Records, record: Record) -> None:
     """Offer `record` as the newest (one writer)."""
     mine = cells[WRITER]
     slots[mine] = record
@@ -31,7 +34,7 @@ def publish(cells, slots, record):
 
 
 @njit()
-def take(cells, slots):
+def take(cells: npt.NDArray[np.int64], slots: Records) -> int:
     """The index of the slot to read (one reader): the newest record if there is one, else the one held before."""
     if load_acquire(cells, BETWEEN) >= FRESH:
         store_release(cells, READER, exchange(cells, BETWEEN, cells[READER]) % FRESH)
@@ -39,14 +42,29 @@ def take(cells, slots):
 
 
 @njit()
-def has_fresh(cells):
+def has_fresh(cells: npt.NDArray[np.int64]) -> bool:
     """Whether `take` would return a record that the reader has not seen."""
     return load_acquire(cells, BETWEEN) >= FRESH
 
 
 @njit()
-def read_into(cells, slots, out):
+def read_into(cells: npt.NDArray[np.int64], slots: Records, out: Records) -> bool:
     """Copy the newest record into out[0] (one reader); True when it is one not seen before."""
     fresh = has_fresh(cells)
     out[0] = slots[take(cells, slots)]
     return fresh
+
+
+@njit()
+def recover(cells, own, other):
+    """Give back its slot to a side (`own` is WRITER or READER) whose process died and starts again.
+
+    It may have died between the exchange and noting its new slot; the slot that is neither between nor the other
+    side's is then the only one free. False when the other side is in the middle of an exchange: call again.
+    """
+    between = load_acquire(cells, BETWEEN)
+    others = load_acquire(cells, other)
+    if between % FRESH == others or load_acquire(cells, BETWEEN) != between:
+        return False
+    store_release(cells, own, 3 - between % FRESH - others)
+    return True

@@ -5,11 +5,12 @@ what a new one does to one still going on. Its push is kept as an acceleration, 
 leaves the speed it still has to give unchanged. Kernels: tick thread; no allocation.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
 from drumstick.declare import choice, number
-from realtime.jit import Record, njit, overload, record_has
+from realtime.jit import ArgumentType, Record, njit, overload, record_has
 
 ENTRY, TURN, EXIT = 0, 1, 2
 ADD, REPLACE, IGNORE = 0, 1, 2
@@ -60,6 +61,14 @@ def elapse(law: Record, motion: Record, push_now: float, duration: float) -> Non
     """Store the push after `duration` seconds of closed-form motion."""
 
 
+def keep_speed(law: Record, new_law: Record, motion: Record) -> None:
+    """Before `new_law` takes over: what a running pulse still has to give, push times tau, stays what it is."""
+
+
+def stop(law: Record, motion: Record) -> None:
+    """End a running pulse at once."""
+
+
 @njit()
 def _fire(law: Record, motion: Record, when: int) -> None:
     if law.pulse.trigger != when:
@@ -80,29 +89,57 @@ def _elapse(law: Record, motion: Record, push_now: float, duration: float) -> No
     motion.pulse.age += duration
 
 
+@njit()
+def _keep_speed(law: Record, new_law: Record, motion: Record) -> None:
+    motion.pulse.push *= law.pulse.tau / new_law.pulse.tau
+
+
+@njit()
+def _stop(motion: Record) -> None:
+    motion.pulse.push = 0.0
+
+
 @overload(fire)
-def _fire_if_named(law, motion, when):  # pyright: ignore  the arguments are numba types
+def _fire_if_named(
+    law: ArgumentType, motion: ArgumentType, when: ArgumentType
+) -> Callable[[Record, Record, int], None]:
     if record_has(law, "pulse"):
         return lambda law, motion, when: _fire(law, motion, when)
     return lambda law, motion, when: None
 
 
 @overload(push)
-def _push_if_named(law, motion):  # pyright: ignore
+def _push_if_named(law: ArgumentType, motion: ArgumentType) -> Callable[[Record, Record], float]:
     if record_has(law, "pulse"):
         return lambda law, motion: motion.pulse.push
     return lambda law, motion: 0.0
 
 
 @overload(rate)
-def _rate_if_named(law):  # pyright: ignore
+def _rate_if_named(law: ArgumentType) -> Callable[[Record], float]:
     if record_has(law, "pulse"):
         return lambda law: 1.0 / law.pulse.tau
     return lambda law: 0.0
 
 
 @overload(elapse)
-def _elapse_if_named(law, motion, push_now, duration):  # pyright: ignore
+def _elapse_if_named(
+    law: ArgumentType, motion: ArgumentType, push_now: ArgumentType, duration: ArgumentType
+) -> Callable[[Record, Record, float, float], None]:
     if record_has(law, "pulse"):
         return lambda law, motion, push_now, duration: _elapse(law, motion, push_now, duration)
     return lambda law, motion, push_now, duration: None
+
+
+@overload(keep_speed)
+def _keep_speed_if_named(law, new_law, motion):  # pyright: ignore
+    if record_has(law, "pulse"):
+        return lambda law, new_law, motion: _keep_speed(law, new_law, motion)
+    return lambda law, new_law, motion: None
+
+
+@overload(stop)
+def _stop_if_named(law, motion):  # pyright: ignore
+    if record_has(law, "pulse"):
+        return lambda law, motion: _stop(motion)
+    return lambda law, motion: None

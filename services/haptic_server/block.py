@@ -1,0 +1,173 @@
+"""The block: one memory-mapped file (0600) between servo and gateway.
+
+The servo makes a new one at each start and moves it into place whole, so a reader sees all of a block or none. Its
+contents are numpy views; only the compiled code of `realtime` touches the parts that both sides write. A reader that
+dies, even by SIGKILL, leaves the file and the servo untouched.
+"""
+
+import hashlib
+import mmap
+import os
+import secrets
+import time
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from haptic_server.records import EVENT, STATUS, set_type
+from realtime import ring, triple
+
+FILE_NAME = "servo.block"
+RING_SLOTS = 16384  # three minutes of a roll at 45 Hz, two events a contact
+LATENESS_BINS = 512
+LATENESS_BIN_NS = 10_000  # the last bin takes everything above 5.1 ms
+STOP, PANIC, ARM, HEARTBEAT = 0, 8, 16, 24
+_CONTROL_CELLS = 32
+_MAGIC = 0x6B63697473  # "stick"
+_LAYOUT_VERSION = 1
+
+Cells = npt.NDArray[np.int64]
+Slots = npt.NDArray[np.void]
+
+
+class Block(NamedTuple):
+    """Views into the mapped file. numba takes the whole tuple as one argument.
+
+    header: magic, layout, boot, pid. control: STOP, PANIC, ARM, HEARTBEAT. Events flow servo -> gateway; `wanted_*` is
+    gateway -> servo; `live_*` (readback) and `status_*` are servo -> gateway. lateness: ticks per bin of 10 us.
+    """
+
+    header: Cells
+    control: Cells
+    ring_cells: Cells
+    wanted_cells: Cells
+    live_cells: Cells
+    status_cells: Cells
+    lateness: Cells
+    wanted: Slots
+    live: Slots
+    status: Slots
+    events: Slots
+
+    @property
+    def boot(self) -> int:
+        """Identifies this start of the servo."""
+        return int(self.header[2])
+
+    @property
+    def pid(self) -> int:
+        """Process id of the servo."""
+        return int(self.header[3])
+
+
+class BlockError(OSError):
+    """The file is not a block of this scene and version."""
+
+
+def _layout(law: np.dtype[Any]) -> list[tuple[str, np.dtype[Any], int]]:
+    cells = np.dtype(np.int64)
+    sets = set_type(law)
+    return [
+        ("header", cells, 8),
+        ("control", cells, _CONTROL_CELLS),
+        ("ring_cells", cells, ring.CELLS),
+        ("wanted_cells", cells, triple.CELLS),
+        ("live_cells", cells, triple.CELLS),
+        ("status_cells", cells, triple.CELLS),
+        ("lateness", cells, LATENESS_BINS),
+        ("wanted", sets, 3),
+        ("live", sets, 3),
+        ("status", STATUS, 3),
+        ("events", EVENT, RING_SLOTS),
+    ]
+
+
+def _signature(law: np.dtype[Any]) -> int:
+    words = f"{_LAYOUT_VERSION}{[(n, d.descr, c) for n, d, c in _layout(law)]}"
+    return int.from_bytes(hashlib.sha256(words.encode()).digest()[:7], "little")
+
+
+def _size(law: np.dtype[Any]) -> int:
+    return sum(-(-dtype.itemsize * count // 64) * 64 for _, dtype, count in _layout(law))
+
+
+def _views(memory: mmap.mmap, law: np.dtype[Any]) -> Block:
+    views: dict[str, Any] = {}
+    offset = 0
+    for name, dtype, count in _layout(law):
+        views[name] = np.frombuffer(memory, dtype, count, offset)
+        offset += -(-dtype.itemsize * count // 64) * 64
+    return Block(**views)
+
+
+def _map(path: Path) -> mmap.mmap:
+    with path.open("r+b") as file:
+        return mmap.mmap(file.fileno(), 0)
+
+
+def in_memory(law: npt.NDArray[np.void]) -> Block:
+    """A block without a file, for virtual time and tests; `law` has shape (1,)."""
+    block = _views(mmap.mmap(-1, _size(law.dtype)), law.dtype)
+    _start(block, law)
+    return block
+
+
+def _start(block: Block, law: npt.NDArray[np.void]) -> None:
+    first = np.zeros(1, set_type(law.dtype))
+    first["law"] = law
+    triple.clear(block.wanted_cells, block.wanted, first[0])
+    triple.clear(block.live_cells, block.live, first[0])
+    triple.clear(block.status_cells, block.status, np.zeros(1, STATUS)[0])
+    # 40 bits of time and randomness: a new start is told from an old one, and fits every JSON number.
+    block.header[:4] = (
+        _MAGIC,
+        _signature(law.dtype),
+        (int(time.time()) << 16 | secrets.randbits(16)) & 0xFFFFFFFFFFFF,
+        os.getpid(),
+    )
+
+
+def create(folder: Path, law: npt.NDArray[np.void]) -> Block:
+    """Make the servo's block in `folder` (0600), starting from `law`; replaces an older one in one step."""
+    temporary = folder / f".{FILE_NAME}.{os.getpid()}"
+    descriptor = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o600)
+    try:
+        os.ftruncate(descriptor, _size(law.dtype))
+    finally:
+        os.close(descriptor)
+    block = _views(_map(temporary), law.dtype)
+    _start(block, law)
+    temporary.rename(folder / FILE_NAME)
+    return block
+
+
+def attach(folder: Path, law: np.dtype[Any]) -> Block:
+    """Map an existing block as its gateway. FileNotFoundError before the servo made one; BlockError if it differs."""
+    memory = _map(folder / FILE_NAME)
+    if len(memory) != _size(law):
+        raise BlockError(f"{folder / FILE_NAME}: {len(memory)} bytes, expected {_size(law)}: another version's block")
+    block = _views(memory, law)
+    if int(block.header[0]) != _MAGIC or int(block.header[1]) != _signature(law):
+        raise BlockError(f"{folder / FILE_NAME}: made for another scene or version; restart the servo")
+    return block
+
+
+def claim(block: Block) -> None:
+    """Take up the gateway's side after an earlier gateway died, at whatever instruction."""
+    for cells, own, other in (
+        (block.wanted_cells, triple.WRITER, triple.READER),
+        (block.live_cells, triple.READER, triple.WRITER),
+        (block.status_cells, triple.READER, triple.WRITER),
+    ):
+        while not triple.recover(cells, own, other):
+            time.sleep(0)
+
+
+def inode(folder: Path) -> int:
+    """Tells whether the block in place is still the one that was mapped; 0 when there is none."""
+    try:
+        return (folder / FILE_NAME).stat().st_ino
+    except FileNotFoundError:
+        return 0

@@ -1,0 +1,97 @@
+"""The records in the block: what the servo tells the gateway, and what it is told."""
+
+from typing import Any
+
+import numpy as np
+
+STRIKE, RELEASE = 1, 2
+
+# One strike or release. a..c: strike: speed m/s (> 0), peak estimate N, contact estimate s;
+# release: exit speed m/s, impulse N s, contact s. peak_N is measured, on release only.
+EVENT: np.dtype[Any] = np.dtype(
+    [
+        ("kind", "i8"),
+        ("seq", "i8"),
+        ("t_ns", "i8"),
+        ("x", "f8"),
+        ("y", "f8"),
+        ("a", "f8"),
+        ("b", "f8"),
+        ("c", "f8"),
+        ("level", "f8"),
+        ("peak_N", "f8"),
+    ],
+    align=True,
+)
+
+READY, PLAYING, PANIC, FAULT = 0, 1, 2, 3
+STATUS_WORDS = ("ready", "playing", "panic", "fault")
+FAULT_WORDS = {0: "", 1: "not a number in the stick's motion"}
+NOT_A_NUMBER = 1
+
+# The servo after each tick. `refused` counts sets that its own fence turned down, `refused_revision` names the last.
+STATUS: np.dtype[Any] = np.dtype(
+    [
+        ("t_ns", "i8"),
+        ("tick", "i8"),
+        ("status", "i8"),
+        ("fault", "i8"),
+        ("z_m", "f8"),
+        ("v_m_per_s", "f8"),
+        ("force_N", "f8"),
+        ("x", "f8"),
+        ("y", "f8"),
+        ("roll_rate_Hz", "f8"),
+        ("v_e_m_per_s", "f8"),
+        ("strikes", "i8"),
+        ("overruns", "i8"),
+        ("lateness_worst_ns", "i8"),
+        ("revision", "i8"),
+        ("refused", "i8"),
+        ("refused_revision", "i8"),
+    ],
+    align=True,
+)
+
+# What the simulated player and the tick remember. `phase` walks the strikes over the head; `rest_s` is how long the
+# stick has lain dead; the last two strike instants make the roll rate.
+PLAYER: np.dtype[Any] = np.dtype(
+    [
+        ("phase", "f8"),
+        ("rest_s", "f8"),
+        ("seq", "i8"),
+        ("revision", "i8"),
+        ("last_ns", "i8"),
+        ("before_last_ns", "i8"),
+        ("roll_rate_Hz", "f8"),
+        ("v_e_m_per_s", "f8"),
+        ("x", "f8"),
+        ("y", "f8"),
+        ("refused", "i8"),
+        ("refused_revision", "i8"),
+        ("fault", "i8"),
+        ("panicked", "i8"),
+        ("panics_seen", "i8"),
+    ],
+    align=True,
+)
+
+# What does not change while a servo runs.
+PLAN: np.dtype[Any] = np.dtype(
+    [
+        ("period_ns", "i8"),
+        ("throw_m_per_s", "f8"),
+        ("rest_s", "f8"),
+        ("orbit_radius", "f8"),
+        ("orbit_period_s", "f8"),
+        ("full_scale_m_per_s", "f8"),
+        ("max_force_N", "f8"),
+        ("max_speed_m_per_s", "f8"),
+    ],
+    align=True,
+)
+
+
+def set_type(law: np.dtype[Any]) -> np.dtype[Any]:
+    """A whole set of parameters with its revision, as it goes either way through a triple buffer."""
+    return np.dtype([("revision", "i8"), ("law", law)], align=True)

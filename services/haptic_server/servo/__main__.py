@@ -1,0 +1,52 @@
+"""python -m haptic_server.servo: owns the device, runs the tick until SIGTERM. No sockets."""
+
+import argparse
+import json
+import logging
+import signal
+import sys
+import threading
+from pathlib import Path
+
+from drumstick.scene import parse
+from haptic_server import block
+from haptic_server.servo import loop, priority
+from realtime.atomics import poke
+
+_log = logging.getLogger("servo")
+
+
+def main() -> int:
+    """Parse the command line, make the block, run the loop on its own thread, wait for a signal."""
+    arguments = argparse.ArgumentParser(prog="haptic_server.servo", description=__doc__)
+    arguments.add_argument("--run-dir", type=Path, required=True, help="holds scene.toml; the block is made here")
+    given = arguments.parse_args()
+    logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM, signal.SIGINT})
+
+    scene = parse((given.run_dir / "scene.toml").read_text(encoding="utf-8"), str(given.run_dir / "scene.toml"))
+    rehearsal = loop.prepare(scene, block.in_memory(loop.law_of(scene)))
+    loop.run_virtual(rehearsal, 200, 0)  # compiles everything and touches every path before real time starts
+    poke(rehearsal.block.control, block.STOP, 1)
+    loop.run_paced(rehearsal)
+
+    mine = block.create(given.run_dir, loop.law_of(scene))
+    servo = loop.prepare(scene, mine)
+    granted: dict[str, str] = {}
+
+    def run() -> None:
+        granted.update(priority.claim())
+        (given.run_dir / "servo.json").write_text(json.dumps(granted), encoding="utf-8")
+        loop.run_paced(servo)
+
+    thread = threading.Thread(target=run, name="servo")
+    thread.start()
+    _log.info("scene %s, %d Hz, simulated stick", scene.name, scene.servo.rate_Hz)
+    signal.sigwait({signal.SIGTERM, signal.SIGINT})
+    poke(mine.control, block.STOP, 1)
+    thread.join()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,187 @@
+"""One tick of the simulated stick: latch parameters, advance the physics, note strikes, tell how it stands.
+
+Tick thread: no allocation, no locks, no Python, no exceptions. The same text runs in real time and in virtual time.
+"""
+
+import math
+
+from drumstick import contact, envelope, exact
+from drumstick.effects import pulse
+from haptic_server.block import ARM, HEARTBEAT, PANIC, Block
+from haptic_server.records import FAULT, NOT_A_NUMBER, PLAYING, READY, RELEASE, STRIKE
+from haptic_server.records import PANIC as STATUS_PANIC
+from realtime import ring, triple
+from realtime.atomics import exchange, load_acquire, store_release
+from realtime.jit import Record, njit
+
+_EVENTS_IN_A_TICK = 64  # more is a stick buzzing faster than anything audible: the rest waits for the next tick
+_STILL_PLAYING_NS = 2_000_000_000
+
+
+@njit()
+def _latch(block: Block, law: Record, motion: Record, player: Record, plan: Record) -> None:
+    # A set takes effect whole, above the head: a change of K_coll in contact would inject 1/2 dK z^2.
+    if not triple.has_fresh(block.wanted_cells):
+        return
+    wanted = block.wanted[triple.take(block.wanted_cells, block.wanted)]
+    if envelope.check(wanted.law, plan.max_force_N, plan.max_speed_m_per_s) != envelope.OK:
+        player.refused += 1
+        player.refused_revision = wanted.revision
+        return
+    pulse.keep_speed(law[0], wanted.law, motion)
+    law[0] = wanted.law
+    player.revision = wanted.revision
+    triple.publish(block.live_cells, block.live, wanted)
+
+
+@njit()
+def _throw(motion: Record, speed: float) -> None:
+    # The simulated player picks the stick up and throws it from the head, as `simulate` starts.
+    motion.z = 0.0
+    motion.v = speed
+    motion.place = exact.ABOVE
+    motion.fate = exact.MOVING
+
+
+@njit()
+def _lift_away(law: Record, motion: Record) -> None:
+    # Panic on the simulated stick: no force acts on it and it touches nothing.
+    motion.z = max(motion.z, 0.0)
+    motion.v = 0.0
+    motion.place = exact.ABOVE
+    motion.fate = exact.LEFT
+    pulse.stop(law, motion)
+
+
+@njit()
+def _note_strike(block: Block, law: Record, motion: Record, player: Record, plan: Record, event: Record, t_ns: int):
+    speed = -motion.v_in
+    player.seq += 1
+    first, second = player.before_last_ns, player.last_ns
+    player.roll_rate_Hz = 0.0
+    if second > 0 and t_ns > second:
+        # Over two intervals when both are recent: a roll of period two shows its mean rate.
+        both = first > 0 and t_ns - first < _STILL_PLAYING_NS
+        player.roll_rate_Hz = 2e9 / (t_ns - first) if both else 1e9 / (t_ns - second)
+    player.before_last_ns = second
+    player.last_ns = t_ns
+    event.kind = STRIKE
+    event.seq = player.seq
+    event.t_ns = t_ns
+    event.x = player.x
+    event.y = player.y
+    event.a = speed
+    event.b = contact.peak_force(law.m, law.k_coll, law.r_in, speed)
+    event.c = contact.contact_time(law.release, law.m, law.k_coll, law.r_in)
+    event.level = min(speed / plan.full_scale_m_per_s, 1.0)
+    event.peak_N = 0.0
+    ring.push(block.ring_cells, block.events, event)
+
+
+@njit()
+def _note_release(block: Block, law: Record, motion: Record, player: Record, event: Record, t_ns: int):
+    rate = pulse.rate(law)
+    player.v_e_m_per_s = motion.v_out + (pulse.push(law, motion) / rate if rate > 0.0 else 0.0)
+    event.kind = RELEASE
+    event.seq = player.seq
+    event.t_ns = t_ns
+    event.a = motion.v_out
+    event.b = motion.impulse_N_s
+    event.c = motion.contact_s
+    event.level = 0.0
+    event.peak_N = motion.peak_N
+    ring.push(block.ring_cells, block.events, event)
+
+
+@njit()
+def _advance(block: Block, law: Record, motion: Record, player: Record, plan: Record, event: Record, now_ns, span_s):
+    moved = 0.0
+    for _ in range(_EVENTS_IN_A_TICK):
+        what, duration = exact.advance(law[0], motion, span_s - moved)
+        moved += duration
+        t_ns = now_ns - int((span_s - moved) * 1e9)
+        if what == exact.ENTRY:
+            _note_strike(block, law[0], motion, player, plan, event, t_ns)
+        elif what == exact.RELEASE:
+            _note_release(block, law[0], motion, player, event, t_ns)
+        elif what == exact.HORIZON:
+            return
+
+
+@njit()
+def _rest(block: Block, law: Record, motion: Record, player: Record, plan: Record, span_s: float) -> None:
+    # A stick that lies dead in the head, or has left for good, is thrown again after a while; a waiting set comes first.
+    player.rest_s += span_s
+    if player.rest_s < plan.rest_s:
+        return
+    player.rest_s = 0.0
+    _latch(block, law, motion, player, plan)
+    _throw(motion, plan.throw_m_per_s)
+
+
+@njit()
+def _orders(block: Block, law: Record, motion: Record, player: Record, plan: Record) -> None:
+    panics = load_acquire(block.control, PANIC)  # a count: a panic that comes after an arm is never lost to it
+    if panics != player.panics_seen:
+        player.panics_seen = panics
+        player.panicked = 1
+        _lift_away(law[0], motion)
+    elif exchange(block.control, ARM, 0) != 0:
+        player.panicked = 0
+        player.fault = 0
+        player.rest_s = plan.rest_s  # thrown on this very tick
+        _lift_away(law[0], motion)
+
+
+@njit()
+def tick(
+    block: Block, law: Record, motion: Record, player: Record, plan: Record, event: Record, now_ns: int, span_s: float
+) -> None:
+    """Advance to `now_ns` over the `span_s` seconds before it. law: array (1,); the rest are records of one."""
+    _orders(block, law, motion, player, plan)
+    player.phase += 2.0 * math.pi * span_s / plan.orbit_period_s
+    if player.phase > math.pi:
+        player.phase -= 2.0 * math.pi
+    player.x = plan.orbit_radius * math.cos(player.phase)
+    player.y = plan.orbit_radius * math.sin(player.phase)
+    if player.panicked != 0 or player.fault != 0:
+        _latch(block, law, motion, player, plan)
+    elif motion.fate != exact.MOVING:
+        _rest(block, law, motion, player, plan, span_s)
+    else:
+        if motion.z > 0.0:
+            _latch(block, law, motion, player, plan)
+        _advance(block, law, motion, player, plan, event, now_ns, span_s)
+        if not (abs(motion.z) < 1e3 and abs(motion.v) < 1e3):
+            player.fault = NOT_A_NUMBER
+            motion.z = 0.0
+            _lift_away(law[0], motion)
+    store_release(block.control, HEARTBEAT, now_ns)
+
+
+@njit()
+def tell(block: Block, law: Record, motion: Record, player: Record, status: Record, now_ns: int) -> None:
+    """Publish how the servo stands after a tick; the caller has filled tick, overruns and lateness."""
+    in_contact = motion.place == exact.CONTACT and motion.fate != exact.LEFT
+    since_strike = now_ns - player.last_ns
+    status.t_ns = now_ns
+    status.status = READY
+    if player.last_ns > 0 and since_strike < _STILL_PLAYING_NS:
+        status.status = PLAYING
+    if player.panicked != 0:
+        status.status = STATUS_PANIC
+    if player.fault != 0:
+        status.status = FAULT
+    status.fault = player.fault
+    status.z_m = motion.z
+    status.v_m_per_s = motion.v
+    status.force_N = contact.force(law.k_coll, law.r_in - law.r_out, motion.z, motion.v) if in_contact else 0.0
+    status.x = player.x
+    status.y = player.y
+    status.roll_rate_Hz = player.roll_rate_Hz if status.status == PLAYING else 0.0
+    status.v_e_m_per_s = player.v_e_m_per_s
+    status.strikes = player.seq
+    status.revision = player.revision
+    status.refused = player.refused
+    status.refused_revision = player.refused_revision
+    triple.publish(block.status_cells, block.status, status)
