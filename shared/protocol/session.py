@@ -63,3 +63,13 @@ def open_client(endpoint: str, keep_trying: Callable[[], bool]) -> zenoh.Session
 def router_config(listen: str) -> zenoh.Config:
     """A router that listens at `listen` only; zenoh.open raises ZError when the address is taken."""
     return _config({"mode": "router", "listen/endpoints": [listen], "listen/exit_on_failure": True})
+
+
+def open_router(listen: str) -> zenoh.Session:
+    """Open the rig's router; OSError, worded, when the address is taken or no address at all."""
+    import zenoh
+
+    try:
+        return zenoh.open(router_config(listen))
+    except zenoh.ZError as error:
+        raise OSError(f"Zenoh cannot listen at {listen} (taken by another rig?): {str(error)[:160]}") from None

@@ -98,3 +98,9 @@ def peek(cells, index):
 def poke(cells, index, value):
     """Release store from Python."""
     store_release(cells, index, value)
+
+
+@njit()
+def add_to(cells, index, value):
+    """Atomic add from Python; returns the old value."""
+    return add(cells, index, value)

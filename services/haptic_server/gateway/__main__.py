@@ -1,0 +1,78 @@
+"""python -m haptic_server.gateway: Zenoh and OSC for the servo in the same run folder, until SIGTERM."""
+
+import argparse
+import json
+import logging
+import signal
+import sys
+import threading
+from pathlib import Path
+
+from drumstick.law import law_of
+from drumstick.scene import as_tables, parse
+from haptic_server.gateway.link import wait_for_servo
+from haptic_server.gateway.osc.front import OscFront
+from haptic_server.gateway.relay import Relay
+from haptic_server.gateway.settings import ParameterDesk
+from haptic_server.gateway.wire import Wire
+from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, Keys
+from protocol.session import open_client, open_router
+
+_log = logging.getLogger("gateway")
+
+
+def _address(text: str) -> tuple[str, int]:
+    host, _, port = text.rpartition(":")
+    return host or "127.0.0.1", int(port)
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="haptic_server.gateway", description=__doc__)
+    parser.add_argument("--run-dir", type=Path, required=True, help="holds scene.toml and the servo's block")
+    parser.add_argument("--rig", default=DEFAULT_RIG)
+    parser.add_argument("--listen", default=DEFAULT_ROUTER, help="be the Zenoh router at this endpoint")
+    parser.add_argument("--connect", help="be a client of the Zenoh router at this endpoint instead")
+    parser.add_argument("--osc-in", type=_address, default=("127.0.0.1", 9100), help="[host:]port to hear OSC at")
+    parser.add_argument("--osc-out", type=_address, action="append", help="host:port to send OSC to; may repeat")
+    parser.add_argument("--prefix", default="/drumstick")
+    return parser.parse_args()
+
+
+def main() -> int:
+    """Map the block, open the wires, relay until a signal."""
+    given = _arguments()
+    logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
+    stop = threading.Event()
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda *_: stop.set())
+    scene = parse((given.run_dir / "scene.toml").read_text(encoding="utf-8"), str(given.run_dir / "scene.toml"))
+    link = wait_for_servo(given.run_dir, law_of(scene), stop)
+    if link is None:
+        return 0
+    desk = ParameterDesk(scene, link)
+    try:
+        osc = OscFront(given.osc_in, given.osc_out or [("127.0.0.1", 9101)], given.prefix, desk)
+    except OSError as error:
+        host, port = given.osc_in
+        _log.error("OSC port %s:%d cannot be opened: %s; choose another with --osc-in", host, port, error.strerror)
+        return 3
+    try:
+        session = open_client(given.connect, lambda: not stop.is_set()) if given.connect else open_router(given.listen)
+    except OSError as error:
+        _log.error("%s", error)
+        osc.close()
+        return 3
+    if session is not None:
+        health = lambda: {"servo": json.loads((given.run_dir / "servo.json").read_text()), "osc": osc.counters}  # noqa: E731
+        wire = Wire(session, Keys(given.rig), desk, lambda: link.boot, json.dumps(as_tables(scene)), health)
+        try:
+            Relay(given.rig, link, desk, wire, osc).run(stop)
+        finally:
+            wire.close()
+            session.close()
+    osc.close()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

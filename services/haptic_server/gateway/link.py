@@ -1,0 +1,125 @@
+"""The gateway's hold on the servo's block: takes events, readbacks and status; finds a restarted servo again.
+
+All of `take_*`, `status` and `refresh` belong to the relay thread; `offer` and `raise_panic` may be called by one other thread at
+a time (the desk's lock sees to that).
+"""
+
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from drumstick.law import Records
+from haptic_server import block as blocks
+from haptic_server.records import EVENT, STATUS, set_type
+from realtime import ring, triple
+from realtime.atomics import add_to, peek
+
+_EVENTS_AT_ONCE = 512
+STALE_NS = 100_000_000
+
+
+class ServoLink:
+    """A mapped block, replaced when the servo started anew."""
+
+    def __init__(self, folder: Path, law: Records) -> None:
+        """Map the block in `folder`; FileNotFoundError while there is none, BlockError when it is another's."""
+        self._folder = folder
+        self._set_type = set_type(law.dtype)
+        self._events = np.zeros(_EVENTS_AT_ONCE, EVENT)
+        self._status = np.zeros(1, STATUS)
+        self._live = np.zeros(1, self._set_type)
+        self._offer = np.zeros(1, self._set_type)
+        self._attach()
+
+    def _attach(self) -> None:
+        self._inode = blocks.inode(self._folder)
+        self.block = blocks.attach(self._folder, self._set_type["law"])
+        blocks.claim(self.block)
+
+    @property
+    def boot(self) -> int:
+        """Identifies the servo's start."""
+        return self.block.boot
+
+    def refresh(self) -> bool:
+        """Take up a new block if the servo made one; True when it did."""
+        if blocks.inode(self._folder) in (0, self._inode):
+            return False
+        self._attach()
+        return True
+
+    def servo_is_alive(self) -> bool:
+        """Whether the servo ticked within the last tenth of a second."""
+        return time.monotonic_ns() - peek(self.block.control, blocks.HEARTBEAT) < STALE_NS
+
+    def take_events(self) -> npt.NDArray[np.void]:
+        """Strikes and releases not taken yet, oldest first; the array is reused by the next call."""
+        count = ring.drain(self.block.ring_cells, self.block.events, self._events)
+        return self._events[:count]
+
+    def events_lost(self) -> int:
+        """Events that found the ring full, since the servo started."""
+        return peek(self.block.ring_cells, ring.DROPPED)
+
+    def take_live(self) -> tuple[int, Records] | None:
+        """The set that the servo uses now, if it is one not seen before: revision and law, shape (1,)."""
+        if not triple.read_into(self.block.live_cells, self.block.live, self._live):
+            return None
+        return self.live()
+
+    def live(self) -> tuple[int, Records]:
+        """The set that the servo uses, as last taken."""
+        return int(self._live["revision"][0]), self._live["law"].copy()
+
+    def first_live(self) -> tuple[int, Records]:
+        """The set in use when the gateway starts."""
+        triple.read_into(self.block.live_cells, self.block.live, self._live)
+        return self.live()
+
+    def waiting(self) -> tuple[int, Records] | None:
+        """A set that an earlier gateway offered and the servo has not taken yet."""
+        between = peek(self.block.wanted_cells, triple.BETWEEN)
+        if between < triple.FRESH:
+            return None
+        offered = self.block.wanted[between % triple.FRESH : between % triple.FRESH + 1].copy()
+        return int(offered["revision"][0]), offered["law"].copy()
+
+    def status(self) -> Any:
+        """The servo's latest STATUS record."""
+        triple.read_into(self.block.status_cells, self.block.status, self._status)
+        return self._status[0]
+
+    def lateness_p99_us(self) -> float:
+        """The 99th percentile of the ticks' lateness since the servo started, to 10 us."""
+        counts = np.cumsum(self.block.lateness)
+        if counts[-1] == 0:
+            return 0.0
+        bin_index = int(np.searchsorted(counts, 0.99 * counts[-1]))
+        return (bin_index + 1) * blocks.LATENESS_BIN_NS / 1e3
+
+    def offer(self, revision: int, law: Records) -> None:
+        """Give the servo a whole set; it takes the newest one when the stick is above the head."""
+        self._offer["revision"] = revision
+        self._offer["law"] = law
+        triple.publish(self.block.wanted_cells, self.block.wanted, self._offer[0])
+
+    def raise_panic(self) -> None:
+        """Zero force from the next tick on."""
+        add_to(self.block.control, blocks.PANIC, 1)
+
+
+def wait_for_servo(folder: Path, law: Records, stop: threading.Event) -> ServoLink | None:
+    """The link to the servo of `folder`, as soon as there is one that ticks; None when `stop` came first."""
+    while not stop.is_set():
+        try:
+            link = ServoLink(folder, law)
+            if link.servo_is_alive():
+                return link
+        except FileNotFoundError:
+            pass  # the servo is still compiling or being restarted
+        stop.wait(0.02)
+    return None

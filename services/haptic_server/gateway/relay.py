@@ -1,0 +1,149 @@
+"""The relay: carries events, readbacks and status from the block to the wires. Its own thread; ordinary Python.
+
+It polls twice a millisecond: the servo must not make a system call to wake anybody.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from typing import TYPE_CHECKING, Any
+
+from haptic_server.gateway.link import ServoLink
+from haptic_server.gateway.settings import Echo, ParameterDesk
+from haptic_server.gateway.wire import Wire
+from haptic_server.records import FAULT, FAULT_WORDS, PANIC, STATUS_WORDS, STRIKE
+from protocol.messages import Release, State, Strike
+
+if TYPE_CHECKING:
+    from haptic_server.gateway.osc.front import OscFront
+
+_log = logging.getLogger("gateway")
+_POLL_S = 0.0005
+_STATE_PERIOD_NS = 33_333_333
+_ALIVE_PERIOD_NS = 1_000_000_000
+
+
+class Relay:
+    """Joins one servo's block to one Zenoh wire and one OSC front."""
+
+    def __init__(self, rig: str, link: ServoLink, desk: ParameterDesk, wire: Wire, osc: OscFront) -> None:
+        self._rig = rig
+        self._link = link
+        self._desk = desk
+        self._wire = wire
+        self._osc = osc
+        self._started_ns = time.monotonic_ns()
+        self._next_state_ns = 0
+        self._next_alive_ns = 0
+        self._refused = 0
+        self._told_pending = 0
+
+    def run(self, stop: threading.Event) -> None:
+        """Relay until `stop` is set."""
+        while not stop.is_set():
+            self.step(time.monotonic_ns())
+            time.sleep(_POLL_S)
+
+    def step(self, now_ns: int) -> None:
+        """One round: everything that waits in the block goes out."""
+        for event in self._link.take_events():
+            self._tell_event(event)
+        latched = self._link.take_live()
+        if latched is not None:
+            self._echo(self._desk.latched(*latched), pending=False)
+        if now_ns >= self._next_state_ns:
+            self._next_state_ns = now_ns + _STATE_PERIOD_NS
+            self._tell_state(now_ns)
+
+    def _tell_event(self, event: Any) -> None:
+        # A strike made while no gateway ran still reaches Zenoh, but not the OSC mirrors: a DAW would play it late.
+        fresh = int(event["t_ns"]) >= self._started_ns
+        if event["kind"] == STRIKE:
+            strike = Strike(
+                boot=self._link.boot,
+                seq=int(event["seq"]),
+                t_ns=int(event["t_ns"]),
+                x=float(event["x"]),
+                y=float(event["y"]),
+                z_speed_m_per_s=float(event["a"]),
+                level=float(event["level"]),
+                peak_estimate_N=float(event["b"]),
+                contact_estimate_s=float(event["c"]),
+            )
+            if fresh:
+                self._osc.strike(strike)
+            self._wire.put_strike(strike)
+            return
+        release = Release(
+            boot=self._link.boot,
+            seq=int(event["seq"]),
+            t_ns=int(event["t_ns"]),
+            exit_speed_m_per_s=float(event["a"]),
+            impulse_N_s=float(event["b"]),
+            peak_N=float(event["peak_N"]),
+            contact_s=float(event["c"]),
+        )
+        if fresh:
+            self._osc.release(release)
+        self._wire.put_release(release)
+
+    def _echo(self, echoes: list[Echo], *, pending: bool) -> None:
+        self._wire.put_echoes(echoes, self._desk.live_revision, pending)
+        for echo in echoes:
+            self._osc.readback(echo.name, echo.value, echo.norm)
+
+    def _tell_state(self, now_ns: int) -> None:
+        status = self._link.status()
+        words = self._status_words(status)
+        pending = self._desk.pending
+        self._wire.put_state(
+            State(
+                boot=self._link.boot,
+                t_ns=int(status["t_ns"]),
+                status=words,
+                z_m=float(status["z_m"]),
+                v_m_per_s=float(status["v_m_per_s"]),
+                force_N=float(status["force_N"]),
+                x=float(status["x"]),
+                y=float(status["y"]),
+                roll_rate_Hz=float(status["roll_rate_Hz"]),
+                v_e_m_per_s=float(status["v_e_m_per_s"]),
+                strikes=int(status["strikes"]),
+                ticks=int(status["tick"]),
+                overruns=int(status["overruns"]),
+                lateness_p99_us=self._link.lateness_p99_us(),
+                lateness_worst_us=int(status["lateness_worst_ns"]) / 1e3,
+                ring_dropped=self._link.events_lost(),
+                revision=self._desk.live_revision,
+                pending=pending,
+            )
+        )
+        self._tell_pending(pending)
+        if int(status["refused"]) != self._refused:
+            self._refused = int(status["refused"])
+            self._desk.refused_by_servo(int(status["refused_revision"]))
+        if now_ns >= self._next_alive_ns:
+            self._next_alive_ns = now_ns + _ALIVE_PERIOD_NS
+            self._osc.alive(self._rig, words, int(status["strikes"]))
+            self._find_new_servo(int(status["status"]) == PANIC)
+
+    def _tell_pending(self, pending: bool) -> None:
+        # Once for each accepted set that is still waiting when a state goes out.
+        if pending and self._desk.revision != self._told_pending:
+            self._told_pending = self._desk.revision
+            self._wire.put_echoes(self._desk.everything(), self._desk.live_revision, True)
+
+    def _status_words(self, status: Any) -> str:
+        if not self._link.servo_is_alive():
+            return "fault: the servo process does not tick"
+        if status["status"] == FAULT:
+            return f"fault: {FAULT_WORDS.get(int(status['fault']), 'unknown')}"
+        return STATUS_WORDS[int(status["status"])]
+
+    def _find_new_servo(self, was_panicking: bool) -> None:
+        if self._link.refresh():
+            self._refused = 0
+            self._desk.servo_restarted(was_panicking)
+            _log.info("a new servo is running")

@@ -1,0 +1,126 @@
+"""The desk: the one place where sets of parameters are accepted or refused, whole, and where readbacks are known.
+
+Any gateway thread; one short lock, never held over a call to the network.
+"""
+
+import logging
+import math
+import threading
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from drumstick import envelope, parameters
+from drumstick.law import Records
+from drumstick.parameters import Parameter, Refusal
+from drumstick.scene import Scene
+from haptic_server.gateway.link import ServoLink
+from protocol.messages import SetReply
+
+_log = logging.getLogger("gateway")
+
+
+class Echo(NamedTuple):
+    """One value to tell the world: what the servo uses now."""
+
+    name: str
+    value: float
+    norm: float
+
+
+class ParameterDesk:
+    """Accepts sets through the joint envelope, offers them to the servo, and remembers what the servo really uses."""
+
+    def __init__(self, scene: Scene, link: ServoLink) -> None:
+        self.table: Mapping[str, Parameter] = parameters.table_of(scene)
+        self._limits = envelope.Limits.of(scene.guard)
+        self._link = link
+        self._lock = threading.Lock()
+        self._live_revision, self._live = link.first_live()
+        waiting = link.waiting()
+        self._revision, self._accepted = waiting if waiting else (self._live_revision, self._live)
+        self._touched: set[str] = set()
+        self._panicked = False
+
+    def values(self) -> dict[str, float]:
+        """What the servo uses, by wire name. z_h0 is NaN while the hand has no stiffness."""
+        with self._lock:
+            return parameters.values_of(self._live, self.table)
+
+    @property
+    def live_revision(self) -> int:
+        """Revision of the set that the servo uses."""
+        return self._live_revision
+
+    @property
+    def revision(self) -> int:
+        """Revision of the newest accepted set."""
+        return self._revision
+
+    @property
+    def pending(self) -> bool:
+        """Whether an accepted set still waits for the stick to be above the head."""
+        return self._live_revision < self._revision
+
+    def set(self, changes: Mapping[str, float], source: str) -> SetReply:
+        """Accept all of `changes` or raise Refusal; the servo takes them when the stick is above the head.
+
+        Changes build on the newest accepted set, so nothing accepted before is lost while it waits.
+        """
+        if not changes:
+            raise Refusal("an empty set: name at least one parameter")
+        with self._lock:
+            wanted = parameters.with_changes(self._accepted, self.table, changes)
+            envelope.require(wanted, self._limits)
+            self._accepted = wanted
+            self._revision += 1
+            self._touched.update(changes)
+            self._link.offer(self._revision, wanted)
+            values = parameters.values_of(wanted, self.table)
+            _log.debug("set %s by %s", dict(changes), source)
+            return SetReply(
+                values={name: values[name] for name in changes}, revision=self._revision, pending=True
+            )
+
+    def panic(self, source: str) -> None:
+        """Zero force, latched; only `drumstick arm` on this machine clears it."""
+        with self._lock:
+            self._panicked = True
+            self._link.raise_panic()
+        _log.warning("panic from %s; clear it with: drumstick arm", source)
+
+    def latched(self, revision: int, law: Records) -> list[Echo]:
+        """The servo now uses `law`: what to echo (everything that was set, and whatever else changed with it)."""
+        with self._lock:
+            before = parameters.values_of(self._live, self.table)
+            self._live_revision, self._live = revision, law
+            after = parameters.values_of(law, self.table)
+            names = [n for n in after if n in self._touched or after[n] != before[n]]
+            if revision >= self._revision:
+                self._touched.clear()
+        return self._echoes({name: after[name] for name in names})
+
+    def everything(self) -> list[Echo]:
+        """All readbacks."""
+        return self._echoes(self.values())
+
+    def _echoes(self, values: Mapping[str, float]) -> list[Echo]:
+        return [Echo(n, v, self.table[n].norm(v)) for n, v in values.items() if math.isfinite(v)]
+
+    def refused_by_servo(self, revision: int) -> None:
+        """The servo's own fence turned down a set: fall back to what it uses."""
+        with self._lock:
+            if revision >= self._revision:
+                self._accepted, self._touched = self._live, set()
+                self._revision += 1
+                self._live_revision = self._revision
+        _log.error("the servo refused set %d, which the gateway had accepted; its parameters are unchanged", revision)
+
+    def servo_restarted(self, was_panicking: bool) -> None:
+        """A new servo starts from the scene: give it the accepted set again, and the panic if there was one."""
+        with self._lock:
+            self._live_revision, self._live = self._link.first_live()
+            self._revision += 1
+            self._touched.update(self.table)
+            self._link.offer(self._revision, self._accepted)
+            if was_panicking:
+                self._link.raise_panic()
