@@ -1,8 +1,9 @@
-"""The contact law, and what it implies for one isolated blow (no hand, no pulse): rebound, duration, peak force.
+"""The contact law, and what it implies for one blow without hand or pulse: rebound, duration, peak force.
 
-With zeta = R_in/(2 sqrt(m K)) and w0 = sqrt(K/m), z'' passes through zero, and so does the force of a membrane that
-only pushes, at w_d t = 2 acos(zeta); the force peaks where z''' does. Derived from z = -(v/w_d) e^(-a t) sin(w_d t)
-and compared with the 40-digit reference in tests/physics. Kernels: any thread; no allocation.
+With zeta = R_in/(2 sqrt(m K)) and w0 = sqrt(K/m), z'' passes through zero, and so does the force of a
+membrane that only pushes, at w_d t = 2 acos(zeta); the force peaks where z''' does. Derived from z = -(v/w_d)
+e^(-a t) sin(w_d t) and compared with the 40-digit reference in tests/physics. Kernels: any thread; no
+allocation.
 """
 
 import math
@@ -16,8 +17,8 @@ PAPER, UNILATERAL = 0, 1
 def force(k_coll: float, r_head: float, z: float, v: float) -> float:
     """Force of the head on the stick while in contact, N: -K_coll z - R z'.
 
-    R is the head's own damping, R_in - R_out: the hand's R_out of equation (1) is still there inside, and R_in of
-    equation (2) is what both give together.
+    R is the head's own damping, R_in - R_out: the hand's R_out of equation (1) is still there inside, and
+    R_in of equation (2) is what both give together.
     """
     return -k_coll * z - r_head * v
 
@@ -47,7 +48,7 @@ def _angle_over_sine(zeta: float) -> float:
 
 @njit()
 def beta_unilateral(m: float, k_coll: float, r_in: float) -> float:
-    """Coefficient of restitution of a head that only pushes: exp(-2 zeta acos(zeta)/sqrt(1-zeta^2)), all zeta."""
+    """Restitution of a head that only pushes: exp(-2 zeta acos(zeta)/sqrt(1-zeta^2)), for every zeta."""
     zeta = damping_ratio(m, k_coll, r_in)
     return math.exp(-2.0 * zeta * _angle_over_sine(zeta))
 

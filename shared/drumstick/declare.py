@@ -1,8 +1,8 @@
 """Declaring a number where its physics stands: unit, range, words and wire name, once.
 
-A table of a scene (`[stick]`, `[effects.pulse]`, `[drum]` ...) is a frozen dataclass whose fields are made by the
-functions here. The scene reader, the parameter table, the record that the kernels get, the OSC and Zenoh names and
-the panel's controls are all derived from these declarations.
+A table of a scene (`[stick]`, `[effects.pulse]`, `[drum]` ...) is a frozen dataclass whose fields are made by
+the functions here. The scene reader, the parameter table, the record that the kernels get, the OSC and Zenoh
+names and the panel's controls are all derived from these declarations.
 """
 
 import dataclasses

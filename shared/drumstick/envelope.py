@@ -1,12 +1,15 @@
 """The joint envelope: which whole sets of parameters may reach a device while someone plays.
 
-Single ranges are not enough (a small m with a large K_coll, or a long roll with little loss, is dangerous only
-together). The same compiled check stands at both fences: the gateway, which words the refusal, and the servo, which
-trusts nobody. It gates live sets and devices only; `simulate` takes whatever the table's ranges allow.
+Single ranges are not enough (a small m with a large K_coll, or a long roll with little loss, is dangerous
+only together). The same compiled check stands at both fences: the gateway, which words the refusal, and the
+servo, which trusts nobody. It gates live sets and devices only; `simulate` takes whatever the table's ranges
+allow.
 
-The speed of the roll is bounded from above by v = dv / (1 - beta): no loss outside contact, the whole pulse delivered.
+The speed of the roll is bounded from above by v = dv / (1 - beta): no loss outside contact, the whole pulse
+delivered.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from drumstick import contact
@@ -14,7 +17,7 @@ from drumstick.effects import pulse
 from drumstick.law import Records
 from drumstick.parameters import Refusal
 from drumstick.rig import Guard
-from realtime.jit import Record, njit, overload, record_has
+from realtime.jit import ArgumentType, Record, njit, overload, record_has
 
 OK, NOT_FINITE, MASS, NEGATIVE, ENDLESS, SPEED, FORCE = 0, 1, 2, 3, 4, 5, 6
 
@@ -41,14 +44,14 @@ def _pulse_push(law: Record) -> float:
 
 
 @overload(_pulse_speed)
-def _pulse_speed_if_named(law):  # pyright: ignore  the arguments are numba types
+def _pulse_speed_if_named(law: ArgumentType) -> Callable[[Record], float]:
     if record_has(law, "pulse"):
         return lambda law: law.pulse.dv_pls
     return lambda law: 0.0
 
 
 @overload(_pulse_push)
-def _pulse_push_if_named(law):  # pyright: ignore
+def _pulse_push_if_named(law: ArgumentType) -> Callable[[Record], float]:
     if record_has(law, "pulse"):
         return lambda law: law.pulse.dv_pls * pulse.rate(law)
     return lambda law: 0.0
@@ -68,7 +71,12 @@ def check(law: Record, max_force_N: float, max_speed_m_per_s: float) -> int:
     """OK, or the first rule that the set breaks. Written in accept form, so that NaN never passes."""
     if not (0.0 < law.m < 1e3):
         return MASS
-    if not (0.0 < law.k_coll < 1e9 and 0.0 <= law.r_in < 1e6 and 0.0 <= law.k_hand < 1e6 and 0.0 <= law.r_out < 1e6):
+    if not (
+        0.0 < law.k_coll < 1e9
+        and 0.0 <= law.r_in < 1e6
+        and 0.0 <= law.k_hand < 1e6
+        and 0.0 <= law.r_out < 1e6
+    ):
         return NEGATIVE
     if not (abs(law.z_ss) < 1e3 and 0.0 <= _pulse_speed(law) < 1e3 and abs(_pulse_push(law)) < 1e12):
         return NOT_FINITE
@@ -92,7 +100,8 @@ def require(law: Records, limits: Limits) -> None:
         NOT_FINITE: "z_ss, dv_pls or tau is not a usable number",
         MASS: f"m = {law['m'][0]:g} kg must be above 0",
         NEGATIVE: "k_coll must be above 0 N/m; r_in, r_out and k_hand must not be negative",
-        ENDLESS: "nothing damps the rebound, so each pulse would add speed for ever: raise r_in or set dv_pls to 0",
+        ENDLESS: "nothing damps the rebound, so each pulse would add speed for ever: "
+        "raise r_in or set dv_pls to 0",
         SPEED: f"the roll could reach {speed:.3g} m/s, the limit is {limits.max_speed_m_per_s:g} m/s: "
         "lower dv_pls or raise r_in",
         FORCE: f"contact and pulse could reach {force:.3g} N, the limit is {limits.max_force_N:g} N: "

@@ -1,9 +1,9 @@
 """The method `exact`: closed-form motion between events, events found as roots. There is no time step.
 
-`advance` moves the stick to the next event or to a horizon, whichever comes first; splitting a run into ticks gives
-the same events. An interval is searched on a grid that grows geometrically from the fastest time scale and is capped
-by the oscillation, so that no sign change and no grazing minimum falls between two nodes. Kernels: tick thread or any
-other; no allocation, no exceptions.
+`advance` moves the stick to the next event or to a horizon, whichever comes first; splitting a run into ticks
+gives the same events. An interval is searched on a grid that grows geometrically from the fastest time scale
+and is capped by the oscillation, so that no sign change and no grazing minimum falls between two nodes.
+Kernels: tick thread or any other; no allocation, no exceptions.
 """
 
 import math
@@ -27,8 +27,11 @@ _FIRST_STEP = 0.1
 _HALVINGS = 200
 _STILL_M_PER_S = 1e-30
 
-# The stick's motion: fields of the record, beside those of the scene's effects. `v_in` to `contact_s` describe the
-# present or the last contact (z < 0), `turned` is set once in each.
+# The constants of a closed-form motion: a, w2, g, lam of drumstick.segment, and the start z, v, p.
+Segment = tuple[float, float, float, float, float, float, float]
+
+# The stick's motion: fields of the record, beside those of the scene's effects. `v_in` to `contact_s`
+# describe the present or the last contact (z < 0), `turned` is set once in each.
 STATE = (
     ("z", "f8"),
     ("v", "f8"),
@@ -46,8 +49,8 @@ STATE = (
 
 
 @njit()
-def _segment(law: Record, motion: Record) -> tuple[float, float, float, float, float, float, float]:
-    # The constants of the motion from here: a, w2, g, lam and the start z, v, p.
+def _segment(law: Record, motion: Record) -> Segment:
+    # The motion from here, while nothing happens.
     stiffness, damping = law.k_hand, law.r_out
     if motion.place == CONTACT:
         stiffness, damping = law.k_hand + law.k_coll, law.r_in
@@ -63,7 +66,7 @@ def _segment(law: Record, motion: Record) -> tuple[float, float, float, float, f
 
 
 @njit()
-def _value(which, law, seg, t):
+def _value(which: int, law: Record, seg: Segment, t: float) -> tuple[float, float]:
     # The event function and its time derivative, at t.
     a, w2, g, lam, z0, v0, p0 = seg
     z, v, p = propagate(a, w2, g, lam, z0, v0, p0, t)
@@ -81,8 +84,9 @@ def _value(which, law, seg, t):
 
 
 @njit()
-def _root(which, law, seg, low, high, sign_high):
-    # The root of the event function in (low, high]; its sign at `high` is given. Newton, kept inside by bisection.
+def _root(which: int, law: Record, seg: Segment, low: float, high: float, sign_high: float) -> float:
+    # The root of the event function in (low, high]; its sign at `high` is given. Newton, kept inside by
+    # bisection.
     t = 0.5 * (low + high)
     for _ in range(_HALVINGS):
         value, slope = _value(which, law, seg, t)
@@ -101,8 +105,9 @@ def _root(which, law, seg, low, high, sign_high):
 
 
 @njit()
-def _root_after_start(which, law, seg, high, sign_high):
-    # As _root on (0, high], where the function is zero at the start and leaves zero with the opposite sign first.
+def _root_after_start(which: int, law: Record, seg: Segment, high: float, sign_high: float) -> float:
+    # As _root on (0, high], where the function is zero at the start and leaves zero with the opposite sign
+    # first.
     low = 0.5 * high
     for _ in range(_HALVINGS):
         if _value(which, law, seg, low)[0] * sign_high < 0.0:
@@ -113,7 +118,7 @@ def _root_after_start(which, law, seg, high, sign_high):
 
 
 @njit()
-def _first_step(seg):
+def _first_step(seg: Segment) -> float:
     a, w2, g, lam, z, v, p = seg
     step = _FIRST_STEP / max(fastest_rate(a, w2, lam if p != 0.0 else 0.0), 1e-9)
     acceleration = g - 2.0 * a * v - w2 * z + p
@@ -123,7 +128,7 @@ def _first_step(seg):
 
 
 @njit()
-def _search(law, motion, seg, horizon):
+def _search(law: Record, motion: Record, seg: Segment, horizon: float) -> tuple[int, float]:
     """The first event after the start, and its time; (HORIZON, horizon) when there is none. Notes peak_N."""
     a, w2, g, lam, z0, v0, p0 = seg
     place = motion.place
@@ -143,8 +148,10 @@ def _search(law, motion, seg, horizon):
         if place == ABOVE:
             if z_next <= 0.0:
                 event = ENTRY
-                when = _root(_Z, law, seg, t, after, -1.0) if started else _root_after_start(
-                    _Z, law, seg, after, -1.0
+                when = (
+                    _root(_Z, law, seg, t, after, -1.0)
+                    if started
+                    else _root_after_start(_Z, law, seg, after, -1.0)
                 )
             elif v < 0.0 and v_next > 0.0:  # a minimum above the head: did it graze?
                 low = _root(_V, law, seg, t, after, 1.0)
@@ -160,8 +167,10 @@ def _search(law, motion, seg, horizon):
             value = z_next if law.release == PAPER else force(law.k_coll, r_head, z_next, v_next)
             if value * outward >= 0.0:
                 event = RELEASE if law.release == PAPER else LOOSEN
-                when = _root(which, law, seg, t, after, outward) if started else _root_after_start(
-                    which, law, seg, after, outward
+                when = (
+                    _root(which, law, seg, t, after, outward)
+                    if started
+                    else _root_after_start(which, law, seg, after, outward)
                 )
             else:
                 toward = v if law.release == PAPER else -push_rate
@@ -197,9 +206,9 @@ def _search(law, motion, seg, horizon):
 
 
 @njit()
-def _never_releases(law, motion):
-    # Energy about the point of rest in the head, with all that the pulse can still add, cannot reach z = 0. A head
-    # that lets go and meets the stick again higher up only takes energy away.
+def _never_releases(law: Record, motion: Record) -> bool:
+    # Energy about the point of rest in the head, with all that the pulse can still add, cannot reach z = 0. A
+    # head that lets go and meets the stick again higher up only takes energy away.
     stiffness = law.k_hand + law.k_coll
     rest = law.k_hand * law.z_ss / stiffness
     w = math.sqrt(stiffness / law.m)
@@ -214,7 +223,7 @@ def _never_releases(law, motion):
 
 
 @njit()
-def _never_returns(law, motion):
+def _never_returns(law: Record, motion: Record) -> bool:
     lam = pulse.rate(law)
     p = pulse.push(law, motion)
     gain = p / lam if lam > 0.0 else 0.0
@@ -225,13 +234,13 @@ def _never_returns(law, motion):
 
 
 @njit()
-def _move(law, motion, seg, duration):
+def _move(law: Record, motion: Record, seg: Segment, duration: float) -> None:
     """Carry the motion `duration` seconds along its segment, and the contact's impulse with it."""
     a, w2, g, lam, z0, v0, p0 = seg
     z, v, p = propagate(a, w2, g, lam, z0, v0, p0, duration)
     if motion.place == CONTACT:
-        # The head's impulse is what the stick's change of momentum does not owe to hand and pulse; the integral of z
-        # follows from the equation of motion itself.
+        # The head's impulse is what the stick's change of momentum does not owe to hand and pulse; the
+        # integral of z follows from the equation of motion itself.
         given = (p0 - p) / lam if p0 != 0.0 else 0.0
         z_integral = (given - (v - v0) - 2.0 * a * (z - z0) + g * duration) / w2
         motion.impulse_N_s += -law.k_coll * z_integral - (law.r_in - law.r_out) * (z - z0)
@@ -243,7 +252,7 @@ def _move(law, motion, seg, duration):
 
 
 @njit()
-def _enter(law, motion):
+def _enter(law: Record, motion: Record) -> None:
     motion.place = CONTACT
     motion.z = 0.0
     motion.v_in = motion.v
@@ -262,7 +271,7 @@ def _enter(law, motion):
 
 
 @njit()
-def _leave(law, motion):
+def _leave(law: Record, motion: Record) -> None:
     motion.place = ABOVE
     motion.z = 0.0
     motion.v_out = motion.v
@@ -276,8 +285,9 @@ def _leave(law, motion):
 def advance(law: Record, motion: Record, horizon: float) -> tuple[int, float]:
     """Move to the next event or by `horizon` seconds; returns (event, seconds moved).
 
-    ENTRY: the stick meets the head at z = 0 with motion.v_in < 0. TURN: deepest point. RELEASE: motion.v_out, peak_N,
-    impulse_N_s, contact_s, z_min are final. APEX: highest point. HORIZON: none of these within `horizon`.
+    ENTRY: the stick meets the head at z = 0 with motion.v_in < 0. TURN: deepest point. RELEASE: motion.v_out,
+    peak_N, impulse_N_s, contact_s, z_min are final. APEX: highest point. HORIZON: none of these within
+    `horizon`.
     """
     moved = 0.0
     while True:

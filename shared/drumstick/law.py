@@ -1,7 +1,8 @@
 """The records that the kernels get: the scene's law (parameters) and the stick's motion (state).
 
-Both are numpy record types made from the declarations, so an effect that the scene does not name has no field in
-either, and numba compiles no code for it. Field names are the wire names; words of a choice become their index.
+Both are numpy record types made from the declarations, so an effect that the scene does not name has no field
+in either, and numba compiles no code for it. Field names are the wire names; words of a choice become their
+index.
 """
 
 from typing import Any

@@ -1,7 +1,8 @@
-"""The parameter table: what can be set live in a scene, by wire name. Assembled from the declarations, never typed here.
+"""The parameter table: what can be set live in a scene, by wire name.
 
-`z_h0` is the one derived entry: where the hand holds its spring, another view of z_ss = z_h0 - m g*/K_hand. Setting it
-moves z_ss; raising k_hand leaves z_ss where it is. Control threads only; allocates.
+It is assembled from the declarations, never typed here.
+`z_h0` is the one derived entry: where the hand holds its spring, another view of z_ss = z_h0 - m g*/K_hand.
+Setting it moves z_ss; raising k_hand leaves z_ss where it is. Control threads only; allocates.
 """
 
 import math
@@ -46,7 +47,9 @@ class Parameter:
         """The value as float; raises Refusal when it is not finite or outside the declared range."""
         q = self.quantity
         if not math.isfinite(value):
-            raise Refusal(f"{self.name}: {value!r} is not a finite number; send {q.low:g} .. {q.high:g} {q.unit}")
+            raise Refusal(
+                f"{self.name}: {value!r} is not a finite number; send {q.low:g} .. {q.high:g} {q.unit}"
+            )
         if not q.low <= value <= q.high:
             raise Refusal(f"{self.name}: {value:g} {q.unit} is outside {q.low:g} .. {q.high:g} {q.unit}")
         return float(value)
@@ -70,7 +73,10 @@ _Z_H0 = Parameter(
 def table_of(scene: Scene) -> dict[str, Parameter]:
     """Wire name -> row, for what the scene contains; stick first, then its effects, then z_h0."""
     rows: dict[str, Parameter] = {}
-    owners: list[tuple[str | None, type]] = [(None, Stick), *((name, EFFECTS[name]) for name in scene.effects)]
+    owners: list[tuple[str | None, type]] = [
+        (None, Stick),
+        *((name, EFFECTS[name]) for name in scene.effects),
+    ]
     for effect, table in owners:
         for quantity in quantities(table).values():
             if quantity.wire is not None:
@@ -93,7 +99,7 @@ def values_of(law: Records, table: Mapping[str, Parameter]) -> dict[str, float]:
 
 
 def with_changes(law: Records, table: Mapping[str, Parameter], changes: Mapping[str, float]) -> Records:
-    """A copy of `law` with these values, each within its own range. Raises Refusal; `law` is never touched."""
+    """A copy of `law` with these values, each within its own range. Raises Refusal; leaves `law` alone."""
     changed = law.copy()
     record = changed[0]
     for name, value in changes.items():

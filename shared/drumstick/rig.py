@@ -25,7 +25,9 @@ class Hand:
     """`[hand]`: the simulated player. It throws the stick, holds it, and moves over the head on a circle."""
 
     throw_m_per_s: float = number(0.4, 0.01, 5.0, "m/s", "Upward speed of a throw, from z = 0")
-    rest_s: float = number(0.5, 0.05, 60.0, "s", "How long a stick rests dead before the player throws it again")
+    rest_s: float = number(
+        0.5, 0.05, 60.0, "s", "How long a stick rests dead before the player throws it again"
+    )
     orbit_radius: float = number(0.45, 0.0, 0.95, "of the radius", "The strikes walk on a circle this large")
     orbit_period_s: float = number(8.0, 0.1, 3600.0, "s", "Time for once around")
 
@@ -39,7 +41,7 @@ class Strike:
 
 @dataclass(frozen=True)
 class Guard:
-    """`[guard]`: limits for live sets; only ever tighter than the device's own (the defaults are the stick plant's)."""
+    """`[guard]`: limits for live sets, only tighter than the device's own (defaults: the stick plant's)."""
 
     max_force_N: float = number(100.0, 0.1, 100.0, "N", "Largest predicted contact force plus pulse")  # noqa: N815
     max_speed_m_per_s: float = number(10.0, 0.1, 10.0, "m/s", "Largest predicted speed of the roll")

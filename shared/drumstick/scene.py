@@ -7,7 +7,7 @@ import dataclasses
 import math
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import resources
 from typing import Any, cast
@@ -63,7 +63,9 @@ class Scene:
 def shipped_names() -> list[str]:
     """Names of the scenes that come with the package."""
     folder = resources.files("drumstick") / "scenes"
-    return sorted(entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml"))
+    return sorted(
+        entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml")
+    )
 
 
 def shipped_text(name: str) -> str:
@@ -208,7 +210,7 @@ def as_tables(scene: Scene) -> dict[str, Any]:
 
 
 def from_tables(tables: Mapping[str, Any]) -> Scene:
-    """The inverse of `as_tables`, checked like any other scene; lists may stand for tuples. Raises SceneError."""
+    """The inverse of `as_tables`, checked like any scene; lists may stand for tuples. Raises SceneError."""
     reader = _Reader("scene", "")
     values: dict[str, Any] = {"name": str(tables.get("name", "")), "words": str(tables.get("words", ""))}
     for key, kind in _TABLES.items():
@@ -219,8 +221,14 @@ def from_tables(tables: Mapping[str, Any]) -> Scene:
     return Scene(**values)
 
 
+def _as_list(value: object) -> object:
+    if not isinstance(value, tuple | list):
+        return value
+    return [_as_list(item) for item in cast(Sequence[object], value)]
+
+
 def _listed(table: object) -> object:
     if not isinstance(table, dict):
         return table
     entries = cast(dict[str, object], table)
-    return {k: [list(cast(Any, r)) for r in v] if isinstance(v, tuple) else v for k, v in entries.items()}
+    return {k: _as_list(v) for k, v in entries.items()}

@@ -6,9 +6,10 @@ with a = R/(2m), w2 = K/m, g = K_hand z_ss/m and p the pulse's acceleration at t
 
     z = z0 C + v0 S + g G(0) + p G(lam),   G(lam; t) = integral of S(t - s) exp(-lam s) ds
 
-where C and S are the solutions that start with (1, 0) and (0, 1). Every damping regime and a vanishing stiffness go
-through the same text. Where the closed form of G would cancel (small times, 1/tau near an eigenvalue) it is summed as
-a power series and doubled up to t. Relative error about 1e-13. Kernels: any thread; no allocation.
+where C and S are the solutions that start with (1, 0) and (0, 1). Every damping regime and a vanishing
+stiffness go through the same text. Where the closed form of G would cancel (small times, 1/tau near an
+eigenvalue) it is summed as a power series and doubled up to t. Relative error about 1e-13. Kernels: any
+thread; no allocation.
 """
 
 import math
@@ -33,7 +34,9 @@ def free_response(a: float, w2: float, t: float) -> tuple[float, float, float]:
     slow = -w2 / (a + split) if a > 0.0 else 0.0  # -(a - split) without the cancellation
     slow_decay = math.exp(slow * t)
     fast_decay = math.exp(-(a + split) * t)
-    sine = slow_decay * t if split * t < 1e-300 else slow_decay * -math.expm1(-2.0 * split * t) / (2.0 * split)
+    sine = (
+        slow_decay * t if split * t < 1e-300 else slow_decay * -math.expm1(-2.0 * split * t) / (2.0 * split)
+    )
     return slow_decay - slow * sine, sine, fast_decay + slow * sine
 
 
@@ -47,7 +50,8 @@ def fastest_rate(a: float, w2: float, lam: float) -> float:
 
 @njit()
 def _forced_by_series(a: float, w2: float, lam: float, t: float) -> tuple[float, float]:
-    # G = sum of t^(k+2)/(k+2)! h_k, with h_k the complete homogeneous symmetric polynomials of the three eigenvalues
+    # G = sum of t^(k+2)/(k+2)! h_k, with h_k the complete homogeneous symmetric polynomials of the three
+    # eigenvalues
     e1 = -2.0 * a - lam
     e2 = w2 + 2.0 * a * lam
     e3 = -w2 * lam

@@ -32,7 +32,7 @@ _BLOCK = 1024
 
 @dataclass(frozen=True)
 class Run:
-    """`contacts` has shape (n, 8), columns as COLUMNS, only contacts that ended; `end` says why the run stopped."""
+    """`contacts` has shape (n, 8), columns as COLUMNS, only contacts that ended; `end` says why it stopped."""
 
     contacts: npt.NDArray[np.float64]
     end: End
@@ -40,7 +40,9 @@ class Run:
 
 
 @njit()
-def _run(law: Record, motion: Record, t: float, duration: float, out: npt.NDArray[np.float64]):
+def _run(
+    law: Record, motion: Record, t: float, duration: float, out: npt.NDArray[np.float64]
+) -> tuple[int, float]:
     # Fills rows of `out` until it is full, the time is over, or nothing more can happen. Returns rows, t.
     rows = 0
     while rows < out.shape[0] and t < duration and motion.fate == exact.MOVING:

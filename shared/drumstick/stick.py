@@ -3,7 +3,8 @@
 above   m z'' + R_out z' + K_hand (z - z_ss) = f                 (1)
 inside  m z'' + R_in  z' + K_hand (z - z_ss) + K_coll z = f      (2)
 
-z_ss = z_h0 - m g*/K_hand is where the stick would rest without a head; z_h0 is where the hand holds its spring.
+z_ss = z_h0 - m g*/K_hand is where the stick would rest without a head; z_h0 is where the hand holds its
+spring.
 """
 
 from dataclasses import dataclass
@@ -44,5 +45,6 @@ class Stick:
     )  # fmt: skip
     release: Literal["paper", "unilateral"] = choice(
         "unilateral", ("paper", "unilateral"),
-        "When contact ends: at z = 0, the damper may pull the stick back (paper); when the head stops pushing (unilateral)",
+        "When contact ends: at z = 0, the damper may pull the stick back (paper); "
+        "when the head stops pushing (unilateral)",
     )  # fmt: skip

@@ -1,1 +1,1 @@
-"""What crosses a wire, and nothing else: messages, keys, addresses, codecs, and how a Zenoh session is configured."""
+"""What crosses a wire, and nothing else: messages, keys, addresses, codecs, Zenoh session settings."""

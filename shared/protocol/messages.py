@@ -1,6 +1,6 @@
-"""Zenoh payloads: msgpack arrays whose first element is the version. SI units; times are the haptic machine's monotonic ns.
+"""Zenoh payloads: msgpack arrays whose first element is the version.
 
-Any thread; encoding allocates.
+SI units; times are the haptic machine's monotonic ns. Any thread; encoding allocates.
 """
 
 import math
@@ -76,7 +76,7 @@ class Readback(Message, array_like=True, frozen=True, kw_only=True):
 
 
 class SetReply(Message, array_like=True, frozen=True, kw_only=True):
-    """Answer to a set of several values: the readback, or what will hold as soon as the stick is above the head."""
+    """Answer to a set of several values: the readback, or what will hold once the stick is above the head."""
 
     values: dict[str, float]
     revision: int
@@ -97,7 +97,7 @@ class Clock(Message, array_like=True, frozen=True, kw_only=True):
 
 
 class Meter(Message, array_like=True, frozen=True, kw_only=True):
-    """The sound server, 10 times a second. Peaks are linear, 1 is full scale; load is the share of a block's time."""
+    """The sound server, 10 times a second. Peaks: linear, 1 is full scale; load: share of a block's time."""
 
     id: str
     t_ns: int
@@ -122,7 +122,7 @@ def encode(message: Message) -> bytes:
 
 
 def decode(payload: bytes, kind: type[_M]) -> _M:
-    """Decode and check; raises ValueError for anything that is not a version-1 message with finite numbers."""
+    """Decode and check; ValueError for anything that is not a version-1 message with finite numbers."""
     try:
         message = msgspec.msgpack.decode(payload, type=kind)
     except msgspec.MsgspecError as error:

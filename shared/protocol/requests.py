@@ -1,7 +1,7 @@
 """What may be asked in the payload of a `set` query: [1, value] in msgpack, or a plain JSON number or object.
 
-JSON is for people who type at a Zenoh shell. The two never look alike: a msgpack array of two starts with 0x92, which
-no JSON text does. Any thread.
+JSON is for people who type at a Zenoh shell. The two never look alike: a msgpack array of two starts with
+0x92, which no JSON text does. Any thread.
 """
 
 from typing import Any, cast
@@ -40,7 +40,7 @@ def _number(value: object) -> float:
 
 
 def requested_value(payload: bytes) -> float:
-    """The number of a `set/<name>` query; ValueError says what is wrong. NaN passes: the parameter refuses it."""
+    """The number of a `set/<name>` query; ValueError says what is wrong. NaN passes: its row refuses it."""
     return _number(_plain(payload))
 
 

@@ -1,7 +1,7 @@
-"""How a Zenoh session is configured: fixed endpoints, no scouting, no gossip; one router, everything else a client.
+"""How a Zenoh session is configured: fixed endpoints, no scouting, no gossip; one router, else clients.
 
-zenoh's default configuration opens multicast and listens on every interface; none of that is wanted on a stage.
-Imports zenoh only when called.
+zenoh's default configuration opens multicast and listens on every interface; none of that is wanted on a
+stage. Imports zenoh only when called.
 """
 
 from __future__ import annotations
@@ -25,12 +25,14 @@ def _config(settings: dict[str, object]) -> zenoh.Config:
     }
     config = zenoh.Config()
     for key, value in {**quiet, **settings}.items():
-        config.insert_json5(key, json.dumps(value))
+        config.insert_json5(key, json.dumps(value))  # pyright: ignore[reportUnknownMemberType]
     return config
 
 
 def client_config(endpoint: str) -> zenoh.Config:
-    """A client of the router at `endpoint`, e.g. tcp/127.0.0.1:7447. Opening it fails after half a second without one;
+    """A client of the router at `endpoint`, e.g. tcp/127.0.0.1:7447.
+
+    Opening it fails after half a second without one;
     once open, it returns to a router that went away, for ever."""
     return _config(
         {
@@ -47,8 +49,9 @@ def client_config(endpoint: str) -> zenoh.Config:
 def open_client(endpoint: str, keep_trying: Callable[[], bool]) -> zenoh.Session | None:
     """Open a client session, waiting for the router while `keep_trying()`; None when it said no.
 
-    Any ordinary thread; blocks half a second at a time, so that a stop signal is heard. (With zenoh's own endless
-    timeout `open` would not return to Python.) Close the session before the process ends, or the exit hangs.
+    Any ordinary thread; blocks half a second at a time, so that a stop signal is heard. (With zenoh's own
+    endless timeout `open` would not return to Python.) Close the session before the process ends, or the exit
+    hangs.
     """
     import zenoh
 
@@ -72,4 +75,6 @@ def open_router(listen: str) -> zenoh.Session:
     try:
         return zenoh.open(router_config(listen))
     except zenoh.ZError as error:
-        raise OSError(f"Zenoh cannot listen at {listen} (taken by another rig?): {str(error)[:160]}") from None
+        raise OSError(
+            f"Zenoh cannot listen at {listen} (taken by another rig?): {str(error)[:160]}"
+        ) from None

@@ -1,8 +1,9 @@
 """Atomic cells for compiled code: acquire loads, release stores, exchange and add on int64 arrays.
 
-Any thread; never blocks, never allocates. A plain read of an array cell in a compiled loop is hoisted out of it and
-never sees another thread's write; these are real atomic instructions (x86-64 and aarch64). The compiled code is also
-the only way in for Python, through `peek` and `poke`, so that both ends carry the ordering.
+Any thread; never blocks, never allocates. A plain read of an array cell in a compiled loop is hoisted out of
+it and never sees another thread's write; these are real atomic instructions (x86-64 and aarch64). The
+compiled code is also the only way in for Python, through `peek` and `poke`, so that both ends carry the
+ordering.
 """
 
 from llvmlite import ir

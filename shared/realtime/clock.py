@@ -3,6 +3,8 @@
 `buffer` is an int64 array of shape (2,), the thread's own timespec.
 """
 
+import numpy as np
+import numpy.typing as npt
 from numba import types
 
 from realtime.jit import njit
@@ -16,15 +18,15 @@ _clock_nanosleep = types.ExternalFunction(
 
 
 @njit()
-def now_ns(buffer):
+def now_ns(buffer: npt.NDArray[np.int64]) -> int:
     """Nanoseconds of CLOCK_MONOTONIC, the same clock as `time.monotonic_ns()` on Linux."""
     _clock_gettime(_CLOCK_MONOTONIC, buffer.ctypes.data)
     return buffer[0] * 1_000_000_000 + buffer[1]
 
 
 @njit()
-def sleep_until(buffer, deadline_ns):
-    """Sleep to an absolute time of the same clock; returns at once when it has passed. A signal ends it early."""
+def sleep_until(buffer: npt.NDArray[np.int64], deadline_ns: int) -> None:
+    """Sleep to an absolute time of the same clock, at once when it has passed. A signal ends it early."""
     buffer[0] = deadline_ns // 1_000_000_000
     buffer[1] = deadline_ns % 1_000_000_000
     _clock_nanosleep(_CLOCK_MONOTONIC, _TIMER_ABSTIME, buffer.ctypes.data, 0)

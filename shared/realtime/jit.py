@@ -1,4 +1,4 @@
-"""The one door to numba's decorators: typed, with a compile cache that cannot go stale or bring a process down.
+"""The one door to numba's decorators: typed, with a compile cache that cannot go stale or stop a process.
 
 numba's own cache ignores edits in *other* files and raises on a read-only, full or truncated cache folder.
 Here the folder is named by a hash of every kernel source and of numba's version, and any cache error means
@@ -25,7 +25,8 @@ KERNEL_PACKAGES = ("realtime", "drumstick", "haptic_server", "sound_server")
 _KEPT_CACHES = 4
 
 F = TypeVar("F", bound=Callable[..., Any])
-# A numpy record as compiled code sees it: fields are read and written as attributes. Any, because numba infers it.
+# A numpy record as compiled code sees it: fields are read and written as attributes. Any, because numba
+# infers it.
 Record = Any
 # An array of such records, shape (n,), as compiled code sees it: slots[i] is a Record.
 Records = npt.NDArray[Any]
@@ -72,7 +73,7 @@ if CACHE_FOLDER is not None:
 
 
 class _ForgivingCache:
-    """numba's function cache, where a broken entry or a full disk means a fresh compile instead of an exception."""
+    """numba's function cache, where a broken entry or a full disk means a fresh compile, not an exception."""
 
     def __init__(self, inner: Any) -> None:
         self._inner = inner
@@ -96,7 +97,8 @@ class _ForgivingCache:
 def njit(*, fastmath: bool | set[str] = False, inline: bool = False) -> Callable[[F], F]:
     """Compile for the real-time threads: no GIL, no ZeroDivisionError (IEEE results), cached.
 
-    `fastmath` is for the mesh only; the stick's kernels keep the order of summation as part of their contract.
+    `fastmath` is for the mesh only; the stick's kernels keep the order of summation as part of their
+    contract.
     """
 
     def decorate(function: F) -> F:
@@ -113,13 +115,14 @@ def njit(*, fastmath: bool | set[str] = False, inline: bool = False) -> Callable
 
 
 def overload(function: Callable[..., Any]) -> Callable[[F], F]:
-    """Give `function` a compiled body that is chosen from the argument *types* (here: a scene's record type)."""
+    """Give `function` a compiled body chosen from the argument *types* (here: a scene's record type)."""
     from numba.extending import overload as numba_overload
 
     register = numba_overload(function, jit_options={"nogil": True, "error_model": "numpy"}, inline="never")
 
     def decorate(chooser: F) -> F:
-        chooser.__annotations__ = {}  # numba demands the very signature of the chosen body, annotations included
+        # numba demands the very signature of the chosen body, annotations included
+        chooser.__annotations__ = {}
         return register(chooser)
 
     return decorate

@@ -1,22 +1,22 @@
 """A single-producer, single-consumer ring of records between two threads or processes.
 
-`cells[0]` counts records written, `cells[8]` records read, `cells[16]` records dropped because the ring was full
-(each on its own cache line). The counters are int64 and only grow: at 1 kHz they last 290 million years.
+`cells[0]` counts records written, `cells[8]` records read, `cells[16]` records dropped because the ring was
+full (each on its own cache line). The counters are int64 and only grow: at 1 kHz they last 290 million years.
 """
 
 import numpy as np
 import numpy.typing as npt
 
 from realtime.atomics import load_acquire, store_release
-from realtime.jit import njit
+from realtime.jit import Record, Records, njit
 
 WRITTEN, READ, DROPPED = 0, 8, 16
 CELLS = 24
 
 
 @njit()
-def push(cells, slots, record):
-    """Append `record` (any thread, but one producer); wait-free. False, and counted, when the ring is full."""
+def push(cells: npt.NDArray[np.int64], slots: Records, record: Record) -> bool:
+    """Append `record` (one producer, any thread); wait-free. False, and counted, when the ring is full."""
     written = cells[WRITTEN]
     if written - load_acquire(cells, READ) >= slots.shape[0]:
         store_release(cells, DROPPED, cells[DROPPED] + 1)
@@ -27,7 +27,7 @@ def push(cells, slots, record):
 
 
 @njit()
-def drain(cells, slots, out):
+def drain(cells: npt.NDArray[np.int64], slots: Records, out: Records) -> int:
     """Move up to len(out) records into `out`, oldest first; returns how many. One consumer; wait-free."""
     read = cells[READ]
     count = min(load_acquire(cells, WRITTEN) - read, out.shape[0])

@@ -1,7 +1,8 @@
-"""A wait-free triple buffer: the newest whole record from one writer to one reader; nothing torn, nobody waits.
+"""A wait-free triple buffer: the newest whole record from one writer to one reader, never torn.
 
-Three slots: one belongs to the writer, one to the reader, one lies between. `cells[0]` names the slot between, with
-FRESH added while the reader has not taken it; `cells[8]` is the writer's slot, `cells[16]` the reader's.
+Three slots: one belongs to the writer, one to the reader, one lies between. `cells[0]` names the slot
+between, with FRESH added while the reader has not taken it; `cells[8]` is the writer's slot, `cells[16]` the
+reader's.
 """
 
 import numpy as np
@@ -35,7 +36,7 @@ def publish(cells: npt.NDArray[np.int64], slots: Records, record: Record) -> Non
 
 @njit()
 def take(cells: npt.NDArray[np.int64], slots: Records) -> int:
-    """The index of the slot to read (one reader): the newest record if there is one, else the one held before."""
+    """The index of the slot to read (one reader): the newest record, else the one held before."""
     if load_acquire(cells, BETWEEN) >= FRESH:
         store_release(cells, READER, exchange(cells, BETWEEN, cells[READER]) % FRESH)
     return cells[READER]
@@ -56,11 +57,12 @@ def read_into(cells: npt.NDArray[np.int64], slots: Records, out: Records) -> boo
 
 
 @njit()
-def recover(cells, own, other):
+def recover(cells: npt.NDArray[np.int64], own: int, other: int) -> bool:
     """Give back its slot to a side (`own` is WRITER or READER) whose process died and starts again.
 
-    It may have died between the exchange and noting its new slot; the slot that is neither between nor the other
-    side's is then the only one free. False when the other side is in the middle of an exchange: call again.
+    It may have died between the exchange and noting its new slot; the slot that is neither between nor the
+    other side's is then the only one free. False when the other side is in the middle of an exchange: call
+    again.
     """
     between = load_acquire(cells, BETWEEN)
     others = load_acquire(cells, other)

@@ -1,1 +1,1 @@
-"""Effects of the stick, one file each. A scene that does not name an effect carries none of its code or memory."""
+"""Effects of the stick, one file each. A scene that does not name one has none of its code or memory."""

@@ -1,8 +1,8 @@
 """The pulse that makes one-handed rolls: h(t) = sign (m dv / tau) exp(-t / tau), equation (4).
 
-`trigger` says when it fires (the paper's text: entry), `sign` which way (+1 is up, away from the head), `overlap`
-what a new one does to one still going on. Its push is kept as an acceleration, h/m, so a change of m above the head
-leaves the speed it still has to give unchanged. Kernels: tick thread; no allocation.
+`trigger` says when it fires (the paper's text: entry), `sign` which way (+1 is up, away from the head),
+`overlap` what a new one does to one still going on. Its push is kept as an acceleration, h/m, so a change of
+m above the head leaves the speed it still has to give unchanged. Kernels: tick thread; no allocation.
 """
 
 from collections.abc import Callable
@@ -62,7 +62,7 @@ def elapse(law: Record, motion: Record, push_now: float, duration: float) -> Non
 
 
 def keep_speed(law: Record, new_law: Record, motion: Record) -> None:
-    """Before `new_law` takes over: what a running pulse still has to give, push times tau, stays what it is."""
+    """Before `new_law` takes over: what a running pulse still has to give, push times tau, stays as it is."""
 
 
 def stop(law: Record, motion: Record) -> None:
@@ -132,14 +132,16 @@ def _elapse_if_named(
 
 
 @overload(keep_speed)
-def _keep_speed_if_named(law, new_law, motion):  # pyright: ignore
+def _keep_speed_if_named(
+    law: ArgumentType, new_law: ArgumentType, motion: ArgumentType
+) -> Callable[[Record, Record, Record], None]:
     if record_has(law, "pulse"):
         return lambda law, new_law, motion: _keep_speed(law, new_law, motion)
     return lambda law, new_law, motion: None
 
 
 @overload(stop)
-def _stop_if_named(law, motion):  # pyright: ignore
+def _stop_if_named(law: ArgumentType, motion: ArgumentType) -> Callable[[Record, Record], None]:
     if record_has(law, "pulse"):
         return lambda law, motion: _stop(motion)
     return lambda law, motion: None
