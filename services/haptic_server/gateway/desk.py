@@ -1,0 +1,31 @@
+"""What a network front may ask of the rig: read the parameters, set them, stop the forces."""
+
+from collections.abc import Mapping
+from typing import Protocol
+
+from drumstick.parameters import Parameter
+from protocol.messages import SetReply
+
+
+class Desk(Protocol):
+    """One desk serves every front (OSC, Zenoh); any thread may call it."""
+
+    @property
+    def table(self) -> Mapping[str, Parameter]:
+        """Wire name -> row, of what the scene contains. Fixed while the gateway lives."""
+        ...
+
+    def values(self) -> dict[str, float]:
+        """The servo's readback, SI units; NaN where a parameter has no value (z_h0 of a hand without stiffness)."""
+        ...
+
+    def set(self, changes: Mapping[str, float], source: str) -> SetReply:
+        """Set all of `changes` or, raising drumstick.parameters.Refusal, none. Blocks a few ms at most.
+
+        `source` names who asked, for the log, e.g. "osc 127.0.0.1:50412".
+        """
+        ...
+
+    def panic(self, source: str) -> None:
+        """Zero force at once, latched. Never refuses; may be called again."""
+        ...

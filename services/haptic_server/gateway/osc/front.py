@@ -1,0 +1,180 @@
+"""The OSC front: one UDP socket, one receive thread, everything that goes out and comes in by OSC."""
+
+import select
+import socket
+import threading
+import time
+from collections.abc import Callable, Sequence
+from ipaddress import ip_network
+
+from haptic_server.gateway.desk import Desk
+from haptic_server.gateway.osc.echoes import Echoes
+from haptic_server.gateway.osc.inbound import Inbound, Network
+from haptic_server.gateway.osc.outlet import Outlet
+from haptic_server.gateway.osc.prescan import MAX_BYTES
+from haptic_server.gateway.osc.tally import Tally
+from haptic_server.gateway.osc.targets import Endpoint, Targets
+from protocol import osc
+from protocol.messages import Release, Strike
+
+LOOPBACK: tuple[Network, ...] = (ip_network("127.0.0.0/8"), ip_network("::1/128"))
+_WAKE_MS = 100  # how often an idle receive thread looks whether it is to end
+_AT_ONCE = 256
+
+
+def _numeric(endpoint: tuple[str, int]) -> Endpoint:
+    found = socket.getaddrinfo(*endpoint, socket.AF_INET, socket.SOCK_DGRAM)
+    return str(found[0][4][0]), int(found[0][4][1])
+
+
+class OscFront:
+    """Hears at `bind`, sends to `targets` and to whoever subscribed; IPv4.
+
+    The constructor opens the socket and starts the receive thread. It raises OSError when the port is taken or a name
+    unknown, ValueError when the prefix cannot be used or a target is the front itself. `now` gives seconds and stands
+    for the clock. The methods that send may be called from any thread; they do not block, allocate, and never raise.
+    """
+
+    def __init__(
+        self,
+        bind: tuple[str, int],
+        targets: Sequence[tuple[str, int]],
+        prefix: str,
+        desk: Desk,
+        allow: Sequence[Network] = LOOPBACK,
+        now: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._prefix = osc.checked_prefix(prefix)
+        self._now = now
+        self._tally = Tally()
+        self._echoes = Echoes()
+        numeric = [_numeric(target) for target in targets]
+        self._udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            self._udp.setblocking(False)
+            self._udp.bind(_numeric(bind))  # without SO_REUSEADDR: a taken port is an error
+            host, port = self._udp.getsockname()
+            self.endpoint: Endpoint = (str(host), int(port))
+            if self.endpoint in numeric:
+                raise ValueError(f"{host}:{port} is where OSC is heard: send to another port")
+        except BaseException:
+            self._udp.close()
+            raise
+        self._targets = Targets(numeric)
+        self._outlet = Outlet(self._udp, self._tally)
+        self._inbound = Inbound(
+            self._prefix,
+            desk,
+            allow,
+            self.endpoint,
+            self._outlet,
+            self._targets,
+            self._echoes,
+            self._tally,
+        )
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._listen, name="osc", daemon=True)
+        self._thread.start()
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """How many messages were served, refused by reason, or could not be sent; a copy."""
+        return self._tally.counters()
+
+    @property
+    def addresses(self) -> frozenset[str]:
+        """Every address that is heard."""
+        return self._inbound.addresses
+
+    def strike(self, strike: Strike) -> None:
+        """Send /strike and its mirrors: the stick met the head."""
+        p = self._prefix
+        self._send_all(
+            lambda: [
+                osc.strike(
+                    p,
+                    strike.seq,
+                    strike.x,
+                    strike.y,
+                    strike.z_speed_m_per_s,
+                    strike.level,
+                    strike.peak_estimate_N,
+                ),
+                osc.level(p, strike.level),
+                osc.x(p, strike.x),
+                osc.y(p, strike.y),
+                osc.gate(p, True),
+            ]
+        )
+
+    def release(self, release: Release) -> None:
+        """Send /release and /gate 0: the stick left the head."""
+        p = self._prefix
+        self._send_all(
+            lambda: [
+                osc.release(
+                    p,
+                    release.seq,
+                    release.exit_speed_m_per_s,
+                    release.impulse_N_s,
+                    release.peak_N,
+                    release.contact_s,
+                ),
+                osc.gate(p, False),
+            ]
+        )
+
+    def readback(self, name: str, value: float, norm: float) -> None:
+        """Send what the servo uses now, to every target and to whoever set this value within the last second."""
+        p = self._prefix
+        self._send_all(
+            lambda: [osc.param(p, name, value), osc.param_norm(p, name, norm)],
+            self._echoes.claim(name, value, self._now()),
+        )
+
+    def alive(self, rig: str, status: str, strikes: int) -> None:
+        """Send /alive; once a second."""
+        self._send_all(lambda: [osc.alive(self._prefix, rig, status, strikes)])
+
+    def error(self, address: str, why: str) -> None:
+        """Send /error to every target."""
+        self._send_all(lambda: [osc.error(self._prefix, address, why)])
+
+    def close(self) -> None:
+        """End the receive thread (within a tenth of a second) and close the socket. May be called twice."""
+        self._closing.set()
+        self._thread.join()
+        self._udp.close()
+        self._tally.tell(self._now(), at_once=True)
+
+    def hear(self, datagram: bytes, sender: Endpoint) -> None:
+        """Act on one datagram: what the receive thread does with each. Only for that thread, and for tests."""
+        self._inbound.hear(datagram, sender, self._now())
+
+    def _send_all(self, encoded: Callable[[], Sequence[bytes]], others: Sequence[Endpoint] = ()) -> None:
+        now_s = self._now()
+        try:
+            packets = encoded()
+        except ValueError as error:  # a number that is not finite must not reach an instrument
+            self._tally.refuse("unsendable", "the rig itself", str(error), now_s)
+            return
+        self._outlet.send(packets, [*self._targets.present(now_s), *others])
+
+    def _listen(self) -> None:
+        poll = select.poll()
+        poll.register(self._udp, select.POLLIN)
+        while not self._closing.is_set():
+            if poll.poll(_WAKE_MS):
+                self._drain()
+            self._tally.tell(self._now())
+
+    def _drain(self) -> None:
+        for _ in range(_AT_ONCE):
+            try:
+                datagram, sender = self._udp.recvfrom(MAX_BYTES + 1)
+            except BlockingIOError:
+                return
+            except OSError:  # an ICMP refusal of something sent earlier
+                self._tally.count("receive_failed")
+                return
+            self.hear(datagram, sender)

@@ -1,0 +1,234 @@
+"""What the rig does with each OSC message that it hears: an exact dictionary of addresses, no patterns.
+
+Everything here runs on the OSC receive thread. A mistake is answered with /error, to the sender and to every
+target, and changes nothing; a flood of mistakes is counted, but answered only 20 times a second.
+"""
+
+import logging
+import math
+import struct
+from collections.abc import Callable, Iterable, Sequence
+from functools import lru_cache, partial
+from ipaddress import IPv4Network, IPv6Network, ip_address
+
+from drumstick.parameters import Parameter, Refusal
+from haptic_server.gateway.desk import Desk
+from haptic_server.gateway.osc.allowance import Allowance
+from haptic_server.gateway.osc.echoes import Echoes
+from haptic_server.gateway.osc.outlet import Outlet
+from haptic_server.gateway.osc.prescan import Unreadable, prescan
+from haptic_server.gateway.osc.tally import Tally
+from haptic_server.gateway.osc.targets import MOST_SUBSCRIPTIONS, SUBSCRIPTION_S, Endpoint, Targets
+from protocol import osc
+
+Network = IPv4Network | IPv6Network
+
+ERRORS_A_SECOND = (20, 200)  # of one sender, of all together
+SYNCS_A_SECOND = (5, 20)  # a sync is many messages: it must not multiply a flood
+SHARED_ASKS_A_SECOND = (100, 400)  # answers beyond these go to the sender only
+_REMEMBERED_HOSTS = 1024
+
+_log = logging.getLogger(__name__)
+
+
+class Refused(Exception):
+    """A message that is not acted on: `reason` is what it is counted under, the text is for the sender."""
+
+    def __init__(self, reason: str, why: str) -> None:
+        super().__init__(why)
+        self.reason = reason
+
+
+_Action = Callable[[Sequence[osc.Argument], Endpoint, float], None]
+
+
+def _as_float32(value: float) -> float:
+    return struct.unpack(">f", struct.pack(">f", value))[0]
+
+
+def _number(args: Sequence[osc.Argument]) -> float:
+    if len(args) != 1 or isinstance(args[0], str):
+        raise Refused("arguments", "send one number to set, nothing to ask")
+    return float(args[0])
+
+
+def _in_range(row: Parameter, value: float) -> float:
+    # A limit such as 1e-6 is no 32-bit number: what a client sends for it, or echoes back, lies a rounding beyond it.
+    for limit in (row.quantity.low, row.quantity.high):
+        if math.isfinite(value) and value == _as_float32(limit):
+            return limit
+    return row.check(value)
+
+
+def _port(args: Sequence[osc.Argument]) -> int:
+    if len(args) == 1 and not isinstance(args[0], str):
+        value = args[0]
+        # Pd sends every number as a float.
+        if math.isfinite(value) and value == int(value) and 1 <= value <= 65535:
+            return int(value)
+    raise Refused("arguments", "send one port, 1 to 65535")
+
+
+class Inbound:
+    """Hears datagrams. `own` is the endpoint of the front's own socket, which must never become a target."""
+
+    def __init__(
+        self,
+        prefix: str,
+        desk: Desk,
+        allow: Sequence[Network],
+        own: Endpoint,
+        outlet: Outlet,
+        targets: Targets,
+        echoes: Echoes,
+        tally: Tally,
+    ) -> None:
+        self._prefix = prefix
+        self._desk = desk
+        self._own = own
+        self._outlet = outlet
+        self._targets = targets
+        self._echoes = echoes
+        self._tally = tally
+        self._errors = Allowance(*ERRORS_A_SECOND)
+        self._syncs = Allowance(*SYNCS_A_SECOND)
+        self._tracebacks = Allowance(1, 1)
+        self._shared_asks = Allowance(*SHARED_ASKS_A_SECOND)
+
+        @lru_cache(_REMEMBERED_HOSTS)
+        def allowed(host: str) -> bool:
+            return any(ip_address(host) in network for network in allow)
+
+        self._allowed = allowed
+        # Two rigs that send to each other must not answer each other's errors for ever.
+        self._never_answered = {osc.address(prefix, row) for row in (osc.ERROR, osc.PONG)}
+        self._actions: dict[str, _Action] = {
+            osc.address(prefix, osc.SYNC): self._sync,
+            osc.address(prefix, osc.PING): self._ping,
+            osc.address(prefix, osc.SUBSCRIBE): self._subscribe,
+            osc.address(prefix, osc.UNSUBSCRIBE): self._unsubscribe,
+            osc.address(prefix, osc.PANIC): self._panic,
+        }
+        for name, row in desk.table.items():
+            self._actions[osc.address(prefix, osc.SET, name)] = partial(self._param, row)
+            self._actions[osc.address(prefix, osc.SET_NORM, name)] = partial(self._param_norm, row)
+
+    @property
+    def addresses(self) -> frozenset[str]:
+        """Every address that is heard."""
+        return frozenset(self._actions)
+
+    def hear(self, datagram: bytes, sender: Endpoint, now_s: float) -> None:
+        """Act on one datagram, or refuse it. Never raises."""
+        if not self._allowed(sender[0]):
+            self._tally.refuse("source", sender[0], "this source is not allowed", now_s)
+            return
+        message = prescan(datagram)
+        if isinstance(message, Unreadable):
+            self._refuse("unreadable", message.address, message.why, sender, now_s)
+            return
+        action = self._actions.get(message.address)
+        if action is None:
+            self._refuse("address", message.address, "no such address", sender, now_s)
+            return
+        try:
+            action(message.args, sender, now_s)
+        except Refused as refused:
+            self._refuse(refused.reason, message.address, str(refused), sender, now_s)
+        except Refusal as refusal:
+            self._refuse("value", message.address, str(refusal), sender, now_s)
+        except Exception:  # noqa: BLE001  a fault of ours in one message must not deafen the rig to /panic
+            self._refuse("fault", message.address, "a fault of the rig: see its log", sender, now_s)
+            if self._tracebacks.spend("any", now_s):
+                _log.exception("osc: a fault in %s", message.address)
+        else:
+            self._tally.count("served")
+
+    def _refuse(self, reason: str, address: str, why: str, sender: Endpoint, now_s: float) -> None:
+        # Count, tell, and answer unless the sender has had its answers of this second.
+        self._tally.refuse(reason, sender[0], f"{address}: {why}", now_s)
+        if address in self._never_answered or not self._errors.spend(sender, now_s):
+            return
+        self._outlet.send([osc.error(self._prefix, address, why)], self._with_targets(sender, now_s))
+
+    def _with_targets(self, sender: Endpoint, now_s: float) -> Iterable[Endpoint]:
+        return [sender, *self._targets.present(now_s)]
+
+    def _both_forms(self, row: Parameter, value: float) -> list[bytes]:
+        if not math.isfinite(value):
+            raise Refused("value", f"{row.name} has no value at present")
+        norm = row.norm(value)
+        return [osc.param(self._prefix, row.name, value), osc.param_norm(self._prefix, row.name, norm)]
+
+    def _param(self, row: Parameter, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
+        if not args:
+            self._tell(row, sender, now_s)
+        else:
+            self._set(row, _in_range(row, _number(args)), sender, now_s)
+
+    def _param_norm(
+        self, row: Parameter, args: Sequence[osc.Argument], sender: Endpoint, now_s: float
+    ) -> None:
+        if not args:
+            self._tell(row, sender, now_s)
+            return
+        norm = _number(args)
+        if not 0.0 <= norm <= 1.0:
+            raise Refused("value", f"{norm:g} is outside 0 .. 1")
+        self._set(row, row.from_norm(norm), sender, now_s)
+
+    def _tell(self, row: Parameter, sender: Endpoint, now_s: float) -> None:
+        packets = self._both_forms(row, self._desk.values()[row.name])
+        shared = self._shared_asks.spend(sender, now_s)
+        self._outlet.send(packets, self._with_targets(sender, now_s) if shared else [sender])
+
+    def _set(self, row: Parameter, value: float, sender: Endpoint, now_s: float) -> None:
+        present = self._desk.values()[row.name]
+        before = self._echoes.expect(row.name, sender, value, now_s)
+        try:
+            reply = self._desk.set({row.name: value}, f"osc {sender[0]}:{sender[1]}")
+        except Refusal:
+            self._echoes.forget(row.name, sender, before)
+            raise
+        accepted = reply.values.get(row.name, value)
+        is_target = sender in self._targets.present(now_s)
+        if not is_target and math.isfinite(present) and _as_float32(accepted) == _as_float32(present):
+            # Nothing will change, so nothing need be waited for. Targets hear of it when the servo latches the set.
+            self._echoes.forget(row.name, sender)
+            self._outlet.send(self._both_forms(row, present), [sender])
+
+    def _sync(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
+        # Buttons of touch screens send a number with every message: it means nothing here.
+        if not self._syncs.spend(sender, now_s):
+            raise Refused("too_often", f"asked more than {SYNCS_A_SECOND[0]} times in a second")
+        values = self._desk.values()
+        endpoints = self._with_targets(sender, now_s)
+        for name, row in self._desk.table.items():
+            if math.isfinite(values[name]):
+                self._outlet.send(self._both_forms(row, values[name]), endpoints)
+            else:
+                refused = osc.address(self._prefix, osc.SET, name)
+                why = f"{name} has no value at present"
+                self._outlet.send([osc.error(self._prefix, refused, why)], endpoints)
+
+    def _ping(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
+        try:
+            pong = osc.pong(self._prefix, args)
+        except ValueError as error:
+            raise Refused("value", str(error)) from None
+        self._outlet.send([pong], [sender])
+
+    def _subscribe(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
+        endpoint = (sender[0], _port(args))
+        if endpoint == self._own:
+            raise Refused("arguments", "that is the rig's own port")
+        if not self._targets.subscribe(endpoint, now_s):
+            why = f"{MOST_SUBSCRIPTIONS} ports have subscribed: wait {SUBSCRIPTION_S:g} s for one to expire"
+            raise Refused("subscription", why)
+
+    def _unsubscribe(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
+        self._targets.unsubscribe(sender[0], _port(args) if args else None)
+
+    def _panic(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
+        # Whatever comes with it: zero force is never refused.
+        self._desk.panic(f"osc {sender[0]}:{sender[1]}")

@@ -1,0 +1,47 @@
+"""How often what was refused, counted by reason, and told in at most one line a second."""
+
+import logging
+import threading
+from collections import Counter
+
+_LINE_EVERY_S = 1.0
+_log = logging.getLogger(__name__)
+
+
+class Tally:
+    """Any thread; held locks are short. Writes to the log at most once a second."""
+
+    def __init__(self) -> None:
+        self._counts: Counter[str] = Counter()
+        self._untold = 0
+        self._last = ""
+        self._told_at_s = float("-inf")
+        self._lock = threading.Lock()
+
+    def count(self, what: str) -> None:
+        """Only count."""
+        with self._lock:
+            self._counts[what] += 1
+
+    def refuse(self, reason: str, source: str, why: str, now_s: float) -> None:
+        """Count a refusal under `reason`, and tell about it when a second has passed since the last line."""
+        with self._lock:
+            self._counts[reason] += 1
+            self._untold += 1
+            self._last = f"from {source}, last: {why}"
+        self.tell(now_s)
+
+    def tell(self, now_s: float, *, at_once: bool = False) -> None:
+        """Write the line that is due, if any."""
+        with self._lock:
+            if not self._untold or not (at_once or now_s - self._told_at_s >= _LINE_EVERY_S):
+                return
+            line = f"osc: refused {self._untold} {self._last}"
+            self._untold = 0
+            self._told_at_s = now_s
+        _log.warning("%s", line)
+
+    def counters(self) -> dict[str, int]:
+        """A copy of every count."""
+        with self._lock:
+            return dict(self._counts)

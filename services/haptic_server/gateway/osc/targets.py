@@ -1,0 +1,45 @@
+"""Who is sent what happens: the targets given at start, and ports that subscribed for a minute."""
+
+import threading
+from collections.abc import Sequence
+
+Endpoint = tuple[str, int]  # numeric IPv4 address, UDP port
+
+SUBSCRIPTION_S = 60.0
+MOST_SUBSCRIPTIONS = 64
+
+
+class Targets:
+    """Any thread; held locks are short."""
+
+    def __init__(self, fixed: Sequence[Endpoint]) -> None:
+        self._fixed = dict.fromkeys(fixed)
+        self._until: dict[Endpoint, float] = {}
+        self._lock = threading.Lock()
+
+    def subscribe(self, endpoint: Endpoint, now_s: float) -> bool:
+        """Begin or renew a subscription; False when there are 64 others."""
+        with self._lock:
+            if endpoint in self._fixed:
+                return True
+            self._expire(now_s)
+            if endpoint not in self._until and len(self._until) >= MOST_SUBSCRIPTIONS:
+                return False
+            self._until[endpoint] = now_s + SUBSCRIPTION_S
+            return True
+
+    def unsubscribe(self, host: str, port: int | None) -> None:
+        """End one subscription of a host, or (None) all of them; what is not subscribed is no mistake."""
+        with self._lock:
+            for endpoint in [e for e in self._until if e[0] == host and port in (None, e[1])]:
+                del self._until[endpoint]
+
+    def present(self, now_s: float) -> list[Endpoint]:
+        """Every target, each once."""
+        with self._lock:
+            self._expire(now_s)
+            return [*self._fixed, *self._until]
+
+    def _expire(self, now_s: float) -> None:
+        for endpoint in [e for e, until in self._until.items() if until <= now_s]:
+            del self._until[endpoint]

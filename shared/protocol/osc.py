@@ -1,0 +1,172 @@
+"""OSC: which addresses there are, with which types, and the bytes of everything that the rig sends.
+
+`SENT` and `HEARD` are the one table: the gateway's dictionary, the encoders and the documentation follow it.
+Types on the wire are i, f and s only, because Pd and SuperCollider read no others. Every address stands
+behind a prefix. Any thread; encoding allocates and costs about 15 us a message.
+"""
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from pythonosc.osc_message_builder import OscMessageBuilder
+
+Argument = int | float | str
+
+DEFAULT_PREFIX = "/drumstick"
+DEFAULT_IN = ("127.0.0.1", 9100)
+DEFAULT_OUT = ("127.0.0.1", 9101)
+
+LARGEST_FLOAT = 3.4028234663852886e38  # of 32 bits: beyond it struct raises OverflowError
+_LONGEST_TEXT = 400
+_PREFIX = re.compile(r"(/[A-Za-z0-9_.-]{1,32}){1,4}")
+
+
+@dataclass(frozen=True)
+class Sent:
+    """An address that the rig sends: path behind the prefix, type tags, meaning."""
+
+    path: str
+    types: str
+    words: str
+
+
+@dataclass(frozen=True)
+class Heard:
+    """An address that the rig hears; `forms`: the argument lists it may come with, "any": whatever there is."""
+
+    path: str
+    forms: tuple[str, ...]
+    words: str
+
+
+STRIKE = Sent(
+    "/strike",
+    "ifffff",
+    "seq, x, y (-1..1 of the radius), speed m/s, level 0..1, expected peak force N; at the contact",
+)
+RELEASE = Sent("/release", "iffff", "seq, exit speed m/s, impulse N s, peak force N, contact time s")
+LEVEL = Sent("/level", "f", "level of the last strike, 0..1")
+X = Sent("/x", "f", "where the last strike fell, -1..1 of the radius")
+Y = Sent("/y", "f", "where the last strike fell, -1..1 of the radius")
+GATE = Sent("/gate", "i", "1 while the stick is in the head, else 0")
+PARAM = Sent("/param/NAME", "f", "a parameter as the servo uses it, in SI units")
+PARAM_NORM = Sent("/param/NAME/norm", "f", "the same as 0..1 of its range")
+ALIVE = Sent("/alive", "ssi", "rig, state (ready, playing, panic, fault: why), strikes so far; once a second")
+ERROR = Sent("/error", "ss", "the address that was refused, why")
+PONG = Sent("/pong", "", "the arguments of the ping")
+SENT = (STRIKE, RELEASE, LEVEL, X, Y, GATE, PARAM, PARAM_NORM, ALIVE, ERROR, PONG)
+
+SET = Heard("/param/NAME", ("f", "i", ""), "set a parameter in SI units; without an argument: ask")
+SET_NORM = Heard("/param/NAME/norm", ("f", "i", ""), "set it as 0..1 of its range; without an argument: ask")
+SYNC = Heard("/sync", ("",), "send every parameter, both forms")
+PING = Heard("/ping", ("any",), "answer /pong with the same arguments")
+SUBSCRIBE = Heard("/subscribe", ("i",), "send everything to this port of the sender's machine, for 60 s")
+UNSUBSCRIBE = Heard("/unsubscribe", ("i", ""), "no longer; without an argument: every port of that machine")
+PANIC = Heard("/panic", ("any",), "zero force at once, latched; cleared only on the haptic machine")
+HEARD = (SET, SET_NORM, SYNC, PING, SUBSCRIBE, UNSUBSCRIBE, PANIC)
+
+
+def checked_prefix(prefix: str) -> str:
+    """The prefix, when it can stand before every address; else ValueError."""
+    if not _PREFIX.fullmatch(prefix):
+        raise ValueError(
+            f"OSC prefix {prefix!r}: write 1 to 4 parts such as /drumstick, of letters, digits, _ . or -"
+        )
+    return prefix
+
+
+def address(prefix: str, row: Sent | Heard, name: str = "") -> str:
+    """The whole address of a row; `name` stands for NAME."""
+    return prefix + row.path.replace("NAME", name)
+
+
+def _int32(value: int) -> int:
+    # A counter that outgrows 31 bits starts again at 0: python-osc would send 64 bits, which Pd does not
+    # read.
+    return value if -(2**31) <= value < 2**31 else value & 0x7FFFFFFF
+
+
+def _float32(value: float) -> float:
+    number = float(value)
+    if not math.isfinite(number) or abs(number) > LARGEST_FLOAT:
+        raise ValueError(f"{number!r} is not a finite 32-bit number")
+    return number
+
+
+def _text(value: str) -> str:
+    return value.encode("ascii", "replace").decode("ascii").replace("\0", "?")
+
+
+def _encode(where: str, types: str, *arguments: Argument) -> bytes:
+    builder = OscMessageBuilder(where)
+    for tag, value in zip(types, arguments, strict=True):
+        if isinstance(value, str):
+            builder.add_arg(_text(value), tag)
+        else:
+            builder.add_arg(_int32(int(value)) if tag == "i" else _float32(value), tag)
+    return builder.build().dgram
+
+
+def strike(prefix: str, seq: int, x: float, y: float, speed: float, level: float, peak_N: float) -> bytes:
+    """/strike; ValueError when a number is not finite (so for all encoders)."""
+    return _encode(address(prefix, STRIKE), STRIKE.types, seq, x, y, speed, level, peak_N)
+
+
+def release(
+    prefix: str, seq: int, exit_speed: float, impulse_N_s: float, peak_N: float, contact_s: float
+) -> bytes:
+    """/release; the exit speed is in m/s."""
+    return _encode(address(prefix, RELEASE), RELEASE.types, seq, exit_speed, impulse_N_s, peak_N, contact_s)
+
+
+def level(prefix: str, value: float) -> bytes:
+    """/level, the mirror of one value."""
+    return _encode(address(prefix, LEVEL), LEVEL.types, value)
+
+
+def x(prefix: str, value: float) -> bytes:
+    """/x, the mirror of one value."""
+    return _encode(address(prefix, X), X.types, value)
+
+
+def y(prefix: str, value: float) -> bytes:
+    """/y, the mirror of one value."""
+    return _encode(address(prefix, Y), Y.types, value)
+
+
+def gate(prefix: str, inside: bool) -> bytes:
+    """/gate: 1 while the stick is in the head."""
+    return _encode(address(prefix, GATE), GATE.types, int(inside))
+
+
+def param(prefix: str, name: str, value: float) -> bytes:
+    """/param/NAME."""
+    return _encode(address(prefix, PARAM, name), PARAM.types, value)
+
+
+def param_norm(prefix: str, name: str, norm: float) -> bytes:
+    """/param/NAME/norm, clipped to 0..1: z_h0 follows from others and may lie outside its own range."""
+    return _encode(address(prefix, PARAM_NORM, name), PARAM_NORM.types, min(max(_float32(norm), 0.0), 1.0))
+
+
+def alive(prefix: str, rig: str, state: str, strikes: int) -> bytes:
+    """/alive."""
+    return _encode(address(prefix, ALIVE), ALIVE.types, rig, state[:_LONGEST_TEXT], strikes)
+
+
+def error(prefix: str, refused: str, why: str) -> bytes:
+    """/error; texts become ASCII and are cut after 400 characters."""
+    return _encode(address(prefix, ERROR), ERROR.types, refused[:_LONGEST_TEXT], why[:_LONGEST_TEXT])
+
+
+def pong(prefix: str, arguments: Sequence[Argument]) -> bytes:
+    """/pong: texts go as s, whole numbers as i, others as f."""
+    tags = ("s" if isinstance(a, str) else "i" if isinstance(a, int) else "f" for a in arguments)
+    return _encode(address(prefix, PONG), "".join(tags), *arguments)
+
+
+def message(where: str) -> bytes:
+    """A message without arguments, e.g. a ping or a question."""
+    return _encode(where, "")
