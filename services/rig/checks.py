@@ -1,0 +1,63 @@
+"""Command-line values, checked with one clear line each. Raises Stop with status 2."""
+
+import math
+
+from protocol.keys import DEFAULT_ROUTER, Keys, checked_rig
+from rig.fault import wrong
+
+
+def rig_name(name: str) -> None:
+    """A name that can stand in a Zenoh key."""
+    try:
+        checked_rig(name)
+    except ValueError as error:
+        wrong(str(error))
+
+
+def endpoint(connect: str | None) -> str:
+    """The Zenoh endpoint, or the default one."""
+    from rig.watch import host_and_port
+
+    try:
+        host_and_port(connect or DEFAULT_ROUTER)
+    except ValueError as error:
+        wrong(f"--connect: {error}")
+    return connect or DEFAULT_ROUTER
+
+
+def wire(rig: str, connect: str | None) -> tuple[str, Keys]:
+    """Endpoint and keys of a running rig."""
+    rig_name(rig)
+    return endpoint(connect), Keys(rig)
+
+
+def port(number: int, option: str) -> None:
+    """A port number."""
+    if not 1 <= number <= 65535:
+        wrong(f"{option} {number}: a port is 1 .. 65535")
+
+
+def target(text: str) -> str:
+    """host:port of an OSC listener."""
+    host, _, number = text.rpartition(":")
+    if not host or not number.isdecimal() or not 1 <= int(number) <= 65535:
+        wrong(f"--osc-out {text!r}: write host:port, e.g. 127.0.0.1:9101")
+    return text
+
+
+def prefix(text: str) -> None:
+    """First part of OSC addresses."""
+    if not text.startswith("/") or text.endswith("/") or not text.isascii() or any(c in text for c in " #*,?[]{}"):
+        wrong(f"--prefix {text!r}: write it like /drumstick: it begins with / and holds no space nor #*,?[]{{}}")
+
+
+def finite(value: float, option: str, low: float, high: float, unit: str) -> None:
+    """A finite number within limits."""
+    if not (math.isfinite(value) and low <= value <= high):
+        wrong(f"{option} {value}: must be {low:g} .. {high:g} {unit}")
+
+
+def duration(seconds: float | None) -> None:
+    """A duration, if given."""
+    if seconds is not None:
+        finite(seconds, "--duration", 0.0, 1e7, "s")

@@ -1,0 +1,260 @@
+"""The `drumstick` command line. Everything heavy is imported inside a command: --help must be instant."""
+
+import sys
+from pathlib import Path
+from typing import Annotated, NoReturn
+
+import typer
+
+from rig.fault import Stop, wrong
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    help="The haptic drumstick: play it, hear it, tune it, send its strikes as OSC.",
+)
+scenes = typer.Typer(no_args_is_help=True, help="Scenes: what is simulated, with which numbers.")
+params = typer.Typer(no_args_is_help=True, help="Parameters of a running rig.")
+app.add_typer(scenes, name="scene")
+app.add_typer(params, name="params")
+
+_SCENE = typer.Option(help="A shipped scene or a .toml file.")
+_RIG = typer.Option(help="Name of the rig on the wire.")
+_CONNECT = typer.Option(help="Zenoh router to use, e.g. tcp/127.0.0.1:7447.")
+_DURATION = typer.Option(help="Stop after this many seconds of play.")
+_JSON = typer.Option("--json", help="Print one JSON object and nothing else on stdout.")
+_AUDIO = typer.Option(help="auto, null, wav:FILE, or part of an audio device's name.")
+_PANEL_PORT = typer.Option(help="TCP port of the technician's page, on 127.0.0.1.")
+_OSC_IN = typer.Option(help="UDP port to hear OSC at, on 127.0.0.1.")
+_OSC_OUT = typer.Option(help="host:port that gets the strikes as OSC; may be repeated.")
+_PREFIX = typer.Option(help="First part of every OSC address.")
+_DEVICE = typer.Option(help="simulated is the only one in this version.")
+
+Scene = Annotated[str, _SCENE]
+RigName = Annotated[str, _RIG]
+Connect = Annotated[str | None, _CONNECT]
+Duration = Annotated[float | None, _DURATION]
+Json = Annotated[bool, _JSON]
+Audio = Annotated[str, _AUDIO]
+PanelPort = Annotated[int, _PANEL_PORT]
+OscIn = Annotated[int, _OSC_IN]
+OscOut = Annotated[list[str] | None, _OSC_OUT]
+Prefix = Annotated[str, _PREFIX]
+Device = Annotated[str, _DEVICE]
+SceneName = Annotated[str, typer.Argument(help="A shipped scene or a .toml file.")]
+
+
+def _run(
+    part: frozenset[str],
+    rig: str,
+    duration: float | None,
+    as_json: bool,
+    *,
+    scene: str = "roll",
+    device: str = "simulated",
+    audio: str = "auto",
+    connect: str | None = None,
+    osc_in: int = 9100,
+    osc_out: list[str] | None = None,
+    prefix: str = "/drumstick",
+    panel_port: int = 8080,
+) -> None:
+    from rig import checks, folder
+    from rig.plan import Options
+    from rig.up import up
+
+    checks.rig_name(rig)
+    checks.endpoint(connect)
+    checks.port(osc_in, "--osc-in")
+    checks.port(panel_port, "--panel-port")
+    checks.duration(duration)
+    checks.prefix(prefix)
+    if device != "simulated":
+        wrong(f"--device {device}: this version drives only the simulated stick; use --device simulated")
+    targets = tuple(checks.target(t) for t in osc_out or ["127.0.0.1:9101"])
+    run = folder.run_folder(rig)
+    up(Options(rig, run, audio, connect, osc_in, targets, prefix, panel_port, part), scene, duration, as_json)
+
+
+@app.command("up")
+def up_command(
+    scene: Scene = "roll",
+    duration: Duration = None,
+    device: Device = "simulated",
+    audio: Audio = "auto",
+    rig: RigName = "main",
+    connect: Connect = None,
+    osc_in: OscIn = 9100,
+    osc_out: OscOut = None,
+    prefix: Prefix = "/drumstick",
+    panel_port: PanelPort = 8080,
+    as_json: Json = False,
+) -> None:
+    """Play: force loop, sound and panel together, until Ctrl-C."""
+    _run(
+        frozenset({"haptic", "sound", "panel"}), rig, duration, as_json, scene=scene, device=device, audio=audio,
+        connect=connect, osc_in=osc_in, osc_out=osc_out, prefix=prefix, panel_port=panel_port,
+    )  # fmt: skip
+
+
+@app.command("haptic")
+def haptic_command(
+    scene: Scene = "roll",
+    duration: Duration = None,
+    device: Device = "simulated",
+    rig: RigName = "main",
+    connect: Connect = None,
+    osc_in: OscIn = 9100,
+    osc_out: OscOut = None,
+    prefix: Prefix = "/drumstick",
+    as_json: Json = False,
+) -> None:
+    """Only the force loop and its gateway."""
+    _run(
+        frozenset({"haptic"}), rig, duration, as_json, scene=scene, device=device,
+        connect=connect, osc_in=osc_in, osc_out=osc_out, prefix=prefix,
+    )  # fmt: skip
+
+
+@app.command("sound")
+def sound_command(
+    audio: Audio = "auto",
+    duration: Duration = None,
+    rig: RigName = "main",
+    connect: Connect = None,
+    as_json: Json = False,
+) -> None:
+    """Only the sound server; the scene comes from the haptic server."""
+    _run(frozenset({"sound"}), rig, duration, as_json, audio=audio, connect=connect)
+
+
+@app.command("panel")
+def panel_command(
+    panel_port: PanelPort = 8080,
+    duration: Duration = None,
+    rig: RigName = "main",
+    connect: Connect = None,
+    as_json: Json = False,
+) -> None:
+    """Only the technician's page."""
+    _run(frozenset({"panel"}), rig, duration, as_json, connect=connect, panel_port=panel_port)
+
+
+@app.command("simulate")
+def simulate_command(
+    scene: SceneName,
+    duration: Annotated[float, typer.Option(help="Simulated seconds.")] = 2.0,
+    v0: Annotated[float, typer.Option("--v0", help="Upward speed at the start, m/s.")] = 0.4,
+    method: Annotated[str, typer.Option(help="exact: closed form between events, no time step.")] = "exact",
+    as_json: Json = False,
+) -> None:
+    """The contacts of a scene's stick, computed exactly, faster than you can read."""
+    from rig import checks
+    from rig.simulate import simulate
+
+    checks.duration(duration)
+    checks.finite(v0, "--v0", -100.0, 100.0, "m/s")
+    simulate(scene, duration, v0, method, as_json)
+
+
+@app.command("doctor")
+def doctor_command(as_json: Json = False) -> None:
+    """What this machine has and lacks for playing."""
+    from rig.doctor import doctor
+
+    raise typer.Exit(doctor(as_json))
+
+
+@app.command("panic")
+def panic_command(rig: RigName = "main", connect: Connect = None) -> None:
+    """Zero force at once, latched."""
+    from rig import checks, remote
+
+    remote.panic(*checks.wire(rig, connect))
+
+
+@app.command("arm")
+def arm_command(rig: RigName = "main") -> None:
+    """Clear a panic or a fault; only on the haptic machine."""
+    from rig import arm, checks
+
+    checks.rig_name(rig)
+    arm.arm(rig)
+
+
+@scenes.command("list")
+def scene_list(as_json: Json = False) -> None:
+    """The shipped scenes."""
+    from rig import scenes_shown
+
+    scenes_shown.show_list(as_json)
+
+
+@scenes.command("show")
+def scene_show(scene: SceneName, as_json: Json = False) -> None:
+    """A scene with every default written out (--json), or its text."""
+    from rig import scenes_shown
+
+    scenes_shown.show(scene, as_json)
+
+
+@scenes.command("check")
+def scene_check(scene: SceneName) -> None:
+    """Say everything that is wrong with a scene."""
+    from rig import scenes_shown
+
+    scenes_shown.check(scene)
+
+
+@params.command("get")
+def params_get(
+    names: Annotated[list[str] | None, typer.Argument(help="Wire names; none means all.")] = None,
+    rig: RigName = "main",
+    connect: Connect = None,
+    as_json: Json = False,
+) -> None:
+    """What the servo uses now."""
+    from rig import checks, remote
+
+    remote.params_get(*checks.wire(rig, connect), names or [], as_json)
+
+
+@params.command("set")
+def params_set(
+    pairs: Annotated[list[str], typer.Argument(help="NAME=VALUE ..., all accepted or none.")],
+    rig: RigName = "main",
+    connect: Connect = None,
+    as_json: Json = False,
+) -> None:
+    """Set parameters while it plays."""
+    from rig import checks, remote
+
+    remote.params_set(*checks.wire(rig, connect), pairs, as_json)
+
+
+@params.command("watch")
+def params_watch(rig: RigName = "main", connect: Connect = None, duration: Duration = None) -> None:
+    """Print every accepted change."""
+    from rig import checks, remote
+
+    remote.params_watch(*checks.wire(rig, connect), duration)
+
+
+def _leave(status: int, message: str) -> NoReturn:
+    print(f"drumstick: {message}", file=sys.stderr)
+    sys.exit(status)
+
+
+def main() -> None:
+    """Entry point; exit status 0 done, 2 what was given is wrong, 3 the machine lacks something, 1 a fault of ours."""
+    try:
+        app(prog_name=Path(sys.argv[0]).name)
+    except Stop as stop:
+        _leave(stop.status, str(stop))
+    except KeyboardInterrupt:
+        _leave(130, "interrupted")
+    except BrokenPipeError:
+        sys.stderr.close()  # the reader of our output went away, as `head` does
+        sys.exit(0)

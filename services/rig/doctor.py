@@ -1,0 +1,133 @@
+"""`drumstick doctor`: what this machine has and lacks, each with what to do about it. Changes nothing."""
+
+import contextlib
+import importlib
+import json
+import os
+import platform
+import resource
+import sys
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from rig.fault import LACKING, Stop
+from rig.ports import require_free_tcp, require_free_udp
+
+FIFO_PRIORITY = 80
+MEMLOCK_BYTES = 200_000_000  # 121 MB were locked with everything loaded
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing looked at. `needed`: without it `drumstick up` does not play; otherwise it plays less well."""
+
+    name: str
+    good: bool
+    needed: bool
+    found: str
+    remedy: str = ""
+
+
+def _python() -> Finding:
+    good = (3, 11) <= sys.version_info[:2] < (3, 15)
+    return Finding("python", good, True, platform.python_version(), "use Python 3.11 to 3.14")
+
+
+def _package(module: str, needed: bool, remedy: str) -> Finding:
+    try:
+        importlib.import_module(module)
+    except (ImportError, OSError) as error:
+        return Finding(module, False, needed, str(error).splitlines()[0], remedy)
+    return Finding(module, True, needed, "there")
+
+
+def _audio() -> Finding:
+    remedy = "install libportaudio2 and plug in a sound card; until then the sound goes to a WAV file"
+    try:
+        sounddevice = importlib.import_module("sounddevice")
+        devices = [d["name"] for d in sounddevice.query_devices() if d["max_output_channels"] > 0]
+    except (ImportError, OSError) as error:
+        return Finding("audio device", False, False, str(error), remedy)
+    except Exception as error:  # noqa: BLE001  PortAudioError, whose class exists only if the import worked
+        return Finding("audio device", False, False, str(error), remedy)
+    return Finding("audio device", bool(devices), False, ", ".join(devices) or "none", remedy)
+
+
+def _limit(name: str, kind: int, wanted: int, remedy: str) -> Finding:
+    soft, _ = resource.getrlimit(kind)
+    unlimited = soft == resource.RLIM_INFINITY
+    good = os.geteuid() == 0 or unlimited or soft >= wanted
+    return Finding(name, good, False, "root" if os.geteuid() == 0 else "unlimited" if unlimited else str(soft), remedy)
+
+
+def _real_time() -> list[Finding]:
+    if not sys.platform.startswith("linux"):
+        return [Finding("real time", False, False, sys.platform, "the force loop has real-time priority only on Linux")]
+    group = "as root: add '@audio - rtprio 95' and '@audio - memlock unlimited' to /etc/security/limits.d/audio.conf"
+    return [
+        _limit("real-time priority", resource.RLIMIT_RTPRIO, FIFO_PRIORITY, group),
+        _limit("locked memory", resource.RLIMIT_MEMLOCK, MEMLOCK_BYTES, group),
+        _governor(),
+    ]
+
+
+def _governor() -> Finding:
+    path = Path("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor")
+    with contextlib.suppress(OSError):
+        governor = path.read_text().strip()
+        remedy = "cpupower frequency-set -g performance"
+        return Finding("cpu governor", governor == "performance", False, governor, remedy)
+    return Finding("cpu governor", True, False, "not adjustable here")
+
+
+def _kernel_cache() -> Finding:
+    from realtime.jit import CACHE_FOLDER
+
+    remedy = "make ~/.cache writable or set XDG_CACHE_HOME; until then every start compiles for half a minute"
+    return Finding("kernel cache", CACHE_FOLDER is not None, False, str(CACHE_FOLDER or "not writable"), remedy)
+
+
+def _port(name: str, check: Callable[[], None]) -> Finding:
+    try:
+        check()
+    except Stop as taken:
+        return Finding(name, False, False, str(taken), "stop the program that has it (a running rig?), or use another port")
+    return Finding(name, True, False, "free")
+
+
+def _ports() -> list[Finding]:
+    return [
+        _port("OSC port 9100", lambda: require_free_udp("127.0.0.1", 9100, "OSC port", "--osc-in")),
+        _port("Zenoh port 7447", lambda: require_free_tcp("127.0.0.1", 7447, "Zenoh port", "--connect")),
+        _port("panel port 8080", lambda: require_free_tcp("127.0.0.1", 8080, "panel port", "--panel-port")),
+    ]
+
+
+def examine() -> list[Finding]:
+    """Everything, in the order in which it is told."""
+    again = "make install"
+    return [
+        _python(),
+        *(_package(m, True, again) for m in ("numpy", "numba", "zenoh", "msgspec", "pythonosc")),
+        _package("sounddevice", False, "make install, and the Debian package libportaudio2"),
+        _package("viser", False, again),
+        _audio(),
+        *_real_time(),
+        _kernel_cache(),
+        *_ports(),
+    ]
+
+
+def doctor(as_json: bool) -> int:
+    """Print the findings; the exit status: 3 when something needed is missing, else 0."""
+    findings = examine()
+    playable = all(f.good for f in findings if f.needed)
+    if as_json:
+        print(json.dumps({"playable": playable, "findings": [asdict(f) for f in findings]}))
+    else:
+        for f in findings:
+            mark = "good " if f.good else "LACKS" if f.needed else "could be better"
+            print(f"{mark:15s} {f.name}: {f.found}" + ("" if f.good or not f.remedy else f"\n{'':15s}   -> {f.remedy}"))
+        print("ready to play" if playable else "cannot play yet: see LACKS above")
+    return 0 if playable else LACKING

@@ -1,0 +1,23 @@
+"""How a command ends: 0 done, 2 what was given is wrong, 3 the machine lacks something, 1 a fault of ours."""
+
+from typing import NoReturn
+
+GIVEN, LACKING, OURS = 2, 3, 1
+
+
+class Stop(Exception):  # noqa: N818  it is not always an error of the program
+    """Ends the command with one clear message and an exit status."""
+
+    def __init__(self, status: int, message: str) -> None:
+        super().__init__(message)
+        self.status = status
+
+
+def wrong(message: str) -> NoReturn:
+    """What the user gave is wrong."""
+    raise Stop(GIVEN, message)
+
+
+def lacking(message: str) -> NoReturn:
+    """The machine lacks something: a free port, a library, a permission."""
+    raise Stop(LACKING, message)

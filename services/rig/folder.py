@@ -1,0 +1,40 @@
+"""The run folder of a rig: scene, block and token, private to the user, in memory where the machine has such a place."""
+
+import fcntl
+import os
+import tempfile
+from pathlib import Path
+from typing import IO
+
+from rig.fault import lacking
+
+
+def run_folder(rig: str) -> Path:
+    """The folder of `rig`, 0700, made when missing. Raises Stop when it is not ours."""
+    for base in (os.environ.get("XDG_RUNTIME_DIR"), "/dev/shm", tempfile.gettempdir()):
+        if base and os.access(base, os.W_OK | os.X_OK):
+            folder = Path(base) / f"drumstick-{os.getuid()}-{rig}"
+            folder.mkdir(mode=0o700, exist_ok=True)
+            found = folder.lstat()
+            if found.st_uid != os.getuid() or found.st_mode & 0o077 or not folder.is_dir() or folder.is_symlink():
+                lacking(f"{folder} belongs to somebody else or is open to others: remove it, or use another --rig")
+            return folder
+    lacking("no writable place for run-time files: set XDG_RUNTIME_DIR to a folder of yours")
+
+
+def claim(folder: Path, rig: str) -> IO[str]:
+    """Hold the rig's lock while the returned file is open; Stop when another `drumstick` has it."""
+    lock = (folder / "lock").open("w")
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        lock.close()
+        lacking(f"rig {rig!r} is already running on this machine: stop it, or give this one another name with --rig")
+    return lock
+
+
+def put_text(path: Path, text: str) -> None:
+    """Replace a file in one step."""
+    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+    temporary.write_text(text, encoding="utf-8")
+    temporary.replace(path)

@@ -1,0 +1,56 @@
+"""Which processes a rig consists of, and the command line of each. Services are started, never imported."""
+
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from protocol.keys import DEFAULT_ROUTER
+
+HAPTIC, SOUND, PANEL = "haptic", "sound", "panel"
+
+
+@dataclass(frozen=True)
+class Options:
+    """What the user chose; the defaults are those of the commands."""
+
+    rig: str
+    folder: Path
+    audio: str = "auto"
+    connect: str | None = None
+    osc_in: int = 9100
+    osc_out: tuple[str, ...] = ("127.0.0.1:9101",)
+    prefix: str = "/drumstick"
+    panel_port: int = 8080
+    parts: frozenset[str] = field(default_factory=lambda: frozenset({HAPTIC, SOUND, PANEL}))
+
+    @property
+    def router(self) -> str:
+        """The Zenoh endpoint that clients use."""
+        return self.connect or DEFAULT_ROUTER
+
+    @property
+    def is_router(self) -> bool:
+        """Whether this rig's own gateway is the Zenoh router."""
+        return HAPTIC in self.parts and self.connect is None
+
+
+def commands(options: Options) -> dict[str, list[str]]:
+    """Name -> command line, in the order of starting."""
+    python = [sys.executable, "-m"]
+    rig = ["--rig", options.rig]
+    router = ["--connect", options.router]
+    folder = ["--run-dir", str(options.folder)]
+    plan: dict[str, list[str]] = {}
+    if HAPTIC in options.parts:
+        plan["servo"] = [*python, "haptic_server.servo", *folder]
+        osc = ["--osc-in", f"127.0.0.1:{options.osc_in}", "--prefix", options.prefix]
+        for target in options.osc_out:
+            osc += ["--osc-out", target]
+        zenoh = router if options.connect else []
+        plan["gateway"] = [*python, "haptic_server.gateway", *folder, *rig, *osc, *zenoh]
+    if SOUND in options.parts:
+        plan["sound"] = [*python, "sound_server", *rig, *router, "--audio", options.audio]
+    if PANEL in options.parts:
+        token = ["--token-file", str(options.folder / "panel-token")]
+        plan["panel"] = [*python, "web_panel", *rig, *router, "--port", str(options.panel_port), *token]
+    return plan

@@ -1,0 +1,32 @@
+"""Are the ports free? Asked before anything starts, so that a taken one gives a clear line and exit status 3."""
+
+import socket
+
+from rig.fault import lacking
+
+
+def _require_free(kind: socket.SocketKind, host: str, port: int, what: str, option: str) -> None:
+    with socket.socket(socket.AF_INET, kind) as probe:
+        if kind == socket.SOCK_STREAM:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind((host, port))
+        except OSError as error:
+            lacking(f"{what} {host}:{port}: {error.strerror}; choose another with {option}")
+
+
+def require_free_tcp(host: str, port: int, what: str, option: str) -> None:
+    """Stop with status 3 unless `host:port` can be bound."""
+    _require_free(socket.SOCK_STREAM, host, port, what, option)
+
+
+def require_free_udp(host: str, port: int, what: str, option: str) -> None:
+    """Stop with status 3 unless `host:port` can be bound."""
+    _require_free(socket.SOCK_DGRAM, host, port, what, option)
+
+
+def listens(host: str, port: int) -> bool:
+    """Whether something accepts TCP connections there now."""
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
+        probe.settimeout(0.2)
+        return probe.connect_ex((host, port)) == 0

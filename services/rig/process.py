@@ -1,0 +1,125 @@
+"""One service as a child process: started, listened to, restarted when it dies, stopped cleanly.
+
+The supervisor's only thread; nothing here blocks.
+"""
+
+import ctypes
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+
+_PR_SET_PDEATHSIG = 1
+_LIBC = ctypes.CDLL(None)
+_FIRST_DELAY_S, _LONGEST_DELAY_S = 0.1, 5.0
+_STEADY_AFTER_S = 10.0
+_REAL_FAULTS = (2, 3)  # exit statuses that no restart mends: what was given is wrong, or the machine lacks something
+
+
+def _die_with_parent() -> None:
+    # In the child, before exec: if the supervisor is killed outright, no orphan stays behind.
+    if sys.platform.startswith("linux"):
+        _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+
+
+class Service:
+    """A child that should be running."""
+
+    def __init__(self, name: str, command: Sequence[str], say: Callable[[str], None]) -> None:
+        self.name = name
+        self.restarts = 0
+        self.fault_status: int | None = None
+        self.last_line = ""
+        self._command = list(command)
+        self._say = say
+        self._process: subprocess.Popen[bytes] | None = None
+        self._partial = b""
+        self._delay_s = _FIRST_DELAY_S
+        self._started_at = 0.0
+        self._restart_at = 0.0
+
+    def start(self) -> None:
+        """Start the child in a process group of its own: Ctrl-C reaches only the supervisor."""
+        self._process = subprocess.Popen(
+            self._command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+            preexec_fn=_die_with_parent,
+        )
+        assert self._process.stdout is not None
+        os.set_blocking(self._process.stdout.fileno(), False)
+        self._started_at = time.monotonic()
+
+    @property
+    def pid(self) -> int | None:
+        """Process id of the running child."""
+        return self._process.pid if self._process and self._process.poll() is None else None
+
+    def _read(self) -> None:
+        if self._process is None or self._process.stdout is None:
+            return
+        while chunk := self._process.stdout.read(65536):
+            *lines, self._partial = (self._partial + chunk).split(b"\n")
+            for line in lines:
+                self._tell(line)
+
+    def _tell(self, line: bytes) -> None:
+        text = line.decode("utf-8", "replace").rstrip()
+        if text:
+            self.last_line = text
+            self._say(f"[{self.name}] {text}")
+
+    def look(self, now: float) -> None:
+        """Pass on what the child printed; restart it if it died."""
+        self._read()
+        if self._process is None:
+            if self.fault_status is None and now >= self._restart_at:
+                self.restarts += 1
+                self.start()
+            return
+        status = self._process.poll()
+        if status is None:
+            return
+        self._close()
+        if status in _REAL_FAULTS:
+            self.fault_status = status
+            return
+        if now - self._started_at > _STEADY_AFTER_S:
+            self._delay_s = _FIRST_DELAY_S
+        ended = f"was ended by {signal.Signals(-status).name}" if status < 0 else f"ended with status {status}"
+        self._say(f"[{self.name}] {ended}; restarting")
+        self._restart_at = now + self._delay_s
+        self._delay_s = min(self._delay_s * 2.0, _LONGEST_DELAY_S)
+
+    def _close(self) -> None:
+        self._read()
+        if self._process is not None and self._process.stdout is not None:
+            if self._partial:
+                self._tell(self._partial)
+            self._process.stdout.close()
+        self._partial = b""
+        self._process = None
+
+    def ask_to_stop(self) -> None:
+        """SIGTERM."""
+        if self._process is not None and self._process.poll() is None:
+            self._process.terminate()
+
+    def wait_stopped(self, deadline: float) -> bool:
+        """Wait until the child ended, by `deadline` (monotonic) at the latest, then kill it. False when it was killed."""
+        if self._process is None:
+            return True
+        while self._process.poll() is None and time.monotonic() < deadline:
+            self._read()
+            time.sleep(0.01)
+        stopped = self._process.poll() is not None
+        if not stopped:
+            self._process.kill()
+            self._process.wait()
+            self._say(f"[{self.name}] did not stop when asked; killed")
+        self._close()
+        return stopped

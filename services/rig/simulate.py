@@ -1,0 +1,36 @@
+"""`drumstick simulate`: the contacts of a scene's stick, by the exact method."""
+
+import json
+from typing import Any
+
+from rig import scene_file
+from rig.fault import wrong
+
+METHODS = ("exact",)
+
+
+def simulate(scene: str, duration_s: float, v0_m_per_s: float, method: str, as_json: bool) -> None:
+    """Print the contacts as a table or as one JSON object. Raises Stop."""
+    if method not in METHODS:
+        wrong(f"no method {method!r}; there is: {', '.join(METHODS)}")
+    loaded = scene_file.load(scene)
+    from drumstick import simulate as exact_run
+
+    run = exact_run.simulate(loaded, duration_s, v0_m_per_s)
+    contacts: list[dict[str, Any]] = [
+        dict(zip(exact_run.COLUMNS, map(float, row), strict=True)) for row in run.contacts
+    ]
+    if as_json:
+        print(json.dumps({"scene": loaded.name, "method": method, "contacts": contacts, "end": run.end}))
+        return
+    print("      t_in s   v_in m/s     t_out s  v_out m/s    v_E m/s     peak N  impulse Ns   z_min mm")
+    for c in contacts:
+        print(
+            f"{c['t_in_s']:12.6f} {c['v_in_m_per_s']:10.5f} {c['t_out_s']:11.6f} {c['v_out_m_per_s']:10.5f}"
+            f" {c['v_e_m_per_s']:10.5f} {c['peak_force_N']:10.4f} {c['impulse_N_s']:11.6f} {c['z_min_m'] * 1e3:10.5f}"
+        )
+    words = {"time": f"after {duration_s:g} s", "captured": "captured: the stick rests in the head", "left": "left"}
+    rate = ""
+    if len(contacts) > 1:
+        rate = f", roll {1.0 / (contacts[-1]['t_in_s'] - contacts[-2]['t_in_s']):.4f} Hz"
+    print(f"{len(contacts)} contacts, {words[run.end]}{rate}")

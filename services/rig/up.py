@@ -1,0 +1,154 @@
+"""`drumstick up` and its parts: start the services, watch them, stop them, tell how it went."""
+
+import json
+import signal
+import sys
+import time
+from contextlib import ExitStack
+from typing import Any
+
+from protocol.keys import Keys
+from rig import folder, ports, scene_file
+from rig.fault import OURS, Stop
+from rig.plan import HAPTIC, PANEL, SOUND, Options, commands
+from rig.process import Service
+from rig.terminal import Terminal
+from rig.watch import Watch, host_and_port
+
+_LOOK_S = 0.05
+_STOP_WITHIN_S = 4.0
+_READY_WITHIN_S = 120.0  # the very first start compiles every kernel
+
+
+class Rig:
+    """The running services of one command."""
+
+    def __init__(self, options: Options, scene: str, terminal: Terminal) -> None:
+        self._options = options
+        self._scene = scene
+        self._terminal = terminal
+        self._services = [Service(n, c, terminal.say) for n, c in commands(options).items()]
+        self._watch = Watch(options.router, Keys(options.rig))
+        self._stopping = False
+        self._played_s = 0.0
+
+    def run(self, duration_s: float | None) -> None:
+        """Run until a signal or for `duration_s` seconds of play. Raises Stop when a service cannot run here."""
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            signal.signal(number, self._ask_to_stop)
+        begun = time.monotonic()
+        ready_at: float | None = None
+        try:
+            for service in self._services:
+                service.start()
+            while not self._stopping:
+                now = time.monotonic()
+                self._look(now)
+                if ready_at is None and self._is_ready():
+                    ready_at = now
+                if ready_at is not None:
+                    self._played_s = now - ready_at
+                    if duration_s is not None and self._played_s >= duration_s:
+                        break
+                elif now - begun > _READY_WITHIN_S and duration_s is not None:
+                    silent = ", ".join(s.name for s in self._services)
+                    raise Stop(OURS, f"not ready after {_READY_WITHIN_S:.0f} s (waiting for {silent})")
+                self._terminal.status(self._status_line())
+                time.sleep(_LOOK_S)
+        finally:
+            self._stop()
+
+    def _ask_to_stop(self, *_: object) -> None:
+        self._stopping = True
+
+    def _look(self, now: float) -> None:
+        for service in self._services:
+            service.look(now)
+            if service.fault_status is not None:
+                raise Stop(service.fault_status, f"{service.name}: {service.last_line}")
+        self._watch.look()
+
+    def _is_ready(self) -> bool:
+        parts = self._options.parts
+        if SOUND in parts and self._watch.meter is None:
+            return False
+        if PANEL in parts and not ports.listens("127.0.0.1", self._options.panel_port):
+            return False
+        return self._watch.state is not None or HAPTIC not in parts
+
+    def _status_line(self) -> str:
+        state, meter = self._watch.state, self._watch.meter
+        if state is None:
+            return "starting (the first start compiles for about half a minute) ..."
+        sound = f" | sound load {meter.load:.0%}, {self._watch.xruns} xruns" if meter else ""
+        return (
+            f"{state.status} | {state.strikes} strikes | roll {state.roll_rate_Hz:5.2f} Hz, v_E {state.v_e_m_per_s:.3f} m/s"
+            f" | late p99 {state.lateness_p99_us / 1e3:.2f} ms, worst {state.lateness_worst_us / 1e3:.2f} ms{sound}"
+        )
+
+    def _stop(self) -> None:
+        self._watch.look()
+        self._terminal.end_status()
+        self._watch.close()
+        for service in reversed(self._services):
+            service.ask_to_stop()
+        deadline = time.monotonic() + _STOP_WITHIN_S
+        for service in reversed(self._services):
+            service.wait_stopped(deadline)
+
+    def summary(self) -> dict[str, Any]:
+        """How it went, with units in the names; null where a service was not part of it."""
+        state, meter = self._watch.state, self._watch.meter
+        return {
+            "scene": self._scene,
+            "rig": self._options.rig,
+            "duration_s": round(self._played_s, 3),
+            "strikes": self._watch.strikes if state else None,
+            "roll_rate_Hz": state.roll_rate_Hz if state else None,
+            "v_e_m_per_s": state.v_e_m_per_s if state else None,
+            "status": state.status if state else None,
+            "lateness_p99_us": state.lateness_p99_us if state else None,
+            "lateness_worst_us": self._watch.worst_lateness_us if state else None,
+            "overruns": self._watch.overruns if state else None,
+            "sound": meter.sink if meter else None,
+            "strikes_played": meter.played if meter else None,
+            "xruns": self._watch.xruns if meter else None,
+            "restarts": {s.name: s.restarts for s in self._services},
+        }
+
+
+def _words(summary: dict[str, Any]) -> str:
+    lines = [f"{summary['scene']}: {summary['duration_s']:.1f} s"]
+    if summary["strikes"] is not None:
+        lines.append(
+            f"  strikes {summary['strikes']}, roll {summary['roll_rate_Hz']:.2f} Hz, v_E {summary['v_e_m_per_s']:.3f} m/s"
+        )
+        lines.append(
+            f"  lateness of the force loop: p99 {summary['lateness_p99_us'] / 1e3:.2f} ms,"
+            f" worst {summary['lateness_worst_us'] / 1e3:.2f} ms, overruns {summary['overruns']}"
+        )
+    if summary["xruns"] is not None:
+        lines.append(f"  sound: {summary['sound']}, {summary['strikes_played']} strikes played, xruns {summary['xruns']}")
+    restarted = ", ".join(f"{name} {n}x" for name, n in summary["restarts"].items() if n)
+    if restarted:
+        lines.append(f"  restarted: {restarted}")
+    return "\n".join(lines)
+
+
+def up(options: Options, scene: str, duration_s: float | None, as_json: bool) -> None:
+    """Run the chosen parts of a rig; prints a summary at the end. Raises Stop."""
+    with ExitStack() as held:
+        if HAPTIC in options.parts:
+            loaded = scene_file.load(scene)
+            held.enter_context(folder.claim(options.folder, options.rig))
+            folder.put_text(options.folder / "scene.toml", scene_file.read(scene).text)
+            scene = loaded.name
+            ports.require_free_udp("127.0.0.1", options.osc_in, "OSC port", "--osc-in")
+            if options.is_router:
+                ports.require_free_tcp(*host_and_port(options.router), "Zenoh port", "--connect (to use that router)")
+        if PANEL in options.parts:
+            ports.require_free_tcp("127.0.0.1", options.panel_port, "panel port", "--panel-port")
+        rig = Rig(options, scene, Terminal())
+        rig.run(duration_s)
+        summary = rig.summary()
+    print(json.dumps(summary) if as_json else _words(summary), file=sys.stdout)
