@@ -1,0 +1,55 @@
+# make play                     install, and play the default scene; options by ARGS="--scene paper-roll"
+# make test                     install, and run every check and test; some of them by TESTS="tests/physics -x"
+# make install                  only make .venv, with every extra
+# make lock                     resolve the dependencies of pyproject.toml afresh
+# make PYTHON=python3.13 ...    with another Python, 3.11 to 3.14
+PYTHON ?= python3
+export PYTHON
+ARGS ?=
+TESTS ?=
+BIN := .venv/bin
+STAMP := .venv/.installed
+DEV_STAMP := .venv/.installed-dev
+
+.PHONY: play test check install install-dev lock system-play system-test
+.DEFAULT_GOAL := play
+
+play: install
+	@exec $(BIN)/drumstick up $(ARGS)
+
+test: check
+	$(BIN)/pytest $(TESTS)
+
+check: install-dev
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/pyright
+	$(BIN)/lint-imports
+
+install: system-play $(STAMP)
+
+install-dev: system-test $(DEV_STAMP)
+
+$(STAMP): requirements.lock pyproject.toml deploy/install-venv.sh | system-play
+	deploy/install-venv.sh requirements.lock
+	@touch $@
+
+# The development lock holds everything that the other one does, in the same versions.
+$(DEV_STAMP): requirements-dev.lock requirements.lock pyproject.toml deploy/install-venv.sh | system-test
+	deploy/install-venv.sh requirements-dev.lock
+	@touch $(STAMP) $@
+
+system-play:
+	@deploy/install-system.sh play
+
+system-test:
+	@deploy/install-system.sh play test
+
+# uv resolves for every Python and system at once; it comes from the development lock.
+COMPILE := $(BIN)/uv pip compile pyproject.toml --quiet --universal --python-version 3.11 --all-extras \
+	--generate-hashes --no-emit-index-url --custom-compile-command "make lock"
+
+lock:
+	@test -x $(BIN)/uv || $(MAKE) install-dev
+	$(COMPILE) --group build --output-file requirements.lock
+	$(COMPILE) --group dev --constraints requirements.lock --output-file requirements-dev.lock
