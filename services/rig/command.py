@@ -6,6 +6,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
+from protocol.keys import DEFAULT_ROUTER
 from rig.fault import Stop, wrong
 
 app = typer.Typer(
@@ -23,6 +24,7 @@ app.add_typer(params, name="params")
 _SCENE = typer.Option(help="A shipped scene or a .toml file.")
 _RIG = typer.Option(help="Name of the rig on the wire.")
 _CONNECT = typer.Option(help="Zenoh router to use, e.g. tcp/127.0.0.1:7447.")
+_LISTEN = typer.Option(help="Without --connect this rig is the Zenoh router itself, at this endpoint.")
 _DURATION = typer.Option(help="Stop after this many seconds of play.")
 _JSON = typer.Option("--json", help="Print one JSON object and nothing else on stdout.")
 _AUDIO = typer.Option(help="auto, null, wav:FILE, or part of an audio device's name.")
@@ -35,6 +37,7 @@ _DEVICE = typer.Option(help="simulated is the only one in this version.")
 Scene = Annotated[str, _SCENE]
 RigName = Annotated[str, _RIG]
 Connect = Annotated[str | None, _CONNECT]
+Listen = Annotated[str, _LISTEN]
 Duration = Annotated[float | None, _DURATION]
 Json = Annotated[bool, _JSON]
 Audio = Annotated[str, _AUDIO]
@@ -56,6 +59,7 @@ def _run(
     device: str = "simulated",
     audio: str = "auto",
     connect: str | None = None,
+    listen: str = DEFAULT_ROUTER,
     osc_in: int = 9100,
     osc_out: list[str] | None = None,
     prefix: str = "/drumstick",
@@ -67,6 +71,7 @@ def _run(
 
     checks.rig_name(rig)
     checks.endpoint(connect)
+    checks.endpoint(listen)
     checks.port(osc_in, "--osc-in")
     checks.port(panel_port, "--panel-port")
     checks.duration(duration)
@@ -75,7 +80,7 @@ def _run(
         wrong(f"--device {device}: this version drives only the simulated stick; use --device simulated")
     targets = tuple(checks.target(t) for t in osc_out or ["127.0.0.1:9101"])
     run = folder.run_folder(rig)
-    up(Options(rig, run, audio, connect, osc_in, targets, prefix, panel_port, part), scene, duration, as_json)
+    up(Options(rig, run, audio, connect, listen, osc_in, targets, prefix, panel_port, part), scene, duration, as_json)
 
 
 @app.command("up")
@@ -86,6 +91,7 @@ def up_command(
     audio: Audio = "auto",
     rig: RigName = "main",
     connect: Connect = None,
+    listen: Listen = DEFAULT_ROUTER,
     osc_in: OscIn = 9100,
     osc_out: OscOut = None,
     prefix: Prefix = "/drumstick",
@@ -95,7 +101,7 @@ def up_command(
     """Play: force loop, sound and panel together, until Ctrl-C."""
     _run(
         frozenset({"haptic", "sound", "panel"}), rig, duration, as_json, scene=scene, device=device, audio=audio,
-        connect=connect, osc_in=osc_in, osc_out=osc_out, prefix=prefix, panel_port=panel_port,
+        connect=connect, listen=listen, osc_in=osc_in, osc_out=osc_out, prefix=prefix, panel_port=panel_port,
     )  # fmt: skip
 
 
@@ -106,6 +112,7 @@ def haptic_command(
     device: Device = "simulated",
     rig: RigName = "main",
     connect: Connect = None,
+    listen: Listen = DEFAULT_ROUTER,
     osc_in: OscIn = 9100,
     osc_out: OscOut = None,
     prefix: Prefix = "/drumstick",
@@ -114,7 +121,7 @@ def haptic_command(
     """Only the force loop and its gateway."""
     _run(
         frozenset({"haptic"}), rig, duration, as_json, scene=scene, device=device,
-        connect=connect, osc_in=osc_in, osc_out=osc_out, prefix=prefix,
+        connect=connect, listen=listen, osc_in=osc_in, osc_out=osc_out, prefix=prefix,
     )  # fmt: skip
 
 

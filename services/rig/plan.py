@@ -17,6 +17,7 @@ class Options:
     folder: Path
     audio: str = "auto"
     connect: str | None = None
+    listen: str = DEFAULT_ROUTER
     osc_in: int = 9100
     osc_out: tuple[str, ...] = ("127.0.0.1:9101",)
     prefix: str = "/drumstick"
@@ -26,7 +27,7 @@ class Options:
     @property
     def router(self) -> str:
         """The Zenoh endpoint that clients use."""
-        return self.connect or DEFAULT_ROUTER
+        return self.connect or self.listen
 
     @property
     def is_router(self) -> bool:
@@ -46,7 +47,7 @@ def commands(options: Options) -> dict[str, list[str]]:
         osc = ["--osc-in", f"127.0.0.1:{options.osc_in}", "--prefix", options.prefix]
         for target in options.osc_out:
             osc += ["--osc-out", target]
-        zenoh = router if options.connect else []
+        zenoh = router if options.connect else ["--listen", options.listen]
         plan["gateway"] = [*python, "haptic_server.gateway", *folder, *rig, *osc, *zenoh]
     if SOUND in options.parts:
         plan["sound"] = [*python, "sound_server", *rig, *router, "--audio", options.audio]

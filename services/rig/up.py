@@ -31,6 +31,7 @@ class Rig:
         self._watch = Watch(options.router, Keys(options.rig))
         self._stopping = False
         self._played_s = 0.0
+        self._strikes_before = 0
 
     def run(self, duration_s: float | None) -> None:
         """Run until a signal or for `duration_s` seconds of play. Raises Stop when a service cannot run here."""
@@ -46,6 +47,7 @@ class Rig:
                 self._look(now)
                 if ready_at is None and self._is_ready():
                     ready_at = now
+                    self._strikes_before = self._watch.strikes
                 if ready_at is not None:
                     self._played_s = now - ready_at
                     if duration_s is not None and self._played_s >= duration_s:
@@ -103,7 +105,7 @@ class Rig:
             "scene": self._scene,
             "rig": self._options.rig,
             "duration_s": round(self._played_s, 3),
-            "strikes": self._watch.strikes if state else None,
+            "strikes": self._watch.strikes - self._strikes_before if state else None,
             "roll_rate_Hz": state.roll_rate_Hz if state else None,
             "v_e_m_per_s": state.v_e_m_per_s if state else None,
             "status": state.status if state else None,
@@ -145,7 +147,7 @@ def up(options: Options, scene: str, duration_s: float | None, as_json: bool) ->
             scene = loaded.name
             ports.require_free_udp("127.0.0.1", options.osc_in, "OSC port", "--osc-in")
             if options.is_router:
-                ports.require_free_tcp(*host_and_port(options.router), "Zenoh port", "--connect (to use that router)")
+                ports.require_free_tcp(*host_and_port(options.router), "Zenoh port", "--listen")
         if PANEL in options.parts:
             ports.require_free_tcp("127.0.0.1", options.panel_port, "panel port", "--panel-port")
         rig = Rig(options, scene, Terminal())
