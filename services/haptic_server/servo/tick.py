@@ -146,10 +146,10 @@ def tick(
     player.y = plan.orbit_radius * math.sin(player.phase)
     if player.panicked != 0 or player.fault != 0:
         _latch(block, law, motion, player, plan)
-    elif motion.fate != exact.MOVING:
-        _rest(block, law, motion, player, plan, span_s)
     else:
-        if motion.z > 0.0:
+        if motion.fate != exact.MOVING:
+            _rest(block, law, motion, player, plan, span_s)
+        elif motion.z > 0.0:
             _latch(block, law, motion, player, plan)
         _advance(block, law, motion, player, plan, event, now_ns, span_s)
         if not (abs(motion.z) < 1e3 and abs(motion.v) < 1e3):

@@ -1,0 +1,166 @@
+"""A real `drumstick` command as a child of the test, on ports and under a rig name of its own."""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, TypeVar
+
+import msgspec
+import zenoh
+
+from protocol.keys import Keys
+from protocol.messages import Message, decode
+from protocol.session import open_client
+
+DRUMSTICK = [sys.executable, "-c", "from rig.command import main; main()"]
+_M = TypeVar("_M", bound=Message)
+PATIENCE_S = 60.0  # how long a test waits for something that must come; kernels may have to compile first
+
+
+def free_port(kind: socket.SocketKind = socket.SOCK_STREAM) -> int:
+    with socket.socket(socket.AF_INET, kind) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+_T = TypeVar("_T")
+
+
+def wait_for(what: str, get: Callable[[], _T | None], patience_s: float = PATIENCE_S) -> _T:
+    """Poll until `get` returns something true."""
+    end = time.monotonic() + patience_s
+    while time.monotonic() < end:
+        found = get()
+        if found:
+            return found
+        time.sleep(0.02)
+    raise AssertionError(f"waited {patience_s:.0f} s in vain for {what}")
+
+
+class Rig:
+    """The running command: its ports, its children, what it printed."""
+
+    def __init__(self, part: str, *options: str) -> None:
+        self.name = f"test-{os.getpid()}-{free_port()}"
+        self.keys = Keys(self.name)
+        self.zenoh_port, self.panel_port = free_port(), free_port()
+        self.osc_in, self.osc_out = free_port(socket.SOCK_DGRAM), free_port(socket.SOCK_DGRAM)
+        self.endpoint = f"tcp/127.0.0.1:{self.zenoh_port}"
+        command = [*DRUMSTICK, part, "--rig", self.name]
+        if part in ("up", "haptic"):
+            command += ["--listen", self.endpoint]
+            command += ["--osc-in", str(self.osc_in), "--osc-out", f"127.0.0.1:{self.osc_out}"]
+        if part == "up":
+            command += ["--panel-port", str(self.panel_port)]
+            if "--audio" not in options:
+                command += ["--audio", "null"]
+        self.lines: list[str] = []
+        self.process = subprocess.Popen(
+            [*command, *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def _read(self) -> None:
+        assert self.process.stderr is not None
+        for line in self.process.stderr:
+            self.lines.append(line.rstrip())
+
+    @property
+    def said(self) -> str:
+        return "\n".join(self.lines)
+
+    def children(self) -> dict[str, int]:
+        """Module name -> pid of the services."""
+        try:
+            listed = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children").read_text().split()
+        except FileNotFoundError:
+            return {}
+        found: dict[str, int] = {}
+        for pid in listed:
+            try:
+                words = Path(f"/proc/{pid}/cmdline").read_bytes().decode().split("\0")
+            except (FileNotFoundError, ProcessLookupError):
+                continue
+            if "-m" in words:
+                found[words[words.index("-m") + 1]] = int(pid)
+        return found
+
+    def client(self) -> zenoh.Session:
+        """A Zenoh session of the test's own."""
+        end = time.monotonic() + PATIENCE_S
+        session = open_client(self.endpoint, lambda: time.monotonic() < end and self.process.poll() is None)
+        assert session is not None, f"no router came up:\n{self.said}"
+        wait_for("the gateway's answer", lambda: list(session.get(self.keys.clock, timeout=1.0)))
+        return session
+
+    def stop(self, number: signal.Signals = signal.SIGTERM) -> int:
+        """Ask the command to stop; its exit status."""
+        if self.process.poll() is None:
+            self.process.send_signal(number)
+        return self.process.wait(20.0)
+
+    def summary(self) -> dict[str, Any]:
+        """What `--json` printed, when the command has ended."""
+        assert self.process.stdout is not None
+        status = self.process.wait(PATIENCE_S * 2)
+        assert status == 0, self.said
+        return json.loads(self.process.stdout.read())
+
+    def close(self) -> None:
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGTERM)
+            try:
+                self.process.wait(20.0)
+            except subprocess.TimeoutExpired:
+                self.process.kill()
+                self.process.wait()
+        self._reader.join(5.0)
+        for pipe in (self.process.stdout, self.process.stderr):
+            if pipe is not None:
+                pipe.close()
+
+
+@contextmanager
+def running(part: str, *options: str) -> Iterator[Rig]:
+    rig = Rig(part, *options)
+    try:
+        yield rig
+    finally:
+        rig.close()
+
+
+class Listener:
+    """Collects the messages of one key."""
+
+    def __init__(self, session: zenoh.Session, key: str, kind: type[_M]) -> None:
+        self.got: list[_M] = []
+        self._subscriber = session.declare_subscriber(
+            key, lambda sample: self.got.append(decode(sample.payload.to_bytes(), kind))
+        )
+
+
+def ask(session: zenoh.Session, key: str, payload: object = None) -> bytes:
+    """One query's only good reply; AssertionError with the reason of a refusal."""
+    encoded = None if payload is None else msgspec.msgpack.encode([1, payload])
+    replies = list(session.get(key, payload=encoded, timeout=5.0))
+    assert replies, f"nobody answered {key}"
+    assert replies[0].ok is not None, replies[0].err.payload.to_bytes()
+    return replies[0].ok.payload.to_bytes()
+
+
+def is_alive(pid: int) -> bool:
+    """Whether a process exists and is not a zombie."""
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+    except FileNotFoundError:
+        return False
+    return state != "Z"

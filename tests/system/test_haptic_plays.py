@@ -1,0 +1,268 @@
+"""The haptic server alone, with real processes: roll, sets over Zenoh and OSC, panic, bad input, restarts."""
+
+import os
+import signal
+import socket
+import subprocess
+import time
+from collections.abc import Iterator
+
+import pytest
+import zenoh
+from pythonosc.osc_message import OscMessage
+from pythonosc.osc_message_builder import OscMessageBuilder
+from rig_process import DRUMSTICK, Listener, Rig, ask, is_alive, running, wait_for
+
+from protocol.messages import Readback, Release, RefusalReply, State, Strike, decode
+
+pytestmark = pytest.mark.system
+
+ROLL_V_E = 0.6278097686502028  # the reference's limit cycle of set A with the exit pulse
+ROLL_HZ = 23.05327091884809
+CONTACTS_IN_200_MS = 6
+
+
+@pytest.fixture(scope="module")
+def rig() -> Iterator[Rig]:
+    with running("haptic") as started:
+        yield started
+
+
+@pytest.fixture(scope="module")
+def session(rig: Rig) -> Iterator[zenoh.Session]:
+    opened = rig.client()
+    yield opened
+    opened.close()
+
+
+@pytest.fixture
+def strikes(rig: Rig, session: zenoh.Session) -> Listener:
+    return Listener(session, rig.keys.strike, Strike)
+
+
+@pytest.fixture
+def osc(rig: Rig) -> Iterator[socket.socket]:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sock:
+        sock.bind(("127.0.0.1", rig.osc_out))
+        sock.settimeout(5.0)
+        yield sock
+
+
+def send(sock: socket.socket, rig: Rig, address: str, *args: object) -> None:
+    message = OscMessageBuilder(address)
+    for arg in args:
+        message.add_arg(arg)
+    sock.sendto(message.build().dgram, ("127.0.0.1", rig.osc_in))
+
+
+def receive(sock: socket.socket, address: str, value: float | None = None) -> list[object]:
+    """The next message at `address`, or the next one whose first argument is `value`."""
+    end = time.monotonic() + 10.0
+    while time.monotonic() < end:
+        message = OscMessage(sock.recv(2048))
+        if message.address == address and (value is None or message.params[0] == pytest.approx(value)):
+            return list(message.params)
+    raise AssertionError(f"no {address} {'' if value is None else value} came")
+
+
+def settle(session: zenoh.Session, rig: Rig, **changes: float) -> None:
+    ask(session, rig.keys.set_many, changes)
+
+
+def state_where(session: zenoh.Session, rig: Rig, good) -> State:
+    states = Listener(session, rig.keys.state, State)
+    return wait_for("a state", lambda: next((s for s in states.got if good(s)), None))
+
+
+def test_settles_at_the_reference_cycle(rig: Rig, session: zenoh.Session) -> None:
+    state = state_where(session, rig, lambda s: abs(s.v_e_m_per_s - ROLL_V_E) < 1e-6)
+    assert state.roll_rate_Hz == pytest.approx(ROLL_HZ, rel=1e-4)
+    assert state.status == "playing"
+
+
+def test_strikes_and_releases_alternate_with_contiguous_seq(
+    rig: Rig, session: zenoh.Session, strikes: Listener
+) -> None:
+    releases = Listener(session, rig.keys.release, Release)
+    wait_for("twenty strikes", lambda: len(strikes.got) >= 20 and len(releases.got) >= 20)
+    seq = [s.seq for s in strikes.got]
+    assert seq == list(range(seq[0], seq[0] + len(seq)))
+    released = [r.seq for r in releases.got]
+    assert released == list(range(released[0], released[0] + len(released)))
+    strike = strikes.got[-1]
+    assert 0.0 < strike.level < 1.0
+    assert -1.0 <= strike.x <= 1.0
+    assert strike.peak_estimate_N > 0.0
+
+
+@pytest.mark.needs("oscdump")
+def test_oscdump_prints_every_strike(rig: Rig, session: zenoh.Session, strikes: Listener) -> None:
+    with subprocess.Popen(["oscdump", "-L", str(rig.osc_out)], stdout=subprocess.PIPE, text=True) as dump:
+        assert dump.stdout is not None
+        seen: list[int] = []
+        while len(seen) < 20:
+            words = dump.stdout.readline().split()
+            if len(words) > 2 and words[1] == "/drumstick/strike":
+                assert words[2] == "ifffff"
+                seen.append(int(words[3]))
+        dump.terminate()
+    assert seen == list(range(seen[0], seen[0] + 20))
+    assert set(seen[1:-1]) <= {s.seq for s in strikes.got}
+
+
+def changed_within(strikes: Listener, since_ns: int, louder_than: float) -> int:
+    """How many contacts after `since_ns` the first strike faster than `louder_than` came."""
+
+    def find() -> int | None:
+        after = [s for s in strikes.got if s.t_ns > since_ns]
+        return next((i + 1 for i, s in enumerate(after) if s.z_speed_m_per_s > louder_than), None)
+
+    return wait_for("a faster strike", find)
+
+
+def test_a_set_over_zenoh_changes_the_roll_and_is_echoed(
+    rig: Rig, session: zenoh.Session, strikes: Listener, osc: socket.socket
+) -> None:
+    settle(session, rig, dv_pls=0.2)
+    state_where(session, rig, lambda s: abs(s.v_e_m_per_s - ROLL_V_E) < 1e-4)
+    echoes = Listener(session, rig.keys.param("dv_pls"), Readback)
+    then = time.monotonic_ns()
+    readback = decode(ask(session, rig.keys.set_one("dv_pls"), 0.4), Readback)
+    assert readback.value in (0.4, 0.2)  # 0.2 with pending, when the stick was in the head for long
+    assert changed_within(strikes, then, 0.62) <= CONTACTS_IN_200_MS
+    wait_for("the echo", lambda: any(e.value == 0.4 and not e.pending for e in echoes.got))
+    receive(osc, "/drumstick/param/dv_pls", 0.4)
+    settle(session, rig, dv_pls=0.2)
+
+
+@pytest.mark.needs("oscsend")
+def test_oscsend_changes_the_roll_and_is_echoed(
+    rig: Rig, session: zenoh.Session, strikes: Listener, osc: socket.socket
+) -> None:
+    state_where(session, rig, lambda s: abs(s.v_e_m_per_s - ROLL_V_E) < 1e-4)
+    then = time.monotonic_ns()
+    subprocess.run(
+        ["oscsend", "127.0.0.1", str(rig.osc_in), "/drumstick/param/dv_pls", "f", "0.4"], check=True, timeout=10
+    )
+    receive(osc, "/drumstick/param/dv_pls", 0.4)
+    receive(osc, "/drumstick/param/dv_pls/norm", 0.04)
+    assert changed_within(strikes, then, 0.62) <= CONTACTS_IN_200_MS
+    settle(session, rig, dv_pls=0.2)
+
+
+def test_nan_over_osc_is_refused_in_words_and_changes_nothing(
+    rig: Rig, session: zenoh.Session, osc: socket.socket
+) -> None:
+    send(osc, rig, "/drumstick/param/dv_pls", float("nan"))
+    address, why = receive(osc, "/drumstick/error")
+    assert address == "/drumstick/param/dv_pls"
+    assert "nan" in str(why)
+    assert decode(ask(session, rig.keys.param("dv_pls")), Readback).value == pytest.approx(0.2)
+
+
+def test_a_set_is_refused_whole(rig: Rig, session: zenoh.Session) -> None:
+    before = decode(ask(session, rig.keys.param("tau")), Readback).value
+    import msgspec
+
+    payload = msgspec.msgpack.encode([1, {"tau": 0.004, "dv_pls": 9.0}])
+    (reply,) = session.get(rig.keys.set_many, payload=payload, timeout=5.0)
+    assert "limit is 10 m/s" in decode(reply.err.payload.to_bytes(), RefusalReply).reason
+    assert decode(ask(session, rig.keys.param("tau")), Readback).value == before
+
+
+@pytest.mark.parametrize(("name", "value"), [("k_hand", 40.0), ("z_h0", -0.03)])
+def test_a_firmer_or_lower_hand_makes_the_roll_faster(
+    rig: Rig, session: zenoh.Session, name: str, value: float
+) -> None:
+    old = decode(ask(session, rig.keys.param(name)), Readback).value
+    settle(session, rig, **{name: value})
+    state_where(session, rig, lambda s: s.roll_rate_Hz > ROLL_HZ * 1.2)
+    settle(session, rig, **{name: old})
+    state_where(session, rig, lambda s: abs(s.roll_rate_Hz - ROLL_HZ) < 0.01)
+
+
+def test_a_dead_roll_keeps_a_set_pending_until_the_player_throws_again(rig: Rig, session: zenoh.Session) -> None:
+    settle(session, rig, dv_pls=0.0)
+    state_where(session, rig, lambda s: s.strikes > 0 and abs(s.v_m_per_s) < 1e-6 and s.z_m < 0.0)
+    settle(session, rig, dv_pls=0.2)
+    state_where(session, rig, lambda s: not s.pending and abs(s.roll_rate_Hz - ROLL_HZ) < 0.01)
+
+
+def test_panic_stops_the_force_until_armed_here(rig: Rig, session: zenoh.Session, osc: socket.socket) -> None:
+    send(osc, rig, "/drumstick/panic")
+    stopped = state_where(session, rig, lambda s: s.status == "panic")
+    assert stopped.force_N == 0.0
+    settle(session, rig, dv_pls=0.2)  # sets are still taken, nothing moves
+    later = state_where(session, rig, lambda s: s.t_ns > stopped.t_ns + 200_000_000)
+    assert later.status == "panic"
+    assert later.strikes == stopped.strikes
+    subprocess.run([*DRUMSTICK, "arm", "--rig", rig.name], check=True, timeout=60)
+    state_where(session, rig, lambda s: s.status == "playing" and s.strikes > stopped.strikes)
+
+
+def test_killing_the_gateway_costs_the_servo_nothing(rig: Rig, session: zenoh.Session, strikes: Listener) -> None:
+    settle(session, rig, dv_pls=0.3)
+    before = state_where(session, rig, lambda s: s.status == "playing" and not s.pending)
+    servo = rig.children()["haptic_server.servo"]
+    gateway = rig.children()["haptic_server.gateway"]
+    os.kill(gateway, signal.SIGKILL)
+    wait_for("another gateway", lambda: rig.children().get("haptic_server.gateway", gateway) != gateway)
+    after = state_where(session, rig, lambda s: s.strikes > before.strikes + 60)
+    assert rig.children()["haptic_server.servo"] == servo
+    assert after.boot == before.boot
+    assert after.ring_dropped == 0
+    span_s = (after.t_ns - before.t_ns) * 1e-9
+    expected = span_s * after.roll_rate_Hz
+    assert after.strikes - before.strikes == pytest.approx(expected, rel=0.1)
+    value = wait_for("readback", lambda: decode(ask(session, rig.keys.param("dv_pls")), Readback).value)
+    assert value == pytest.approx(0.3), "an acknowledged set was lost"
+    settle(session, rig, dv_pls=0.2)
+
+
+def test_a_killed_servo_comes_back_with_the_accepted_set(rig: Rig, session: zenoh.Session) -> None:
+    settle(session, rig, dv_pls=0.3)
+    before = state_where(session, rig, lambda s: not s.pending and s.status == "playing")
+    os.kill(rig.children()["haptic_server.servo"], signal.SIGKILL)
+    state_where(session, rig, lambda s: s.boot != before.boot and s.status == "playing" and not s.pending)
+    assert decode(ask(session, rig.keys.param("dv_pls")), Readback).value == pytest.approx(0.3)
+    settle(session, rig, dv_pls=0.2)
+
+
+def test_the_same_rig_twice_is_refused(rig: Rig) -> None:
+    second = subprocess.run(
+        [*DRUMSTICK, "haptic", "--rig", rig.name], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert second.returncode == 3
+    assert "already running" in second.stderr
+    assert len(second.stderr.strip().splitlines()) == 1
+
+
+def test_a_taken_port_is_one_line_and_status_3(rig: Rig) -> None:
+    taken = subprocess.run(
+        [*DRUMSTICK, "haptic", "--rig", f"{rig.name}-b", "--osc-in", str(rig.osc_in)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert taken.returncode == 3
+    assert str(rig.osc_in) in taken.stderr
+    assert len(taken.stderr.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_stops_cleanly_and_leaves_no_orphan(number: signal.Signals) -> None:
+    with running("haptic") as started:
+        started.client().close()
+        children = wait_for("both processes", lambda: len(started.children()) == 2 and started.children())
+        assert started.stop(number) == 0
+        assert not any(is_alive(pid) for pid in children.values())
+        assert "killed" not in started.said
+
+
+def test_no_orphan_even_when_the_command_itself_is_killed() -> None:
+    with running("haptic") as started:
+        started.client().close()
+        children = wait_for("both processes", lambda: len(started.children()) == 2 and started.children())
+        started.process.kill()
+        wait_for("the children's end", lambda: not any(is_alive(pid) for pid in children.values()))
