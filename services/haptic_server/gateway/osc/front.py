@@ -18,7 +18,7 @@ from protocol import osc
 from protocol.messages import Release, Strike
 
 LOOPBACK: tuple[Network, ...] = (ip_network("127.0.0.0/8"), ip_network("::1/128"))
-_WAKE_MS = 100  # how often an idle receive thread looks whether it is to end
+_LOG_DUE_MS = 1000  # how long a last line about a flood may stay untold
 _AT_ONCE = 256
 
 
@@ -73,6 +73,7 @@ class OscFront:
             self._tally,
         )
         self._closing = threading.Event()
+        self._wake, self._woken = socket.socketpair()
         self._thread = threading.Thread(target=self._listen, name="osc", daemon=True)
         self._thread.start()
 
@@ -141,10 +142,13 @@ class OscFront:
         self._send_all(lambda: [osc.error(self._prefix, address, why)])
 
     def close(self) -> None:
-        """End the receive thread (within a tenth of a second) and close the socket. May be called twice."""
-        self._closing.set()
+        """End the receive thread, which finishes what it has in hand, and close the socket. Idempotent."""
+        if not self._closing.is_set():
+            self._closing.set()
+            self._wake.send(b"\0")
         self._thread.join()
-        self._udp.close()
+        for each in (self._udp, self._wake, self._woken):
+            each.close()
         self._tally.tell(self._now(), at_once=True)
 
     def hear(self, datagram: bytes, sender: Endpoint) -> None:
@@ -163,8 +167,9 @@ class OscFront:
     def _listen(self) -> None:
         poll = select.poll()
         poll.register(self._udp, select.POLLIN)
+        poll.register(self._woken, select.POLLIN)
         while not self._closing.is_set():
-            if poll.poll(_WAKE_MS):
+            if poll.poll(_LOG_DUE_MS):
                 self._drain()
             self._tally.tell(self._now())
 

@@ -1,0 +1,147 @@
+"""An independent implementation, liblo's oscdump and oscsend, against the front: what musicians' programs see."""
+
+import queue
+import subprocess
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+
+from haptic_server.gateway.osc.front import OscFront
+from osc_bench import BOUND_S, Client, FakeDesk, client
+from protocol.messages import Release, Strike
+
+pytestmark = [pytest.mark.needs("oscdump", "oscsend"), pytest.mark.timeout(60)]
+
+
+class Dump:
+    """A running oscdump and the lines it prints."""
+
+    def __init__(self, port: int) -> None:
+        self.process = subprocess.Popen(
+            ["oscdump", "-L", str(port)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+        )
+        self._lines: queue.Queue[str] = queue.Queue()
+        self._reader = threading.Thread(target=self._read)
+        self._reader.start()
+
+    def _read(self) -> None:
+        assert self.process.stdout is not None
+        for line in self.process.stdout:
+            self._lines.put(line.strip())
+
+    def line(self, wanted: str, timeout_s: float = BOUND_S) -> list[str]:
+        """The words of the next line with the address `wanted`, from the address on; queue.Empty after a while."""
+        while True:
+            words = self._lines.get(timeout=timeout_s).split()
+            if wanted in words:
+                return words[words.index(wanted) :]
+
+    def close(self) -> None:
+        self.process.terminate()
+        self.process.wait(BOUND_S)
+        self._reader.join()
+        assert self.process.stdout is not None
+        self.process.stdout.close()
+
+
+def _send(front: OscFront, *words: str) -> None:
+    subprocess.run(["oscsend", "127.0.0.1", str(front.endpoint[1]), *words], check=True, timeout=BOUND_S)
+
+
+@contextmanager
+def _rig(desk: FakeDesk) -> Iterator[tuple[OscFront, Dump]]:
+    """A front whose target is an oscdump that is known to listen."""
+    with client() as probe:
+        port = probe.endpoint[1]
+    dump = Dump(port)
+    front = OscFront(("127.0.0.1", 0), [("127.0.0.1", port)], "/drumstick", desk)
+    try:
+        for attempt in range(50):
+            front.alive("main", "ready", attempt)
+            try:
+                dump.line("/drumstick/alive", 0.1)
+                break
+            except queue.Empty:
+                continue
+        else:
+            pytest.fail("oscdump never printed anything")
+        yield front, dump
+    finally:
+        front.close()
+        dump.close()
+
+
+def test_oscdump_prints_a_strike_and_a_release_with_the_right_types() -> None:
+    with _rig(FakeDesk()) as (front, dump):
+        front.strike(
+            Strike(
+                boot=1,
+                seq=42,
+                t_ns=5,
+                x=0.5,
+                y=-0.25,
+                z_speed_m_per_s=1.5,
+                level=0.75,
+                peak_estimate_N=12.5,
+                contact_estimate_s=0.005,
+            )
+        )
+        _, types, *values = dump.line("/drumstick/strike")
+        assert types == "ifffff"
+        assert [float(v) for v in values] == [42, 0.5, -0.25, 1.5, 0.75, 12.5]
+        assert dump.line("/drumstick/level") == ["/drumstick/level", "f", "0.750000"]
+        assert dump.line("/drumstick/gate") == ["/drumstick/gate", "i", "1"]
+        front.release(
+            Release(
+                boot=1, seq=42, t_ns=6, exit_speed_m_per_s=1.25, impulse_N_s=0.5, peak_N=13.0, contact_s=0.25
+            )
+        )
+        _, types, *values = dump.line("/drumstick/release")
+        assert types == "iffff"
+        assert [float(v) for v in values] == [42, 1.25, 0.5, 13.0, 0.25]
+        assert dump.line("/drumstick/gate") == ["/drumstick/gate", "i", "0"]
+
+
+def test_oscsend_sets_and_asks() -> None:
+    desk = FakeDesk()
+    with _rig(desk) as (front, dump):
+        desk.after_set = front.readback
+        _send(front, "/drumstick/param/dv_pls", "f", "0.5")
+        assert dump.line("/drumstick/param/dv_pls") == ["/drumstick/param/dv_pls", "f", "0.500000"]
+        assert dump.line("/drumstick/param/dv_pls/norm") == ["/drumstick/param/dv_pls/norm", "f", "0.050000"]
+        assert desk.values()["dv_pls"] == 0.5
+        desk.after_set = None
+        _send(front, "/drumstick/param/dv_pls")
+        assert dump.line("/drumstick/param/dv_pls") == ["/drumstick/param/dv_pls", "f", "0.500000"]
+        _send(front, "/drumstick/param/k_coll", "i", "4000")
+        _send(front, "/drumstick/param/tau/norm", "d", "0.5")
+        _send(front, "/drumstick/sync")
+        assert dump.line("/drumstick/param/k_coll") == ["/drumstick/param/k_coll", "f", "4000.000000"]
+        assert dump.line("/drumstick/param/tau/norm") == ["/drumstick/param/tau/norm", "f", "0.500000"]
+
+
+def test_oscsend_is_told_what_is_refused_and_panics() -> None:
+    desk = FakeDesk()
+    with _rig(desk) as (front, dump):
+        _send(front, "/drumstick/param/dv_pls", "f", "11")
+        words = dump.line("/drumstick/error")
+        assert words[:3] == ["/drumstick/error", "ss", '"/drumstick/param/dv_pls"']
+        assert "outside 0 .. 10 m/s" in " ".join(words)
+        _send(front, "/drumstick/param/dv_pls", "T")
+        assert "type T is not read here" in " ".join(dump.line("/drumstick/error"))
+        assert desk.sets == []
+        _send(front, "/drumstick/panic")
+        assert desk.panicked.wait(BOUND_S)
+
+
+def test_oscsend_subscribes_a_second_listener() -> None:
+    with _rig(FakeDesk()) as (front, dump):
+        second: Client
+        with client() as second:
+            _send(front, "/drumstick/subscribe", "i", str(second.endpoint[1]))
+            _send(front, "/drumstick/ping")
+            _send(front, "/drumstick/sync")
+            dump.line("/drumstick/param/z_h0/norm")  # so the subscription has been heard
+            assert second.next()[0].startswith("/drumstick/param/")

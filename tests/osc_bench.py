@@ -1,0 +1,135 @@
+"""What the OSC tests stand on: a desk without a servo, time that a test moves, clients on loopback."""
+
+import math
+import socket
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from importlib import resources
+
+from pythonosc.osc_message import OscMessage
+from pythonosc.osc_message_builder import OscMessageBuilder
+
+from drumstick.law import law_of
+from drumstick.parameters import Refusal, table_of, values_of, with_changes
+from drumstick.scene import parse
+from haptic_server.gateway.osc.front import OscFront
+from protocol.messages import SetReply
+
+BOUND_S = 5.0
+
+
+class FakeDesk:
+    """Accepts what the table's ranges allow; `after_set`, if given, is called with what a servo would have latched."""
+
+    def __init__(self) -> None:
+        text = (resources.files("drumstick") / "scenes" / "roll.toml").read_text()
+        scene = parse(text, "roll")
+        self.table = table_of(scene)
+        self._law = law_of(scene)
+        self.asked: list[dict[str, float]] = []
+        self.sets: list[tuple[dict[str, float], str]] = []
+        self.panics: list[str] = []
+        self.after_set: Callable[[str, float, float], None] | None = None
+        self.broken = False
+        self.panicked = threading.Event()
+
+    def values(self) -> dict[str, float]:
+        if self.broken:
+            raise RuntimeError("the block is gone")
+        return values_of(self._law, self.table)
+
+    def set(self, changes: Mapping[str, float], source: str) -> SetReply:
+        self.asked.append(dict(changes))
+        if changes.get("dv_pls", 0.0) > 5.0:
+            raise Refusal("dv_pls: the roll could reach 20 m/s, the limit is 10 m/s")
+        self._law = with_changes(self._law, self.table, changes)
+        self.sets.append((dict(changes), source))
+        values = self.values()
+        if self.after_set is not None:
+            for name in changes:
+                self.after_set(name, values[name], self.table[name].norm(values[name]))
+        return SetReply(values={n: values[n] for n in changes}, revision=len(self.sets), pending=True)
+
+    def lose_z_h0(self) -> None:
+        self._law = with_changes(self._law, self.table, {"k_hand": 0.0})
+        assert math.isnan(self.values()["z_h0"])
+
+    def panic(self, source: str) -> None:
+        self.panics.append(source)
+        self.panicked.set()
+
+
+def built(address: str, *args: int | float | str) -> bytes:
+    """A message as python-osc builds it: i for int, f for float, s for str."""
+    builder = OscMessageBuilder(address)
+    for arg in args:
+        builder.add_arg(arg)
+    return builder.build().dgram
+
+
+class Time:
+    """Seconds that pass when a test says so."""
+
+    def __init__(self) -> None:
+        self.s = 1000.25
+
+    def __call__(self) -> float:
+        return self.s
+
+
+class Client:
+    """A UDP port on loopback that speaks OSC through python-osc, and reads with it too."""
+
+    def __init__(self) -> None:
+        self.udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.udp.bind(("127.0.0.1", 0))
+        self.udp.settimeout(BOUND_S)
+        self.endpoint: tuple[str, int] = self.udp.getsockname()
+
+    def next(self) -> tuple[str, list[object]]:
+        """The next message; TimeoutError when there is none."""
+        message = OscMessage(self.udp.recv(65536))
+        return message.address, message.params
+
+    def waiting(self) -> list[tuple[str, list[object]]]:
+        """Every message that is in the socket already: loopback delivers before sendto returns."""
+        found: list[tuple[str, list[object]]] = []
+        self.udp.setblocking(False)
+        try:
+            while True:
+                found.append(self.next())
+        except BlockingIOError:
+            return found
+        finally:
+            self.udp.settimeout(BOUND_S)
+
+
+@contextmanager
+def client() -> Iterator[Client]:
+    made = Client()
+    try:
+        yield made
+    finally:
+        made.udp.close()
+
+
+def tell(front: OscFront, sender: Client, datagram: bytes) -> list[tuple[str, list[object]]]:
+    """Deliver a datagram, without the front's socket, and return what the sender has got."""
+    front.hear(datagram, sender.endpoint)
+    return sender.waiting()
+
+
+@contextmanager
+def opened_front(desk: FakeDesk, *targets: Client, **options: object) -> Iterator[OscFront]:
+    front = OscFront(
+        ("127.0.0.1", 0),
+        [t.endpoint for t in targets],
+        "/drumstick",
+        desk,
+        **options,  # type: ignore[arg-type]
+    )
+    try:
+        yield front
+    finally:
+        front.close()

@@ -1,0 +1,198 @@
+"""Ping, panic, subscriptions; floods, sources and faults."""
+
+import logging
+import math
+from ipaddress import ip_network
+
+import pytest
+
+from haptic_server.gateway.osc.front import OscFront
+from haptic_server.gateway.osc.targets import MOST_SUBSCRIPTIONS
+from osc_bench import FakeDesk, Time, built, client, opened_front, tell
+from protocol import osc
+
+P = "/drumstick"
+
+
+def test_a_ping_brings_its_arguments_back_to_the_sender_alone() -> None:
+    with client() as a, client() as target, opened_front(FakeDesk(), target) as front:
+        datagram = built(P + "/ping", 1, 0.5, "ab")
+        assert tell(front, a, datagram) == [("/drumstick/pong", [1, 0.5, "ab"])]
+        assert target.waiting() == []
+
+
+@pytest.mark.parametrize("args", [[], [1.0], ["now"], [math.nan]])
+def test_panic_is_never_refused(args: list[float | str]) -> None:
+    desk = FakeDesk()
+    with client() as a, opened_front(desk) as front:
+        assert tell(front, a, built(P + "/panic", *args)) == []
+        assert desk.panics == [f"osc {a.endpoint[0]}:{a.endpoint[1]}"]
+
+
+@pytest.mark.parametrize("as_kind", [int, float])
+def test_a_subscription_lasts_a_minute_and_can_be_renewed(as_kind: type) -> None:
+    time = Time()
+    with client() as sender, client() as listener, opened_front(FakeDesk(), now=time) as front:
+        subscribe = built(P + "/subscribe", as_kind(listener.endpoint[1]))
+        assert tell(front, sender, subscribe) == []
+        time.s += 59.0
+        front.alive("main", "ready", 0)
+        assert len(listener.waiting()) == 1
+        front.hear(subscribe, sender.endpoint)
+        time.s += 59.0
+        front.alive("main", "ready", 0)
+        assert len(listener.waiting()) == 1
+        time.s += 1.0
+        front.alive("main", "ready", 0)
+        assert listener.waiting() == []
+        assert sender.waiting() == []
+
+
+def test_unsubscribing_one_port_or_all() -> None:
+    with client() as sender, client() as one, client() as two, opened_front(FakeDesk()) as front:
+        ports = [one.endpoint[1], two.endpoint[1]]
+
+        def subscribe() -> None:
+            for port in ports:
+                front.hear(built(P + "/subscribe", port), sender.endpoint)
+
+        def heard() -> list[int]:
+            front.alive("main", "ready", 0)
+            return [len(one.waiting()), len(two.waiting())]
+
+        subscribe()
+        assert heard() == [1, 1]
+        front.hear(built(P + "/unsubscribe", ports[0]), sender.endpoint)
+        assert heard() == [0, 1]
+        subscribe()
+        front.hear(built(P + "/unsubscribe"), sender.endpoint)
+        assert heard() == [0, 0]
+        assert tell(front, sender, built(P + "/unsubscribe", 9)) == []
+
+
+def test_a_given_target_stays_whatever_is_unsubscribed() -> None:
+    with client() as target, opened_front(FakeDesk(), target) as front:
+        front.hear(built(P + "/subscribe", target.endpoint[1]), target.endpoint)
+        front.hear(built(P + "/unsubscribe"), target.endpoint)
+        front.alive("main", "ready", 0)
+        assert len(target.waiting()) == 1
+
+
+def test_there_are_at_most_64_subscriptions() -> None:
+    time = Time()
+    with client() as sender, opened_front(FakeDesk(), now=time) as front:
+        ports = [p for p in range(20000, 20000 + MOST_SUBSCRIPTIONS + 2) if p != front.endpoint[1]]
+        for port in ports[:MOST_SUBSCRIPTIONS]:
+            assert tell(front, sender, built(P + "/subscribe", port)) == []
+        full = built(P + "/subscribe", ports[MOST_SUBSCRIPTIONS])
+        answers = tell(front, sender, full)
+        assert "64 ports have subscribed" in str(answers[0][1][1])
+        assert tell(front, sender, built(P + "/subscribe", ports[0])) == []  # a renewal is always possible
+        time.s += 60.0
+        assert tell(front, sender, full) == []
+
+
+def test_the_rigs_own_port_can_be_no_target() -> None:
+    with client() as a, opened_front(FakeDesk()) as front:
+        answers = tell(front, a, built(P + "/subscribe", front.endpoint[1]))
+        assert answers == [("/drumstick/error", ["/drumstick/subscribe", "that is the rig's own port"])]
+    with client() as probe:
+        free = probe.endpoint
+    with pytest.raises(ValueError, match="send to another port"):
+        OscFront(free, [free], P, FakeDesk())
+
+
+def test_errors_are_capped_for_each_source_but_ping_and_panic_never() -> None:
+    desk, time = FakeDesk(), Time()
+    with client() as bad, client() as good, client() as target, opened_front(desk, target, now=time) as front:
+        wrong = built(P + "/nonsense")
+        for _ in range(500):
+            front.hear(wrong, bad.endpoint)
+        assert len(bad.waiting()) == 20
+        assert len(target.waiting()) == 20
+        assert front.counters["address"] == 500
+        for _ in range(200):
+            assert tell(front, bad, built(P + "/ping")) == [("/drumstick/pong", [])]
+        for _ in range(50):
+            front.hear(built(P + "/panic"), bad.endpoint)
+        assert len(desk.panics) == 50
+        assert len(tell(front, good, wrong)) == 1  # another source has its own allowance
+        time.s += 1.0
+        assert len(tell(front, bad, wrong)) == 1
+
+
+def test_errors_to_many_sources_are_bounded_together() -> None:
+    time = Time()
+    with client() as target, opened_front(FakeDesk(), target, now=time) as front:
+        heard = 0
+        for port in range(30000, 32000):
+            front.hear(b"/x\0\0", ("127.0.0.1", port))
+            heard += len(target.waiting())
+        assert heard == 200
+
+
+def test_answers_to_a_flood_of_questions_go_to_the_asker_only() -> None:
+    time = Time()
+    with client() as a, client() as target, opened_front(FakeDesk(), target, now=time) as front:
+        to_target = 0
+        for _ in range(300):
+            assert len(tell(front, a, built(P + "/param/tau"))) == 2
+            to_target += len(target.waiting())
+        assert to_target == 200
+
+
+def test_a_flood_writes_at_most_one_line_a_second(caplog: pytest.LogCaptureFixture) -> None:
+    time = Time()
+    with client() as a, opened_front(FakeDesk(), now=time) as front, caplog.at_level(logging.WARNING):
+        for _ in range(3):
+            for _ in range(100):
+                front.hear(b"junk", a.endpoint)
+            time.s += 1.0
+        front.close()
+    told = [r.getMessage() for r in caplog.records]
+    assert len(told) <= 4  # three seconds, and what close() still had to tell
+    assert sum(int(line.split()[2]) for line in told) == 300
+    assert told[0].startswith("osc: refused 1 from 127.0.0.1, last: ?: ")
+
+
+def test_two_rigs_do_not_answer_each_others_errors() -> None:
+    with client() as a, opened_front(FakeDesk()) as front:
+        assert tell(front, a, osc.error(P, "/drumstick/strike", "no such address")) == []
+        assert tell(front, a, osc.pong(P, [1])) == []
+        assert front.counters["address"] == 2
+
+
+def test_only_allowed_sources_are_heard() -> None:
+    desk = FakeDesk()
+    with client() as a, opened_front(desk, allow=[ip_network("127.0.0.2/32")]) as front:
+        assert tell(front, a, built(P + "/ping")) == []
+        assert tell(front, a, built(P + "/panic")) == []
+        assert desk.panics == []
+        assert front.counters == {"source": 2}
+        front.hear(built(P + "/panic"), ("127.0.0.2", 5000))
+        assert len(desk.panics) == 1
+
+
+def test_loopback_alone_is_allowed_by_default() -> None:
+    desk = FakeDesk()
+    with opened_front(desk) as front:
+        for host in ("192.168.1.4", "10.0.0.1", "8.8.8.8", "0.0.0.0"):
+            front.hear(built(P + "/panic"), (host, 5000))
+        assert desk.panics == []
+        front.hear(built(P + "/panic"), ("127.3.2.1", 5000))
+        assert len(desk.panics) == 1
+
+
+def test_a_fault_of_the_rig_is_told_and_does_not_deafen_it(caplog: pytest.LogCaptureFixture) -> None:
+    desk, time = FakeDesk(), Time()
+    with client() as a, opened_front(desk, now=time) as front:
+        desk.broken = True
+        answers = tell(front, a, built(P + "/param/tau"))
+        assert answers == [("/drumstick/error", ["/drumstick/param/tau", "a fault of the rig: see its log"])]
+        assert front.counters["fault"] == 1
+        for _ in range(50):
+            front.hear(built(P + "/sync"), a.endpoint)
+        assert sum(r.exc_info is not None for r in caplog.records) == 1
+        assert "the block is gone" in caplog.text
+        front.hear(built(P + "/panic"), a.endpoint)
+        assert len(desk.panics) == 1

@@ -1,0 +1,210 @@
+"""Asking, setting and echoes of parameters."""
+
+import math
+
+import pytest
+
+from osc_bench import FakeDesk, Time, built, client, opened_front, tell
+
+P = "/drumstick"
+
+
+def near(value: float) -> object:
+    return pytest.approx(value, rel=1e-6)
+
+
+def test_asking_tells_sender_and_targets_once_each() -> None:
+    desk = FakeDesk()
+    with client() as a, client() as target, opened_front(desk, target) as front:
+        expected = [("/drumstick/param/dv_pls", [near(0.2)]), ("/drumstick/param/dv_pls/norm", [near(0.02)])]
+        assert tell(front, a, built(P + "/param/dv_pls")) == expected
+        assert target.waiting() == expected
+        assert tell(front, target, built(P + "/param/dv_pls/norm")) == expected
+    assert desk.sets == []
+
+
+@pytest.mark.parametrize("value", [0.5, 1])
+def test_setting_reaches_the_desk(value: float) -> None:
+    desk = FakeDesk()
+    with client() as a, client() as target, opened_front(desk, target) as front:
+        front.hear(built(P + "/param/dv_pls", value), a.endpoint)
+        host, port = a.endpoint
+        assert desk.sets == [({"dv_pls": float(value)}, f"osc {host}:{port}")]
+        # Nothing is sent before the servo has it.
+        assert a.waiting() == []
+        assert target.waiting() == []
+
+
+def test_norm_sets_over_the_declared_range() -> None:
+    desk = FakeDesk()
+    with client() as a, opened_front(desk) as front:
+        front.hear(built(P + "/param/k_coll/norm", 0.5), a.endpoint)
+        assert desk.sets[0][0] == {"k_coll": pytest.approx(1000.0)}  # 1 .. 1e6, by logarithm
+
+
+@pytest.mark.parametrize(("name", "limit"), [("tau", 1e-6), ("m", 1e-4), ("k_coll", 1e6), ("z_h0", -1.0)])
+def test_a_limit_can_be_set_in_32_bits(name: str, limit: float) -> None:
+    desk = FakeDesk()
+    with client() as a, opened_front(desk) as front:
+        front.hear(built(f"{P}/param/{name}", limit), a.endpoint)
+        assert desk.asked == [{name: limit}]
+
+
+_BAD = {
+    "NaN": (built(P + "/param/dv_pls", math.nan), "not a finite number"),
+    "infinite": (built(P + "/param/dv_pls", math.inf), "not a finite number"),
+    "below": (built(P + "/param/dv_pls", -0.5), "outside 0 .. 10 m/s"),
+    "above": (built(P + "/param/dv_pls", 10.5), "outside 0 .. 10 m/s"),
+    "text": (built(P + "/param/dv_pls", "0.3"), "send one number"),
+    "two numbers": (
+        built(P + "/param/dv_pls", 0.1, 0.2),
+        "send one number",
+    ),
+    "beyond the envelope": (built(P + "/param/dv_pls", 6.0), "the limit is 10 m/s"),
+    "norm below": (built(P + "/param/dv_pls/norm", -0.01), "outside 0 .. 1"),
+    "norm above": (built(P + "/param/dv_pls/norm", 1.01), "outside 0 .. 1"),
+    "norm NaN": (built(P + "/param/dv_pls/norm", math.nan), "outside 0 .. 1"),
+    "norm text": (built(P + "/param/dv_pls/norm", "1"), "send one number"),
+    "unknown parameter": (built(P + "/param/nonsense", 0.5), "no such address"),
+    "unknown address": (built(P + "/preset/load"), "no such address"),
+    "without the prefix": (built("/param/dv_pls"), "no such address"),
+    "another's prefix": (built("/drumstic/param/dv_pls"), "no such address"),
+    "bundle": (b"#bundle\0" + bytes(8), "bundles are not read"),
+    "ping with NaN": (built(P + "/ping", math.nan), "not a finite"),
+    "subscribe without a port": (built(P + "/subscribe"), "one port"),
+    "subscribe to a text": (built(P + "/subscribe", "9000"), "one port"),
+    "subscribe to port 0": (built(P + "/subscribe", 0), "one port"),
+    "subscribe to port 65536": (built(P + "/subscribe", 65536), "one port"),
+    "subscribe to half a port": (built(P + "/subscribe", 9000.5), "one port"),
+    "subscribe to NaN": (built(P + "/subscribe", math.nan), "one port"),
+    "unsubscribe a text": (built(P + "/unsubscribe", "9000"), "one port"),
+}
+
+
+@pytest.mark.parametrize("name", _BAD)
+def test_a_mistake_is_answered_and_changes_nothing(name: str) -> None:
+    datagram, why = _BAD[name]
+    desk = FakeDesk()
+    with client() as a, client() as target, opened_front(desk, target) as front:
+        answers = tell(front, a, datagram)
+        assert [address for address, _ in answers] == ["/drumstick/error"]
+        refused, reason = answers[0][1]
+        assert why in str(reason)
+        assert refused == "?" or str(refused).encode() in datagram
+        assert target.waiting() == answers
+        assert desk.sets == []
+        assert "served" not in front.counters
+        assert tell(front, target, datagram) == answers  # once, to a sender that is a target
+
+
+def test_z_h0_of_a_hand_without_stiffness_is_an_error_not_a_nan() -> None:
+    desk = FakeDesk()
+    desk.lose_z_h0()
+    with client() as a, opened_front(desk) as front:
+        assert tell(front, a, built(P + "/param/z_h0")) == [
+            ("/drumstick/error", ["/drumstick/param/z_h0", "z_h0 has no value at present"])
+        ]
+        synced = tell(front, a, built(P + "/sync"))
+        assert ("/drumstick/error", ["/drumstick/param/z_h0", "z_h0 has no value at present"]) in synced
+        assert len(synced) == 2 * len(desk.table) - 1
+
+
+def test_sync_sends_everything_in_both_forms() -> None:
+    desk = FakeDesk()
+    with client() as a, client() as target, opened_front(desk, target) as front:
+        synced = tell(front, a, built(P + "/sync"))
+        assert synced == target.waiting()
+        expected = dict(desk.values())
+        assert {k: v[0] for k, v in synced} == {
+            **{f"{P}/param/{n}": near(v) for n, v in expected.items()},
+            **{f"{P}/param/{n}/norm": near(desk.table[n].norm(v)) for n, v in expected.items()},
+        }
+
+
+def test_a_sync_cannot_multiply_a_flood() -> None:
+    desk, time = FakeDesk(), Time()
+    with client() as a, opened_front(desk, now=time) as front:
+        answered = [tell(front, a, built(P + "/sync")) for _ in range(30)]
+        assert sum(len(each) > 1 for each in answered) == 5
+        assert answered[5] == [
+            ("/drumstick/error", ["/drumstick/sync", "asked more than 5 times in a second"])
+        ]
+        time.s += 1.0
+        assert len(tell(front, a, built(P + "/sync"))) > 1
+
+
+def test_who_set_a_value_gets_its_readback_once() -> None:
+    desk, time = FakeDesk(), Time()
+    with client() as a, client() as target, opened_front(desk, target, now=time) as front:
+        front.hear(built(P + "/param/dv_pls", 0.5), a.endpoint)
+        time.s += 0.9
+        front.readback("k_coll", 1000.0, 0.5)
+        assert a.waiting() == []
+        front.readback("dv_pls", 0.5, 0.05)
+        assert [address for address, _ in a.waiting()] == [
+            "/drumstick/param/dv_pls",
+            "/drumstick/param/dv_pls/norm",
+        ]
+        front.readback("dv_pls", 0.75, 0.075)
+        assert a.waiting() == []
+        assert len(target.waiting()) == 6
+
+
+def test_a_moving_fader_gets_the_last_value_too() -> None:
+    with client() as a, opened_front(FakeDesk()) as front:
+        for value in (0.25, 0.5):
+            front.hear(built(P + "/param/dv_pls", value), a.endpoint)
+        for value in (0.25, 0.5, 0.75):
+            front.readback("dv_pls", value, value / 10)
+        assert [v for address, (v,) in a.waiting() if address.endswith("dv_pls")] == [0.25, 0.5]
+
+
+def test_an_echo_is_awaited_for_one_second() -> None:
+    time = Time()
+    with client() as a, opened_front(FakeDesk(), now=time) as front:
+        front.hear(built(P + "/param/dv_pls", 0.5), a.endpoint)
+        time.s += 1.0
+        front.readback("dv_pls", 0.5, 0.05)
+        assert a.waiting() == []
+
+
+def test_a_sender_that_is_a_target_gets_the_readback_once() -> None:
+    with client() as target, opened_front(FakeDesk(), target) as front:
+        front.hear(built(P + "/param/dv_pls", 0.5), target.endpoint)
+        front.readback("dv_pls", 0.5, 0.05)
+        assert len(target.waiting()) == 2
+
+
+def test_a_refused_set_awaits_nothing() -> None:
+    with client() as a, opened_front(FakeDesk()) as front:
+        assert tell(front, a, built(P + "/param/dv_pls", 6.0))[0][0] == "/drumstick/error"
+        front.readback("dv_pls", 0.5, 0.05)
+        assert a.waiting() == []
+
+
+def test_a_refused_set_keeps_the_wait_for_the_one_before() -> None:
+    with client() as a, opened_front(FakeDesk()) as front:
+        front.hear(built(P + "/param/dv_pls", 0.5), a.endpoint)
+        tell(front, a, built(P + "/param/dv_pls", 6.0))
+        front.readback("dv_pls", 0.5, 0.05)
+        assert len(a.waiting()) == 2
+
+
+def test_a_readback_that_comes_before_the_reply_is_not_lost() -> None:
+    desk = FakeDesk()
+    with client() as a, opened_front(desk) as front:
+        desk.after_set = front.readback
+        assert len(tell(front, a, built(P + "/param/dv_pls", 0.5))) == 2
+
+
+def test_setting_what_is_already_so_is_echoed_at_once() -> None:
+    desk = FakeDesk()
+    with client() as a, opened_front(desk) as front:
+        for _ in range(2):
+            answers = tell(front, a, built(P + "/param/dv_pls", 0.2))  # 0.2 in 32 bits, twice
+            front.readback("dv_pls", 0.2, 0.02)
+            assert a.waiting() == []
+            assert answers == [
+                ("/drumstick/param/dv_pls", [near(0.2)]),
+                ("/drumstick/param/dv_pls/norm", [near(0.02)]),
+            ]
