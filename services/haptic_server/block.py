@@ -147,7 +147,9 @@ def attach(folder: Path, law: np.dtype[Any]) -> Block:
     """Map an existing block as its gateway. FileNotFoundError before the servo made one; BlockError if it differs."""
     memory = _map(folder / FILE_NAME)
     if len(memory) != _size(law):
-        raise BlockError(f"{folder / FILE_NAME}: {len(memory)} bytes, expected {_size(law)}: another version's block")
+        raise BlockError(
+            f"{folder / FILE_NAME}: {len(memory)} bytes, expected {_size(law)}: another version's block"
+        )
     block = _views(memory, law)
     if int(block.header[0]) != _MAGIC or int(block.header[1]) != _signature(law):
         raise BlockError(f"{folder / FILE_NAME}: made for another scene or version; restart the servo")

@@ -47,8 +47,15 @@ def target(text: str) -> str:
 
 def prefix(text: str) -> None:
     """First part of OSC addresses."""
-    if not text.startswith("/") or text.endswith("/") or not text.isascii() or any(c in text for c in " #*,?[]{}"):
-        wrong(f"--prefix {text!r}: write it like /drumstick: it begins with / and holds no space nor #*,?[]{{}}")
+    if (
+        not text.startswith("/")
+        or text.endswith("/")
+        or not text.isascii()
+        or any(c in text for c in " #*,?[]{}")
+    ):
+        wrong(
+            f"--prefix {text!r}: write it like /drumstick: it begins with / and holds no space nor #*,?[]{{}}"
+        )
 
 
 def finite(value: float, option: str, low: float, high: float, unit: str) -> None:

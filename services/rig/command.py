@@ -80,7 +80,12 @@ def _run(
         wrong(f"--device {device}: this version drives only the simulated stick; use --device simulated")
     targets = tuple(checks.target(t) for t in osc_out or ["127.0.0.1:9101"])
     run = folder.run_folder(rig)
-    up(Options(rig, run, audio, connect, listen, osc_in, targets, prefix, panel_port, part), scene, duration, as_json)
+    up(
+        Options(rig, run, audio, connect, listen, osc_in, targets, prefix, panel_port, part),
+        scene,
+        duration,
+        as_json,
+    )
 
 
 @app.command("up")

@@ -58,12 +58,18 @@ def _limit(name: str, kind: int, wanted: int, remedy: str) -> Finding:
     soft, _ = resource.getrlimit(kind)
     unlimited = soft == resource.RLIM_INFINITY
     good = os.geteuid() == 0 or unlimited or soft >= wanted
-    return Finding(name, good, False, "root" if os.geteuid() == 0 else "unlimited" if unlimited else str(soft), remedy)
+    return Finding(
+        name, good, False, "root" if os.geteuid() == 0 else "unlimited" if unlimited else str(soft), remedy
+    )
 
 
 def _real_time() -> list[Finding]:
     if not sys.platform.startswith("linux"):
-        return [Finding("real time", False, False, sys.platform, "the force loop has real-time priority only on Linux")]
+        return [
+            Finding(
+                "real time", False, False, sys.platform, "the force loop has real-time priority only on Linux"
+            )
+        ]
     group = "as root: add '@audio - rtprio 95' and '@audio - memlock unlimited' to /etc/security/limits.d/audio.conf"
     return [
         _limit("real-time priority", resource.RLIMIT_RTPRIO, FIFO_PRIORITY, group),
@@ -85,14 +91,22 @@ def _kernel_cache() -> Finding:
     from realtime.jit import CACHE_FOLDER
 
     remedy = "make ~/.cache writable or set XDG_CACHE_HOME; until then every start compiles for half a minute"
-    return Finding("kernel cache", CACHE_FOLDER is not None, False, str(CACHE_FOLDER or "not writable"), remedy)
+    return Finding(
+        "kernel cache", CACHE_FOLDER is not None, False, str(CACHE_FOLDER or "not writable"), remedy
+    )
 
 
 def _port(name: str, check: Callable[[], None]) -> Finding:
     try:
         check()
     except Stop as taken:
-        return Finding(name, False, False, str(taken), "stop the program that has it (a running rig?), or use another port")
+        return Finding(
+            name,
+            False,
+            False,
+            str(taken),
+            "stop the program that has it (a running rig?), or use another port",
+        )
     return Finding(name, True, False, "free")
 
 
@@ -128,6 +142,9 @@ def doctor(as_json: bool) -> int:
     else:
         for f in findings:
             mark = "good " if f.good else "LACKS" if f.needed else "could be better"
-            print(f"{mark:15s} {f.name}: {f.found}" + ("" if f.good or not f.remedy else f"\n{'':15s}   -> {f.remedy}"))
+            print(
+                f"{mark:15s} {f.name}: {f.found}"
+                + ("" if f.good or not f.remedy else f"\n{'':15s}   -> {f.remedy}")
+            )
         print("ready to play" if playable else "cannot play yet: see LACKS above")
     return 0 if playable else LACKING

@@ -5,7 +5,7 @@ from typing import NoReturn
 GIVEN, LACKING, OURS = 2, 3, 1
 
 
-class Stop(Exception):  # noqa: N818  it is not always an error of the program
+class Stop(Exception):
     """Ends the command with one clear message and an exit status."""
 
     def __init__(self, status: int, message: str) -> None:

@@ -16,8 +16,15 @@ def run_folder(rig: str) -> Path:
             folder = Path(base) / f"drumstick-{os.getuid()}-{rig}"
             folder.mkdir(mode=0o700, exist_ok=True)
             found = folder.lstat()
-            if found.st_uid != os.getuid() or found.st_mode & 0o077 or not folder.is_dir() or folder.is_symlink():
-                lacking(f"{folder} belongs to somebody else or is open to others: remove it, or use another --rig")
+            if (
+                found.st_uid != os.getuid()
+                or found.st_mode & 0o077
+                or not folder.is_dir()
+                or folder.is_symlink()
+            ):
+                lacking(
+                    f"{folder} belongs to somebody else or is open to others: remove it, or use another --rig"
+                )
             return folder
     lacking("no writable place for run-time files: set XDG_RUNTIME_DIR to a folder of yours")
 
@@ -29,7 +36,9 @@ def claim(folder: Path, rig: str) -> IO[str]:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         lock.close()
-        lacking(f"rig {rig!r} is already running on this machine: stop it, or give this one another name with --rig")
+        lacking(
+            f"rig {rig!r} is already running on this machine: stop it, or give this one another name with --rig"
+        )
     return lock
 
 

@@ -15,7 +15,10 @@ _PR_SET_PDEATHSIG = 1
 _LIBC = ctypes.CDLL(None)
 _FIRST_DELAY_S, _LONGEST_DELAY_S = 0.1, 5.0
 _STEADY_AFTER_S = 10.0
-_REAL_FAULTS = (2, 3)  # exit statuses that no restart mends: what was given is wrong, or the machine lacks something
+_REAL_FAULTS = (
+    2,
+    3,
+)  # exit statuses that no restart mends: what was given is wrong, or the machine lacks something
 
 
 def _die_with_parent() -> None:
@@ -90,7 +93,9 @@ class Service:
             return
         if now - self._started_at > _STEADY_AFTER_S:
             self._delay_s = _FIRST_DELAY_S
-        ended = f"was ended by {signal.Signals(-status).name}" if status < 0 else f"ended with status {status}"
+        ended = (
+            f"was ended by {signal.Signals(-status).name}" if status < 0 else f"ended with status {status}"
+        )
         self._say(f"[{self.name}] {ended}; restarting")
         self._restart_at = now + self._delay_s
         self._delay_s = min(self._delay_s * 2.0, _LONGEST_DELAY_S)

@@ -2,7 +2,7 @@
 
 import json
 import time
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from typing import Any
 
@@ -17,13 +17,15 @@ _ANSWER_WITHIN_S = 2.0
 
 
 @contextmanager
-def _session(endpoint: str) -> Iterator[Any]:
+def _session(endpoint: str) -> Generator[Any]:
     import zenoh
 
     try:
         session = zenoh.open(client_config(endpoint))
     except zenoh.ZError:
-        lacking(f"no rig answers at {endpoint}: start one with `drumstick up`, or name its router with --connect")
+        lacking(
+            f"no rig answers at {endpoint}: start one with `drumstick up`, or name its router with --connect"
+        )
     try:
         yield session
     finally:
@@ -48,7 +50,9 @@ def params_get(endpoint: str, keys: Keys, names: list[str], as_json: bool) -> No
         values: dict[str, float] = {}
         for name in names or ["*"]:
             for sample in _ask(session, keys.param(name)):
-                values[str(sample.key_expr).rpartition("/")[2]] = decode(sample.payload.to_bytes(), Readback).value
+                values[str(sample.key_expr).rpartition("/")[2]] = decode(
+                    sample.payload.to_bytes(), Readback
+                ).value
     print(json.dumps(values) if as_json else "\n".join(f"{n} = {v:g}" for n, v in sorted(values.items())))
 
 
@@ -60,7 +64,9 @@ def params_set(endpoint: str, keys: Keys, pairs: list[str], as_json: bool) -> No
         try:
             changes[name] = float(value)
         except ValueError:
-            wrong(f"{pair!r}: write NAME=NUMBER, e.g. dv_pls=0.3" if equals else f"{pair!r}: write NAME=NUMBER")
+            wrong(
+                f"{pair!r}: write NAME=NUMBER, e.g. dv_pls=0.3" if equals else f"{pair!r}: write NAME=NUMBER"
+            )
     with _session(endpoint) as session:
         payload = msgspec.msgpack.encode([1, changes])
         reply = decode(_ask(session, keys.set_many, payload)[0].payload.to_bytes(), SetReply)

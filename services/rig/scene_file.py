@@ -34,7 +34,7 @@ def read(scene: str) -> SceneText:
         wrong(f"{scene}: cannot be read: {error.strerror}")
 
 
-def load(scene: str):  # noqa: ANN201  -> drumstick.scene.Scene, imported late
+def load(scene: str):
     """The validated scene. Raises Stop with every mistake in it."""
     from drumstick.scene import SceneError, parse
 

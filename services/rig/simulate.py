@@ -29,7 +29,11 @@ def simulate(scene: str, duration_s: float, v0_m_per_s: float, method: str, as_j
             f"{c['t_in_s']:12.6f} {c['v_in_m_per_s']:10.5f} {c['t_out_s']:11.6f} {c['v_out_m_per_s']:10.5f}"
             f" {c['v_e_m_per_s']:10.5f} {c['peak_force_N']:10.4f} {c['impulse_N_s']:11.6f} {c['z_min_m'] * 1e3:10.5f}"
         )
-    words = {"time": f"after {duration_s:g} s", "captured": "captured: the stick rests in the head", "left": "left"}
+    words = {
+        "time": f"after {duration_s:g} s",
+        "captured": "captured: the stick rests in the head",
+        "left": "left",
+    }
     rate = ""
     if len(contacts) > 1:
         rate = f", roll {1.0 / (contacts[-1]['t_in_s'] - contacts[-2]['t_in_s']):.4f} Hz"

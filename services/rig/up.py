@@ -130,7 +130,9 @@ def _words(summary: dict[str, Any]) -> str:
             f" worst {summary['lateness_worst_us'] / 1e3:.2f} ms, overruns {summary['overruns']}"
         )
     if summary["xruns"] is not None:
-        lines.append(f"  sound: {summary['sound']}, {summary['strikes_played']} strikes played, xruns {summary['xruns']}")
+        lines.append(
+            f"  sound: {summary['sound']}, {summary['strikes_played']} strikes played, xruns {summary['xruns']}"
+        )
     restarted = ", ".join(f"{name} {n}x" for name, n in summary["restarts"].items() if n)
     if restarted:
         lines.append(f"  restarted: {restarted}")

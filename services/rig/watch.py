@@ -20,7 +20,7 @@ class Watch:
         self._session: Any = None
         self._subscribers: list[Any] = []
         self.state: State | None = None
-        self.highest_rate_Hz = 0.0  # noqa: N815
+        self.highest_rate_Hz = 0.0
         self._meters: dict[str, Meter] = {}
         self._heard_meter_at = 0.0
         self._strikes: dict[int, int] = {}

@@ -163,6 +163,8 @@ def cfunction(signature: str) -> Callable[[Callable[..., Any]], CFunction]:
 
 def allocations() -> int:
     """How many arrays the compiled code has allocated so far: the proof of "no allocation in the tick"."""
-    from numba.core.runtime import rtsys
+    from numba.core.runtime import _nrt_python, rtsys
 
+    if not _nrt_python.memsys_stats_enabled():
+        _nrt_python.memsys_enable_stats()
     return int(rtsys.get_allocation_stats().alloc)

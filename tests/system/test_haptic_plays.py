@@ -13,7 +13,7 @@ from pythonosc.osc_message import OscMessage
 from pythonosc.osc_message_builder import OscMessageBuilder
 from rig_process import DRUMSTICK, Listener, Rig, ask, is_alive, running, wait_for
 
-from protocol.messages import Readback, Release, RefusalReply, State, Strike, decode
+from protocol.messages import Readback, RefusalReply, Release, State, Strike, decode
 
 pytestmark = pytest.mark.system
 
@@ -142,7 +142,9 @@ def test_oscsend_changes_the_roll_and_is_echoed(
     state_where(session, rig, lambda s: abs(s.v_e_m_per_s - ROLL_V_E) < 1e-4)
     then = time.monotonic_ns()
     subprocess.run(
-        ["oscsend", "127.0.0.1", str(rig.osc_in), "/drumstick/param/dv_pls", "f", "0.4"], check=True, timeout=10
+        ["oscsend", "127.0.0.1", str(rig.osc_in), "/drumstick/param/dv_pls", "f", "0.4"],
+        check=True,
+        timeout=10,
     )
     receive(osc, "/drumstick/param/dv_pls", 0.4)
     receive(osc, "/drumstick/param/dv_pls/norm", 0.04)
@@ -181,7 +183,9 @@ def test_a_firmer_or_lower_hand_makes_the_roll_faster(
     state_where(session, rig, lambda s: abs(s.roll_rate_Hz - ROLL_HZ) < 0.01)
 
 
-def test_a_dead_roll_keeps_a_set_pending_until_the_player_throws_again(rig: Rig, session: zenoh.Session) -> None:
+def test_a_dead_roll_keeps_a_set_pending_until_the_player_throws_again(
+    rig: Rig, session: zenoh.Session
+) -> None:
     settle(session, rig, dv_pls=0.0)
     state_where(session, rig, lambda s: s.strikes > 0 and abs(s.v_m_per_s) < 1e-6 and s.z_m < 0.0)
     settle(session, rig, dv_pls=0.2)
@@ -200,7 +204,9 @@ def test_panic_stops_the_force_until_armed_here(rig: Rig, session: zenoh.Session
     state_where(session, rig, lambda s: s.status == "playing" and s.strikes > stopped.strikes)
 
 
-def test_killing_the_gateway_costs_the_servo_nothing(rig: Rig, session: zenoh.Session, strikes: Listener) -> None:
+def test_killing_the_gateway_costs_the_servo_nothing(
+    rig: Rig, session: zenoh.Session, strikes: Listener
+) -> None:
     settle(session, rig, dv_pls=0.3)
     before = state_where(session, rig, lambda s: s.status == "playing" and not s.pending)
     servo = rig.children()["haptic_server.servo"]

@@ -6,6 +6,7 @@ import logging
 import signal
 import sys
 import threading
+from collections.abc import Mapping
 from pathlib import Path
 
 from drumstick.law import law_of
@@ -32,8 +33,12 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--rig", default=DEFAULT_RIG)
     parser.add_argument("--listen", default=DEFAULT_ROUTER, help="be the Zenoh router at this endpoint")
     parser.add_argument("--connect", help="be a client of the Zenoh router at this endpoint instead")
-    parser.add_argument("--osc-in", type=_address, default=("127.0.0.1", 9100), help="[host:]port to hear OSC at")
-    parser.add_argument("--osc-out", type=_address, action="append", help="host:port to send OSC to; may repeat")
+    parser.add_argument(
+        "--osc-in", type=_address, default=("127.0.0.1", 9100), help="[host:]port to hear OSC at"
+    )
+    parser.add_argument(
+        "--osc-out", type=_address, action="append", help="host:port to send OSC to; may repeat"
+    )
     parser.add_argument("--prefix", default="/drumstick")
     return parser.parse_args()
 
@@ -43,9 +48,15 @@ def main() -> int:
     given = _arguments()
     logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
     stop = threading.Event()
+
+    def ask_to_stop(*_: object) -> None:
+        stop.set()
+
     for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, lambda *_: stop.set())
-    scene = parse((given.run_dir / "scene.toml").read_text(encoding="utf-8"), str(given.run_dir / "scene.toml"))
+        signal.signal(number, ask_to_stop)
+    scene = parse(
+        (given.run_dir / "scene.toml").read_text(encoding="utf-8"), str(given.run_dir / "scene.toml")
+    )
     link = wait_for_servo(given.run_dir, law_of(scene), stop)
     if link is None:
         return 0
@@ -54,16 +65,28 @@ def main() -> int:
         osc = OscFront(given.osc_in, given.osc_out or [("127.0.0.1", 9101)], given.prefix, desk)
     except OSError as error:
         host, port = given.osc_in
-        _log.error("OSC port %s:%d cannot be opened: %s; choose another with --osc-in", host, port, error.strerror)
+        _log.error(
+            "OSC port %s:%d cannot be opened: %s; choose another with --osc-in", host, port, error.strerror
+        )
         return 3
     try:
-        session = open_client(given.connect, lambda: not stop.is_set()) if given.connect else open_router(given.listen)
+        session = (
+            open_client(given.connect, lambda: not stop.is_set())
+            if given.connect
+            else open_router(given.listen)
+        )
     except OSError as error:
         _log.error("%s", error)
         osc.close()
         return 3
     if session is not None:
-        health = lambda: {"servo": json.loads((given.run_dir / "servo.json").read_text()), "osc": osc.counters}  # noqa: E731
+
+        def health() -> Mapping[str, object]:
+            return {
+                "servo": json.loads((given.run_dir / "servo.json").read_text()),
+                "osc": dict(osc.counters),
+            }
+
         wire = Wire(session, Keys(given.rig), desk, lambda: link.boot, json.dumps(as_tables(scene)), health)
         try:
             Relay(given.rig, link, desk, wire, osc).run(stop)

@@ -1,7 +1,7 @@
 """The gateway's hold on the servo's block: takes events, readbacks and status; finds a restarted servo again.
 
-All of `take_*`, `status` and `refresh` belong to the relay thread; `offer` and `raise_panic` may be called by one other thread at
-a time (the desk's lock sees to that).
+All of `take_*`, `status` and `refresh` belong to the relay thread; `offer` and `raise_panic` may be called by one
+other thread at a time (the desk's lock sees to that).
 """
 
 import threading
@@ -95,10 +95,10 @@ class ServoLink:
 
     def lateness_p99_us(self) -> float:
         """The 99th percentile of the ticks' lateness since the servo started, to 10 us."""
-        counts = np.cumsum(self.block.lateness)
+        counts: npt.NDArray[np.int64] = np.cumsum(self.block.lateness)
         if counts[-1] == 0:
             return 0.0
-        bin_index = int(np.searchsorted(counts, 0.99 * counts[-1]))
+        bin_index = int(np.argmax(counts >= 0.99 * counts[-1]))
         return (bin_index + 1) * blocks.LATENESS_BIN_NS / 1e3
 
     def offer(self, revision: int, law: Records) -> None:

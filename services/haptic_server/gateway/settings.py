@@ -113,7 +113,9 @@ class ParameterDesk:
                 self._accepted, self._touched = self._live, set()
                 self._revision += 1
                 self._live_revision = self._revision
-        _log.error("the servo refused set %d, which the gateway had accepted; its parameters are unchanged", revision)
+        _log.error(
+            "the servo refused set %d, which the gateway had accepted; its parameters are unchanged", revision
+        )
 
     def servo_restarted(self, was_panicking: bool) -> None:
         """A new servo starts from the scene: give it the accepted set again, and the panic if there was one."""

@@ -11,7 +11,7 @@ import logging
 import queue
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 from haptic_server.gateway.settings import Echo, ParameterDesk
@@ -45,7 +45,7 @@ class Wire:
         desk: ParameterDesk,
         boot: Callable[[], int],
         scene_json: str,
-        health: Callable[[], dict[str, object]],
+        health: Callable[[], Mapping[str, object]],
     ) -> None:
         import zenoh
 
@@ -130,7 +130,7 @@ class Wire:
         payload = query.payload.to_bytes() if query.payload is not None else b""
         if key == keys.set_many:
             return self._set(query, requested_values(payload), single=False)
-        elif key.startswith(keys.set_one("")):
+        if key.startswith(keys.set_one("")):
             name = key.removeprefix(keys.set_one(""))
             return self._set(query, {name: requested_value(payload)}, single=True)
         if key.startswith(keys.param("")):

@@ -19,12 +19,16 @@ _log = logging.getLogger("servo")
 def main() -> int:
     """Parse the command line, make the block, run the loop on its own thread, wait for a signal."""
     arguments = argparse.ArgumentParser(prog="haptic_server.servo", description=__doc__)
-    arguments.add_argument("--run-dir", type=Path, required=True, help="holds scene.toml; the block is made here")
+    arguments.add_argument(
+        "--run-dir", type=Path, required=True, help="holds scene.toml; the block is made here"
+    )
     given = arguments.parse_args()
     logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM, signal.SIGINT})
 
-    scene = parse((given.run_dir / "scene.toml").read_text(encoding="utf-8"), str(given.run_dir / "scene.toml"))
+    scene = parse(
+        (given.run_dir / "scene.toml").read_text(encoding="utf-8"), str(given.run_dir / "scene.toml")
+    )
     rehearsal = loop.prepare(scene, block.in_memory(loop.law_of(scene)))
     loop.run_virtual(rehearsal, 200, 0)  # compiles everything and touches every path before real time starts
     poke(rehearsal.block.control, block.STOP, 1)

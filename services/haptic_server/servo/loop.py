@@ -66,7 +66,9 @@ def run_virtual(servo: Servo, ticks: int, start_ns: int) -> int:
     now = start_ns
     for _ in range(ticks):
         now += period
-        tick(servo.block, servo.law, servo.motion[0], servo.player[0], plan, servo.event[0], now, period * 1e-9)
+        tick(
+            servo.block, servo.law, servo.motion[0], servo.player[0], plan, servo.event[0], now, period * 1e-9
+        )
         servo.status[0].tick += 1
         tell(servo.block, servo.law[0], servo.motion[0], servo.player[0], servo.status[0], now)
     return now

@@ -14,7 +14,9 @@ from realtime import ring, triple
 from realtime.atomics import exchange, load_acquire, store_release
 from realtime.jit import Record, njit
 
-_EVENTS_IN_A_TICK = 64  # more is a stick buzzing faster than anything audible: the rest waits for the next tick
+_EVENTS_IN_A_TICK = (
+    64  # more is a stick buzzing faster than anything audible: the rest waits for the next tick
+)
 _STILL_PLAYING_NS = 2_000_000_000
 
 
@@ -54,7 +56,9 @@ def _lift_away(law: Record, motion: Record) -> None:
 
 
 @njit()
-def _note_strike(block: Block, law: Record, motion: Record, player: Record, plan: Record, event: Record, t_ns: int):
+def _note_strike(
+    block: Block, law: Record, motion: Record, player: Record, plan: Record, event: Record, t_ns: int
+):
     speed = -motion.v_in
     player.seq += 1
     first, second = player.before_last_ns, player.last_ns
@@ -94,7 +98,16 @@ def _note_release(block: Block, law: Record, motion: Record, player: Record, eve
 
 
 @njit()
-def _advance(block: Block, law: Record, motion: Record, player: Record, plan: Record, event: Record, now_ns, span_s):
+def _advance(
+    block: Block,
+    law: Record,
+    motion: Record,
+    player: Record,
+    plan: Record,
+    event: Record,
+    now_ns: int,
+    span_s: float,
+) -> None:
     moved = 0.0
     for _ in range(_EVENTS_IN_A_TICK):
         what, duration = exact.advance(law[0], motion, span_s - moved)
@@ -121,10 +134,13 @@ def _rest(block: Block, law: Record, motion: Record, player: Record, plan: Recor
 
 @njit()
 def _orders(block: Block, law: Record, motion: Record, player: Record, plan: Record) -> None:
-    panics = load_acquire(block.control, PANIC)  # a count: a panic that comes after an arm is never lost to it
+    panics = load_acquire(
+        block.control, PANIC
+    )  # a count: a panic that comes after an arm is never lost to it
     if panics != player.panics_seen:
         player.panics_seen = panics
         player.panicked = 1
+        exchange(block.control, ARM, 0)  # both in one tick: panic wins, arm again
         _lift_away(law[0], motion)
     elif exchange(block.control, ARM, 0) != 0:
         player.panicked = 0
@@ -135,7 +151,14 @@ def _orders(block: Block, law: Record, motion: Record, player: Record, plan: Rec
 
 @njit()
 def tick(
-    block: Block, law: Record, motion: Record, player: Record, plan: Record, event: Record, now_ns: int, span_s: float
+    block: Block,
+    law: Record,
+    motion: Record,
+    player: Record,
+    plan: Record,
+    event: Record,
+    now_ns: int,
+    span_s: float,
 ) -> None:
     """Advance to `now_ns` over the `span_s` seconds before it. law: array (1,); the rest are records of one."""
     _orders(block, law, motion, player, plan)
@@ -175,7 +198,9 @@ def tell(block: Block, law: Record, motion: Record, player: Record, status: Reco
     status.fault = player.fault
     status.z_m = motion.z
     status.v_m_per_s = motion.v
-    status.force_N = contact.force(law.k_coll, law.r_in - law.r_out, motion.z, motion.v) if in_contact else 0.0
+    status.force_N = (
+        contact.force(law.k_coll, law.r_in - law.r_out, motion.z, motion.v) if in_contact else 0.0
+    )
     status.x = player.x
     status.y = player.y
     status.roll_rate_Hz = player.roll_rate_Hz if status.status == PLAYING else 0.0

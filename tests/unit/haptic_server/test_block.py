@@ -1,0 +1,114 @@
+"""The block: private, whole or absent, and safe to take up again after a gateway died anywhere."""
+
+import os
+import stat
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from drumstick.law import law_of
+from drumstick.scene import Scene, parse, shipped_text
+from haptic_server import block as blocks
+from haptic_server.records import set_type
+from realtime import triple
+from realtime.atomics import exchange, poke
+from realtime.jit import njit
+
+ROLL = parse(shipped_text("roll"), "roll")
+BARE = Scene(name="bare")
+
+
+def test_it_is_private_and_shared(tmp_path: Path) -> None:
+    servo = blocks.create(tmp_path, law_of(ROLL))
+    gateway = blocks.attach(tmp_path, law_of(ROLL).dtype)
+    assert stat.S_IMODE((tmp_path / blocks.FILE_NAME).stat().st_mode) == 0o600
+    poke(servo.control, blocks.HEARTBEAT, 123)
+    assert gateway.control[blocks.HEARTBEAT] == 123
+    assert gateway.boot == servo.boot
+    assert gateway.pid == os.getpid()
+
+
+def test_a_block_of_another_scene_is_refused(tmp_path: Path) -> None:
+    blocks.create(tmp_path, law_of(BARE))
+    with pytest.raises(blocks.BlockError, match="expected"):
+        blocks.attach(tmp_path, law_of(ROLL).dtype)
+
+
+def test_absent_is_file_not_found(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError):
+        blocks.attach(tmp_path, law_of(ROLL).dtype)
+    assert blocks.inode(tmp_path) == 0
+
+
+def test_a_new_start_is_a_new_file_and_a_new_boot(tmp_path: Path) -> None:
+    first = blocks.create(tmp_path, law_of(ROLL))
+    old = blocks.inode(tmp_path)
+    second = blocks.create(tmp_path, law_of(ROLL))
+    assert blocks.inode(tmp_path) != old
+    assert first.boot != second.boot
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+@njit()
+def _half_a_publish(cells, slots, record):
+    # A writer killed after the exchange, before it noted its new slot.
+    mine = cells[triple.WRITER]
+    slots[mine] = record
+    exchange(cells, triple.BETWEEN, mine + triple.FRESH)
+
+
+def test_a_writer_killed_in_mid_publish_takes_up_the_right_slot() -> None:
+    block = blocks.in_memory(law_of(ROLL))
+    record = np.zeros(1, set_type(law_of(ROLL).dtype))
+    out = record.copy()
+    for revision in range(1, 50):
+        record["revision"] = revision
+        _half_a_publish(block.wanted_cells, block.wanted, record[0])
+        assert triple.recover(block.wanted_cells, triple.WRITER, triple.READER)
+        cells = block.wanted_cells
+        slots = {
+            int(cells[triple.BETWEEN]) % triple.FRESH,
+            int(cells[triple.WRITER]),
+            int(cells[triple.READER]),
+        }
+        assert slots == {0, 1, 2}
+        if revision % 3:
+            assert triple.read_into(block.wanted_cells, block.wanted, out)
+            assert out["revision"][0] == revision
+
+
+def test_sets_are_never_torn_between_threads() -> None:
+    block = blocks.in_memory(law_of(ROLL))
+    done = threading.Event()
+    count = 200_000
+
+    def write() -> None:
+        _write_many(block.wanted_cells, block.wanted, np.zeros(1, block.wanted.dtype), count)
+        done.set()
+
+    thread = threading.Thread(target=write)
+    thread.start()
+    torn = reads = 0
+    out = np.zeros(1, block.wanted.dtype)
+    while not done.is_set() or triple.has_fresh(block.wanted_cells):
+        triple.read_into(block.wanted_cells, block.wanted, out)
+        reads += 1
+        if out["revision"][0]:
+            torn += int(
+                out["law"]["m"][0] != out["revision"][0] or out["law"]["z_ss"][0] != out["revision"][0]
+            )
+    thread.join()
+    assert torn == 0
+    assert out["revision"][0] == count
+    assert reads > 0
+
+
+@njit()
+def _write_many(cells, slots, record, count):
+    for i in range(1, count + 1):
+        record[0].revision = i
+        record[0].law.m = i
+        record[0].law.z_ss = i
+        triple.publish(cells, slots, record[0])
