@@ -1,4 +1,4 @@
-"""The run folder of a rig: scene, block and token, private to the user, in memory where the machine has such a place."""
+"""The run folder of a rig: scene, block and token; private to the user, in memory where the machine has that."""
 
 import fcntl
 import os

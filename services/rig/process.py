@@ -115,7 +115,7 @@ class Service:
             self._process.terminate()
 
     def wait_stopped(self, deadline: float) -> bool:
-        """Wait until the child ended, by `deadline` (monotonic) at the latest, then kill it. False when it was killed."""
+        """Wait for the child's end until `deadline` (monotonic), then kill it. False when it was killed."""
         if self._process is None:
             return True
         while self._process.poll() is None and time.monotonic() < deadline:

@@ -84,7 +84,8 @@ class Rig:
             return "starting (the first start compiles for about half a minute) ..."
         sound = f" | sound load {meter.load:.0%}, {self._watch.xruns} xruns" if meter else ""
         return (
-            f"{state.status} | {state.strikes} strikes | roll {state.roll_rate_Hz:5.2f} Hz, v_E {state.v_e_m_per_s:.3f} m/s"
+            f"{state.status} | {state.strikes} strikes"
+            f" | roll {state.roll_rate_Hz:5.2f} Hz, v_E {state.v_e_m_per_s:.3f} m/s"
             f" | late p99 {state.lateness_p99_us / 1e3:.2f} ms, worst {state.lateness_worst_us / 1e3:.2f} ms{sound}"
         )
 
@@ -123,7 +124,8 @@ def _words(summary: dict[str, Any]) -> str:
     lines = [f"{summary['scene']}: {summary['duration_s']:.1f} s"]
     if summary["strikes"] is not None:
         lines.append(
-            f"  strikes {summary['strikes']}, roll {summary['roll_rate_Hz']:.2f} Hz, v_E {summary['v_e_m_per_s']:.3f} m/s"
+            f"  strikes {summary['strikes']}, roll {summary['roll_rate_Hz']:.2f} Hz,"
+            f" v_E {summary['v_e_m_per_s']:.3f} m/s"
         )
         lines.append(
             f"  lateness of the force loop: p99 {summary['lateness_p99_us'] / 1e3:.2f} ms,"

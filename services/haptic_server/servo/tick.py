@@ -123,7 +123,7 @@ def _advance(
 
 @njit()
 def _rest(block: Block, law: Record, motion: Record, player: Record, plan: Record, span_s: float) -> None:
-    # A stick that lies dead in the head, or has left for good, is thrown again after a while; a waiting set comes first.
+    # A stick that lies dead in the head, or has left for good, is thrown again after a while; a waiting set first.
     player.rest_s += span_s
     if player.rest_s < plan.rest_s:
         return

@@ -86,8 +86,8 @@ def test_a_set_waits_until_the_stick_is_above_the_head() -> None:
     "changes",
     [
         {"m": 0.0}, {"m": -1.0}, {"m": np.nan}, {"k_coll": np.inf}, {"k_coll": 1e12}, {"r_in": -5.0}, {"r_in": 0.0},
-        {"dv_pls": 1e6}, {"dv_pls": np.nan}, {"tau": 0.0}, {"tau": -0.0}, {"tau": 1e-300}, {"z_ss": np.inf}, {"k_hand": -1.0},
-        {"m": 1e308}, {"r_out": np.nan}, {"dv_pls": 2.2},
+        {"dv_pls": 1e6}, {"dv_pls": np.nan}, {"tau": 0.0}, {"tau": -0.0}, {"tau": 1e-300}, {"z_ss": np.inf},
+        {"k_hand": -1.0}, {"m": 1e308}, {"r_out": np.nan}, {"dv_pls": 2.2},
     ],
 )  # fmt: skip
 def test_the_servos_own_fence_refuses_what_the_gateway_should_have(changes: dict[str, float]) -> None:
