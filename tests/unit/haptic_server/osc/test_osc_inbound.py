@@ -68,6 +68,10 @@ def test_unsubscribing_one_port_or_all() -> None:
         front.hear(built(P + "/unsubscribe"), sender.endpoint)
         assert heard() == [0, 0]
         assert tell(front, sender, built(P + "/unsubscribe", 9)) == []
+        subscribe()
+        for another_machine in (built(P + "/unsubscribe"), built(P + "/unsubscribe", ports[0])):
+            front.hear(another_machine, ("127.0.0.2", sender.endpoint[1]))
+        assert heard() == [1, 1]
 
 
 def test_a_given_target_stays_whatever_is_unsubscribed() -> None:
@@ -80,7 +84,7 @@ def test_a_given_target_stays_whatever_is_unsubscribed() -> None:
 
 def test_there_are_at_most_64_subscriptions() -> None:
     time = Time()
-    with client() as sender, opened_front(FakeDesk(), now=time) as front:
+    with client() as sender, client() as target, opened_front(FakeDesk(), target, now=time) as front:
         ports = [p for p in range(20000, 20000 + MOST_SUBSCRIPTIONS + 2) if p != front.endpoint[1]]
         for port in ports[:MOST_SUBSCRIPTIONS]:
             assert tell(front, sender, built(P + "/subscribe", port)) == []
@@ -88,6 +92,8 @@ def test_there_are_at_most_64_subscriptions() -> None:
         answers = tell(front, sender, full)
         assert "64 ports have subscribed" in str(answers[0][1][1])
         assert tell(front, sender, built(P + "/subscribe", ports[0])) == []  # a renewal is always possible
+        target.waiting()
+        assert tell(front, target, built(P + "/subscribe", target.endpoint[1])) == []  # needs no subscription
         time.s += 60.0
         assert tell(front, sender, full) == []
 

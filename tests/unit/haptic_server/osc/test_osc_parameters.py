@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from haptic_server.gateway.osc.echoes import MOST_WAITING, Echoes
 from osc_bench import FakeDesk, Time, built, client, opened_front, tell
 
 P = "/drumstick"
@@ -208,3 +209,26 @@ def test_setting_what_is_already_so_is_echoed_at_once() -> None:
                 ("/drumstick/param/dv_pls", [near(0.2)]),
                 ("/drumstick/param/dv_pls/norm", [near(0.02)]),
             ]
+
+
+def test_a_target_that_sets_what_is_already_so_waits_for_the_servo_like_all_targets() -> None:
+    with client() as target, opened_front(FakeDesk(), target) as front:
+        assert tell(front, target, built(P + "/param/dv_pls", 0.2)) == []
+        front.readback("dv_pls", 0.2, 0.02)
+        assert len(target.waiting()) == 2
+
+
+def test_a_readback_with_another_last_digit_ends_the_wait() -> None:
+    with client() as a, opened_front(FakeDesk()) as front:
+        front.hear(built(P + "/param/z_h0", 0.01), a.endpoint)
+        for value in (0.01 * (1 + 1e-9), 0.02):  # z_h0 comes back through z_ss
+            front.readback("z_h0", value, 0.5)
+        assert [round(v, 6) for address, (v,) in a.waiting() if address.endswith("z_h0")] == [0.01]
+
+
+def test_a_flood_of_senders_is_not_remembered() -> None:
+    echoes = Echoes()
+    for port in range(1, 1001):
+        echoes.expect("tau", ("127.0.0.1", port), 0.5, 0.0)
+    assert echoes.claim("tau", 0.5, 0.0) == [("127.0.0.1", port) for port in range(1001 - MOST_WAITING, 1001)]
+    assert echoes.claim("tau", 0.5, 0.0) == []
