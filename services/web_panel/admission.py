@@ -1,0 +1,94 @@
+"""Who may see the page. Pure: headers and path in, a verdict out. Any thread.
+
+Three checks, in this order: the Host must be this machine's own name (a foreign name that resolves to 127.0.0.1 is
+DNS rebinding), the Origin, when a browser sends one, must be the page itself, and the visitor must know the token, from
+the address at first and from a cookie later.
+"""
+
+import hmac
+import re
+from dataclasses import dataclass
+from http import HTTPStatus
+from http.cookies import CookieError, SimpleCookie
+from typing import Protocol
+from urllib.parse import parse_qs, urlsplit
+
+# Any port: a technician may come through a tunnel whose local port differs.
+_OWN_HOST = re.compile(r"(127\.0\.0\.1|localhost|\[::1\])(:[0-9]{1,5})?", re.IGNORECASE)
+_COOKIE_LIFE_S = 30 * 24 * 3600
+
+
+class Headers(Protocol):
+    """What is needed of a request's headers."""
+
+    def get_all(self, key: str, /) -> list[str]:
+        """Every value sent under this name, in any case of letters."""
+        ...
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """OK, or why not; `by_address` when the token stood in the address, so that a cookie should be set."""
+
+    status: HTTPStatus
+    words: str = ""
+    host: str = ""
+    by_address: bool = False
+
+
+@dataclass(frozen=True)
+class Admission:
+    """The rules of one panel. The cookie carries the port in its name: cookies do not keep ports apart."""
+
+    token: str
+    port: int
+
+    @property
+    def cookie_name(self) -> str:
+        """Name of the cookie that stands for the token."""
+        return f"drumstick_panel_{self.port}"
+
+    @property
+    def cookie(self) -> str:
+        """The Set-Cookie header's value."""
+        return f"{self.cookie_name}={self.token}; Path=/; Max-Age={_COOKIE_LIFE_S}; HttpOnly; SameSite=Strict"
+
+    def judge(self, headers: Headers, path: str) -> Verdict:
+        """The verdict on a request for a page or for a websocket; `path` with its query."""
+        hosts = headers.get_all("Host")
+        if len(hosts) != 1 or not _OWN_HOST.fullmatch(hosts[0]):
+            return Verdict(
+                HTTPStatus.MISDIRECTED_REQUEST, "This panel answers only to 127.0.0.1 and localhost."
+            )
+        host = hosts[0]
+        if any(origin.lower() != f"http://{host.lower()}" for origin in headers.get_all("Origin")):
+            return Verdict(HTTPStatus.FORBIDDEN, "Another site's page may not use this panel.")
+        if any(self._right(token) for token in _tokens_in(path)):
+            return Verdict(HTTPStatus.OK, host=host, by_address=True)
+        if any(self._right(value) for value in self._cookies(headers)):
+            return Verdict(HTTPStatus.OK, host=host)
+        return Verdict(
+            HTTPStatus.UNAUTHORIZED,
+            "Open the whole address that the panel printed when it started, with ?token=... at its end.",
+        )
+
+    def _right(self, token: str) -> bool:
+        return hmac.compare_digest(token.encode(), self.token.encode())
+
+    def _cookies(self, headers: Headers) -> list[str]:
+        found: list[str] = []
+        for line in headers.get_all("Cookie"):
+            try:
+                morsel = SimpleCookie(line).get(self.cookie_name)
+            except CookieError:
+                continue  # a cookie that cannot be read admits nobody
+            if morsel is not None:
+                found.append(morsel.value)
+        return found
+
+
+def _tokens_in(path: str) -> list[str]:
+    try:
+        return parse_qs(urlsplit(path).query, max_num_fields=16).get("token", [])
+    except ValueError:
+        return []

@@ -1,0 +1,73 @@
+"""Typing an exact value, over the whole range of the table: sliders are for the hand, this is for a known number."""
+
+import viser
+
+from drumstick.parameters import Parameter, Refusal
+from web_panel import markup
+from web_panel.client_message import ClientMessages, is_click
+from web_panel.guard import control_id
+from web_panel.wishes import Wishes
+from web_panel.wording import measured, range_of
+
+_MAX_TEXT = 40
+
+
+def _is_short_text(value: object) -> bool:
+    return isinstance(value, str) and len(value) <= _MAX_TEXT and value.isprintable()
+
+
+class ExactEntry:
+    """A choice of parameter, a field, a button. Made by the main thread; `_send` runs in viser's."""
+
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        folder: viser.GuiFolderHandle,
+        messages: ClientMessages,
+        wishes: Wishes,
+        table: dict[str, Parameter],
+    ) -> None:
+        self._messages = messages
+        self._wishes = wishes
+        self._table = table
+        with folder:
+            self._name = server.gui.add_dropdown(
+                "Exact", tuple(table), hint="Which parameter, by its wire name"
+            )
+            self._text = server.gui.add_text(
+                "Value", "", hint="A number in the unit shown; decimal point, no unit"
+            )
+            self._words = server.gui.add_html("")
+            self._button = server.gui.add_button("Set this value")
+        messages.controls[control_id(self._name)] = lambda value: isinstance(value, str) and value in table
+        messages.controls[control_id(self._text)] = _is_short_text
+        messages.controls[control_id(self._button)] = is_click
+        self._button.on_click(self._send)
+        self._name.on_update(self._chosen)
+        self._tell_range()
+
+    def forget(self) -> None:
+        """Take nothing more from browsers; whoever removes the folder removes the rest."""
+        for handle in (self._name, self._text, self._button):
+            del self._messages.controls[control_id(handle)]
+
+    async def _chosen(self, event: viser.GuiEvent[viser.GuiDropdownHandle[str]]) -> None:
+        self._tell_range()
+
+    def _tell_range(self) -> None:
+        self._say(f"{range_of(self._table[self._name.value].quantity)}", alarm=False)
+
+    async def _send(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+        parameter = self._table[self._name.value]
+        try:
+            value = parameter.check(float(self._text.value.strip().replace("−", "-")))
+        except Refusal as refusal:
+            self._say(str(refusal), alarm=True)
+        except ValueError:
+            self._say(f"{self._text.value!r} is not a number", alarm=True)
+        else:
+            self._say(f"asked for {parameter.name} = {measured(value, parameter.quantity.unit)}", alarm=False)
+            self._wishes.want(parameter.name, value)
+
+    def _say(self, words: str, alarm: bool) -> None:
+        self._words.content = markup.line(words, "exact", alarm)

@@ -1,0 +1,146 @@
+"""Keeps a Mirror true: subscriptions for what the rig publishes, queries for what was said before we came.
+
+It recovers by itself: a new start of the servo (`boot`), a silence, or a revision that no readback explains makes it
+ask again.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import zenoh
+
+from drumstick.parameters import table_of
+from drumstick.scene import SceneError, from_tables
+from protocol.keys import Keys
+from protocol.messages import Message, Meter, Readback, State, Strike, decode
+from web_panel.mirror import SILENT_AFTER_S, Mirror
+
+_M = TypeVar("_M", bound=Message)
+_TIMEOUT_S = 1.0
+_SCENE_AGAIN_S = 1.0
+_READBACKS_AGAIN_S = 0.5
+# Rings: a full queue of one subscription would stop every other one of the session.
+_DEPTH = 256
+
+
+class _Question:
+    """A query under way, polled and never waited for."""
+
+    def __init__(self, session: zenoh.Session, key: str) -> None:
+        # With a ring channel zenoh drops replies that were not fetched when the query ends.
+        self._replies = session.get(key, timeout=_TIMEOUT_S)
+        self.heard: list[zenoh.Sample] = []
+
+    def ended(self) -> bool:
+        try:
+            while (reply := self._replies.try_recv()) is not None:
+                if reply.ok is not None:
+                    self.heard.append(reply.ok)
+        except zenoh.ZError:
+            return True  # how zenoh says that every reply is in
+        return False
+
+
+class Listener:
+    """Of one session. Made by any thread; `poll` belongs to the main thread."""
+
+    def __init__(self, session: zenoh.Session, keys: Keys, mirror: Mirror) -> None:
+        self._session = session
+        self._keys = keys
+        self._mirror = mirror
+        self._subscribers = {
+            key: session.declare_subscriber(key, zenoh.handlers.RingChannel(_DEPTH))
+            for key in (keys.state, keys.strike, keys.meter, keys.param("*"))
+        }
+        self._scene: _Question | None = None
+        self._readbacks: _Question | None = None
+        self._scene_asked_at = self._readbacks_asked_at = float("-inf")
+        self._revision_explained = -1
+        self.scene_stale = True
+        self.readbacks_stale = True
+        self._complained: set[str] = set()
+
+    def poll(self, now: float) -> None:
+        """Take what has arrived and ask for what is missing. Never blocks."""
+        mirror = self._mirror
+        mirror.connected = True
+        self._take(self._keys.state, State, lambda _, state: self._take_state(state, now))
+        self._take(self._keys.strike, Strike, lambda _, strike: self._take_strike(strike))
+        self._take(self._keys.meter, Meter, lambda _, meter: mirror.note_meter(meter, now))
+        self._take(self._keys.param("*"), Readback, mirror.note_readback)
+        self._follow_scene(now)
+        if mirror.scene is not None:
+            self._follow_readbacks(now)
+
+    def _take(self, key: str, kind: type[_M], note: Callable[[str, _M], None]) -> None:
+        while (sample := self._subscribers[key].try_recv()) is not None:
+            self._read(sample, kind, note)
+
+    def _read(self, sample: zenoh.Sample, kind: type[_M], note: Callable[[str, _M], None]) -> None:
+        key = str(sample.key_expr)
+        try:
+            message = decode(sample.payload.to_bytes(), kind)
+        except ValueError as error:
+            self._complain(key, str(error))
+            return
+        note(key.rpartition("/")[2], message)
+
+    def _complain(self, key: str, words: str) -> None:
+        # Once for each key: a foreign program that publishes rubbish must not fill the log.
+        if key not in self._complained:
+            self._complained.add(key)
+            print(f"panel: {key}: {words}", file=sys.stderr, flush=True)
+
+    def _take_state(self, state: State, now: float) -> None:
+        mirror = self._mirror
+        if mirror.state is None or state.boot != mirror.state.boot or now - mirror.state_at > SILENT_AFTER_S:
+            self.scene_stale = self.readbacks_stale = True
+            self._scene_asked_at = self._readbacks_asked_at = float("-inf")
+            self._revision_explained = -1
+            mirror.readbacks.clear()  # a new start counts revisions from 0 again
+        mirror.note_state(state, now)
+
+    def _take_strike(self, strike: Strike) -> None:
+        self._mirror.strike = strike
+
+    def _follow_scene(self, now: float) -> None:
+        if self._scene is not None and self._scene.ended():
+            for sample in self._scene.heard:
+                self._read_scene(sample)
+            self._scene = None
+        if self.scene_stale and self._scene is None and now - self._scene_asked_at >= _SCENE_AGAIN_S:
+            self._scene = _Question(self._session, self._keys.scene)
+            self._scene_asked_at = now
+
+    def _read_scene(self, sample: zenoh.Sample) -> None:
+        try:
+            tables: Any = json.loads(sample.payload.to_bytes())
+            scene = from_tables(tables)
+        except (ValueError, SceneError, AttributeError) as error:
+            self._complain(str(sample.key_expr), f"the scene cannot be read: {error}")
+            return
+        self.scene_stale = False
+        self._mirror.note_scene(scene, table_of(scene))
+
+    def _follow_readbacks(self, now: float) -> None:
+        mirror = self._mirror
+        if self._readbacks is not None and self._readbacks.ended():
+            for sample in self._readbacks.heard:
+                self._read(sample, Readback, mirror.note_readback)
+                self.readbacks_stale = False
+            self._readbacks = None
+        newest = max((readback.revision for readback in mirror.readbacks.values()), default=-1)
+        if mirror.state is not None and mirror.state.revision > max(newest, self._revision_explained):
+            self._revision_explained = mirror.state.revision
+            self.readbacks_stale = True
+        if (
+            self.readbacks_stale
+            and self._readbacks is None
+            and now - self._readbacks_asked_at >= _READBACKS_AGAIN_S
+        ):
+            self._readbacks = _Question(self._session, self._keys.param("*"))
+            self._readbacks_asked_at = now

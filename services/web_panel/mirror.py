@@ -1,0 +1,67 @@
+"""What the panel knows of the rig, and since when. Written and read by the main thread only."""
+
+from collections import deque
+from dataclasses import dataclass, field
+
+from drumstick.parameters import Parameter
+from drumstick.scene import Scene
+from protocol.messages import Meter, Readback, State, Strike
+
+SILENT_AFTER_S = 1.0  # State comes 30 times a second
+METER_LIFE_S = 3.0
+
+
+@dataclass
+class Mirror:
+    """The last of everything. Times are seconds of one monotonic clock."""
+
+    connected: bool = False
+    scene: Scene | None = None
+    scenes_seen: int = 0
+    table: dict[str, Parameter] = field(default_factory=dict[str, Parameter])
+    readbacks: dict[str, Readback] = field(default_factory=dict[str, Readback])
+    state: State | None = None
+    state_at: float = 0.0
+    new_states: deque[tuple[float, State]] = field(
+        default_factory=lambda: deque[tuple[float, State]](maxlen=64)
+    )
+    strike: Strike | None = None
+    meters: dict[str, tuple[float, Meter]] = field(default_factory=dict[str, tuple[float, Meter]])
+
+    def silent_s(self, now: float) -> float | None:
+        """Seconds since the haptic server was heard; 0 while it is heard, None when it never was."""
+        if self.state is None:
+            return None
+        silence = now - self.state_at
+        return silence if silence > SILENT_AFTER_S else 0.0
+
+    def note_state(self, state: State, now: float) -> None:
+        """Take a State; a strike of an earlier start of the servo is forgotten."""
+        if self.state is not None and state.boot != self.state.boot:
+            self.strike = None
+        self.state, self.state_at = state, now
+        self.new_states.append((now, state))
+
+    def note_meter(self, meter: Meter, now: float) -> None:
+        """Take a sound server's meter; those not heard lately are forgotten."""
+        self.meters[meter.id] = (now, meter)
+        for gone in [name for name, (at, _) in self.meters.items() if now - at > METER_LIFE_S]:
+            del self.meters[gone]
+
+    def note_scene(self, scene: Scene, table: dict[str, Parameter]) -> None:
+        """Take the scene; `scenes_seen` grows when it is another one, and the old values go."""
+        if scene == self.scene:
+            return
+        self.scene, self.table = scene, table
+        self.scenes_seen += 1
+        self.readbacks.clear()
+
+    def note_readback(self, name: str, readback: Readback) -> None:
+        """Take a published value, unless a newer one is known."""
+        known = self.readbacks.get(name)
+        if known is None or readback.revision >= known.revision:
+            self.readbacks[name] = readback
+
+    def living_meters(self, now: float) -> list[Meter]:
+        """Those of the sound servers heard lately, by id."""
+        return [meter for _, (at, meter) in sorted(self.meters.items()) if now - at < METER_LIFE_S]

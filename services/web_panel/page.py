@@ -1,0 +1,128 @@
+"""The whole page, from top to bottom: condition, PANIC, three numbers, the two main controls, a trace, the rest."""
+
+import asyncio
+import queue
+from collections.abc import Callable
+
+import viser
+
+from web_panel import markup
+from web_panel.answer import Answer
+from web_panel.client_message import ClientMessages, is_click
+from web_panel.drum_view import DrumView
+from web_panel.guard import control_id
+from web_panel.mirror import Mirror
+from web_panel.style import MARK_PANIC
+from web_panel.trace import Trace
+from web_panel.tuning import Tuning
+from web_panel.wishes import Wishes
+from web_panel.wording import notice_of, sound_words
+
+_WIDTH_PX = 600.0
+_ORDER_TUNING, _ORDER_TRACE, _ORDER_HEALTH, _ORDER_MORE = 10.0, 20.0, 30.0, 40.0
+_PANIC_HINT = (
+    "Zero force at once, until it is cleared at the haptic machine. A network and a browser stand between this "
+    "button and the stick: it is no substitute for the switch at the device."
+)
+
+
+class Page:
+    """Made and shown by the main thread; `panic` is called in a thread of viser's event loop and may block it."""
+
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        messages: ClientMessages,
+        wishes: Wishes,
+        panic: Callable[[], Answer],
+        rig: str,
+    ) -> None:
+        self._server, self._messages, self._wishes, self._panic = server, messages, wishes, panic
+        self._panic_answers: queue.SimpleQueue[Answer] = queue.SimpleQueue()
+        self._scene_shown = 0
+        self._tuning: Tuning | None = None
+        gui = server.gui
+        gui.configure_theme(
+            dark_mode=True, show_logo=False, show_share_button=False, brand_color=(56, 163, 224)
+        )
+        gui.set_panel_label(f"Drumstick: {rig}")
+        gui.main_panel.dock_right()
+        gui.main_panel.set_width(_WIDTH_PX)
+        gui.add_html(markup.STYLE)
+        self._notice = Text(gui.add_html(""))
+        gui.add_html(MARK_PANIC)
+        button = gui.add_button("PANIC", color="red", hint=_PANIC_HINT)
+        messages.controls[control_id(button)] = is_click
+        button.on_click(self._on_panic)
+        self._panic_line = Text(gui.add_html(""))
+        self._tiles = Text(gui.add_html(""))
+        self._absent = Text(gui.add_html("", order=_ORDER_TUNING))
+        self._trace = Trace(server, _ORDER_TRACE)
+        self._health = Text(gui.add_html("", order=_ORDER_HEALTH))
+        self._drum = DrumView(server)
+
+    async def _on_panic(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+        self._panic_answers.put(await asyncio.to_thread(self._panic))
+
+    def show(self, mirror: Mirror, now: float) -> None:
+        """Write what changed since the last call."""
+        silence = mirror.silent_s(now)
+        old = silence is None or silence > 0.0
+        self._notice.say(markup.notice(notice_of(mirror.connected, mirror.state, silence)))
+        self._tiles.say(markup.tiles(mirror.state, mirror.strike, old))
+        self._health.say(markup.health(mirror.scene, mirror.state, sound_words(mirror.living_meters(now))))
+        self._show_panic()
+        self._show_tuning(mirror)
+        self._trace.show(mirror, now)
+        self._drum.show(mirror)
+        mirror.new_states.clear()
+
+    def _show_panic(self) -> None:
+        while not self._panic_answers.empty():
+            answer = self._panic_answers.get()
+            words = (
+                ""
+                if answer.taken
+                else f"PANIC was not confirmed: {answer.reason}. Use the switch at the device."
+            )
+            self._panic_line.say(markup.line(words, "panic", alarm=True))
+
+    def _show_tuning(self, mirror: Mirror) -> None:
+        if mirror.scene is not None and mirror.scenes_seen != self._scene_shown:
+            self._scene_shown = mirror.scenes_seen
+            if self._tuning is not None:
+                self._tuning.remove()
+            self._tuning = Tuning(
+                self._server,
+                self._messages,
+                self._wishes,
+                mirror.scene,
+                mirror.table,
+                _ORDER_TUNING,
+                _ORDER_MORE,
+            )
+        if self._tuning is None:
+            self._absent.say(
+                markup.line("The controls appear when the haptic server tells its scene.", "absent")
+            )
+            return
+        self._absent.say("")
+        self._tuning.show(mirror)
+
+    def note_answer(self, name: str, value: float, answer: Answer) -> None:
+        """Hand the answer to a wish to its control."""
+        if self._tuning is not None:
+            self._tuning.note_answer(name, value, answer)
+
+
+class Text:
+    """A piece of HTML that is sent only when it changes."""
+
+    def __init__(self, handle: viser.GuiHtmlHandle) -> None:
+        self._handle = handle
+        self._content = handle.content
+
+    def say(self, content: str) -> None:
+        """Show this."""
+        if content != self._content:
+            self._content = self._handle.content = content

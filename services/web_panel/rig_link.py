@@ -1,0 +1,94 @@
+"""The panel's Zenoh session: opened as soon as there is a router, asked by any thread, closed at the end."""
+
+from __future__ import annotations
+
+import secrets
+import threading
+from collections.abc import Callable
+
+import msgspec
+import zenoh
+
+from protocol.keys import Keys
+from protocol.messages import ENCODING, VERSION
+from protocol.session import open_client
+from web_panel.answer import NO_ANSWER, Answer, accepted, refused
+from web_panel.listener import Listener
+from web_panel.mirror import Mirror
+
+_TIMEOUT_S = 2.0
+_PANIC_TRIES = 3
+_PANIC_TIMEOUT_S = 0.5
+_NO_ROUTER = "not connected to the rig yet: nothing was sent"
+
+
+class RigLink:
+    """One session with one rig. `poll` belongs to the main thread; `set_one` and `panic` block, for any other."""
+
+    def __init__(self, rig: str, endpoint: str, mirror: Mirror) -> None:
+        self.keys = Keys(rig)
+        self._mirror = mirror
+        self._endpoint = endpoint
+        self._session: zenoh.Session | None = None
+        self._listener: Listener | None = None
+        self._closing = threading.Event()
+        self._opening = threading.Thread(target=self._open, name="zenoh open", daemon=True)
+
+    def start(self) -> None:
+        """Begin to look for the router; returns at once, so that the page is there before the rig is."""
+        self._opening.start()
+
+    def _open(self) -> None:
+        session = open_client(self._endpoint, lambda: not self._closing.is_set())
+        if session is None:
+            return
+        self._token = session.liveliness().declare_token(self.keys.alive("panel", secrets.token_hex(4)))
+        self._listener = Listener(session, self.keys, self._mirror)
+        self._session = session
+
+    def close(self) -> None:
+        """Close the session; without this the process would not end."""
+        self._closing.set()
+        self._opening.join()
+        if self._session is not None:
+            self._session.close()  # pyright: ignore[reportUnknownMemberType]
+
+    def poll(self, now: float) -> None:
+        """Bring the mirror up to date. Never blocks."""
+        if self._listener is not None:
+            self._listener.poll(now)
+
+    def check_again(self) -> None:
+        """Ask for all readbacks soon: a value that was set may move others (k_hand moves z_h0)."""
+        if self._listener is not None:
+            self._listener.readbacks_stale = True
+
+    def set_one(self, name: str, value: float) -> Answer:
+        """Ask for one value and wait for the answer, 2 s at most."""
+        payload = msgspec.msgpack.encode([VERSION, value])
+        return self._ask(self.keys.set_one(name), payload, _TIMEOUT_S, lambda reply: accepted(name, reply))
+
+    def panic(self) -> Answer:
+        """Zero force, latched. Asked three times before it gives up, 1.5 s at most."""
+        answer = Answer(reason=_NO_ROUTER)
+        for _ in range(_PANIC_TRIES):
+            answer = self._ask(self.keys.panic, b"", _PANIC_TIMEOUT_S, lambda _: Answer())
+            if answer.taken:
+                break
+        return answer
+
+    def _ask(self, key: str, payload: bytes, timeout_s: float, read: Callable[[bytes], Answer]) -> Answer:
+        if self._session is None:
+            return Answer(reason=_NO_ROUTER)
+        try:
+            replies = list(self._session.get(key, payload=payload, encoding=ENCODING, timeout=timeout_s))
+        except zenoh.ZError as error:
+            return Answer(reason=f"{NO_ANSWER} ({error})")
+        for reply in replies:
+            if reply.ok is not None:
+                return read(reply.ok.payload.to_bytes())
+        for reply in replies:
+            # zenoh words its own timeout as an error reply, in plain text.
+            if reply.err is not None and reply.err.payload.to_bytes() != b"Timeout":
+                return refused(reply.err.payload.to_bytes())
+        return Answer(reason=NO_ANSWER)

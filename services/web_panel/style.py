@@ -1,0 +1,73 @@
+"""How the page looks: large on dark. Everything is inside the page; nothing is fetched.
+
+viser draws its own controls small, for a desk. The technician stands at the mixing desk, three metres away.
+"""
+
+MARK_PANIC = '<div class="dr-panic"></div>'
+
+CSS = """
+.dr:has(.dr-notice){padding-top:.3em;padding-bottom:.6em}
+.dr{font-variant-numeric:tabular-nums;padding:0 .75em;line-height:1.3;color:#e8eaed}
+.dr-notice{border-radius:.5em;padding:.5em .8em .6em;border-left:.45em solid}
+.dr-notice b{display:block;font-size:1.75em;line-height:1.15;font-weight:650}
+.dr-notice span{font-size:1em;color:#c9ced6}
+.dr-wait{background:#2b2a20;border-color:#e0b53c}.dr-wait b{color:#f4d47a}
+.dr-good{background:#1b2a20;border-color:#3fb764}.dr-good b{color:#7fe3a0}
+.dr-busy{background:#182a35;border-color:#38a3e0}.dr-busy b{color:#86cdf7}
+.dr-bad{background:#3a1a1c;border-color:#f04a4a}.dr-bad b{color:#ff9b9b}
+.dr-tiles{display:grid;grid-template-columns:repeat(3,1fr);gap:.5em;margin:.3em 0 .4em}
+.dr-tile{background:#202226;border-radius:.5em;padding:.4em .6em .45em;min-width:0}
+.dr-tile i{font-style:normal;display:block;font-size:.9em;color:#a9b0ba;white-space:nowrap}
+.dr-tile b{font-size:3em;line-height:1.05;font-weight:650;white-space:nowrap;letter-spacing:-.02em}
+.dr-tile u{text-decoration:none;font-size:1.05em;color:#a9b0ba;margin-left:.25em}
+.dr-share{display:flex;align-items:center;gap:.5em;font-size:.9em;color:#a9b0ba;height:1.1em}
+.dr-level{flex-grow:1;height:.45em;border-radius:.2em;background:#33363c;overflow:hidden}
+.dr-level div{height:100%;background:linear-gradient(90deg,#38a3e0,#f2b63d)}
+.dr-old b,.dr-old u,.dr-old .dr-level{opacity:.35}
+.dr-small{font-size:.92em;color:#a9b0ba;margin:.1em 0 .3em}
+.dr-small b{color:#e8eaed;font-weight:600}
+.dr-alarm,.dr-small .dr-alarm{color:#ff9b9b}
+.dr-c{padding:.5em .75em 0;font-variant-numeric:tabular-nums}
+.dr-row{display:flex;align-items:baseline;justify-content:space-between;gap:.6em;line-height:1.15}
+.dr-name{font-size:1.15em;color:#fff;font-weight:600}
+.dr-name sub{font-size:.65em}
+.dr-val{white-space:nowrap;font-size:1.3em;font-weight:650;color:#fff}
+.dr-val u{text-decoration:none;font-size:.6em;color:#a9b0ba;margin-left:.3em;font-weight:400}
+.dr-big .dr-name{font-size:2em}
+.dr-big .dr-val{font-size:3em;line-height:1}
+.dr-big .dr-val u{font-size:.42em}
+.dr-note{font-size:.95em;color:#a9b0ba;line-height:1.3}
+.dr-note.dr-waits{color:#f4d47a}
+.dr-note.dr-refused{color:#ff9b9b;font-weight:500}
+
+/* viser's own parts: larger handles; no number box beside a slider, since it sends every keystroke (5, 50, 500 ...)
+   and cannot show a logarithmic slider's value: exact values have their own entry with a button; no label beside it,
+   since the name stands above; no notices of viser's about the browser's graphics, since the picture is a nicety */
+.mantine-Slider-root + .mantine-NumberInput-root{display:none}
+.mantine-Slider-root{padding-top:.35rem !important;padding-bottom:1.15rem !important;margin:0 1.1rem 0 .75rem}
+.mantine-Slider-track{height:.65rem}
+.mantine-Slider-thumb{width:1.3rem !important;height:1.7rem !important;border-radius:.3rem}
+.mantine-Slider-mark{transform:none !important;width:3px !important;height:.65rem !important;border:0 !important}
+.mantine-Slider-markLabel{font-size:.85rem !important;color:#a9b0ba;margin-top:.3rem !important;white-space:nowrap}
+.mantine-Flex-root:has(.mantine-Slider-root) > div:has(> .mantine-Text-root > label)
+{position:absolute;width:1px !important;height:1px;overflow:hidden;clip-path:inset(50%)}
+.mantine-Notifications-root{display:none}
+div:has(> .dr-panic) + div .mantine-Button-root{height:3.6rem !important;background:#e01f1f !important}
+div:has(> .dr-panic) + div .mantine-Button-root:hover{background:#ff3b3b !important}
+div:has(> .dr-panic) + div .mantine-Button-label{font-size:1.9rem;font-weight:800 !important;
+ letter-spacing:.12em;color:#fff}
+.uplot{font-family:inherit}
+.u-legend{font-size:.9em;color:#c9ced6}
+@media (max-width:36em){
+ div[style*="position: fixed"][style*="width: 20em"]{width:100% !important;max-height:94% !important}
+ div[style*="position: fixed"] div[style*="width: 20em"]{width:100% !important}
+ .dr-tile{padding:.35em .45em}
+ .dr-tile b{font-size:2.1em}
+ .dr-tile i{font-size:.8em}
+ .dr-tile u{font-size:.85em;margin-left:.15em}
+ .dr-notice b{font-size:1.5em}
+ .dr-notice span{font-size:.92em}
+ .dr-big .dr-name{font-size:1.6em}
+ .dr-big .dr-val{font-size:2.3em}
+}
+"""

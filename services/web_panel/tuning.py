@@ -1,0 +1,57 @@
+"""The controls of one scene: the two that matter most first and large, the rest folded away."""
+
+import viser
+
+from drumstick.law import law_of
+from drumstick.parameters import Parameter, values_of
+from drumstick.scene import Scene
+from web_panel.answer import Answer
+from web_panel.client_message import ClientMessages
+from web_panel.control import Control
+from web_panel.exact_entry import ExactEntry
+from web_panel.mirror import Mirror
+from web_panel.wishes import Wishes
+
+FIRST = ("dv_pls", "k_coll")
+
+
+class Tuning:
+    """Made anew for each scene, in the same places on the page. Main thread."""
+
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        messages: ClientMessages,
+        wishes: Wishes,
+        scene: Scene,
+        table: dict[str, Parameter],
+        order: float,
+        order_of_more: float,
+    ) -> None:
+        values = values_of(law_of(scene), table)
+        self._first = server.gui.add_folder(None, order=order)
+        self._more = server.gui.add_folder("More", order=order_of_more, expand_by_default=False)
+        self._controls: dict[str, Control] = {}
+        for name in sorted(table, key=lambda name: FIRST.index(name) if name in FIRST else len(FIRST)):
+            large = name in FIRST
+            folder = self._first if large else self._more
+            self._controls[name] = Control(server, folder, messages, wishes, table[name], values[name], large)
+        self._exact = ExactEntry(server, self._more, messages, wishes, table)
+
+    def remove(self) -> None:
+        """Take the controls off the page."""
+        for control in self._controls.values():
+            control.forget()
+        self._exact.forget()
+        self._first.remove()
+        self._more.remove()
+
+    def note_answer(self, name: str, value: float, answer: Answer) -> None:
+        """Hand an answer to its control; a scene that has gone may have left some behind."""
+        if name in self._controls:
+            self._controls[name].note_answer(value, answer)
+
+    def show(self, mirror: Mirror) -> None:
+        """Write what changed to the page."""
+        for name, control in self._controls.items():
+            control.show(mirror.readbacks.get(name))

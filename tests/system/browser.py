@@ -1,0 +1,87 @@
+"""Chromium for tests and screenshots: Debian's, headless, with software WebGL, and no way out of this machine."""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from shutil import which
+
+from playwright.sync_api import Browser, BrowserContext, Locator, Page, Route, sync_playwright
+
+FLAGS = [
+    "--disable-gpu",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+]
+DESKTOP = (1280, 800)
+PHONE = (390, 844)
+
+
+@contextmanager
+def chromium() -> Iterator[Browser]:
+    """A running browser; RuntimeError when none is installed."""
+    program = which("chromium")
+    if program is None:
+        raise RuntimeError("chromium is not installed")
+    sandbox = ["--no-sandbox"] if os.geteuid() == 0 else []
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=program, headless=True, args=[*FLAGS, *sandbox])
+        try:
+            yield browser
+        finally:
+            browser.close()
+
+
+def visitor(
+    browser: Browser, size: tuple[int, int] = DESKTOP, strangers: list[str] | None = None
+) -> BrowserContext:
+    """A fresh profile. Requests for other machines fail and are noted in `strangers`."""
+    phone = size[0] < 600
+    context = browser.new_context(
+        viewport={"width": size[0], "height": size[1]},
+        device_scale_factor=2 if phone else 1,
+        is_mobile=phone,
+        has_touch=phone,
+    )
+
+    def at_home(route: Route) -> None:
+        url = route.request.url
+        if url.startswith(("http://127.0.0.1:", "http://localhost:", "data:", "blob:")):
+            route.continue_()
+            return
+        if strangers is not None:
+            strangers.append(url)
+        route.abort()
+
+    context.route("**/*", at_home)
+    return context
+
+
+def control(page: Page, name: str) -> Locator:
+    """The words and the readback of one parameter, by its wire name."""
+    return page.locator(f'[data-param="{name}"]')
+
+
+def readback(page: Page, name: str) -> Locator:
+    """The readback of one parameter: number and unit."""
+    return control(page, name).locator('[data-part="readback"]')
+
+
+def note(page: Page, name: str) -> Locator:
+    """What stands in place about one parameter: a refusal, or that it waits."""
+    return control(page, name).locator('[data-part="note"]')
+
+
+def slider(page: Page, name: str) -> Locator:
+    """The thumb of one parameter's slider; it takes arrow keys."""
+    return page.locator(f'xpath=//*[@data-param="{name}"]/following::*[@role="slider"][1]')
+
+
+def part(page: Page, name: str) -> Locator:
+    """A named part of the page: notice, roll-rate, v-e, strike, servo, sound, panic, exact, absent."""
+    return page.locator(f'[data-part="{name}"]')

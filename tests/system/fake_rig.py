@@ -1,0 +1,172 @@
+"""A haptic side made of a Zenoh router and queryables: answers as the gateway does, remembers what it was asked."""
+
+import json
+import socket
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+import zenoh
+
+from drumstick.law import law_of
+from drumstick.parameters import Refusal, table_of, values_of, with_changes
+from drumstick.scene import Scene, as_tables
+from protocol.keys import Keys
+from protocol.messages import Clock, Meter, Readback, RefusalReply, State, Strike, encode
+from protocol.requests import requested_value
+from protocol.session import router_config
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def wait_until(true: Callable[[], Any], what: str, timeout_s: float = 15.0) -> Any:
+    """Poll until `true()` is truthy and return it; AssertionError says what did not come."""
+    end = time.monotonic() + timeout_s
+    while time.monotonic() < end:
+        if found := true():
+            return found
+        time.sleep(0.02)
+    raise AssertionError(f"did not come within {timeout_s:g} s: {what}")
+
+
+class FakeRig:
+    """Router, gateway and servo in one. `refuse` maps a parameter to the reason of its refusal; `latching` lets
+    accepted values wait, as they do while the stick is in the head."""
+
+    def __init__(self, scene: Scene, rig: str = "main", port: int | None = None, boot: int = 1) -> None:
+        self.scene, self.boot = scene, boot
+        self.table = table_of(scene)
+        self.law = law_of(scene)
+        self.keys = Keys(rig)
+        self.port = free_port() if port is None else port
+        self.endpoint = f"tcp/127.0.0.1:{self.port}"
+        self.refuse: dict[str, str] = {}
+        self.latching = False
+        self.pending: dict[str, float] = {}
+        self.sets: list[tuple[str, float]] = []
+        self.panics = 0
+        self.status = "playing"
+        self.revision = 0
+        self.strikes = 0
+        self._revisions = dict.fromkeys(self.table, 0)
+        self._lock = threading.RLock()
+        self._mute = threading.Event()
+        self._ended = threading.Event()
+        self._session = zenoh.open(router_config(self.endpoint))
+        k = self.keys
+        for key, answer in (
+            (k.scene, self._answer_scene),
+            (k.clock, self._answer_clock),
+            (k.param("*"), self._answer_readbacks),
+            (k.set_one("*"), self._answer_set),
+            (k.panic, self._answer_panic),
+        ):
+            self._session.declare_queryable(key, answer)
+        self._thread = threading.Thread(target=self._publish, daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        self._ended.set()
+        self._thread.join()
+        self._session.close()
+
+    def mute(self, muted: bool) -> None:
+        """Stop publishing, as a haptic server does that was killed while the router lives on."""
+        (self._mute.set if muted else self._mute.clear)()
+
+    def latch(self) -> None:
+        """The stick is above the head: what waited holds."""
+        with self._lock:
+            names = list(self.pending)
+            self.law = with_changes(self.law, self.table, self.pending)
+            self.pending.clear()
+            for name in names:
+                self._session.put(self.keys.param(name), encode(self._readback(name)))
+
+    def value(self, name: str) -> float:
+        return values_of(self.law, self.table)[name]
+
+    def set_elsewhere(self, name: str, value: float) -> None:
+        """Another client, OSC say, sets a value."""
+        with self._lock:
+            self._accept(name, value)
+
+    def _accept(self, name: str, value: float) -> Readback:
+        changed = with_changes(self.law, self.table, {name: value})
+        self.revision += 1
+        self._revisions[name] = self.revision
+        if self.latching:
+            self.pending[name] = value
+        else:
+            self.law = changed
+        readback = self._readback(name)
+        self._session.put(self.keys.param(name), encode(readback))
+        return readback
+
+    def _readback(self, name: str) -> Readback:
+        return Readback(value=self.value(name), revision=self._revisions[name], pending=name in self.pending)
+
+    def _answer_scene(self, query: zenoh.Query) -> None:
+        query.reply(self.keys.scene, json.dumps(as_tables(self.scene)))
+
+    def _answer_clock(self, query: zenoh.Query) -> None:
+        query.reply(self.keys.clock, encode(Clock(boot=self.boot, t_ns=time.monotonic_ns())))
+
+    def _answer_readbacks(self, query: zenoh.Query) -> None:
+        with self._lock:
+            for name in self.table:
+                query.reply(self.keys.param(name), encode(self._readback(name)))
+
+    def _answer_set(self, query: zenoh.Query) -> None:
+        name = str(query.key_expr).rpartition("/")[2]
+        assert query.payload is not None
+        with self._lock:
+            try:
+                value = requested_value(query.payload.to_bytes())
+                self.sets.append((name, value))
+                if name in self.refuse:
+                    raise Refusal(self.refuse[name])
+                query.reply(query.key_expr, encode(self._accept(name, value)))
+            except ValueError as error:
+                query.reply_err(encode(RefusalReply(reason=str(error))))
+
+    def _answer_panic(self, query: zenoh.Query) -> None:
+        self.panics += 1
+        self.status = "panic"
+        query.reply(self.keys.panic, b"")
+
+    def _publish(self) -> None:
+        while not self._ended.wait(1.0 / 30.0):
+            if self._mute.is_set():
+                continue
+            with self._lock:
+                self.strikes += 1
+                self._session.put(self.keys.strike, encode(self._strike()))
+                self._session.put(self.keys.state, encode(self._state()))
+                self._session.put(self.keys.meter, encode(self._meter()))
+
+    def _strike(self) -> Strike:
+        return Strike(
+            boot=self.boot, seq=self.strikes, t_ns=time.monotonic_ns(), x=0.3, y=0.2, z_speed_m_per_s=0.63,
+            level=0.31, peak_estimate_N=5.4, contact_estimate_s=0.0055,
+        )  # fmt: skip
+
+    def _state(self) -> State:
+        playing = self.status == "playing"
+        return State(
+            boot=self.boot, t_ns=time.monotonic_ns(), status=self.status, z_m=0.01, v_m_per_s=0.1, force_N=0.0,
+            x=0.3, y=0.2, roll_rate_Hz=23.05 if playing else 0.0, v_e_m_per_s=0.628 if playing else 0.0,
+            strikes=self.strikes, ticks=1000, overruns=2, lateness_p99_us=110.0, lateness_worst_us=289.0,
+            ring_dropped=0, revision=self.revision, pending=bool(self.pending),
+        )  # fmt: skip
+
+    def _meter(self) -> Meter:
+        return Meter(
+            id="s1", t_ns=time.monotonic_ns(), sink="null", peak_left=0.5, peak_right=0.4, load=0.21, xruns=7,
+            latency_ms=5.3, played=self.strikes, late=0, duplicates=0,
+        )  # fmt: skip
