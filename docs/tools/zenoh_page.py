@@ -25,17 +25,18 @@ def _first_line(thing: object) -> str:
 
 
 def _keys() -> list[str]:
+    keys = Keys("RIG")
+    named = {
+        "set_one": keys.set_one("NAME"),
+        "param": keys.param("NAME"),
+        "alive": keys.alive("SERVICE", "ID"),
+    }
     rows = ["| key | what |", "|---|---|"]
     for name, member in vars(Keys).items():
-        if name.startswith("_") or name == "rig" or not isinstance(member, property) and not callable(member):
+        if name.startswith("_") or not (name in named or isinstance(member, property)):
             continue
         what = _first_line(member.fget if isinstance(member, property) else member)
-        keys = Keys("RIG")
-        value = {"set_one": lambda: keys.set_one("NAME"), "param": lambda: keys.param("NAME")}.get(
-            name,
-            lambda: keys.alive("SERVICE", "ID") if name == "alive" else getattr(keys, name),  # noqa: B023
-        )()
-        rows.append(f"| `{value}` | {what} |")
+        rows.append(f"| `{named.get(name) or getattr(keys, name)}` | {what} |")
     return rows
 
 
@@ -63,7 +64,7 @@ def page() -> str:
         [
             "# Zenoh: keys, payloads, parameters",
             "",
-            "Made by `docs/tools/zenoh_page.py` from the code; do not edit. For programs that want more than OSC gives.",
+            "Made by `docs/tools/zenoh_page.py` from the code; do not edit. For programs that want more than OSC.",
             "",
             "The haptic server's gateway is a Zenoh router on `tcp/127.0.0.1:7447` (`--listen`), or a client of yours",
             "(`--connect`). Everything else connects as a client. RIG is `main` unless `--rig` says otherwise.",
@@ -72,14 +73,14 @@ def page() -> str:
             "",
             "## Payloads",
             "",
-            "msgpack arrays (encoding `application/msgpack`); the first element is the version, 1. SI units; t_ns is the",
-            "haptic machine's monotonic clock, which `clock` tells.",
+            "msgpack arrays (encoding `application/msgpack`); the first element is the version, 1. SI units;",
+            "t_ns is the haptic machine's monotonic clock, which `clock` tells.",
             "",
             *_payloads(),
-            "A query on `set/NAME` carries `[1, value]` in msgpack or a plain JSON number; one on `set` carries a map",
-            "(`[1, {name: value}]`, or a JSON object) that is accepted or refused as a whole. The answer is the readback,",
-            "`[1, value, revision, pending]` or `[1, {name: value}, revision, pending]`; `pending` is true while the set",
-            "waits for the stick to be above the head. A refusal is an error reply, `[1, reason]`.",
+            "A query on `set/NAME` carries `[1, value]` in msgpack or a plain JSON number; one on `set` carries a",
+            "map (`[1, {name: value}]`, or a JSON object) that is accepted or refused as a whole. The answer is the",
+            "readback, `[1, value, revision, pending]` or `[1, {name: value}, revision, pending]`; `pending` is true",
+            "while the set waits for the stick to be above the head. A refusal is an error reply, `[1, reason]`.",
             "",
             "## Parameters of the scene `roll`",
             "",
