@@ -23,6 +23,6 @@ if ! .venv/bin/python -c "import pip" 2>/dev/null; then
 fi
 
 # Python compiles what it imports by itself; compiling all of it here would take longer than everything else.
-pip=(.venv/bin/python -m pip --disable-pip-version-check --quiet install --no-compile --no-deps)
+pip=(.venv/bin/python -m pip --disable-pip-version-check --quiet --quiet install --no-compile --no-deps)
 "${pip[@]}" --only-binary :all: --require-hashes -r "$lock"
 "${pip[@]}" --no-build-isolation --editable .

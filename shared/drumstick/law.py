@@ -2,7 +2,7 @@
 
 Both are numpy record types made from the declarations, so an effect that the scene does not name has no field
 in either, and numba compiles no code for it. Field names are the wire names; words of a choice become their
-index.
+index. Effects come first: numba takes a record that merely continues another one for its subtype, and warns.
 """
 
 from typing import Any
@@ -32,13 +32,13 @@ def _fields(table: type) -> list[tuple[str, str]]:
 def law_type(effects: tuple[str, ...]) -> np.dtype[np.void]:
     """Record type of the parameters of a scene that names these effects."""
     nested: list[Any] = [(name, _fields(EFFECTS[name])) for name in effects]
-    return np.dtype([*_fields(Stick), *nested], align=True)
+    return np.dtype([*nested, *_fields(Stick)], align=True)
 
 
 def motion_type(effects: tuple[str, ...]) -> np.dtype[np.void]:
     """Record type of the state of a scene that names these effects."""
     nested: list[Any] = [(name, list(_EFFECT_STATE[name])) for name in effects]
-    return np.dtype([*exact.STATE, *nested], align=True)
+    return np.dtype([*nested, *exact.STATE], align=True)
 
 
 def _fill(record: Any, table: object) -> None:

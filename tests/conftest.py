@@ -1,0 +1,118 @@
+"""What every test shares: tools that may be missing, free ports, folders of its own, and the order of the suite."""
+
+import os
+import re
+import shutil
+import socket
+import sys
+from collections.abc import Callable, Generator
+from pathlib import Path
+
+import pytest
+from hypothesis import settings
+
+ROOT = Path(__file__).resolve().parents[1]
+SYSTEM_TESTS = ROOT / "tests" / "system"
+IN_CI = os.environ.get("CI", "").lower() == "true"
+
+# The first example may compile kernels, so an example has no deadline; CI draws the same examples every time.
+settings.register_profile("ours", deadline=None, derandomize=IN_CI, print_blob=True)
+settings.load_profile("ours")
+
+
+def _package_of(program: str) -> str:
+    # deploy/system-packages.txt says after "have:" which programs a package brings.
+    for line in (ROOT / "deploy" / "system-packages.txt").read_text(encoding="utf-8").splitlines():
+        package, _, probe = line.partition("# have:")
+        if program in re.findall(r"command -v (\S+)", probe):
+            return package.strip()
+    raise LookupError(f"deploy/system-packages.txt names no package that brings {program}")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark what lies in tests/system, and run it last: when a unit is broken, its own test should say so first."""
+    for item in items:
+        if item.path.is_relative_to(SYSTEM_TESTS) and item.get_closest_marker("system") is None:
+            item.add_marker(pytest.mark.system)
+    items.sort(key=lambda item: item.get_closest_marker("system") is not None)
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """`@pytest.mark.needs("chromium")`: skip, and say what to install, where the program is missing."""
+    for marker in item.iter_markers("needs"):
+        missing = [str(program) for program in marker.args if shutil.which(str(program)) is None]
+        if missing:
+            packages = " ".join(sorted({_package_of(program) for program in missing}))
+            pytest.skip(f"{', '.join(missing)} not found: sudo apt-get install {packages}")
+
+
+def _fail_skip(report: pytest.TestReport | pytest.CollectReport) -> None:
+    # An expected failure is also reported as skipped; that one stays.
+    if IN_CI and report.outcome == "skipped" and not hasattr(report, "wasxfail"):
+        reason = report.longrepr[2] if isinstance(report.longrepr, tuple) else str(report.longrepr)
+        report.outcome = "failed"
+        report.longrepr = f"With CI=true nothing may be skipped. {reason}"
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport() -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """With CI=true a skipped test is a failed test."""
+    report = yield
+    _fail_skip(report)
+    return report
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report() -> Generator[None, pytest.CollectReport, pytest.CollectReport]:
+    """With CI=true a skipped file is a failed file."""
+    report = yield
+    _fail_skip(report)
+    return report
+
+
+@pytest.fixture
+def free_port() -> Callable[[], int]:
+    """Each call gives a port of 127.0.0.1 that is free for TCP and for UDP, and was not given before in this test."""
+    given: set[int] = set()
+
+    def find() -> int:
+        while True:
+            with (
+                socket.socket(socket.AF_INET, socket.SOCK_STREAM) as tcp,
+                socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as udp,
+            ):
+                tcp.bind(("127.0.0.1", 0))
+                port = int(tcp.getsockname()[1])
+                try:
+                    udp.bind(("127.0.0.1", port))
+                except OSError:
+                    continue
+            if port not in given:
+                given.add(port)
+                return port
+
+    return find
+
+
+@pytest.fixture
+def own_folders(tmp_path: Path) -> dict[str, str]:
+    """An environment for child processes: HOME and the XDG folders are the test's own, all but the cache.
+
+    The kernel cache stays shared with the rest of the session, or every child would compile for ten seconds.
+    """
+    cache = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    folders = {
+        "HOME": "home",
+        "XDG_CONFIG_HOME": "config",
+        "XDG_STATE_HOME": "state",
+        "XDG_DATA_HOME": "share",
+    }
+    environment = dict(os.environ, XDG_CACHE_HOME=cache)
+    for variable, name in {**folders, "XDG_RUNTIME_DIR": "run"}.items():
+        folder = tmp_path / name
+        folder.mkdir(mode=0o700)
+        environment[variable] = str(folder)
+    environment["PATH"] = os.pathsep.join(
+        [str(Path(sys.executable).parent), environment.get("PATH", os.defpath)]
+    )
+    return environment
