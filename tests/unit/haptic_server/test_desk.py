@@ -1,0 +1,133 @@
+"""The desk: whole sets through the envelope, readbacks from the servo, nothing acknowledged ever lost."""
+
+from pathlib import Path
+
+import pytest
+
+from drumstick.law import law_of
+from drumstick.parameters import Refusal
+from drumstick.scene import parse, shipped_text
+from haptic_server import block as blocks
+from haptic_server.gateway.link import ServoLink
+from haptic_server.gateway.settings import ParameterDesk
+from haptic_server.servo import loop
+
+ROLL = parse(shipped_text("roll"), "roll")
+
+
+class Bench:
+    """A servo in virtual time and a desk on the same block."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.now = 0
+        self.start_servo()
+        self.start_gateway()
+
+    def start_servo(self) -> None:
+        self.servo = loop.prepare(ROLL, blocks.create(self.folder, law_of(ROLL)))
+
+    def start_gateway(self) -> None:
+        self.link = ServoLink(self.folder, law_of(ROLL))
+        self.desk = ParameterDesk(ROLL, self.link)
+
+    def tick(self, count: int) -> None:
+        self.now = loop.run_virtual(self.servo, count, self.now)
+
+    def echoes(self) -> dict[str, float]:
+        live = self.link.take_live()
+        return {} if live is None else {e.name: e.value for e in self.desk.latched(*live)}
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Bench:
+    return Bench(tmp_path)
+
+
+def test_what_is_shown_is_the_servos(bench: Bench) -> None:
+    reply = bench.desk.set({"dv_pls": 0.3}, "test")
+    assert reply.values == {"dv_pls": 0.3}
+    assert bench.desk.values()["dv_pls"] == 0.2
+    assert bench.desk.pending
+    bench.tick(200)
+    assert bench.echoes() == {"dv_pls": 0.3}
+    assert bench.desk.values()["dv_pls"] == 0.3
+    assert not bench.desk.pending
+
+
+def test_an_accepted_set_is_echoed_even_when_it_changes_nothing(bench: Bench) -> None:
+    bench.desk.set({"tau": 0.002}, "test")
+    bench.tick(200)
+    assert bench.echoes() == {"tau": 0.002}
+
+
+def test_z_h0_is_echoed_when_the_mass_moves_it(bench: Bench) -> None:
+    bench.desk.set({"m": 0.02}, "test")
+    bench.tick(200)
+    echoes = bench.echoes()
+    assert set(echoes) == {"m", "z_h0"}
+
+
+def test_sets_build_on_what_was_accepted_before(bench: Bench) -> None:
+    bench.desk.set({"dv_pls": 0.3}, "one")
+    bench.desk.set({"k_hand": 40.0}, "another")
+    bench.tick(200)
+    assert bench.echoes().keys() >= {"dv_pls", "k_hand"}
+    assert bench.servo.law["pulse"]["dv_pls"][0] == 0.3
+
+
+@pytest.mark.parametrize(
+    ("changes", "why"),
+    [
+        ({"dv_pls": 0.3, "nonsense": 1.0}, "no such parameter"),
+        ({"dv_pls": 0.3, "tau": -1.0}, "outside"),
+        ({"dv_pls": 0.3, "m": float("nan")}, "finite"),
+        ({"dv_pls": 0.3, "r_in": 0.0}, "nothing damps"),
+        ({"dv_pls": 9.0}, "limit is 10 m/s"),
+        ({"k_coll": 1e6, "m": 1.0}, "limit is"),
+        ({"z_h0": 0.0, "z_ss": 0.0}, "two views"),
+        ({}, "empty"),
+    ],
+)
+def test_a_refused_set_leaves_everything_as_it_was(bench: Bench, changes: dict[str, float], why: str) -> None:
+    before = bench.desk.values()
+    with pytest.raises(Refusal, match=why):
+        bench.desk.set(changes, "test")
+    bench.tick(200)
+    assert bench.desk.values() == before
+    assert not bench.desk.pending
+
+
+def test_a_new_gateway_finds_what_the_last_one_acknowledged(bench: Bench) -> None:
+    bench.desk.set({"dv_pls": 0.3}, "test")
+    bench.tick(200)
+    bench.desk.set({"k_hand": 40.0}, "test")  # not taken by the servo yet when the gateway dies
+    bench.start_gateway()
+    assert bench.desk.values()["dv_pls"] == 0.3
+    bench.desk.set({"tau": 0.003}, "test")
+    bench.tick(200)
+    bench.echoes()
+    values = bench.desk.values()
+    assert (values["dv_pls"], values["k_hand"], values["tau"]) == (0.3, 40.0, 0.003)
+
+
+def test_a_new_servo_gets_the_accepted_set_and_the_panic(bench: Bench) -> None:
+    bench.desk.set({"dv_pls": 0.3}, "test")
+    bench.tick(200)
+    bench.echoes()
+    bench.start_servo()
+    assert bench.link.refresh()
+    bench.desk.servo_restarted(was_panicking=True)
+    bench.tick(200)
+    assert bench.echoes()["dv_pls"] == 0.3
+    assert bench.servo.player["panicked"][0] == 1
+
+
+def test_what_the_servo_refuses_is_no_longer_claimed(bench: Bench) -> None:
+    bench.desk.set({"dv_pls": 0.3}, "test")
+    bench.desk.refused_by_servo(bench.desk.revision)
+    assert not bench.desk.pending
+    bench.desk.set({"tau": 0.003}, "test")
+    bench.tick(200)
+    bench.echoes()
+    assert bench.desk.values()["dv_pls"] == 0.2
