@@ -159,7 +159,7 @@ def _search(law: Record, motion: Record, seg: Segment, horizon: float) -> tuple[
                     event, when = ENTRY, _root(_Z, law, seg, t, low, -1.0)
             if v > 0.0 and v_next <= 0.0:
                 top = _root(_V, law, seg, t, after, -1.0)
-                if top < when and (started or top > 0.0):
+                if (top < when or event == HORIZON) and (started or top > 0.0):
                     event, when = APEX, top
         elif place == CONTACT:
             which = _Z if law.release == PAPER else _PUSH
@@ -183,7 +183,7 @@ def _search(law: Record, motion: Record, seg: Segment, horizon: float) -> tuple[
                         when = _root(which, law, seg, t, near, outward)
             if v < 0.0 and v_next >= 0.0:
                 turn = _root(_V, law, seg, t, after, 1.0)
-                if turn < when:
+                if turn < when or event == HORIZON:  # also when it falls on the horizon itself
                     event, when = TURN, turn
             if push_rate > 0.0 and push_rate_next <= 0.0:
                 peak = _root(_PUSH_RATE, law, seg, t, after, -1.0)
@@ -192,9 +192,10 @@ def _search(law: Record, motion: Record, seg: Segment, horizon: float) -> tuple[
         else:
             if z_next >= 0.0:
                 event, when = RELEASE, _root(_Z, law, seg, t, after, 1.0)
-            if force(law.k_coll, r_head, z_next, v_next) > 0.0 and started:
+            # Just after letting go the push falls from 0; only a start in the middle of the gap may see it rise.
+            if force(law.k_coll, r_head, z_next, v_next) > 0.0 and (started or push_rate > 0.0):
                 again = _root(_PUSH, law, seg, t, after, 1.0)
-                if again < when:
+                if again < when or event == HORIZON:
                     event, when = RESUME, again
         if event != HORIZON and when <= after:
             return event, when

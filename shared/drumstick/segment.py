@@ -96,7 +96,8 @@ def forced_response(
     numerator_rate = -lam * fade + w2 * s + lam * s_rate
     size = fade + abs(c) + lam * abs(s)
     size_rate = lam * fade + w2 * abs(s) + lam * abs(s_rate)
-    if abs(numerator) < _CANCELLED * size or abs(numerator_rate) < _CANCELLED * size_rate:
+    # <= and not <: when everything has died away, an eigenvalue equal to lam would leave 0/0.
+    if abs(numerator) <= _CANCELLED * size or abs(numerator_rate) <= _CANCELLED * size_rate:
         return _forced_by_doubling(a, w2, lam, t)
     return numerator / determinant, numerator_rate / determinant
 
