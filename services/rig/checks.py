@@ -47,15 +47,12 @@ def target(text: str) -> str:
 
 def prefix(text: str) -> None:
     """First part of OSC addresses."""
-    if (
-        not text.startswith("/")
-        or text.endswith("/")
-        or not text.isascii()
-        or any(c in text for c in " #*,?[]{}")
-    ):
-        wrong(
-            f"--prefix {text!r}: write it like /drumstick: it begins with / and holds no space nor #*,?[]{{}}"
-        )
+    from protocol.osc import checked_prefix
+
+    try:
+        checked_prefix(text)
+    except ValueError as error:
+        wrong(f"--prefix: {error}")
 
 
 def finite(value: float, option: str, low: float, high: float, unit: str) -> None:

@@ -255,7 +255,8 @@ def params_watch(rig: RigName = "main", connect: Connect = None, duration: Durat
 
 
 def _leave(status: int, message: str) -> NoReturn:
-    print(f"drumstick: {message}", file=sys.stderr)
+    if message:
+        print(f"drumstick: {message}", file=sys.stderr)
     sys.exit(status)
 
 

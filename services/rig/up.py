@@ -67,7 +67,8 @@ class Rig:
         for service in self._services:
             service.look(now)
             if service.fault_status is not None:
-                raise Stop(service.fault_status, f"{service.name}: {service.last_line}")
+                said = "" if service.last_line else f"{service.name} ended with status {service.fault_status}"
+                raise Stop(service.fault_status, said)  # what it said is on the terminal already
         self._watch.look()
 
     def _is_ready(self) -> bool:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from drumstick.law import law_of
 from drumstick.scene import as_tables, parse
-from haptic_server.gateway.link import wait_for_servo
+from haptic_server.gateway.link import rehearse, wait_for_servo
 from haptic_server.gateway.osc.front import OscFront
 from haptic_server.gateway.relay import Relay
 from haptic_server.gateway.settings import ParameterDesk
@@ -57,12 +57,16 @@ def main() -> int:
     scene = parse(
         (given.run_dir / "scene.toml").read_text(encoding="utf-8"), str(given.run_dir / "scene.toml")
     )
+    rehearse(law_of(scene))
     link = wait_for_servo(given.run_dir, law_of(scene), stop)
     if link is None:
         return 0
     desk = ParameterDesk(scene, link)
     try:
         osc = OscFront(given.osc_in, given.osc_out or [("127.0.0.1", 9101)], given.prefix, desk)
+    except ValueError as error:
+        _log.error("%s", error)
+        return 2
     except OSError as error:
         host, port = given.osc_in
         _log.error(

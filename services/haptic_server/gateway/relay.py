@@ -34,7 +34,7 @@ class Relay:
         self._desk = desk
         self._wire = wire
         self._osc = osc
-        self._started_ns = time.monotonic_ns()
+        self._started_ns = 0
         self._next_state_ns = 0
         self._next_alive_ns = 0
         self._refused = 0
@@ -42,6 +42,7 @@ class Relay:
 
     def run(self, stop: threading.Event) -> None:
         """Relay until `stop` is set."""
+        self._started_ns = time.monotonic_ns()
         while not stop.is_set():
             self.step(time.monotonic_ns())
             time.sleep(_POLL_S)

@@ -1,0 +1,233 @@
+"""`drumstick up`: all four real processes together, and what happens when one of them dies."""
+
+import os
+import signal
+import subprocess
+import sys
+import wave
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import zenoh
+from browser import chromium, visitor
+from playwright.sync_api import expect
+from rig_process import DRUMSTICK, Listener, Rig, ask, is_alive, running, wait_for
+
+from protocol.messages import Meter, Readback, State, Strike, decode
+
+pytestmark = pytest.mark.system
+
+
+def restarted(rig: Rig, module: str) -> None:
+    """Kill a service outright and wait until the command has started another."""
+    old = rig.children()[module]
+    os.kill(old, signal.SIGKILL)
+    wait_for(f"another {module}", lambda: rig.children().get(module, old) != old)
+
+
+def latest(session: zenoh.Session, rig: Rig, good) -> State:
+    states = Listener(session, rig.keys.state, State)
+    return wait_for("a state", lambda: next((s for s in states.got if good(s)), None))
+
+
+@pytest.fixture(scope="module")
+def rig() -> Iterator[Rig]:
+    with running("up") as started:
+        yield started
+
+
+@pytest.fixture(scope="module")
+def session(rig: Rig) -> Iterator[zenoh.Session]:
+    opened = rig.client()
+    yield opened
+    opened.close()
+
+
+@pytest.fixture(scope="module")
+def page_address(rig: Rig) -> str:
+    def find() -> str | None:
+        return next((line.split("panel: ")[1] for line in rig.lines if "panel: http" in line), None)
+
+    return wait_for("the panel's address", find)
+
+
+def test_sound_plays_each_strike_once(rig: Rig, session: zenoh.Session) -> None:
+    meters = Listener(session, rig.keys.meter, Meter)
+    first = wait_for("a meter", lambda: next((m for m in meters.got if m.played > 0), None))
+    strikes = Listener(session, rig.keys.strike, Strike)
+    wait_for("thirty strikes", lambda: len(strikes.got) >= 30)
+    later = wait_for(
+        "later meter", lambda: next((m for m in meters.got if m.played >= first.played + 30), None)
+    )
+    assert later.duplicates == first.duplicates
+    assert later.peak_left > 0.01
+    assert later.peak_right > 0.01
+
+
+@pytest.mark.needs("chromium")
+def test_the_browser_changes_the_roll_and_shows_the_servos_value(
+    rig: Rig, session: zenoh.Session, page_address: str
+) -> None:
+    strikes = Listener(session, rig.keys.strike, Strike)
+    wait_for("strikes", lambda: len(strikes.got) > 5)
+    before = strikes.got[-1]
+    echoes = Listener(session, rig.keys.param("dv_pls"), Readback)
+    with chromium() as browser:
+        page = visitor(browser).new_page()
+        page.goto(page_address)
+        slider = page.get_by_role("slider").first
+        slider.wait_for(timeout=60_000)
+        expect(page.get_by_text("Playing")).to_be_visible(timeout=60_000)
+        slider.focus()
+        page.keyboard.press("End")
+        echo = wait_for("the echo", lambda: next((e for e in echoes.got if e.value > 0.9), None))
+        louder = wait_for(
+            "louder strikes",
+            lambda: next((s for s in strikes.got if s.z_speed_m_per_s > 1.5 * before.z_speed_m_per_s), None),
+        )
+        assert louder.seq > before.seq
+        expect(page.get_by_text(f"{echo.value:g}", exact=False).first).to_be_visible()
+    ask(session, rig.keys.set_one("dv_pls"), 0.2)
+
+
+@pytest.mark.parametrize("module", ["sound_server", "web_panel", "haptic_server.gateway"])
+def test_a_killed_service_comes_back_and_the_servo_misses_nothing(
+    rig: Rig, session: zenoh.Session, page_address: str, module: str
+) -> None:
+    before = latest(session, rig, lambda s: s.status == "playing" and not s.pending)
+    servo = rig.children()["haptic_server.servo"]
+    meters = Listener(session, rig.keys.meter, Meter)
+    restarted(rig, module)
+    if module == "sound_server":
+        old = wait_for("any meter", lambda: meters.got and meters.got[0].id)
+        wait_for(
+            "sound again",
+            lambda: any(m.id != old and m.played > 0 and m.peak_left > 0.01 for m in meters.got),
+        )
+    if module == "web_panel":
+        wait_for("the page again", lambda: page_address in rig.lines[-1] or rig.said.count(page_address) > 1)
+    after = latest(session, rig, lambda s: s.strikes > before.strikes + 40)
+    assert rig.children()["haptic_server.servo"] == servo
+    assert after.boot == before.boot
+    assert after.ring_dropped == 0
+    span_s = (after.t_ns - before.t_ns) * 1e-9
+    assert after.strikes - before.strikes == pytest.approx(span_s * after.roll_rate_Hz, abs=3.0)
+
+
+def test_the_commands_beside_it(rig: Rig, session: zenoh.Session) -> None:
+    wire = ["--rig", rig.name, "--connect", rig.endpoint]
+
+    def drumstick(*words: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [*DRUMSTICK, *words, *wire], capture_output=True, text=True, timeout=60, check=False
+        )
+
+    done = drumstick("params", "set", "dv_pls=0.25", "k_coll=6000")
+    assert done.returncode == 0, done.stderr
+    wait_for("dv_pls", lambda: decode(ask(session, rig.keys.param("dv_pls")), Readback).value == 0.25)
+    assert "k_coll = 6000" in drumstick("params", "get", "k_coll").stdout
+    refused = drumstick("params", "set", "dv_pls=0.3", "tau=7")
+    assert refused.returncode == 2
+    assert "outside" in refused.stderr
+    assert "dv_pls = 0.25" in drumstick("params", "get").stdout
+    assert drumstick("panic").returncode == 0
+    latest(session, rig, lambda s: s.status == "panic")
+    armed = subprocess.run(
+        [*DRUMSTICK, "arm", "--rig", rig.name], capture_output=True, timeout=60, check=False
+    )
+    assert armed.returncode == 0
+    latest(session, rig, lambda s: s.status == "playing")
+    assert drumstick("params", "set", "dv_pls=0.2", "k_coll=5000").returncode == 0
+
+
+def test_a_short_run_ends_by_itself_with_a_summary_and_a_sound_file(tmp_path: Path) -> None:
+    recorded = tmp_path / "roll.wav"
+    with running("up", "--duration", "3", "--json", "--audio", f"wav:{recorded}") as started:
+        summary = started.summary()
+        children = started.children()
+    assert 10.0 < summary["roll_rate_Hz"] < 40.0
+    assert summary["strikes"] == pytest.approx(3.0 * summary["roll_rate_Hz"], abs=12)
+    assert summary["strikes_played"] > 30
+    assert set(summary["restarts"].values()) == {0}
+    assert not any(is_alive(pid) for pid in children.values())
+    with wave.open(str(recorded)) as file:
+        rate, frames = file.getframerate(), file.readframes(file.getnframes())
+    sound = np.frombuffer(frames, "<i2").reshape(-1, 2) / 32768.0
+    assert len(sound) > 3 * rate
+    assert np.sqrt(np.mean(sound[-2 * rate :] ** 2)) > 0.01
+    spectrum = np.abs(np.fft.rfft(sound[-2 * rate :, 0] * np.hanning(2 * rate)))
+    frequencies = np.fft.rfftfreq(2 * rate, 1 / rate)
+    loudest = frequencies[np.argmax(spectrum)]
+    assert 100.0 < loudest < 600.0, "the lower modes of a 150 Hz drum"
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["--scene", "nonsense"], "shipped: "),
+        (["--scene", "/nowhere/at/all.toml"], "No such file"),
+        (["--device", "openhaptics"], "simulated"),
+        (["--duration", "nan"], "--duration"),
+        (["--rig", "a/b"], "rig name"),
+        (["--osc-out", "somewhere"], "host:port"),
+        (["--prefix", "no slash"], "--prefix"),
+        (["--osc-in", "0"], "--osc-in"),
+        (["--audio", "wav:/nowhere/at/all.wav"], "all.wav"),
+    ],
+)
+def test_wrong_words_are_one_line_and_status_2(words: list[str], says: str) -> None:
+    command = ["up", *words] if "--rig" in words else ["up", "--rig", f"wrong-{os.getpid()}", *words]
+    if "--audio" in words:  # only the sound server can tell: keep it off this machine's ports
+        command = ["sound", "--rig", f"wrong-{os.getpid()}", *words]
+    ended = subprocess.run([*DRUMSTICK, *command], capture_output=True, text=True, timeout=60, check=False)
+    assert ended.returncode == 2, ended.stderr
+    assert says in ended.stderr
+    assert "Traceback" not in ended.stderr
+    assert ended.stdout == ""
+
+
+def test_a_broken_scene_file_names_line_key_limit_and_unit(tmp_path: Path) -> None:
+    broken = tmp_path / "broken.toml"
+    broken.write_text('name = "x"\n[stick]\nm_kg = 0.0\nstiffness = 3\n')
+    ended = subprocess.run(
+        [*DRUMSTICK, "up", "--scene", str(broken)], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert ended.returncode == 2
+    assert "broken.toml:3: stick.m_kg: 0.0 kg is outside 0.0001 .. 1 kg" in ended.stderr
+    assert "broken.toml:4: stick.stiffness: unknown key" in ended.stderr
+    broken.write_text("name = [\n")
+    ended = subprocess.run(
+        [*DRUMSTICK, "scene", "check", str(broken)], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert ended.returncode == 2
+    assert "not valid TOML" in ended.stderr
+    assert len(ended.stderr.strip().splitlines()) == 1
+
+
+def test_doctor_speaks_json() -> None:
+    import json
+
+    told = subprocess.run(
+        [*DRUMSTICK, "doctor", "--json"], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert told.returncode == 0, told.stdout
+    findings = json.loads(told.stdout)
+    assert findings["playable"] is True
+    assert {"name", "good", "needed", "found", "remedy"} <= set(findings["findings"][0])
+
+
+def test_help_imports_nothing_heavy() -> None:
+    """What makes --help quick, without a clock: none of the heavy packages is imported for it."""
+    code = (
+        "import sys; sys.argv=['drumstick','--help']\n"
+        "from rig.command import main\n"
+        "try: main()\n"
+        "except SystemExit: pass\n"
+        "print(sorted({'numba','numpy','zenoh','viser','sounddevice','msgspec'} & set(sys.modules)))"
+    )
+    told = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True
+    )
+    assert told.stdout.strip().endswith("[]")
