@@ -148,6 +148,7 @@ def up(options: Options, scene: str, duration_s: float | None, as_json: bool) ->
         if HAPTIC in options.parts:
             loaded = scene_file.load(scene)
             held.enter_context(folder.claim(options.folder, options.rig))
+            (options.folder / "servo.block").unlink(missing_ok=True)  # an earlier run's; nobody lives: we hold the lock
             folder.put_text(options.folder / "scene.toml", scene_file.read(scene).text)
             scene = loaded.name
             ports.require_free_udp("127.0.0.1", options.osc_in, "OSC port", "--osc-in")

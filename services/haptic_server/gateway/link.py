@@ -4,6 +4,7 @@ All of `take_*`, `status` and `refresh` belong to the relay thread; `offer` and 
 other thread at a time (the desk's lock sees to that).
 """
 
+import logging
 import threading
 import time
 from pathlib import Path
@@ -19,6 +20,7 @@ from haptic_server.records import EVENT, STATUS, set_type
 from realtime import ring, triple
 from realtime.atomics import add_to, peek
 
+_log = logging.getLogger("gateway")
 _EVENTS_AT_ONCE = 512
 STALE_NS = 100_000_000
 
@@ -129,13 +131,21 @@ def rehearse(law: Records) -> None:
 
 
 def wait_for_servo(folder: Path, law: Records, stop: threading.Event) -> ServoLink | None:
-    """The link to the servo of `folder`, as soon as there is one that ticks; None when `stop` came first."""
+    """The link to the servo of `folder`, as soon as there is one that ticks; None when `stop` came first.
+
+    Until then there may be no block (the servo still compiles), or one that an earlier run or version left behind.
+    """
+    told = ""
     while not stop.is_set():
         try:
             link = ServoLink(folder, law)
             if link.servo_is_alive():
                 return link
         except FileNotFoundError:
-            pass  # the servo is still compiling or being restarted
+            told = ""
+        except blocks.BlockError as error:
+            if str(error) != told:
+                told = str(error)
+                _log.warning("waiting for a servo of this scene: %s", told)
         stop.wait(0.02)
     return None
