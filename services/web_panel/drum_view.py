@@ -12,7 +12,7 @@ from web_panel.mirror import Mirror
 # From the tip towards the player's right hand: a unit vector, and the turn that takes +z there.
 _AIM = np.array((0.62, -0.55, 0.56)) / math.hypot(0.62, -0.55, 0.56)
 _TURN = np.array((1.0 + _AIM[2], -_AIM[1], _AIM[0], 0.0)) / math.sqrt(2.0 * (1.0 + _AIM[2]))
-_LENGTH = 1.5
+_LENGTH = 1.2
 
 
 class DrumView:

@@ -31,6 +31,9 @@ class ExactEntry:
         self._wishes = wishes
         self._table = table
         with folder:
+            server.gui.add_html(
+                markup.line("To type a value, over the whole range of the table:", "exact-title")
+            )
             self._name = server.gui.add_dropdown(
                 "Exact", tuple(table), hint="Which parameter, by its wire name"
             )

@@ -15,7 +15,7 @@ import queue
 import threading
 from collections.abc import Awaitable, Callable
 from http import HTTPStatus
-from typing import Any, cast
+from typing import Any, NoReturn, cast
 
 import rich
 import viser
@@ -70,7 +70,7 @@ class _Door:
         self.admission = admission
         self.messages = messages
         self.calls = 0
-        self.wrong: queue.SimpleQueue[BaseException | viser.ViserServer] = queue.SimpleQueue()
+        self.made: queue.SimpleQueue[BaseException | viser.ViserServer] = queue.SimpleQueue()
         self.original: Callable[..., Any] = websocket_server.serve
 
     def serve(self, *arguments: Any, **options: Any) -> Any:
@@ -86,10 +86,9 @@ class _Door:
         options["close_timeout"] = _CLOSE_S
         return self.original(self._frames(arguments[0]), HOST, self.admission.port, **options)
 
-    def _refuse(self, words: str) -> None:
-        error = GuardError(f"viser {viser.__version__} is not as the guard knows it: {words}")
-        self.wrong.put(error)
-        raise error
+    def _refuse(self, words: str) -> NoReturn:
+        self.made.put(GuardError(f"viser {viser.__version__} is not as the guard knows it: {words}"))
+        raise SystemExit  # ends viser's thread without a word: the waiting thread has them
 
     def _frames(self, handler: Callable[..., Awaitable[None]]) -> Callable[..., Awaitable[None]]:
         async def guarded(connection: websocket_server.ServerConnection) -> None:
@@ -155,15 +154,15 @@ def start(admission: Admission, messages: ClientMessages) -> viser.ViserServer:
 
     def make() -> None:
         try:
-            door.wrong.put(viser.ViserServer(host=HOST, port=admission.port, verbose=False))
+            door.made.put(viser.ViserServer(host=HOST, port=admission.port, verbose=False))
         except Exception as error:  # noqa: BLE001  told to the waiting thread, which raises it
-            door.wrong.put(error)
+            door.made.put(error)
 
     websocket_server.serve = door.serve
     try:
         # In a thread: when its server thread dies, viser's constructor waits for ever.
         threading.Thread(target=make, name="viser start", daemon=True).start()
-        made = door.wrong.get(timeout=_START_S)
+        made = door.made.get(timeout=_START_S)
     except queue.Empty:
         raise GuardError(f"viser did not start within {_START_S:g} s") from None
     finally:

@@ -18,6 +18,7 @@ CSS = """
 .dr-tiles{display:grid;grid-template-columns:repeat(3,1fr);gap:.5em;margin:.3em 0 .4em}
 .dr-tile{background:#202226;border-radius:.5em;padding:.4em .6em .45em;min-width:0}
 .dr-tile i{font-style:normal;display:block;font-size:.9em;color:#a9b0ba;white-space:nowrap}
+.dr-tile sub{line-height:0}
 .dr-tile b{font-size:3em;line-height:1.05;font-weight:650;white-space:nowrap;letter-spacing:-.02em}
 .dr-tile u{text-decoration:none;font-size:1.05em;color:#a9b0ba;margin-left:.25em}
 .dr-share{display:flex;align-items:center;gap:.5em;font-size:.9em;color:#a9b0ba;height:1.1em}
@@ -44,7 +45,7 @@ CSS = """
    and cannot show a logarithmic slider's value: exact values have their own entry with a button; no label beside it,
    since the name stands above; no notices of viser's about the browser's graphics, since the picture is a nicety */
 .mantine-Slider-root + .mantine-NumberInput-root{display:none}
-.mantine-Slider-root{padding-top:.35rem !important;padding-bottom:1.15rem !important;margin:0 1.1rem 0 .75rem}
+.mantine-Slider-root{padding-top:.6rem !important;padding-bottom:1.35rem !important;margin:0 1.1rem 0 .75rem}
 .mantine-Slider-track{height:.65rem}
 .mantine-Slider-thumb{width:1.3rem !important;height:1.7rem !important;border-radius:.3rem}
 .mantine-Slider-mark{transform:none !important;width:3px !important;height:.65rem !important;border:0 !important}
@@ -52,6 +53,9 @@ CSS = """
 .mantine-Flex-root:has(.mantine-Slider-root) > div:has(> .mantine-Text-root > label)
 {position:absolute;width:1px !important;height:1px;overflow:hidden;clip-path:inset(50%)}
 .mantine-Notifications-root{display:none}
+/* PANIC stays in sight however far one scrolls; what viser hides there must clip, for a box that hides also scrolls */
+div:has(> div > div > div > .dr-panic){overflow:clip !important;min-width:0}
+div:has(> .dr-panic) + div{position:sticky;top:0;z-index:20}
 div:has(> .dr-panic) + div .mantine-Button-root{height:3.6rem !important;background:#e01f1f !important}
 div:has(> .dr-panic) + div .mantine-Button-root:hover{background:#ff3b3b !important}
 div:has(> .dr-panic) + div .mantine-Button-label{font-size:1.9rem;font-weight:800 !important;

@@ -1,7 +1,7 @@
 """Chromium for tests and screenshots: Debian's, headless, with software WebGL, and no way out of this machine."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from shutil import which
 
@@ -23,7 +23,7 @@ PHONE = (390, 844)
 
 
 @contextmanager
-def chromium() -> Iterator[Browser]:
+def chromium() -> Generator[Browser]:
     """A running browser; RuntimeError when none is installed."""
     program = which("chromium")
     if program is None:

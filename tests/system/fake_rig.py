@@ -71,6 +71,7 @@ class FakeRig:
         self._thread.start()
 
     def close(self) -> None:
+        """End the router and all; closing twice is no mistake."""
         self._ended.set()
         self._thread.join()
         self._session.close()
@@ -95,6 +96,13 @@ class FakeRig:
         """Another client, OSC say, sets a value."""
         with self._lock:
             self._accept(name, value)
+
+    def lose(self, name: str, value: float) -> None:
+        """Accept a value, but its readback gets lost: only State tells that there is a newer revision."""
+        with self._lock:
+            self.law = with_changes(self.law, self.table, {name: value})
+            self.revision += 1
+            self._revisions[name] = self.revision
 
     def _accept(self, name: str, value: float) -> Readback:
         changed = with_changes(self.law, self.table, {name: value})

@@ -1,0 +1,89 @@
+"""A real panel as a child of the test, against whatever rig the test provides."""
+
+import re
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Generator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from queue import Empty, SimpleQueue
+
+
+@dataclass
+class PanelProcess:
+    """`address` is what it printed; `port` and `token` are taken from that."""
+
+    process: subprocess.Popen[str]
+    lines: SimpleQueue[str]
+    address: str
+
+    @property
+    def port(self) -> int:
+        return int(re.findall(r":(\d+)/", self.address)[0])
+
+    @property
+    def token(self) -> str:
+        return self.address.partition("token=")[2]
+
+    @property
+    def cookie(self) -> str:
+        return f"drumstick_panel_{self.port}={self.token}"
+
+    def further_lines(self) -> list[str]:
+        """What it printed after the address; complete once the process has ended."""
+        found: list[str] = []
+        while True:
+            try:
+                found.append(self.lines.get_nowait())
+            except Empty:
+                return found
+
+    def stop(self, by: signal.Signals = signal.SIGTERM) -> int:
+        """Ask it to end; its exit status. It is killed, and the test fails, when that takes more than 15 s."""
+        self.process.send_signal(by)
+        try:
+            return self.process.wait(15.0)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+            raise AssertionError("the panel did not end when told to") from None
+
+
+def arguments(endpoint: str, port: int, token_file: Path, rig: str = "main") -> list[str]:
+    given = ["--rig", rig, "--connect", endpoint, "--port", str(port), "--token-file", str(token_file)]
+    return [sys.executable, "-m", "web_panel", *given]
+
+
+@contextmanager
+def panel(endpoint: str, port: int, token_file: Path, rig: str = "main") -> Generator[PanelProcess]:
+    """The panel, ready; stopped at the end unless the test did so."""
+    process = subprocess.Popen(
+        arguments(endpoint, port, token_file, rig),
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    assert process.stdout is not None
+    lines: SimpleQueue[str] = SimpleQueue()
+    output = process.stdout
+    reader = threading.Thread(target=lambda: [lines.put(line.rstrip("\n")) for line in output], daemon=True)
+    reader.start()
+    try:
+        first = lines.get(timeout=60.0)
+        found = re.fullmatch(r"panel: (http://127\.0\.0\.1:\d+/\?token=\S+)", first)
+        assert found, first
+        yield PanelProcess(process, lines, found[1])
+    finally:
+        if process.poll() is None:
+            process.terminate()
+            try:
+                process.wait(15.0)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+        reader.join(5.0)
+        output.close()

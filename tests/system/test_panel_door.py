@@ -1,0 +1,224 @@
+"""Who gets in, by raw HTTP and raw websockets, and what a hostile program that has the token can do: no harm."""
+
+import http.client
+import re
+import signal
+import socket
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+import viser
+import zstandard
+from fake_rig import FakeRig, wait_until
+from panel_process import PanelProcess, arguments, panel
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+from websockets.sync.connection import Connection
+from websockets.typing import Origin, Subprotocol
+
+from drumstick.scene import parse, shipped_text
+
+
+@pytest.fixture
+def rig() -> Iterator[FakeRig]:
+    made = FakeRig(parse(shipped_text("roll"), "roll.toml"))
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def served(rig: FakeRig, tmp_path: Path, free_port: Callable[[], int]) -> Iterator[PanelProcess]:
+    with panel(rig.endpoint, free_port(), tmp_path / "token") as running:
+        yield running
+
+
+def get(served: PanelProcess, path: str, **headers: str) -> http.client.HTTPResponse:
+    connection = http.client.HTTPConnection("127.0.0.1", served.port, timeout=10)
+    connection.request("GET", path, headers=headers)
+    response = connection.getresponse()
+    response.read()
+    connection.close()
+    return response
+
+
+def dial(served: PanelProcess, origin: str | None = None, **headers: str) -> Connection:
+    return connect(
+        f"ws://127.0.0.1:{served.port}/",
+        origin=None if origin is None else Origin(origin),
+        additional_headers=headers,
+        subprotocols=[Subprotocol(f"viser-v{viser.__version__}")],
+        open_timeout=10,
+        max_size=None,
+    )
+
+
+def test_pages(served: PanelProcess) -> None:
+    own = f"http://127.0.0.1:{served.port}"
+    by_address = f"/?token={served.token}"
+    assert get(served, "/").status == 401
+    assert get(served, "/?token=wrong").status == 401
+    assert get(served, "/index.html").status == 401
+    assert get(served, "/", Cookie=served.cookie).status == 200
+    assert get(served, by_address, Origin=own).status == 200
+    assert get(served, by_address, Origin="http://evil.example").status == 403
+    assert get(served, "/", Origin="null", Cookie=served.cookie).status == 403
+    assert get(served, by_address, Host="evil.example").status == 421
+    assert get(served, by_address, Host=f"evil.example:{served.port}").status == 421
+    assert get(served, "/../../etc/passwd", Cookie=served.cookie).status == 404
+
+
+def test_the_page_sets_the_cookie_and_forbids_other_machines(served: PanelProcess) -> None:
+    response = get(served, f"/?token={served.token}")
+    cookie = response.getheader("Set-Cookie", "")
+    assert cookie.startswith(served.cookie + ";")
+    assert {"HttpOnly", "SameSite=Strict"} <= set(cookie.split("; "))
+    policy = response.getheader("Content-Security-Policy", "")
+    assert "frame-ancestors 'none'" in policy
+    assert not re.search(r"https?:", policy)
+    assert get(served, "/", Cookie=served.cookie).getheader("Set-Cookie") is None
+
+
+@pytest.mark.parametrize(
+    ("status", "origin", "headers"),
+    [
+        (401, None, {}),
+        (401, "own", {}),
+        (401, None, {"Cookie": "drumstick_panel_1=wrong"}),
+        (403, "http://evil.example", {"Cookie": "right"}),
+        (403, "null", {"Cookie": "right"}),
+        (421, None, {"Cookie": "right", "Host": "evil.example"}),
+    ],
+)
+def test_websockets(served: PanelProcess, status: int, origin: str | None, headers: dict[str, str]) -> None:
+    given = {k: served.cookie if v == "right" else v for k, v in headers.items()}
+    own = f"http://127.0.0.1:{served.port}"
+    with pytest.raises(InvalidStatus) as refused:
+        dial(served, own if origin == "own" else origin, **given).close()
+    assert refused.value.response.status_code == status
+
+
+def test_it_listens_on_loopback_only(served: PanelProcess) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.connect(("192.0.2.1", 9))  # sends nothing; tells this machine's own address
+        own = str(probe.getsockname()[0])
+    if own.startswith("127."):
+        pytest.fail("this machine has no other address than loopback to try")
+    with pytest.raises(ConnectionRefusedError):
+        socket.create_connection((own, served.port), timeout=5).close()
+
+
+class Hostile:
+    """A program with the token at the websocket: it reads what the page is made of, and may send anything."""
+
+    def __init__(self, socket: Connection) -> None:
+        self._socket = socket
+        self.parts: dict[str, dict[str, Any]] = {}
+        self.updates: list[dict[str, Any]] = []
+
+    def read(self) -> None:
+        frame = self._socket.recv(timeout=10)
+        assert isinstance(frame, bytes)
+        size = int.from_bytes(frame[8:16], "little")
+        batch = msgspec.msgpack.decode(zstandard.ZstdDecompressor().decompress(frame[16 : 16 + size]))
+        for message in batch["messages"]:
+            if message["type"] == "GuiUpdateMessage":
+                self.updates.append(message)
+            elif "uuid" in message:
+                self.parts[message["uuid"]] = message
+
+    def find(self, kind: str, label: str) -> str:
+        """The id of a part of the page, once it is there."""
+        while True:
+            for uuid, message in self.parts.items():
+                if message["type"] == kind and message["props"].get("label") == label:
+                    return uuid
+            self.read()
+
+    def send(self, **message: Any) -> None:
+        self._socket.send(msgspec.msgpack.encode(message))
+
+    def update(self, uuid: str, **updates: Any) -> None:
+        self.send(type="GuiUpdateMessage", uuid=uuid, updates=updates)
+
+
+def test_what_a_hostile_client_sends_goes_nowhere(rig: FakeRig, served: PanelProcess) -> None:
+    with dial(served, f"http://127.0.0.1:{served.port}", Cookie=served.cookie) as wire:
+        hostile = Hostile(wire)
+        slider = hostile.find("GuiSliderMessage", "Δv_pls")
+        button = hostile.find("GuiButtonMessage", "PANIC")
+        wire.send("text")
+        wire.send(b"\xc1\x00")
+        writes: tuple[dict[str, Any], ...] = (
+            {"update_cb": []},
+            {"value": 0.3, "update_cb": []},
+            {"props": {}},
+            {"removed": True},
+        )
+        for updates in writes:
+            hostile.update(slider, **updates)
+            hostile.update(button, **updates)
+        for value in (float("nan"), float("inf"), "0.3", [0.3], None, True):
+            hostile.update(slider, value=value)
+        hostile.send(type="ShareUrlRequest")
+        hostile.send(type="RunJavascriptMessage", source="alert(1)")
+        hostile.update(slider, value=1e9)
+        hostile.update(slider, value=-1.0)
+        # Only this one is a wish; that it arrives shows that all before it were read and that the slider still lives.
+        hostile.update(slider, value=0.3)
+        wait_until(lambda: rig.sets, "the one honest wish")
+        assert rig.sets == [("dv_pls", 0.3)]
+        hostile.update(button, value=True)
+        wait_until(lambda: rig.panics, "the panic")
+        assert served.process.poll() is None
+    assert served.stop() == 0
+    assert served.further_lines() == []
+
+
+def test_a_taken_port_is_said_in_one_line(rig: FakeRig, tmp_path: Path) -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = int(taken.getsockname()[1])
+        ended = subprocess.run(
+            arguments(rig.endpoint, port, tmp_path / "token"), capture_output=True, text=True, timeout=60
+        )
+    assert ended.returncode == 3
+    assert len(ended.stderr.splitlines()) == 1
+    assert str(port) in ended.stderr
+    assert ended.stdout == ""
+
+
+@pytest.mark.parametrize("wrong", [["--rig", "a/b"], ["--port", "eighty"]])
+def test_a_wrong_argument_is_status_2(tmp_path: Path, wrong: list[str]) -> None:
+    command = [*arguments("tcp/127.0.0.1:1", 0, tmp_path / "token"), *wrong]
+    assert subprocess.run(command, capture_output=True, timeout=60).returncode == 2
+
+
+def test_a_restart_keeps_the_address(rig: FakeRig, tmp_path: Path, free_port: Callable[[], int]) -> None:
+    port = free_port()
+    with panel(rig.endpoint, port, tmp_path / "token") as first:
+        address, cookie = first.address, first.cookie
+        first.process.kill()
+        first.process.wait()
+    with panel(rig.endpoint, port, tmp_path / "token") as second:
+        assert second.address == address
+        assert get(second, "/", Cookie=cookie).status == 200
+
+
+@pytest.mark.parametrize("by", [signal.SIGTERM, signal.SIGINT])
+def test_it_ends_cleanly_with_visitors_and_without_a_router(
+    tmp_path: Path, free_port: Callable[[], int], by: signal.Signals
+) -> None:
+    with panel(f"tcp/127.0.0.1:{free_port()}", free_port(), tmp_path / "token") as lonely:
+        wire = dial(lonely, Cookie=lonely.cookie)
+        assert wire.recv(timeout=10)
+        begin = time.monotonic()
+        assert lonely.stop(by) == 0
+        assert time.monotonic() - begin < 10.0
+        wire.close()
+    assert lonely.further_lines() == []

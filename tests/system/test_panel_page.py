@@ -1,0 +1,224 @@
+"""The page in a real browser, against a fake haptic side."""
+
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from browser import PHONE, chromium, note, part, readback, slider, visitor
+from fake_rig import FakeRig, wait_until
+from panel_process import PanelProcess, panel
+from playwright.sync_api import Browser, Page, expect
+
+from drumstick.scene import Scene, parse, shipped_text
+
+pytestmark = [pytest.mark.system, pytest.mark.needs("chromium")]
+PATIENCE_MS = 20_000.0
+
+
+def scene(name: str) -> Scene:
+    return parse(shipped_text(name), f"{name}.toml")
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with chromium() as running:
+        yield running
+
+
+@pytest.fixture
+def rig() -> Iterator[FakeRig]:
+    made = FakeRig(scene("roll"))
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def served(rig: FakeRig, tmp_path: Path, free_port: Callable[[], int]) -> Iterator[PanelProcess]:
+    with panel(rig.endpoint, free_port(), tmp_path / "token") as running:
+        yield running
+
+
+@pytest.fixture
+def page(browser: Browser, served: PanelProcess) -> Iterator[Page]:
+    strangers: list[str] = []
+    context = visitor(browser, strangers=strangers)
+    opened = context.new_page()
+    opened.set_default_timeout(PATIENCE_MS)
+    opened.goto(served.address)
+    expect(readback(opened, "dv_pls")).to_have_text("0.2m/s", timeout=PATIENCE_MS)
+    yield opened
+    context.close()
+    assert strangers == [], "the page wanted another machine"
+
+
+def see(page: Page, name: str, text: str | re.Pattern[str]) -> None:
+    expect(part(page, name)).to_contain_text(text, timeout=PATIENCE_MS)
+
+
+def test_it_shows_what_the_rig_says(page: Page) -> None:
+    see(page, "notice", "Playing")
+    see(page, "roll-rate", "23.1Hz")
+    see(page, "v-e", "0.63m/s")
+    see(page, "strike", re.compile(r"Strike \d+0.63m/slevel 0.31"))
+    see(page, "servo", "worst lateness 289 µs")
+    see(page, "sound", "7 xruns")
+    expect(readback(page, "k_coll")).to_have_text("5000N/m")
+
+
+def test_every_parameter_of_the_table_has_its_control(page: Page, rig: FakeRig) -> None:
+    assert page.locator("[data-param]").evaluate_all("parts => parts.map(p => p.dataset.param)") == [
+        "dv_pls",
+        "k_coll",
+        *(name for name in rig.table if name not in ("dv_pls", "k_coll")),
+    ]
+    assert page.locator("[role=slider]").count() == len(rig.table)
+    expect(page.get_by_text("Mass of the stick")).not_to_be_visible()
+    page.get_by_text("More", exact=True).click()
+    expect(page.get_by_text("Mass of the stick")).to_be_visible()
+
+
+def test_a_moved_slider_asks_and_the_readback_follows(page: Page, rig: FakeRig) -> None:
+    thumb = slider(page, "dv_pls")
+    thumb.focus()
+    thumb.press("ArrowRight")
+    wait_until(lambda: rig.sets, "a set query")
+    assert rig.sets == [("dv_pls", 0.205)]
+    expect(readback(page, "dv_pls")).to_have_text("0.205m/s", timeout=PATIENCE_MS)
+
+
+def test_the_stiffness_moves_by_a_share_of_itself(page: Page, rig: FakeRig) -> None:
+    thumb = slider(page, "k_coll")
+    thumb.focus()
+    thumb.press("ArrowRight")
+    wait_until(lambda: rig.sets, "a set query")
+    name, value = rig.sets[0]
+    assert name == "k_coll"
+    assert 1.005 < value / 5000.0 < 1.03
+    expect(readback(page, "k_coll")).to_have_text(f"{value:.0f}N/m", timeout=PATIENCE_MS)
+
+
+def test_while_dragging_the_newest_value_wins(page: Page, rig: FakeRig) -> None:
+    box = slider(page, "dv_pls").bounding_box()
+    assert box is not None
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 120, y, steps=40)
+    page.mouse.up()
+    last = wait_until(
+        lambda: (
+            (thumb := slider(page, "dv_pls").get_attribute("aria-valuenow"))
+            and float(thumb) > 0.3
+            and float(thumb)
+        ),
+        "the slider to have moved",
+    )
+    wait_until(
+        lambda: rig.sets and rig.sets[-1] == ("dv_pls", pytest.approx(last)), "the last position as a set"
+    )
+    values = [value for _, value in rig.sets]
+    assert values == sorted(values)
+    expect(readback(page, "dv_pls")).to_have_text(f"{last:g}m/s", timeout=PATIENCE_MS)
+
+
+def test_a_refusal_is_explained_in_place_and_the_slider_returns(page: Page, rig: FakeRig) -> None:
+    rig.refuse["k_coll"] = "contact and pulse could reach 120 N, the limit is 100 N: lower <dv_pls>"
+    thumb = slider(page, "k_coll")
+    before = thumb.get_attribute("aria-valuenow")
+    assert before is not None
+    thumb.focus()
+    thumb.press("End")
+    expect(note(page, "k_coll")).to_have_text(f"Refused: {rig.refuse['k_coll']}", timeout=PATIENCE_MS)
+    expect(thumb).to_have_attribute("aria-valuenow", before, timeout=PATIENCE_MS)
+    expect(readback(page, "k_coll")).to_have_text("5000N/m")
+    rig.refuse.clear()
+    thumb.press("ArrowRight")
+    expect(note(page, "k_coll")).to_contain_text("Stiffness of the head", timeout=PATIENCE_MS)
+
+
+def test_a_pending_value_says_what_it_waits_for(page: Page, rig: FakeRig) -> None:
+    rig.latching = True
+    thumb = slider(page, "dv_pls")
+    thumb.focus()
+    thumb.press("ArrowRight")
+    expect(note(page, "dv_pls")).to_have_text("waits until the stick is above the head", timeout=PATIENCE_MS)
+    expect(readback(page, "dv_pls")).to_have_text("0.2m/s")
+    expect(thumb).to_have_attribute("aria-valuenow", "0.205")
+    rig.latch()
+    expect(readback(page, "dv_pls")).to_have_text("0.205m/s", timeout=PATIENCE_MS)
+    expect(note(page, "dv_pls")).to_contain_text("Speed that one pulse adds")
+
+
+def test_values_set_elsewhere_move_the_slider_and_stretch_it(page: Page, rig: FakeRig) -> None:
+    rig.set_elsewhere("dv_pls", 0.5)
+    expect(readback(page, "dv_pls")).to_have_text("0.5m/s", timeout=PATIENCE_MS)
+    expect(slider(page, "dv_pls")).to_have_attribute("aria-valuenow", "0.5", timeout=PATIENCE_MS)
+    rig.set_elsewhere("dv_pls", 3.0)
+    expect(slider(page, "dv_pls")).to_have_attribute("aria-valuenow", "3", timeout=PATIENCE_MS)
+    thumb = slider(page, "dv_pls")
+    thumb.focus()
+    thumb.press("ArrowLeft")
+    wait_until(lambda: rig.sets, "a set query from the new slider")
+    assert 2.5 < rig.sets[0][1] < 3.0
+
+
+def test_an_exact_value_is_sent_by_its_button_only(page: Page, rig: FakeRig) -> None:
+    page.get_by_text("More", exact=True).click()
+    page.get_by_label("Exact").click()
+    page.get_by_role("option", name="k_coll", exact=True).click()
+    see(page, "exact", "1 .. 1000000 N/m")
+    page.get_by_label("Value").fill("12345.5")
+    page.get_by_label("Value").press("Tab")
+    assert rig.sets == []
+    page.get_by_role("button", name="Set this value").click()
+    wait_until(lambda: rig.sets, "a set query")
+    assert rig.sets == [("k_coll", 12345.5)]
+    page.get_by_label("Value").fill("-3")
+    page.get_by_role("button", name="Set this value").click()
+    see(page, "exact", "outside 1 .. 1e+06 N/m")
+    page.get_by_label("Value").fill("nan")
+    page.get_by_role("button", name="Set this value").click()
+    see(page, "exact", "not a finite number")
+    assert len(rig.sets) == 1
+
+
+def test_panic_reaches_the_rig_and_says_what_to_do(page: Page, rig: FakeRig) -> None:
+    page.get_by_role("button", name="PANIC").click()
+    wait_until(lambda: rig.panics, "the panic query")
+    see(page, "notice", "Panic: zero force")
+    see(page, "notice", "drumstick arm")
+    expect(part(page, "panic")).to_have_count(0)
+
+
+def test_panic_stays_in_sight(page: Page) -> None:
+    page.get_by_text("More", exact=True).click()
+    page.get_by_role("button", name="Set this value").scroll_into_view_if_needed()
+    expect(page.get_by_role("button", name="PANIC")).to_be_in_viewport(ratio=0.9)
+
+
+def test_a_panic_that_nobody_confirms_is_said(page: Page, rig: FakeRig) -> None:
+    rig.close()
+    page.get_by_role("button", name="PANIC").click()
+    see(page, "panic", "PANIC was not confirmed")
+    see(page, "notice", re.compile(r"Not heard from the haptic server for \d+ s"))
+
+
+def test_on_a_phone_nothing_is_cut_off(browser: Browser, served: PanelProcess) -> None:
+    context = visitor(browser, PHONE)
+    page = context.new_page()
+    page.set_default_timeout(PATIENCE_MS)
+    page.goto(served.address)
+    expect(readback(page, "k_coll")).to_have_text("5000N/m", timeout=PATIENCE_MS)
+    for piece in (
+        part(page, "notice"),
+        part(page, "strike"),
+        readback(page, "dv_pls"),
+        readback(page, "k_coll"),
+    ):
+        box = piece.bounding_box()
+        assert box is not None
+        assert box["x"] >= 0.0
+        assert box["x"] + box["width"] <= PHONE[0]
+    expect(page.get_by_role("button", name="PANIC")).to_be_in_viewport(ratio=1.0)
+    context.close()

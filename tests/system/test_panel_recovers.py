@@ -1,0 +1,93 @@
+"""The page before, without, and after the rig."""
+
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from browser import chromium, part, readback, slider, visitor
+from fake_rig import FakeRig, wait_until
+from panel_process import panel
+from playwright.sync_api import Browser, Page, expect
+
+from drumstick.scene import Scene, parse, shipped_text
+
+pytestmark = [pytest.mark.system, pytest.mark.needs("chromium")]
+PATIENCE_MS = 20_000.0
+BARE = 'name = "bare"\n[stick]\nk_coll_N_per_m = 4000.0\n'
+
+
+def scene(name: str) -> Scene:
+    return parse(shipped_text(name), f"{name}.toml")
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with chromium() as running:
+        yield running
+
+
+@pytest.fixture
+def port(free_port: Callable[[], int]) -> int:
+    """The router's."""
+    return free_port()
+
+
+@pytest.fixture
+def page(browser: Browser, port: int, tmp_path: Path, free_port: Callable[[], int]) -> Iterator[Page]:
+    with panel(f"tcp/127.0.0.1:{port}", free_port(), tmp_path / "token") as served:
+        context = visitor(browser)
+        opened = context.new_page()
+        opened.set_default_timeout(PATIENCE_MS)
+        opened.goto(served.address)
+        yield opened
+        context.close()
+        assert served.stop() == 0
+        assert served.further_lines() == []
+
+
+def see(page: Page, name: str, text: str | re.Pattern[str]) -> None:
+    expect(part(page, name)).to_contain_text(text, timeout=PATIENCE_MS)
+
+
+def test_it_is_there_before_the_rig_and_outlives_it(page: Page, port: int) -> None:
+    see(page, "notice", "Waiting for the haptic server")
+    see(page, "absent", "The controls appear")
+    first = FakeRig(scene("roll"), port=port, boot=1)
+    see(page, "notice", "Playing")
+    expect(readback(page, "k_coll")).to_have_text("5000N/m", timeout=PATIENCE_MS)
+    first.set_elsewhere("k_coll", 7000.0)
+    expect(readback(page, "k_coll")).to_have_text("7000N/m", timeout=PATIENCE_MS)
+    first.close()
+    see(page, "notice", re.compile(r"Not heard from the haptic server for [1-9]\d* s"))
+
+    # Another start, with revisions counted from 0 again, and a scene without the pulse.
+    second = FakeRig(parse(BARE, "bare.toml"), port=port, boot=2)
+    see(page, "notice", "Playing")
+    expect(readback(page, "k_coll")).to_have_text("4000N/m", timeout=PATIENCE_MS)
+    expect(readback(page, "dv_pls")).to_have_count(0, timeout=PATIENCE_MS)
+    assert page.locator("[role=slider]").count() == len(second.table)
+    thumb = slider(page, "k_coll")
+    thumb.focus()
+    thumb.press("ArrowRight")
+    wait_until(lambda: second.sets, "a set query to the second rig")
+    second.close()
+
+
+def test_a_silent_haptic_server_is_told_from_a_missing_router(page: Page, port: int) -> None:
+    rig = FakeRig(scene("roll"), port=port)
+    see(page, "notice", "Playing")
+    rig.mute(True)
+    see(page, "notice", "Not heard from the haptic server")
+    rig.status = "fault: NaN from the device"
+    rig.mute(False)
+    see(page, "notice", "Fault: NaN from the device")
+    rig.close()
+
+
+def test_a_readback_missed_on_the_way_is_asked_for(page: Page, port: int) -> None:
+    rig = FakeRig(scene("roll"), port=port)
+    expect(readback(page, "k_coll")).to_have_text("5000N/m", timeout=PATIENCE_MS)
+    rig.lose("k_coll", 6000.0)
+    expect(readback(page, "k_coll")).to_have_text("6000N/m", timeout=PATIENCE_MS)
+    rig.close()

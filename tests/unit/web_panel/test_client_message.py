@@ -1,0 +1,126 @@
+from typing import Any
+
+import msgspec
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from web_panel.client_message import CAMERA_AT_FIRST, MAX_FRAME_BYTES, ClientMessages, is_click, is_number
+
+
+def frame(message: object) -> bytes:
+    return msgspec.msgpack.encode(message)
+
+
+@pytest.fixture
+def messages() -> ClientMessages:
+    known = ClientMessages()
+    known.controls["slider"] = is_number
+    known.controls["button"] = is_click
+    return known
+
+
+def update(value: object, uuid: str = "slider", **more: object) -> bytes:
+    return frame({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": value}, **more})
+
+
+def test_a_sliders_number_and_a_buttons_click_pass(messages: ClientMessages) -> None:
+    assert messages.admits(update(0.25))
+    assert messages.admits(update(3))
+    assert messages.admits(update(True, "button"))
+    assert messages.refused == 0
+
+
+@pytest.mark.parametrize(
+    "value", [float("nan"), float("inf"), -float("inf"), True, None, "0.2", "nan", [1.0], {"a": 1}]
+)
+def test_what_is_no_finite_number_does_not_reach_a_slider(messages: ClientMessages, value: object) -> None:
+    assert not messages.admits(update(value))
+    assert messages.refused == 1
+
+
+@pytest.mark.parametrize(
+    "updates",
+    [
+        {"update_cb": []},
+        {"value": 0.2, "update_cb": []},
+        {"props": {}},
+        {"sync_cb": None},
+        {"removed": True},
+        {"min": 0.0},
+        {},
+        [["value", 0.2]],
+        None,
+    ],
+)
+def test_no_attribute_but_the_value_can_be_written(messages: ClientMessages, updates: object) -> None:
+    assert not messages.admits(frame({"type": "GuiUpdateMessage", "uuid": "slider", "updates": updates}))
+
+
+def test_unknown_controls_and_extra_fields_are_refused(messages: ClientMessages) -> None:
+    assert not messages.admits(update(0.2, "unknown"))
+    assert not messages.admits(update(0.2, excluded_self_client=3))
+    assert not messages.admits(update(1, "button"))
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        {"type": "ShareUrlRequest"},
+        {"type": "ShareUrlDisconnect"},
+        {"type": "RunJavascriptMessage", "source": "alert(1)"},
+        {"type": "GuiButtonHoldMessage", "uuid": "button", "frequency": 10.0},
+        {"type": "FileTransferStartUpload", "source_component_uuid": "slider"},
+        {"type": "ResetGuiMessage"},
+        {"type": ["GuiUpdateMessage"]},
+        {},
+        [],
+        3,
+    ],
+)
+def test_no_other_message_passes(messages: ClientMessages, message: object) -> None:
+    assert not messages.admits(frame(message))
+
+
+def test_text_frames_rubbish_and_long_frames_are_refused(messages: ClientMessages) -> None:
+    assert not messages.admits("GuiUpdateMessage")
+    assert not messages.admits(b"\xc1")
+    assert not messages.admits(b"\x91" * 5000)
+    assert not messages.admits(update(0.2) + b"\x00")
+    messages.controls["text"] = lambda value: True
+    assert messages.admits(update("x" * 100, "text"))
+    assert not messages.admits(update("x" * MAX_FRAME_BYTES, "text"))
+
+
+def camera(**changes: object) -> bytes:
+    known: dict[str, Any] = msgspec.msgpack.decode(CAMERA_AT_FIRST)
+    return frame({**known, **changes})
+
+
+def test_a_camera_passes_when_it_is_nothing_but_finite_numbers(messages: ClientMessages) -> None:
+    assert messages.admits(CAMERA_AT_FIRST)
+    assert not messages.admits(camera(position=[0.0, 0.0]))
+    assert not messages.admits(camera(position=[0.0, 0.0, float("nan")]))
+    assert not messages.admits(camera(fov="wide"))
+    assert not messages.admits(camera(camera_cb=[]))
+
+
+@given(st.binary(max_size=200))
+def test_no_frame_raises(raw: bytes) -> None:
+    ClientMessages().admits(raw)
+
+
+_VALUES = st.recursive(
+    st.none() | st.booleans() | st.integers(-(2**63), 2**64 - 1) | st.floats() | st.text(max_size=8),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=8), inner, max_size=4),
+    max_leaves=8,
+)
+
+
+@given(_VALUES, _VALUES, _VALUES)
+def test_no_message_raises(uuid: Any, updates: Any, more: Any) -> None:
+    known = ClientMessages()
+    known.controls["slider"] = is_number
+    known.admits(frame({"type": "GuiUpdateMessage", "uuid": uuid, "updates": updates}))
+    known.admits(frame({"type": "GuiUpdateMessage", "uuid": "slider", "updates": {"value": more}}))
+    known.admits(camera(position=updates, fov=more))
