@@ -99,9 +99,9 @@ def test_a_killed_service_comes_back_and_the_servo_misses_nothing(
     before = latest(session, rig, lambda s: s.status == "playing" and not s.pending)
     servo = rig.children()["haptic_server.servo"]
     meters = Listener(session, rig.keys.meter, Meter)
+    old = wait_for("any meter", lambda: meters.got and meters.got[0].id)
     restarted(rig, module)
     if module == "sound_server":
-        old = wait_for("any meter", lambda: meters.got and meters.got[0].id)
         wait_for(
             "sound again",
             lambda: any(m.id != old and m.played > 0 and m.peak_left > 0.01 for m in meters.got),
