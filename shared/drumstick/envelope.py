@@ -43,6 +43,10 @@ def _pulse_push(law: Record) -> float:
     raise TypeError("compiled code only")
 
 
+def _pulse_lasts(law: Record) -> float:
+    raise TypeError("compiled code only")
+
+
 @overload(_pulse_speed)
 def _pulse_speed_if_named(law: ArgumentType) -> Callable[[Record], float]:
     if record_has(law, "pulse"):
@@ -55,6 +59,13 @@ def _pulse_push_if_named(law: ArgumentType) -> Callable[[Record], float]:
     if record_has(law, "pulse"):
         return lambda law: law.pulse.dv_pls * pulse.rate(law)
     return lambda law: 0.0
+
+
+@overload(_pulse_lasts)
+def _pulse_lasts_if_named(law: ArgumentType) -> Callable[[Record], float]:
+    if record_has(law, "pulse"):
+        return lambda law: law.pulse.tau
+    return lambda law: 1.0
 
 
 @njit()
@@ -78,7 +89,10 @@ def check(law: Record, max_force_N: float, max_speed_m_per_s: float) -> int:
         and 0.0 <= law.r_out < 1e6
     ):
         return NEGATIVE
-    if not (abs(law.z_ss) < 1e3 and 0.0 <= _pulse_speed(law) < 1e3 and abs(_pulse_push(law)) < 1e12):
+    if not (abs(law.z_ss) < 1e3 and 0.0 <= _pulse_speed(law) < 1e3):
+        return NOT_FINITE
+    # A tau below 0 would make the pulse grow for ever.
+    if not (0.0 < _pulse_lasts(law) < 1e3 and _pulse_push(law) < 1e12):
         return NOT_FINITE
     speed, force = predicted(law)
     if not speed < 1e300:

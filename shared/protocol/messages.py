@@ -4,7 +4,7 @@ SI units; times are the haptic machine's monotonic ns. Any thread; encoding allo
 """
 
 import math
-from typing import TypeVar
+from typing import TypeVar, cast
 
 import msgspec
 
@@ -125,12 +125,13 @@ def decode(payload: bytes, kind: type[_M]) -> _M:
     """Decode and check; ValueError for anything that is not a version-1 message with finite numbers."""
     try:
         message = msgspec.msgpack.decode(payload, type=kind)
-    except msgspec.MsgspecError as error:
+    except (msgspec.MsgspecError, UnicodeDecodeError) as error:
         raise ValueError(f"not a {kind.__name__}: {error}") from None
     if message.version != VERSION:
         raise ValueError(f"{kind.__name__} of version {message.version}, this is version {VERSION}")
     for name in kind.__struct_fields__:
         value = getattr(message, name)
-        if isinstance(value, float) and not math.isfinite(value):
-            raise ValueError(f"{kind.__name__}.{name} is {value}")
+        for number in cast("dict[str, float]", value).values() if isinstance(value, dict) else (value,):
+            if isinstance(number, float) and not math.isfinite(number):
+                raise ValueError(f"{kind.__name__}.{name} is {value}")
     return message

@@ -20,7 +20,7 @@ def _plain(payload: bytes) -> Any:
         if payload[0] in _JSON_START:
             return msgspec.json.decode(payload)
         given = msgspec.msgpack.decode(payload)
-    except msgspec.MsgspecError as error:
+    except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
         raise ValueError(f"neither msgpack nor JSON: {error}") from None
     if not isinstance(given, list):
         return given

@@ -142,7 +142,7 @@ class CFunction:
             try:
                 self._cfunc = numba.cfunc(signature, nopython=True, cache=True, **options)(function)
                 return
-            except (OSError, EOFError, ValueError) as error:
+            except Exception as error:  # noqa: BLE001  a damaged file can raise anything; a real mistake raises again below
                 warnings.warn(f"kernel cache not used: {error}", NumbaWarning, stacklevel=2)
         self._cfunc = numba.cfunc(signature, nopython=True, **options)(function)
 

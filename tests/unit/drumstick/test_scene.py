@@ -1,0 +1,189 @@
+"""Scenes: every mistake is refused with file, line, key, value, limit and unit; what is read comes back as it was."""
+
+import dataclasses
+import json
+import math
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drumstick.declare import quantities
+from drumstick.scene import (
+    EFFECTS,
+    Scene,
+    SceneError,
+    as_tables,
+    from_tables,
+    parse,
+    shipped_names,
+    shipped_text,
+)
+
+HEAD = 'name = "x"\n\n[stick]\n'
+# text -> the line the message must name, and the words that it must hold
+REFUSED = {
+    "above the range": (HEAD + "m_kg = 2.0\n", 4, ["stick.m_kg", "2.0 kg", "0.0001 .. 1 kg"]),
+    "below the range": (
+        HEAD + "\nk_coll_N_per_m = 0.5\n",
+        5,
+        ["stick.k_coll_N_per_m", "0.5", "1 .. 1e+06 N/m"],
+    ),
+    "not a number": (
+        HEAD + 'r_in_N_s_per_m = "high"\n',
+        4,
+        ["stick.r_in_N_s_per_m", "'high'", "number in N s/m"],
+    ),
+    "a truth value": (
+        HEAD + "r_in_N_s_per_m = true\n",
+        4,
+        ["stick.r_in_N_s_per_m", "True", "number in N s/m"],
+    ),
+    "nan": (HEAD + "z_ss_m = nan\n", 4, ["stick.z_ss_m", "nan", "finite number in m"]),
+    "infinite": (HEAD + "z_ss_m = -inf\n", 4, ["stick.z_ss_m", "-inf", "finite number in m"]),
+    "unknown key": (HEAD + "mass = 0.1\n", 4, ["stick.mass", "unknown key", "m_kg", "z_ss_m"]),
+    "unknown word": (
+        HEAD + 'release = "never"\n',
+        4,
+        ["stick.release", "'never'", "'paper'", "'unilateral'"],
+    ),
+    "unknown table": (HEAD + "\n[sticks]\nm_kg = 0.1\n", 5, ["sticks", "unknown key", "stick", "guard"]),
+    "unknown effect": ("[effects.puls]\ntau_s = 1.0\n", 1, ["effects.puls", "unknown effect", "pulse"]),
+    "in an effect": ("[effects.pulse]\n\ntau_s = 0.0\n", 3, ["effects.pulse.tau_s", "0.0 s", "1e-06 .. 1 s"]),
+    "wrong sign": ("[effects.pulse]\nsign = 2\n", 2, ["effects.pulse.sign", "2", "1, -1"]),
+    "a sign that is a truth value": ("[effects.pulse]\nsign = true\n", 2, ["effects.pulse.sign", "True"]),
+    "a fraction for a whole number": (
+        "[servo]\nrate_Hz = 1000.5\n",
+        2,
+        ["servo.rate_Hz", "whole number in Hz"],
+    ),
+    "a table that is none": ("stick = 3\n", 1, ["stick", "table", "3"]),
+    "effects that are none": ("effects = [1]\n", 1, ["effects", "[effects.pulse]"]),
+    "a row too short": (
+        "[listen]\npickups = [[0.1, 0.2]]\n",
+        2,
+        ["listen.pickups", "[0.1, 0.2]", "3 numbers"],
+    ),
+    "a row out of range": (
+        "[listen]\npickups = [[0.1, 0.2, 3.0]]\n",
+        2,
+        ["listen.pickups", "3.0", "-1 .. 1"],
+    ),
+    "no rows": ("[listen]\npickups = []\n", 2, ["listen.pickups", "1 to 16 rows"]),
+    "a name of two lines": ('name = "a\\nb"\n', 1, ["name", "one line of text"]),
+    "a name that is a number": ("name = 3\n", 1, ["name", "one line of text"]),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_a_mistake_is_named(case: str) -> None:
+    text, line, words = REFUSED[case]
+    with pytest.raises(SceneError) as refused:
+        parse(text, "stage/x.toml")
+    assert len(refused.value.mistakes) == 1
+    message = refused.value.mistakes[0]
+    assert message.startswith(f"stage/x.toml:{line}: ")
+    for word in words:
+        assert word in message
+
+
+def test_all_mistakes_are_told_at_once() -> None:
+    with pytest.raises(SceneError) as refused:
+        parse("[stick]\nm_kg = 9\nz_ss_m = nan\n[effects.pulse]\ntau_s = -1\n", "x.toml")
+    assert [message.split(": ")[0] for message in refused.value.mistakes] == [
+        "x.toml:2",
+        "x.toml:3",
+        "x.toml:5",
+    ]
+
+
+def test_text_that_is_not_toml() -> None:
+    with pytest.raises(SceneError, match=r"x\.toml: not valid TOML: .*line 2"):
+        parse("[stick]\nm_kg = = 3\n", "x.toml")
+
+
+def test_an_empty_text_is_the_default_without_effects() -> None:
+    assert parse("", "stage/quiet.toml") == Scene("quiet")
+
+
+@given(st.text())
+def test_no_text_raises_anything_else(text: str) -> None:
+    try:
+        parse(text, "x.toml")
+    except SceneError as error:
+        assert error.mistakes
+
+
+@pytest.mark.parametrize("name", shipped_names())
+def test_shipped_scenes_come_back_through_json(name: str) -> None:
+    scene = parse(shipped_text(name), name)
+    assert scene.name == name
+    assert scene.words
+    assert from_tables(as_tables(scene)) == scene
+    assert from_tables(json.loads(json.dumps(as_tables(scene)))) == scene
+
+
+def test_an_unknown_shipped_scene() -> None:
+    with pytest.raises(KeyError, match="no-such-scene"):
+        shipped_text("no-such-scene")
+
+
+def _values(table: type) -> st.SearchStrategy[dict[str, Any]]:
+    # Anything a table may hold by its own declaration, limits included.
+    fields: dict[str, st.SearchStrategy[Any]] = {}
+    for key, quantity in quantities(table).items():
+        number = st.floats(quantity.low, quantity.high, allow_nan=False)
+        if quantity.choices:
+            fields[key] = st.sampled_from(quantity.choices)
+        elif quantity.kind is int:
+            fields[key] = st.integers(int(quantity.low), int(quantity.high))
+        elif quantity.kind is tuple:
+            row = st.tuples(*[number] * quantity.length)
+            fields[key] = st.lists(row, min_size=1, max_size=16).map(tuple)
+        else:
+            fields[key] = number
+    return st.fixed_dictionaries({}, optional=fields)
+
+
+TABLES = {
+    f.name: f.default_factory for f in dataclasses.fields(Scene) if f.name not in ("name", "words", "effects")
+}
+
+
+@given(st.data())
+def test_whatever_the_declarations_allow_comes_back(data: st.DataObject) -> None:
+    tables = {name: kind(**data.draw(_values(kind))) for name, kind in TABLES.items()}  # type: ignore[operator]
+    named = data.draw(st.sets(st.sampled_from(list(EFFECTS))))
+    effects = {name: EFFECTS[name](**data.draw(_values(EFFECTS[name]))) for name in EFFECTS if name in named}
+    scene = Scene("x", effects=effects, **tables)
+    assert from_tables(json.loads(json.dumps(as_tables(scene)))) == scene
+
+
+@given(
+    st.recursive(
+        st.none() | st.booleans() | st.floats() | st.integers() | st.text(max_size=5),
+        lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
+    ),
+    st.sampled_from(["stick", "listen", "effects", "servo", "nonsense"]),
+)
+def test_tables_from_elsewhere_raise_nothing_else(table: object, name: str) -> None:
+    """`from_tables` gets what came over the wire."""
+    try:
+        from_tables({"name": "x", name: table, "listen": {"pickups": table}})
+    except SceneError as error:
+        assert error.mistakes
+
+
+@pytest.mark.parametrize("table", [*TABLES.values(), *EFFECTS.values()], ids=lambda table: table.__name__)
+def test_every_default_lies_in_its_own_range(table: type) -> None:
+    made = table()
+    for key, quantity in quantities(table).items():
+        value = getattr(made, key)
+        assert quantity.words
+        if quantity.choices:
+            assert value in quantity.choices
+        elif quantity.kind in (int, float):
+            assert quantity.unit
+            assert math.isfinite(value)
+            assert quantity.low <= value <= quantity.high

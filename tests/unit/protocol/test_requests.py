@@ -1,0 +1,67 @@
+"""Payloads of a set query: msgpack from programs, JSON from people, a ValueError for everything else."""
+
+import json
+import math
+
+import msgspec
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from protocol.requests import requested_value, requested_values
+
+FINITE = st.floats(allow_nan=False, allow_infinity=False)
+
+
+@given(FINITE | st.integers(-(2**53), 2**53))
+def test_one_value_in_both_forms(value: float) -> None:
+    assert requested_value(msgspec.msgpack.encode([1, value])) == value
+    assert requested_value(json.dumps(value).encode()) == value
+    assert requested_value(f" \n{json.dumps(value)}\t".encode()) == value
+
+
+@given(st.dictionaries(st.text(min_size=1), FINITE, min_size=1, max_size=8))
+def test_several_values_in_both_forms(values: dict[str, float]) -> None:
+    assert requested_values(msgspec.msgpack.encode([1, values])) == values
+    assert requested_values(json.dumps(values).encode()) == values
+
+
+def test_nan_passes_here_and_is_left_to_the_parameter() -> None:
+    assert math.isnan(requested_value(msgspec.msgpack.encode([1, math.nan])))
+
+
+@pytest.mark.parametrize(
+    "payload",
+    [b"", b"true", b"null", b'"3"', b"[3]", b"{}", b"1e999x", b"\x92\x02\x03", b"\x93\x01\x02\x03", b"\xc3", b"3 4",
+     msgspec.msgpack.encode([1, True]), msgspec.msgpack.encode([1, "3"]), msgspec.msgpack.encode([1, None]),
+     b"1" * 400],
+)  # fmt: skip
+def test_what_is_not_one_number(payload: bytes) -> None:
+    with pytest.raises(ValueError, match=r"\w+"):
+        requested_value(payload)
+
+
+@pytest.mark.parametrize(
+    "payload",
+    [b"", b"3", b"{}", b'{"m": true}', b'{"m": "3"}', b'{"m": null}', b"[[]]", msgspec.msgpack.encode([1, {}]),
+     msgspec.msgpack.encode([1, [["m", 3.0]]]), msgspec.msgpack.encode([2, {"m": 3.0}])],
+)  # fmt: skip
+def test_what_is_not_a_map_of_numbers(payload: bytes) -> None:
+    with pytest.raises(ValueError, match=r"\w+"):
+        requested_values(payload)
+
+
+@given(st.binary(max_size=100))
+def test_arbitrary_bytes_are_a_value_error(payload: bytes) -> None:
+    for read in (requested_value, requested_values):
+        try:
+            read(payload)
+        except ValueError as error:
+            assert str(error)
+
+
+@pytest.mark.parametrize("opening", [b"\x91", b"\x81\xa1a", b"[", b'{"a":'])
+def test_nesting_without_end_is_a_value_error(opening: bytes) -> None:
+    for read in (requested_value, requested_values):
+        with pytest.raises(ValueError, match="neither msgpack nor JSON"):
+            read(opening * 100_000)
