@@ -1,0 +1,165 @@
+"""`make install` and its scripts: what they ask of the system, and what they do where they may not."""
+
+import os
+import re
+import shutil
+import subprocess
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+DEPLOY = ROOT / "deploy"
+SCRIPTS = [*sorted(DEPLOY.glob("*.sh")), ROOT / ".ci" / "run"]
+PACKAGES = """# A list like the real one.
+# section: play
+alpha-lib   # have: test -e "$HERE/alpha"
+# section: test
+beta-tool   # have: command -v no-such-program-beta
+gamma-tool  # have: command -v bash
+"""
+
+
+class Machine:
+    """A machine of stand-ins: who one is, and what apt and sudo answer. What they are asked is written down."""
+
+    def __init__(self, folder: Path) -> None:
+        self.bin, self.asked = folder / "bin", folder / "asked"
+        self.here, self.deploy = folder / "here", folder / "deploy"
+        for made in (self.bin, self.here, self.deploy):
+            made.mkdir()
+        self.asked.touch()
+        shutil.copy(DEPLOY / "install-system.sh", self.deploy)
+        (self.deploy / "system-packages.txt").write_text(PACKAGES, encoding="utf-8")
+        for program in ("bash", "dirname", "env", "true"):
+            (self.bin / program).symlink_to(shutil.which(program) or program)
+        self.stands_in("id", "echo 0")
+        self.stands_in("dpkg-query", "exit 1")
+        self.stands_in("apt-get", 'echo "apt-get $DEBIAN_FRONTEND $*" >> "$ASKED"')
+
+    def stands_in(self, program: str, script: str) -> None:
+        """Put a program on this machine's PATH."""
+        path = self.bin / program
+        path.write_text(f"#!/bin/sh\n{script}\n", encoding="utf-8")
+        path.chmod(0o755)
+
+    def install(self, *sections: str) -> subprocess.CompletedProcess[str]:
+        """Run the script; it never fails."""
+        environment = {"PATH": str(self.bin), "ASKED": str(self.asked), "HERE": str(self.here)}
+        done = subprocess.run(
+            ["bash", str(self.deploy / "install-system.sh"), *sections],
+            env=environment, capture_output=True, text=True, check=False, timeout=60,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        return done
+
+    @property
+    def calls(self) -> list[str]:
+        return self.asked.read_text(encoding="utf-8").splitlines()
+
+
+@pytest.fixture
+def machine(tmp_path: Path) -> Machine:
+    return Machine(tmp_path)
+
+
+def test_root_gets_what_is_missing_of_the_section_and_is_asked_nothing(machine: Machine) -> None:
+    machine.install("play")
+    update, install = machine.calls
+    assert re.search(r"^apt-get noninteractive .*update$", update)
+    assert re.search(r"^apt-get noninteractive .*install -y --no-install-recommends alpha-lib$", install)
+
+
+def test_sections_add_up_and_what_is_there_is_left_alone(machine: Machine) -> None:
+    machine.install("play", "test")
+    assert machine.calls[-1].endswith("--no-install-recommends alpha-lib beta-tool")
+
+
+def test_nothing_is_run_when_all_is_there(machine: Machine) -> None:
+    (machine.here / "alpha").touch()
+    done = machine.install("play")
+    assert machine.calls == []
+    assert done.stdout + done.stderr == ""
+
+
+def test_what_debian_has_but_nobody_finds_is_not_installed_again(machine: Machine) -> None:
+    machine.stands_in("dpkg-query", "echo installed")
+    assert "alpha-lib" in machine.install("play").stderr
+    assert machine.calls == []
+
+
+@pytest.mark.parametrize("sudo", [None, "exit 1"])
+def test_who_may_not_is_told_the_line_to_type(machine: Machine, sudo: str | None) -> None:
+    machine.stands_in("id", "echo 1000")
+    if sudo is not None:
+        machine.stands_in("sudo", sudo)
+    said = machine.install("play", "test").stderr
+    assert "\n  sudo apt-get install --no-install-recommends alpha-lib beta-tool\n" in said
+    assert machine.calls == []
+
+
+def test_sudo_that_asks_no_password_is_used(machine: Machine) -> None:
+    machine.stands_in("id", "echo 1000")
+    machine.stands_in("sudo", 'shift; echo "sudo $1" >> "$ASKED"; exec "$@"')
+    machine.install("play")
+    assert [call for call in machine.calls if call.startswith("sudo")] == ["sudo true", "sudo env", "sudo env"]
+    assert machine.calls[-1].endswith("install -y --no-install-recommends alpha-lib")
+
+
+def test_an_apt_that_fails_is_not_the_end(machine: Machine) -> None:
+    machine.stands_in("apt-get", "exit 100")
+    assert "could not be installed: alpha-lib" in machine.install("play").stderr
+
+
+def test_another_system_is_told_what_it_lacks(machine: Machine) -> None:
+    (machine.bin / "apt-get").unlink()
+    assert "alpha-lib" in machine.install("play").stderr
+
+
+@pytest.mark.needs("shellcheck")
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.name)
+def test_shellcheck_has_nothing_to_say(script: Path) -> None:
+    done = subprocess.run(["shellcheck", script], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
+    assert os.access(script, os.X_OK)
+
+
+@pytest.mark.parametrize("lock", ["requirements.lock", "requirements-dev.lock"])
+def test_every_dependency_is_locked_with_its_hashes(lock: str) -> None:
+    """Each package of pyproject.toml has a version and a hash; no line names where packages come from."""
+    text = (ROOT / lock).read_text(encoding="utf-8")
+    blocks = re.split(r"^(?=[a-z0-9])", text, flags=re.MULTILINE)[1:]
+    locked = {block.split("==")[0]: block for block in blocks}
+    assert all("--hash=sha256:" in block for block in locked.values())
+    assert not re.search(r"^\s*(--\w*index|--find-links|-f\b|-i\b)|://", text, flags=re.MULTILINE)
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    wanted = list(project["project"]["dependencies"])
+    for extra in project["project"]["optional-dependencies"].values():
+        wanted += extra
+    groups = project["dependency-groups"]
+    wanted += groups["build"]
+    if lock == "requirements-dev.lock":
+        wanted += [name for name in groups["dev"] if isinstance(name, str)]
+    names = {re.split(r"[\[<>=!~ ]", requirement)[0] for requirement in wanted}
+    assert names <= set(locked), names - set(locked)
+
+
+def test_both_locks_agree() -> None:
+    pins = [
+        dict(
+            re.findall(r"^([a-z0-9-]+)==(\S+)", (ROOT / lock).read_text(encoding="utf-8"), flags=re.MULTILINE)
+        )
+        for lock in ("requirements.lock", "requirements-dev.lock")
+    ]
+    assert pins[0].items() <= pins[1].items()
+
+
+def test_every_program_that_a_test_needs_has_its_package() -> None:
+    """What `needs(...)` names anywhere in the suite stands in system-packages.txt."""
+    listed = set(
+        re.findall(r"command -v (\S+)", (DEPLOY / "system-packages.txt").read_text(encoding="utf-8"))
+    )
+    for path in (ROOT / "tests").rglob("test_*.py"):
+        for names in re.findall(r"mark\.needs\(([^)]*)\)", path.read_text(encoding="utf-8")):
+            assert set(re.findall(r"[\"']([^\"']+)[\"']", names)) <= listed, path
