@@ -1,0 +1,110 @@
+"""The haptic server over Zenoh: asking for its scene and its clock, listening to its strikes, telling it how we are.
+
+A session that is open returns by itself to a router that went away; subscriptions and the liveliness token come back
+with it. Subscriptions end in ring channels, each read by its own thread: with plain callbacks one slow reader would
+stop every subscription of the session.
+"""
+
+import json
+import threading
+import time
+from collections.abc import Callable
+from typing import Any, cast
+
+import zenoh
+
+from drumstick.scene import Scene, SceneError, from_tables
+from protocol.keys import Keys
+from protocol.messages import ENCODING, Clock, Meter, decode, encode
+from sound_server.complaints import Complaints
+from sound_server.haptic_clock import HapticClock, RoundTrip, clock_from
+
+_RING = 256
+_QUERY_S = 0.5
+_ROUND_TRIPS = 5
+
+
+class Link:
+    """Owns the session. Methods belong to the main thread; `close` ends the reading threads."""
+
+    def __init__(self, session: zenoh.Session, keys: Keys, complaints: Complaints) -> None:
+        self._session = session
+        self._keys = keys
+        self._complaints = complaints
+        self._readers: list[threading.Thread] = []
+        self._token: zenoh.LivelinessToken | None = None
+
+    def scene(self) -> Scene | None:
+        """The haptic server's scene; None when nobody answers, or with nonsense (logged). Blocks up to 0.5 s."""
+        payload = self._ask(self._keys.scene)
+        if payload is None:
+            return None
+        try:
+            tables: object = json.loads(payload)
+            if not isinstance(tables, dict):
+                raise ValueError("not a JSON object")
+            return from_tables(cast(dict[str, Any], tables))
+        except SceneError as error:
+            self._complaints.complain(f"scene refused: {error.mistakes[0]}")
+        except (ValueError, RecursionError) as error:
+            self._complaints.complain(f"scene refused: {error}")
+        return None
+
+    def clock(self) -> HapticClock | None:
+        """The haptic machine's clock, from five round trips; None when nobody answers."""
+        trips: list[RoundTrip] = []
+        for _ in range(_ROUND_TRIPS):
+            sent = time.monotonic_ns()
+            payload = self._ask(self._keys.clock)
+            received = time.monotonic_ns()
+            if payload is None:
+                break
+            try:
+                answer = decode(payload, Clock)
+            except ValueError as error:
+                self._complaints.complain(f"clock ignored: {error}")
+                break
+            trips.append(RoundTrip(sent, received, answer.boot, answer.t_ns))
+        return clock_from(trips)
+
+    def _ask(self, key: str) -> bytes | None:
+        try:
+            for reply in self._session.get(key, timeout=_QUERY_S):
+                if reply.ok is not None:
+                    return reply.ok.payload.to_bytes()
+        except zenoh.ZError as error:
+            self._complaints.complain(f"{key}: {error}")
+        return None
+
+    def listen(self, key: str, take: Callable[[bytes, int], None]) -> None:
+        """Call `take(payload, monotonic ns)` for every sample of `key`, on a thread of its own."""
+        subscriber = self._session.declare_subscriber(key, zenoh.handlers.RingChannel(_RING))
+
+        def read() -> None:
+            while True:
+                try:
+                    sample = subscriber.recv()
+                except zenoh.ZError:  # the session was closed
+                    return
+                take(sample.payload.to_bytes(), time.monotonic_ns())
+
+        reader = threading.Thread(target=read, name=key.rpartition("/")[2], daemon=True)
+        reader.start()
+        self._readers.append(reader)
+
+    def announce(self, instance: str) -> None:
+        """Be seen as alive/sound/<instance> for as long as the session lives."""
+        self._token = self._session.liveliness().declare_token(self._keys.alive("sound", instance))
+
+    def tell(self, meter: Meter) -> None:
+        """Publish the meter; dropped without a router."""
+        try:
+            self._session.put(self._keys.meter, encode(meter), encoding=zenoh.Encoding(ENCODING))
+        except zenoh.ZError as error:
+            self._complaints.complain(f"meter not sent: {error}")
+
+    def close(self) -> None:
+        """Close the session, without which the process would not end, and wait for the readers."""
+        self._session.close()
+        for reader in self._readers:
+            reader.join()

@@ -1,0 +1,177 @@
+"""The audio of one block: strikes in, mesh forward, pickups out. Every sink and the offline renderer run this text."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from drumstick.scene import Scene
+from realtime.float_mode import flush_denormals, restore
+from realtime.jit import Record, njit
+from realtime.ring import drain
+from sound_server.engine import Engine
+from sound_server.events import StrikeRing
+from sound_server.excitation import begin, nearest, press
+from sound_server.mesh import largest, sweep
+from sound_server.upsample import interpolated, remember
+
+_KNEE = 0.75  # up to here the limiter changes nothing
+_REST = 1e-9  # of the loudest displacement: 180 dB down the head counts as at rest
+_LOOK_EVERY = 4096  # steps between looks at whether the head has come to rest
+_PEAK_FALL_S = 0.3
+
+
+@njit()
+def limited(x: float) -> float:
+    """x up to 0.75, then bent smoothly (equal slope) so that |x| never exceeds 1."""
+    size = abs(x)
+    if size <= _KNEE:
+        return x
+    bent = _KNEE + (1.0 - _KNEE) * math.tanh((size - _KNEE) / (1.0 - _KNEE))
+    return math.copysign(bent, x)
+
+
+@njit()
+def _start_due(engine: Engine, block_start_ns: int, frames: int) -> None:
+    # Moves strikes from the ring to the waiting list, and those that fall into this block to the pool of pulses.
+    control: Record = engine.control[0]
+    control.pending += drain(engine.ring_cells, engine.ring_slots, engine.pending[control.pending :])
+    to_next_step = (control.divisor - control.phase) % control.divisor
+    kept = 0
+    for i in range(control.pending):
+        event: Record = engine.pending[i]
+        offset = 0.0
+        if event.onset_ns > 0:
+            offset = max(0.0, (event.onset_ns - block_start_ns) * 1e-9 * control.rate_Hz)
+        if offset >= frames:
+            engine.pending[kept] = engine.pending[i]
+            kept += 1
+            continue
+        stride = engine.weights.shape[0] // engine.spans.shape[0]
+        at = nearest(event.x, event.y, control.spacing, control.centre_row, control.centre_column, stride)
+        age = -max(0.0, (offset - to_next_step) / control.divisor)
+        duration = event.contact_s * control.rate_Hz / control.divisor
+        control.begun = begin(engine.pulses, control.begun, at, age, duration, event.peak_N)
+        control.asleep = 0
+    control.pending = kept
+
+
+@njit()
+def _fall_asleep(engine: Engine) -> None:
+    # A head at rest is set to exactly 0 and not computed until the next strike. It also keeps denormals out on
+    # processors where the float mode cannot.
+    control: Record = engine.control[0]
+    top = max(largest(engine.planes[0]), largest(engine.planes[1]))
+    control.loudest = max(control.loudest, top)
+    if top <= _REST * control.loudest:
+        engine.planes[:] = np.float32(0.0)
+        control.loudest = 0.0
+        control.asleep = 1
+
+
+@njit()
+def _step(engine: Engine) -> None:
+    # One step of the mesh, and what the pickups hear of it: the velocity u+ - u, which has no constant part.
+    control: Record = engine.control[0]
+    left = right = 0.0
+    if control.asleep == 0:
+        now, then = engine.planes[control.plane], engine.planes[1 - control.plane]
+        sweep(
+            now, then, engine.weights, engine.spans, control.centre_row, control.now_gain, control.then_gain
+        )
+        active = press(engine.pulses, then, engine.weights, control.force_gain)
+        for i in range(engine.ears.shape[0]):
+            moved = float(then[engine.ears[i]] - now[engine.ears[i]])
+            left += engine.ear_gains[i, 0] * moved
+            right += engine.ear_gains[i, 1] * moved
+        control.plane = 1 - control.plane
+        control.steps += 1
+        if active == 0 and control.steps % _LOOK_EVERY == 0:
+            _fall_asleep(engine)
+    control.head = remember(engine.history, control.head, left, right)
+
+
+@njit()
+def render_block(engine: Engine, out: npt.NDArray[np.float32], block_start_ns: int) -> None:
+    """Fill `out`, shape (frames, 1 or 2), with the sound from `block_start_ns` (monotonic) on.
+
+    The engine's own thread only; no allocation, no locks, no system calls. The caller sets the float mode. 0 < frames.
+    """
+    control: Record = engine.control[0]
+    meters: Record = engine.meters[0]
+    frames = out.shape[0]
+    _start_due(engine, block_start_ns, frames)
+    peak_left = peak_right = 0.0
+    for i in range(frames):
+        if control.phase == 0:
+            _step(engine)
+        phase = engine.phases[control.phase]
+        left = limited(control.output_gain * interpolated(engine.history, control.head, 0, phase))
+        right = limited(control.output_gain * interpolated(engine.history, control.head, 1, phase))
+        control.phase = (control.phase + 1) % control.divisor
+        if out.shape[1] == 1:
+            out[i, 0] = 0.5 * (left + right)
+        else:
+            out[i, 0] = left
+            out[i, 1] = right
+        peak_left = max(peak_left, abs(left))
+        peak_right = max(peak_right, abs(right))
+    fall = math.exp(-frames / (_PEAK_FALL_S * control.rate_Hz))
+    meters.peak_left = max(peak_left, fall * meters.peak_left)
+    meters.peak_right = max(peak_right, fall * meters.peak_right)
+    meters.frames += frames
+    meters.begun = control.begun
+
+
+@njit()
+def render_all(engine: Engine, out: npt.NDArray[np.float32], block: int, first_ns: int) -> None:
+    """Fill `out` block by block without pacing, in the audio float mode, as if it began at `first_ns`."""
+    mode = flush_denormals()
+    start = 0
+    while start < out.shape[0]:
+        stop = min(start + block, out.shape[0])
+        at = first_ns + int(start * 1e9 / engine.control[0].rate_Hz)
+        render_block(engine, out[start:stop], at)
+        start = stop
+    restore(mode)
+
+
+@dataclass(frozen=True)
+class Blow:
+    """One strike for the offline renderer: when, where (in radii), how hard, how long."""
+
+    t_s: float
+    x: float
+    y: float
+    peak_N: float  # noqa: N815
+    contact_s: float
+
+
+_BLOCK = 128
+# Offline time begins at one second, because an onset of 0 ns would mean "at once".
+_EPOCH_NS = 1_000_000_000
+
+
+def render(scene: Scene, strikes: Iterable[Blow], duration_s: float, rate_Hz: int) -> npt.NDArray[np.float32]:
+    """The sound of `strikes` on the scene's drum, shape (n, 2), as every sink would play it. Any thread; blocks."""
+    from sound_server.calibrate import build
+
+    ring = StrikeRing()
+    engine = build(scene, rate_Hz, ring)
+    out = np.zeros((round(duration_s * rate_Hz), 2), np.float32)
+    waiting = sorted(strikes, key=lambda blow: blow.t_s)
+    done = 0
+    while done < len(out):
+        part = out[done : done + rate_Hz // 4]
+        until_s = (done + len(part)) / rate_Hz
+        while waiting and waiting[0].t_s < until_s:
+            blow = waiting[0]
+            onset = _EPOCH_NS + round(blow.t_s * 1e9)
+            if not ring.push(onset, blow.x, blow.y, blow.peak_N, blow.contact_s):
+                break
+            waiting.pop(0)
+        render_all(engine, part, _BLOCK, _EPOCH_NS + round(done * 1e9 / rate_Hz))
+        done += len(part)
+    return out

@@ -1,0 +1,100 @@
+"""An audio device through PortAudio (JACK, PipeWire, ALSA ...), played by the compiled callback.
+
+sounddevice takes a C function only through its private `_StreamBase`; where that door is gone, a Python callback does
+the same work, with a warning: under a busy interpreter it misses most of its deadlines.
+"""
+
+import logging
+import time
+from typing import Any, cast
+
+import numpy as np
+import sounddevice
+
+from realtime.jit import Records
+from sound_server.engine import Engine
+from sound_server.sinks import callback
+from sound_server.sinks.sink import DESK
+
+_HANDOVER_S = 0.5
+
+
+class DeviceSink:
+    """Opens and starts the stream at once, silent. Raises sounddevice.PortAudioError when the device refuses."""
+
+    def __init__(self, index: int, rate_Hz: int, block: int) -> None:
+        facts = cast(dict[str, Any], sounddevice.query_devices(index))
+        api = cast(dict[str, Any], sounddevice.query_hostapis(facts["hostapi"]))["name"]
+        self.words = f"{facts['name']} ({api})"
+        self.rate_Hz = playable_rate(index, rate_Hz)
+        channels = min(2, int(facts["max_output_channels"]))
+        self._desk: Records = np.zeros(1, DESK)
+        self._desk["rate_Hz"] = self.rate_Hz
+        self._table = callback.AddressTable(self._desk, channels)
+        self._engine: Engine | None = None
+        self._clock = np.zeros(2, np.int64)
+        self._stream = self._open(index, block, channels)
+        self._stream.start()
+        self.latency_ms = 1e3 * (block / self.rate_Hz + float(self._stream.latency))
+
+    def _open(self, index: int, block: int, channels: int) -> Any:
+        wishes = {
+            "samplerate": self.rate_Hz,
+            "blocksize": block,
+            "device": index,
+            "channels": channels,
+            "dtype": "float32",
+            "latency": "low",
+        }
+        door: Any = sounddevice
+        try:
+            base, ffi = door._StreamBase, door._ffi
+            function = ffi.cast("PaStreamCallback *", callback.stream_callback.address)
+            userdata = ffi.cast("void *", self._table.address)
+        except AttributeError as missing:
+            logging.warning("sounddevice without %s: audio runs in Python and will miss blocks", missing.name)
+            return door.OutputStream(callback=self._python_callback, **wishes)
+        return base(kind="output", callback=function, wrap_callback=None, userdata=userdata, **wishes)
+
+    def _python_callback(self, out: Any, frames: int, _time: Any, flags: Any) -> None:
+        if self._engine is None:
+            out[:] = 0.0
+        else:
+            callback.fill(self._engine, self._desk, out, 4 if flags.output_underflow else 0, self._clock)
+
+    @property
+    def load(self) -> float:
+        """Share of the time that the callback takes."""
+        return float(self._desk["load"][0])
+
+    @property
+    def xruns(self) -> int:
+        """Callbacks that PortAudio marked as coming after an underflow."""
+        return int(self._desk["xruns"][0])
+
+    @property
+    def lost(self) -> str:
+        """Why the stream stopped by itself; empty while it plays."""
+        return "" if self._stream.active else "the device stopped"
+
+    def play(self, engine: Engine) -> None:
+        """From the next callback on, play this engine. Returns when the one before is out of use."""
+        self._table.seat(engine)
+        self._engine = engine
+        calls, patience = self._desk["calls"][0], time.monotonic() + _HANDOVER_S
+        while self._desk["calls"][0] < calls + 2 and not self.lost and time.monotonic() < patience:
+            time.sleep(0.002)
+
+    def close(self) -> None:
+        """Stop and close the stream."""
+        self._stream.close(ignore_errors=True)
+
+
+def playable_rate(index: int, wished_Hz: int) -> int:
+    """The wished rate, or the device's own when it does not do that (JACK has one rate for all)."""
+    try:
+        sounddevice.check_output_settings(device=index, samplerate=wished_Hz, dtype="float32")
+    except sounddevice.PortAudioError:
+        facts = cast(dict[str, Any], sounddevice.query_devices(index))
+        return round(facts["default_samplerate"])
+    return wished_Hz

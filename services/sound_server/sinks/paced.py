@@ -1,0 +1,120 @@
+"""Sound without a device: a thread that renders in real time for nobody (`null`) or into a WAV file.
+
+The compiled loop holds no GIL and sleeps to absolute deadlines. It comes back to Python twenty times a second to
+write. When the machine stalls, the loop catches up, so the file's time stays the wall's; after a second it gives up.
+"""
+
+import threading
+import time
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+
+from realtime.clock import now_ns, sleep_until
+from realtime.float_mode import flush_denormals, restore
+from realtime.jit import Record, Records, njit
+from sound_server.engine import Engine
+from sound_server.sinks.sink import DESK
+from sound_server.sinks.timed import timed_block
+
+_CHUNK_S = 0.05
+_LATE_NS = 50_000_000
+_GIVE_UP_NS = 1_000_000_000
+
+Recorder = Callable[[npt.NDArray[np.float32]], None]
+
+
+@njit()
+def play_chunk(
+    engine: Engine,
+    desk: Records,
+    out: npt.NDArray[np.float32],
+    block: int,
+    start_ns: int,
+    clock: npt.NDArray[np.int64],
+) -> None:
+    """Render `out` block by block, each at its own time after `start_ns`. Sink's thread; blocks as long as it plays."""
+    counts: Record = desk[0]
+    mode = flush_denormals()
+    first = 0
+    while first < out.shape[0]:
+        last = min(first + block, out.shape[0])
+        at = start_ns + int(first * 1e9 / counts.rate_Hz)
+        while now_ns(clock) < at:
+            sleep_until(clock, at)
+        timed_block(engine, desk, out[first:last], at, clock)
+        first = last
+    restore(mode)
+
+
+class PacedSink:
+    """`null`, or a recording: `record` gets every chunk, float32 of shape (n, 2), on the sink's own thread."""
+
+    def __init__(
+        self,
+        words: str,
+        rate_Hz: int,
+        block: int,
+        record: Recorder | None = None,
+        finish: Callable[[], None] | None = None,
+    ) -> None:
+        self.words = words
+        self.rate_Hz = rate_Hz
+        self.latency_ms = 1e3 * block / rate_Hz
+        self.lost = ""
+        self._block = block
+        self._record = record
+        self._finish = finish
+        self._desk: Records = np.zeros(1, DESK)
+        self._desk["rate_Hz"] = rate_Hz
+        self._engine: Engine | None = None
+        self._begin = threading.Event()
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="audio", daemon=True)
+        self._thread.start()
+
+    @property
+    def load(self) -> float:
+        """Share of the time that rendering takes."""
+        return float(self._desk["load"][0])
+
+    @property
+    def xruns(self) -> int:
+        """Chunks that began more than 50 ms late."""
+        return int(self._desk["xruns"][0])
+
+    def play(self, engine: Engine) -> None:
+        """From the next chunk (50 ms) on, play this engine; its clock starts with the first."""
+        self._engine = engine
+        self._begin.set()
+
+    def close(self) -> None:
+        """Stop within a chunk, and finish the recording."""
+        self._stop.set()
+        self._begin.set()
+        self._thread.join()
+        if self._finish is not None:
+            self._finish()
+
+    def _run(self) -> None:
+        self._begin.wait()
+        # The chunk is a whole number of blocks: a short block at its end would read as a higher load.
+        blocks = max(1, round(_CHUNK_S * self.rate_Hz / self._block))
+        out = np.zeros((blocks * self._block, 2), np.float32)
+        clock = np.zeros(2, np.int64)
+        if self._engine is not None:
+            play_chunk(self._engine, self._desk, out[:0], self._block, 0, clock)  # compiles, where it must
+        origin_ns, frames = time.monotonic_ns(), 0
+        while not self._stop.is_set() and self._engine is not None:
+            start_ns = origin_ns + frames * 1_000_000_000 // self.rate_Hz
+            late_ns = time.monotonic_ns() - start_ns
+            if late_ns > _LATE_NS:
+                self._desk["xruns"] += 1
+            if late_ns > _GIVE_UP_NS:
+                origin_ns, frames = time.monotonic_ns(), 0
+                continue
+            play_chunk(self._engine, self._desk, out, self._block, start_ns, clock)
+            frames += len(out)
+            if self._record is not None:
+                self._record(out)

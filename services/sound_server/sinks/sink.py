@@ -1,0 +1,63 @@
+"""What every sink can do, and what it counts while it plays."""
+
+from typing import Any, Protocol
+
+import numpy as np
+
+from sound_server.engine import Engine
+
+# Written by the audio thread, read by any. `load` is the smoothed share of a block's time that rendering takes;
+# `expected_ns` is when the next block should begin, `calls` counts blocks.
+DESK: np.dtype[Any] = np.dtype(
+    [("rate_Hz", "f8"), ("load", "f8"), ("xruns", "i8"), ("calls", "i8"), ("expected_ns", "i8")], align=True
+)
+
+
+class SinkError(Exception):
+    """A sink that cannot be had; `status` is the process's exit status (2: wrong request, 3: machine lacks it)."""
+
+    def __init__(self, status: int, reason: str) -> None:
+        super().__init__(reason)
+        self.status = status
+
+
+class Sink(Protocol):
+    """Plays one engine at a time, silence before the first. All methods belong to the server's main thread."""
+
+    @property
+    def words(self) -> str:
+        """What it is, for the log and the meter."""
+        ...
+
+    @property
+    def rate_Hz(self) -> int:  # noqa: N802
+        """Frames a second; engines must be built for it."""
+        ...
+
+    @property
+    def latency_ms(self) -> float:
+        """From the start of a block's rendering to its last frame's sound, without the interpolator."""
+        ...
+
+    @property
+    def load(self) -> float:
+        """Share of the time that rendering takes, 0..1."""
+        ...
+
+    @property
+    def xruns(self) -> int:
+        """Blocks that came too late since the sink was opened."""
+        ...
+
+    @property
+    def lost(self) -> str:
+        """Why it plays no longer; empty while it does."""
+        ...
+
+    def play(self, engine: Engine) -> None:
+        """From the next block on, play this engine. May block some ten milliseconds."""
+        ...
+
+    def close(self) -> None:
+        """Stop, and finish what must be finished. May block some ten milliseconds."""
+        ...
