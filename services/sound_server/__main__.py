@@ -32,7 +32,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument(
         "--audio", default="auto", metavar="auto|null|wav:FILE|NAME", help="where the sound goes"
     )
-    parser.add_argument("--rate", type=_between(8000, 192000), default=48000, help="frames a second")
+    parser.add_argument("--rate", type=_between(22050, 192000), default=48000, help="frames a second")
     parser.add_argument("--block", type=_between(16, 8192), default=128, help="frames a block")
     return parser.parse_args()
 

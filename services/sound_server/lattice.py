@@ -15,6 +15,7 @@ LANES = 16  # one 64-byte cache line of float32
 J01 = 2.404825557695773  # first zero of the Bessel function J0
 LAMBDA = math.sqrt(2.0 / 3.0)  # Courant number c T / h at tau = 4 lambda^2 = 8/3, the limit of stability
 _ROW_HEIGHT = math.sqrt(3.0) / 2.0  # of the spacing
+_RIM = 1.0 - 1e-9  # squared: a junction on the rim itself would have an infinite admittance
 # The six neighbours' directions, in radians.
 _DIRECTIONS = tuple(k * math.pi / 3.0 for k in range(6))
 
@@ -59,16 +60,16 @@ def spacing_for(f01_Hz: float, mesh_rate_Hz: float) -> float:
 def _rim_weights(x: npt.NDArray[np.float64], y: float, h: float) -> npt.NDArray[np.float64]:
     # w = 1 / (neighbours inside + sum over cut edges of 1/theta), theta = distance to the circle along the edge / h:
     # the junction equation with admittance 1/theta on the cut edges. It makes the radius a real number.
-    inside = x * x + y * y < 1.0
+    inside = x * x + y * y < _RIM
     admittance = np.zeros_like(x)
     for angle in _DIRECTIONS:
         dx, dy = h * math.cos(angle), h * math.sin(angle)
-        cut = inside & ((x + dx) ** 2 + (y + dy) ** 2 >= 1.0)
+        cut = inside & ((x + dx) ** 2 + (y + dy) ** 2 >= _RIM)
         # |p + theta d| = 1 for the direction d of length h
         along = x * dx + y * dy
         room = np.where(cut, along**2 + h * h * (1.0 - x * x - y * y), 1.0)
         theta = np.where(cut, (np.sqrt(room) - along) / (h * h), 1.0)
-        admittance += 1.0 / np.maximum(theta, 1e-9)
+        admittance += 1.0 / theta
     return np.where(inside, 1.0 / admittance, 0.0)
 
 

@@ -35,7 +35,8 @@ def limited(x: float) -> float:
 
 @njit()
 def _start_due(engine: Engine, block_start_ns: int, frames: int) -> None:
-    # Moves strikes from the ring to the waiting list, and those that fall into this block to the pool of pulses.
+    # Moves strikes from the ring to the waiting list, and those that fall into this block to the pool of pulses; also
+    # those of the next few samples, because the last step of the mesh in this block covers them already.
     control: Record = engine.control[0]
     control.pending += drain(engine.ring_cells, engine.ring_slots, engine.pending[control.pending :])
     to_next_step = (control.divisor - control.phase) % control.divisor
@@ -45,7 +46,7 @@ def _start_due(engine: Engine, block_start_ns: int, frames: int) -> None:
         offset = 0.0
         if event.onset_ns > 0:
             offset = max(0.0, (event.onset_ns - block_start_ns) * 1e-9 * control.rate_Hz)
-        if offset >= frames:
+        if offset >= frames + control.divisor:
             engine.pending[kept] = engine.pending[i]
             kept += 1
             continue

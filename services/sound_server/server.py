@@ -45,7 +45,8 @@ class Server:
         self._complaints = Complaints(time.monotonic_ns)
         self._ring = StrikeRing()
         self._desk = StrikeDesk(self._ring, self._complaints, self._heard_boot)
-        self._boot: int | None = None
+        self._boot: int | None = None  # the boot whose clock and scene are in use
+        self._heard: int | None = None  # the boot of the newest message
         self._other_boot = threading.Event()
         self._scene: Scene | None = None
         self._engine: Engine | None = None
@@ -96,7 +97,7 @@ class Server:
         scene = link.scene()
         if scene is None:
             return False
-        self._boot = clock.boot if clock else None
+        self._boot = clock.boot if clock else self._heard
         self._desk.clock = clock
         if scene != self._scene:
             self._play(scene)
@@ -110,6 +111,7 @@ class Server:
         logging.info("%s at %d Hz: %s, %s", self._sink.words, self._sink.rate_Hz, scene.name, words(engine))
 
     def _heard_boot(self, boot: int) -> None:
+        self._heard = boot
         if boot != self._boot:
             self._other_boot.set()
 

@@ -14,9 +14,10 @@ import sounddevice
 from realtime.jit import Records
 from sound_server.engine import Engine
 from sound_server.sinks import callback
-from sound_server.sinks.sink import DESK
+from sound_server.sinks.sink import DESK, SinkError
 
 _HANDOVER_S = 0.5
+LOWEST_RATE_HZ = 22_050
 
 
 class DeviceSink:
@@ -91,10 +92,18 @@ class DeviceSink:
 
 
 def playable_rate(index: int, wished_Hz: int) -> int:
-    """The wished rate, or the device's own when it does not do that (JACK has one rate for all)."""
+    """The wished rate, or the device's own when it does not do that (JACK has one rate for all).
+
+    SinkError (3) when that is below 22,050 Hz: a high drum would have too few junctions to be one.
+    """
     try:
         sounddevice.check_output_settings(device=index, samplerate=wished_Hz, dtype="float32")
     except sounddevice.PortAudioError:
         facts = cast(dict[str, Any], sounddevice.query_devices(index))
-        return round(facts["default_samplerate"])
+        own_Hz = round(facts["default_samplerate"])
+        if own_Hz < LOWEST_RATE_HZ:
+            raise SinkError(
+                3, f"{facts['name']} plays at {own_Hz} Hz; {LOWEST_RATE_HZ} Hz are needed"
+            ) from None
+        return own_Hz
     return wished_Hz

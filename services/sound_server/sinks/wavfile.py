@@ -1,59 +1,71 @@
-"""A WAV file that can be read at any moment, even after kill -9: its header is right after every write."""
+"""A WAV file that can be read at any moment, even after kill -9: its header is right after every write.
+
+Written without the standard library's `wave`, whose writer, once a disk is full, fails again in its destructor.
+"""
 
 import logging
-import wave
+import os
+import struct
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 LONGEST_S = 600.0
+_CHANNELS = 2
+_FRAME_BYTES = 2 * _CHANNELS
+
+
+def _header(rate_Hz: int, sound_bytes: int) -> bytes:
+    # RIFF/WAVE, PCM, 16 bit: "Multimedia Programming Interface and Data Specifications 1.0", 1991.
+    shape = (1, _CHANNELS, rate_Hz, rate_Hz * _FRAME_BYTES, _FRAME_BYTES, 16)
+    return struct.pack(
+        "<4sI4s4sIHHIIHH4sI", b"RIFF", 36 + sound_bytes, b"WAVE", b"fmt ", 16, *shape, b"data", sound_bytes
+    )
 
 
 class WavFile:
-    """16-bit stereo. OSError when `path` cannot be written. One thread writes; `close` comes after its end."""
+    """16-bit stereo. OSError when `path` cannot be written. One thread records; `close` comes after its end."""
 
     def __init__(self, path: Path, rate_Hz: int, longest_s: float = LONGEST_S) -> None:
         self._path = path
+        self._rate_Hz = rate_Hz
         self._room = round(longest_s * rate_Hz)
-        self._file = path.open("wb")
-        self._wave: wave.Wave_write | None = wave.open(self._file, "wb")  # noqa: SIM115
-        self._wave.setnchannels(2)
-        self._wave.setsampwidth(2)
-        self._wave.setframerate(rate_Hz)
-        self._write(np.zeros((0, 2), np.float32))
+        self._bytes = 0
+        self._fd: int | None = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o644)
+        try:
+            self._append(self._fd, _header(rate_Hz, 0))
+        except OSError:
+            self.close()
+            raise
 
-    def _write(self, sound: npt.NDArray[np.float32]) -> None:
-        if self._wave is None:
-            return
-        # writeframes puts the new length into the header after the samples: a kill in between loses only the newest.
-        self._wave.writeframes(np.round(sound * 32767.0).astype("<i2").tobytes())
-        self._file.flush()
+    def _append(self, fd: int, content: bytes) -> None:
+        rest = memoryview(content)
+        while rest:
+            rest = rest[os.write(fd, rest) :]
 
     def record(self, sound: npt.NDArray[np.float32]) -> None:
         """Append float32 of shape (n, 2), |x| <= 1. At the file's limit, or when it cannot be written any more, the
         recording ends with one line in the log and the playing goes on."""
-        if self._wave is None:
+        if self._fd is None:
             return
-        part = sound[: self._room]
+        part = np.round(sound[: self._room] * 32767.0).astype("<i2").tobytes()
         try:
-            self._write(part)
+            self._append(self._fd, part)
+            # The length comes after the samples: a kill or a full disk in between loses only the newest.
+            os.pwrite(self._fd, _header(self._rate_Hz, self._bytes + len(part)), 0)
         except OSError as error:
             logging.warning("%s: %s; the recording ends here", self._path, error.strerror)
             self.close()
             return
-        self._room -= len(part)
+        self._bytes += len(part)
+        self._room -= len(part) // _FRAME_BYTES
         if self._room == 0:
             logging.info("%s is full; playing on without recording", self._path)
             self.close()
 
     def close(self) -> None:
         """Finish the file; again is harmless."""
-        if self._wave is None:
-            return
-        recording, self._wave = self._wave, None
-        try:
-            recording.close()
-            self._file.close()
-        except OSError as error:
-            logging.warning("%s: %s", self._path, error.strerror)
+        if self._fd is not None:
+            os.close(self._fd)
+            self._fd = None
