@@ -19,6 +19,7 @@ from sound_server.sinks.sink import DESK
 from sound_server.sinks.timed import timed_block
 
 _CHUNK_S = 0.05
+_HANDOVER_S = 60.0
 _LATE_NS = 50_000_000
 _GIVE_UP_NS = 1_000_000_000
 
@@ -62,7 +63,6 @@ class PacedSink:
         self.words = words
         self.rate_Hz = rate_Hz
         self.latency_ms = 1e3 * block / rate_Hz
-        self.lost = ""
         self._block = block
         self._record = record
         self._finish = finish
@@ -70,6 +70,7 @@ class PacedSink:
         self._desk["rate_Hz"] = rate_Hz
         self._engine: Engine | None = None
         self._begin = threading.Event()
+        self._taken_over = threading.Event()
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="audio", daemon=True)
         self._thread.start()
@@ -84,10 +85,20 @@ class PacedSink:
         """Chunks that began more than 50 ms late."""
         return int(self._desk["xruns"][0])
 
+    @property
+    def lost(self) -> str:
+        """Empty, unless the thread died of a fault of ours (its traceback is in the log)."""
+        return "" if self._thread.is_alive() or self._stop.is_set() else "the audio thread ended"
+
     def play(self, engine: Engine) -> None:
-        """From the next chunk (50 ms) on, play this engine; its clock starts with the first."""
+        """From the next chunk (50 ms) on, play this engine. Returns when it does, so that no strike goes to the one
+        before; the first time kernels may have to compile."""
+        self._taken_over.clear()
         self._engine = engine
         self._begin.set()
+        patience = time.monotonic() + _HANDOVER_S
+        while not self._taken_over.wait(0.1) and not self.lost and time.monotonic() < patience:
+            pass
 
     def close(self) -> None:
         """Stop within a chunk, and finish the recording."""
@@ -106,7 +117,11 @@ class PacedSink:
         if self._engine is not None:
             play_chunk(self._engine, self._desk, out[:0], self._block, 0, clock)  # compiles, where it must
         origin_ns, frames = time.monotonic_ns(), 0
-        while not self._stop.is_set() and self._engine is not None:
+        playing: Engine | None = None
+        while not self._stop.is_set() and (engine := self._engine) is not None:
+            if engine is not playing:
+                playing = engine
+                self._taken_over.set()
             start_ns = origin_ns + frames * 1_000_000_000 // self.rate_Hz
             late_ns = time.monotonic_ns() - start_ns
             if late_ns > _LATE_NS:
@@ -114,7 +129,7 @@ class PacedSink:
             if late_ns > _GIVE_UP_NS:
                 origin_ns, frames = time.monotonic_ns(), 0
                 continue
-            play_chunk(self._engine, self._desk, out, self._block, start_ns, clock)
+            play_chunk(engine, self._desk, out, self._block, start_ns, clock)
             frames += len(out)
             if self._record is not None:
                 self._record(out)

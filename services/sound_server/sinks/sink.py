@@ -55,7 +55,8 @@ class Sink(Protocol):
         ...
 
     def play(self, engine: Engine) -> None:
-        """From the next block on, play this engine. May block some ten milliseconds."""
+        """From the next block on, play this engine. Blocks until it does: some ten milliseconds, or while kernels
+        compile."""
         ...
 
     def close(self) -> None:

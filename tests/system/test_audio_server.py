@@ -1,0 +1,182 @@
+"""The sound server as a process: strikes over a real router into a WAV file, and everything that may go wrong."""
+
+import signal
+import wave
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from haptic_side import HapticSide, drum, sounding, wait_for
+
+RATE = 48000
+
+
+@pytest.fixture
+def side(free_port: Callable[[], int]) -> Iterator[HapticSide]:
+    opened = HapticSide(free_port(), drum())
+    yield opened
+    opened.close()
+
+
+def sound_in(path: Path) -> npt.NDArray[np.float64]:
+    with wave.open(str(path)) as file:
+        assert file.getframerate() == RATE
+        return np.frombuffer(file.readframes(file.getnframes()), "<i2").reshape(-1, 2) / 32767.0
+
+
+def onsets_s(sound: npt.NDArray[np.float64], apart_s: float) -> npt.NDArray[np.float64]:
+    """When blows begin: where the loudness of a millisecond, after a pause, leaves that of the ring before."""
+    power = (sound**2).sum(axis=1)
+    loud = np.flatnonzero(power > 1e-6 * power.max())
+    found = [loud[0]]
+    for place in loud:
+        before = power[max(place - round(apart_s * RATE / 2), found[-1] + 1) : place]
+        if place - found[-1] > apart_s * RATE / 2 and before.size and before.max() < 1e-6 * power.max():
+            found.append(place)
+    return np.array(found) / RATE
+
+
+def test_strikes_become_sound_once_each_and_the_file_is_finished(side: HapticSide, tmp_path: Path) -> None:
+    path = tmp_path / "roll.wav"
+    with sounding(side.endpoint, f"wav:{path}", tmp_path) as sound:
+        side.meter("a sink", lambda m: m.sink == f"wav:{path}")
+        assert len(side.alive()) == 1
+        for _ in range(5):
+            message = side.message()
+            side.strike(message)
+            side.strike(message)
+        side.strike(side.message(side.now_ns() - 60_000_000))
+        for rubbish in (b"", b"\xff" * 50, b"[1,2]", message[:-3]):
+            side.strike(rubbish)
+        meter = side.meter("all strikes", lambda m: m.played >= 5 and m.late == 1)
+        assert (meter.played, meter.late, meter.duplicates) == (5, 1, 5)
+        assert abs(meter.t_ns - side.now_ns()) < 10_000_000_000  # told in the haptic machine's time
+        assert meter.load > 0.0
+        assert meter.latency_ms > 0.0
+        heard = side.meter("a peak", lambda m: m.peak_left > 0.0)
+        assert sound.stop(signal.SIGTERM) == 0
+    complaints = [line for line in sound.lines if line.startswith("WARNING: strike ignored")]
+    assert 1 <= len(complaints) <= 2
+    assert [line for line in sound.lines if line not in complaints] == [
+        f"wav:{path} at 48000 Hz: test-drum, mesh of 66.7 junctions across (4033) at 16000 Hz"
+    ]
+    recorded = sound_in(path)
+    assert 0.05 < np.abs(recorded).max() <= 1.0
+    assert heard.peak_left <= np.abs(recorded).max() + 1e-3
+
+
+def test_a_scene_with_latency_keeps_the_rhythm_of_the_contacts(
+    free_port: Callable[[], int], tmp_path: Path
+) -> None:
+    """Messages come in bunches; what is heard has the intervals that the contacts had."""
+    side = HapticSide(free_port(), drum(latency_s=0.5, t60_s=0.1))
+    path = tmp_path / "roll.wav"
+    apart_s = np.array([0.31, 0.27, 0.35, 0.29])
+    try:
+        with sounding(side.endpoint, f"wav:{path}", tmp_path) as sound:
+            side.meter("a sink", lambda m: bool(m.sink))
+            start = side.now_ns()
+            for offset in np.concatenate([[0.0], np.cumsum(apart_s)]):
+                at = start + round(offset * 1e9)
+                # up to 0.3 s before its contact, or after: only the time in the message counts
+                wait_for("the strike's turn", lambda at=at: side.now_ns() > at - 300_000_000)
+                side.strike(side.message(at))
+            side.meter("all strikes", lambda m: m.played == 5)
+            wait_for("the last one's end", lambda: side.now_ns() > start + 2_200_000_000)
+            assert sound.stop(signal.SIGINT) == 0
+    finally:
+        side.close()
+    assert np.diff(onsets_s(sound_in(path), 0.25)) == pytest.approx(apart_s, abs=1e-3)
+
+
+def test_it_waits_for_a_router_and_returns_to_one_that_went_away(
+    free_port: Callable[[], int], tmp_path: Path
+) -> None:
+    port = free_port()
+    with sounding(f"tcp/127.0.0.1:{port}", "null", tmp_path) as sound:
+        side = HapticSide(port, drum())
+        try:
+            side.meter("a sink", lambda m: m.sink == "null")
+            side.strike()
+            side.meter("a strike", lambda m: m.played == 1)
+            side.close()
+            side.open()
+            side.meter("a sink", lambda m: m.sink == "null")
+            assert len(wait_for("presence", side.alive)) == 1
+            side.strike()
+            side.meter("two strikes", lambda m: m.played == 2)
+            assert sound.stop(signal.SIGTERM) == 0
+        finally:
+            side.close()
+    assert sum("mesh of" in line for line in sound.lines) == 1
+
+
+def test_a_servo_that_restarts_with_another_scene_gets_another_drum(side: HapticSide, tmp_path: Path) -> None:
+    with sounding(side.endpoint, "null", tmp_path) as sound:
+        side.meter("a sink", lambda m: m.sink == "null")
+        side.strike()
+        side.meter("a strike", lambda m: m.played == 1)
+        # The same scene, another servo that counts from 1 again, on a machine with another clock.
+        side.boot, side.seq, side.ahead_ns = 8, 0, 5_000_000_000
+        side.strike()
+        side.meter("its strike", lambda m: m.played == 2 and abs(m.t_ns - side.now_ns()) < 10_000_000_000)
+        side.boot, side.scene = 9, drum(f01_Hz=300.0)
+        side.tell_state()
+        sound.said("mesh of 33.3 junctions across")
+        side.strike()
+        side.meter("the new drum's strike", lambda m: m.played == 3 and m.peak_left > 0.0)
+        assert sound.stop(signal.SIGTERM) == 0
+    assert sum("mesh of" in line for line in sound.lines) == 2
+
+
+def test_kill_leaves_a_file_that_can_be_read(side: HapticSide, tmp_path: Path) -> None:
+    path = tmp_path / "roll.wav"
+    with sounding(side.endpoint, f"wav:{path}", tmp_path) as sound:
+        side.meter("a sink", lambda m: bool(m.sink))
+        side.strike()
+        side.meter("a sound", lambda m: m.peak_left > 0.01)
+        wait_for("a written chunk", lambda: np.abs(sound_in(path)).max(initial=0.0) > 0.01)
+        sound.stop(signal.SIGKILL)
+    assert np.abs(sound_in(path)).max() > 0.01
+
+
+@pytest.mark.parametrize("answer", [b"[]", b"{", b'{"drum": {"f01_Hz": 1e9}}', b'{"name": 3, "drum": 4}'])
+def test_a_scene_that_is_none_is_refused_and_asked_for_again(
+    answer: bytes, side: HapticSide, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    good = side._answer_scene
+    monkeypatch.setattr("haptic_side.json.dumps", lambda _tables: answer.decode())
+    with sounding(side.endpoint, "null", tmp_path) as sound:
+        assert sound.said("scene refused").startswith("WARNING: ")
+        monkeypatch.undo()
+        side.meter("a sink", lambda m: m.sink == "null")
+        assert sound.stop(signal.SIGTERM) == 0
+    assert good
+
+
+def test_stop_while_nobody_answers(free_port: Callable[[], int], tmp_path: Path) -> None:
+    path = tmp_path / "roll.wav"
+    with sounding(f"tcp/127.0.0.1:{free_port()}", f"wav:{path}", tmp_path) as sound:
+        wait_for("the file", path.exists)
+        assert sound.stop(signal.SIGTERM) == 0
+    assert len(sound_in(path)) == 0
+
+
+@pytest.mark.parametrize(
+    ("audio", "status", "words"),
+    [
+        ("wav:no/such/folder.wav", 2, "cannot be written"),
+        ("wav:", 2, "needs a file name"),
+        ("no such loudspeaker", 3, "no audio"),
+    ],
+)
+def test_what_cannot_be_had_is_one_line_and_a_status(
+    audio: str, status: int, words: str, tmp_path: Path, free_port: Callable[[], int]
+) -> None:
+    with sounding(f"tcp/127.0.0.1:{free_port()}", audio, tmp_path) as sound:
+        assert sound.ended() == status
+    assert len(sound.lines) == 1
+    assert sound.lines[0].startswith("ERROR: ")
+    assert words in sound.lines[0]
