@@ -9,6 +9,7 @@ import hashlib
 import mmap
 import os
 import secrets
+import sys
 import time
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -130,11 +131,20 @@ def _start(block: Block, law: npt.NDArray[np.void]) -> None:
 
 
 def create(folder: Path, law: npt.NDArray[np.void]) -> Block:
-    """Make the servo's block in `folder` (0600), starting from `law`; replaces an older one in one step."""
+    """Make the servo's block in `folder` (0600), starting from `law`; replaces an older one in one step.
+
+    OSError when there is no room for all of it: a file with holes would end the servo with SIGBUS in a later tick.
+    """
     temporary = folder / f".{FILE_NAME}.{os.getpid()}"
     descriptor = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o600)
     try:
-        os.ftruncate(descriptor, _size(law.dtype))
+        if sys.platform == "linux":
+            os.posix_fallocate(descriptor, 0, _size(law.dtype))
+        else:
+            os.ftruncate(descriptor, _size(law.dtype))
+    except OSError:
+        temporary.unlink()
+        raise
     finally:
         os.close(descriptor)
     block = _views(_map(temporary), law.dtype)

@@ -1,6 +1,7 @@
 """Command-line values, checked with one clear line each. Raises Stop with status 2."""
 
 import math
+import socket
 
 from protocol.keys import DEFAULT_ROUTER, Keys, checked_rig
 from rig.fault import wrong
@@ -42,6 +43,10 @@ def target(text: str) -> str:
     host, _, number = text.rpartition(":")
     if not host or not number.isdecimal() or not 1 <= int(number) <= 65535:
         wrong(f"--osc-out {text!r}: write host:port, e.g. 127.0.0.1:9101")
+    try:
+        socket.getaddrinfo(host, int(number), socket.AF_INET, socket.SOCK_DGRAM)
+    except (OSError, UnicodeError):
+        wrong(f"--osc-out {text!r}: no IPv4 address is known for {host!r}; write one, e.g. 127.0.0.1:9101")
     return text
 
 

@@ -14,8 +14,15 @@ def run_folder(rig: str) -> Path:
     for base in (os.environ.get("XDG_RUNTIME_DIR"), "/dev/shm", tempfile.gettempdir()):
         if base and os.access(base, os.W_OK | os.X_OK):
             folder = Path(base) / f"drumstick-{os.getuid()}-{rig}"
-            folder.mkdir(mode=0o700, exist_ok=True)
-            found = folder.lstat()
+            try:
+                folder.mkdir(mode=0o700, exist_ok=True)
+                found = folder.lstat()
+            except FileExistsError:
+                lacking(f"{folder} is in the way and no folder: remove it, or use another --rig")
+            except OSError as error:
+                lacking(
+                    f"{folder} cannot be made: {error.strerror}; set XDG_RUNTIME_DIR to a folder of yours"
+                )
             if (
                 found.st_uid != os.getuid()
                 or found.st_mode & 0o077
@@ -31,7 +38,10 @@ def run_folder(rig: str) -> Path:
 
 def claim(folder: Path, rig: str) -> IO[str]:
     """Hold the rig's lock while the returned file is open; Stop when another `drumstick` has it."""
-    lock = (folder / "lock").open("w")
+    try:
+        lock = (folder / "lock").open("w")
+    except OSError as error:
+        lacking(f"{folder / 'lock'} cannot be written: {error.strerror}")
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
@@ -43,7 +53,11 @@ def claim(folder: Path, rig: str) -> IO[str]:
 
 
 def put_text(path: Path, text: str) -> None:
-    """Replace a file in one step."""
+    """Replace a file in one step; Stop when the place is full or read-only."""
     temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    temporary.write_text(text, encoding="utf-8")
-    temporary.replace(path)
+    try:
+        temporary.write_text(text, encoding="utf-8")
+        temporary.replace(path)
+    except OSError as error:
+        temporary.unlink(missing_ok=True)
+        lacking(f"{path} cannot be written: {error.strerror}")

@@ -29,4 +29,7 @@ def listens(host: str, port: int) -> bool:
     """Whether something accepts TCP connections there now."""
     with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
         probe.settimeout(0.2)
-        return probe.connect_ex((host, port)) == 0
+        try:
+            return probe.connect_ex((host, port)) == 0
+        except OSError:  # a name that cannot be resolved, now
+            return False

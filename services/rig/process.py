@@ -88,7 +88,8 @@ class Service:
         if status is None:
             return
         self._close()
-        if status in _REAL_FAULTS:
+        # Only at the first start: a port that is taken while a service restarts must not end the others, force first.
+        if status in _REAL_FAULTS and self.restarts == 0:
             self.fault_status = status
             return
         if now - self._started_at > _STEADY_AFTER_S:

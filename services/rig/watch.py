@@ -20,6 +20,7 @@ class Watch:
         self._session: Any = None
         self._subscribers: list[Any] = []
         self.state: State | None = None
+        self.unreadable = 0
         self.highest_rate_Hz = 0.0
         self._meters: dict[str, Meter] = {}
         self._heard_meter_at = 0.0
@@ -34,7 +35,12 @@ class Watch:
             return
         for subscriber, kind in self._subscribers:
             while (sample := subscriber.try_recv()) is not None:
-                self._take(decode(sample.payload.to_bytes(), kind))
+                try:
+                    message = decode(sample.payload.to_bytes(), kind)
+                except ValueError:
+                    self.unreadable += 1  # anybody on the network can put there: it must not stop the rig
+                    continue
+                self._take(message)
 
     def _take(self, message: State | Meter) -> None:
         if isinstance(message, Meter):
@@ -97,6 +103,6 @@ def host_and_port(endpoint: str) -> tuple[str, int]:
     """127.0.0.1, 7447 of tcp/127.0.0.1:7447; ValueError for anything else."""
     _, _, address = endpoint.partition("/")
     host, _, port = address.rpartition(":")
-    if not host or not port.isdecimal():
+    if not host or not port.isdecimal() or not 1 <= int(port) <= 65535:
         raise ValueError(f"{endpoint!r} is not a Zenoh endpoint like tcp/127.0.0.1:7447")
     return host, int(port)

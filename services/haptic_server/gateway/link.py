@@ -40,8 +40,9 @@ class ServoLink:
 
     def _attach(self) -> None:
         self._inode = blocks.inode(self._folder)
-        self.block = blocks.attach(self._folder, self._set_type["law"])
-        blocks.claim(self.block)
+        block = blocks.attach(self._folder, self._set_type["law"])
+        blocks.claim(block)
+        self.block = block  # only now: a set that came between would publish into slots still being claimed
 
     @property
     def boot(self) -> int:

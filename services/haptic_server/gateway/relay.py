@@ -97,6 +97,7 @@ class Relay:
 
     def _tell_state(self, now_ns: int) -> None:
         status = self._link.status()
+        self._desk.saw(int(status["status"]) == PANIC)
         words = self._status_words(status)
         pending = self._desk.pending
         self._wire.put_state(
@@ -128,7 +129,7 @@ class Relay:
         if now_ns >= self._next_alive_ns:
             self._next_alive_ns = now_ns + _ALIVE_PERIOD_NS
             self._osc.alive(self._rig, words, int(status["strikes"]))
-            self._find_new_servo(int(status["status"]) == PANIC)
+        self._find_new_servo(now_ns)
 
     def _tell_pending(self, pending: bool) -> None:
         # Once for each accepted set that is still waiting when a state goes out.
@@ -143,8 +144,9 @@ class Relay:
             return f"fault: {FAULT_WORDS.get(int(status['fault']), 'unknown')}"
         return STATUS_WORDS[int(status["status"])]
 
-    def _find_new_servo(self, was_panicking: bool) -> None:
+    def _find_new_servo(self, now_ns: int) -> None:
         if self._link.refresh():
             self._refused = 0
-            self._desk.servo_restarted(was_panicking)
+            self._started_ns = now_ns  # what it played until now is late for a DAW
+            self._desk.servo_restarted()
             _log.info("a new servo is running")

@@ -39,7 +39,8 @@ class ParameterDesk:
         waiting = link.waiting()
         self._revision, self._accepted = waiting if waiting else (self._live_revision, self._live)
         self._touched: set[str] = set()
-        self._panicked = False
+        self._panicked = False  # somebody asked for it, and nobody has been seen to arm since
+        self._saw_panic = False
 
     def values(self) -> dict[str, float]:
         """What the servo uses, by wire name. z_h0 is NaN while the hand has no stiffness."""
@@ -88,6 +89,15 @@ class ParameterDesk:
             self._link.raise_panic()
         _log.warning("panic from %s; clear it with: drumstick arm", source)
 
+    def saw(self, panicking: bool) -> None:
+        """The servo's status: a panic that was seen and is gone was cleared by `drumstick arm`."""
+        with self._lock:
+            if panicking:
+                self._panicked = True
+            elif self._saw_panic:
+                self._panicked = False
+            self._saw_panic = panicking
+
     def latched(self, revision: int, law: Records) -> list[Echo]:
         """The servo now uses `law`: what to echo (everything that was set, and whatever else changed with it)."""
         with self._lock:
@@ -117,12 +127,16 @@ class ParameterDesk:
             "the servo refused set %d, which the gateway had accepted; its parameters are unchanged", revision
         )
 
-    def servo_restarted(self, was_panicking: bool) -> None:
-        """A new servo starts from the scene: give it the accepted set again, and the panic if there was one."""
+    def servo_restarted(self) -> None:
+        """A new servo starts from the scene: give it the accepted set again, and the panic if there was one.
+
+        Also a panic that the old servo never saw, because it was dead already or died on that very tick.
+        """
         with self._lock:
             self._live_revision, self._live = self._link.first_live()
             self._revision += 1
             self._touched.update(self.table)
             self._link.offer(self._revision, self._accepted)
-            if was_panicking:
+            self._saw_panic = False
+            if self._panicked:
                 self._link.raise_panic()

@@ -116,12 +116,18 @@ class Wire:
                 continue
             if query is None:
                 return
-            try:
-                if self._answer(query):
-                    query.drop()  # not left to the collector: until then the asker waits for more
-            except ValueError as error:  # a Refusal is one
-                self._refuse(query, str(error))
+            self._answer_or_refuse(query)
             self._settle()
+
+    def _answer_or_refuse(self, query: zenoh.Query) -> None:
+        try:
+            if self._answer(query):
+                query.drop()  # not left to the collector: until then the asker waits for more
+        except ValueError as error:  # a Refusal is one
+            self._refuse(query, str(error))
+        except Exception as error:  # noqa: BLE001  one question that fails must not silence all that come after it
+            _log.error("query %s could not be answered: %r", query.key_expr, error)
+            self._refuse(query, f"a fault of the gateway: {error}")
 
     def _answer(self, query: zenoh.Query) -> bool:
         """Answer now, or queue a set until the servo took it; True when the query is done with."""

@@ -3,6 +3,7 @@
 import argparse
 import json
 import logging
+import os
 import signal
 import sys
 import threading
@@ -14,6 +15,13 @@ from haptic_server.servo import loop, priority
 from realtime.atomics import poke
 
 _log = logging.getLogger("servo")
+
+
+def _tell_granted(path: Path, granted: dict[str, str]) -> None:
+    try:
+        path.write_text(json.dumps(granted), encoding="utf-8")
+    except OSError as error:  # only `doctor` reads it: no reason not to play
+        _log.warning("%s cannot be written: %s", path, error.strerror)
 
 
 def main() -> int:
@@ -34,14 +42,23 @@ def main() -> int:
     poke(rehearsal.block.control, block.STOP, 1)
     loop.run_paced(rehearsal)
 
-    mine = block.create(given.run_dir, loop.law_of(scene))
+    try:
+        mine = block.create(given.run_dir, loop.law_of(scene))
+    except OSError as error:
+        _log.error("%s: no room for the servo's block: %s", given.run_dir, error.strerror)
+        return 3
     servo = loop.prepare(scene, mine)
     granted: dict[str, str] = {}
 
+    ticks: list[int] = []
+
     def run() -> None:
-        granted.update(priority.claim())
-        (given.run_dir / "servo.json").write_text(json.dumps(granted), encoding="utf-8")
-        loop.run_paced(servo)
+        try:
+            granted.update(priority.claim())
+            _tell_granted(given.run_dir / "servo.json", granted)
+            ticks.append(loop.run_paced(servo))
+        finally:  # whatever ended it: a process without its loop must end too, to be started again
+            os.kill(os.getpid(), signal.SIGTERM)
 
     thread = threading.Thread(target=run, name="servo")
     thread.start()
@@ -49,7 +66,7 @@ def main() -> int:
     signal.sigwait({signal.SIGTERM, signal.SIGINT})
     poke(mine.control, block.STOP, 1)
     thread.join()
-    return 0
+    return 0 if ticks else 1
 
 
 if __name__ == "__main__":

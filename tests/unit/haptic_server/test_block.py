@@ -2,6 +2,7 @@
 
 import os
 import stat
+import sys
 import threading
 from pathlib import Path
 
@@ -49,6 +50,14 @@ def test_a_new_start_is_a_new_file_and_a_new_boot(tmp_path: Path) -> None:
     assert blocks.inode(tmp_path) != old
     assert first.boot != second.boot
     assert len(list(tmp_path.iterdir())) == 1
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux is asked to reserve the room")
+def test_all_of_its_room_is_reserved_at_once(tmp_path: Path) -> None:
+    # With holes, a /dev/shm that fills up later would end the servo with SIGBUS in the middle of a tick.
+    blocks.create(tmp_path, law_of(ROLL))
+    found = (tmp_path / blocks.FILE_NAME).stat()
+    assert found.st_blocks * 512 >= found.st_size
 
 
 @njit()

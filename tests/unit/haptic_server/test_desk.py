@@ -115,12 +115,34 @@ def test_a_new_servo_gets_the_accepted_set_and_the_panic(bench: Bench) -> None:
     bench.desk.set({"dv_pls": 0.3}, "test")
     bench.tick(200)
     bench.echoes()
+    bench.desk.saw(panicking=True)
     bench.start_servo()
     assert bench.link.refresh()
-    bench.desk.servo_restarted(was_panicking=True)
+    bench.desk.servo_restarted()
     bench.tick(200)
     assert bench.echoes()["dv_pls"] == 0.3
     assert bench.servo.player["panicked"][0] == 1
+
+
+def test_a_panic_that_the_old_servo_never_saw_reaches_the_new_one(bench: Bench) -> None:
+    bench.desk.panic("test")  # the old servo is dead: no tick takes it
+    bench.desk.saw(panicking=False)  # its last status still says ready
+    bench.start_servo()
+    assert bench.link.refresh()
+    bench.desk.servo_restarted()
+    bench.tick(1)
+    assert bench.servo.player["panicked"][0] == 1
+
+
+def test_a_panic_that_was_cleared_does_not_come_back_with_a_new_servo(bench: Bench) -> None:
+    bench.desk.panic("test")
+    bench.desk.saw(panicking=True)
+    bench.desk.saw(panicking=False)  # armed
+    bench.start_servo()
+    assert bench.link.refresh()
+    bench.desk.servo_restarted()
+    bench.tick(1)
+    assert bench.servo.player["panicked"][0] == 0
 
 
 def test_what_the_servo_refuses_is_no_longer_claimed(bench: Bench) -> None:

@@ -1,0 +1,48 @@
+"""The gateway's Zenoh side: a question that cannot be answered is refused, and the next one is heard."""
+
+import socket
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import pytest
+import zenoh
+
+from drumstick.law import law_of
+from drumstick.scene import parse, shipped_text
+from haptic_server import block as blocks
+from haptic_server.gateway.link import ServoLink
+from haptic_server.gateway.settings import ParameterDesk
+from haptic_server.gateway.wire import Wire
+from protocol.keys import Keys
+from protocol.messages import Clock, RefusalReply, decode
+from protocol.session import open_router
+
+ROLL = parse(shipped_text("roll"), "roll")
+KEYS = Keys("wired")
+
+
+def _no_health() -> Mapping[str, object]:
+    raise FileNotFoundError(2, "No such file or directory", "servo.json")
+
+
+@pytest.fixture
+def router(tmp_path: Path) -> Iterator[zenoh.Session]:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    mine = blocks.create(tmp_path, law_of(ROLL))  # kept: the mapping lives as long as its views
+    link = ServoLink(tmp_path, law_of(ROLL))
+    session = open_router(endpoint)
+    wire = Wire(session, KEYS, ParameterDesk(ROLL, link), lambda: mine.boot, "{}", _no_health)
+    yield session
+    wire.close()
+    session.close()
+
+
+def test_a_question_that_fails_does_not_silence_the_rest(router: zenoh.Session) -> None:
+    refused = next(iter(router.get(KEYS.doctor, timeout=10.0)))
+    assert refused.err is not None
+    assert "No such file" in decode(refused.err.payload.to_bytes(), RefusalReply).reason
+    answered = next(iter(router.get(KEYS.clock, timeout=10.0)))
+    assert answered.ok is not None
+    assert decode(answered.ok.payload.to_bytes(), Clock).t_ns > 0

@@ -1,0 +1,56 @@
+"""A service as a child: what ends the whole rig, and what is only started again."""
+
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from rig.process import Service
+
+
+def service(code: str, said: list[str]) -> Service:
+    return Service("part", [sys.executable, "-c", code], said.append)
+
+
+def look_until(part: Service, good: Callable[[], bool]) -> None:
+    end = time.monotonic() + 30.0
+    while not good():
+        assert time.monotonic() < end
+        part.look(time.monotonic())
+        time.sleep(0.01)
+
+
+def test_what_the_machine_lacks_at_the_first_start_is_final() -> None:
+    part = service("print('port taken'); raise SystemExit(3)", [])
+    part.start()
+    look_until(part, lambda: part.fault_status is not None)
+    assert part.fault_status == 3
+    assert part.last_line == "port taken"
+    assert part.pid is None
+
+
+def test_a_port_that_is_taken_during_a_restart_ends_nothing(tmp_path: Path) -> None:
+    # Dies by a signal, then finds its port taken once, then runs.
+    code = f"""
+import os, pathlib, signal, time
+starts = pathlib.Path({str(tmp_path / "starts")!r})
+count = len(starts.read_text()) if starts.exists() else 0
+starts.write_text("x" * (count + 1))
+if count == 0:
+    os.kill(os.getpid(), signal.SIGKILL)
+if count == 1:
+    raise SystemExit(3)
+print("playing", flush=True)
+time.sleep(60)
+"""
+    said: list[str] = []
+    part = service(code, said)
+    part.start()
+    try:
+        look_until(part, lambda: part.last_line == "playing")
+        assert part.fault_status is None
+        assert part.restarts == 2
+        assert "[part] ended with status 3; restarting" in said
+    finally:
+        part.ask_to_stop()
+        assert part.wait_stopped(time.monotonic() + 20.0)
