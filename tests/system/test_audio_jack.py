@@ -1,0 +1,105 @@
+"""The compiled callback on a real-time device: JACK's dummy driver, with the sound server as its client."""
+
+import signal
+import subprocess
+import sys
+import uuid
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from haptic_side import HapticSide, drum, sounding, wait_for
+
+pytestmark = pytest.mark.needs("jackd")
+
+# A client of its own for every look: PortAudio sees a JACK server only when it starts.
+LOOK = "import sounddevice; print([api['name'] for api in sounddevice.query_hostapis()])"
+
+
+class Jack:
+    """A JACK server under a name of its own; `environment` leads clients to it and to no other."""
+
+    def __init__(self, environment: dict[str, str], folder: Path) -> None:
+        self.log = folder / "jackd.log"
+        name = f"test-{uuid.uuid4().hex[:8]}"
+        self.environment = environment | {
+            "JACK_DEFAULT_SERVER": name,
+            "JACK_NO_AUDIO_RESERVATION": "1",
+            "JACK_NO_START_SERVER": "1",
+        }
+        with self.log.open("wb") as log:
+            self.process = subprocess.Popen(
+                ["jackd", "-n", name, "-r", "-d", "dummy", "-r", "48000", "-p", "128"],
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                env=self.environment,
+            )
+
+    def is_up(self) -> bool:
+        assert self.process.poll() is None, self.log.read_text()
+        look = subprocess.run(
+            [sys.executable, "-c", LOOK], capture_output=True, text=True, env=self.environment, check=False
+        )
+        if "PortAudio library not found" in look.stderr:
+            pytest.skip("PortAudio not found: sudo apt-get install libportaudio2")
+        return "JACK" in look.stdout
+
+    def close(self) -> None:
+        # Never kill it: JACK's registry has room for eight servers, and only one that ends by itself leaves it.
+        self.process.terminate()
+        self.process.wait(20.0)
+
+
+@pytest.fixture
+def jack(own_folders: dict[str, str], tmp_path: Path) -> Iterator[Jack]:
+    started = Jack(own_folders, tmp_path)
+    try:
+        wait_for("JACK", started.is_up)
+        yield started
+    finally:
+        started.close()
+
+
+@pytest.fixture
+def side(free_port: Callable[[], int]) -> Iterator[HapticSide]:
+    opened = HapticSide(free_port(), drum())
+    yield opened
+    opened.close()
+
+
+@pytest.mark.parametrize("audio", ["auto", "jack audio"])
+def test_it_plays_and_reports_load(audio: str, jack: Jack, side: HapticSide, tmp_path: Path) -> None:
+    with sounding(side.endpoint, audio, tmp_path, jack.environment) as sound:
+        first = side.meter("JACK", lambda m: "JACK" in m.sink)
+        side.strike()
+        heard = side.meter("a sound", lambda m: m.peak_left > 0.0 and m.played == 1)
+        assert 0.0 < heard.load < 1.0
+        assert heard.xruns >= 0
+        assert heard.latency_ms > 128 / 48.0
+        assert first.sink == heard.sink
+        side.scene, side.boot = drum(f01_Hz=300.0), 8
+        side.tell_state()
+        sound.said("mesh of 33.3 junctions across")
+        side.strike()
+        side.meter("the other drum", lambda m: m.played == 2 and m.peak_left > 0.0)
+        assert sound.stop(signal.SIGTERM) == 0
+    assert not any("Python" in line for line in sound.lines)  # the compiled callback, not the fallback
+
+
+def test_a_stalled_process_is_counted_as_xruns(jack: Jack, side: HapticSide, tmp_path: Path) -> None:
+    with sounding(side.endpoint, "auto", tmp_path, jack.environment) as sound:
+        before = side.meter("JACK", lambda m: "JACK" in m.sink).xruns
+        sound.process.send_signal(signal.SIGSTOP)
+        started = side.now_ns()
+        wait_for("a stall of a fifth of a second", lambda: side.now_ns() > started + 200_000_000)
+        sound.process.send_signal(signal.SIGCONT)
+        side.meter("more xruns", lambda m: m.xruns > before)
+        assert sound.stop(signal.SIGTERM) == 0
+
+
+def test_a_lost_device_ends_the_process_with_a_line(jack: Jack, side: HapticSide, tmp_path: Path) -> None:
+    with sounding(side.endpoint, "auto", tmp_path, jack.environment) as sound:
+        side.meter("JACK", lambda m: "JACK" in m.sink)
+        jack.close()
+        assert sound.ended() == 1
+    assert sum(line.startswith("ERROR: audio device lost: system (JACK") for line in sound.lines) == 1

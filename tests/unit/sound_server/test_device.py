@@ -1,0 +1,123 @@
+"""The audio device without one: a PortAudio of the test's own, with and without the private door."""
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from drumstick.scene import Scene
+from sound_server.calibrate import build
+from sound_server.events import StrikeRing
+from sound_server.render import render_all
+from sound_server.sinks.sink import SinkError
+
+try:
+    from sound_server.sinks import device
+except OSError as missing:
+    pytest.skip(f"{missing}: sudo apt-get install libportaudio2", allow_module_level=True)
+
+
+@dataclasses.dataclass
+class Flags:
+    output_underflow: bool = False
+
+
+class Stream:
+    """Remembers how it was opened; `active` is the test's to change."""
+
+    def __init__(self, **wishes: Any) -> None:
+        self.wishes = wishes
+        self.active = False
+        self.latency = 0.01
+
+    def start(self) -> None:
+        self.active = True
+
+    def close(self, ignore_errors: bool = True) -> None:
+        self.active = False
+
+
+class PortAudio:
+    """A library with one device that plays at `rates` only and has no C door."""
+
+    class PortAudioError(Exception):
+        pass
+
+    OutputStream = Stream
+
+    def __init__(self, rates: tuple[int, ...] = (48000,), channels: int = 2) -> None:
+        self.rates, self.channels = rates, channels
+
+    def query_devices(self, _index: int) -> dict[str, object]:
+        return {
+            "name": "card",
+            "hostapi": 0,
+            "max_output_channels": self.channels,
+            "default_samplerate": float(self.rates[0]),
+        }
+
+    def query_hostapis(self, _index: int) -> dict[str, object]:
+        return {"name": "TEST"}
+
+    def check_output_settings(self, *, device: int, samplerate: int, dtype: str) -> None:
+        if samplerate not in self.rates:
+            raise self.PortAudioError("Invalid sample rate")
+
+
+@pytest.fixture
+def portaudio(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+    def install(**facts: Any) -> None:
+        monkeypatch.setattr(device, "sounddevice", PortAudio(**facts))
+
+    return install
+
+
+def test_without_the_private_door_python_plays_the_same(
+    portaudio: Callable[..., None], caplog: pytest.LogCaptureFixture
+) -> None:
+    portaudio()
+    sink = device.DeviceSink(0, 48000, 128)
+    assert "without _StreamBase" in caplog.text
+    callback = sink._stream.wishes["callback"]
+    out = np.full((128, 2), 9.0, np.float32)
+    callback(out, 128, None, Flags())
+    assert not out.any()
+    ring = StrikeRing()
+    sink._stream.active = False  # nobody calls back, so `play` must not wait for it
+    sink.play(build(Scene("drum"), 48000, ring))
+    sounds: list[np.ndarray] = []
+    for frame in range(20):
+        if frame == 0:
+            ring.push(0, 0.3, 0.3, 5.0, 0.004)
+        callback(out, 128, None, Flags(output_underflow=frame == 3))
+        sounds.append(out.copy())
+    ring.push(0, 0.3, 0.3, 5.0, 0.004)
+    offline = np.zeros((20 * 128, 2), np.float32)
+    render_all(build(Scene("drum"), 48000, ring), offline, 128, 0)
+    assert np.array_equal(np.concatenate(sounds), offline)
+    assert sink.xruns == 1
+    assert sink.words == "card (TEST)"
+
+
+def test_a_device_keeps_its_own_rate_when_it_has_to(portaudio: Callable[..., None]) -> None:
+    portaudio(rates=(44100, 96000))
+    assert device.playable_rate(0, 96000) == 96000
+    assert device.playable_rate(0, 48000) == 44100
+
+
+def test_a_device_that_is_too_slow_is_refused(portaudio: Callable[..., None]) -> None:
+    portaudio(rates=(8000,))
+    with pytest.raises(SinkError, match="plays at 8000 Hz; 22050 Hz are needed") as refusal:
+        device.DeviceSink(0, 48000, 128)
+    assert refusal.value.status == 3
+
+
+def test_a_stream_that_stops_by_itself_is_lost(portaudio: Callable[..., None]) -> None:
+    portaudio(channels=1)
+    sink = device.DeviceSink(0, 48000, 128)
+    assert sink._stream.wishes["channels"] == 1
+    assert sink.lost == ""
+    sink._stream.active = False
+    assert sink.lost == "the device stopped"
