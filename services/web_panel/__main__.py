@@ -6,12 +6,11 @@ something (port taken, viser not installed).
 
 import argparse
 import signal
-import socket
 import sys
-import time
 from pathlib import Path
 
 from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, checked_rig
+from web_panel.port import free_port
 from web_panel.visitor_token import TokenFileError, token_of
 
 
@@ -24,44 +23,31 @@ def _arguments() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def _free_port(wanted: int) -> int:
-    # viser would silently take the next one.
-    with socket.socket() as probe:
-        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        probe.bind(("127.0.0.1", wanted))
-        return probe.getsockname()[1]
+def _end(status: int, words: str) -> int:
+    print(f"panel: {words}", file=sys.stderr)
+    return status
 
 
 def main() -> int:
     """Run until SIGTERM or SIGINT; the exit status."""
+    told: list[int] = []
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda signum, frame: told.append(signum))
     given = _arguments()
     try:
-        token = token_of(given.token_file)
-        port = _free_port(given.port)
+        token, port = token_of(given.token_file), free_port(given.port)
     except TokenFileError as error:
-        print(f"panel: {error}", file=sys.stderr)
-        return 2
+        return _end(2, str(error))
     except (OSError, OverflowError) as error:
-        print(f"panel: port {given.port} of 127.0.0.1 is not free: {error}", file=sys.stderr)
-        return 3
+        return _end(3, f"port {given.port} of 127.0.0.1 is not free: {error}")
     try:
         from web_panel.serving import GuardError, serve
     except ImportError as error:
-        print(f"panel: {error}; install haptic-drumstick[panel]", file=sys.stderr)
-        return 3
-    stopping = False
-
-    def stop(signum: int, frame: object) -> None:
-        nonlocal stopping
-        stopping = True
-
-    signal.signal(signal.SIGTERM, stop)
-    signal.signal(signal.SIGINT, stop)
+        return _end(3, f"{error}; install haptic-drumstick[panel]")
     try:
-        serve(given.rig, given.connect, port, token, lambda: not stopping, time.monotonic)
+        serve(given.rig, given.connect, port, token, lambda: not told)
     except GuardError as error:
-        print(f"panel: {error}", file=sys.stderr)
-        return 1
+        return _end(1, str(error))
     return 0
 
 

@@ -4,28 +4,35 @@ from dataclasses import dataclass
 
 from protocol.messages import Readback, RefusalReply, SetReply, decode
 
-NO_ANSWER = "no answer from the haptic server: nothing was changed as far as this page knows"
+NO_ANSWER = "no answer from the haptic server; the value shown is what it last said"
 
 
 @dataclass(frozen=True)
 class Answer:
-    """`readback` when taken; else `reason` says in words why not."""
+    """`readback` when taken; else `reason` says why not, and `refused` whether somebody said no or nobody answered."""
 
     readback: Readback | None = None
     reason: str = ""
+    refused: bool = False
 
     @property
     def taken(self) -> bool:
         """True when the haptic server said yes."""
         return not self.reason
 
+    @property
+    def words(self) -> str:
+        """What to show beside the control; empty when taken."""
+        return self.reason and f"{'Refused' if self.refused else 'Not confirmed'}: {self.reason}"
+
 
 def refused(payload: bytes) -> Answer:
     """From the payload of an error reply; one that is no RefusalReply is shown as text."""
     try:
-        return Answer(reason=decode(payload, RefusalReply).reason or "refused without a reason")
+        reason = decode(payload, RefusalReply).reason
     except ValueError:
-        return Answer(reason=payload.decode("utf-8", "replace")[:300] or "refused without a reason")
+        reason = payload.decode("utf-8", "replace")[:300]
+    return Answer(reason=reason or "no reason given", refused=True)
 
 
 def accepted(name: str, payload: bytes) -> Answer:
@@ -40,4 +47,4 @@ def accepted(name: str, payload: bytes) -> Answer:
             readback=Readback(value=reply.values[name], revision=reply.revision, pending=reply.pending)
         )
     except (ValueError, KeyError):
-        return Answer(reason="the haptic server's answer could not be read; the value below is what it uses")
+        return Answer(reason="the haptic server's answer could not be read; the value shown is what it uses")

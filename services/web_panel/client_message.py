@@ -17,8 +17,8 @@ MAX_FRAME_BYTES = 16 * 1024
 _CAMERA_VECTORS = {"wxyz": 4, "position": 3, "look_at": 3, "up_direction": 3}
 _CAMERA_NUMBERS = ("fov", "near", "far", "image_height", "image_width")
 
-# viser runs callbacks only for clients whose camera it knows. A browser without WebGL never tells one, and its PANIC
-# button would do nothing: so each connection begins with this camera, until the browser sends its own.
+# viser runs callbacks only for clients whose camera it knows, and a browser tells its camera some time after the page
+# is there: a PANIC pressed before that would do nothing. So each connection begins with this camera.
 CAMERA_AT_FIRST = msgspec.msgpack.encode(
     {
         "type": "ViewerCameraMessage",

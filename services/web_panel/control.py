@@ -88,7 +88,7 @@ class Control:
 
     def note_answer(self, value: float, answer: Answer) -> None:
         """Take the answer to the wish for `value`; a newer wish may be under way."""
-        self._reason = answer.reason
+        self._reason = answer.words
         if self._asked != value:
             return
         if answer.readback is not None and answer.readback.pending:

@@ -21,22 +21,61 @@ class DrumView:
     def __init__(self, server: viser.ViserServer) -> None:
         scene = server.scene
         scene.configure_default_lights(True, cast_shadow=False)
+        # Without a graphics card this picture is the page's burden: with viser's environment map and shadows a click
+        # took ten times as long.
+        scene.configure_environment_map(None)
+        scene.add_light_ambient("/daylight", intensity=0.9)
         server.initial_camera.position = (0.0, -2.3, 1.7)
         server.initial_camera.look_at = (0.0, 0.0, -0.1)
-        scene.add_cylinder("/shell", 1.04, 0.5, (92, 34, 30), radial_segments=96, position=(0.0, 0.0, -0.29))
         scene.add_cylinder(
-            "/hoop", 1.07, 0.09, (150, 152, 158), radial_segments=96, position=(0.0, 0.0, -0.045)
+            "/shell",
+            1.04,
+            0.5,
+            (92, 34, 30),
+            material="toon3",
+            cast_shadow=False,
+            receive_shadow=False,
+            radial_segments=96,
+            position=(0.0, 0.0, -0.29),
         )
         scene.add_cylinder(
-            "/head", 1.0, 0.02, (228, 222, 206), radial_segments=96, position=(0.0, 0.0, -0.01 + 0.004)
+            "/hoop",
+            1.07,
+            0.09,
+            (150, 152, 158),
+            material="toon3",
+            cast_shadow=False,
+            receive_shadow=False,
+            radial_segments=96,
+            position=(0.0, 0.0, -0.045),
+        )
+        scene.add_cylinder(
+            "/head",
+            1.0,
+            0.02,
+            (228, 222, 206),
+            material="toon3",
+            cast_shadow=False,
+            receive_shadow=False,
+            radial_segments=96,
+            position=(0.0, 0.0, -0.01 + 0.004),
         )
         self._spot = scene.add_cylinder(
-            "/spot", 1.0, 0.004, (242, 150, 40), radial_segments=48, position=(0.0, 0.0, 0.006), visible=False
+            "/spot",
+            1.0,
+            0.004,
+            (242, 150, 40),
+            material="toon3",
+            cast_shadow=False,
+            receive_shadow=False,
+            radial_segments=48,
+            position=(0.0, 0.0, 0.006),
+            visible=False,
         )
         self._stick = scene.add_frame("/stick", show_axes=False, position=(0.0, 0.0, 0.5))
-        scene.add_icosphere("/stick/tip", 0.045, (214, 170, 110))
+        scene.add_icosphere("/stick/tip", 0.045, (245, 215, 160))
         scene.add_cylinder(
-            "/stick/shaft", 0.03, _LENGTH, (196, 150, 92), wxyz=_TURN, position=0.5 * _LENGTH * _AIM
+            "/stick/shaft", 0.03, _LENGTH, (240, 200, 140), wxyz=_TURN, position=0.5 * _LENGTH * _AIM
         )
         self._strike: Strike | None = None
 

@@ -17,7 +17,7 @@ def _is_short_text(value: object) -> bool:
 
 
 class ExactEntry:
-    """A choice of parameter, a field, a button. Made by the main thread; `_send` runs in viser's."""
+    """Buttons that choose a parameter, a field, a button. Made by the main thread; `_send` runs in viser's."""
 
     def __init__(
         self,
@@ -30,38 +30,39 @@ class ExactEntry:
         self._messages = messages
         self._wishes = wishes
         self._table = table
+        self._chosen_row = next(iter(table.values()))
         with folder:
             server.gui.add_html(
                 markup.line("To type a value, over the whole range of the table:", "exact-title")
             )
-            self._name = server.gui.add_dropdown(
-                "Exact", tuple(table), hint="Which parameter, by its wire name"
-            )
+            # Not a drop-down: on a touch screen, opening one scrolls the whole panel to its top.
+            self._names = server.gui.add_button_group("Of", tuple(table), hint="By its wire name")
             self._text = server.gui.add_text(
                 "Value", "", hint="A number in the unit shown; decimal point, no unit"
             )
             self._words = server.gui.add_html("")
             self._button = server.gui.add_button("Set this value")
-        messages.controls[control_id(self._name)] = lambda value: isinstance(value, str) and value in table
+        messages.controls[control_id(self._names)] = lambda value: isinstance(value, str) and value in table
         messages.controls[control_id(self._text)] = _is_short_text
         messages.controls[control_id(self._button)] = is_click
         self._button.on_click(self._send)
-        self._name.on_update(self._chosen)
+        self._names.on_click(self._chosen)
         self._tell_range()
 
     def forget(self) -> None:
         """Take nothing more from browsers; whoever removes the folder removes the rest."""
-        for handle in (self._name, self._text, self._button):
+        for handle in (self._names, self._text, self._button):
             del self._messages.controls[control_id(handle)]
 
-    async def _chosen(self, event: viser.GuiEvent[viser.GuiDropdownHandle[str]]) -> None:
+    async def _chosen(self, event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
+        self._chosen_row = self._table[event.target.value]
         self._tell_range()
 
     def _tell_range(self) -> None:
-        self._say(f"{range_of(self._table[self._name.value].quantity)}", alarm=False)
+        self._say(f"{self._chosen_row.name}: {range_of(self._chosen_row.quantity)}", alarm=False)
 
     async def _send(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
-        parameter = self._table[self._name.value]
+        parameter = self._chosen_row
         try:
             value = parameter.check(float(self._text.value.strip().replace("−", "-")))
         except Refusal as refusal:

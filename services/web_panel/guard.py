@@ -205,6 +205,8 @@ def _try_the_door(server: viser.ViserServer, door: _Door) -> None:
             raise GuardError(f"viser answered {status} where the guard says {expected.value}")
 
 
-def control_id(handle: viser.GuiInputHandle[Any] | viser.GuiButtonHandle) -> str:
+def control_id(
+    handle: viser.GuiInputHandle[Any] | viser.GuiButtonHandle | viser.GuiButtonGroupHandle,
+) -> str:
     """The id by which browsers name this control."""
     return handle._impl.uuid  # pyright: ignore[reportPrivateUsage]

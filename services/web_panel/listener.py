@@ -133,9 +133,7 @@ class Listener:
                 self._read(sample, Readback, mirror.note_readback)
                 self.readbacks_stale = False
             self._readbacks = None
-        newest = max((readback.revision for readback in mirror.readbacks.values()), default=-1)
-        if mirror.state is not None and mirror.state.revision > max(newest, self._revision_explained):
-            self._revision_explained = mirror.state.revision
+        if mirror.state is not None and self._missed(mirror.state):
             self.readbacks_stale = True
         if (
             self.readbacks_stale
@@ -144,3 +142,14 @@ class Listener:
         ):
             self._readbacks = _Question(self._session, self._keys.param("*"))
             self._readbacks_asked_at = now
+
+    def _missed(self, state: State) -> bool:
+        # A publication can get lost, and then only State tells that there is more to know.
+        readbacks = self._mirror.readbacks.values()
+        if not state.pending and any(readback.pending for readback in readbacks):
+            return True
+        newest = max((readback.revision for readback in readbacks), default=-1)
+        if state.revision <= max(newest, self._revision_explained):
+            return False
+        self._revision_explained = state.revision
+        return True

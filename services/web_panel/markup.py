@@ -87,7 +87,7 @@ def control(parameter: Parameter, readback: Readback | None, reason: str, large:
     unit = "" if q.unit == "1" else q.unit
     kind, note = "dr-note", q.words
     if reason:
-        kind, note = "dr-note dr-refused", f"Refused: {reason}"
+        kind, note = "dr-note dr-refused", reason
     elif waits := readback_note(readback):
         kind, note = "dr-note dr-waits", waits
     return (

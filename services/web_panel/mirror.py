@@ -57,9 +57,10 @@ class Mirror:
         self.readbacks.clear()
 
     def note_readback(self, name: str, readback: Readback) -> None:
-        """Take a published value, unless a newer one is known."""
+        """Take a value, unless a newer one is known. Of one revision, the one that waits no more is the newer: an
+        answer to a query and a publication can overtake each other."""
         known = self.readbacks.get(name)
-        if known is None or readback.revision >= known.revision:
+        if known is None or (readback.revision, not readback.pending) >= (known.revision, not known.pending):
             self.readbacks[name] = readback
 
     def living_meters(self, now: float) -> list[Meter]:

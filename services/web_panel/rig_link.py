@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import secrets
 import threading
+import time
 from collections.abc import Callable
 
 import msgspec
@@ -72,9 +73,12 @@ class RigLink:
         """Zero force, latched. Asked three times before it gives up, 1.5 s at most."""
         answer = Answer(reason=_NO_ROUTER)
         for _ in range(_PANIC_TRIES):
+            begin = time.monotonic()
             answer = self._ask(self.keys.panic, b"", _PANIC_TIMEOUT_S, lambda _: Answer())
             if answer.taken:
                 break
+            # Where nobody listens zenoh says so at once; a gateway that is just starting deserves its half second.
+            self._closing.wait(max(0.0, begin + _PANIC_TIMEOUT_S - time.monotonic()))
         return answer
 
     def _ask(self, key: str, payload: bytes, timeout_s: float, read: Callable[[bytes], Answer]) -> Answer:

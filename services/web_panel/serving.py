@@ -16,9 +16,7 @@ from web_panel.wishes import Wishes
 _PERIOD_S = 1.0 / 15.0
 
 
-def serve(
-    rig: str, endpoint: str, port: int, token: str, keep_on: Callable[[], bool], clock: Callable[[], float]
-) -> None:
+def serve(rig: str, endpoint: str, port: int, token: str, keep_on: Callable[[], bool]) -> None:
     """Serve until `keep_on` says no; prints the address when it can be visited. Raises GuardError. Main thread."""
     messages = ClientMessages()
     server = start(Admission(token, port), messages)
@@ -29,18 +27,18 @@ def serve(
         page = Page(server, messages, wishes, link.panic, rig)
         link.start()
         wishes.start()
-        page.show(mirror, clock())
+        page.show(mirror, time.monotonic())
         print(f"panel: http://127.0.0.1:{port}/?token={token}", file=sys.stderr, flush=True)
         while keep_on():
             time.sleep(_PERIOD_S)
-            link.poll(clock())
+            link.poll(time.monotonic())
             while not wishes.answers.empty():
                 name, value, answer = wishes.answers.get()
                 if answer.readback is not None:
                     mirror.note_readback(name, answer.readback)
                     link.check_again()
                 page.note_answer(name, value, answer)
-            page.show(mirror, clock())
+            page.show(mirror, time.monotonic())
     finally:
         wishes.close()
         link.close()

@@ -27,6 +27,7 @@ CSS = """
 .dr-old b,.dr-old u,.dr-old .dr-level{opacity:.35}
 .dr-small{font-size:.92em;color:#a9b0ba;margin:.1em 0 .3em}
 .dr-small b{color:#e8eaed;font-weight:600}
+[data-part="exact-title"]{margin-top:.8em}
 .dr-alarm,.dr-small .dr-alarm{color:#ff9b9b}
 .dr-c{padding:.5em .75em 0;font-variant-numeric:tabular-nums}
 .dr-row{display:flex;align-items:baseline;justify-content:space-between;gap:.6em;line-height:1.15}
@@ -45,14 +46,14 @@ CSS = """
    and cannot show a logarithmic slider's value: exact values have their own entry with a button; no label beside it,
    since the name stands above; no notices of viser's about the browser's graphics, since the picture is a nicety */
 .mantine-Slider-root + .mantine-NumberInput-root{display:none}
-.mantine-Slider-root{padding-top:.6rem !important;padding-bottom:1.35rem !important;margin:0 1.1rem 0 .75rem}
+.mantine-Slider-root{padding-top:.6rem !important;padding-bottom:1.4rem !important;margin:0 1.1rem 0 .75rem}
 .mantine-Slider-track{height:.65rem}
 .mantine-Slider-thumb{width:1.3rem !important;height:1.7rem !important;border-radius:.3rem}
 .mantine-Slider-mark{transform:none !important;width:3px !important;height:.65rem !important;border:0 !important}
 .mantine-Slider-markLabel{font-size:.85rem !important;color:#a9b0ba;margin-top:.3rem !important;white-space:nowrap}
 .mantine-Flex-root:has(.mantine-Slider-root) > div:has(> .mantine-Text-root > label)
 {position:absolute;width:1px !important;height:1px;overflow:hidden;clip-path:inset(50%)}
-.mantine-Notifications-root{display:none}
+.mantine-Slider-label,.mantine-Notifications-root{display:none}
 /* PANIC stays in sight however far one scrolls; what viser hides there must clip, for a box that hides also scrolls */
 div:has(> div > div > div > .dr-panic){overflow:clip !important;min-width:0}
 div:has(> .dr-panic) + div{position:sticky;top:0;z-index:20}
@@ -62,7 +63,9 @@ div:has(> .dr-panic) + div .mantine-Button-label{font-size:1.9rem;font-weight:80
  letter-spacing:.12em;color:#fff}
 .uplot{font-family:inherit}
 .u-legend{font-size:.9em;color:#c9ced6}
+/* on a phone the page covers the picture; out of view, viser does not draw it */
 @media (max-width:36em){
+ div:has(> div > div > canvas[data-engine]){transform:translateX(-200vw)}
  div[style*="position: fixed"][style*="width: 20em"]{width:100% !important;max-height:94% !important}
  div[style*="position: fixed"] div[style*="width: 20em"]{width:100% !important}
  .dr-tile{padding:.35em .45em}

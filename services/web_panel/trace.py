@@ -49,7 +49,7 @@ class Trace:
                 _axis("m/s", 1, _AMBER),
             ),
             legend=viser.uplot.Legend(show=True, live=False),
-            height=140,
+            height=120,
             order=order,
         )
 

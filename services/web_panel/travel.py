@@ -13,6 +13,7 @@ from web_panel.wording import figure
 _DECADES_EACH_WAY = 1.0
 _TIMES = 5.0
 _STEPS = 200
+_NOTHING = 1e-9  # a smaller share of the table's range is 0: no slider can show it
 _LOG_STEP = 0.01
 
 
@@ -82,7 +83,8 @@ def travel_around(quantity: Quantity, value: float) -> Travel:
         value = min(max(value, low), high)
         factor = 10.0**_DECADES_EACH_WAY
         return Travel(max(low, value / factor), min(high, value * factor), True)
-    reach = _round_up(_TIMES * abs(value)) if value != 0.0 else (high - low) / 20.0
+    counts = abs(value) > _NOTHING * (high - low)
+    reach = _round_up(_TIMES * abs(value)) if counts else (high - low) / 20.0
     return Travel(max(low, -reach if low < 0.0 else 0.0), min(high, reach), False)
 
 

@@ -37,7 +37,7 @@ class Wishes:
 
     def refuse(self, name: str, value: float, reason: str) -> None:
         """Answer a wish that need not be sent."""
-        self.answers.put((name, value, Answer(reason=reason)))
+        self.answers.put((name, value, Answer(reason=reason, refused=True)))
 
     def _run(self) -> None:
         while (wish := self._next()) is not None:

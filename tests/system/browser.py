@@ -20,6 +20,7 @@ FLAGS = [
 ]
 DESKTOP = (1280, 800)
 PHONE = (390, 844)
+NARROW = (560, 900)  # laid out as on a phone, without the picture: software WebGL makes every click slow
 
 
 @contextmanager

@@ -47,6 +47,7 @@ class FakeRig:
         self.endpoint = f"tcp/127.0.0.1:{self.port}"
         self.refuse: dict[str, str] = {}
         self.latching = False
+        self.losing = False  # the readbacks of `latch` get lost
         self.pending: dict[str, float] = {}
         self.sets: list[tuple[str, float]] = []
         self.panics = 0
@@ -86,8 +87,9 @@ class FakeRig:
             names = list(self.pending)
             self.law = with_changes(self.law, self.table, self.pending)
             self.pending.clear()
-            for name in names:
-                self._session.put(self.keys.param(name), encode(self._readback(name)))
+            if not self.losing:
+                for name in names:
+                    self._session.put(self.keys.param(name), encode(self._readback(name)))
 
     def value(self, name: str) -> float:
         return values_of(self.law, self.table)[name]

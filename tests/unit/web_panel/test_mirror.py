@@ -49,6 +49,8 @@ def test_an_older_readback_never_replaces_a_newer_one() -> None:
     assert mirror.readbacks["dv_pls"].value == 0.3
     mirror.note_readback("dv_pls", Readback(value=0.3, revision=5))
     assert not mirror.readbacks["dv_pls"].pending
+    mirror.note_readback("dv_pls", Readback(value=0.2, revision=5, pending=True))
+    assert mirror.readbacks["dv_pls"] == Readback(value=0.3, revision=5)
 
 
 def test_the_same_scene_again_keeps_the_values() -> None:

@@ -70,3 +70,4 @@ def test_a_value_that_is_none_at_all_still_gives_a_slider() -> None:
 def test_zero_travels_a_twentieth_of_the_range() -> None:
     travel = travel_around(Quantity(float, 0.0, 10.0, "m/s"), 0.0)
     assert (travel.low, travel.high) == (0.0, 0.5)
+    assert travel_around(Quantity(float, 0.0, 10.0, "m/s"), 5e-324) == travel

@@ -58,4 +58,4 @@ def test_it_ends_while_something_waits(asked: Asked) -> None:
 def test_a_wish_refused_here_is_not_sent(asked: Asked) -> None:
     wishes = Wishes(asked)
     wishes.refuse("dv_pls", 99.0, "too much")
-    assert wishes.answers.get(timeout=1) == ("dv_pls", 99.0, Answer(reason="too much"))
+    assert wishes.answers.get(timeout=1) == ("dv_pls", 99.0, Answer(reason="too much", refused=True))
