@@ -103,7 +103,11 @@ def test_sudo_that_asks_no_password_is_used(machine: Machine) -> None:
     machine.stands_in("id", "echo 1000")
     machine.stands_in("sudo", 'shift; echo "sudo $1" >> "$ASKED"; exec "$@"')
     machine.install("play")
-    assert [call for call in machine.calls if call.startswith("sudo")] == ["sudo true", "sudo env", "sudo env"]
+    assert [call for call in machine.calls if call.startswith("sudo")] == [
+        "sudo true",
+        "sudo env",
+        "sudo env",
+    ]
     assert machine.calls[-1].endswith("install -y --no-install-recommends alpha-lib")
 
 
