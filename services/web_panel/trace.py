@@ -49,7 +49,8 @@ class Trace:
                 _axis("m/s", 1, _AMBER),
             ),
             legend=viser.uplot.Legend(show=True, live=False),
-            height=120,
+            height=125,
+            padding=(8, 8, 0, 0),  # a line at the top of its scale stays whole
             order=order,
         )
 
