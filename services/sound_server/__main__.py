@@ -1,6 +1,5 @@
 """python -m sound_server. Exit status 0: stopped, 2: wrong request, 3: no such device, 1: the device was lost."""
 
-import argparse
 import logging
 import os
 import signal
@@ -8,38 +7,13 @@ import sys
 import threading
 from types import FrameType
 
-from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, checked_rig
+from sound_server import options
 from sound_server.log import open_log
-
-
-def _between(low: int, high: int) -> type:
-    class Whole(int):
-        def __new__(cls, text: str) -> "Whole":
-            number = super().__new__(cls, text)
-            if not low <= number <= high:
-                raise argparse.ArgumentTypeError(f"{number} is outside {low} .. {high}")
-            return number
-
-    return Whole
-
-
-def _arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="sound_server", description="Plays the drum of a rig's scene.")
-    parser.add_argument("--rig", type=checked_rig, default=DEFAULT_RIG)
-    parser.add_argument(
-        "--connect", default=DEFAULT_ROUTER, metavar="ENDPOINT", help="the rig's Zenoh router"
-    )
-    parser.add_argument(
-        "--audio", default="auto", metavar="auto|null|wav:FILE|NAME", help="where the sound goes"
-    )
-    parser.add_argument("--rate", type=_between(22050, 192000), default=48000, help="frames a second")
-    parser.add_argument("--block", type=_between(16, 8192), default=128, help="frames a block")
-    return parser.parse_args()
 
 
 def main() -> int:
     """Make the parts, join them, run until SIGTERM or SIGINT."""
-    wanted = _arguments()
+    wanted = options.read()
     open_log()
     stop = threading.Event()
 

@@ -1,6 +1,8 @@
 """The sound server as a process: strikes over a real router into a WAV file, and everything that may go wrong."""
 
 import signal
+import subprocess
+import sys
 import wave
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -180,3 +182,16 @@ def test_what_cannot_be_had_is_one_line_and_a_status(
     assert len(sound.lines) == 1
     assert sound.lines[0].startswith("ERROR: ")
     assert words in sound.lines[0]
+
+
+@pytest.mark.parametrize("option", [("--rate", "8000"), ("--block", "x"), ("--rig", "a/b")])
+def test_options_out_of_range_are_a_wrong_request(option: tuple[str, str]) -> None:
+    run = subprocess.run(
+        [sys.executable, "-m", "sound_server", *option],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert run.returncode == 2
+    assert option[0] in run.stderr.splitlines()[-1]
