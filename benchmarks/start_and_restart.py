@@ -89,7 +89,9 @@ def restarts(rig: Rig, runs: int) -> dict[str, list[float]]:
         for name, work in (("sound", sound), ("panel", panel), ("gateway", gateway), ("servo", servo)):
             seconds[name].append(timed(work))
             wait_for("all four", lambda: len(rig.children()) == 4 and meters.got[-1].played > 0)
-            time.sleep(10.5)  # a service that dies again within ten seconds is restarted more slowly, on purpose
+            time.sleep(
+                10.5
+            )  # a service that dies again within ten seconds is restarted more slowly, on purpose
     session.close()
     return seconds
 
@@ -110,7 +112,8 @@ def main() -> None:
         | {"to_imports": statistics.median(values) / baseline}
         for name, values in seconds.items()
     }
-    RESULT.write_text(json.dumps({"machine": description(), "unit": "s", "rows": rows}, indent=1) + "\n", encoding="utf-8")
+    result = {"machine": description(), "unit": "s", "rows": rows}
+    RESULT.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
     for name, row in rows.items():
         print(f"{name:16s} median {row['median']:.3f} s (min {row['min']:.3f}, max {row['max']:.3f})")
 

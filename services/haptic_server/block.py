@@ -17,15 +17,16 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from haptic_server.files import BLOCK
 from haptic_server.records import EVENT, STATUS, set_type
 from realtime import ring, triple
+from realtime.atomics import peek
 
-FILE_NAME = "servo.block"
 RING_SLOTS = 16384  # three minutes of a roll at 45 Hz, two events a contact
 LATENESS_BINS = 512
 LATENESS_BIN_NS = 10_000  # the last bin takes everything above 5.1 ms
-STOP, PANIC, ARM, HEARTBEAT = 0, 8, 16, 24
-_CONTROL_CELLS = 32
+STOP, PANIC, ARM, HEARTBEAT, HELD, PANICS_SEEN = 0, 8, 16, 24, 32, 40
+_CONTROL_CELLS = 48
 _MAGIC = 0x6B63697473  # "stick"
 _LAYOUT_VERSION = 1
 
@@ -36,8 +37,9 @@ Slots = npt.NDArray[np.void]
 class Block(NamedTuple):
     """Views into the mapped file. numba takes the whole tuple as one argument.
 
-    header: magic, layout, boot, pid. control: STOP, PANIC, ARM, HEARTBEAT. Events flow servo -> gateway; `wanted_*` is
-    gateway -> servo; `live_*` (readback) and `status_*` are servo -> gateway. lateness: ticks per bin of 10 us.
+    header: magic, layout, boot, pid. control: STOP, PANIC, ARM, HEARTBEAT, HELD, PANICS_SEEN. Events flow servo ->
+    gateway; `wanted_*` is gateway -> servo; `live_*` (readback) and `status_*` are servo -> gateway. lateness: ticks
+    per bin of 10 us.
     """
 
     header: Cells
@@ -61,6 +63,15 @@ class Block(NamedTuple):
     def pid(self) -> int:
         """Process id of the servo."""
         return int(self.header[3])
+
+
+class Legacy(NamedTuple):
+    """What a servo leaves to the one that is started in its place: the newest accepted set, and whether it was held
+    by a panic or a fault."""
+
+    revision: int
+    law: Slots
+    held: bool
 
 
 class BlockError(OSError):
@@ -115,9 +126,10 @@ def in_memory(law: npt.NDArray[np.void]) -> Block:
     return block
 
 
-def _start(block: Block, law: npt.NDArray[np.void]) -> None:
+def _start(block: Block, law: npt.NDArray[np.void], revision: int = 0) -> None:
     first = np.zeros(1, set_type(law.dtype))
     first["law"] = law
+    first["revision"] = revision
     triple.clear(block.wanted_cells, block.wanted, first[0])
     triple.clear(block.live_cells, block.live, first[0])
     triple.clear(block.status_cells, block.status, np.zeros(1, STATUS)[0])
@@ -130,12 +142,30 @@ def _start(block: Block, law: npt.NDArray[np.void]) -> None:
     )
 
 
-def create(folder: Path, law: npt.NDArray[np.void]) -> Block:
+def legacy(folder: Path, law: np.dtype[Any]) -> Legacy | None:
+    """What the servo before this one left in `folder`, when it played the same scene; None otherwise.
+
+    Only for a servo that is about to make its own block: it takes the dead one's side.
+    """
+    try:
+        old = attach(folder, law)
+    except (FileNotFoundError, BlockError):
+        return None
+    newest = np.zeros(1, set_type(law))
+    while not triple.recover(old.wanted_cells, triple.READER, triple.WRITER):
+        time.sleep(0)
+    triple.read_into(old.wanted_cells, old.wanted, newest)
+    unseen = peek(old.control, PANIC) != peek(old.control, PANICS_SEEN)
+    held = unseen or peek(old.control, HELD) != 0
+    return Legacy(int(newest["revision"][0]), newest["law"].copy(), held)
+
+
+def create(folder: Path, law: npt.NDArray[np.void], revision: int = 0) -> Block:
     """Make the servo's block in `folder` (0600), starting from `law`; replaces an older one in one step.
 
     OSError when there is no room for all of it: a file with holes would end the servo with SIGBUS in a later tick.
     """
-    temporary = folder / f".{FILE_NAME}.{os.getpid()}"
+    temporary = folder / f".{BLOCK}.{os.getpid()}"
     descriptor = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o600)
     try:
         if sys.platform == "linux":
@@ -148,21 +178,21 @@ def create(folder: Path, law: npt.NDArray[np.void]) -> Block:
     finally:
         os.close(descriptor)
     block = _views(_map(temporary), law.dtype)
-    _start(block, law)
-    temporary.rename(folder / FILE_NAME)
+    _start(block, law, revision)
+    temporary.rename(folder / BLOCK)
     return block
 
 
 def attach(folder: Path, law: np.dtype[Any]) -> Block:
     """Map an existing block as its gateway. FileNotFoundError before the servo made one; BlockError if it differs."""
-    memory = _map(folder / FILE_NAME)
+    memory = _map(folder / BLOCK)
     if len(memory) != _size(law):
         raise BlockError(
-            f"{folder / FILE_NAME}: {len(memory)} bytes, expected {_size(law)}: another version's block"
+            f"{folder / BLOCK}: {len(memory)} bytes, expected {_size(law)}: another version's block"
         )
     block = _views(memory, law)
     if int(block.header[0]) != _MAGIC or int(block.header[1]) != _signature(law):
-        raise BlockError(f"{folder / FILE_NAME}: made for another scene or version; restart the servo")
+        raise BlockError(f"{folder / BLOCK}: made for another scene or version; restart the servo")
     return block
 
 
@@ -180,6 +210,6 @@ def claim(block: Block) -> None:
 def inode(folder: Path) -> int:
     """Tells whether the block in place is still the one that was mapped; 0 when there is none."""
     try:
-        return (folder / FILE_NAME).stat().st_ino
+        return (folder / BLOCK).stat().st_ino
     except FileNotFoundError:
         return 0

@@ -54,11 +54,13 @@ STATUS: np.dtype[Any] = np.dtype(
 )
 
 # What the simulated player and the tick remember. `phase` walks the strikes over the head; `rest_s` is how long the
-# stick has lain dead; the last two strike instants make the roll rate.
+# stick has lain dead, `still_s` how long it crept or was out of reach; `holding`: a set waits to be latched; the
+# last two strike instants make the roll rate.
 PLAYER: np.dtype[Any] = np.dtype(
     [
         ("phase", "f8"),
         ("rest_s", "f8"),
+        ("still_s", "f8"),
         ("seq", "i8"),
         ("revision", "i8"),
         ("last_ns", "i8"),
@@ -72,6 +74,7 @@ PLAYER: np.dtype[Any] = np.dtype(
         ("fault", "i8"),
         ("panicked", "i8"),
         ("panics_seen", "i8"),
+        ("holding", "i8"),
     ],
     align=True,
 )

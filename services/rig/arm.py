@@ -8,12 +8,12 @@ def arm(rig: str) -> None:
     """Let the servo play again. Raises Stop when no servo of that rig runs on this machine."""
     from drumstick.law import law_of
     from drumstick.scene import parse
-    from haptic_server import block
+    from haptic_server import block, files
     from realtime.atomics import poke
 
     run = folder.run_folder(rig)
     try:
-        scene = parse((run / "scene.toml").read_text(encoding="utf-8"), "scene.toml")
+        scene = parse((run / files.SCENE).read_text(encoding="utf-8"), files.SCENE)
         mapped = block.attach(run, law_of(scene).dtype)
     except FileNotFoundError:
         lacking(f"no servo of rig {rig!r} runs on this machine")

@@ -15,14 +15,14 @@ def rig_name(name: str) -> None:
         wrong(str(error))
 
 
-def endpoint(connect: str | None) -> str:
+def endpoint(connect: str | None, option: str = "--connect") -> str:
     """The Zenoh endpoint, or the default one."""
     from rig.watch import host_and_port
 
     try:
         host_and_port(connect or DEFAULT_ROUTER)
     except ValueError as error:
-        wrong(f"--connect: {error}")
+        wrong(f"{option}: {error}")
     return connect or DEFAULT_ROUTER
 
 

@@ -7,7 +7,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from protocol.keys import DEFAULT_ROUTER
-from rig.fault import Stop, wrong
+from rig.fault import LACKING, Stop, wrong
 
 app = typer.Typer(
     add_completion=False,
@@ -71,7 +71,7 @@ def _run(
 
     checks.rig_name(rig)
     checks.endpoint(connect)
-    checks.endpoint(listen)
+    checks.endpoint(listen, "--listen")
     checks.port(osc_in, "--osc-in")
     checks.port(panel_port, "--panel-port")
     checks.duration(duration)
@@ -271,3 +271,5 @@ def main() -> None:
     except BrokenPipeError:
         sys.stderr.close()  # the reader of our output went away, as `head` does
         sys.exit(0)
+    except OSError as error:  # a full disk, a folder that may not be written: the machine's, not ours
+        _leave(LACKING, str(error))

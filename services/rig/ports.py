@@ -6,7 +6,8 @@ from rig.fault import lacking
 
 
 def _require_free(kind: socket.SocketKind, host: str, port: int, what: str, option: str) -> None:
-    with socket.socket(socket.AF_INET, kind) as probe:
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    with socket.socket(family, kind) as probe:
         if kind == socket.SOCK_STREAM:
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
@@ -27,9 +28,8 @@ def require_free_udp(host: str, port: int, what: str, option: str) -> None:
 
 def listens(host: str, port: int) -> bool:
     """Whether something accepts TCP connections there now."""
-    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
-        probe.settimeout(0.2)
-        try:
-            return probe.connect_ex((host, port)) == 0
-        except OSError:  # a name that cannot be resolved, now
-            return False
+    try:
+        socket.create_connection((host, port), timeout=0.2).close()
+    except OSError:  # nobody there, or a name that cannot be resolved now
+        return False
+    return True

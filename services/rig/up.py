@@ -7,6 +7,7 @@ import time
 from contextlib import ExitStack
 from typing import Any
 
+from haptic_server import files
 from protocol.keys import Keys
 from rig import folder, ports, scene_file
 from rig.fault import OURS, Stop
@@ -148,8 +149,10 @@ def up(options: Options, scene: str, duration_s: float | None, as_json: bool) ->
         if HAPTIC in options.parts:
             loaded = scene_file.load(scene)
             held.enter_context(folder.claim(options.folder, options.rig))
-            (options.folder / "servo.block").unlink(missing_ok=True)  # an earlier run's; nobody lives: we hold the lock
-            folder.put_text(options.folder / "scene.toml", scene_file.read(scene).text)
+            block = options.folder / files.BLOCK
+            block.unlink(missing_ok=True)  # an earlier run's: whoever made it is dead, we hold the lock
+            held.callback(block.unlink, missing_ok=True)
+            folder.put_text(options.folder / files.SCENE, scene_file.read(scene).text)
             scene = loaded.name
             ports.require_free_udp("127.0.0.1", options.osc_in, "OSC port", "--osc-in")
             if options.is_router:

@@ -10,6 +10,8 @@ from protocol.messages import Meter, State, decode
 from protocol.session import client_config
 from rig.ports import listens
 
+_PROTOCOLS = ("tcp", "tls")
+
 
 class Watch:
     """A Zenoh client that opens when the router is there."""
@@ -101,8 +103,8 @@ class Watch:
 
 def host_and_port(endpoint: str) -> tuple[str, int]:
     """127.0.0.1, 7447 of tcp/127.0.0.1:7447; ValueError for anything else."""
-    _, _, address = endpoint.partition("/")
+    protocol, _, address = endpoint.partition("/")
     host, _, port = address.rpartition(":")
-    if not host or not port.isdecimal() or not 1 <= int(port) <= 65535:
+    if protocol not in _PROTOCOLS or not host or not port.isdecimal() or not 1 <= int(port) <= 65535:
         raise ValueError(f"{endpoint!r} is not a Zenoh endpoint like tcp/127.0.0.1:7447")
-    return host, int(port)
+    return host.removeprefix("[").removesuffix("]"), int(port)

@@ -6,9 +6,11 @@ servo, which trusts nobody. It gates live sets and devices only; `simulate` take
 allow.
 
 The speed of the roll is bounded from above by v = dv / (1 - beta): no loss outside contact, the whole pulse
-delivered.
+delivered. The hand's spring adds its own force, and its energy depends on where the stick is when a set takes
+effect: `safe_from` is the servo's question at that moment.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -19,7 +21,10 @@ from drumstick.parameters import Refusal
 from drumstick.rig import Guard
 from realtime.jit import ArgumentType, Record, njit, overload, record_has
 
-OK, NOT_FINITE, MASS, NEGATIVE, ENDLESS, SPEED, FORCE = 0, 1, 2, 3, 4, 5, 6
+OK, NOT_FINITE, MASS, NEGATIVE, ENDLESS, SPEED, FORCE, HAND, BUZZ, ACTIVE = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
+
+# A contact shorter than this is no longer a blow but a buzz, and thousands of strikes a second on the wire.
+SHORTEST_CONTACT_S = 2e-4
 
 
 @dataclass(frozen=True)
@@ -74,7 +79,36 @@ def predicted(law: Record) -> tuple[float, float]:
     dv = _pulse_speed(law)
     loss = 1.0 - contact.beta(law.release, law.m, law.k_coll, law.r_in)
     speed = 0.0 if dv == 0.0 else (dv / loss if loss > 0.0 else 1e300)
-    return speed, contact.peak_force(law.m, law.k_coll, law.r_in, speed) + law.m * _pulse_push(law)
+    pressing = (
+        2.0 * law.k_hand * abs(law.z_ss)
+    )  # at most twice the hand's own force, when it is let go suddenly
+    blow = contact.peak_force(law.m, law.k_coll, law.r_in, speed)
+    return speed, blow + law.m * _pulse_push(law) + pressing
+
+
+@njit()
+def hand_speed(law: Record) -> float:
+    """The speed (m/s) that the hand's spring alone can give a stick that it pulls off the head; 0 when it presses."""
+    return math.sqrt(law.k_hand / law.m) * max(law.z_ss, 0.0)
+
+
+@njit()
+def safe_from(
+    law: Record, z: float, v: float, left: float, max_force_N: float, max_speed_m_per_s: float
+) -> bool:
+    """May `law` take over now? From z >= 0 m at v m/s, with `left` m/s of a pulse still to come.
+
+    A firmer or lower hand turns height into speed: the fastest the stick gets before or at its next contact, and that
+    contact's force, must stay within the limits. If not, the set waits; at z = 0 it adds nothing.
+    """
+    w2 = law.k_hand / law.m
+    fastest = v * v + w2 * (z - law.z_ss) ** 2
+    if law.z_ss < 0.0:
+        fastest -= w2 * law.z_ss * law.z_ss  # the head is met at z = 0, before the spring is at rest
+    speed = math.sqrt(max(fastest, 0.0)) + left
+    if not speed <= max_speed_m_per_s:
+        return False
+    return contact.peak_force(law.m, law.k_coll, law.r_in, speed) <= max_force_N
 
 
 @njit()
@@ -94,6 +128,12 @@ def check(law: Record, max_force_N: float, max_speed_m_per_s: float) -> int:
     # A tau below 0 would make the pulse grow for ever.
     if not (0.0 < _pulse_lasts(law) < 1e3 and _pulse_push(law) < 1e12):
         return NOT_FINITE
+    if not law.r_in >= law.r_out:
+        return ACTIVE
+    if not math.pi * math.sqrt(law.m / law.k_coll) >= SHORTEST_CONTACT_S:
+        return BUZZ
+    if not hand_speed(law) <= max_speed_m_per_s:
+        return HAND
     speed, force = predicted(law)
     if not speed < 1e300:
         return ENDLESS
@@ -119,6 +159,10 @@ def require(law: Records, limits: Limits) -> None:
         SPEED: f"the roll could reach {speed:.3g} m/s, the limit is {limits.max_speed_m_per_s:g} m/s: "
         "lower dv_pls or raise r_in",
         FORCE: f"contact and pulse could reach {force:.3g} N, the limit is {limits.max_force_N:g} N: "
-        "lower dv_pls or k_coll, or raise tau or r_in",
+        "lower dv_pls, k_coll or k_hand, or raise tau or r_in",
+        HAND: f"the hand alone could throw the stick at {hand_speed(law[0]):.3g} m/s, the limit is "
+        f"{limits.max_speed_m_per_s:g} m/s: lower z_ss or k_hand",
+        BUZZ: f"a contact would last less than {SHORTEST_CONTACT_S * 1e3:g} ms, a buzz: raise m or lower k_coll",
+        ACTIVE: "r_in must be at least r_out, or the head would push harder the faster it is left",
     }
     raise Refusal(words[code])

@@ -77,16 +77,13 @@ def _never_releases(law: Record, motion: Record) -> bool:
     if law.release == PAPER and overdamped and push == 0.0 and motion.z <= rest <= 0.0 and motion.v >= 0.0:
         return True  # it creeps up to its rest and never passes it
     reach = math.hypot(motion.z - rest, motion.v / w)
-    if push != 0.0:
-        reach += abs(push) / (pulse.rate(law) * w)
+    reach += abs(pulse.left(law, motion)) / w
     return reach < -rest
 
 
 @njit()
 def _never_returns(law: Record, motion: Record) -> bool:
-    lam = pulse.rate(law)
-    p = pulse.push(law, motion)
-    gain = p / lam if lam > 0.0 else 0.0
+    gain = pulse.left(law, motion)
     if law.k_hand == 0.0:
         return motion.v >= 0.0 and motion.v + gain >= 0.0
     w = math.sqrt(law.k_hand / law.m)

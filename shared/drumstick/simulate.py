@@ -54,9 +54,7 @@ def _run(
             row[1] = motion.v_in
             row[2] = t
             row[3] = motion.v_out
-            # The speed once the rest of the pulse is counted: v_out + tau p.
-            rest = pulse.push(law, motion) / pulse.rate(law) if pulse.rate(law) > 0.0 else 0.0
-            row[4] = motion.v_out + rest
+            row[4] = motion.v_out + pulse.left(law, motion)
             row[5] = motion.peak_N
             row[6] = motion.impulse_N_s
             row[7] = motion.z_min

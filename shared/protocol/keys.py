@@ -5,13 +5,13 @@ from dataclasses import dataclass
 
 DEFAULT_RIG = "main"
 DEFAULT_ROUTER = "tcp/127.0.0.1:7447"
-_RIG_NAME = re.compile(r"[A-Za-z0-9_.-]{1,40}")
+_RIG_NAME = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_.-]{0,39}")
 
 
 def checked_rig(name: str) -> str:
     """The rig's name, when it can stand in a key; else ValueError."""
     if not _RIG_NAME.fullmatch(name):
-        raise ValueError(f"rig name {name!r}: use 1 to 40 letters, digits, _ . or -")
+        raise ValueError(f"rig name {name!r}: use 1 to 40 letters, digits, _ . or -, not a dot first")
     return name
 
 

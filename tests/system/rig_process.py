@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import socket
 import subprocess
@@ -19,6 +20,7 @@ import zenoh
 from protocol.keys import Keys
 from protocol.messages import Message, decode
 from protocol.session import open_client
+from rig.folder import run_folder
 
 DRUMSTICK = [sys.executable, "-c", "from rig.command import main; main()"]
 _M = TypeVar("_M", bound=Message)
@@ -124,6 +126,7 @@ class Rig:
                 self.process.kill()
                 self.process.wait()
         self._reader.join(5.0)
+        shutil.rmtree(run_folder(self.name), ignore_errors=True)
         for pipe in (self.process.stdout, self.process.stderr):
             if pipe is not None:
                 pipe.close()

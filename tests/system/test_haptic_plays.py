@@ -234,6 +234,25 @@ def test_a_killed_servo_comes_back_with_the_accepted_set(rig: Rig, session: zeno
     settle(session, rig, dv_pls=0.2)
 
 
+def test_an_acknowledged_set_and_a_panic_outlive_servo_and_gateway_together(
+    rig: Rig, session: zenoh.Session
+) -> None:
+    settle(session, rig, dv_pls=0.3)
+    state_where(session, rig, lambda s: not s.pending and s.status == "playing")
+    ask(session, rig.keys.panic)
+    before = state_where(session, rig, lambda s: s.status == "panic")
+    children = rig.children()
+    os.kill(children["haptic_server.servo"], signal.SIGKILL)
+    os.kill(children["haptic_server.gateway"], signal.SIGKILL)
+    after = state_where(session, rig, lambda s: s.boot != before.boot and "fault" not in s.status)
+    assert after.status == "panic"
+    assert after.strikes == 0
+    assert decode(ask(session, rig.keys.param("dv_pls")), Readback).value == pytest.approx(0.3)
+    subprocess.run([*DRUMSTICK, "arm", "--rig", rig.name], check=True, timeout=60)
+    state_where(session, rig, lambda s: s.status == "playing")
+    settle(session, rig, dv_pls=0.2)
+
+
 def test_the_same_rig_twice_is_refused(rig: Rig) -> None:
     second = subprocess.run(
         [*DRUMSTICK, "haptic", "--rig", rig.name], capture_output=True, text=True, timeout=60, check=False

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from drumstick.law import law_of
 from drumstick.scene import as_tables, parse
+from haptic_server import files
 from haptic_server.gateway.link import rehearse, wait_for_servo
 from haptic_server.gateway.osc.front import OscFront
 from haptic_server.gateway.relay import Relay
@@ -54,9 +55,8 @@ def main() -> int:
 
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, ask_to_stop)
-    scene = parse(
-        (given.run_dir / "scene.toml").read_text(encoding="utf-8"), str(given.run_dir / "scene.toml")
-    )
+    text = given.run_dir / files.SCENE
+    scene = parse(text.read_text(encoding="utf-8"), str(text))
     rehearse(law_of(scene))
     link = wait_for_servo(given.run_dir, law_of(scene), stop)
     if link is None:
@@ -87,7 +87,7 @@ def main() -> int:
 
         def health() -> Mapping[str, object]:
             return {
-                "servo": json.loads((given.run_dir / "servo.json").read_text()),
+                "servo": json.loads((given.run_dir / files.GRANTED).read_text()),
                 "osc": dict(osc.counters),
             }
 

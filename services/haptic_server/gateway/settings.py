@@ -47,6 +47,11 @@ class ParameterDesk:
         with self._lock:
             return parameters.values_of(self._live, self.table)
 
+    def accepted_values(self) -> dict[str, float]:
+        """What the servo will use once it has taken the newest accepted set."""
+        with self._lock:
+            return parameters.values_of(self._accepted, self.table)
+
     @property
     def live_revision(self) -> int:
         """Revision of the set that the servo uses."""

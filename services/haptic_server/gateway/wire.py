@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import logging
+import math
 import queue
 import threading
 import time
@@ -177,26 +178,32 @@ class Wire:
             return
         now = time.monotonic()
         live = self._desk.live_revision
-        values = self._desk.values()
         still: list[_Waiting] = []
         for waiting in self._waiting:
             taken = live >= waiting.revision
             if not taken and now < waiting.until:
                 still.append(waiting)
                 continue
-            if waiting.single:
-                key = self._keys.set_one(waiting.names[0])
-                reply: messages.Message = messages.Readback(
-                    value=values[waiting.names[0]], revision=waiting.revision, pending=not taken
-                )
-            else:
-                key = self._keys.set_many
-                reply = messages.SetReply(
-                    values={n: values[n] for n in waiting.names}, revision=waiting.revision, pending=not taken
-                )
-            waiting.query.reply(key, messages.encode(reply), encoding=self._encoding)
-            waiting.query.drop()
+            self._answer_set(waiting, self._desk.values() if taken else self._desk.accepted_values(), taken)
         self._waiting = still
+
+    def _answer_set(self, waiting: _Waiting, values: dict[str, float], taken: bool) -> None:
+        told = {n: values[n] for n in waiting.names if math.isfinite(values[n])}
+        if len(told) < len(waiting.names):
+            self._refuse(waiting.query, "accepted, but z_h0 has no meaning any more: k_hand is 0 N/m")
+            return
+        pending = not taken
+        if waiting.single:
+            name = waiting.names[0]
+            key = self._keys.set_one(name)
+            reply: messages.Message = messages.Readback(
+                value=told[name], revision=waiting.revision, pending=pending
+            )
+        else:
+            key = self._keys.set_many
+            reply = messages.SetReply(values=told, revision=waiting.revision, pending=pending)
+        waiting.query.reply(key, messages.encode(reply), encoding=self._encoding)
+        waiting.query.drop()
 
     def _refuse(self, query: zenoh.Query, reason: str) -> None:
         query.reply_err(messages.encode(messages.RefusalReply(reason=reason)), encoding=self._encoding)

@@ -9,8 +9,10 @@ import sys
 import threading
 from pathlib import Path
 
+from drumstick import envelope
+from drumstick.law import law_of
 from drumstick.scene import parse
-from haptic_server import block
+from haptic_server import block, files
 from haptic_server.servo import loop, priority
 from realtime.atomics import poke
 
@@ -34,20 +36,26 @@ def main() -> int:
     logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM, signal.SIGINT})
 
-    scene = parse(
-        (given.run_dir / "scene.toml").read_text(encoding="utf-8"), str(given.run_dir / "scene.toml")
-    )
-    rehearsal = loop.prepare(scene, block.in_memory(loop.law_of(scene)))
+    text = given.run_dir / files.SCENE
+    scene = parse(text.read_text(encoding="utf-8"), str(text))
+    rehearsal = loop.prepare(scene, block.in_memory(law_of(scene)))
     loop.run_virtual(rehearsal, 200, 0)  # compiles everything and touches every path before real time starts
     poke(rehearsal.block.control, block.STOP, 1)
     loop.run_paced(rehearsal)
 
+    left = block.legacy(given.run_dir, law_of(scene).dtype)
+    limits = envelope.Limits.of(scene.guard)
+    if (
+        left is None
+        or envelope.check(left.law[0], limits.max_force_N, limits.max_speed_m_per_s) != envelope.OK
+    ):
+        left = block.Legacy(0, law_of(scene), held=False)
     try:
-        mine = block.create(given.run_dir, loop.law_of(scene))
+        mine = block.create(given.run_dir, left.law, left.revision)
     except OSError as error:
         _log.error("%s: no room for the servo's block: %s", given.run_dir, error.strerror)
         return 3
-    servo = loop.prepare(scene, mine)
+    servo = loop.prepare(scene, mine, left.held)
     granted: dict[str, str] = {}
 
     ticks: list[int] = []
@@ -55,7 +63,7 @@ def main() -> int:
     def run() -> None:
         try:
             granted.update(priority.claim())
-            _tell_granted(given.run_dir / "servo.json", granted)
+            _tell_granted(given.run_dir / files.GRANTED, granted)
             ticks.append(loop.run_paced(servo))
         finally:  # whatever ended it: a process without its loop must end too, to be started again
             os.kill(os.getpid(), signal.SIGTERM)

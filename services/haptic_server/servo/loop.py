@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.law import law_of, thrown
+from drumstick.law import thrown
 from drumstick.scene import Scene
 from haptic_server.block import LATENESS_BIN_NS, LATENESS_BINS, STOP, Block
 from haptic_server.records import EVENT, PLAN, PLAYER, STATUS
@@ -35,8 +35,11 @@ class Servo(NamedTuple):
     timespec: npt.NDArray[np.int64]
 
 
-def prepare(scene: Scene, block: Block) -> Servo:
-    """Memory for one servo of this scene; the block must be made from the same scene."""
+def prepare(scene: Scene, block: Block, held: bool = False) -> Servo:
+    """Memory for one servo of this scene, with the parameters that its new block starts from.
+
+    `held`: it starts in panic, because the servo before it was held by a panic or a fault.
+    """
     plan = np.zeros(1, PLAN)
     plan["period_ns"] = round(1e9 / scene.servo.rate_Hz)
     plan["throw_m_per_s"] = scene.hand.throw_m_per_s
@@ -46,11 +49,14 @@ def prepare(scene: Scene, block: Block) -> Servo:
     plan["full_scale_m_per_s"] = scene.strike.full_scale_m_per_s
     plan["max_force_N"] = scene.guard.max_force_N
     plan["max_speed_m_per_s"] = scene.guard.max_speed_m_per_s
+    player = np.zeros(1, PLAYER)
+    player["revision"] = block.live["revision"][0]
+    player["panicked"] = held
     return Servo(
         block=block,
-        law=law_of(scene),
+        law=block.live["law"][:1].copy(),
         motion=thrown(scene, scene.hand.throw_m_per_s),
-        player=np.zeros(1, PLAYER),
+        player=player,
         plan=plan,
         event=np.zeros(1, EVENT),
         status=np.zeros(1, STATUS),

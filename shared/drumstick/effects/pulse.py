@@ -65,6 +65,11 @@ def keep_speed(law: Record, new_law: Record, motion: Record) -> None:
     """Before `new_law` takes over: what a running pulse still has to give, push times tau, stays as it is."""
 
 
+def left(law: Record, motion: Record) -> float:
+    """The speed, m/s, that a running pulse still has to give; 0 without one."""
+    raise TypeError("compiled code only")
+
+
 def stop(law: Record, motion: Record) -> None:
     """End a running pulse at once."""
 
@@ -138,6 +143,13 @@ def _keep_speed_if_named(
     if record_has(law, "pulse"):
         return lambda law, new_law, motion: _keep_speed(law, new_law, motion)
     return lambda law, new_law, motion: None
+
+
+@overload(left)
+def _left_if_named(law: ArgumentType, motion: ArgumentType) -> Callable[[Record, Record], float]:
+    if record_has(law, "pulse"):
+        return lambda law, motion: motion.pulse.push * law.pulse.tau
+    return lambda law, motion: 0.0
 
 
 @overload(stop)

@@ -12,7 +12,9 @@ import pytest
 from drumstick.law import law_of
 from drumstick.scene import Scene, parse, shipped_text
 from haptic_server import block as blocks
-from haptic_server.records import set_type
+from haptic_server import files
+from haptic_server.records import PANIC, set_type
+from haptic_server.servo import loop
 from realtime import triple
 from realtime.atomics import exchange, poke
 from realtime.jit import njit
@@ -24,7 +26,7 @@ BARE = Scene(name="bare")
 def test_it_is_private_and_shared(tmp_path: Path) -> None:
     servo = blocks.create(tmp_path, law_of(ROLL))
     gateway = blocks.attach(tmp_path, law_of(ROLL).dtype)
-    assert stat.S_IMODE((tmp_path / blocks.FILE_NAME).stat().st_mode) == 0o600
+    assert stat.S_IMODE((tmp_path / files.BLOCK).stat().st_mode) == 0o600
     poke(servo.control, blocks.HEARTBEAT, 123)
     assert gateway.control[blocks.HEARTBEAT] == 123
     assert gateway.boot == servo.boot
@@ -56,7 +58,7 @@ def test_a_new_start_is_a_new_file_and_a_new_boot(tmp_path: Path) -> None:
 def test_all_of_its_room_is_reserved_at_once(tmp_path: Path) -> None:
     # With holes, a /dev/shm that fills up later would end the servo with SIGBUS in the middle of a tick.
     blocks.create(tmp_path, law_of(ROLL))
-    found = (tmp_path / blocks.FILE_NAME).stat()
+    found = (tmp_path / files.BLOCK).stat()
     assert found.st_blocks * 512 >= found.st_size
 
 
@@ -121,3 +123,31 @@ def _write_many(cells, slots, record, count):
         record[0].law.m = i
         record[0].law.z_ss = i
         triple.publish(cells, slots, record[0])
+
+
+def test_a_servo_inherits_what_was_accepted_and_whether_it_was_held(tmp_path: Path) -> None:
+    old = blocks.create(tmp_path, law_of(ROLL))
+    assert blocks.legacy(tmp_path, law_of(ROLL).dtype) == blocks.Legacy(0, law_of(ROLL), held=False)
+    wanted = np.zeros(1, set_type(law_of(ROLL).dtype))
+    wanted["law"] = law_of(ROLL)
+    wanted["law"]["pulse"]["dv_pls"] = 0.3
+    wanted["revision"] = 9
+    triple.publish(old.wanted_cells, old.wanted, wanted[0])
+    poke(old.control, blocks.PANIC, 1)  # raised, but the servo died before it saw it
+    left = blocks.legacy(tmp_path, law_of(ROLL).dtype)
+    assert left is not None
+    assert left.revision == 9
+    assert left.law["pulse"]["dv_pls"][0] == 0.3
+    assert left.held
+    new = blocks.create(tmp_path, left.law, left.revision)
+    servo = loop.prepare(ROLL, new, left.held)
+    loop.run_virtual(servo, 3, 0)
+    assert servo.law["pulse"]["dv_pls"][0] == 0.3
+    assert servo.status["revision"][0] == 9
+    assert servo.status["status"][0] == PANIC
+
+
+def test_nothing_is_inherited_from_another_scene_or_from_nobody(tmp_path: Path) -> None:
+    assert blocks.legacy(tmp_path, law_of(ROLL).dtype) is None
+    blocks.create(tmp_path, law_of(BARE))
+    assert blocks.legacy(tmp_path, law_of(ROLL).dtype) is None

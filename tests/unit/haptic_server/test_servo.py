@@ -175,6 +175,87 @@ def test_a_full_ring_drops_and_counts_and_the_tick_goes_on() -> None:
     assert kept + dropped == total
 
 
+def test_a_set_that_would_turn_height_into_speed_waits_for_the_head() -> None:
+    # Naively latched at the apex, a hand of 1e4 N/m would shoot the stick into the head at the square root of
+    # K/m z (z - 2 z_ss), some 6 m/s from 5 mm.
+    servo = servo_of(parse(shipped_text("roll") + "\n[guard]\nmax_speed_m_per_s = 5.0\n", "roll"))
+    now = 0
+    while not servo.motion["z"][0] > 0.005:
+        now = loop.run_virtual(servo, 1, now)
+    offer(servo, 1, k_hand=1500.0)
+    now = loop.run_virtual(servo, 1, now)
+    high = servo.motion["z"][0]
+    assert high * (high + 0.04) * 1500.0 / 0.015 > 4.0**2
+    limit = envelope.Limits(100.0, 4.0)
+    wanted = servo.law.copy()
+    wanted["k_hand"] = 1500.0
+    assert not envelope.safe_from(wanted[0], high, 0.0, 0.0, limit.max_force_N, limit.max_speed_m_per_s)
+    assert envelope.safe_from(wanted[0], 0.0, 0.5, 0.0, limit.max_force_N, limit.max_speed_m_per_s)
+    events_of(servo)
+    loop.run_virtual(servo, 2000, now)
+    assert servo.law["k_hand"][0] == 1500.0, "taken at the next release at the latest"
+    assert events_of(servo)["a"].max() < 5.0
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"k_coll": 1.0, "k_hand": 0.0, "dv_pls": 0.0, "tau": 1.0},
+        {
+            "m": 1.0,
+            "k_coll": 56.0,
+            "r_in": 812.0,
+            "k_hand": 0.0027,
+            "r_out": 0.0023,
+            "z_ss": 0.00078,
+            "dv_pls": 0.03,
+        },
+        {"dv_pls": 0.0, "r_in": 50.0},
+    ],
+)
+def test_whatever_was_set_the_next_set_is_latched_too(changes: dict[str, float]) -> None:
+    servo = servo_of(scene())
+    offer(servo, 1, **changes)
+    now = loop.run_virtual(servo, 3000, 0)
+    assert servo.player["revision"][0] == 1
+    servo.law["pulse"]["overlap"] = 0
+    roll = law_of(scene())
+    offered = np.zeros(1, set_type(roll.dtype))
+    offered["revision"] = 2
+    offered["law"] = roll
+    triple.publish(servo.block.wanted_cells, servo.block.wanted, offered[0])
+    loop.run_virtual(servo, 20_000, now)
+    assert servo.player["revision"][0] == 2
+    assert servo.status["status"][0] == PLAYING
+
+
+def test_a_buzz_cannot_take_the_tick_over() -> None:
+    # Entry pulses that throw the stick back before it compresses the head: thousands of contacts a second.
+    played = parse(shipped_text("paper-roll"), "paper-roll")
+    servo = servo_of(played)
+    servo.law["m"] = 1e-4  # past the envelope, as if both fences had failed
+    servo.law["k_coll"] = 1e6
+    servo.law["pulse"]["dv_pls"] = 0.004
+    loop.run_virtual(servo, 10_000, 0)
+    out = np.zeros(blocks.RING_SLOTS, EVENT)
+    count = ring.drain(servo.block.ring_cells, servo.block.events, out)
+    per_tick = np.bincount((out["t_ns"][:count] // 1_000_000).astype(np.int64))
+    assert per_tick.max() <= 65
+
+
+def test_panic_in_contact_ends_the_strikes_note() -> None:
+    servo = servo_of(scene())
+    now = 0
+    while servo.motion["place"][0] != exact.CONTACT:
+        now = loop.run_virtual(servo, 1, now)
+    add_to(servo.block.control, blocks.PANIC, 1)
+    loop.run_virtual(servo, 1, now)
+    events = events_of(servo)
+    assert events["kind"][-1] == RELEASE
+    assert events["seq"][-1] == events["seq"][-2]
+    assert events["a"][-1] == 0.0
+
+
 @pytest.mark.slow
 def test_half_an_hour_of_ticks_keeps_the_rate_to_a_part_in_a_million() -> None:
     servo = servo_of(scene())

@@ -1,0 +1,5 @@
+"""What lies in the run folder of a rig's haptic machine."""
+
+BLOCK = "servo.block"  # shared by servo and gateway; the servo makes it
+SCENE = "scene.toml"  # the text that both processes read; whoever starts them puts it there
+GRANTED = "servo.json"  # what the servo asked of the operating system, and got
