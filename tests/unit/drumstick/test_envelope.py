@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import stick_cases
-from drumstick import envelope
-from drumstick.envelope import Limits, check, predicted, require
-from drumstick.law import Records, law_of
+from drumstick import envelope, exact
+from drumstick.envelope import Limits, check, predicted, require, safe_from
+from drumstick.law import Records, law_of, thrown
 from drumstick.parameters import Refusal
 from drumstick.scene import Scene, parse, shipped_names, shipped_text
 from drumstick.simulate import COLUMNS, simulate
@@ -56,12 +56,19 @@ REFUSED = {
     "pulse is infinite": (_roll(dv_pls=math.inf), envelope.NOT_FINITE, ["dv_pls", "not a usable number"]),
     "pulse that grows": (_roll(tau=-0.002), envelope.NOT_FINITE, ["tau", "not a usable number"]),
     "pulse without duration": (_roll(tau=0.0), envelope.NOT_FINITE, ["tau", "not a usable number"]),
-    "nothing damps": (_roll(r_in=0.0), envelope.ENDLESS, ["raise r_in", "dv_pls to 0"]),
+    "nothing damps": (_roll(r_in=0.0, r_out=0.0), envelope.ENDLESS, ["raise r_in", "dv_pls to 0"]),
     "too fast": (_roll(dv_pls=5.0), envelope.SPEED, ["m/s", "limit is 10 m/s", "lower dv_pls"]),
     "too strong": (
         _roll(k_coll=1e6, r_in=20.0, dv_pls=1.0),
         envelope.FORCE,
         ["N", "limit is 100 N", "k_coll"],
+    ),
+    "a head that gives energy": (_roll(r_in=0.1, r_out=0.2), envelope.ACTIVE, ["r_in", "at least r_out"]),
+    "a buzz": (_roll(m=1e-4, k_coll=1e6), envelope.BUZZ, ["less than 0.2 ms", "raise m"]),
+    "a hand that throws": (
+        _roll(k_hand=1e4, z_ss=0.5),
+        envelope.HAND,
+        ["hand alone", "limit is 10 m/s", "z_ss"],
     ),
     "too sudden": (_roll(tau=1e-6), envelope.FORCE, ["N", "limit is 100 N", "raise tau"]),
 }
@@ -131,3 +138,42 @@ def test_what_is_predicted_bounds_what_is_played(
     settled = simulate(scene, 3.0, 0.01).contacts
     v_e = settled[:, COLUMNS.index("v_e_m_per_s")]
     assert np.all(v_e <= max(speed, 0.01) * (1.0 + 1e-9))
+
+
+@given(
+    z=st.floats(0.0, 0.5),
+    v=st.floats(-12.0, 12.0),
+    left=st.floats(0.0, 5.0),
+    k_hand=st.floats(0.0, 2000.0),
+    z_ss=st.floats(-0.3, 0.1),
+)
+def test_a_set_that_may_take_over_now_brings_no_contact_beyond_the_limit(
+    z: float, v: float, left: float, k_hand: float, z_ss: float
+) -> None:
+    """From any height and speed, with a pulse still running: the next contact, played exactly, is within bounds."""
+    law, motion = _roll(k_hand=k_hand, z_ss=z_ss, tau=0.01), thrown(ROLL, 0.0)
+    if not safe_from(law[0], z, v, left, LIMITS.max_force_N, LIMITS.max_speed_m_per_s):
+        return
+    motion["z"], motion["v"] = z, v
+    motion["pulse"]["push"] = left / 0.01
+    gone = 0.0
+    while gone < 2.0 and motion["fate"][0] == exact.MOVING:
+        event, moved = exact.advance(law[0], motion[0], 2.0 - gone)
+        gone += moved
+        if event == exact.ENTRY:
+            assert abs(motion["v_in"][0]) <= LIMITS.max_speed_m_per_s * (1.0 + 1e-9)
+            return
+
+
+NO_NUMBERS = [(at, value) for at in ("z", "v", "left", "k_hand") for value in (math.nan, math.inf)]
+
+
+@pytest.mark.parametrize(("at", "value"), NO_NUMBERS)
+def test_no_set_takes_over_from_a_motion_that_is_no_number(at: str, value: float) -> None:
+    given = {"z": 0.01, "v": 0.5, "left": 0.1, "k_hand": 20.0}
+
+    def passes(z: float, v: float, left: float, k_hand: float) -> bool:
+        return safe_from(_roll(k_hand=k_hand)[0], z, v, left, LIMITS.max_force_N, LIMITS.max_speed_m_per_s)
+
+    assert passes(**given)
+    assert not passes(**{**given, at: value})
