@@ -26,8 +26,8 @@ EVENT: np.dtype[Any] = np.dtype(
 
 READY, PLAYING, PANIC, FAULT = 0, 1, 2, 3
 STATUS_WORDS = ("ready", "playing", "panic", "fault")
-FAULT_WORDS = {0: "", 1: "not a number in the stick's motion"}
-NOT_A_NUMBER = 1
+FAULT_WORDS = {0: "", 1: "the stick's motion is not a number, or beyond 1000 m or m/s"}
+OUT_OF_BOUNDS = 1
 
 # The servo after each tick. `refused` counts sets that its own fence turned down, `refused_revision` names the last.
 STATUS: np.dtype[Any] = np.dtype(

@@ -13,7 +13,7 @@ from drumstick import envelope
 from drumstick.law import law_of
 from drumstick.scene import parse
 from haptic_server import block, files
-from haptic_server.servo import loop, priority
+from haptic_server.servo import loop, memory, priority
 from realtime.atomics import poke
 
 _log = logging.getLogger("servo")
@@ -38,7 +38,7 @@ def main() -> int:
 
     text = given.run_dir / files.SCENE
     scene = parse(text.read_text(encoding="utf-8"), str(text))
-    rehearsal = loop.prepare(scene, block.in_memory(law_of(scene)))
+    rehearsal = memory.prepare(scene, block.in_memory(law_of(scene)))
     loop.run_virtual(rehearsal, 200, 0)  # compiles everything and touches every path before real time starts
     poke(rehearsal.block.control, block.STOP, 1)
     loop.run_paced(rehearsal)
@@ -55,7 +55,7 @@ def main() -> int:
     except OSError as error:
         _log.error("%s: no room for the servo's block: %s", given.run_dir, error.strerror)
         return 3
-    servo = loop.prepare(scene, mine, left.held)
+    servo = memory.prepare(scene, mine, left.held)
     granted: dict[str, str] = {}
 
     ticks: list[int] = []

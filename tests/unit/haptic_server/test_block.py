@@ -14,7 +14,7 @@ from drumstick.scene import Scene, parse, shipped_text
 from haptic_server import block as blocks
 from haptic_server import files
 from haptic_server.records import PANIC, set_type
-from haptic_server.servo import loop
+from haptic_server.servo import loop, memory
 from realtime import triple
 from realtime.atomics import exchange, poke
 from realtime.jit import njit
@@ -140,7 +140,7 @@ def test_a_servo_inherits_what_was_accepted_and_whether_it_was_held(tmp_path: Pa
     assert left.law["pulse"]["dv_pls"][0] == 0.3
     assert left.held
     new = blocks.create(tmp_path, left.law, left.revision)
-    servo = loop.prepare(ROLL, new, left.held)
+    servo = memory.prepare(ROLL, new, left.held)
     loop.run_virtual(servo, 3, 0)
     assert servo.law["pulse"]["dv_pls"][0] == 0.3
     assert servo.status["revision"][0] == 9

@@ -10,7 +10,7 @@ from drumstick.scene import parse, shipped_text
 from haptic_server import block as blocks
 from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.settings import ParameterDesk
-from haptic_server.servo import loop
+from haptic_server.servo import loop, memory
 
 ROLL = parse(shipped_text("roll"), "roll")
 
@@ -25,7 +25,7 @@ class Bench:
         self.start_gateway()
 
     def start_servo(self) -> None:
-        self.servo = loop.prepare(ROLL, blocks.create(self.folder, law_of(ROLL)))
+        self.servo = memory.prepare(ROLL, blocks.create(self.folder, law_of(ROLL)))
 
     def start_gateway(self) -> None:
         self.link = ServoLink(self.folder, law_of(ROLL))

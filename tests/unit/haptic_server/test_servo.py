@@ -9,7 +9,7 @@ from drumstick.scene import Scene, parse, shipped_text
 from drumstick.simulate import simulate
 from haptic_server import block as blocks
 from haptic_server.records import EVENT, PANIC, PLAYING, RELEASE, STRIKE, set_type
-from haptic_server.servo import loop
+from haptic_server.servo import loop, memory
 from realtime import ring, triple
 from realtime.atomics import add_to, poke
 from realtime.jit import allocations
@@ -19,16 +19,16 @@ def scene(name: str = "roll", rate_hz: int = 1000) -> Scene:
     return parse(shipped_text(name) + f"\n[servo]\nrate_Hz = {rate_hz}\n", name)
 
 
-def servo_of(played: Scene) -> loop.Servo:
-    return loop.prepare(played, blocks.in_memory(law_of(played)))
+def servo_of(played: Scene) -> memory.Servo:
+    return memory.prepare(played, blocks.in_memory(law_of(played)))
 
 
-def events_of(servo: loop.Servo) -> np.ndarray:
+def events_of(servo: memory.Servo) -> np.ndarray:
     out = np.zeros(blocks.RING_SLOTS, EVENT)
     return out[: ring.drain(servo.block.ring_cells, servo.block.events, out)]
 
 
-def offer(servo: loop.Servo, revision: int, **changes: float) -> None:
+def offer(servo: memory.Servo, revision: int, **changes: float) -> None:
     wanted = np.zeros(1, set_type(servo.law.dtype))
     wanted["revision"] = revision
     wanted["law"] = servo.law

@@ -1,0 +1,87 @@
+"""What the servo tells: strikes and releases into the ring, its status after each tick.
+
+Tick thread: no allocation, no locks, no Python, no exceptions.
+"""
+
+from drumstick import contact, exact
+from drumstick.effects import pulse
+from haptic_server.records import FAULT, PANIC, PLAYING, READY, RELEASE, STRIKE
+from haptic_server.servo.memory import Servo
+from realtime import ring, triple
+from realtime.jit import njit
+
+_STILL_PLAYING_NS = 2_000_000_000
+
+
+@njit()
+def note_strike(servo: Servo, t_ns: int) -> None:
+    """Put the contact that has just begun into the ring: t_ns is its instant."""
+    law, motion, player, event = servo.law[0], servo.motion[0], servo.player[0], servo.event[0]
+    speed = -motion.v_in
+    player.seq += 1
+    first, second = player.before_last_ns, player.last_ns
+    player.roll_rate_Hz = 0.0
+    if second > 0 and t_ns > second:
+        # Over two intervals when both are recent: a roll of period two shows its mean rate.
+        both = first > 0 and t_ns - first < _STILL_PLAYING_NS
+        player.roll_rate_Hz = 2e9 / (t_ns - first) if both else 1e9 / (t_ns - second)
+    player.before_last_ns = second
+    player.last_ns = t_ns
+    event.kind = STRIKE
+    event.seq = player.seq
+    event.t_ns = t_ns
+    event.x = player.x
+    event.y = player.y
+    event.a = speed
+    event.b = contact.peak_force(law.m, law.k_coll, law.r_in, speed)
+    event.c = contact.contact_time(law.release, law.m, law.k_coll, law.r_in)
+    event.level = min(speed / servo.plan[0].full_scale_m_per_s, 1.0)
+    event.peak_N = 0.0
+    ring.push(servo.block.ring_cells, servo.block.events, event)
+
+
+@njit()
+def note_release(servo: Servo, t_ns: int) -> None:
+    """Put the contact that has just ended into the ring."""
+    law, motion, player, event = servo.law[0], servo.motion[0], servo.player[0], servo.event[0]
+    player.v_e_m_per_s = motion.v_out + pulse.left(law, motion)
+    event.kind = RELEASE
+    event.seq = player.seq
+    event.t_ns = t_ns
+    event.a = motion.v_out
+    event.b = motion.impulse_N_s
+    event.c = motion.contact_s
+    event.level = 0.0
+    event.peak_N = motion.peak_N
+    ring.push(servo.block.ring_cells, servo.block.events, event)
+
+
+@njit()
+def tell(servo: Servo, now_ns: int) -> None:
+    """Publish how the servo stands after a tick; the caller has filled tick, overruns and lateness."""
+    law, motion, player, status = servo.law[0], servo.motion[0], servo.player[0], servo.status[0]
+    in_contact = motion.place == exact.CONTACT and motion.fate != exact.LEFT
+    since_strike = now_ns - player.last_ns
+    status.t_ns = now_ns
+    status.status = READY
+    if player.last_ns > 0 and since_strike < _STILL_PLAYING_NS:
+        status.status = PLAYING
+    if player.panicked != 0:
+        status.status = PANIC
+    if player.fault != 0:
+        status.status = FAULT
+    status.fault = player.fault
+    status.z_m = motion.z
+    status.v_m_per_s = motion.v
+    status.force_N = (
+        contact.force(law.k_coll, law.r_in - law.r_out, motion.z, motion.v) if in_contact else 0.0
+    )
+    status.x = player.x
+    status.y = player.y
+    status.roll_rate_Hz = player.roll_rate_Hz if status.status == PLAYING else 0.0
+    status.v_e_m_per_s = player.v_e_m_per_s
+    status.strikes = player.seq
+    status.revision = player.revision
+    status.refused = player.refused
+    status.refused_revision = player.refused_revision
+    triple.publish(servo.block.status_cells, servo.block.status, status)
