@@ -4,9 +4,8 @@ import logging
 import os
 import signal
 import sys
-import threading
-from types import FrameType
 
+from realtime.stop import StopRequest
 from sound_server import options
 from sound_server.log import open_log
 
@@ -15,13 +14,9 @@ def main() -> int:
     """Make the parts, join them, run until SIGTERM or SIGINT."""
     wanted = options.read()
     open_log()
-    stop = threading.Event()
-
-    def hear(_signal: int, _frame: FrameType | None) -> None:
-        stop.set()
-
-    signal.signal(signal.SIGTERM, hear)
-    signal.signal(signal.SIGINT, hear)
+    stop = StopRequest()
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, stop.ask)
     from sound_server.server import DeviceLost, Server
     from sound_server.sinks.choose import open_sink
     from sound_server.sinks.sink import SinkError

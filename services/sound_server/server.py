@@ -15,6 +15,7 @@ from protocol.keys import Keys
 from protocol.messages import Meter, State, decode
 from protocol.session import open_client
 from realtime.jit import Record
+from realtime.stop import StopRequest
 from sound_server.calibrate import build
 from sound_server.complaints import Complaints
 from sound_server.engine import Engine, words
@@ -36,7 +37,7 @@ class DeviceLost(Exception):
 class Server:
     """`run` returns when `stop` is set; the sink stays open."""
 
-    def __init__(self, rig: str, router: str, sink: Sink, stop: threading.Event) -> None:
+    def __init__(self, rig: str, router: str, sink: Sink, stop: StopRequest) -> None:
         self._keys = Keys(rig)
         self._router = router
         self._sink = sink

@@ -5,7 +5,6 @@ import json
 import logging
 import signal
 import sys
-import threading
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -19,6 +18,7 @@ from haptic_server.gateway.settings import ParameterDesk
 from haptic_server.gateway.wire import Wire
 from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, Keys
 from protocol.session import open_client, open_router
+from realtime.stop import StopRequest
 
 _log = logging.getLogger("gateway")
 
@@ -48,13 +48,9 @@ def main() -> int:
     """Map the block, open the wires, relay until a signal."""
     given = _arguments()
     logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
-    stop = threading.Event()
-
-    def ask_to_stop(*_: object) -> None:
-        stop.set()
-
+    stop = StopRequest()
     for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, ask_to_stop)
+        signal.signal(number, stop.ask)
     text = given.run_dir / files.SCENE
     scene = parse(text.read_text(encoding="utf-8"), str(text))
     rehearse(law_of(scene))

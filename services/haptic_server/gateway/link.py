@@ -5,7 +5,6 @@ other thread at a time (the desk's lock sees to that).
 """
 
 import logging
-import threading
 import time
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,7 @@ from haptic_server import block as blocks
 from haptic_server.records import EVENT, STATUS, set_type
 from realtime import ring, triple
 from realtime.atomics import add_to, peek
+from realtime.stop import StopRequest
 
 _log = logging.getLogger("gateway")
 _EVENTS_AT_ONCE = 512
@@ -131,7 +131,7 @@ def rehearse(law: Records) -> None:
     envelope.check(law[0], 1.0, 1.0)
 
 
-def wait_for_servo(folder: Path, law: Records, stop: threading.Event) -> ServoLink | None:
+def wait_for_servo(folder: Path, law: Records, stop: StopRequest) -> ServoLink | None:
     """The link to the servo of `folder`, as soon as there is one that ticks; None when `stop` came first.
 
     Until then there may be no block (the servo still compiles), or one that an earlier run or version left behind.

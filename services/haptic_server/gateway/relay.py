@@ -6,7 +6,6 @@ It polls twice a millisecond: the servo must not make a system call to wake anyb
 from __future__ import annotations
 
 import logging
-import threading
 import time
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +14,7 @@ from haptic_server.gateway.settings import Echo, ParameterDesk
 from haptic_server.gateway.wire import Wire
 from haptic_server.records import FAULT, FAULT_WORDS, PANIC, STATUS_WORDS, STRIKE
 from protocol.messages import Release, State, Strike
+from realtime.stop import StopRequest
 
 if TYPE_CHECKING:
     from haptic_server.gateway.osc.front import OscFront
@@ -40,7 +40,7 @@ class Relay:
         self._refused = 0
         self._told_pending = 0
 
-    def run(self, stop: threading.Event) -> None:
+    def run(self, stop: StopRequest) -> None:
         """Relay until `stop` is set."""
         self._started_ns = time.monotonic_ns()
         while not stop.is_set():
