@@ -96,7 +96,8 @@ def test_the_browser_changes_the_roll_and_shows_the_servos_value(
 def test_a_killed_service_comes_back_and_the_servo_misses_nothing(
     rig: Rig, session: zenoh.Session, page_address: str, module: str
 ) -> None:
-    before = latest(session, rig, lambda s: s.status == "playing" and not s.pending)
+    # Settled: after a louder roll the rate climbs back for a second.
+    before = latest(session, rig, lambda s: not s.pending and abs(s.v_e_m_per_s - 0.6278) < 1e-3)
     servo = rig.children()["haptic_server.servo"]
     meters = Listener(session, rig.keys.meter, Meter)
     old = wait_for("any meter", lambda: meters.got and meters.got[0].id)
@@ -113,7 +114,7 @@ def test_a_killed_service_comes_back_and_the_servo_misses_nothing(
     assert after.boot == before.boot
     assert after.ring_dropped == 0
     span_s = (after.t_ns - before.t_ns) * 1e-9
-    assert after.strikes - before.strikes == pytest.approx(span_s * after.roll_rate_Hz, abs=3.0)
+    assert after.strikes - before.strikes == pytest.approx(span_s * after.roll_rate_Hz, rel=0.1, abs=3.0)
 
 
 def test_the_commands_beside_it(rig: Rig, session: zenoh.Session) -> None:
