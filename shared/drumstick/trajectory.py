@@ -1,0 +1,66 @@
+"""The motion itself, sampled densely: for figures of the phase plane and of the force. Any thread; blocks.
+
+Every sample is the exact solution at its time; what lies between two samples was computed too, events included,
+so a coarse grid is sparse but never wrong.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from drumstick import contact, exact
+from drumstick.law import law_of, thrown
+from drumstick.scene import Scene
+from realtime.jit import Record, njit
+
+Samples = npt.NDArray[np.float64]
+
+
+class Trajectory(NamedTuple):
+    """Arrays of shape (points,): time (s), height (m), speed (m/s, up is positive), force of the head (N)."""
+
+    t_s: Samples
+    z_m: Samples
+    v_m_per_s: Samples
+    force_N: Samples  # noqa: N815
+
+
+@njit()
+def _carry(law: Record, motion: Record, duration: float) -> None:
+    # A stick that came to its end moves on: it swings into its rest in the head, or about it far above.
+    gone = 0.0
+    while gone < duration:
+        _, moved = exact.advance(law, motion, duration - gone)
+        gone += moved
+        if moved == 0.0 and motion.fate == exact.CAPTURED:
+            return  # it lies on the head: the same event for ever
+
+
+@njit()
+def _force(law: Record, motion: Record) -> float:
+    if motion.place != exact.CONTACT:
+        return 0.0
+    return contact.force(law.k_coll, law.r_in - law.r_out, motion.z, motion.v)
+
+
+@njit()
+def _sample(law: Record, motion: Record, step: float, z: Samples, v: Samples, force: Samples) -> None:
+    for i in range(z.shape[0]):
+        if i > 0:
+            _carry(law, motion, step)
+        z[i] = motion.z
+        v[i] = motion.v
+        force[i] = _force(law, motion)
+
+
+def trajectory(scene: Scene, v0_m_per_s: float, duration_s: float, points: int) -> Trajectory:
+    """The stick thrown from z = 0+ with `v0_m_per_s` >= 0, at `points` >= 2 equal steps from 0 to `duration_s`."""
+    if points < 2 or not 0.0 < duration_s < np.inf:
+        raise ValueError(
+            f"{points} points over {duration_s} s: give 2 points or more and a duration above 0 s"
+        )
+    law, motion = law_of(scene), thrown(scene, v0_m_per_s)
+    z, v, force = np.empty(points), np.empty(points), np.empty(points)
+    _sample(law[0], motion[0], duration_s / (points - 1), z, v, force)
+    return Trajectory(np.linspace(0.0, duration_s, points), z, v, force)
