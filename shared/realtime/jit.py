@@ -24,6 +24,9 @@ from numba.core.errors import NumbaWarning
 KERNEL_PACKAGES = ("realtime", "drumstick", "haptic_server", "sound_server")
 _KEPT_CACHES = 4
 
+# The loop of a `parallel` kernel; everywhere else it is `range`.
+prange: Any = numba.prange
+
 F = TypeVar("F", bound=Callable[..., Any])
 # A numpy record as compiled code sees it: fields are read and written as attributes. Any, because numba
 # infers it.
@@ -94,15 +97,19 @@ class _ForgivingCache:
             warnings.warn(f"kernel cache not written: {error}", NumbaWarning, stacklevel=2)
 
 
-def njit(*, fastmath: bool | set[str] = False, inline: bool = False) -> Callable[[F], F]:
+def njit(
+    *, fastmath: bool | set[str] = False, inline: bool = False, parallel: bool = False
+) -> Callable[[F], F]:
     """Compile for the real-time threads: no GIL, no ZeroDivisionError (IEEE results), cached.
 
     `fastmath` is for the mesh only; the stick's kernels keep the order of summation as part of their
-    contract.
+    contract. `parallel` lets the turns of a `prange` loop share the cores: sweeps only, one caller at a time.
     """
 
     def decorate(function: F) -> F:
         options: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": fastmath}
+        if parallel:
+            options["parallel"] = True
         if inline:
             options["inline"] = "always"
         dispatcher = numba.njit(**options)(function)
