@@ -4,12 +4,12 @@ import dataclasses
 
 import numpy as np
 import pytest
-from stick_cases import STICK_A, advance_by, scene
 
 from drumstick.effects.pulse import Pulse
 from drumstick.law import law_of, thrown
 from drumstick.simulate import simulate
 from drumstick.trajectory import trajectory
+from stick_cases import STICK_A, advance_by, scene
 
 ROLL = scene(STICK_A, Pulse(0.2, 0.002, "exit", 1))
 
