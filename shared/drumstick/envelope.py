@@ -5,26 +5,35 @@ only together). The same compiled check stands at both fences: the gateway, whic
 servo, which trusts nobody. It gates live sets and devices only; `simulate` takes whatever the table's ranges
 allow.
 
-The speed of the roll is bounded from above by v = dv / (1 - beta): no loss outside contact, the whole pulse
-delivered. The hand's spring adds its own force, and its energy depends on where the stick is when a set takes
-effect: `safe_from` is the servo's question at that moment.
+What a roll can come to at most is `drumstick.bounds`. The hand's spring adds its own energy, which depends on where the
+stick is when a set takes effect: `safe_from` is the servo's question at that moment.
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
-from drumstick import contact
-from drumstick.effects import pulse
+from drumstick import bounds
+from drumstick.effects import hysteretic_spring
 from drumstick.law import Records
 from drumstick.parameters import Refusal
 from drumstick.rig import Guard
-from realtime.jit import ArgumentType, Record, njit, overload, record_has
+from realtime.jit import Record, njit
 
 OK, NOT_FINITE, MASS, NEGATIVE, ENDLESS, SPEED, FORCE, HAND, BUZZ, ACTIVE = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
 
 # A contact shorter than this is no longer a blow but a buzz, and thousands of strikes a second on the wire.
 SHORTEST_CONTACT_S = 2e-4
+
+# By which parameter each effect adds energy: what to lower when a set goes too far.
+_ADDING = {
+    "pulse": "dv_pls",
+    "cor_pulse": "gamma",
+    "system_delay": "system_delay.period",
+    "hysteretic_spring": "hysteretic_spring.ratio",
+    "negative_damping": "negative_damping.r",
+    "noise": "noise.force",
+    "chaos": "chaos.force",
+}
 
 
 @dataclass(frozen=True)
@@ -40,50 +49,11 @@ class Limits:
         return cls(guard.max_force_N, guard.max_speed_m_per_s)
 
 
-def _pulse_speed(law: Record) -> float:
-    raise TypeError("compiled code only")
-
-
-def _pulse_push(law: Record) -> float:
-    raise TypeError("compiled code only")
-
-
-def _pulse_lasts(law: Record) -> float:
-    raise TypeError("compiled code only")
-
-
-@overload(_pulse_speed)
-def _pulse_speed_if_named(law: ArgumentType) -> Callable[[Record], float]:
-    if record_has(law, "pulse"):
-        return lambda law: law.pulse.dv_pls
-    return lambda law: 0.0
-
-
-@overload(_pulse_push)
-def _pulse_push_if_named(law: ArgumentType) -> Callable[[Record], float]:
-    if record_has(law, "pulse"):
-        return lambda law: law.pulse.dv_pls * pulse.rate(law)
-    return lambda law: 0.0
-
-
-@overload(_pulse_lasts)
-def _pulse_lasts_if_named(law: ArgumentType) -> Callable[[Record], float]:
-    if record_has(law, "pulse"):
-        return lambda law: law.pulse.tau
-    return lambda law: 1.0
-
-
 @njit()
 def predicted(law: Record) -> tuple[float, float]:
-    """Bounds of the roll's speed (m/s, inf when nothing damps it) and of contact force plus pulse (N)."""
-    dv = _pulse_speed(law)
-    loss = 1.0 - contact.beta(law.release, law.m, law.k_coll, law.r_in)
-    speed = 0.0 if dv == 0.0 else (dv / loss if loss > 0.0 else 1e300)
-    pressing = (
-        2.0 * law.k_hand * abs(law.z_ss)
-    )  # at most twice the hand's own force, when it is let go suddenly
-    blow = contact.peak_force(law.m, law.k_coll, law.r_in, speed)
-    return speed, blow + law.m * _pulse_push(law) + pressing
+    """Bounds of the roll's speed (m/s; ENDLESS_M_PER_S if nothing ends it) and of the force on the stick (N)."""
+    speed = bounds.fastest(law)
+    return speed, bounds.hardest(law, speed)
 
 
 @njit()
@@ -108,7 +78,7 @@ def safe_from(
     speed = math.sqrt(max(fastest, 0.0)) + left
     if not speed <= max_speed_m_per_s:
         return False
-    return contact.peak_force(law.m, law.k_coll, law.r_in, speed) <= max_force_N
+    return bounds.blow(law, speed) <= max_force_N
 
 
 @njit()
@@ -123,19 +93,17 @@ def check(law: Record, max_force_N: float, max_speed_m_per_s: float) -> int:
         and 0.0 <= law.r_out < 1e6
     ):
         return NEGATIVE
-    if not (abs(law.z_ss) < 1e3 and 0.0 <= _pulse_speed(law) < 1e3):
-        return NOT_FINITE
-    # A tau below 0 would make the pulse grow for ever.
-    if not (0.0 < _pulse_lasts(law) < 1e3 and _pulse_push(law) < 1e12):
+    if not (abs(law.z_ss) < 1e3 and bounds.usable(law)):
         return NOT_FINITE
     if not law.r_in >= law.r_out:
         return ACTIVE
-    if not math.pi * math.sqrt(law.m / law.k_coll) >= SHORTEST_CONTACT_S:
+    stiffest = law.k_coll * hysteretic_spring.stiffest(law)
+    if not math.pi * math.sqrt(law.m / stiffest) >= SHORTEST_CONTACT_S:
         return BUZZ
     if not hand_speed(law) <= max_speed_m_per_s:
         return HAND
     speed, force = predicted(law)
-    if not speed < 1e300:
+    if not speed < bounds.ENDLESS_M_PER_S:
         return ENDLESS
     if not speed <= max_speed_m_per_s:
         return SPEED
@@ -150,16 +118,19 @@ def require(law: Records, limits: Limits) -> None:
     if code == OK:
         return
     speed, force = predicted(law[0])
+    effects = [name for name in law.dtype.names or () if name in _ADDING]
+    numbers = [field for name in effects for field in law.dtype[name].names or ()]
+    adding = " and ".join(_ADDING[name] for name in effects) or "k_hand"
     words = {
-        NOT_FINITE: "z_ss, dv_pls or tau is not a usable number",
+        NOT_FINITE: f"{', '.join(['z_ss', *numbers])}: one of these is not a usable number",
         MASS: f"m = {law['m'][0]:g} kg must be above 0",
         NEGATIVE: "k_coll must be above 0 N/m; r_in, r_out and k_hand must not be negative",
-        ENDLESS: "nothing damps the rebound, so each pulse would add speed for ever: "
-        "raise r_in or set dv_pls to 0",
+        ENDLESS: "nothing damps the rebound enough, so contacts would add speed for ever: "
+        f"raise r_in or lower {adding}",
         SPEED: f"the roll could reach {speed:.3g} m/s, the limit is {limits.max_speed_m_per_s:g} m/s: "
-        "lower dv_pls or raise r_in",
-        FORCE: f"contact and pulse could reach {force:.3g} N, the limit is {limits.max_force_N:g} N: "
-        "lower dv_pls, k_coll or k_hand, or raise tau or r_in",
+        f"lower {adding} or raise r_in",
+        FORCE: f"the force on the stick could reach {force:.3g} N, the limit is {limits.max_force_N:g} N: "
+        f"lower {adding}, k_coll or k_hand, or raise tau or r_in",
         HAND: f"the hand alone could throw the stick at {hand_speed(law[0]):.3g} m/s, the limit is "
         f"{limits.max_speed_m_per_s:g} m/s: lower z_ss or k_hand",
         BUZZ: f"a contact would last less than {SHORTEST_CONTACT_S * 1e3:g} ms, a buzz: raise m or lower k_coll",

@@ -10,19 +10,40 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from drumstick import exact
+from drumstick import transitions
 from drumstick.declare import Quantity, quantities
-from drumstick.effects import pulse
+from drumstick.effects import (
+    chaos,
+    cor_pulse,
+    hysteretic_spring,
+    negative_damping,
+    noise,
+    pulse,
+    system_delay,
+)
 from drumstick.scene import EFFECTS, Scene
 from drumstick.stick import Stick
 
 Records = npt.NDArray[np.void]
 
-_EFFECT_STATE = {"pulse": pulse.STATE}
+_EFFECT_STATE: dict[str, tuple[Any, ...]] = {
+    "pulse": pulse.STATE,
+    "cor_pulse": cor_pulse.STATE,
+    "system_delay": system_delay.STATE,
+    "hysteretic_spring": hysteretic_spring.STATE,
+    "negative_damping": negative_damping.STATE,
+    "noise": noise.STATE,
+    "chaos": chaos.STATE,
+}
 
 
 def _field(key: str, quantity: Quantity) -> tuple[str, str]:
-    return (quantity.wire or key, "f8" if quantity.kind is float else "i8")
+    return (field_of(key, quantity), "f8" if quantity.kind is float else "i8")
+
+
+def field_of(key: str, quantity: Quantity) -> str:
+    """The record's field: the wire name without its effect, or the scene's key."""
+    return (quantity.wire or key).rpartition(".")[2]
 
 
 def _fields(table: type) -> list[tuple[str, str]]:
@@ -38,7 +59,7 @@ def law_type(effects: tuple[str, ...]) -> np.dtype[np.void]:
 def motion_type(effects: tuple[str, ...]) -> np.dtype[np.void]:
     """Record type of the state of a scene that names these effects."""
     nested: list[Any] = [(name, list(_EFFECT_STATE[name])) for name in effects]
-    return np.dtype([*nested, *exact.STATE], align=True)
+    return np.dtype([*nested, *transitions.STATE], align=True)
 
 
 def _fill(record: Any, table: object) -> None:
@@ -46,7 +67,7 @@ def _fill(record: Any, table: object) -> None:
         value = getattr(table, key)
         if quantity.choices and quantity.kind is str:
             value = quantity.choices.index(value)
-        record[quantity.wire or key] = value
+        record[field_of(key, quantity)] = value
 
 
 def law_of(scene: Scene) -> Records:

@@ -8,6 +8,7 @@ Setting it moves z_ss; raising k_hand leaves z_ss where it is. Control threads o
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from drumstick.declare import Quantity, quantities
 from drumstick.law import Records
@@ -28,6 +29,15 @@ class Parameter:
     name: str
     quantity: Quantity
     effect: str | None
+
+    @property
+    def field(self) -> str:
+        """The field of the law's record that holds the value."""
+        return self.name.rpartition(".")[2]
+
+    def part_of(self, record: Any) -> Any:
+        """The stick's or the effect's part of the law's record."""
+        return record if self.effect is None else record[self.effect]
 
     def norm(self, value: float) -> float:
         """Map a value to 0..1 over the declared range, linearly or by logarithm as the declaration says."""
@@ -80,7 +90,9 @@ def table_of(scene: Scene) -> dict[str, Parameter]:
     for effect, table in owners:
         for quantity in quantities(table).values():
             if quantity.wire is not None:
-                rows[quantity.wire] = Parameter(quantity.wire, quantity, effect)
+                # Both pulses have a tau: the second one's is called by its effect.
+                name = quantity.wire if quantity.wire not in rows else f"{effect}.{quantity.wire}"
+                rows[name] = Parameter(name, quantity, effect)
     rows[Z_H0] = _Z_H0
     return rows
 
@@ -94,7 +106,7 @@ def values_of(law: Records, table: Mapping[str, Parameter]) -> dict[str, float]:
             sag = record["m"] * GRAVITY_M_PER_S2 / record["k_hand"] if record["k_hand"] > 0.0 else math.nan
             values[name] = float(record["z_ss"] + sag)
         else:
-            values[name] = float(record[name] if row.effect is None else record[row.effect][name])
+            values[name] = float(row.part_of(record)[row.field])
     return values
 
 
@@ -108,7 +120,7 @@ def with_changes(law: Records, table: Mapping[str, Parameter], changes: Mapping[
             raise Refusal(f"{name}: no such parameter in this scene; it has {', '.join(table)}")
         checked = row.check(value)
         if name != Z_H0:
-            (record if row.effect is None else record[row.effect])[name] = checked
+            row.part_of(record)[row.field] = checked
     if Z_H0 in changes:
         if "z_ss" in changes:
             raise Refusal("z_h0 and z_ss are two views of one value: send only one of them")

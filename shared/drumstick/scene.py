@@ -14,12 +14,26 @@ from typing import Any, cast
 
 from drumstick.declare import Quantity, quantities
 from drumstick.drum import Drum, Listen, Mesh
+from drumstick.effects.chaos import Chaos
+from drumstick.effects.cor_pulse import CorPulse
+from drumstick.effects.hysteretic_spring import HystereticSpring
+from drumstick.effects.negative_damping import NegativeDamping
+from drumstick.effects.noise import Noise
 from drumstick.effects.pulse import Pulse
+from drumstick.effects.system_delay import SystemDelay
 from drumstick.rig import Device, Guard, Hand, Servo, Strike
 from drumstick.stick import Stick
 
 # The order here is the order in which effects are summed: part of the contract.
-EFFECTS: dict[str, type] = {"pulse": Pulse}
+EFFECTS: dict[str, type] = {
+    "pulse": Pulse,
+    "cor_pulse": CorPulse,
+    "system_delay": SystemDelay,
+    "hysteretic_spring": HystereticSpring,
+    "negative_damping": NegativeDamping,
+    "noise": Noise,
+    "chaos": Chaos,
+}
 
 _TABLES: dict[str, type] = {
     "stick": Stick,

@@ -1,10 +1,10 @@
 """Between two events the stick obeys one linear equation, so its motion is known in closed form.
 
-    z'' + 2 a z' + w2 z = g + p exp(-lam t)
+    z'' + 2 a z' + w2 z = g + sum of p exp(-lam t)
 
-with a = R/(2m), w2 = K/m, g = K_hand z_ss/m and p the pulse's acceleration at t = 0. Then
+with a = R/(2m), w2 = K/m, g = (K_hand z_ss + f)/m and p each pulse's acceleration at t = 0. Then
 
-    z = z0 C + v0 S + g G(0) + p G(lam),   G(lam; t) = integral of S(t - s) exp(-lam s) ds
+    z = z0 C + v0 S + g G(0) + sum of p G(lam),   G(lam; t) = integral of S(t - s) exp(-lam s) ds
 
 where C and S are the solutions that start with (1, 0) and (0, 1). Every damping regime and a vanishing
 stiffness go through the same text. Where the closed form of G would cancel (small times, 1/tau near an
@@ -13,8 +13,34 @@ thread; no allocation.
 """
 
 import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
-from realtime.jit import njit
+from realtime.jit import njit, overload
+
+# For each pulse of the scene, running or not: its acceleration p (m/s^2) at the start and its rate lam (1/s).
+Pushes = tuple[tuple[float, float], ...]
+
+
+class Segment(NamedTuple):
+    """The constants of one stretch of motion: the equation's, its start, and the head that events ask about.
+
+    The head pushes with -k z - r z' + f (N/m, N s/m, N); a, w2 and g contain it only while the stick is in contact.
+    `method`: None is the closed form, a number one of drumstick.methods.
+    """
+
+    a: float
+    w2: float
+    g: float
+    z: float
+    v: float
+    pushes: Pushes
+    k: float
+    r: float
+    f: float
+    release: int
+    method: int | None
+
 
 _CANCELLED = 1e-4  # below this share of its terms a difference has lost too many digits
 _SERIES_TERMS = 24  # enough for 1e-17 at rho t <= 1
@@ -22,7 +48,7 @@ _SERIES_TERMS = 24  # enough for 1e-17 at rho t <= 1
 
 @njit()
 def free_response(a: float, w2: float, t: float) -> tuple[float, float, float]:
-    """C(t), S(t), S'(t) of z'' + 2 a z' + w2 z = 0; a >= 0, w2 >= 0."""
+    """C(t), S(t), S'(t) of z'' + 2 a z' + w2 z = 0; w2 >= 0, and a >= 0 or a^2 < w2."""
     discriminant = w2 - a * a
     if discriminant > 0.0:
         wd = math.sqrt(discriminant)
@@ -102,19 +128,92 @@ def forced_response(
     return numerator / determinant, numerator_rate / determinant
 
 
+def _forced_by_pushes(
+    pushes: Pushes, a: float, w2: float, t: float, c: float, s: float, s_rate: float
+) -> tuple[float, float]:
+    raise TypeError("compiled code only")
+
+
+@overload(_forced_by_pushes)
+def _forced_by_each_push(
+    pushes: Any, a: Any, w2: Any, t: Any, c: Any, s: Any, s_rate: Any
+) -> Callable[..., tuple[float, float]]:
+    def none(
+        pushes: Any, a: float, w2: float, t: float, c: float, s: float, s_rate: float
+    ) -> tuple[float, float]:
+        return 0.0, 0.0
+
+    def summed(
+        pushes: Any, a: float, w2: float, t: float, c: float, s: float, s_rate: float
+    ) -> tuple[float, float]:
+        z, v = 0.0, 0.0
+        for p, lam in pushes:
+            if p != 0.0:
+                forced, forced_rate = forced_response(a, w2, lam, t, c, s, s_rate)
+                z += p * forced
+                v += p * forced_rate
+        return z, v
+
+    return summed if len(pushes) > 0 else none
+
+
+def push_now(pushes: Pushes, t: float) -> tuple[float, float]:
+    """Acceleration (m/s^2) of all pulses t seconds into the segment, and its rate (m/s^3)."""
+    raise TypeError("compiled code only")
+
+
+@overload(push_now)
+def _push_of_each(pushes: Any, t: Any) -> Callable[..., tuple[float, float]]:
+    def none(pushes: Any, t: float) -> tuple[float, float]:
+        return 0.0, 0.0
+
+    def summed(pushes: Any, t: float) -> tuple[float, float]:
+        total, rate = 0.0, 0.0
+        for p, lam in pushes:
+            if p != 0.0:
+                now = p * math.exp(-lam * t)
+                total += now
+                rate -= lam * now
+        return total, rate
+
+    return summed if len(pushes) > 0 else none
+
+
+def fastest_push(pushes: Pushes) -> float:
+    """The rate, 1/s, at which the quickest running pulse fades; 0 without one."""
+    raise TypeError("compiled code only")
+
+
+@overload(fastest_push)
+def _fastest_of_each(pushes: Any) -> Callable[..., float]:
+    def none(pushes: Any) -> float:
+        return 0.0
+
+    def largest(pushes: Any) -> float:
+        fastest = 0.0
+        for p, lam in pushes:
+            if p != 0.0:
+                fastest = max(fastest, lam)
+        return fastest
+
+    return largest if len(pushes) > 0 else none
+
+
 @njit()
-def propagate(
-    a: float, w2: float, g: float, lam: float, z: float, v: float, p: float, t: float
-) -> tuple[float, float, float]:
-    """Position, speed and pulse acceleration after t seconds from (z, v, p)."""
-    c, s, s_rate = free_response(a, w2, t)
-    z_t = z * c + v * s
-    v_t = -w2 * z * s + v * s_rate
-    if g != 0.0:
-        forced, forced_rate = forced_response(a, w2, 0.0, t, c, s, s_rate)
-        z_t += g * forced
-        v_t += g * forced_rate
-    if p == 0.0:
-        return z_t, v_t, 0.0
-    forced, forced_rate = forced_response(a, w2, lam, t, c, s, s_rate)
-    return z_t + p * forced, v_t + p * forced_rate, p * math.exp(-lam * t)
+def propagate(seg: Segment, t: float) -> tuple[float, float]:
+    """Position and speed t seconds into the segment."""
+    c, s, s_rate = free_response(seg.a, seg.w2, t)
+    z = seg.z * c + seg.v * s
+    v = -seg.w2 * seg.z * s + seg.v * s_rate
+    if seg.g != 0.0:
+        forced, forced_rate = forced_response(seg.a, seg.w2, 0.0, t, c, s, s_rate)
+        z += seg.g * forced
+        v += seg.g * forced_rate
+    forced, forced_rate = _forced_by_pushes(seg.pushes, seg.a, seg.w2, t, c, s, s_rate)
+    return z + forced, v + forced_rate
+
+
+@njit()
+def acceleration(seg: Segment, t: float, z: float, v: float) -> float:
+    """The right-hand side: z'' at (z, v), t seconds into the segment."""
+    return seg.g - 2.0 * seg.a * v - seg.w2 * z + push_now(seg.pushes, t)[0]

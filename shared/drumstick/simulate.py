@@ -9,8 +9,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from drumstick import exact
-from drumstick.effects import pulse
+from drumstick import composition, exact
 from drumstick.law import law_of, thrown
 from drumstick.scene import Scene
 from realtime.jit import Record, njit
@@ -54,7 +53,7 @@ def _run(
             row[1] = motion.v_in
             row[2] = t
             row[3] = motion.v_out
-            row[4] = motion.v_out + pulse.left(law, motion)
+            row[4] = motion.v_out + composition.left(law, motion)
             row[5] = motion.peak_N
             row[6] = motion.impulse_N_s
             row[7] = motion.z_min

@@ -5,7 +5,9 @@ Here the folder is named by a hash of every kernel source and of numba's version
 "compile without it". Call the decorators at import time only, from ordinary Python threads.
 """
 
+import functools
 import hashlib
+import inspect
 import os
 import shutil
 import sys
@@ -125,11 +127,10 @@ def overload(function: Callable[..., Any]) -> Callable[[F], F]:
     """Give `function` a compiled body chosen from the argument *types* (here: a scene's record type)."""
     from numba.extending import overload as numba_overload
 
-    register = numba_overload(function, jit_options={"nogil": True, "error_model": "numpy"}, inline="never")
+    options = {"nogil": True, "error_model": "numpy"}
+    register = numba_overload(function, jit_options=options, inline="never", strict=False)
 
     def decorate(chooser: F) -> F:
-        # numba demands the very signature of the chosen body, annotations included
-        chooser.__annotations__ = {}
         return register(chooser)
 
     return decorate
@@ -138,6 +139,54 @@ def overload(function: Callable[..., Any]) -> Callable[[F], F]:
 def record_has(law: Any, field: str) -> bool:
     """At compile time: does the scene's record type name this effect?"""
     return field in law.fields
+
+
+def is_none(named: ArgumentType, field: str) -> bool:
+    """At compile time: is this field of a named tuple None?"""
+    from numba.core import types
+
+    return isinstance(named.types[named.fields.index(field)], types.NoneType)
+
+
+def _constant(value: Any, arguments: int) -> Callable[..., Any]:
+    # numba wants the very number of arguments, and folds the constant away.
+    of_arity: dict[int, Callable[..., Any]] = {
+        1: lambda a: value,
+        2: lambda a, b: value,
+        3: lambda a, b, c: value,
+        4: lambda a, b, c, d: value,
+    }
+    return of_arity[arguments]
+
+
+def only_with(effect: str, otherwise: float | bool | tuple[()] | None = None) -> Callable[[F], F]:
+    """Compile the decorated body where the scene's law, its first argument, names `effect`.
+
+    A scene that does not name it gets none of its code, only the constant `otherwise`: the choice is made from
+    the record type, at compile time.
+    """
+
+    def decorate(body: F) -> F:
+        own = inspect.signature(body)
+        absent = _constant(otherwise, len(own.parameters))
+
+        def choose(law: ArgumentType, *_: ArgumentType) -> Callable[..., Any]:
+            return body if record_has(law, effect) else absent
+
+        def placeholder(*_: Any) -> Any:
+            raise TypeError(f"{body.__module__}.{body.__name__} is for compiled code")
+
+        plain = own.replace(
+            parameters=[p.replace(annotation=inspect.Parameter.empty) for p in own.parameters.values()],
+            return_annotation=inspect.Signature.empty,
+        )
+        for function in (choose, placeholder):
+            functools.update_wrapper(function, body)
+            function.__signature__ = plain
+        overload(placeholder)(choose)
+        return placeholder
+
+    return decorate
 
 
 class CFunction:

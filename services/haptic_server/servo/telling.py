@@ -3,8 +3,7 @@
 Tick thread: no allocation, no locks, no Python, no exceptions.
 """
 
-from drumstick import contact, exact
-from drumstick.effects import pulse
+from drumstick import composition, contact, exact, transitions
 from haptic_server.records import FAULT, PANIC, PLAYING, READY, RELEASE, STRIKE
 from haptic_server.servo.memory import Servo
 from realtime import ring, triple
@@ -44,7 +43,7 @@ def note_strike(servo: Servo, t_ns: int) -> None:
 def note_release(servo: Servo, t_ns: int) -> None:
     """Put the contact that has just ended into the ring."""
     law, motion, player, event = servo.law[0], servo.motion[0], servo.player[0], servo.event[0]
-    player.v_e_m_per_s = motion.v_out + pulse.left(law, motion)
+    player.v_e_m_per_s = motion.v_out + composition.left(law, motion)
     event.kind = RELEASE
     event.seq = player.seq
     event.t_ns = t_ns
@@ -60,7 +59,6 @@ def note_release(servo: Servo, t_ns: int) -> None:
 def tell(servo: Servo, now_ns: int) -> None:
     """Publish how the servo stands after a tick; the caller has filled tick, overruns and lateness."""
     law, motion, player, status = servo.law[0], servo.motion[0], servo.player[0], servo.status[0]
-    in_contact = motion.place == exact.CONTACT and motion.fate != exact.LEFT
     since_strike = now_ns - player.last_ns
     status.t_ns = now_ns
     status.status = READY
@@ -73,9 +71,7 @@ def tell(servo: Servo, now_ns: int) -> None:
     status.fault = player.fault
     status.z_m = motion.z
     status.v_m_per_s = motion.v
-    status.force_N = (
-        contact.force(law.k_coll, law.r_in - law.r_out, motion.z, motion.v) if in_contact else 0.0
-    )
+    status.force_N = transitions.force_now(law, motion) if motion.fate != exact.LEFT else 0.0
     status.x = player.x
     status.y = player.y
     status.roll_rate_Hz = player.roll_rate_Hz if status.status == PLAYING else 0.0

@@ -5,8 +5,7 @@ Tick thread: no allocation, no locks, no Python, no exceptions. The same text ru
 
 import math
 
-from drumstick import envelope, exact
-from drumstick.effects import pulse
+from drumstick import composition, envelope, exact
 from haptic_server.block import ARM, HEARTBEAT, HELD, PANIC, PANICS_SEEN
 from haptic_server.records import OUT_OF_BOUNDS
 from haptic_server.servo.memory import Servo
@@ -34,11 +33,11 @@ def _latch(servo: Servo) -> None:
         player.refused += 1
         player.refused_revision = wanted.revision
         return
-    left = abs(pulse.left(servo.law[0], motion))
+    left = composition.left_at_most(servo.law[0], motion)
     if not envelope.safe_from(wanted.law, motion.z, motion.v, left, plan.max_force_N, plan.max_speed_m_per_s):
         return
     player.holding = 0
-    pulse.keep_speed(servo.law[0], wanted.law, motion)
+    composition.keep_speed(servo.law[0], wanted.law, motion)
     servo.law[0] = wanted.law
     player.revision = wanted.revision
     triple.publish(block.live_cells, block.live, wanted)
@@ -61,7 +60,7 @@ def _end_contact(servo: Servo, now_ns: int) -> None:
 def _lift_away(servo: Servo, now_ns: int) -> None:
     # Panic on the simulated stick: no force acts on it and it touches nothing.
     motion = servo.motion[0]
-    pulse.stop(servo.law[0], motion)
+    composition.stop(servo.law[0], motion)
     _end_contact(servo, now_ns)
     motion.v = 0.0
     motion.fate = exact.LEFT

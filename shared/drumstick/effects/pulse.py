@@ -1,21 +1,17 @@
 """The pulse that makes one-handed rolls: h(t) = sign (m dv / tau) exp(-t / tau), equation (4).
 
 `trigger` says when it fires (the paper's text: entry), `sign` which way (+1 is up, away from the head),
-`overlap` what a new one does to one still going on. Its push is kept as an acceleration, h/m, so a change of
-m above the head leaves the speed it still has to give unchanged. Kernels: tick thread; no allocation.
+`overlap` what a new one does to one still going on. Kernels: tick thread; no allocation.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
 from drumstick.declare import choice, number
-from realtime.jit import ArgumentType, Record, njit, overload, record_has
+from drumstick.effects import kick
+from realtime.jit import Record, only_with
 
-ENTRY, TURN, EXIT = 0, 1, 2
-ADD, REPLACE, IGNORE = 0, 1, 2
-DELIVERED_AFTER_TAUS = 5.0  # for overlap = "ignore": by then 99.3 % of dv has been given
-SPENT_M_PER_S = 1e-25  # a tail that can still give less than this is set to 0, before it becomes denormal
+STATE = kick.STATE
 
 
 @dataclass(frozen=True)
@@ -31,129 +27,64 @@ class Pulse:
         symbol="τ", equation="(4)", wire="tau", scale="log",
     )  # fmt: skip
     trigger: Literal["entry", "turn", "exit"] = choice(
-        "exit", ("entry", "turn", "exit"), "When it fires: at contact, at the deepest point, at release"
+        "exit", kick.TRIGGERS, "When it fires: at contact, at the deepest point, at release"
     )
     sign: Literal[1, -1] = choice(1, (1, -1), "1 pushes up, away from the head; -1 into it")
     overlap: Literal["add", "replace", "ignore"] = choice(
-        "add", ("add", "replace", "ignore"), "What a new pulse does to one that has not faded yet"
+        "add", kick.OVERLAPS, "What a new pulse does to one that has not faded yet"
     )
 
 
-# What the pulse remembers between ticks: its push h/m in m/s^2, and the time since it fired in s.
-STATE = (("push", "f8"), ("age", "f8"))
-
-
+@only_with("pulse")
 def fire(law: Record, motion: Record, when: int) -> None:
-    """Start a pulse if the scene has one that fires `when` (ENTRY, TURN, EXIT)."""
+    """Start a pulse if it fires `when` (drumstick.effects.moments)."""
+    kick.fire(law.pulse, motion.pulse, when, law.pulse.dv_pls)
 
 
-def push(law: Record, motion: Record) -> float:
-    """The pulse's acceleration now, m/s^2; 0 without a pulse."""
-    raise TypeError("compiled code only")
+@only_with("pulse", otherwise=())
+def pushes(law: Record, motion: Record) -> tuple[tuple[float, float], ...]:
+    """The pulse's acceleration now (m/s^2) and the rate at which it fades (1/s)."""
+    return ((motion.pulse.push, 1.0 / law.pulse.tau),)
 
 
-def rate(law: Record) -> float:
-    """1/tau in 1/s; 0 without a pulse."""
-    raise TypeError("compiled code only")
+@only_with("pulse", otherwise=0.0)
+def left(law: Record, motion: Record) -> float:
+    """The speed, m/s, that a running pulse still has to give."""
+    return motion.pulse.push * law.pulse.tau
 
 
-def elapse(law: Record, motion: Record, push_now: float, duration: float) -> None:
-    """Store the push after `duration` seconds of closed-form motion."""
+@only_with("pulse")
+def elapse(law: Record, motion: Record, duration: float) -> None:
+    """Let it fade for `duration` seconds."""
+    kick.elapse(law.pulse, motion.pulse, duration)
 
 
+@only_with("pulse")
 def keep_speed(law: Record, new_law: Record, motion: Record) -> None:
     """Before `new_law` takes over: what a running pulse still has to give, push times tau, stays as it is."""
-
-
-def left(law: Record, motion: Record) -> float:
-    """The speed, m/s, that a running pulse still has to give; 0 without one."""
-    raise TypeError("compiled code only")
-
-
-def stop(law: Record, motion: Record) -> None:
-    """End a running pulse at once."""
-
-
-@njit()
-def _fire(law: Record, motion: Record, when: int) -> None:
-    if law.pulse.trigger != when:
-        return
-    still_giving = motion.pulse.age < DELIVERED_AFTER_TAUS * law.pulse.tau and motion.pulse.push != 0.0
-    if law.pulse.overlap == IGNORE and still_giving:
-        return
-    kick = law.pulse.sign * law.pulse.dv_pls / law.pulse.tau
-    if law.pulse.overlap == ADD:
-        kick += motion.pulse.push
-    motion.pulse.push = kick
-    motion.pulse.age = 0.0
-
-
-@njit()
-def _elapse(law: Record, motion: Record, push_now: float, duration: float) -> None:
-    motion.pulse.push = 0.0 if abs(push_now) * law.pulse.tau < SPENT_M_PER_S else push_now
-    motion.pulse.age += duration
-
-
-@njit()
-def _keep_speed(law: Record, new_law: Record, motion: Record) -> None:
     motion.pulse.push *= law.pulse.tau / new_law.pulse.tau
 
 
-@njit()
-def _stop(motion: Record) -> None:
+@only_with("pulse")
+def stop(law: Record, motion: Record) -> None:
+    """End a running pulse at once."""
     motion.pulse.push = 0.0
 
 
-@overload(fire)
-def _fire_if_named(
-    law: ArgumentType, motion: ArgumentType, when: ArgumentType
-) -> Callable[[Record, Record, int], None]:
-    if record_has(law, "pulse"):
-        return lambda law, motion, when: _fire(law, motion, when)
-    return lambda law, motion, when: None
+@only_with("pulse", otherwise=0.0)
+def adds(law: Record) -> float:
+    """The most speed, m/s, that it adds to one contact."""
+    return law.pulse.dv_pls
 
 
-@overload(push)
-def _push_if_named(law: ArgumentType, motion: ArgumentType) -> Callable[[Record, Record], float]:
-    if record_has(law, "pulse"):
-        return lambda law, motion: motion.pulse.push
-    return lambda law, motion: 0.0
+@only_with("pulse", otherwise=0.0)
+def strongest(law: Record) -> float:
+    """The largest acceleration of one pulse, m/s^2."""
+    return law.pulse.dv_pls / law.pulse.tau
 
 
-@overload(rate)
-def _rate_if_named(law: ArgumentType) -> Callable[[Record], float]:
-    if record_has(law, "pulse"):
-        return lambda law: 1.0 / law.pulse.tau
-    return lambda law: 0.0
-
-
-@overload(elapse)
-def _elapse_if_named(
-    law: ArgumentType, motion: ArgumentType, push_now: ArgumentType, duration: ArgumentType
-) -> Callable[[Record, Record, float, float], None]:
-    if record_has(law, "pulse"):
-        return lambda law, motion, push_now, duration: _elapse(law, motion, push_now, duration)
-    return lambda law, motion, push_now, duration: None
-
-
-@overload(keep_speed)
-def _keep_speed_if_named(
-    law: ArgumentType, new_law: ArgumentType, motion: ArgumentType
-) -> Callable[[Record, Record, Record], None]:
-    if record_has(law, "pulse"):
-        return lambda law, new_law, motion: _keep_speed(law, new_law, motion)
-    return lambda law, new_law, motion: None
-
-
-@overload(left)
-def _left_if_named(law: ArgumentType, motion: ArgumentType) -> Callable[[Record, Record], float]:
-    if record_has(law, "pulse"):
-        return lambda law, motion: motion.pulse.push * law.pulse.tau
-    return lambda law, motion: 0.0
-
-
-@overload(stop)
-def _stop_if_named(law: ArgumentType, motion: ArgumentType) -> Callable[[Record, Record], None]:
-    if record_has(law, "pulse"):
-        return lambda law, motion: _stop(motion)
-    return lambda law, motion: None
+@only_with("pulse", otherwise=True)
+def usable(law: Record) -> bool:
+    """Are its numbers fit for a device? A tau below 0 would make the pulse grow for ever."""
+    given = law.pulse
+    return 0.0 <= given.dv_pls < 1e3 and 0.0 < given.tau < 1e3 and given.dv_pls / given.tau < 1e12

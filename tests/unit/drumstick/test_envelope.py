@@ -56,7 +56,7 @@ REFUSED = {
     "pulse is infinite": (_roll(dv_pls=math.inf), envelope.NOT_FINITE, ["dv_pls", "not a usable number"]),
     "pulse that grows": (_roll(tau=-0.002), envelope.NOT_FINITE, ["tau", "not a usable number"]),
     "pulse without duration": (_roll(tau=0.0), envelope.NOT_FINITE, ["tau", "not a usable number"]),
-    "nothing damps": (_roll(r_in=0.0, r_out=0.0), envelope.ENDLESS, ["raise r_in", "dv_pls to 0"]),
+    "nothing damps": (_roll(r_in=0.0, r_out=0.0), envelope.ENDLESS, ["raise r_in", "lower dv_pls"]),
     "too fast": (_roll(dv_pls=5.0), envelope.SPEED, ["m/s", "limit is 10 m/s", "lower dv_pls"]),
     "too strong": (
         _roll(k_coll=1e6, r_in=20.0, dv_pls=1.0),

@@ -5,7 +5,9 @@ import math
 import mpmath
 import pytest
 
-from drumstick.segment import propagate
+from drumstick.segment import Segment, push_now
+from drumstick.segment import propagate as along
+from realtime.jit import Record, njit
 
 # a, w2, lam: what a name promises holds for the numbers behind it.
 REGIMES = {
@@ -33,6 +35,20 @@ TIMES = [1e-12, 1e-9, 1e-6, 1e-4, 1e-3, 0.01, 0.1, 3.0]
 STARTS = {"position": (1.0, 0.0, 0.0, 0.0), "speed": (0.0, 1.0, 0.0, 0.0), "constant": (0.0, 0.0, 1.0, 0.0)}
 STARTS["pulse"] = (0.0, 0.0, 0.0, 1.0)
 DIGITS = 60
+
+
+@njit()
+def _after(seg: Record, t: float) -> tuple[float, float, float]:
+    z, v = along(seg, t)
+    return z, v, push_now(seg.pushes, t)[0]
+
+
+def propagate(
+    a: float, w2: float, g: float, lam: float, z: float, v: float, p: float, t: float
+) -> tuple[float, float, float]:
+    """Position, speed and push after t seconds, with one pulse."""
+    seg = Segment(a, w2, g, z, v, ((p, lam),), 0.0, 0.0, 0.0, 0, None)
+    return _after(seg, t)
 
 
 def _by_matrix(

@@ -1,0 +1,62 @@
+"""From here to the next event or to a horizon, whichever comes first, by any method that finds its events.
+
+Splitting a run into ticks gives the same events. Kernels: tick thread or any other; no allocation, no exceptions.
+"""
+
+from drumstick import composition
+from drumstick.events import (
+    ABOVE,
+    APEX,
+    ENTRY,
+    HORIZON,
+    LOOSEN,
+    RELEASE,
+    RESUME,
+    SINK,
+    TURN,
+    first_event,
+)
+from drumstick.methods.carry import carry
+from drumstick.transitions import CAPTURED, apply, move, never_releases, renew, segment_of
+from realtime.jit import Record, njit
+
+
+@njit()
+def _land(motion: Record, event: int) -> None:
+    # At an event its function is 0, with the event's sign of the rate: rounding must not say otherwise.
+    if event == ENTRY:
+        motion.z = 0.0
+        motion.v = min(motion.v, 0.0)
+    elif event == RELEASE:
+        motion.z = 0.0
+        motion.v = max(motion.v, 0.0)
+    elif event in (TURN, APEX, SINK):
+        motion.v = 0.0
+
+
+@njit()
+def advance(
+    law: Record, motion: Record, horizon: float, method: int | None, longest_s: float
+) -> tuple[int, float]:
+    """Move to the next event or by `horizon` seconds, in segments of at most `longest_s`: (event, seconds moved)."""
+    moved = 0.0
+    while True:
+        due = composition.due_in(law, motion, motion.place != ABOVE)
+        seg = segment_of(law, motion, method)
+        left = horizon - moved
+        span = min(left, due, longest_s)
+        event, duration = first_event(motion, seg, span)
+        z, v = carry(seg, duration)
+        move(law, motion, seg, duration, z, v)
+        moved += duration
+        if event == HORIZON:
+            if span == left:
+                if motion.place != ABOVE and never_releases(law, motion):
+                    motion.fate = CAPTURED
+                return HORIZON, horizon
+            renew(law, motion)
+            continue
+        _land(motion, event)
+        apply(law, motion, event)
+        if event not in (LOOSEN, RESUME, SINK):
+            return event, moved

@@ -1,0 +1,59 @@
+"""One name for all methods: where the stick is, t seconds into a segment, by the segment's own method.
+
+Kernels: any thread; no allocation.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from drumstick.methods import implicit_midpoint, rk4, semi_implicit_euler, verlet
+from drumstick.segment import Segment, propagate
+from realtime.jit import is_none, njit, overload
+
+SEMI_IMPLICIT_EULER, VERLET, RK4, IMPLICIT_MIDPOINT = 0, 1, 2, 3
+STEPPERS = {
+    "semi_implicit_euler": SEMI_IMPLICIT_EULER,
+    "verlet": VERLET,
+    "rk4": RK4,
+    "implicit_midpoint": IMPLICIT_MIDPOINT,
+}
+ORDERS = {
+    "semi_implicit_euler": semi_implicit_euler.ORDER,
+    "verlet": verlet.ORDER,
+    "rk4": rk4.ORDER,
+    "implicit_midpoint": implicit_midpoint.ORDER,
+}
+
+
+@njit()
+def _step(seg: Segment, t: float) -> tuple[float, float]:
+    if seg.method == RK4:
+        return rk4.step(seg, t)
+    if seg.method == VERLET:
+        return verlet.step(seg, t)
+    if seg.method == IMPLICIT_MIDPOINT:
+        return implicit_midpoint.step(seg, t)
+    return semi_implicit_euler.step(seg, t)
+
+
+def carry(seg: Segment, t: float) -> tuple[float, float]:
+    """Position and speed t seconds into the segment: exact, or by one step of length t."""
+    raise TypeError("compiled code only")
+
+
+@overload(carry)
+def _carry_by_method(seg: Any, t: Any) -> Callable[[Segment, float], tuple[float, float]]:
+    if is_none(seg, "method"):
+        return lambda seg, t: propagate(seg, t)
+    return lambda seg, t: _step(seg, t)
+
+
+def is_exact(seg: Segment) -> bool:
+    """Known at compile time: does the segment follow the closed form?"""
+    raise TypeError("compiled code only")
+
+
+@overload(is_exact)
+def _is_exact(seg: Any) -> Callable[[Segment], bool]:
+    exact = is_none(seg, "method")
+    return lambda seg: exact

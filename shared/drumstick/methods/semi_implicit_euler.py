@@ -1,0 +1,17 @@
+"""Semi-implicit (symplectic) Euler: first the speed, then the position with the new speed.
+
+One evaluation a step; what most haptic and game loops do. Hairer, Lubich, Wanner, "Geometric numerical integration",
+section I.1. Kernel: any thread; no allocation.
+"""
+
+from drumstick.segment import Segment, acceleration
+from realtime.jit import njit
+
+ORDER = 1
+
+
+@njit()
+def step(seg: Segment, h: float) -> tuple[float, float]:
+    """Position and speed h seconds into the segment."""
+    v = seg.v + h * acceleration(seg, 0.0, seg.z, seg.v)
+    return seg.z + h * v, v
