@@ -159,16 +159,23 @@ def simulate_command(
     scene: SceneName,
     duration: Annotated[float, typer.Option(help="Simulated seconds.")] = 2.0,
     v0: Annotated[float, typer.Option("--v0", help="Upward speed at the start, m/s.")] = 0.4,
-    method: Annotated[str, typer.Option(help="exact: closed form between events, no time step.")] = "exact",
+    method: Annotated[
+        str,
+        typer.Option(help="exact (no time step), semi_implicit_euler, verlet, rk4 or implicit_midpoint."),
+    ] = "exact",
+    dt: Annotated[float | None, typer.Option(help="Time step of a stepper, s; 1e-5 if not given.")] = None,
+    events: Annotated[
+        bool, typer.Option(help="Whether a stepper finds the instants of contact, or sees them a step late.")
+    ] = True,
     as_json: Json = False,
 ) -> None:
-    """The contacts of a scene's stick, computed exactly, faster than you can read."""
+    """The contacts of a scene's stick: exact, or by a stepper to see what its step costs."""
     from rig import checks
     from rig.simulate import simulate
 
     checks.duration(duration)
     checks.finite(v0, "--v0", -100.0, 100.0, "m/s")
-    simulate(scene, duration, v0, method, as_json)
+    simulate(scene, duration, v0, method, dt, events, as_json)
 
 
 @app.command("doctor")

@@ -1,4 +1,4 @@
-"""`drumstick simulate`: the contacts of a scene's stick, by the exact method."""
+"""`drumstick simulate`: the contacts of a scene's stick, by `exact` or by a stepper."""
 
 import json
 from typing import Any
@@ -6,17 +6,36 @@ from typing import Any
 from rig import scene_file
 from rig.fault import wrong
 
-METHODS = ("exact",)
+DEFAULT_DT_S = 1e-5
 
 
-def simulate(scene: str, duration_s: float, v0_m_per_s: float, method: str, as_json: bool) -> None:
+def simulate(
+    scene: str,
+    duration_s: float,
+    v0_m_per_s: float,
+    method: str,
+    dt_s: float | None,
+    locates: bool,
+    as_json: bool,
+) -> None:
     """Print the contacts as a table or as one JSON object. Raises Stop."""
-    if method not in METHODS:
-        wrong(f"no method {method!r}; there is: {', '.join(METHODS)}")
     loaded = scene_file.load(scene)
     from drumstick import simulate as exact_run
 
-    run = exact_run.simulate(loaded, duration_s, v0_m_per_s)
+    if method not in exact_run.METHODS:
+        wrong(f"--method {method}: there is {', '.join(exact_run.METHODS)}")
+    stepper = None
+    if method != exact_run.EXACT:
+        try:
+            stepper = exact_run.Stepper(method, DEFAULT_DT_S if dt_s is None else dt_s, locates)
+        except ValueError as error:
+            wrong(f"--dt: {error}")
+    elif dt_s is not None or not locates:
+        steppers = ", ".join(exact_run.METHODS[1:])
+        wrong(
+            f"--method exact has no time step and finds every event: --dt and --no-events go with {steppers}"
+        )
+    run = exact_run.simulate(loaded, duration_s, v0_m_per_s, stepper)
     contacts: list[dict[str, Any]] = [
         dict(zip(exact_run.COLUMNS, map(float, row), strict=True)) for row in run.contacts
     ]

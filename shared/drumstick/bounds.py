@@ -2,7 +2,8 @@
 
 One contact makes of the entry speed u at most e u + b: e is the rebound with everything that multiplies it, b what
 pulses and forces add. One flight gives back at most alpha(v) v. While e < 1 the flight is taken without loss,
-v <= b/(1 - e); above, the hand's damping must end the growth: v <= b + e alpha(v) v. Kernels: any thread; no allocation.
+v <= b/(1 - e); above, the hand's damping must end the growth: v <= b + e alpha(v) v. Kernels: any thread; no
+allocation.
 """
 
 import math

@@ -1,20 +1,24 @@
-"""Offline simulation by the exact method: the contacts of a stick thrown from z = 0.
+"""Offline simulation: the contacts of a stick thrown from z = 0, by any method.
 
 Any thread; blocks while it computes.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from drumstick import composition, exact
+from drumstick import composition, exact, stepping
 from drumstick.law import law_of, thrown
+from drumstick.methods.carry import STEPPERS
 from drumstick.scene import Scene
 from realtime.jit import Record, njit
 
 End = Literal["time", "captured", "left"]
+EXACT = "exact"
+METHODS = (EXACT, *STEPPERS)
 COLUMNS = (
     "t_in_s",
     "v_in_m_per_s",
@@ -27,6 +31,7 @@ COLUMNS = (
 )
 _ENDS: dict[int, End] = {exact.MOVING: "time", exact.CAPTURED: "captured", exact.LEFT: "left"}
 _BLOCK = 1024
+LOWEST_DT_S, HIGHEST_DT_S = 1e-9, 0.1
 
 
 @dataclass(frozen=True)
@@ -38,18 +43,60 @@ class Run:
     t_end_s: float
 
 
+@dataclass(frozen=True)
+class Stepper:
+    """A method with a time step: its name, dt_s, and whether it looks for the instants of its events.
+
+    Raises ValueError in words when there is no such stepper or no such step.
+    """
+
+    name: str
+    dt_s: float
+    locates: bool = True
+
+    def __post_init__(self) -> None:
+        if self.name not in STEPPERS:
+            raise ValueError(f"no stepper {self.name!r}; there is: {', '.join(STEPPERS)}")
+        if not LOWEST_DT_S <= self.dt_s <= HIGHEST_DT_S:
+            raise ValueError(
+                f"a step of {self.dt_s:g} s is outside {LOWEST_DT_S:g} .. {HIGHEST_DT_S:g} s; try 1e-5"
+            )
+
+
+@njit()
+def _next(
+    law: Record, motion: Record, horizon: float, method: int | None, dt: float, locates: bool
+) -> tuple[int, float]:
+    if method is None:  # decided by the type, at compile time: no stepper's code for `exact`
+        return exact.advance(law, motion, horizon)
+    if locates:
+        return stepping.located(law, motion, horizon, method, dt)
+    return stepping.unlocated(law, motion, horizon, method, dt)
+
+
 @njit()
 def _run(
-    law: Record, motion: Record, t: float, duration: float, out: npt.NDArray[np.float64]
-) -> tuple[int, float]:
-    # Fills rows of `out` until it is full, the time is over, or nothing more can happen. Returns rows, t.
+    law: Record,
+    motion: Record,
+    clock: npt.NDArray[np.float64],
+    duration: float,
+    out: npt.NDArray[np.float64],
+    method: int | None,
+    dt: float,
+    locates: bool,
+) -> int:
+    # Fills rows of `out` until it is full, the time is over, or nothing more can happen. Returns rows. clock: the time
+    # and what its last additions lost to rounding (Kahan's sum), so that a long run does not drift.
     rows = 0
-    while rows < out.shape[0] and t < duration and motion.fate == exact.MOVING:
-        event, moved = exact.advance(law, motion, duration - t)
-        t += moved
+    while rows < out.shape[0] and clock[0] < duration and motion.fate == exact.MOVING:
+        event, moved = _next(law, motion, duration - clock[0], method, dt, locates)
+        gain = moved - clock[1]
+        t = clock[0] + gain
+        clock[1] = (t - clock[0]) - gain
+        clock[0] = t
         if event == exact.RELEASE:
             row = out[rows]
-            row[0] = t - motion.contact_s
+            row[0] = t - (motion.contact_s + clock[1])
             row[1] = motion.v_in
             row[2] = t
             row[3] = motion.v_out
@@ -58,19 +105,21 @@ def _run(
             row[6] = motion.impulse_N_s
             row[7] = motion.z_min
             rows += 1
-    return rows, t
+    return rows
 
 
-def simulate(scene: Scene, duration_s: float, v0_m_per_s: float = 0.4) -> Run:
-    """Play the scene's stick for `duration_s` from z = 0+ with the upward speed `v0_m_per_s`."""
+def simulate(scene: Scene, duration_s: float, v0_m_per_s: float = 0.4, stepper: Stepper | None = None) -> Run:
+    """Play the scene's stick for `duration_s` from z = 0+, upward at `v0_m_per_s`; by `exact` without a stepper."""
     law = law_of(scene)
     motion = thrown(scene, v0_m_per_s)
     blocks: list[npt.NDArray[np.float64]] = []
-    t = 0.0
+    clock = np.zeros(2)
+    method = STEPPERS[stepper.name] if stepper else None
+    dt, locates = (stepper.dt_s, stepper.locates) if stepper else (math.inf, True)
     while True:
         out = np.zeros((_BLOCK, len(COLUMNS)))
-        rows, t = _run(law[0], motion[0], t, duration_s, out)
+        rows = _run(law[0], motion[0], clock, duration_s, out, method, dt, locates)
         blocks.append(out[:rows])
         if rows < _BLOCK:
             break
-    return Run(np.concatenate(blocks), _ENDS[int(motion["fate"][0])], float(t))
+    return Run(np.concatenate(blocks), _ENDS[int(motion["fate"][0])], float(clock[0]))
