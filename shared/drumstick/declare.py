@@ -51,6 +51,11 @@ def number(
     return field(default=default, metadata={"quantity": quantity})
 
 
+def required(low: float, high: float, unit: str, words: str) -> Any:
+    """A finite real number that must be given wherever its table is."""
+    return field(metadata={"quantity": Quantity(float, low, high, unit, words)})
+
+
 def count(default: int, low: int, high: int, unit: str, words: str) -> Any:
     """An integer, low <= value <= high."""
     return field(default=default, metadata={"quantity": Quantity(int, low, high, unit, words)})

@@ -10,10 +10,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from drumstick import stick_tables
 from drumstick.declare import Quantity, quantities
 from drumstick.law import Records
 from drumstick.scene import EFFECTS, Scene
-from drumstick.stick import GRAVITY_M_PER_S2, Stick
+from drumstick.stick import Stick
 
 Z_H0 = "z_h0"
 
@@ -65,19 +66,7 @@ class Parameter:
         return float(value)
 
 
-_Z_H0 = Parameter(
-    Z_H0,
-    Quantity(
-        float,
-        -1.0,
-        1.0,
-        "m",
-        "Where the hand holds its spring: lower makes a faster roll",
-        symbol="z_h0",
-        equation="z_ss = z_h0 - m g*/K_hand",
-    ),
-    None,
-)
+_Z_H0 = Parameter(Z_H0, stick_tables.Z_H0, None)
 
 
 def table_of(scene: Scene) -> dict[str, Parameter]:
@@ -97,13 +86,18 @@ def table_of(scene: Scene) -> dict[str, Parameter]:
     return rows
 
 
+def _sag(record: Any) -> float:
+    """How far gravity pulls the stick below z_h0, m; k_hand must be above 0."""
+    return float(record["m"] * record["g_star_m_per_s2"] / record["k_hand"])
+
+
 def values_of(law: Records, table: Mapping[str, Parameter]) -> dict[str, float]:
     """Every parameter's value in `law`, shape (1,). z_h0 is NaN while the hand has no stiffness."""
     record = law[0]
     values: dict[str, float] = {}
     for name, row in table.items():
         if name == Z_H0:
-            sag = record["m"] * GRAVITY_M_PER_S2 / record["k_hand"] if record["k_hand"] > 0.0 else math.nan
+            sag = _sag(record) if record["k_hand"] > 0.0 else math.nan
             values[name] = float(record["z_ss"] + sag)
         else:
             values[name] = float(row.part_of(record)[row.field])
@@ -126,6 +120,6 @@ def with_changes(law: Records, table: Mapping[str, Parameter], changes: Mapping[
             raise Refusal("z_h0 and z_ss are two views of one value: send only one of them")
         if not record["k_hand"] > 0.0:
             raise Refusal("z_h0: has no meaning while k_hand is 0 N/m; set k_hand first, or z_ss")
-        z_ss = changes[Z_H0] - record["m"] * GRAVITY_M_PER_S2 / record["k_hand"]
+        z_ss = changes[Z_H0] - _sag(record)
         record["z_ss"] = table["z_ss"].check(float(z_ss))
     return changed
