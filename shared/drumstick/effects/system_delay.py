@@ -14,11 +14,11 @@ from realtime.jit import Record, njit, only_with
 MOST_TICKS = 8
 STATE = (("held_N", "f8"), ("left_s", "f8"), ("next", "i8"), ("queue_N", "f8", (MOST_TICKS,)))
 _DUE_S = 1e-15  # what rounding may leave of a time that is over
-_PHASES = 16  # of the sampling, tried for the largest rebound
+_PHASES = 32  # of the sampling, tried for the largest rebound
 _FINE_SAMPLES = 60  # a contact of more samples is bounded by its lag alone
 _MOST_SAMPLES = 400
 _NOTHING_LATE = (0.0,) * MOST_TICKS
-_MARGIN = 1.1  # between the phases tried, and for a hand that presses
+_MARGIN = 1.02  # between the phases tried, and for a hand that presses
 
 
 @dataclass(frozen=True)
