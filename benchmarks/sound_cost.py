@@ -22,9 +22,7 @@ from machine import description
 
 from drumstick.drum import Drum, Mesh
 from drumstick.scene import Scene, parse, shipped_text
-from sound_server.calibrate import blow_at, build
-from sound_server.events import StrikeRing
-from sound_server.render import render, render_all
+from sound_server.cost import f01_error_cents, ringing
 
 RESULT = Path(__file__).parent / "results" / "sound_cost.json"
 RATE_HZ = 48_000
@@ -35,20 +33,6 @@ ACCURACIES = ("draft", "standard", "fine")
 def scene_at(accuracy: str) -> Scene:
     roll = parse(shipped_text("roll"), "roll")
     return dataclasses.replace(roll, drum=Drum(t60_s=20.0), mesh=Mesh(accuracy=accuracy))  # pyright: ignore
-
-
-def ours(scene: Scene) -> tuple[float, int, int]:
-    """CPU seconds for FRAMES of a ringing head, junctions, steps."""
-    ring = StrikeRing()
-    engine = build(scene, RATE_HZ, ring)
-    blow = blow_at(scene, 1.0, 0.5, 0.0)
-    ring.push(0, blow.x, blow.y, blow.peak_N, blow.contact_s)
-    out = np.zeros((FRAMES, 2), np.float32)
-    render_all(engine, out, 128, 0)
-    begun, steps = time.thread_time(), int(engine.control["steps"][0])
-    render_all(engine, out, 128, 0)
-    spent = time.thread_time() - begun
-    return spent, int(np.count_nonzero(engine.weights)), int(engine.control["steps"][0]) - steps
 
 
 def slices(junctions: int, steps: int) -> float:
@@ -63,17 +47,6 @@ def slices(junctions: int, steps: int) -> float:
     return time.thread_time() - begun
 
 
-def cents(scene: Scene) -> float:
-    """Pitch error of the lowest mode in eight seconds of ringing, by the phase between two windows."""
-    sound = render(scene, [blow_at(scene, 1.0, 0.0, 0.0)], 8.0, RATE_HZ)[:, 0].astype(float)
-    length = 3 * RATE_HZ
-    t = np.arange(length) / RATE_HZ
-    carrier = np.exp(-2j * np.pi * scene.drum.f01_Hz * t) * np.hanning(length)
-    first, second = (np.sum(sound[s : s + length] * carrier) for s in (RATE_HZ, 4 * RATE_HZ))
-    turned = np.angle(second * np.exp(-2j * np.pi * scene.drum.f01_Hz * 3.0) / first)
-    return 1200.0 * np.log2(1.0 + turned / (2.0 * np.pi * 3.0) / scene.drum.f01_Hz)
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=7)
@@ -84,7 +57,7 @@ def main() -> None:
     size: dict[str, tuple[int, int]] = {}
     for _ in range(runs):
         for accuracy, scene in scenes.items():
-            seconds, junctions, steps = ours(scene)
+            seconds, junctions, steps = ringing(scene, RATE_HZ, FRAMES)
             size[accuracy] = junctions, steps
             spent[accuracy].append(seconds)
             ratio[accuracy].append(seconds / slices(junctions, steps))
@@ -98,7 +71,7 @@ def main() -> None:
             "share_of_core": median * RATE_HZ / FRAMES,
             "ns_per_junction_and_step": median / junctions / steps * 1e9,
             "ratio_to_numpy_slices": statistics.median(ratio[accuracy]),
-            "f01_error_cents": cents(scene),
+            "f01_error_cents": f01_error_cents(scene, RATE_HZ),
         }
         print(accuracy, rows[accuracy])
     result = {

@@ -227,6 +227,14 @@ def scene_check(scene: SceneName) -> None:
     scenes_shown.check(scene)
 
 
+@scenes.command("cost")
+def scene_cost(scene: SceneName, as_json: Json = False) -> None:
+    """What each effect and the mesh cost per tick and per sample here, and what accuracy that buys."""
+    from rig.scene_cost import cost
+
+    cost(scene, as_json)
+
+
 @params.command("get")
 def params_get(
     names: Annotated[list[str] | None, typer.Argument(help="Wire names; none means all.")] = None,

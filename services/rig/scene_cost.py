@@ -1,0 +1,159 @@
+"""`drumstick scene cost`: what each effect and the mesh of a scene cost on this machine, and what that buys."""
+
+import dataclasses
+import json
+import statistics
+from collections.abc import Callable, Generator, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from drumstick.scene import Scene
+from rig import scene_file
+
+_TICKS = 20_000
+_REPEATS = 5
+_STEPS_S = (1e-3, 1e-4, 1e-5)
+_STEPPER = "rk4"
+_DEVICE_RATE_Hz = 48_000
+_FRAMES = 12_000
+_LONG_T60_S = 20.0  # so that there is something left to measure the pitch of
+ACCURACIES = ("draft", "standard", "fine")
+
+Step = Callable[[str], None]
+
+
+@contextmanager
+def _progress(steps: int) -> Generator[Step]:
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=steps)
+
+        def step(what: str) -> None:
+            bar.update(task, advance=1, description=what)
+
+        yield step
+
+
+def _stick(scene: Scene, step: Step) -> dict[str, Any]:
+    # Interleaved, so that a busy moment of the machine hits all alike.
+    from drumstick import cost
+
+    variants = {"all": scene} | {name: cost.without(scene, name) for name in scene.effects}
+    variants["none"] = dataclasses.replace(scene, effects={})
+    runs: dict[str, list[float]] = {name: [] for name in variants}
+    rates: dict[str, float] = {}
+    for _ in range(_REPEATS):
+        for name, variant in variants.items():
+            step(f"stick: {'all effects' if name == 'all' else 'without ' + name}")
+            found = cost.tick_cost(variant, _TICKS)
+            runs[name].append(found.ns)
+            rates[name] = found.contacts_per_s
+    ns = {name: statistics.median(found) for name, found in runs.items()}
+    period_ns = 1e9 / scene.servo.rate_Hz
+    return {
+        "rate_Hz": scene.servo.rate_Hz,
+        "tick_ns": ns["all"],
+        "share_of_core": ns["all"] / period_ns,
+        "tick_ns_without_effects": ns["none"],
+        "contacts_per_s": rates["all"],
+        "effects": {
+            name: {"ns_per_tick": ns["all"] - ns[name], "contacts_per_s_without": rates[name]}
+            for name in scene.effects
+        },
+    }
+
+
+def _methods(scene: Scene, step: Step) -> list[dict[str, Any]]:
+    from drumstick import cost
+    from drumstick.simulate import EXACT, Stepper
+
+    rows: list[dict[str, Any]] = []
+    steppers = [None, *(Stepper(_STEPPER, dt, locates) for dt in _STEPS_S for locates in (True, False))]
+    for stepper in steppers:
+        step(f"stick: {stepper.name if stepper else EXACT}")
+        found = cost.stepper_cost(scene, stepper, 1.0)
+        rows.append(
+            {
+                "method": stepper.name if stepper else EXACT,
+                "dt_s": stepper.dt_s if stepper else None,
+                "finds_events": stepper.locates if stepper else True,
+                "ns_per_tick": found.ns_per_s / scene.servo.rate_Hz,
+                "error_s": found.error_s if found.error_s < float("inf") else None,
+            }
+        )
+    return rows
+
+
+def _sound(scene: Scene, step: Step) -> dict[str, Any]:
+    from sound_server import cost
+
+    rows: dict[str, Any] = {}
+    for accuracy in ACCURACIES:
+        step(f"drum: {accuracy}")
+        mesh = dataclasses.replace(scene.mesh, accuracy=accuracy)
+        tried = dataclasses.replace(scene, mesh=mesh)
+        runs = [cost.ringing(tried, _DEVICE_RATE_Hz, _FRAMES) for _ in range(_REPEATS)]
+        cpu_s = statistics.median(run.cpu_s for run in runs)
+        longer = dataclasses.replace(tried, drum=dataclasses.replace(scene.drum, t60_s=_LONG_T60_S))
+        rows[accuracy] = {
+            "ns_per_sample": cpu_s / _FRAMES * 1e9,
+            "share_of_core": cpu_s * _DEVICE_RATE_Hz / _FRAMES,
+            "junctions": runs[0].junctions,
+            "mesh_rate_Hz": round(runs[0].steps * _DEVICE_RATE_Hz / _FRAMES),
+            "f01_error_cents": cost.f01_error_cents(longer, _DEVICE_RATE_Hz),
+        }
+    return {"device_rate_Hz": _DEVICE_RATE_Hz, "accuracy": scene.mesh.accuracy, "tiers": rows}
+
+
+def measure(scene: Scene) -> dict[str, Any]:
+    """Everything `scene cost` tells, as one JSON object."""
+    steps = _REPEATS * (len(scene.effects) + 2) + 1 + 2 * len(_STEPS_S) + len(ACCURACIES)
+    with _progress(steps) as step:
+        return {
+            "scene": scene.name,
+            "stick": _stick(scene, step),
+            "methods": _methods(scene, step),
+            "sound": _sound(scene, step),
+        }
+
+
+def _shown(found: dict[str, Any]) -> Iterator[str]:
+    stick, sound = found["stick"], found["sound"]
+    yield f"{found['scene']} on this machine"
+    yield ""
+    yield (
+        f"stick, exact: {stick['tick_ns']:.0f} ns a tick at {stick['rate_Hz']} Hz, "
+        f"{100.0 * stick['share_of_core']:.2f} % of a core, {stick['contacts_per_s']:.1f} contacts a second"
+    )
+    for name, row in stick["effects"].items():
+        yield (
+            f"  {name:18s} {row['ns_per_tick']:+7.0f} ns a tick; "
+            f"without it {row['contacts_per_s_without']:.1f} contacts a second"
+        )
+    yield f"  {'no effect at all':18s} {stick['tick_ns_without_effects']:7.0f} ns a tick"
+    yield ""
+    yield "what a time step would cost instead          ns a tick   error of the first ten contacts"
+    for row in found["methods"]:
+        dt = "" if row["dt_s"] is None else f"{row['dt_s']:g} s"
+        events = "" if row["finds_events"] else ", events unseen"
+        error = "misses contacts" if row["error_s"] is None else f"{row['error_s']:.1e} s"
+        if row["dt_s"] is None:
+            error = "none but rounding, about 1e-15 of the time"
+        yield f"  {row['method'] + ' ' + dt + events:40s} {row['ns_per_tick']:12.0f}   {error}"
+    yield ""
+    yield f"drum at {sound['device_rate_Hz']} Hz          ns a sample   of a core   junctions   error of the pitch"
+    for accuracy, row in sound["tiers"].items():
+        mark = "*" if accuracy == sound["accuracy"] else " "
+        yield (
+            f"{mark} {accuracy:20s} {row['ns_per_sample']:12.0f} {100.0 * row['share_of_core']:9.2f} %"
+            f" {row['junctions']:11d} {row['f01_error_cents']:+12.3f} cents"
+        )
+    yield "* what this scene asks for"
+
+
+def cost(scene: str, as_json: bool) -> None:
+    """Measure and print. Raises Stop."""
+    found = measure(scene_file.load(scene))
+    print(json.dumps(found) if as_json else "\n".join(_shown(found)))

@@ -1,0 +1,43 @@
+"""What a scene costs, as the command tells it: every effect and every tier, numbers that can be numbers."""
+
+import json
+import math
+
+import pytest
+
+from rig import scene_cost
+
+
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A few ticks and frames: this is not about the figures."""
+    for name, value in {"_TICKS": 500, "_REPEATS": 1, "_FRAMES": 600, "_STEPS_S": (1e-4,)}.items():
+        monkeypatch.setattr(scene_cost, name, value)
+
+
+@pytest.mark.usefixtures("quick")
+def test_json_names_every_effect_method_and_tier(capsys: pytest.CaptureFixture[str]) -> None:
+    scene_cost.cost("roll", as_json=True)
+    found = json.loads(capsys.readouterr().out)
+    assert found["scene"] == "roll"
+    assert list(found["stick"]["effects"]) == ["pulse"]
+    assert found["stick"]["tick_ns"] > 0.0
+    assert 20.0 < found["stick"]["contacts_per_s"] < 30.0  # without the pulse it would be thrown, and die
+    assert set(found["sound"]["tiers"]) == set(scene_cost.ACCURACIES)
+    for tier in found["sound"]["tiers"].values():
+        assert tier["ns_per_sample"] > 0.0
+        assert abs(tier["f01_error_cents"]) < 1.0
+    exact, *steppers = found["methods"]
+    assert exact["method"] == "exact"
+    assert exact["error_s"] == 0.0
+    located, unlocated = steppers
+    assert 0.0 < located["error_s"] < 1e-6 < unlocated["error_s"]
+    assert all(math.isfinite(row["ns_per_tick"]) for row in found["methods"])
+
+
+@pytest.mark.usefixtures("quick")
+def test_table_marks_what_the_scene_asks_for(capsys: pytest.CaptureFixture[str]) -> None:
+    scene_cost.cost("bare-drum", as_json=False)
+    out = capsys.readouterr().out
+    assert "* standard" in out
+    assert "no effect at all" in out
