@@ -8,7 +8,7 @@ import pytest
 TOOLS = Path(__file__).parents[2] / "docs" / "tools"
 
 
-@pytest.mark.parametrize("name", ["zenoh_page", "measured_page"])
+@pytest.mark.parametrize("name", ["zenoh_page", "measured_page", "scenes_page"])
 def test_the_page_is_up_to_date(name: str) -> None:
     spec = importlib.util.spec_from_file_location(name, TOOLS / f"{name}.py")
     assert spec is not None

@@ -1,0 +1,108 @@
+"""Writes docs/scenes.md from the declarations and the shipped scenes: python docs/tools/scenes_page.py."""
+
+import inspect
+import sys
+from collections.abc import Iterator
+from dataclasses import MISSING, fields
+from pathlib import Path
+
+from drumstick.declare import Quantity
+from drumstick.drum import Drum, Listen, Mesh
+from drumstick.parameters import table_of
+from drumstick.rig import Device, Guard, Hand, Servo, Strike
+from drumstick.scene import EFFECTS, Scene, parse, shipped_names, shipped_text
+from drumstick.stick import Geometry, Stick
+from drumstick.stick_tables import Z_H0
+
+PAGE = Path(__file__).parent.parent / "scenes.md"
+
+OTHERS = {"drum": Drum, "mesh": Mesh, "listen": Listen, "strike": Strike, "hand": Hand, "device": Device}
+OTHERS |= {"servo": Servo, "guard": Guard}
+
+
+def _range(quantity: Quantity) -> str:
+    if quantity.choices:
+        return ", ".join(
+            f"`{choice}`" if isinstance(choice, str) else str(choice) for choice in quantity.choices
+        )
+    return f"{quantity.low:g} .. {quantity.high:g} {quantity.unit}"
+
+
+def _default(value: object) -> str:
+    if value is MISSING:
+        return "must be given"
+    return f"{value:g}" if isinstance(value, float) else f"`{value}`"
+
+
+def _keys(table: type) -> Iterator[str]:
+    yield "| key | range | default | live as | what it is |"
+    yield "|---|---|---|---|---|"
+    for field in fields(table):
+        quantity: Quantity = field.metadata["quantity"]
+        live = f"`{quantity.wire}`" if quantity.wire else ""
+        words = quantity.words + (f", {quantity.equation}" if quantity.equation else "")
+        yield f"| `{field.name}` | {_range(quantity)} | {_default(field.default)} | {live} | {words} |"
+    yield ""
+
+
+def _about(table: type) -> str:
+    # The first line of the module's docstring: what the effect is. It stands beside the physics, and only there.
+    text = inspect.getdoc(sys.modules[table.__module__])
+    assert text is not None
+    return text.partition("\n")[0]
+
+
+def _scenes() -> Iterator[str]:
+    yield "| scene | effects | live parameters | |"
+    yield "|---|---|---|---|"
+    for name in shipped_names():
+        scene: Scene = parse(shipped_text(name), name)
+        effects = ", ".join(scene.effects) or "none"
+        live = ", ".join(f"`{name}`" for name in table_of(scene))
+        yield f"| `{name}` | {effects} | {live} | {scene.words} |"
+    yield ""
+
+
+def page() -> str:
+    """The whole page."""
+    lines = [
+        "# Scenes",
+        "",
+        "Made by `docs/tools/scenes_page.py` from the declarations in `shared/drumstick`; do not edit.",
+        "",
+        "A scene is one TOML file. A table that it does not name is absent: an effect then has no code, no memory and no slider;",
+        "the other tables have the defaults below. `drumstick scene check FILE` names every mistake with file, line, key, value, limit",
+        "and unit; `drumstick scene show NAME > mine.toml` is a start; `drumstick scene cost NAME` tells what it costs here.",
+        "",
+        "## Shipped",
+        "",
+        *_scenes(),
+        "## `[stick]`",
+        "",
+        "Equations (1) and (2): above the head m z'' + R_out z' + K_hand (z - z_ss) = f, in it R_in for R_out and K_coll z besides.",
+        "",
+        *_keys(Stick),
+        f"`z_h0_m` ({_range(Z_H0)}) may stand instead of `z_ss_m`: {Z_H0.words.lower()}, {Z_H0.equation}.",
+        "",
+        "### `[stick.geometry]`",
+        "",
+        "Instead of `m_kg` and `g_star_m_per_s2`: a rigid stick that turns about the hand. Positions along it count from any one end. With",
+        "L = tip - grip and I = inertia + mass (com - grip)², m = I/L² and m g* = mass g (com - grip)/L.",
+        "",
+        *_keys(Geometry),
+        "## Effects of the stick",
+        "",
+        "Summed in this order. Every one is linear between its events, so the method `exact` covers them all, alone and together; the",
+        "steppers (`drumstick simulate --method`) do too.",
+        "",
+    ]
+    for name, table in EFFECTS.items():
+        lines += [f"### `[effects.{name}]`", "", _about(table), "", *_keys(table)]
+    lines += ["## The rest", ""]
+    for name, table in OTHERS.items():
+        lines += [f"### `[{name}]`", "", *_keys(table)]
+    return "\n".join(lines).rstrip() + "\n"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")
