@@ -9,16 +9,17 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from drumstick import contact, exact
+from drumstick import exact
 from drumstick.law import law_of, thrown
 from drumstick.scene import Scene
+from drumstick.transitions import force_now
 from realtime.jit import Record, njit
 
 Samples = npt.NDArray[np.float64]
 
 
 class Trajectory(NamedTuple):
-    """Arrays of shape (points,): time (s), height (m), speed (m/s, up is positive), force of the head (N)."""
+    """Arrays of shape (points,): time (s), height (m), speed (m/s, up is positive), head's force on the stick (N)."""
 
     t_s: Samples
     z_m: Samples
@@ -38,20 +39,13 @@ def _carry(law: Record, motion: Record, duration: float) -> None:
 
 
 @njit()
-def _force(law: Record, motion: Record) -> float:
-    if motion.place != exact.CONTACT:
-        return 0.0
-    return contact.force(law.k_coll, law.r_in - law.r_out, motion.z, motion.v)
-
-
-@njit()
 def _sample(law: Record, motion: Record, step: float, z: Samples, v: Samples, force: Samples) -> None:
     for i in range(z.shape[0]):
         if i > 0:
             _carry(law, motion, step)
         z[i] = motion.z
         v[i] = motion.v
-        force[i] = _force(law, motion)
+        force[i] = force_now(law, motion)
 
 
 def trajectory(
