@@ -26,8 +26,24 @@ EVENT: np.dtype[Any] = np.dtype(
 
 READY, PLAYING, PANIC, FAULT = 0, 1, 2, 3
 STATUS_WORDS = ("ready", "playing", "panic", "fault")
-FAULT_WORDS = {0: "", 1: "the stick's motion is not a number, or beyond 1000 m or m/s"}
-OUT_OF_BOUNDS = 1
+NO_FAULT, OUT_OF_BOUNDS, NOT_A_NUMBER, UNPLUGGED, STALLED, STALE, TOO_FAST, OUTSIDE = 0, 1, 2, 3, 4, 5, 6, 7
+FORCE_ERROR, WARM, SAFETY_SWITCH, CALIBRATION, SCHEDULER = 8, 9, 10, 11, 12
+DEAD_MAN = 13  # no fault: the button that must be held is not
+FAULT_WORDS = {
+    NO_FAULT: "",
+    OUT_OF_BOUNDS: "the stick's motion is not a number, or beyond 1000 m or m/s",
+    NOT_A_NUMBER: "the device told a position that is not a number",
+    UNPLUGGED: "the device does not answer: look at its cable and power",
+    STALLED: "the force loop stood still for more than 20 ms: something else took the processor",
+    STALE: "the device has told no new position for 10 ms",
+    TOO_FAST: "the stick was moved faster than [guard] max_speed_m_per_s",
+    OUTSIDE: "the stick left the workspace that [guard] allows",
+    FORCE_ERROR: "the device's own force protection stopped the motors",
+    WARM: "the motors are too warm: let them rest",
+    SAFETY_SWITCH: "the device's safety switch is open",
+    CALIBRATION: "the device must be calibrated: drumstick doctor says how",
+    SCHEDULER: "the device's driver ended its servo thread",
+}
 
 # The servo after each tick. `refused` counts sets that its own fence turned down, `refused_revision` names the last.
 STATUS: np.dtype[Any] = np.dtype(
@@ -75,6 +91,22 @@ PLAYER: np.dtype[Any] = np.dtype(
         ("panicked", "i8"),
         ("panics_seen", "i8"),
         ("holding", "i8"),
+    ],
+    align=True,
+)
+
+# What a device tells once a tick, in the paper's frame: x to the right, y away from the player, z up, from the middle of
+# its workspace. `fresh` is 0 when nothing new came; `trouble` is a fault code; temperature is the warmest motor's, 0 .. 1.
+READING: np.dtype[Any] = np.dtype(
+    [
+        ("x_m", "f8"),
+        ("y_m", "f8"),
+        ("z_m", "f8"),
+        ("t_ns", "i8"),
+        ("buttons", "i8"),
+        ("temperature", "f8"),
+        ("trouble", "i8"),
+        ("fresh", "i8"),
     ],
     align=True,
 )
