@@ -1,0 +1,194 @@
+"""Figures and tables of the stick's analysis: what is drawn and written is what was computed."""
+
+import csv
+import dataclasses
+import io
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+from matplotlib.image import imread
+
+from drumstick.analysis.sweep import KINDS, MEASURED, STABLE, Axis, Swept, sweep
+from drumstick.effects.pulse import Pulse
+from drumstick.scene import Scene
+from drumstick.simulate import simulate
+from rig.fault import GIVEN, Stop
+from rig.figures import asked, tables, usual
+from rig.figures.bifurcation import bifurcation
+from rig.figures.heading import axis_label, own_value, pulse_words, scale_of
+from rig.figures.phase_plane import cycle_path, phase_plane
+from rig.figures.plane import kinds, rates
+from rig.figures.style import BLUE, HEAD, save
+from stick_cases import STICK_A, scene
+
+ROLL = scene(STICK_A, Pulse(0.2, 0.002, "exit", 1))
+SCENES = {
+    "roll": ROLL,
+    "paper": scene(STICK_A, Pulse(1.0, 0.002, "entry", 1)),
+    "no pulse": scene(STICK_A),
+    "a pulse of nothing": scene(STICK_A, Pulse(0.0, 0.002, "exit", 1)),
+    "overdamped": scene(dataclasses.replace(STICK_A, r_in_N_s_per_m=40.0), Pulse(0.2, 0.002, "exit", 1)),
+    "overdamped, unilateral": scene(
+        dataclasses.replace(STICK_A, r_in_N_s_per_m=40.0, release="unilateral"), Pulse(0.2, 0.002, "exit", 1)
+    ),
+    "held above the head": scene(dataclasses.replace(STICK_A, z_ss_m=0.02, r_out_N_s_per_m=1.0)),
+    "no hand": scene(dataclasses.replace(STICK_A, k_hand_N_per_m=0.0)),
+}
+EVERY = pytest.mark.parametrize("played", SCENES.values(), ids=SCENES.keys())
+
+
+def last_of(played: Scene, axes: list[Axis], settle: int = 40) -> Swept:
+    *_, done = sweep(played, axes, settle)
+    return done
+
+
+def few(axis: Axis | None, points: int = 6) -> Axis:
+    assert axis is not None
+    return Axis(axis.name, axis.values[np.linspace(0, len(axis.values) - 1, points).astype(int)])
+
+
+def drawn(figure: Figure, folder: Path) -> int:
+    """Saves the figure as PNG and as SVG; how many colours the PNG has."""
+    for ending in ("png", "svg"):
+        save(figure, folder / f"figure.{ending}")
+    assert (folder / "figure.svg").read_text(encoding="utf-8").count("<path") > 10
+    pixels = imread(folder / "figure.png")
+    return len(np.unique((pixels * 255).astype(np.uint8).view(np.uint32)))
+
+
+@EVERY
+def test_the_phase_plane_of_any_scene(played: Scene, tmp_path: Path):
+    figure = phase_plane(played, [], (0.02, 0.4, 1.1))
+    assert drawn(figure, tmp_path) > 50
+
+
+def test_the_cycle_in_the_phase_plane_closes_and_is_the_settled_roll():
+    path = cycle_path(ROLL, 0.4, 1)
+    assert path is not None
+    last = simulate(ROLL, 20.0, 0.4).contacts[-1]
+    assert path.z_m[0] == pytest.approx(path.z_m[-1], abs=1e-9)
+    assert path.v_m_per_s[0] == pytest.approx(path.v_m_per_s[-1], abs=1e-8)
+    assert path.z_m.min() == pytest.approx(last[7], rel=1e-4)
+    figure = phase_plane(ROLL, [(0.4, 1)], (0.4,))
+    lines = [line for line in figure.axes[0].lines if line.get_label() == "limit cycle"]
+    assert len(lines) == 1
+    np.testing.assert_array_equal(lines[0].get_xdata(), path.z_m * 1e3)
+    np.testing.assert_array_equal(lines[0].get_ydata(), path.v_m_per_s)
+    assert to_hex(lines[0].get_color()) == BLUE.lower()
+    assert any(to_hex(patch.get_facecolor()) == HEAD for patch in figure.axes[0].patches)
+
+
+def test_a_cycle_that_does_not_go_on_is_none():
+    assert cycle_path(scene(STICK_A), 0.4, 1) is None
+
+
+@EVERY
+def test_a_line_and_its_table(played: Scene, tmp_path: Path):
+    done = last_of(
+        played, [few(usual.line(played)) if usual.line(played) else Axis("r_in", np.linspace(0.5, 40.0, 6))]
+    )
+    figure = bifurcation(played, done)
+    assert drawn(figure, tmp_path) > 20
+    speeds = figure.axes[0].lines[0]
+    np.testing.assert_array_equal(speeds.get_ydata(), done.v_e_m_per_s.ravel())
+    np.testing.assert_array_equal(speeds.get_xdata(), np.repeat(done.axes[0].values, MEASURED))
+    rows = list(csv.reader(io.StringIO(tables.swept(played, done))))
+    assert rows[0][:4] == [
+        f"{done.axes[0].name} ({'m/s' if played.effects else 'N s/m'})",
+        "outcome",
+        "rate_Hz",
+        "period",
+    ]
+    assert len(rows) == 7
+    for i, row in enumerate(rows[1:]):
+        assert float(row[0]) == done.axes[0].values[i]
+        assert row[1] == KINDS[done.kind[i]]
+        assert int(row[3]) == done.period[i]
+        written = [float(cell) if cell else math.nan for cell in [row[2], *row[4:]]]
+        np.testing.assert_array_equal(written, [done.rate_Hz[i], *done.v_e_m_per_s[i]])
+
+
+@EVERY
+def test_planes_and_their_tables(played: Scene, tmp_path: Path):
+    for across, up in usual.planes(played):
+        done = last_of(played, [few(across, 5), few(up, 4)])
+        assert drawn(kinds(played, done), tmp_path) > 10
+        assert drawn(rates(played, done), tmp_path) > 10
+        rows = list(csv.DictReader(io.StringIO(tables.swept(played, done))))
+        assert len(rows) == 20
+        low = np.array([float(row["v_e_lowest_m_per_s"] or "nan") for row in rows]).reshape(5, 4)
+        np.testing.assert_array_equal(low, done.v_e_m_per_s.min(axis=-1))
+        assert [row["outcome"] for row in rows] == [KINDS[kind] for kind in done.kind.ravel()]
+
+
+def test_the_heat_map_shows_the_rates_of_steady_rolls_and_nothing_else():
+    done = last_of(
+        ROLL, [Axis("k_hand", np.geomspace(5.0, 200.0, 6)), Axis("z_ss", np.linspace(-0.03, 0.0, 5))], 400
+    )
+    assert len(set(done.kind.ravel())) > 1
+    heat = rates(ROLL, done).axes[0].collections
+    shown = [
+        mesh.get_array() for mesh in heat if mesh.get_array() is not None and mesh.get_array().size == 30
+    ]
+    expected = np.where(done.kind == STABLE, done.rate_Hz, np.nan).T
+    np.testing.assert_array_equal(np.ma.filled(shown[-1].astype(float), np.nan).reshape(5, 6), expected)
+
+
+def test_the_same_figure_is_the_same_file(tmp_path: Path):
+    for name in ("a.png", "b.png", "a.svg", "b.svg"):
+        save(phase_plane(ROLL, [(0.4, 1)], (0.1,)), tmp_path / name)
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
+
+
+def test_words_beside_a_figure():
+    assert pulse_words(ROLL) == "pulse 0.2 m/s up at exit, τ = 2 ms"
+    assert pulse_words(ROLL, {"dv_pls"}) == "pulse up at exit, τ = 2 ms"
+    assert pulse_words(scene(STICK_A)) == "no pulse"
+    assert axis_label(ROLL, "k_hand") == r"stiffness of the hand's hold  $K_\mathrm{hand}$  (N/m)"
+    assert own_value(ROLL, "k_hand") == 20.0
+    assert scale_of(np.geomspace(1.0, 9.0, 7)) == "log"
+    assert scale_of(np.linspace(1.0, 9.0, 7)) == "linear"
+    assert scale_of(np.linspace(-1.0, 9.0, 7)) == "linear"
+
+
+def test_sweeps_as_asked_for():
+    (line,) = asked.axes(ROLL, ["dv_pls=0.05:2:100"])
+    assert line.name == "dv_pls"
+    np.testing.assert_allclose(line.values, np.linspace(0.05, 2.0, 100))
+    across, up = asked.axes(ROLL, ["k_hand=1:100:3:log", "z_h0=-0.02:0.01:4"])
+    np.testing.assert_allclose(across.values, [1.0, 10.0, 100.0])
+    assert (up.name, len(up.values)) == ("z_h0", 4)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (["dv_pls"], "write NAME=LOW:HIGH:COUNT"),
+        (["dv_pls=1:2"], "write NAME="),
+        (["dv_pls=1:2:3:lin"], "write NAME="),
+        (["dv_pls=a:2:3"], "'a' is not a number"),
+        (["dv_pls=nan:2:3"], "not finite"),
+        (["dv_pls=1:inf:3"], "not finite"),
+        (["dv_pls=2:1:3"], "LOW 2 must be less than HIGH 1 m/s"),
+        (["dv_pls=0:1:3:log"], "LOW must be above 0"),
+        (["dv_pls=0:11:3"], "11 m/s is outside 0 .. 10 m/s"),
+        (["dv_pls=0:1:1"], "COUNT '1'"),
+        (["dv_pls=0:1:-5"], "COUNT '-5'"),
+        (["dv_pls=0:1:2.5"], "COUNT '2.5'"),
+        (["gamma=0:1:5"], "has no 'gamma'; it has m, k_coll"),
+        (["dv_pls=0:1:5"] * 2, "two different parameters"),
+        (["dv_pls=0:1:5"] * 3, "given 3 times"),
+        (["z_h0=0:1:5", "z_ss=0:1:5"], "two views of one value"),
+        (["dv_pls=0:1:1000", "k_hand=1:2:1000"], "1000000 points are too many"),
+    ],
+)
+def test_sweeps_that_make_no_sense(given: list[str], said: str):
+    with pytest.raises(Stop) as stop:
+        asked.axes(ROLL, given)
+    assert said in str(stop.value)
+    assert stop.value.status == GIVEN
