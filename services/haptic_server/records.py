@@ -91,12 +91,14 @@ PLAYER: np.dtype[Any] = np.dtype(
         ("panicked", "i8"),
         ("panics_seen", "i8"),
         ("holding", "i8"),
+        ("force_N", "f8"),
     ],
     align=True,
 )
 
-# What a device tells once a tick, in the paper's frame: x to the right, y away from the player, z up, from the middle of
-# its workspace. `fresh` is 0 when nothing new came; `trouble` is a fault code; temperature is the warmest motor's, 0 .. 1.
+# What a device tells once a tick, in the paper's frame: x to the right, y away from the player, z up, from the middle
+# of its workspace. `fresh` is 0 when nothing new came; `trouble` is a fault code; temperature is the warmest motor's,
+# 0 .. 1.
 READING: np.dtype[Any] = np.dtype(
     [
         ("x_m", "f8"),
@@ -122,6 +124,9 @@ PLAN: np.dtype[Any] = np.dtype(
         ("full_scale_m_per_s", "f8"),
         ("max_force_N", "f8"),
         ("max_speed_m_per_s", "f8"),
+        ("head_z_m", "f8"),
+        ("reach_m", "f8"),
+        ("lead_s", "f8"),
     ],
     align=True,
 )

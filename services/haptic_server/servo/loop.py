@@ -4,16 +4,33 @@ Servo thread (SCHED_FIFO where permitted), without the GIL for its whole life. A
 made up by a burst: the stick's exact solution simply covers the longer span.
 """
 
+from collections.abc import Callable
+
 from haptic_server.block import LATENESS_BIN_NS, LATENESS_BINS, STOP
 from haptic_server.servo.memory import Servo
+from haptic_server.servo.sampled import sampled_tick
 from haptic_server.servo.telling import tell
 from haptic_server.servo.tick import tick
 from realtime.atomics import load_acquire
 from realtime.clock import now_ns, sleep_until
-from realtime.jit import njit
+from realtime.jit import ArgumentType, is_none, njit, overload
 
 _LONGEST_SPAN_TICKS = 20  # after a longer stall the stick has simply stood still
 _WARM_TICKS = 100  # lateness before this is the machine getting started, not the loop
+
+
+def _tick(servo: Servo, now_ns: int, span_s: float) -> None:
+    raise TypeError("compiled code only")
+
+
+@overload(_tick)
+def _tick_of_plant(
+    servo: ArgumentType, now_ns: ArgumentType, span_s: ArgumentType
+) -> Callable[[Servo, int, float], None]:
+    # Decided at compile time: the exact stick gets none of a sampled arm's code, nor the other way round.
+    if is_none(servo, "plant"):
+        return lambda servo, now_ns, span_s: tick(servo, now_ns, span_s)
+    return lambda servo, now_ns, span_s: sampled_tick(servo, now_ns, span_s)
 
 
 @njit()
@@ -23,7 +40,7 @@ def run_virtual(servo: Servo, ticks: int, start_ns: int) -> int:
     now = start_ns
     for _ in range(ticks):
         now += period
-        tick(servo, now, period * 1e-9)
+        _tick(servo, now, period * 1e-9)
         servo.status[0].tick += 1
         tell(servo, now)
     return now
@@ -42,7 +59,7 @@ def run_paced(servo: Servo) -> int:
         lateness = now_ns(servo.timespec) - deadline
         if lateness < 0:
             continue  # a signal ended the sleep
-        tick(servo, deadline, span_ticks * period * 1e-9)
+        _tick(servo, deadline, span_ticks * period * 1e-9)
         status.tick += 1
         if status.tick > _WARM_TICKS:
             block.lateness[min(lateness // LATENESS_BIN_NS, LATENESS_BINS - 1)] += 1

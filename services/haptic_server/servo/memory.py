@@ -1,6 +1,6 @@
 """All the memory of one servo, made before its loop starts. Control thread."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -8,11 +8,23 @@ import numpy.typing as npt
 from drumstick.law import thrown
 from drumstick.scene import Scene
 from haptic_server.block import Block
-from haptic_server.records import EVENT, PLAN, PLAYER, STATUS
+from haptic_server.device.hand import GESTURE, GESTURES
+from haptic_server.device.phantom import PLANT
+from haptic_server.device.specification import EXACT_STICK, PREMIUM_1_5, Specification
+from haptic_server.records import EVENT, PLAN, PLAYER, READING, STATUS
+from haptic_server.servo.guard import ALLOWED, GUARD, may_add
+from haptic_server.servo.velocity import TRACK
+
+_START_ABOVE_M = 0.02
 
 
 class Servo(NamedTuple):
-    """All the memory a servo thread touches: arrays of one record each. numba takes the whole tuple as one argument."""
+    """All the memory a servo thread touches: arrays of one record each. numba takes the whole tuple as one argument.
+
+    plant, gesture and path belong to the simulated arm; with the exact stick, `plant` is None (not an array of one
+    record) and the arm's code is absent.
+    path, shape (n, 2): times s and heights m of a recorded gesture.
+    """
 
     block: Block
     law: npt.NDArray[np.void]
@@ -22,6 +34,66 @@ class Servo(NamedTuple):
     event: npt.NDArray[np.void]
     status: npt.NDArray[np.void]
     timespec: npt.NDArray[np.int64]
+    reading: npt.NDArray[np.void]
+    track: npt.NDArray[np.void]
+    guard: npt.NDArray[np.void]
+    allowed: npt.NDArray[np.void]
+    plant: Any
+    gesture: npt.NDArray[np.void]
+    path: npt.NDArray[np.float64]
+
+
+def _plan(scene: Scene, specification: Specification) -> npt.NDArray[np.void]:
+    plan = np.zeros(1, PLAN)
+    period_s = 1.0 / scene.servo.rate_Hz
+    plan["period_ns"] = round(1e9 * period_s)
+    plan["throw_m_per_s"] = scene.hand.throw_m_per_s
+    plan["rest_s"] = scene.hand.rest_s
+    plan["orbit_radius"] = scene.hand.orbit_radius
+    plan["orbit_period_s"] = scene.hand.orbit_period_s
+    plan["full_scale_m_per_s"] = scene.strike.full_scale_m_per_s
+    plan["max_force_N"] = min(scene.guard.max_force_N, specification.max_force_N)
+    plan["max_speed_m_per_s"] = scene.guard.max_speed_m_per_s
+    plan["head_z_m"] = scene.device.head_z_m
+    plan["reach_m"] = scene.device.reach_m
+    lag_s = period_s * (0.5 + scene.device.delay_ticks)
+    plan["lead_s"] = lag_s if scene.servo.predictor == "lead" else 0.0
+    return plan
+
+
+def _allowed(scene: Scene, specification: Specification) -> npt.NDArray[np.void]:
+    allowed = np.zeros(1, ALLOWED)
+    allowed["max_force_N"] = min(scene.guard.max_force_N, specification.max_force_N)
+    allowed["max_slew_N_per_s"] = scene.guard.max_slew_N_per_s
+    allowed["max_speed_m_per_s"] = scene.guard.max_speed_m_per_s
+    allowed["lowest_m"] = scene.device.head_z_m + scene.guard.lowest_m
+    allowed["highest_m"] = scene.device.head_z_m + scene.guard.highest_m
+    allowed["ramp_s"] = scene.guard.ramp_s
+    allowed["dead_man"] = scene.guard.dead_man == "button"
+    allowed["resolution_m"] = specification.resolution_m
+    return allowed
+
+
+def _plant(scene: Scene, specification: Specification) -> npt.NDArray[np.void]:
+    plant = np.zeros(1, PLANT)
+    plant["z_m"] = scene.device.head_z_m + _START_ABOVE_M
+    plant["m_kg"] = scene.stick.m_kg
+    plant["k_hand_N_per_m"] = scene.stick.k_hand_N_per_m
+    plant["r_out_N_s_per_m"] = scene.stick.r_out_N_s_per_m
+    plant["friction_N"] = scene.device.friction_N
+    plant["resolution_m"] = specification.resolution_m
+    plant["max_force_N"] = specification.max_force_N
+    plant["delay_ticks"] = scene.device.delay_ticks
+    return plant
+
+
+def _gesture(scene: Scene) -> npt.NDArray[np.void]:
+    gesture = np.zeros(1, GESTURE)
+    gesture["kind"] = GESTURES.index(scene.hand.gesture)
+    gesture["rest_m"] = scene.device.head_z_m + scene.stick.z_ss_m
+    gesture["height_m"] = scene.hand.gesture_height_m
+    gesture["period_s"] = scene.hand.gesture_period_s
+    return gesture
 
 
 def prepare(scene: Scene, block: Block, held: bool = False) -> Servo:
@@ -29,25 +101,28 @@ def prepare(scene: Scene, block: Block, held: bool = False) -> Servo:
 
     `held`: it starts in panic, because the servo before it was held by a panic or a fault.
     """
-    plan = np.zeros(1, PLAN)
-    plan["period_ns"] = round(1e9 / scene.servo.rate_Hz)
-    plan["throw_m_per_s"] = scene.hand.throw_m_per_s
-    plan["rest_s"] = scene.hand.rest_s
-    plan["orbit_radius"] = scene.hand.orbit_radius
-    plan["orbit_period_s"] = scene.hand.orbit_period_s
-    plan["full_scale_m_per_s"] = scene.strike.full_scale_m_per_s
-    plan["max_force_N"] = scene.guard.max_force_N
-    plan["max_speed_m_per_s"] = scene.guard.max_speed_m_per_s
+    sampled = scene.device.plant == "phantom"
+    specification = PREMIUM_1_5 if sampled else EXACT_STICK
     player = np.zeros(1, PLAYER)
     player["revision"] = block.live["revision"][0]
     player["panicked"] = held
+    law = block.live["law"][:1].copy()
+    guard = np.zeros(1, GUARD)
+    guard["e"], guard["b"] = may_add(law[0])
     return Servo(
         block=block,
-        law=block.live["law"][:1].copy(),
+        law=law,
         motion=thrown(scene, scene.hand.throw_m_per_s),
         player=player,
-        plan=plan,
+        plan=_plan(scene, specification),
         event=np.zeros(1, EVENT),
         status=np.zeros(1, STATUS),
         timespec=np.zeros(2, np.int64),
+        reading=np.zeros(1, READING),
+        track=np.zeros(1, TRACK),
+        guard=guard,
+        allowed=_allowed(scene, specification),
+        plant=_plant(scene, specification) if sampled else None,
+        gesture=_gesture(scene),
+        path=np.zeros((2, 2)),
     )

@@ -3,7 +3,7 @@
 Tick thread: no allocation, no locks, no Python, no exceptions.
 """
 
-from drumstick import composition, contact, exact, transitions
+from drumstick import composition, contact, exact
 from haptic_server.records import FAULT, PANIC, PLAYING, READY, RELEASE, STRIKE
 from haptic_server.servo.memory import Servo
 from realtime import ring, triple
@@ -56,9 +56,22 @@ def note_release(servo: Servo, t_ns: int) -> None:
 
 
 @njit()
+def end_contact(servo: Servo, now_ns: int) -> None:
+    """End a contact from outside: whoever takes the stick out of the head, no note may hang."""
+    motion = servo.motion[0]
+    if motion.place != exact.ABOVE:
+        motion.v_out = 0.0
+        motion.z = 0.0
+        if not (abs(motion.impulse_N_s) < 1e6 and motion.contact_s < 1e6 and motion.peak_N < 1e6):
+            motion.impulse_N_s = motion.contact_s = motion.peak_N = 0.0  # a fault's numbers go nowhere
+        motion.place = exact.ABOVE
+        note_release(servo, now_ns)
+
+
+@njit()
 def tell(servo: Servo, now_ns: int) -> None:
     """Publish how the servo stands after a tick; the caller has filled tick, overruns and lateness."""
-    law, motion, player, status = servo.law[0], servo.motion[0], servo.player[0], servo.status[0]
+    motion, player, status = servo.motion[0], servo.player[0], servo.status[0]
     since_strike = now_ns - player.last_ns
     status.t_ns = now_ns
     status.status = READY
@@ -71,7 +84,7 @@ def tell(servo: Servo, now_ns: int) -> None:
     status.fault = player.fault
     status.z_m = motion.z
     status.v_m_per_s = motion.v
-    status.force_N = transitions.force_now(law, motion) if motion.fate != exact.LEFT else 0.0
+    status.force_N = player.force_N
     status.x = player.x
     status.y = player.y
     status.roll_rate_Hz = player.roll_rate_Hz if status.status == PLAYING else 0.0

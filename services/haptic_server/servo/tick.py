@@ -3,14 +3,13 @@
 Tick thread: no allocation, no locks, no Python, no exceptions. The same text runs in real time and in virtual time.
 """
 
-import math
-
-from drumstick import composition, envelope, exact
+from drumstick import composition, exact, transitions
 from haptic_server.block import ARM, HEARTBEAT, HELD, PANIC, PANICS_SEEN
 from haptic_server.records import OUT_OF_BOUNDS
+from haptic_server.servo.latch import latch
 from haptic_server.servo.memory import Servo
-from haptic_server.servo.telling import note_release, note_strike
-from realtime import triple
+from haptic_server.servo.orbit import walk
+from haptic_server.servo.telling import end_contact, note_release, note_strike
 from realtime.atomics import exchange, load_acquire, store_release
 from realtime.jit import njit
 
@@ -19,49 +18,11 @@ _STILL_M_PER_S = 1e-3
 
 
 @njit()
-def _latch(servo: Servo) -> None:
-    # A set takes effect whole, at z >= 0 above the head: a change of K_coll in contact would inject 1/2 dK z^2. One
-    # that would turn the stick's height into too much speed waits for a better moment, at the latest the next release.
-    block, motion, player, plan = servo.block, servo.motion[0], servo.player[0], servo.plan[0]
-    if triple.has_fresh(block.wanted_cells):
-        player.holding = 1
-    if player.holding == 0:
-        return
-    wanted = block.wanted[triple.take(block.wanted_cells, block.wanted)]
-    if envelope.check(wanted.law, plan.max_force_N, plan.max_speed_m_per_s) != envelope.OK:
-        player.holding = 0
-        player.refused += 1
-        player.refused_revision = wanted.revision
-        return
-    left = composition.left_at_most(servo.law[0], motion)
-    if not envelope.safe_from(wanted.law, motion.z, motion.v, left, plan.max_force_N, plan.max_speed_m_per_s):
-        return
-    player.holding = 0
-    composition.keep_speed(servo.law[0], wanted.law, motion)
-    servo.law[0] = wanted.law
-    player.revision = wanted.revision
-    triple.publish(block.live_cells, block.live, wanted)
-
-
-@njit()
-def _end_contact(servo: Servo, now_ns: int) -> None:
-    # Whoever takes the stick out of the head ends its contact: no note may hang.
-    motion = servo.motion[0]
-    if motion.place != exact.ABOVE:
-        motion.v_out = 0.0
-        motion.z = 0.0
-        if not (abs(motion.impulse_N_s) < 1e6 and motion.contact_s < 1e6 and motion.peak_N < 1e6):
-            motion.impulse_N_s = motion.contact_s = motion.peak_N = 0.0  # a fault's numbers go nowhere
-        motion.place = exact.ABOVE
-        note_release(servo, now_ns)
-
-
-@njit()
 def _lift_away(servo: Servo, now_ns: int) -> None:
     # Panic on the simulated stick: no force acts on it and it touches nothing.
     motion = servo.motion[0]
     composition.stop(servo.law[0], motion)
-    _end_contact(servo, now_ns)
+    end_contact(servo, now_ns)
     motion.v = 0.0
     motion.fate = exact.LEFT
 
@@ -77,7 +38,7 @@ def _advance(servo: Servo, now_ns: int, span_s: float) -> None:
             note_strike(servo, t_ns)
         elif what == exact.RELEASE:
             note_release(servo, t_ns)
-            _latch(servo)  # at z = 0, going up: a buzz may never be seen above the head
+            latch(servo)  # at z = 0, going up: a buzz may never be seen above the head
         elif what == exact.HORIZON:
             return
     # A stick that buzzes faster than anything audible would take the tick over: the player takes it off the head.
@@ -113,7 +74,7 @@ def _rest(servo: Servo, now_ns: int, span_s: float) -> None:
     motion.z = 0.0
     motion.v = plan.throw_m_per_s
     motion.fate = exact.MOVING
-    _latch(servo)
+    latch(servo)
 
 
 @njit()
@@ -137,18 +98,14 @@ def tick(servo: Servo, now_ns: int, span_s: float) -> None:
     """Advance to `now_ns` over the `span_s` seconds before it."""
     control, motion, player, plan = servo.block.control, servo.motion[0], servo.player[0], servo.plan[0]
     _orders(servo, now_ns)
-    player.phase += 2.0 * math.pi * span_s / plan.orbit_period_s
-    if player.phase > math.pi:
-        player.phase -= 2.0 * math.pi
-    player.x = plan.orbit_radius * math.cos(player.phase)
-    player.y = plan.orbit_radius * math.sin(player.phase)
+    walk(player, plan, span_s)
     if player.panicked != 0 or player.fault != 0:
-        _latch(servo)
+        latch(servo)
     else:
         if motion.fate != exact.MOVING:
             _rest(servo, now_ns, span_s)
         elif motion.z > 0.0:
-            _latch(servo)
+            latch(servo)
         if motion.fate != exact.LEFT:
             _advance(servo, now_ns, span_s)
             _watch_still(servo, span_s)
@@ -156,6 +113,7 @@ def tick(servo: Servo, now_ns: int, span_s: float) -> None:
             player.fault = OUT_OF_BOUNDS
             motion.z = 0.0
             _lift_away(servo, now_ns)
+    player.force_N = transitions.force_now(servo.law[0], motion) if motion.fate != exact.LEFT else 0.0
     store_release(control, HELD, 1 if player.panicked != 0 or player.fault != 0 else 0)
     store_release(control, PANICS_SEEN, player.panics_seen)
     store_release(control, HEARTBEAT, now_ns)

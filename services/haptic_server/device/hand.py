@@ -1,0 +1,76 @@
+"""The simulated hand that holds a sampled device: where it wants the stick, over time.
+
+A hand is a spring and a damper to a moving point (K_hand, R_out of equation (1)); the point z_hand(t) is the gesture.
+Tick thread: no allocation, no locks, no Python, no exceptions.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from realtime.jit import Record, njit
+
+HOLD, STROKES, SINGLE, DOUBLE, PRESS, RECORDED = 0, 1, 2, 3, 4, 5
+GESTURES = ("hold", "strokes", "single-stroke-roll", "double-stroke-roll", "press", "recorded")
+_LIFTED_S = 0.3  # every gesture begins above the head, or nothing would be rendered
+
+GESTURE: np.dtype[Any] = np.dtype(
+    [
+        ("kind", "i8"),
+        ("rest_m", "f8"),
+        ("height_m", "f8"),
+        ("period_s", "f8"),
+        ("orbit_radius", "f8"),
+        ("orbit_period_s", "f8"),
+    ],
+    align=True,
+)
+
+
+@njit()
+def _swing(share: float) -> float:
+    # A raised cosine: 1 at the start of a period, 0 in its middle.
+    return 0.5 + 0.5 * math.cos(2.0 * math.pi * share)
+
+
+@njit()
+def _recorded(path: npt.NDArray[np.float64], t: float) -> float:
+    # path has shape (n, 2): times s and heights m; it repeats.
+    n = path.shape[0]
+    t = path[0, 0] + t % (path[n - 1, 0] - path[0, 0])
+    low, high = 0, n - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if path[middle, 0] <= t:
+            low = middle
+        else:
+            high = middle
+    share = (t - path[low, 0]) / (path[high, 0] - path[low, 0])
+    return path[low, 1] + share * (path[high, 1] - path[low, 1])
+
+
+@njit()
+def hand_at(gesture: Record, path: npt.NDArray[np.float64], t: float) -> float:
+    """z_hand in m, t s after the gesture began: rest_m is the lowest point, height_m what it lifts above that."""
+    rest, height = gesture.rest_m, gesture.height_m
+    if t < _LIFTED_S:
+        return rest + height
+    t -= _LIFTED_S
+    share = t / gesture.period_s
+    share -= math.floor(share)
+    kind = gesture.kind
+    if kind == STROKES:  # a blow each period, the stick held up most of the time
+        return rest + height * max(_swing(share), min(1.0, 4.0 * abs(share - 0.5)))
+    if kind == SINGLE:
+        return rest + height * _swing(share)
+    if (
+        kind == DOUBLE
+    ):  # one arm movement, the stick bounces a second time: the hand stays low for half a period
+        return rest + height * max(0.0, 2.0 * _swing(share) - 1.0)
+    if kind == PRESS:  # down and held there, up again
+        return rest + height * min(1.0, max(0.0, 8.0 * abs(share - 0.5) - 1.0))
+    if kind == RECORDED:
+        return _recorded(path, t)
+    return rest

@@ -1,0 +1,124 @@
+"""The plant `phantom`: a sampled arm as hardware is, in a simulated hand.
+
+    m z'' + R_out z' + K_hand (z - z_hand) = F + friction
+
+F is held from tick to tick, so between ticks the motion is known in closed form, with Coulomb friction piece by piece
+between turns. What it tells is quantised as encoders do; what it is told may come some ticks late and is cut at F_max.
+Tick thread: no allocation, no locks, no Python, no exceptions.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from drumstick.segment import Segment, propagate
+from haptic_server.device.hand import hand_at
+from realtime.jit import Record, njit
+
+MOST_DELAY_TICKS = 8
+_HALVINGS = 60
+_MOST_TURNS = 4  # in one tick; a stick that turns more often has come to rest
+
+PLANT: np.dtype[Any] = np.dtype(
+    [
+        ("z_m", "f8"),
+        ("v_m_per_s", "f8"),
+        ("hand_m", "f8"),
+        ("force_N", "f8"),
+        ("t_s", "f8"),
+        ("phase", "f8"),
+        ("m_kg", "f8"),
+        ("k_hand_N_per_m", "f8"),
+        ("r_out_N_s_per_m", "f8"),
+        ("friction_N", "f8"),
+        ("resolution_m", "f8"),
+        ("max_force_N", "f8"),
+        ("delay_ticks", "i8"),
+        ("next", "i8"),
+        ("queue_N", "f8", (MOST_DELAY_TICKS,)),
+    ],
+    align=True,
+)
+
+
+@njit()
+def _piece(plant: Record, friction: float) -> Segment:
+    m = plant.m_kg
+    push = plant.force_N + plant.k_hand_N_per_m * plant.hand_m + friction
+    return Segment(
+        0.5 * plant.r_out_N_s_per_m / m,
+        plant.k_hand_N_per_m / m,
+        push / m,
+        plant.z_m,
+        plant.v_m_per_s,
+        (),
+        0.0,
+        0.0,
+        0.0,
+        0,
+        None,
+    )
+
+
+@njit()
+def _turn_time(seg: Segment, sign: float, t: float) -> float:
+    # When the speed, which has `sign` at the start and no longer at t, passes 0.
+    low, high = 0.0, t
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        if propagate(seg, middle)[1] * sign > 0.0:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+@njit()
+def move_on(plant: Record, duration_s: float) -> None:
+    """The arm under its present force for `duration_s` seconds."""
+    left = duration_s
+    for _ in range(_MOST_TURNS):
+        v = plant.v_m_per_s
+        at_rest = plant.force_N + plant.k_hand_N_per_m * (plant.hand_m - plant.z_m)
+        if v == 0.0 and abs(at_rest) <= plant.friction_N:
+            return
+        sign = math.copysign(1.0, v if v != 0.0 else at_rest)
+        seg = _piece(plant, -sign * plant.friction_N)
+        z_end, v_end = propagate(seg, left)
+        if v_end * sign >= 0.0:
+            plant.z_m, plant.v_m_per_s = z_end, v_end
+            return
+        turn = _turn_time(seg, sign, left)
+        plant.z_m = propagate(seg, turn)[0]
+        plant.v_m_per_s = 0.0
+        left -= turn
+
+
+@njit()
+def tell(plant: Record, reading: Record, now_ns: int) -> None:
+    """What the encoders say now."""
+    steps = plant.z_m / plant.resolution_m
+    reading.z_m = math.floor(steps + 0.5) * plant.resolution_m
+    reading.t_ns = now_ns
+    reading.fresh = 1
+
+
+@njit()
+def carry(plant: Record, gesture: Record, path: npt.NDArray[np.float64], span_s: float) -> None:
+    """Move on by `span_s` under the force that was last obeyed, with the hand where its gesture has it."""
+    plant.hand_m = hand_at(gesture, path, plant.t_s)
+    move_on(plant, span_s)
+    plant.t_s += span_s
+
+
+@njit()
+def obey(plant: Record, force_N: float) -> None:
+    """Take the force to hold until the next tick; it acts some ticks later when the arm is slow."""
+    if plant.delay_ticks > 0:
+        late = plant.queue_N[plant.next]
+        plant.queue_N[plant.next] = force_N
+        plant.next = (plant.next + 1) % plant.delay_ticks
+        force_N = late
+    plant.force_N = min(max(force_N, -plant.max_force_N), plant.max_force_N)

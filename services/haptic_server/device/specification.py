@@ -1,0 +1,32 @@
+"""What a device can do: the numbers that its guard may tighten and never raise. Any thread."""
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Specification:
+    """Numbers of one model of device. inf: no limit of its own.
+
+    workspace_m: extent along the paper's x, y, z. stiffness_N_per_m and damping_N_s_per_m: the most that it can render.
+    """
+
+    name: str
+    workspace_m: tuple[float, float, float]
+    resolution_m: float
+    max_force_N: float  # noqa: N815  the unit newton is written N
+    continuous_force_N: float  # noqa: N815
+    stiffness_N_per_m: float  # noqa: N815
+    damping_N_s_per_m: float  # noqa: N815
+    rates_Hz: tuple[int, ...]  # noqa: N815
+
+
+_ANY_RATE = (500, 1000, 2000, 4000)
+# The paper's stick itself has no motors; its scene's envelope bounds it.
+EXACT_STICK = Specification(
+    "exact stick", (1.0, 1.0, 1.0), 0.0, math.inf, math.inf, math.inf, math.inf, _ANY_RATE
+)
+# Second-hand figures; the vendor's table was not at hand. The paper's z is the device's height.
+PREMIUM_1_5 = Specification(
+    "simulated PHANTOM Premium 1.5", (0.381, 0.191, 0.267), 3e-5, 8.5, 1.4, 3500.0, math.inf, _ANY_RATE
+)

@@ -1,0 +1,171 @@
+"""The guard of a device that a hand holds: what it refuses to render, and how it gives up. Always on.
+
+Every tick it looks at the reading first and at the force last. What is wrong for good is a latched fault: zero force on
+the same tick, until `drumstick arm` on this machine. It is a second line behind the envelope: the envelope bounds what
+parameters may ask, the guard what may reach the motors whatever they ask. Tick thread: no allocation, no locks, no
+Python, no exceptions.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from drumstick import bounds
+from drumstick.effects import pulse
+from haptic_server.records import (
+    DEAD_MAN,
+    NO_FAULT,
+    NOT_A_NUMBER,
+    OUTSIDE,
+    STALE,
+    STALLED,
+    TOO_FAST,
+)
+from realtime.jit import Record, njit
+
+STALL_PAUSE_S = 0.005  # a longer gap between ticks: no force until the stick was above the head again
+STALL_FAULT_S = 0.020  # a longer one is a latched fault
+STALE_S = 0.010  # a device that has told nothing new for so long
+_SEEN_ABOVE_M = 1e-3  # so far above the head the stick must have been before anything is rendered
+_SLOWEST_M_PER_S = 1e-6
+_SLACK = 0.02  # of a blow's energy: what quantised positions may pretend
+
+# What it remembers. `gain` ramps from 0 to 1; `given_J` is what the head has given the stick in this contact,
+# `budget_J` what it may give; `z_m` and `head_N` are the last tick's.
+GUARD: np.dtype[Any] = np.dtype(
+    [
+        ("seen_above", "i8"),
+        ("gain", "f8"),
+        ("force_N", "f8"),
+        ("head_N", "f8"),
+        ("z_m", "f8"),
+        ("given_J", "f8"),
+        ("budget_J", "f8"),
+        ("fresh_ns", "i8"),
+        ("limited", "i8"),
+        ("held_back", "i8"),
+        ("stalls", "i8"),
+        ("e", "f8"),
+        ("b", "f8"),
+    ],
+    align=True,
+)
+
+# What a device and the scene allow, in the paper's frame. It does not change while a servo runs.
+ALLOWED: np.dtype[Any] = np.dtype(
+    [
+        ("max_force_N", "f8"),
+        ("max_slew_N_per_s", "f8"),
+        ("max_speed_m_per_s", "f8"),
+        ("lowest_m", "f8"),
+        ("highest_m", "f8"),
+        ("ramp_s", "f8"),
+        ("dead_man", "i8"),
+        ("resolution_m", "f8"),
+    ],
+    align=True,
+)
+
+
+@njit()
+def let_go(guard: Record) -> None:
+    """No force from here on until the stick has been above the head, and then by a ramp."""
+    guard.seen_above = 0
+    guard.gain = 0.0
+    guard.force_N = 0.0
+    guard.head_N = 0.0
+    guard.given_J = 0.0
+    guard.budget_J = 0.0
+
+
+@njit()
+def look(guard: Record, allowed: Record, reading: Record, now_ns: int, span_s: float) -> int:
+    """Is this reading fit to render from? NO_FAULT, or the code of what is wrong for good. In accept form."""
+    if reading.trouble != NO_FAULT:
+        return int(reading.trouble)
+    if not (abs(reading.x_m) < 1e3 and abs(reading.y_m) < 1e3 and abs(reading.z_m) < 1e3):
+        return NOT_A_NUMBER
+    if not span_s <= STALL_FAULT_S:
+        return STALLED
+    if reading.fresh != 0 or guard.fresh_ns == 0:
+        guard.fresh_ns = now_ns
+    if not (now_ns - guard.fresh_ns) * 1e-9 <= STALE_S:
+        return STALE
+    if not allowed.lowest_m <= reading.z_m <= allowed.highest_m:
+        return OUTSIDE
+    if not span_s <= STALL_PAUSE_S:
+        guard.stalls += 1
+        let_go(guard)
+    return NO_FAULT
+
+
+@njit()
+def look_at_speed(allowed: Record, v: float) -> int:
+    """Is the stick slow enough? NO_FAULT or TOO_FAST."""
+    return NO_FAULT if abs(v) <= allowed.max_speed_m_per_s else TOO_FAST
+
+
+@njit()
+def ready(guard: Record, allowed: Record, reading: Record, z: float, period_s: float) -> int:
+    """May it push now? NO_FAULT, or DEAD_MAN while the button that must be held is not. Moves the ramp on."""
+    if allowed.dead_man != 0 and reading.buttons == 0:
+        let_go(guard)
+        return DEAD_MAN
+    if guard.seen_above == 0:
+        if z > _SEEN_ABOVE_M:
+            guard.seen_above = 1
+        guard.gain = 0.0
+        return NO_FAULT
+    guard.gain = min(1.0, guard.gain + period_s / allowed.ramp_s)
+    return NO_FAULT
+
+
+@njit()
+def may_add(law: Record) -> tuple[float, float]:
+    """e and b of drumstick.bounds without the pulses: what the head may make of an entry speed."""
+    return bounds.multiplied(law), bounds.added(law) - pulse.adds(law)
+
+
+@njit()
+def open_account(guard: Record, m: float, v_in: float) -> None:
+    """A contact begins at v_in: the head may give back what it took, and what its effects are meant to add.
+
+    guard.e and guard.b as in drumstick.bounds: the contact may end at e |v_in| + b, without its pulses.
+    """
+    speed = abs(v_in)
+    leaving = guard.e * speed + guard.b
+    guard.given_J = 0.0
+    guard.budget_J = 0.5 * m * (max(leaving * leaving - speed * speed, 0.0) + _SLACK * speed * speed)
+
+
+@njit()
+def _within_account(guard: Record, head_N: float, z: float, v: float, period_s: float) -> float:
+    # Passivity observer and controller in one: Hannaford and Ryu, "Time-domain passivity control of haptic interfaces",
+    # IEEE Trans. Robotics and Automation 18(1), 2002. Theirs adds damping; this holds the head back while it pushes
+    # along, which needs no speed to divide by near zero and cannot overshoot.
+    guard.given_J += guard.head_N * (z - guard.z_m)
+    guard.z_m = z
+    left = guard.budget_J - guard.given_J
+    if v > _SLOWEST_M_PER_S and head_N * v * period_s > left:
+        guard.held_back += 1
+        head_N = max(left, 0.0) / (v * period_s)
+    guard.head_N = head_N
+    return head_N
+
+
+@njit()
+def limit(
+    guard: Record, allowed: Record, head_N: float, pulse_N: float, z: float, v: float, period_s: float
+) -> float:
+    """The force that goes to the motors, N, out of what the head and the pulses ask for."""
+    head_N = _within_account(guard, head_N, z, v, period_s)
+    wanted = guard.gain * (head_N + pulse_N)
+    force = min(max(wanted, -allowed.max_force_N), allowed.max_force_N)
+    step = allowed.max_slew_N_per_s * period_s
+    force = min(max(force, guard.force_N - step), guard.force_N + step)
+    if not abs(force) <= allowed.max_force_N:  # NaN: nothing finite came in
+        force = 0.0
+    if force != wanted:
+        guard.limited += 1
+    guard.force_N = force
+    return force

@@ -1,0 +1,138 @@
+"""The law for a device that a hand holds: from its position to the force on its motors, once a tick.
+
+The hand supplies m, K_hand and R_out; only the head and the pulses are rendered. Position comes at ticks and the force
+is held until the next, so everything is seen late: the position is led by T/2 and the device's own delay. Events,
+effects and records go through the same text as the exact stick (drumstick.transitions, drumstick.composition). Tick
+thread: no allocation, no locks, no Python, no exceptions.
+"""
+
+from drumstick import composition, exact, transitions
+from drumstick.events import SINK
+from haptic_server.block import ARM, HEARTBEAT, HELD, PANIC, PANICS_SEEN
+from haptic_server.records import NO_FAULT
+from haptic_server.servo import guard
+from haptic_server.servo.latch import latch
+from haptic_server.servo.memory import Servo
+from haptic_server.servo.telling import end_contact, note_release, note_strike
+from haptic_server.servo.velocity import follow, forget
+from realtime.atomics import exchange, load_acquire, store_release
+from realtime.jit import Record, njit
+
+_CLEAR_OF_HEAD = 2.0  # resolutions above z = 0: a stick that lies on the head must not chatter
+
+
+@njit()
+def _let_go(servo: Servo, now_ns: int) -> None:
+    composition.stop(servo.law[0], servo.motion[0])
+    end_contact(servo, now_ns)
+    guard.let_go(servo.guard[0])
+
+
+@njit()
+def _orders(servo: Servo, now_ns: int) -> None:
+    control, player = servo.block.control, servo.player[0]
+    panics = load_acquire(control, PANIC)  # a count: a panic that comes after an arm is never lost to it
+    if panics != player.panics_seen:
+        player.panics_seen = panics
+        player.panicked = 1
+        exchange(control, ARM, 0)  # both in one tick: panic wins, arm again
+        _let_go(servo, now_ns)
+    elif exchange(control, ARM, 0) != 0:
+        player.panicked = 0
+        player.fault = NO_FAULT
+        _let_go(servo, now_ns)
+
+
+@njit()
+def _enter(servo: Servo, ahead_m: float, now_ns: int) -> None:
+    # ahead_m: how far above the head the stick really is; the lead has seen the contact before it happens.
+    law, motion = servo.law[0], servo.motion[0]
+    transitions.apply(law, motion, exact.ENTRY)
+    guard.open_account(servo.guard[0], law.m, motion.v_in)
+    early_ns = int(ahead_m / -motion.v_in * 1e9) if motion.v_in < 0.0 else 0
+    note_strike(servo, now_ns + early_ns)
+
+
+@njit()
+def _events(servo: Servo, z: float, v: float, ahead_m: float, now_ns: int) -> None:
+    law, motion = servo.law[0], servo.motion[0]
+    before = motion.v
+    motion.z = z
+    motion.v = v
+    if motion.place == exact.ABOVE:
+        if z < 0.0 and v < 0.0:
+            _enter(servo, ahead_m, now_ns)
+    elif z > _CLEAR_OF_HEAD * servo.allowed[0].resolution_m:
+        transitions.apply(law, motion, exact.RELEASE)
+        note_release(servo, now_ns)
+    elif v >= 0.0 and (motion.turned == 0 or before < 0.0):
+        transitions.apply(law, motion, exact.TURN)
+    elif v < 0.0 and before >= 0.0 and motion.turned != 0:
+        transitions.apply(law, motion, SINK)
+    motion.fate = exact.MOVING  # a hand can always lift it
+
+
+@njit()
+def _asked(servo: Servo, period_s: float) -> tuple[float, float]:
+    # What the head and the pulses ask for over the coming tick, N. A pulse's held force is its mean over the tick, so
+    # that it gives m dv in all, whatever T: h0 = m dv (1 - exp(-T/tau))/T.
+    law, motion = servo.law[0], servo.motion[0]
+    transitions.renew(law, motion)
+    head_N = transitions.force_now(law, motion)
+    before = composition.left(law, motion)
+    composition.elapse(law, motion, period_s)
+    pulse_N = law.m * (before - composition.left(law, motion)) / period_s
+    if motion.place != exact.ABOVE:
+        motion.contact_s += period_s
+        motion.z_min = min(motion.z_min, motion.z)
+        motion.peak_N = max(motion.peak_N, head_N)
+        motion.impulse_N_s += head_N * period_s
+    return head_N, pulse_N
+
+
+@njit()
+def _rendered(servo: Servo, reading: Record, now_ns: int, span_s: float) -> float:
+    player, plan, held, allowed = servo.player[0], servo.plan[0], servo.guard[0], servo.allowed[0]
+    period_s = plan.period_ns * 1e-9
+    if held.seen_above == 0 and span_s > guard.STALL_PAUSE_S:
+        forget(servo.track[0])
+    z = reading.z_m - plan.head_z_m
+    v = follow(servo.track[0], now_ns * 1e-9, z, allowed.resolution_m)
+    player.fault = guard.look_at_speed(allowed, v)
+    if player.fault != NO_FAULT:
+        return 0.0
+    if guard.ready(held, allowed, reading, z, period_s) != NO_FAULT or held.seen_above == 0:
+        if servo.motion[0].place != exact.ABOVE:
+            _let_go(servo, now_ns)
+        if latch(servo):
+            held.e, held.b = guard.may_add(servo.law[0])
+        return 0.0
+    _events(servo, z + v * plan.lead_s, v, z, now_ns)
+    if servo.motion[0].place == exact.ABOVE and latch(servo):
+        held.e, held.b = guard.may_add(servo.law[0])
+    head_N, pulse_N = _asked(servo, period_s)
+    return guard.limit(held, allowed, head_N, pulse_N, z, v, period_s)
+
+
+@njit()
+def render(servo: Servo, reading: Record, now_ns: int, span_s: float) -> float:
+    """The force along z, N, up to the next tick; `span_s` is the time since the last one."""
+    control, player, plan = servo.block.control, servo.player[0], servo.plan[0]
+    _orders(servo, now_ns)
+    force = 0.0
+    if player.fault == NO_FAULT:
+        player.fault = guard.look(servo.guard[0], servo.allowed[0], reading, now_ns, span_s)
+    if player.fault == NO_FAULT and player.panicked == 0:
+        player.x = min(max(reading.x_m / plan.reach_m, -1.0), 1.0)
+        player.y = min(max(reading.y_m / plan.reach_m, -1.0), 1.0)
+        force = _rendered(servo, reading, now_ns, span_s)
+    if player.fault != NO_FAULT or player.panicked != 0:
+        _let_go(servo, now_ns)
+        if latch(servo):
+            servo.guard[0].e, servo.guard[0].b = guard.may_add(servo.law[0])
+        force = 0.0
+    player.force_N = force
+    store_release(control, HELD, 1 if player.panicked != 0 or player.fault != 0 else 0)
+    store_release(control, PANICS_SEEN, player.panics_seen)
+    store_release(control, HEARTBEAT, now_ns)
+    return force
