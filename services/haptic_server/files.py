@@ -2,4 +2,5 @@
 
 BLOCK = "servo.block"  # shared by servo and gateway; the servo makes it
 SCENE = "scene.toml"  # the text that both processes read; whoever starts them puts it there
+TRACE = "trace.csv"  # the last thousand ticks before the last fault
 GRANTED = "servo.json"  # what the servo asked of the operating system, and got

@@ -92,6 +92,8 @@ PLAYER: np.dtype[Any] = np.dtype(
         ("panics_seen", "i8"),
         ("holding", "i8"),
         ("force_N", "f8"),
+        ("traced", "i8"),
+        ("trace_ended", "i8"),
     ],
     align=True,
 )

@@ -13,10 +13,12 @@ from drumstick import envelope
 from drumstick.law import law_of
 from drumstick.scene import parse
 from haptic_server import block, files
-from haptic_server.servo import loop, memory, priority
+from haptic_server.records import FAULT_WORDS
+from haptic_server.servo import loop, memory, priority, trace
 from realtime.atomics import poke
 
 _log = logging.getLogger("servo")
+_LOOK_EVERY_S = 0.25
 
 
 def _tell_granted(path: Path, granted: dict[str, str]) -> None:
@@ -24,6 +26,24 @@ def _tell_granted(path: Path, granted: dict[str, str]) -> None:
         path.write_text(json.dumps(granted), encoding="utf-8")
     except OSError as error:  # only `doctor` reads it: no reason not to play
         _log.warning("%s cannot be written: %s", path, error.strerror)
+
+
+def _watch(servo: memory.Servo, path: Path) -> None:
+    # Until a signal: when a fault is latched, its last thousand ticks go to a file.
+    written = False
+    while signal.sigtimedwait({signal.SIGTERM, signal.SIGINT}, _LOOK_EVERY_S) is None:
+        player = servo.player[0]
+        if not player["trace_ended"]:
+            written = False
+        elif not written:
+            written = True
+            _log.error("fault: %s; the last ticks are in %s", FAULT_WORDS[int(player["fault"])], path)
+            try:
+                path.write_text(
+                    trace.as_csv(trace.ordered(servo.trace, int(player["traced"]))), encoding="utf-8"
+                )
+            except OSError as error:  # a full disk must not end the servo
+                _log.error("%s cannot be written: %s", path, error.strerror)
 
 
 def main() -> int:
@@ -71,7 +91,7 @@ def main() -> int:
     thread = threading.Thread(target=run, name="servo")
     thread.start()
     _log.info("scene %s, %d Hz, simulated stick", scene.name, scene.servo.rate_Hz)
-    signal.sigwait({signal.SIGTERM, signal.SIGINT})
+    _watch(servo, given.run_dir / files.TRACE)
     poke(mine.control, block.STOP, 1)
     thread.join()
     return 0 if ticks else 1

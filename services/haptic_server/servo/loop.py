@@ -1,7 +1,7 @@
 """The loop around the tick: paced by the monotonic clock, or in virtual time.
 
 Servo thread (SCHED_FIFO where permitted), without the GIL for its whole life. An overrun is counted and skipped, never
-made up by a burst: the stick's exact solution simply covers the longer span.
+made up by a burst: the stick's exact solution simply covers the longer span, and the guard of a sampled arm sees it.
 """
 
 from collections.abc import Callable
@@ -11,12 +11,22 @@ from haptic_server.servo.memory import Servo
 from haptic_server.servo.sampled import sampled_tick
 from haptic_server.servo.telling import tell
 from haptic_server.servo.tick import tick
+from haptic_server.servo.trace import note
 from realtime.atomics import load_acquire
 from realtime.clock import now_ns, sleep_until
 from realtime.jit import ArgumentType, is_none, njit, overload
 
-_LONGEST_SPAN_TICKS = 20  # after a longer stall the stick has simply stood still
 _WARM_TICKS = 100  # lateness before this is the machine getting started, not the loop
+
+
+def _is_sampled(servo: Servo) -> bool:
+    raise TypeError("compiled code only")
+
+
+@overload(_is_sampled)
+def _is_sampled_by_type(servo: ArgumentType) -> Callable[[Servo], bool]:
+    sampled = not is_none(servo, "plant")
+    return lambda servo: sampled
 
 
 def _tick(servo: Servo, now_ns: int, span_s: float) -> None:
@@ -34,13 +44,19 @@ def _tick_of_plant(
 
 
 @njit()
+def _traced_tick(servo: Servo, now_ns: int, span_s: float) -> None:
+    _tick(servo, now_ns, span_s)
+    note(servo.trace, servo.motion[0], servo.player[0], now_ns, span_s)
+
+
+@njit()
 def run_virtual(servo: Servo, ticks: int, start_ns: int) -> int:
     """`ticks` ticks without waiting; the clock is start_ns + k T. Returns the last tick's time."""
     period = servo.plan[0].period_ns
     now = start_ns
     for _ in range(ticks):
         now += period
-        _tick(servo, now, period * 1e-9)
+        _traced_tick(servo, now, period * 1e-9)
         servo.status[0].tick += 1
         tell(servo, now)
     return now
@@ -48,18 +64,28 @@ def run_virtual(servo: Servo, ticks: int, start_ns: int) -> int:
 
 @njit()
 def run_paced(servo: Servo) -> int:
-    """Tick in real time until the block's STOP cell is set. Returns the number of ticks."""
+    """Tick in real time until the block's STOP cell is set. Returns the number of ticks.
+
+    The exact stick moves from deadline to deadline, so its roll is as even as the clock; a sampled arm is where it is
+    when the tick really comes.
+    """
     block = servo.block
     status = servo.status[0]
     period = servo.plan[0].period_ns
-    deadline = now_ns(servo.timespec) + period
-    span_ticks = 1
+    last = now_ns(servo.timespec)
+    deadline = last + period
+    span = period
     while load_acquire(block.control, STOP) == 0:
         sleep_until(servo.timespec, deadline)
-        lateness = now_ns(servo.timespec) - deadline
+        woken = now_ns(servo.timespec)
+        lateness = woken - deadline
         if lateness < 0:
             continue  # a signal ended the sleep
-        _tick(servo, deadline, span_ticks * period * 1e-9)
+        if _is_sampled(servo):
+            _traced_tick(servo, woken, (woken - last) * 1e-9)
+        else:
+            _traced_tick(servo, deadline, span * 1e-9)
+        last = woken
         status.tick += 1
         if status.tick > _WARM_TICKS:
             block.lateness[min(lateness // LATENESS_BIN_NS, LATENESS_BINS - 1)] += 1
@@ -67,6 +93,6 @@ def run_paced(servo: Servo) -> int:
         missed = max(now_ns(servo.timespec) - deadline, 0) // period
         status.overruns += missed
         tell(servo, deadline)
-        deadline += (missed + 1) * period
-        span_ticks = min(missed + 1, _LONGEST_SPAN_TICKS)
+        span = (missed + 1) * period
+        deadline += span
     return status.tick

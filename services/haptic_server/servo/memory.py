@@ -13,6 +13,7 @@ from haptic_server.device.phantom import PLANT
 from haptic_server.device.specification import EXACT_STICK, PREMIUM_1_5, Specification
 from haptic_server.records import EVENT, PLAN, PLAYER, READING, STATUS
 from haptic_server.servo.guard import ALLOWED, GUARD, may_add
+from haptic_server.servo.trace import TICKS, TRACE
 from haptic_server.servo.velocity import TRACK
 
 _START_ABOVE_M = 0.02
@@ -41,6 +42,7 @@ class Servo(NamedTuple):
     plant: Any
     gesture: npt.NDArray[np.void]
     path: npt.NDArray[np.float64]
+    trace: npt.NDArray[np.void]
 
 
 def _plan(scene: Scene, specification: Specification) -> npt.NDArray[np.void]:
@@ -125,4 +127,5 @@ def prepare(scene: Scene, block: Block, held: bool = False) -> Servo:
         plant=_plant(scene, specification) if sampled else None,
         gesture=_gesture(scene),
         path=np.zeros((2, 2)),
+        trace=np.zeros(TICKS, TRACE),
     )

@@ -15,6 +15,7 @@ from realtime.jit import njit
 
 _EVENTS_IN_A_TICK = 64  # more is a stick that buzzes faster than anything audible
 _STILL_M_PER_S = 1e-3
+_LONGEST_SPAN_TICKS = 20  # after a longer stall the stick has simply stood still
 
 
 @njit()
@@ -98,6 +99,7 @@ def tick(servo: Servo, now_ns: int, span_s: float) -> None:
     """Advance to `now_ns` over the `span_s` seconds before it."""
     control, motion, player, plan = servo.block.control, servo.motion[0], servo.player[0], servo.plan[0]
     _orders(servo, now_ns)
+    span_s = min(span_s, _LONGEST_SPAN_TICKS * plan.period_ns * 1e-9)
     walk(player, plan, span_s)
     if player.panicked != 0 or player.fault != 0:
         latch(servo)

@@ -1,0 +1,59 @@
+"""The last thousand ticks, kept so that a fault can be looked at afterwards.
+
+`note` belongs to the tick thread: no allocation, no locks, no Python, no exceptions. It stops while a fault is latched,
+so the record ends with the tick that raised it; `ordered` and `as_csv` are for a control thread, then.
+"""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from haptic_server.records import NO_FAULT
+from realtime.jit import Record, Records, njit
+
+TICKS = 1000
+TRACE: np.dtype[Any] = np.dtype(
+    [
+        ("t_ns", "i8"),
+        ("span_s", "f8"),
+        ("z_m", "f8"),
+        ("v_m_per_s", "f8"),
+        ("force_N", "f8"),
+        ("place", "i8"),
+        ("fault", "i8"),
+    ],
+    align=True,
+)
+
+
+@njit()
+def note(trace: Records, motion: Record, player: Record, now_ns: int, span_s: float) -> None:
+    """Keep this tick; `player.traced` counts the ticks that were kept."""
+    if player.fault != NO_FAULT and player.trace_ended != 0:
+        return
+    row: Record = trace[player.traced % TICKS]
+    row.t_ns = now_ns
+    row.span_s = span_s
+    row.z_m = motion.z
+    row.v_m_per_s = motion.v
+    row.force_N = player.force_N
+    row.place = motion.place
+    row.fault = player.fault
+    player.traced += 1
+    player.trace_ended = 1 if player.fault != NO_FAULT else 0
+
+
+def ordered(trace: npt.NDArray[np.void], traced: int) -> npt.NDArray[np.void]:
+    """The kept ticks from the oldest to the newest, shape (n,), n <= 1000."""
+    if traced < TICKS:
+        return trace[:traced].copy()
+    return np.roll(trace, -(traced % TICKS))
+
+
+def as_csv(rows: npt.NDArray[np.void]) -> str:
+    """One line a tick under a line of names; SI units as the names say."""
+    names = rows.dtype.names or ()
+    lines = [",".join(names)]
+    lines += [",".join(repr(value) for value in row.tolist()) for row in rows]
+    return "\n".join(lines) + "\n"
