@@ -178,6 +178,14 @@ def simulate_command(
     simulate(scene, duration, v0, method, dt, events, as_json)
 
 
+@app.command("analyse")
+def analyse_command(scene: SceneName, as_json: Json = False) -> None:
+    """Restitution, capture, fixed points and their stability; the paper's v_lc beside the exact one."""
+    from rig.analyse import analyse
+
+    analyse(scene, as_json)
+
+
 @app.command("doctor")
 def doctor_command(as_json: Json = False) -> None:
     """What this machine has and lacks for playing."""

@@ -20,19 +20,25 @@ Numbers = npt.NDArray[np.float64]
 STATE_SIZE = 5
 V_OUT, PULSE, COR_PULSE, PULSE_AGE, COR_PULSE_AGE = 0, 1, 2, 3, 4
 
-# What `next_release` tells of the contact that it ends and the flight before it.
+# What `next_release` tells of the contact that it ends and the flight before it. EFFORT is added to: how much computing
+# it took, in events (some 5 us each), so that work can be bounded without a clock.
 TOLD_SIZE = 6
-V_IN, V_E, CONTACT_S, APEX_M, PERIOD_S, FLIGHT_S = 0, 1, 2, 3, 4, 5
+V_IN, V_E, CONTACT_S, APEX_M, PERIOD_S, EFFORT = 0, 1, 2, 3, 4, 5
 
-# Beside exact.MOVING, CAPTURED and LEFT: nothing happened for so long that the search was given up. Only a pulse
-# that holds a stick in the head for some ten thousand of its oscillations comes here.
+# Beside exact.MOVING, CAPTURED and LEFT: what was waited for did not come for so long that the search was given up.
+# A long pulse that holds the stick in the head comes here, and a head that keeps it swinging (`hysteretic_spring`).
 UNDECIDED = 3
 
-PATIENCE = 12  # the longest wait for an event is 2^PATIENCE times the first one
+# The longest wait for an event is 2^patience times the first one, and a contact may have 16 times as many turns. The
+# search for fixed points, sweeps and contacts without pulses ask for less than the rest.
+PATIENCE, LITTLE_PATIENCE = 12, 6
+_CREEPING_PATIENCE = 60
 _FIRST_WAIT_RAD = 60.0
+_NOTHING_M, _NOTHING_M_PER_S = 1e-30, 1e-30
 _LONGEST_WAIT_S = 1e9
 _LONGEST_SAMPLED_WAIT_S = 10.0
-_MOST_EVENTS = 20_000
+_EVENTS_A_WAIT = 16
+_WAIT_EFFORT = 4.0
 _STIFFEST = 4.0  # how much an effect may raise K_coll
 
 
@@ -81,42 +87,47 @@ def _noisy(law: Record) -> bool:
 
 
 @njit()
-def _oscillation(law: Record, above: bool) -> float:
-    # Angular frequency of the motion here, 1/s, or an upper bound; 0 when overdamped. It sets the cost of a wait.
+def _oscillates(law: Record, above: bool) -> bool:
+    # Does the stick swing here, rather than creep? Where it creeps, the search for events costs next to nothing.
     if above:
-        a = 0.5 * law.r_out / law.m
-        return math.sqrt(max(law.k_hand / law.m - a * a, 0.0))
+        return law.r_out * law.r_out < 4.0 * law.m * law.k_hand
     if _stiffens(law) or _loses_damping(law):
-        return math.sqrt((law.k_hand + _STIFFEST * law.k_coll) / law.m)
-    a = 0.5 * law.r_in / law.m
-    return math.sqrt(max((law.k_hand + law.k_coll) / law.m - a * a, 0.0))
+        return True
+    return law.r_in * law.r_in < 4.0 * law.m * (law.k_hand + law.k_coll)
 
 
 @njit()
-def first_wait(law: Record, motion: Record) -> float:
-    """For how long, s, to look for the next event at first: about ten oscillations of where the stick is."""
-    w = _oscillation(law, motion.place == exact.ABOVE)
+def _first_wait(law: Record, above: bool) -> float:
+    # For how long, s, to look for the next event at first: some ten oscillations of where the stick is.
+    stiffness = law.k_hand if above else law.k_hand + (_STIFFEST if _stiffens(law) else 1.0) * law.k_coll
     longest = _LONGEST_SAMPLED_WAIT_S if _delayed(law) or _noisy(law) else _LONGEST_WAIT_S
-    return _FIRST_WAIT_RAD / w if w * longest > _FIRST_WAIT_RAD else longest
+    return min(_FIRST_WAIT_RAD / math.sqrt(stiffness / law.m), longest) if stiffness > 0.0 else longest
 
 
 @njit()
-def until(law: Record, motion: Record, wanted: int, patience: int) -> tuple[int, float]:
-    """Move on to the next `wanted` event; returns how that ended and the seconds moved.
+def until(law: Record, motion: Record, wanted: int, patience: int, told: Numbers) -> tuple[int, float]:
+    """Move on to the next `wanted` event; returns how that ended and the seconds moved. told: EFFORT grows.
 
-    exact.MOVING: it came; exact.CAPTURED, exact.LEFT: it never will; UNDECIDED: no event within reach.
+    exact.MOVING: it came; exact.CAPTURED, exact.LEFT: it never will; UNDECIDED: it did not come within `patience`.
     """
     moved = 0.0
     waited = 0
-    for _ in range(_MOST_EVENTS):
-        event, duration = exact.advance(law, motion, first_wait(law, motion) * 2.0**waited)
+    for _ in range(_EVENTS_A_WAIT << patience):
+        above = motion.place == exact.ABOVE
+        # Not at once for ever: only between waits is a stick found to be captured by a head that it creeps in.
+        event, duration = exact.advance(law, motion, _first_wait(law, above) * 2.0**waited)
         moved += duration
+        told[EFFORT] += (
+            _WAIT_EFFORT * 2.0**waited if event == exact.HORIZON and _oscillates(law, above) else 1.0
+        )
         if event == wanted and motion.fate != exact.CAPTURED:
             return exact.MOVING, moved
         if motion.fate != exact.MOVING:
             return motion.fate, moved
+        if not above and abs(motion.z) < _NOTHING_M and abs(motion.v) < _NOTHING_M_PER_S:
+            return exact.CAPTURED, moved  # creeps up to z = 0 for ever, and nothing presses it
         waited = waited + 1 if event == exact.HORIZON else 0
-        if waited > patience or moved > _LONGEST_WAIT_S:
+        if waited > (patience if _oscillates(law, above) else _CREEPING_PATIENCE) or moved > _LONGEST_WAIT_S:
             break
     return UNDECIDED, moved
 
@@ -124,17 +135,16 @@ def until(law: Record, motion: Record, wanted: int, patience: int) -> tuple[int,
 @njit()
 def next_release(law: Record, motion: Record, patience: int, told: Numbers) -> int:
     """From above the head through one contact; returns how that ended, as `until`. told: shape (6,), filled."""
-    fate, flight = until(law, motion, exact.ENTRY, patience)
+    fate, flight = until(law, motion, exact.ENTRY, patience, told)
     if fate != exact.MOVING:
         return fate
     told[APEX_M] = motion.z_apex
-    fate, contact = until(law, motion, exact.RELEASE, patience)
+    fate, contact = until(law, motion, exact.RELEASE, patience, told)
     if fate != exact.MOVING:
         return fate
     told[V_IN] = motion.v_in
     told[V_E] = motion.v_out + composition.left(law, motion)
     told[CONTACT_S] = motion.contact_s
-    told[FLIGHT_S] = flight
     told[PERIOD_S] = flight + contact
     return exact.MOVING
 

@@ -30,7 +30,7 @@ OF_V_OUT, OF_V_E = 0, 1
 
 _LONG_AGO_S = 1e9
 _MOST_STEPS = 40
-_SAME = 4e-15
+_SAME, _ALMOST_SAME = 4e-15, 1e-12
 
 
 @only_with("pulse", otherwise=0.0)
@@ -90,14 +90,15 @@ def self_consistent(
     """
     # b is the inverse of the Jacobian of the mismatch h; -1 times the unit matrix makes the first step a plain lap.
     b00, b01, b10, b11 = -1.0, 0.0, 0.0, -1.0
-    h0, h1, step0, step1 = 0.0, 0.0, 0.0, 0.0
+    h0, h1, step0, step1, size = 0.0, 0.0, 0.0, 0.0, 0.0
     for turn in range(_MOST_STEPS):
         fate = _lap_from(law, scratch, speed, of, start, end, told, patience)
         if fate != exact.MOVING:
             return fate
         was0, was1 = h0, h1
         h0, h1 = end[PULSE] - start[PULSE], end[COR_PULSE] - start[COR_PULSE]
-        if abs(h0) + abs(h1) <= _SAME * (abs(speed) + abs(end[PULSE]) + abs(end[COR_PULSE])):
+        size = abs(speed) + end[V_OUT] + abs(end[PULSE]) + abs(end[COR_PULSE])
+        if abs(h0) + abs(h1) <= _SAME * size:
             return exact.MOVING
         if turn > 0:
             d0, d1 = h0 - was0, h1 - was1
@@ -114,7 +115,7 @@ def self_consistent(
         start[COR_PULSE] += step1
         start[PULSE_AGE], start[COR_PULSE_AGE] = end[PULSE_AGE], end[COR_PULSE_AGE]
     # Where rounding keeps the last digits apart, what is left is still far below what matters.
-    return exact.MOVING if abs(h0) + abs(h1) <= 1e-11 * abs(speed) else UNSETTLED
+    return exact.MOVING if abs(h0) + abs(h1) <= _ALMOST_SAME * size else UNSETTLED
 
 
 @njit()

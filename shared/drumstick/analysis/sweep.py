@@ -32,8 +32,8 @@ KINDS = ("stable roll", "buzzing", "rests in the head", "leaves")
 BUZZ_HZ = 100.0
 MEASURED = 64
 LONGEST_PERIOD = 8
+_MOST_EFFORT = 100_000.0
 SAME = 1e-6  # two speeds that differ by less than this share are the same
-_PATIENCE = 6
 
 
 @dataclass(frozen=True)
@@ -83,13 +83,17 @@ def _point(
     told = np.zeros(lap.TOLD_SIZE)
     seconds = 0.0
     for contact in range(settle + MEASURED):
-        fate = lap.next_release(laws[i], motions[i], _PATIENCE, told)
+        fate = lap.next_release(laws[i], motions[i], lap.LITTLE_PATIENCE, told)
         if fate == exact.LEFT:
             v_e[:] = np.nan
             return LEFT, np.nan, 0
         if fate != exact.MOVING:  # held down for thousands of oscillations is rest in the head, too
             v_e[:] = np.nan
             return CAPTURED, np.nan, 0
+        if (
+            told[lap.EFFORT] > _MOST_EFFORT
+        ):  # it rings in the head for ever between rare contacts: no roll either
+            return BUZZING, np.nan, 0
         if contact >= settle:
             v_e[contact - settle] = told[lap.V_E]
             seconds += told[lap.PERIOD_S]

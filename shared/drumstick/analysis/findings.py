@@ -1,0 +1,119 @@
+"""Everything the analysis finds out about a scene: `analyse`.
+
+Any thread; blocks for some tenths of a second, the first time for as long as the kernels take to compile.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+from drumstick.analysis import predictions
+from drumstick.analysis.cycle import Cycle
+from drumstick.analysis.fixed_points import fixed_points
+from drumstick.analysis.flight import flight
+from drumstick.analysis.gain import overdamped
+from drumstick.analysis.rebound import capture_speed, rebound
+from drumstick.analysis.return_map import scratch_of
+from drumstick.analysis.settling import End, settle
+from drumstick.analysis.unpulsed import NEVER_REPEATING
+from drumstick.law import law_of
+from drumstick.scene import Scene
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What `drumstick analyse` tells. None: the value does not exist.
+
+    alpha and beta_measured are those of the primary cycle's own speeds, v_E and |v_in|; without a cycle, of the scene's
+    throw. primary: the index in `cycles` of the roll that the throw ends in, else of the stable one with the largest
+    v_E, else of the first one. throw_ends: None for a scene whose motion never repeats, which `note` explains.
+    """
+
+    scene: str
+    beta_eq3: float | None
+    beta_measured: float | None
+    alpha: float | None
+    capture_speed_m_per_s: float | None
+    v_lc_eq7_m_per_s: float | None
+    v_lc_kappa_m_per_s: float | None
+    kappa: float | None
+    cycles: tuple[Cycle, ...]
+    primary: int | None
+    overdamped: bool
+    throw_ends: End | None
+    note: str | None
+
+    def as_json(self) -> dict[str, Any]:
+        """The JSON object of `drumstick analyse --json`."""
+        cycles = [
+            {
+                "v_e_m_per_s": cycle.v_e_m_per_s,
+                "rate_Hz": cycle.rate_Hz,
+                "apex_m": cycle.apex_m,
+                "contact_s": cycle.contact_s,
+                "multiplier": cycle.multiplier,
+                "stable": cycle.stable,
+                "period": cycle.period,
+                "primary": index == self.primary,
+            }
+            for index, cycle in enumerate(self.cycles)
+        ]
+        names = (
+            "scene", "beta_eq3", "beta_measured", "alpha", "capture_speed_m_per_s", "v_lc_eq7_m_per_s",
+            "v_lc_kappa_m_per_s", "kappa",
+        )  # fmt: skip
+        found: dict[str, Any] = {name: getattr(self, name) for name in names}
+        found |= {"cycles": cycles, "overdamped": self.overdamped, "throw_ends": self.throw_ends}
+        return found | ({"note": self.note} if self.note is not None else {})
+
+
+def _primary(cycles: list[Cycle], settled: Cycle | None) -> int | None:
+    if settled is not None:
+        return next(i for i, cycle in enumerate(cycles) if cycle.passes(settled.states[0]))
+    stable = [i for i, cycle in enumerate(cycles) if cycle.stable]
+    return stable[-1] if stable else (0 if cycles else None)
+
+
+def _cycles(scene: Scene) -> tuple[list[Cycle], int | None, End]:
+    # All cycles by increasing v_E, the primary one's index, and how the throw ends.
+    law, scratch = law_of(scene), scratch_of(scene)
+    cycles = fixed_points(law, scratch)
+    settled = settle(law, scratch, scene.hand.throw_m_per_s)
+    roll = settled.cycle
+    if roll is not None and not any(cycle.passes(roll.states[0]) for cycle in cycles):
+        cycles = sorted([*cycles, roll], key=lambda cycle: cycle.v_e_m_per_s)
+    return cycles, _primary(cycles, roll), settled.end
+
+
+def _note(endless: list[str]) -> str | None:
+    if not endless:
+        return None
+    return (
+        f"{', '.join(endless)}: the motion never repeats, so it has no cycles; "
+        "alpha, beta and the capture speed are those without it"
+    )
+
+
+def analyse(scene: Scene) -> Findings:
+    """Fixed points, multipliers, capture and what the paper's equations predict for them."""
+    endless = [name for name in NEVER_REPEATING if name in scene.effects]
+    cycles, primary, ends = ([], None, None) if endless else _cycles(scene)
+    roll = None if primary is None else cycles[primary]
+    throw = scene.hand.throw_m_per_s
+    flown = flight(scene, roll.v_e_m_per_s if roll else throw)
+    struck = rebound(scene, -roll.v_in_m_per_s if roll else throw)
+    alpha, beta = flown.alpha if flown else None, struck.beta if struck else None
+    return Findings(
+        scene=scene.name,
+        beta_eq3=predictions.restitution_eq3(scene.stick),
+        beta_measured=beta,
+        alpha=alpha,
+        capture_speed_m_per_s=capture_speed(scene),
+        v_lc_eq7_m_per_s=predictions.v_lc_eq7(scene, alpha) if roll and alpha else None,
+        v_lc_kappa_m_per_s=predictions.v_lc_kappa(scene, alpha, beta) if roll and alpha else None,
+        kappa=predictions.kappa_of(scene),
+        cycles=tuple(cycles),
+        primary=primary,
+        overdamped=overdamped(scene.stick),
+        throw_ends=ends,
+        note=_note(endless),
+    )

@@ -1,0 +1,40 @@
+"""A scene's stick, hand and head without pulses: what alpha, beta and the capture speed are about.
+
+Effects whose motion never repeats are left out as well: a restitution that depends on a random force, or on the phase
+of a sampling clock, is not one number.
+"""
+
+import dataclasses
+
+from drumstick.law import Records, law_of, thrown
+from drumstick.scene import Scene
+
+# Their motion has no return map that repeats: seeded noise, the logistic map's own state, a free-running clock.
+NEVER_REPEATING = ("system_delay", "noise", "chaos")
+# The record's field that says how strong each pulse is.
+_STRENGTH = {"pulse": "dv_pls", "cor_pulse": "gamma"}
+
+
+def repeating(scene: Scene) -> Scene:
+    """The scene without the effects of NEVER_REPEATING."""
+    effects = {name: table for name, table in scene.effects.items() if name not in NEVER_REPEATING}
+    return dataclasses.replace(scene, effects=effects)
+
+
+def unpulsed(law: Records) -> Records:
+    """A copy of `law`, shape (1,), whose pulses give nothing: the same record type, so nothing compiles anew."""
+    still = law.copy()
+    for name, strength in _STRENGTH.items():
+        if name in (still.dtype.names or ()):
+            still[name][strength] = 0.0
+    return still
+
+
+def unpulsed_law(scene: Scene) -> Records:
+    """The law of `repeating(scene)` without pulses, shape (1,)."""
+    return unpulsed(law_of(repeating(scene)))
+
+
+def scratch_of(scene: Scene) -> Records:
+    """What the kernels work on: shape (2,), a motion and a fresh one, of `repeating(scene)`."""
+    return thrown(repeating(scene), 0.0).repeat(2)
