@@ -1,0 +1,50 @@
+"""What every device is to the servo: a real arm, a simulated one or a recording.
+
+A device owns its loop: `run` paces the ticks, gives the law a reading at each and carries out the force it answers.
+"""
+
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+from haptic_server.device.specification import Specification
+from realtime.stop import StopRequest
+
+if TYPE_CHECKING:  # the memory of a servo is made for a device, from its specification
+    from haptic_server.servo.memory import Servo
+
+
+class Info(NamedTuple):
+    """What is known of an open device: its specification, and what a technician should read."""
+
+    specification: Specification
+    words: tuple[str, ...]
+
+
+class DeviceError(Exception):
+    """The device cannot be used; the text says what is wrong and what to do."""
+
+
+class Device(Protocol):
+    """A device as the servo process uses it. Control threads, one at a time; never the tick's.
+
+    The order is open, info, run, close; `close` may follow a failure of any of them, and may be called twice.
+    """
+
+    def open(self) -> None:
+        """Find the device and make it ready, without force. Blocks for seconds; DeviceError when it cannot."""
+        ...
+
+    def info(self) -> Info:
+        """What the open device tells of itself. Does not block."""
+        ...
+
+    def run(self, servo: "Servo", stop: StopRequest) -> int:
+        """Tick until `stop` is asked or the block's STOP cell is set; zero force when it returns.
+
+        Blocks its thread meanwhile. Returns NO_FAULT when asked to stop, else the fault code for which this device
+        cannot go on in this process. DeviceError when it cannot begin.
+        """
+        ...
+
+    def close(self) -> None:
+        """Let go of the device: no force and no thread of the driver after this. May block for a second."""
+        ...
