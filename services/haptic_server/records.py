@@ -129,6 +129,8 @@ PLAN: np.dtype[Any] = np.dtype(
         ("head_z_m", "f8"),
         ("reach_m", "f8"),
         ("lead_s", "f8"),
+        ("lag_s", "f8"),
+        ("stiffness_N_per_m", "f8"),
     ],
     align=True,
 )

@@ -20,6 +20,7 @@ from drumstick.rig import Guard
 from realtime.jit import Record, njit
 
 OK, NOT_FINITE, MASS, NEGATIVE, ENDLESS, SPEED, FORCE, HAND, BUZZ, ACTIVE = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
+STIFF, LATE = 10, 11  # on sampled devices only
 
 # A contact shorter than this is no longer a blow but a buzz, and thousands of strikes a second on the wire.
 SHORTEST_CONTACT_S = 2e-4
@@ -38,10 +39,17 @@ _ADDING = {
 
 @dataclass(frozen=True)
 class Limits:
-    """What a device and the scene's guard allow: newtons and metres a second."""
+    """What a device and the scene's guard allow.
+
+    A sampled device computes its force `lag_s` late on the mean (T/2 and its own delay), renders no more than
+    `stiffness_N_per_m`, and has damping of its own, `damping_N_s_per_m`. The exact stick has no lag and no such limit.
+    """
 
     max_force_N: float  # noqa: N815
     max_speed_m_per_s: float
+    stiffness_N_per_m: float = math.inf  # noqa: N815
+    lag_s: float = 0.0
+    damping_N_s_per_m: float = 0.0  # noqa: N815
 
     @classmethod
     def of(cls, guard: Guard) -> "Limits":
@@ -112,9 +120,26 @@ def check(law: Record, max_force_N: float, max_speed_m_per_s: float) -> int:
     return OK
 
 
+@njit()
+def check_sampled(law: Record, stiffness: float, lag_s: float, damping: float) -> int:
+    """As `check`, what a sampled device asks besides: OK, STIFF or LATE.
+
+    Lag acts as negative damping: passive only while R_in + b - K_coll (T/2 + t_d) > 0. Colgate and Schenkel,
+    "Passivity of a class of sampled-data systems: application to haptic interfaces", J. Robotic Systems 14(1), 1997.
+    """
+    stiffest = law.k_coll * hysteretic_spring.stiffest(law)
+    if not stiffest <= stiffness:
+        return STIFF
+    if lag_s > 0.0 and not law.r_in + damping - stiffest * lag_s > 0.0:
+        return LATE
+    return OK
+
+
 def require(law: Records, limits: Limits) -> None:
     """Raise Refusal, in words, when `law` (shape (1,)) lies outside the envelope."""
     code = check(law[0], limits.max_force_N, limits.max_speed_m_per_s)
+    if code == OK:
+        code = check_sampled(law[0], limits.stiffness_N_per_m, limits.lag_s, limits.damping_N_s_per_m)
     if code == OK:
         return
     speed, force = predicted(law[0])
@@ -134,6 +159,10 @@ def require(law: Records, limits: Limits) -> None:
         HAND: f"the hand alone could throw the stick at {hand_speed(law[0]):.3g} m/s, the limit is "
         f"{limits.max_speed_m_per_s:g} m/s: lower z_ss or k_hand",
         BUZZ: f"a contact would last less than {SHORTEST_CONTACT_S * 1e3:g} ms, a buzz: raise m or lower k_coll",
+        STIFF: f"k_coll = {law['k_coll'][0]:g} N/m is stiffer than this device can render, "
+        f"{limits.stiffness_N_per_m:g} N/m: lower k_coll",
+        LATE: f"the force comes {limits.lag_s * 1e3:g} ms late on the mean, which takes k_coll times that from r_in: "
+        "raise r_in, lower k_coll or raise [servo] rate_Hz",
         ACTIVE: "r_in must be at least r_out, or the head would push harder the faster it is left",
     }
     raise Refusal(words[code])

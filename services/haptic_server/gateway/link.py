@@ -129,6 +129,7 @@ def rehearse(law: Records) -> None:
     add_to(block.control, blocks.PANIC, 1)
     peek(block.control, blocks.HEARTBEAT)
     envelope.check(law[0], 1.0, 1.0)
+    envelope.check_sampled(law[0], 1.0, 0.0, 0.0)
 
 
 def wait_for_servo(folder: Path, law: Records, stop: StopRequest) -> ServoLink | None:

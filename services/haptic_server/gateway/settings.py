@@ -14,6 +14,7 @@ from drumstick.law import Records
 from drumstick.parameters import Parameter, Refusal
 from drumstick.scene import Scene
 from haptic_server.gateway.link import ServoLink
+from haptic_server.limits import limits_of, specification_of
 from protocol.messages import SetReply
 
 _log = logging.getLogger("gateway")
@@ -32,7 +33,7 @@ class ParameterDesk:
 
     def __init__(self, scene: Scene, link: ServoLink) -> None:
         self.table: Mapping[str, Parameter] = parameters.table_of(scene)
-        self._limits = envelope.Limits.of(scene.guard)
+        self._limits = limits_of(scene, specification_of(scene))
         self._link = link
         self._lock = threading.Lock()
         self._live_revision, self._live = link.first_live()

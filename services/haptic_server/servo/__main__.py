@@ -11,10 +11,13 @@ from pathlib import Path
 
 from drumstick import envelope
 from drumstick.law import law_of
+from drumstick.parameters import Refusal
 from drumstick.scene import parse
 from haptic_server import block, files
+from haptic_server.limits import limits_of, specification_of
 from haptic_server.records import FAULT_WORDS
 from haptic_server.servo import loop, memory, priority, trace
+from haptic_server.servo.latch import fits
 from realtime.atomics import poke
 
 _log = logging.getLogger("servo")
@@ -58,17 +61,18 @@ def main() -> int:
 
     text = given.run_dir / files.SCENE
     scene = parse(text.read_text(encoding="utf-8"), str(text))
+    try:
+        envelope.require(law_of(scene), limits_of(scene, specification_of(scene)))
+    except Refusal as refusal:
+        _log.error("%s: the scene itself is outside the envelope: %s", text, refusal)
+        return 2
     rehearsal = memory.prepare(scene, block.in_memory(law_of(scene)))
     loop.run_virtual(rehearsal, 200, 0)  # compiles everything and touches every path before real time starts
     poke(rehearsal.block.control, block.STOP, 1)
     loop.run_paced(rehearsal)
 
     left = block.legacy(given.run_dir, law_of(scene).dtype)
-    limits = envelope.Limits.of(scene.guard)
-    if (
-        left is None
-        or envelope.check(left.law[0], limits.max_force_N, limits.max_speed_m_per_s) != envelope.OK
-    ):
+    if left is None or not fits(left.law[0], rehearsal.plan[0]):
         left = block.Legacy(0, law_of(scene), held=False)
     try:
         mine = block.create(given.run_dir, left.law, left.revision)

@@ -6,7 +6,15 @@ Tick thread: no allocation, no locks, no Python, no exceptions.
 from drumstick import composition, envelope
 from haptic_server.servo.memory import Servo
 from realtime import triple
-from realtime.jit import njit
+from realtime.jit import Record, njit
+
+
+@njit()
+def fits(law: Record, plan: Record) -> bool:
+    """The servo's own fence: is this set inside the envelope of scene and device? It trusts nobody."""
+    if envelope.check(law, plan.max_force_N, plan.max_speed_m_per_s) != envelope.OK:
+        return False
+    return envelope.check_sampled(law, plan.stiffness_N_per_m, plan.lag_s, 0.0) == envelope.OK
 
 
 @njit()
@@ -22,7 +30,7 @@ def latch(servo: Servo) -> bool:
     if player.holding == 0:
         return False
     wanted = block.wanted[triple.take(block.wanted_cells, block.wanted)]
-    if envelope.check(wanted.law, plan.max_force_N, plan.max_speed_m_per_s) != envelope.OK:
+    if not fits(wanted.law, plan):
         player.holding = 0
         player.refused += 1
         player.refused_revision = wanted.revision

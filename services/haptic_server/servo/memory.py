@@ -10,7 +10,8 @@ from drumstick.scene import Scene
 from haptic_server.block import Block
 from haptic_server.device.hand import GESTURE, GESTURES
 from haptic_server.device.phantom import PLANT
-from haptic_server.device.specification import EXACT_STICK, PREMIUM_1_5, Specification
+from haptic_server.device.specification import Specification
+from haptic_server.limits import lag_s, limits_of, specification_of
 from haptic_server.records import EVENT, PLAN, PLAYER, READING, STATUS
 from haptic_server.servo.guard import ALLOWED, GUARD, may_add
 from haptic_server.servo.trace import TICKS, TRACE
@@ -47,19 +48,20 @@ class Servo(NamedTuple):
 
 def _plan(scene: Scene, specification: Specification) -> npt.NDArray[np.void]:
     plan = np.zeros(1, PLAN)
-    period_s = 1.0 / scene.servo.rate_Hz
-    plan["period_ns"] = round(1e9 * period_s)
+    plan["period_ns"] = round(1e9 / scene.servo.rate_Hz)
     plan["throw_m_per_s"] = scene.hand.throw_m_per_s
     plan["rest_s"] = scene.hand.rest_s
     plan["orbit_radius"] = scene.hand.orbit_radius
     plan["orbit_period_s"] = scene.hand.orbit_period_s
     plan["full_scale_m_per_s"] = scene.strike.full_scale_m_per_s
-    plan["max_force_N"] = min(scene.guard.max_force_N, specification.max_force_N)
-    plan["max_speed_m_per_s"] = scene.guard.max_speed_m_per_s
+    limits = limits_of(scene, specification)
+    plan["max_force_N"] = limits.max_force_N
+    plan["max_speed_m_per_s"] = limits.max_speed_m_per_s
+    plan["stiffness_N_per_m"] = limits.stiffness_N_per_m
+    plan["lag_s"] = limits.lag_s
     plan["head_z_m"] = scene.device.head_z_m
     plan["reach_m"] = scene.device.reach_m
-    lag_s = period_s * (0.5 + scene.device.delay_ticks)
-    plan["lead_s"] = lag_s if scene.servo.predictor == "lead" else 0.0
+    plan["lead_s"] = lag_s(scene) if scene.servo.predictor == "lead" else 0.0
     return plan
 
 
@@ -104,7 +106,7 @@ def prepare(scene: Scene, block: Block, held: bool = False) -> Servo:
     `held`: it starts in panic, because the servo before it was held by a panic or a fault.
     """
     sampled = scene.device.plant == "phantom"
-    specification = PREMIUM_1_5 if sampled else EXACT_STICK
+    specification = specification_of(scene)
     player = np.zeros(1, PLAYER)
     player["revision"] = block.live["revision"][0]
     player["panicked"] = held

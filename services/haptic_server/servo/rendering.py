@@ -54,15 +54,16 @@ def _enter(servo: Servo, ahead_m: float, now_ns: int) -> None:
 
 
 @njit()
-def _events(servo: Servo, z: float, v: float, ahead_m: float, now_ns: int) -> None:
+def see(servo: Servo, z: float, v: float, now_ns: int) -> None:
+    """Lead the position and note what it passes: entry, turn, release. The stick is at z m, v m/s now."""
     law, motion = servo.law[0], servo.motion[0]
     before = motion.v
-    motion.z = z
+    motion.z = z + v * servo.plan[0].lead_s
     motion.v = v
     if motion.place == exact.ABOVE:
-        if z < 0.0 and v < 0.0:
-            _enter(servo, ahead_m, now_ns)
-    elif z > _CLEAR_OF_HEAD * servo.allowed[0].resolution_m:
+        if motion.z < 0.0 and v < 0.0:
+            _enter(servo, z, now_ns)
+    elif motion.z > _CLEAR_OF_HEAD * servo.allowed[0].resolution_m:
         transitions.apply(law, motion, exact.RELEASE)
         note_release(servo, now_ns)
     elif v >= 0.0 and (motion.turned == 0 or before < 0.0):
@@ -73,9 +74,12 @@ def _events(servo: Servo, z: float, v: float, ahead_m: float, now_ns: int) -> No
 
 
 @njit()
-def _asked(servo: Servo, period_s: float) -> tuple[float, float]:
-    # What the head and the pulses ask for over the coming tick, N. A pulse's held force is its mean over the tick, so
-    # that it gives m dv in all, whatever T: h0 = m dv (1 - exp(-T/tau))/T.
+def ask(servo: Servo, period_s: float) -> tuple[float, float]:
+    """What the head and the pulses ask for over the coming tick, N, before the guard.
+
+    A pulse's held force is its mean over the tick, so that it gives m dv in all, whatever T:
+    h0 = m dv (1 - exp(-T/tau))/T.
+    """
     law, motion = servo.law[0], servo.motion[0]
     transitions.renew(law, motion)
     head_N = transitions.force_now(law, motion)
@@ -107,10 +111,10 @@ def _rendered(servo: Servo, reading: Record, now_ns: int, span_s: float) -> floa
         if latch(servo):
             held.e, held.b = guard.may_add(servo.law[0])
         return 0.0
-    _events(servo, z + v * plan.lead_s, v, z, now_ns)
+    see(servo, z, v, now_ns)
     if servo.motion[0].place == exact.ABOVE and latch(servo):
         held.e, held.b = guard.may_add(servo.law[0])
-    head_N, pulse_N = _asked(servo, period_s)
+    head_N, pulse_N = ask(servo, period_s)
     return guard.limit(held, allowed, head_N, pulse_N, z, v, period_s)
 
 
