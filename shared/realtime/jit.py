@@ -192,9 +192,9 @@ def only_with(effect: str, otherwise: float | bool | tuple[()] | None = None) ->
 class CFunction:
     """A compiled C callback: `address` may be called by foreign threads without the GIL."""
 
-    def __init__(self, function: Callable[..., Any], signature: str) -> None:
+    def __init__(self, function: Callable[..., Any], signature: str, cache: bool = True) -> None:
         options = {"error_model": "numpy"}
-        if CACHE_FOLDER is not None:
+        if cache and CACHE_FOLDER is not None:
             try:
                 self._cfunc = numba.cfunc(signature, nopython=True, cache=True, **options)(function)
                 return
@@ -208,11 +208,14 @@ class CFunction:
         return int(self._cfunc.address)
 
 
-def cfunction(signature: str) -> Callable[[Callable[..., Any]], CFunction]:
-    """Compile a C callback, e.g. `@cfunction("int32(voidptr, voidptr, uint64)")`."""
+def cfunction(signature: str, *, cache: bool = True) -> Callable[[Callable[..., Any]], CFunction]:
+    """Compile a C callback, e.g. `@cfunction("int32(voidptr, voidptr, uint64)")`.
+
+    `cache=False` for a closure: it would never be found in the cache again, only make it grow.
+    """
 
     def decorate(function: Callable[..., Any]) -> CFunction:
-        return CFunction(function, signature)
+        return CFunction(function, signature, cache)
 
     return decorate
 

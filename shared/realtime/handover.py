@@ -1,0 +1,115 @@
+"""A named tuple of arrays for a foreign thread: left in memory as compiled code holds it, taken up by its address.
+
+A C callback gets one pointer. What it works on is a tuple of arrays of records, whose types differ from scene to scene;
+here the compiler itself lays that tuple out and reads it back, so that no table of addresses has to be kept in step.
+The thread that takes it up borrows the arrays: it counts no references, so nothing is ever freed there.
+"""
+
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba import typeof, types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from realtime.jit import njit
+
+
+def _is_plain(kind) -> bool:
+    if isinstance(kind, types.BaseTuple):
+        return all(_is_plain(member) for member in kind)
+    return isinstance(kind, types.Array | types.Number | types.NoneType)
+
+
+def _borrowed(context, builder, kind, value):
+    # The same arrays without their owners: numba then counts no references to them.
+    if isinstance(kind, types.Array):
+        array = context.make_array(kind)(context, builder, value)
+        array.meminfo = cgutils.get_null_value(array.meminfo.type)
+        array.parent = cgutils.get_null_value(array.parent.type)
+        return array._getvalue()
+    if isinstance(kind, types.BaseTuple):
+        members = [
+            _borrowed(context, builder, member, cgutils.unpack_tuple(builder, value)[i])
+            for i, member in enumerate(kind)
+        ]
+        return context.make_tuple(builder, kind, members)
+    return value
+
+
+def _pointer(context, builder, address, sign, kind):
+    whole = context.cast(builder, address, sign, types.intp)
+    return builder.inttoptr(whole, context.get_value_type(kind).as_pointer())
+
+
+@intrinsic
+def _size(typingctx, value):
+    if not _is_plain(value):
+        return None
+
+    def codegen(context, builder, signature, args):
+        size = context.get_abi_sizeof(context.get_value_type(signature.args[0]))
+        return ir.Constant(ir.IntType(64), size)
+
+    return types.int64(value), codegen
+
+
+@intrinsic
+def _leave(typingctx, address, value):
+    if not (isinstance(address, types.Integer) and _is_plain(value)):
+        return None
+
+    def codegen(context, builder, signature, args):
+        kind = signature.args[1]
+        pointer = _pointer(context, builder, args[0], signature.args[0], kind)
+        builder.store(_borrowed(context, builder, kind, args[1]), pointer)
+        return context.get_dummy_value()
+
+    return types.void(address, value), codegen
+
+
+@intrinsic
+def _take_up(typingctx, address, kind):
+    if not (isinstance(address, types.Integer | types.RawPointer) and isinstance(kind, types.TypeRef)):
+        return None
+    returned = kind.instance_type
+
+    def codegen(context, builder, signature, args):
+        if isinstance(signature.args[0], types.RawPointer):
+            pointer = builder.bitcast(args[0], context.get_value_type(returned).as_pointer())
+        else:
+            pointer = _pointer(context, builder, args[0], signature.args[0], returned)
+        return builder.load(pointer)
+
+    return returned(address, kind), codegen
+
+
+# take_up(address, kind): the value left at `address`; `kind` is its `Handed.kind`, fixed when the caller is compiled.
+# Any thread; no allocation. From compiled code only.
+take_up: Any = _take_up
+
+
+@njit()
+def _size_of(value):
+    return _size(value)
+
+
+@njit()
+def _put(address, value):
+    _leave(address, value)
+
+
+class Handed:
+    """A value left for foreign threads. Both the arrays and this object must outlive their use. Control thread."""
+
+    def __init__(self, value: Any) -> None:
+        self.kind = typeof(value)
+        self._owner = value
+        self._memory = np.zeros(_size_of(value) // 8 + 1, np.int64)
+        _put(self.address, value)
+
+    @property
+    def address(self) -> int:
+        """What `take_up` is given."""
+        return int(self._memory.ctypes.data)
