@@ -85,11 +85,9 @@ def close(law: Records, scratch: Records, state: Numbers, period: int) -> Cycle 
     if matrix is None:
         return None
     told, states = np.zeros((period, lap.TOLD_SIZE)), np.zeros((period, lap.STATE_SIZE))
-    end = found.copy()
-    for i in range(period):
-        if lap.laps(law[0], scratch[1:], scratch[:1], end, 1, lap.PATIENCE, told[i : i + 1]) != exact.MOVING:
-            return None
-        states[i] = end
+    lap.place(law[0], scratch[1:], scratch[:1], found)
+    if lap.laps(law[0], scratch[0], states, lap.PATIENCE, told) != exact.MOVING:
+        return None
     for shorter in range(1, period):
         apart = np.abs(states[shorter - 1] - states[-1])[: lap.PULSE_AGE].sum()
         if apart <= _SAME * np.abs(states[-1, : lap.PULSE_AGE]).sum():

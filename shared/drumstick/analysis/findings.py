@@ -11,8 +11,8 @@ from drumstick.analysis.cycle import Cycle
 from drumstick.analysis.fixed_points import fixed_points
 from drumstick.analysis.flight import flight
 from drumstick.analysis.gain import overdamped
+from drumstick.analysis.lap import scratch_of
 from drumstick.analysis.rebound import capture_speed, rebound
-from drumstick.analysis.return_map import scratch_of
 from drumstick.analysis.settling import End, settle
 from drumstick.analysis.unpulsed import NEVER_REPEATING
 from drumstick.law import law_of

@@ -8,9 +8,8 @@ import math
 
 import numpy as np
 
-from drumstick.analysis import lap
 from drumstick.analysis.cycle import Cycle, close
-from drumstick.analysis.search import MOST_FOUND, find
+from drumstick.analysis.search import Search
 from realtime.jit import Records
 
 # The speeds v_out that are scanned. After an almost critically damped contact hardly anything of the blow is left.
@@ -22,9 +21,7 @@ def fixed_points(law: Records, scratch: Records) -> list[Cycle]:
     speeds = np.linspace(math.log(_SLOWEST_M_PER_S), math.log(_FASTEST_M_PER_S), _NODES)
     cycles: list[Cycle] = []
     for period in (1, 2):
-        found = np.zeros((MOST_FOUND, lap.STATE_SIZE))
-        count = find(law[0], scratch, speeds, period, found)
-        for state in found[:count]:
+        for state in Search(law, scratch, period).found(speeds):
             if any(cycle.passes(state) for cycle in cycles):
                 continue
             cycle = close(law, scratch, state, period)

@@ -9,10 +9,9 @@ import numpy as np
 
 from drumstick import exact
 from drumstick.analysis import lap
-from drumstick.analysis.lap import Numbers
-from drumstick.analysis.unpulsed import scratch_of, unpulsed_law
+from drumstick.analysis.unpulsed import repeating, unpulsed_law
+from drumstick.law import thrown
 from drumstick.scene import Scene
-from realtime.jit import Record, Records, njit
 
 
 class Flight(NamedTuple):
@@ -23,12 +22,6 @@ class Flight(NamedTuple):
     apex_m: float
 
 
-@njit()
-def _fly(law: Record, scratch: Records, state: Numbers) -> tuple[int, float]:
-    lap.place(law, scratch[1:], scratch[:1], state)
-    return lap.until(law, scratch[0], exact.ENTRY, lap.PATIENCE, np.zeros(lap.TOLD_SIZE))
-
-
 def flight(scene: Scene, v_m_per_s: float) -> Flight | None:
     """The flight that begins at z = 0 with this upward speed; None when the stick does not fly or never comes back.
 
@@ -36,10 +29,9 @@ def flight(scene: Scene, v_m_per_s: float) -> Flight | None:
     """
     if not v_m_per_s > 0.0:
         return None
-    scratch = scratch_of(scene)
-    state = np.zeros(lap.STATE_SIZE)
-    state[lap.V_OUT] = v_m_per_s
-    fate, duration = _fly(unpulsed_law(scene)[0], scratch, state)
+    motion = thrown(repeating(scene), v_m_per_s)
+    told = np.zeros(lap.TOLD_SIZE)
+    fate, duration = lap.until(unpulsed_law(scene)[0], motion[0], exact.ENTRY, lap.PATIENCE, told)
     if fate != exact.MOVING:
         return None
-    return Flight(float(-scratch["v_in"][0] / v_m_per_s), float(duration), float(scratch["z_apex"][0]))
+    return Flight(float(-motion["v_in"][0] / v_m_per_s), float(duration), float(motion["z_apex"][0]))

@@ -13,6 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick import composition, exact
+from drumstick.law import thrown
+from drumstick.scene import Scene
 from realtime.jit import Record, Records, njit, only_with
 
 Numbers = npt.NDArray[np.float64]
@@ -132,26 +134,23 @@ def until(law: Record, motion: Record, wanted: int, patience: int, told: Numbers
     return UNDECIDED, moved
 
 
-@njit()
+@njit(inline=True)
 def next_release(law: Record, motion: Record, patience: int, told: Numbers) -> int:
     """From above the head through one contact; returns how that ended, as `until`. told: shape (6,), filled."""
     fate, flight = until(law, motion, exact.ENTRY, patience, told)
-    if fate != exact.MOVING:
-        return fate
-    told[APEX_M] = motion.z_apex
-    fate, contact = until(law, motion, exact.RELEASE, patience, told)
-    if fate != exact.MOVING:
-        return fate
-    told[V_IN] = motion.v_in
-    told[V_E] = motion.v_out + composition.left(law, motion)
-    told[CONTACT_S] = motion.contact_s
-    told[PERIOD_S] = flight + contact
-    return exact.MOVING
+    if fate == exact.MOVING:
+        told[APEX_M] = motion.z_apex
+        fate, contact = until(law, motion, exact.RELEASE, patience, told)
+        told[V_IN] = motion.v_in
+        told[V_E] = motion.v_out + composition.left(law, motion)
+        told[CONTACT_S] = motion.contact_s
+        told[PERIOD_S] = flight + contact
+    return fate
 
 
 @njit()
 def place(law: Record, fresh: Records, motion: Records, state: Numbers) -> None:
-    """Put the stick into `state`, at z = 0 going up. fresh, motion: shape (1,), `fresh` a stick at rest, untouched."""
+    """Put the stick into `state`, at z = 0 going up. fresh, motion: shape (1,); `fresh` is only read."""
     motion[0] = fresh[0]
     motion[0].v = state[V_OUT]
     _set_pulse(law, motion[0], state[PULSE], state[PULSE_AGE])
@@ -159,22 +158,21 @@ def place(law: Record, fresh: Records, motion: Records, state: Numbers) -> None:
 
 
 @njit()
-def read(law: Record, motion: Record, state: Numbers) -> None:
-    """The state just after a release."""
-    state[V_OUT] = motion.v_out
-    _read_pulse(law, motion, state)
-    _read_cor_pulse(law, motion, state)
+def laps(law: Record, motion: Record, states: Numbers, patience: int, told: Numbers) -> int:
+    """Play on for a number of laps; states: shape (laps, 5), that after each; told: shape (laps, 6).
 
-
-@njit()
-def laps(
-    law: Record, fresh: Records, motion: Records, state: Numbers, count: int, patience: int, told: Numbers
-) -> int:
-    """Carry `state` through `count` laps, in place; told: shape (count, 6). Returns how it ended, as `until`."""
-    place(law, fresh, motion, state)
-    for i in range(count):
-        fate = next_release(law, motion[0], patience, told[i])
+    Returns how it ended, as `until`.
+    """
+    for i in range(states.shape[0]):
+        fate = next_release(law, motion, patience, told[i])
         if fate != exact.MOVING:
             return fate
-        read(law, motion[0], state)
+        states[i, V_OUT] = motion.v_out
+        _read_pulse(law, motion, states[i])
+        _read_cor_pulse(law, motion, states[i])
     return exact.MOVING
+
+
+def scratch_of(scene: Scene) -> Records:
+    """What the kernels work on: shape (2,), a motion and a fresh one."""
+    return np.repeat(thrown(scene, 0.0), 2)

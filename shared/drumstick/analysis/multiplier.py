@@ -30,11 +30,10 @@ def active(law: Records) -> list[int]:
 
 def after(law: Records, scratch: Records, state: Numbers, laps: int) -> Numbers | None:
     """The state `laps` later, shape (5,); None when the stick does not come round."""
-    end = state.copy()
-    fate = lap.laps(
-        law[0], scratch[1:], scratch[:1], end, laps, lap.PATIENCE, np.zeros((laps, lap.TOLD_SIZE))
-    )
-    return end if fate == exact.MOVING else None
+    states = np.zeros((laps, lap.STATE_SIZE))
+    lap.place(law[0], scratch[1:], scratch[:1], state)
+    fate = lap.laps(law[0], scratch[0], states, lap.PATIENCE, np.zeros((laps, lap.TOLD_SIZE)))
+    return states[-1] if fate == exact.MOVING else None
 
 
 def _slope(

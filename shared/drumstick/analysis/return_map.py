@@ -1,29 +1,37 @@
 """The return map in one number: a speed now, the same speed one contact later.
 
 The state of a lap (drumstick.analysis.lap) also holds what the pulses still have to give. Here that is made to fit the
-speed: it is the amount that the lap itself reproduces ("self-consistent"), so that fixed points of this map of one
+speed: it is the amount that the laps themselves reproduce ("self-consistent"), so that fixed points of this map of one
 number are fixed points of the whole motion.
 
-    mapped = return_map(scene, np.linspace(0.01, 2.0, 400))   # v_E -> the next v_E, for the cobweb figure
+    after = return_map(scene, np.linspace(0.01, 2.0, 400))   # v_E -> the next v_E, for the cobweb figure
 
-Kernels: any thread; a few small arrays. `return_map`: any thread; blocks for about 20 us a point.
+Any thread; blocks for about 30 us a speed.
 """
 
 import math
 
 import numpy as np
-import numpy.typing as npt
 
 from drumstick import exact
 from drumstick.analysis import lap
-from drumstick.analysis.lap import COR_PULSE, COR_PULSE_AGE, PULSE, PULSE_AGE, V_OUT
-from drumstick.law import law_of, thrown
+from drumstick.analysis.lap import (
+    COR_PULSE,
+    COR_PULSE_AGE,
+    EFFORT,
+    PULSE,
+    PULSE_AGE,
+    STATE_SIZE,
+    TOLD_SIZE,
+    V_E,
+    V_OUT,
+    Numbers,
+)
+from drumstick.law import law_of
 from drumstick.scene import Scene
 from realtime.jit import Record, Records, njit, only_with
 
-Numbers = npt.NDArray[np.float64]
-
-# The pulses' rest at the end of the lap does not settle to that of its start: no motion of this period has this speed.
+# No pushes fit: no motion of this period has this speed.
 UNSETTLED = 4
 # What the frozen speed is: v_out, or v_E = v_out and what the pulses still have to give.
 OF_V_OUT, OF_V_E = 0, 1
@@ -44,55 +52,40 @@ def _cor_kick(law: Record) -> float:
 
 
 @njit()
-def guess(law: Record, speed: float, start: Numbers) -> None:
-    """Write a first guess of the state: pulses that have only just fired, and nothing left of earlier ones."""
-    start[V_OUT] = speed
-    start[PULSE] = _kick(law)
-    start[COR_PULSE] = _cor_kick(law) * speed
+def _guess(law: Record, speed: float, share: float, start: Numbers) -> None:
+    # A first guess of the state: pulses that fired just now and have this share left, and nothing of earlier ones.
+    start[PULSE] = share * _kick(law)
+    start[COR_PULSE] = share * _cor_kick(law) * speed
     start[PULSE_AGE] = _LONG_AGO_S
     start[COR_PULSE_AGE] = _LONG_AGO_S
 
 
 @njit()
-def _lap_from(
+def _self_consistent(
     law: Record,
     scratch: Records,
     speed: float,
     of: int,
     start: Numbers,
-    end: Numbers,
-    told: Numbers,
+    states: Numbers,
     patience: int,
-) -> int:
-    # One evaluation with the pushes of `start`; told: shape (laps, 6).
-    start[V_OUT] = speed - (start[PULSE] + start[COR_PULSE] if of == OF_V_E else 0.0)
-    if not start[V_OUT] > 0.0:
-        return UNSETTLED
-    end[:] = start
-    return lap.laps(law, scratch[1:], scratch[:1], end, told.shape[0], patience, told)
-
-
-@njit()
-def self_consistent(
-    law: Record,
-    scratch: Records,
-    speed: float,
-    of: int,
-    start: Numbers,
-    end: Numbers,
     told: Numbers,
-    patience: int,
 ) -> int:
-    """Find the pushes that told.shape[0] laps from `speed` reproduce, by Broyden's method (with one pulse: secant).
+    """Find the pushes that a number of laps from `speed` reproduce, by Broyden's method (with one pulse: secant).
 
-    scratch: shape (2,): a motion to work on and a fresh one. start: the first guess, then the state found. end: the
-    state after the laps. told: shape (laps, 6). Returns exact.MOVING; how the lap ended instead; or UNSETTLED.
+    scratch: shape (2,). start: shape (5,), the first guess, then the state found. states, told: as lap.laps. Returns
+    exact.MOVING; how the laps ended instead; or UNSETTLED.
     """
     # b is the inverse of the Jacobian of the mismatch h; -1 times the unit matrix makes the first step a plain lap.
     b00, b01, b10, b11 = -1.0, 0.0, 0.0, -1.0
     h0, h1, step0, step1, size = 0.0, 0.0, 0.0, 0.0, 0.0
+    end = states[-1]
     for turn in range(_MOST_STEPS):
-        fate = _lap_from(law, scratch, speed, of, start, end, told, patience)
+        start[V_OUT] = speed - (start[PULSE] + start[COR_PULSE] if of == OF_V_E else 0.0)
+        if not start[V_OUT] > 0.0:
+            return UNSETTLED
+        lap.place(law, scratch[1:], scratch[:1], start)
+        fate = lap.laps(law, scratch[0], states, patience, told)
         if fate != exact.MOVING:
             return fate
         was0, was1 = h0, h1
@@ -118,43 +111,45 @@ def self_consistent(
     return exact.MOVING if abs(h0) + abs(h1) <= _ALMOST_SAME * size else UNSETTLED
 
 
-@njit()
-def from_guess(
-    law: Record,
-    scratch: Records,
-    speed: float,
-    of: int,
-    start: Numbers,
-    end: Numbers,
-    told: Numbers,
-    patience: int,
-) -> int:
-    """As `self_consistent`, from the state in `start` if that leads anywhere, else from `guess` or without pulses."""
-    fate = self_consistent(law, scratch, speed, of, start, end, told, patience)
-    if fate == exact.MOVING:
-        return fate
-    guess(law, speed, start)
-    fate = self_consistent(law, scratch, speed, of, start, end, told, patience)
-    if fate == exact.MOVING:
-        return fate
-    guess(law, speed, start)
-    start[PULSE] = 0.0
-    start[COR_PULSE] = 0.0
-    return self_consistent(law, scratch, speed, of, start, end, told, patience)
+class ReturnMap:
+    """A number of laps from a speed, with pushes that fit.
 
+    law: shape (1,), scratch: shape (2,) (lap.scratch_of). After `at`: `start` is the state that was found, shape (5,),
+    `states` those after each lap, `told` what lap.laps tells. The next speed starts from the pushes found last.
+    """
 
-@njit()
-def _map(law: Record, scratch: Records, v_e: Numbers, after: Numbers) -> None:
-    start, end, told = np.zeros(lap.STATE_SIZE), np.zeros(lap.STATE_SIZE), np.zeros((1, lap.TOLD_SIZE))
-    guess(law, v_e[0], start)
-    for i in range(v_e.shape[0]):
-        fate = from_guess(law, scratch, v_e[i], OF_V_E, start, end, told, lap.PATIENCE)
-        after[i] = told[0, lap.V_E] if fate == exact.MOVING else np.nan
+    def __init__(self, law: Records, scratch: Records, laps: int, patience: int) -> None:
+        self.start = np.zeros(STATE_SIZE)
+        self.states = np.zeros((laps, STATE_SIZE))
+        self.told = np.zeros((laps, TOLD_SIZE))
+        self._law, self._scratch, self._patience = law[0], scratch, patience
+        self.forget()
 
+    def forget(self) -> None:
+        """Start the next speed from pulses that have just fired."""
+        _guess(self._law, 0.0, 1.0, self.start)
 
-def scratch_of(scene: Scene) -> Records:
-    """What the kernels work on: shape (2,), a motion and a fresh one."""
-    return np.repeat(thrown(scene, 0.0), 2)
+    @property
+    def effort(self) -> float:
+        """How much computing it took so far, in events (lap.EFFORT)."""
+        return float(self.told[:, EFFORT].sum())
+
+    def at(self, speed: float, of: int) -> bool:
+        """Do the laps come round from this v_out or v_E (`of`), with some pushes?"""
+        if self._reaches(speed, of):
+            return True
+        # The pushes of another speed may lead nowhere at this one.
+        for share in (1.0, 0.0):
+            _guess(self._law, speed, share, self.start)
+            if self._reaches(speed, of):
+                return True
+        return False
+
+    def _reaches(self, speed: float, of: int) -> bool:
+        fate = _self_consistent(
+            self._law, self._scratch, speed, of, self.start, self.states, self._patience, self.told
+        )
+        return fate == exact.MOVING
 
 
 def return_map(scene: Scene, v_e_m_per_s: Numbers) -> Numbers:
@@ -162,6 +157,5 @@ def return_map(scene: Scene, v_e_m_per_s: Numbers) -> Numbers:
 
     NaN where there is no next contact, or no such speed: with a pulse at exit v_E is never below dv.
     """
-    after = np.full(len(v_e_m_per_s), np.nan)
-    _map(law_of(scene)[0], scratch_of(scene), np.ascontiguousarray(v_e_m_per_s, np.float64), after)
-    return after
+    one = ReturnMap(law_of(scene), lap.scratch_of(scene), 1, lap.PATIENCE)
+    return np.array([one.told[0, V_E] if one.at(float(v), OF_V_E) else math.nan for v in v_e_m_per_s])

@@ -12,9 +12,8 @@ import numpy as np
 
 from drumstick.analysis import predictions
 from drumstick.analysis.flight import flight
-from drumstick.analysis.lap import Numbers
+from drumstick.analysis.lap import Numbers, scratch_of
 from drumstick.analysis.rebound import rebound
-from drumstick.analysis.return_map import scratch_of
 from drumstick.analysis.settling import settle
 from drumstick.analysis.unpulsed import NEVER_REPEATING
 from drumstick.law import law_of

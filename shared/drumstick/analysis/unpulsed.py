@@ -6,7 +6,7 @@ of a sampling clock, is not one number.
 
 import dataclasses
 
-from drumstick.law import Records, law_of, thrown
+from drumstick.law import Records, law_of
 from drumstick.scene import Scene
 
 # Their motion has no return map that repeats: seeded noise, the logistic map's own state, a free-running clock.
@@ -33,8 +33,3 @@ def unpulsed(law: Records) -> Records:
 def unpulsed_law(scene: Scene) -> Records:
     """The law of `repeating(scene)` without pulses, shape (1,)."""
     return unpulsed(law_of(repeating(scene)))
-
-
-def scratch_of(scene: Scene) -> Records:
-    """What the kernels work on: shape (2,), a motion and a fresh one, of `repeating(scene)`."""
-    return thrown(repeating(scene), 0.0).repeat(2)
