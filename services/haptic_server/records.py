@@ -130,6 +130,7 @@ PLAN: np.dtype[Any] = np.dtype(
         ("reach_m", "f8"),
         ("lead_s", "f8"),
         ("lag_s", "f8"),
+        ("spin_ns", "i8"),
         ("stiffness_N_per_m", "f8"),
     ],
     align=True,

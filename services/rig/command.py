@@ -32,6 +32,10 @@ _PANEL_PORT = typer.Option(help="TCP port of the technician's page, on 127.0.0.1
 _OSC_IN = typer.Option(help="UDP port to hear OSC at, on 127.0.0.1.")
 _OSC_OUT = typer.Option(help="host:port that gets the strikes as OSC; may be repeated.")
 _PREFIX = typer.Option(help="First part of every OSC address.")
+_OUT = typer.Option(help="Also write figures (PNG, SVG), tables (CSV) and analysis.json into this folder.")
+_SWEEP = typer.Option(
+    help="NAME=LOW:HIGH:COUNT[:log], with --out: sweep this parameter instead of the usual ones; twice: a plane."
+)
 _DEVICE = typer.Option(help="simulated is the only one in this version.")
 
 Scene = Annotated[str, _SCENE]
@@ -179,11 +183,30 @@ def simulate_command(
 
 
 @app.command("analyse")
-def analyse_command(scene: SceneName, as_json: Json = False) -> None:
+def analyse_command(
+    scene: SceneName,
+    out: Annotated[Path | None, _OUT] = None,
+    sweep: Annotated[list[str] | None, _SWEEP] = None,
+    as_json: Json = False,
+) -> None:
     """Restitution, capture, fixed points and their stability; the paper's v_lc beside the exact one."""
     from rig.analyse import analyse
 
-    analyse(scene, as_json)
+    analyse(scene, as_json, out, sweep or [])
+
+
+@app.command("servo-test")
+def servo_test_command(
+    scene: Scene = "roll",
+    seconds: Annotated[float, typer.Option(help="How long to watch the loop.")] = 10.0,
+    as_json: Json = False,
+) -> None:
+    """Ten seconds of the force loop: how late it is, and whether this machine is fit for it."""
+    from rig import checks
+    from rig.servo_test import servo_test
+
+    checks.finite(seconds, "--seconds", 0.5, 3600.0, "s")
+    servo_test(scene, seconds, as_json)
 
 
 @app.command("doctor")

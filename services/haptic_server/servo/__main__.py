@@ -86,7 +86,7 @@ def main() -> int:
 
     def run() -> None:
         try:
-            granted.update(priority.claim())
+            granted.update(priority.claim(scene.servo.cpu))
             _tell_granted(given.run_dir / files.GRANTED, granted)
             ticks.append(loop.run_paced(servo))
         finally:  # whatever ended it: a process without its loop must end too, to be started again

@@ -13,7 +13,7 @@ from haptic_server.servo.telling import tell
 from haptic_server.servo.tick import tick
 from haptic_server.servo.trace import note
 from realtime.atomics import load_acquire
-from realtime.clock import now_ns, sleep_until
+from realtime.clock import now_ns, wait_until
 from realtime.jit import ArgumentType, is_none, njit, overload
 
 _WARM_TICKS = 100  # lateness before this is the machine getting started, not the loop
@@ -44,7 +44,8 @@ def _tick_of_plant(
 
 
 @njit()
-def _traced_tick(servo: Servo, now_ns: int, span_s: float) -> None:
+def traced_tick(servo: Servo, now_ns: int, span_s: float) -> None:
+    """One tick of whatever the servo drives, and its line in the trace."""
     _tick(servo, now_ns, span_s)
     note(servo.trace, servo.motion[0], servo.player[0], now_ns, span_s)
 
@@ -56,7 +57,7 @@ def run_virtual(servo: Servo, ticks: int, start_ns: int) -> int:
     now = start_ns
     for _ in range(ticks):
         now += period
-        _traced_tick(servo, now, period * 1e-9)
+        traced_tick(servo, now, period * 1e-9)
         servo.status[0].tick += 1
         tell(servo, now)
     return now
@@ -72,19 +73,20 @@ def run_paced(servo: Servo) -> int:
     block = servo.block
     status = servo.status[0]
     period = servo.plan[0].period_ns
+    spin = servo.plan[0].spin_ns
     last = now_ns(servo.timespec)
     deadline = last + period
     span = period
     while load_acquire(block.control, STOP) == 0:
-        sleep_until(servo.timespec, deadline)
+        wait_until(servo.timespec, deadline, spin)
         woken = now_ns(servo.timespec)
         lateness = woken - deadline
         if lateness < 0:
             continue  # a signal ended the sleep
         if _is_sampled(servo):
-            _traced_tick(servo, woken, (woken - last) * 1e-9)
+            traced_tick(servo, woken, (woken - last) * 1e-9)
         else:
-            _traced_tick(servo, deadline, span * 1e-9)
+            traced_tick(servo, deadline, span * 1e-9)
         last = woken
         status.tick += 1
         if status.tick > _WARM_TICKS:

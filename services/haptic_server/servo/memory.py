@@ -54,6 +54,7 @@ def _plan(scene: Scene, specification: Specification) -> npt.NDArray[np.void]:
     plan["orbit_radius"] = scene.hand.orbit_radius
     plan["orbit_period_s"] = scene.hand.orbit_period_s
     plan["full_scale_m_per_s"] = scene.strike.full_scale_m_per_s
+    plan["spin_ns"] = scene.servo.spin_us * 1000
     limits = limits_of(scene, specification)
     plan["max_force_N"] = limits.max_force_N
     plan["max_speed_m_per_s"] = limits.max_speed_m_per_s

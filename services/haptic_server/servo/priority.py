@@ -35,8 +35,23 @@ def _scheduler() -> str:
     return f"SCHED_FIFO {_FIFO_PRIORITY}"
 
 
-def claim() -> dict[str, str]:
-    """Ask for everything; returns what was granted or why not, by name."""
+def _affinity(cpu: int) -> str:
+    if cpu < 0:
+        return "left to the system"
+    try:
+        os.sched_setaffinity(0, {cpu})
+    except OSError as error:
+        return f"refused: processor {cpu}: {error.strerror} (there are {sorted(os.sched_getaffinity(0))})"
+    return f"processor {cpu}"
+
+
+def claim(cpu: int = -1) -> dict[str, str]:
+    """Ask for everything; returns what was granted or why not, by name. `cpu`: stay on this processor; -1: on any."""
     if not sys.platform.startswith("linux"):
         return {"scheduler": f"refused: real-time scheduling is only done on Linux, this is {sys.platform}"}
-    return {"scheduler": _scheduler(), "memory": _lock_memory(), "timer_slack": _timer_slack()}
+    return {
+        "scheduler": _scheduler(),
+        "memory": _lock_memory(),
+        "timer_slack": _timer_slack(),
+        "affinity": _affinity(cpu),
+    }
