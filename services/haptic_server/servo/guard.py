@@ -28,16 +28,18 @@ STALL_FAULT_S = 0.020  # a longer one is a latched fault
 STALE_S = 0.010  # a device that has told nothing new for so long
 _SEEN_ABOVE_M = 1e-3  # so far above the head the stick must have been before anything is rendered
 _SLOWEST_M_PER_S = 1e-6
-_SLACK = 0.02  # of a blow's energy: what quantised positions may pretend
+_SLACK = 0.01  # of a blow's energy: what quantised positions may pretend
+MEMORY = 9  # ticks of the head's force: the longest delay of a device, and the present
 
 # What it remembers. `gain` ramps from 0 to 1; `given_J` is what the head has given the stick in this contact,
-# `budget_J` what it may give; `z_m` and `head_N` are the last tick's.
+# `budget_J` what it may give; `asked_N` is a ring of what the head was let ask, `z_m` the last tick's position.
 GUARD: np.dtype[Any] = np.dtype(
     [
         ("seen_above", "i8"),
         ("gain", "f8"),
         ("force_N", "f8"),
-        ("head_N", "f8"),
+        ("asked_N", "f8", (MEMORY,)),
+        ("newest", "i8"),
         ("z_m", "f8"),
         ("given_J", "f8"),
         ("budget_J", "f8"),
@@ -62,6 +64,8 @@ ALLOWED: np.dtype[Any] = np.dtype(
         ("ramp_s", "f8"),
         ("dead_man", "i8"),
         ("resolution_m", "f8"),
+        ("delay_ticks", "i8"),
+        ("m_kg", "f8"),
     ],
     align=True,
 )
@@ -73,7 +77,8 @@ def let_go(guard: Record) -> None:
     guard.seen_above = 0
     guard.gain = 0.0
     guard.force_N = 0.0
-    guard.head_N = 0.0
+    for tick in range(MEMORY):
+        guard.asked_N[tick] = 0.0
     guard.given_J = 0.0
     guard.budget_J = 0.0
 
@@ -139,17 +144,39 @@ def open_account(guard: Record, m: float, v_in: float) -> None:
 
 
 @njit()
-def _within_account(guard: Record, head_N: float, z: float, v: float, period_s: float) -> float:
+def _acting(guard: Record, delay_ticks: int) -> float:
+    # The head's force that acted over the last tick: asked a tick ago, or earlier by the device's own delay.
+    return guard.asked_N[(guard.newest - delay_ticks) % MEMORY]
+
+
+@njit()
+def _on_its_way(guard: Record, delay_ticks: int, travel_m: float) -> float:
+    # What forces that were asked and have not acted yet will give, if the stick goes on as it does, J.
+    total = 0.0
+    for back in range(delay_ticks):
+        total += guard.asked_N[(guard.newest - back) % MEMORY]
+    return total * travel_m
+
+
+@njit()
+def _within_account(
+    guard: Record, allowed: Record, head_N: float, z: float, v: float, period_s: float
+) -> float:
     # Passivity observer and controller in one: Hannaford and Ryu, "Time-domain passivity control of haptic interfaces",
     # IEEE Trans. Robotics and Automation 18(1), 2002. Theirs adds damping; this holds the head back while it pushes
     # along, which needs no speed to divide by near zero and cannot overshoot.
-    guard.given_J += guard.head_N * (z - guard.z_m)
+    delay = allowed.delay_ticks
+    guard.given_J += _acting(guard, delay) * (z - guard.z_m)
     guard.z_m = z
-    left = guard.budget_J - guard.given_J
-    if v > _SLOWEST_M_PER_S and head_N * v * period_s > left:
-        guard.held_back += 1
-        head_N = max(left, 0.0) / (v * period_s)
-    guard.head_N = head_N
+    # The estimate of v is late by half its window and the stick gains speed in the tick to come: count both.
+    speed = v + 1.5 * head_N * period_s / allowed.m_kg
+    if v > _SLOWEST_M_PER_S:
+        left = guard.budget_J - guard.given_J - _on_its_way(guard, delay, speed * period_s)
+        if head_N * speed * period_s > left:
+            guard.held_back += 1
+            head_N = max(left, 0.0) / (speed * period_s)
+    guard.newest = (guard.newest + 1) % MEMORY
+    guard.asked_N[guard.newest] = head_N
     return head_N
 
 
@@ -158,7 +185,7 @@ def limit(
     guard: Record, allowed: Record, head_N: float, pulse_N: float, z: float, v: float, period_s: float
 ) -> float:
     """The force that goes to the motors, N, out of what the head and the pulses ask for."""
-    head_N = _within_account(guard, head_N, z, v, period_s)
+    head_N = _within_account(guard, allowed, head_N, z, v, period_s)
     wanted = guard.gain * (head_N + pulse_N)
     force = min(max(wanted, -allowed.max_force_N), allowed.max_force_N)
     step = allowed.max_slew_N_per_s * period_s

@@ -76,6 +76,8 @@ def _allowed(scene: Scene, specification: Specification) -> npt.NDArray[np.void]
     allowed["ramp_s"] = scene.guard.ramp_s
     allowed["dead_man"] = scene.guard.dead_man == "button"
     allowed["resolution_m"] = specification.resolution_m
+    allowed["delay_ticks"] = scene.device.delay_ticks
+    allowed["m_kg"] = scene.stick.m_kg
     return allowed
 
 
