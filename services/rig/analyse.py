@@ -1,13 +1,17 @@
 """`drumstick analyse`: what the equations predict for a scene and what its exact motion does, in words or as JSON."""
 
 import json
+from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rig import scene_file
+from rig.fault import wrong
 
 if TYPE_CHECKING:
     from drumstick.analysis.cycle import Cycle
     from drumstick.analysis.findings import Findings
+    from drumstick.analysis.sweep import Axis
     from drumstick.scene import Scene
 
 _ENDS = {
@@ -17,13 +21,39 @@ _ENDS = {
 }
 
 
-def analyse(scene: str, as_json: bool) -> None:
-    """Print the findings as a page of words or as one JSON object. Raises Stop."""
+def analyse(scene: str, as_json: bool, out: Path | None = None, sweeps: Sequence[str] = ()) -> None:
+    """Print the findings as a page of words or as one JSON object; with `out` write figures and tables there.
+
+    sweeps: what --sweep was given. Raises Stop.
+    """
     loaded = scene_file.load(scene)
+    if sweeps and out is None:
+        wrong("--sweep writes a table and figures: say where with --out DIR")
+    axes = _ready(loaded, out, sweeps) if out is not None else []
     from drumstick.analysis.findings import analyse as findings_of
 
     found = findings_of(loaded)
-    print(json.dumps(found.as_json(), allow_nan=False) if as_json else words(loaded, found))
+    written: list[str] = []
+    if out is not None:
+        from rig.figures.write import write
+
+        written = write(loaded, found, out, axes, quiet=as_json)
+    if as_json:
+        print(json.dumps(found.as_json(), allow_nan=False))
+        return
+    print(words(loaded, found))
+    if out is not None:
+        print(f"\nwritten to {out}: {', '.join(written)}")
+
+
+def _ready(scene: "Scene", out: Path, sweeps: Sequence[str]) -> "list[Axis]":
+    # Everything that can be wrong with --out and --sweep is said before the long work begins.
+    from rig.figures import asked, ready
+
+    ready.require_matplotlib()
+    axes = asked.axes(scene, sweeps)
+    ready.require_folder(out)
+    return axes
 
 
 def words(scene: "Scene", found: "Findings") -> str:

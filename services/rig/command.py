@@ -7,7 +7,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from protocol.keys import DEFAULT_ROUTER
-from rig.fault import LACKING, Stop, wrong
+from rig.fault import LACKING, Stop
 
 app = typer.Typer(
     add_completion=False,
@@ -36,7 +36,7 @@ _OUT = typer.Option(help="Also write figures (PNG, SVG), tables (CSV) and analys
 _SWEEP = typer.Option(
     help="NAME=LOW:HIGH:COUNT[:log], with --out: sweep this parameter instead of the usual ones; twice: a plane."
 )
-_DEVICE = typer.Option(help="simulated is the only one in this version.")
+_DEVICE = typer.Option(help="simulated, openhaptics, or replay:FILE (CSV with t_s and z_m).")
 
 Scene = Annotated[str, _SCENE]
 RigName = Annotated[str, _RIG]
@@ -80,12 +80,11 @@ def _run(
     checks.port(panel_port, "--panel-port")
     checks.duration(duration)
     checks.prefix(prefix)
-    if device != "simulated":
-        wrong(f"--device {device}: this version drives only the simulated stick; use --device simulated")
+    checks.device(device)
     targets = tuple(checks.target(t) for t in osc_out or ["127.0.0.1:9101"])
     run = folder.run_folder(rig)
     up(
-        Options(rig, run, audio, connect, listen, osc_in, targets, prefix, panel_port, part),
+        Options(rig, run, device, audio, connect, listen, osc_in, targets, prefix, panel_port, part),
         scene,
         duration,
         as_json,

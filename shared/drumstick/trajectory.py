@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick import exact
-from drumstick.law import law_of, thrown
+from drumstick.law import Records, law_of, thrown
 from drumstick.scene import Scene
 from drumstick.transitions import force_now
 from realtime.jit import Record, njit
@@ -48,20 +48,17 @@ def _sample(law: Record, motion: Record, step: float, z: Samples, v: Samples, fo
         force[i] = force_now(law, motion)
 
 
-def trajectory(
-    scene: Scene, v0_m_per_s: float, duration_s: float, points: int, from_s: float = 0.0
-) -> Trajectory:
-    """The stick thrown from z = 0+ with `v0_m_per_s` >= 0: `points` >= 2 equal steps over `duration_s`.
+def trajectory(scene: Scene, v0_m_per_s: float, duration_s: float, points: int) -> Trajectory:
+    """The stick thrown from z = 0+ with `v0_m_per_s` >= 0: `points` >= 2 equal steps over `duration_s`."""
+    return onward(law_of(scene), thrown(scene, v0_m_per_s), duration_s, points)
 
-    The first sample is `from_s` after the throw, so that a roll can settle first; t_s counts from the throw.
-    """
+
+def onward(law: Records, motion: Records, duration_s: float, points: int) -> Trajectory:
+    """As `trajectory`, from any motion; law and motion: shape (1,), the motion is carried along."""
     if points < 2 or not 0.0 < duration_s < np.inf:
         raise ValueError(
             f"{points} points over {duration_s} s: give 2 points or more and a duration above 0 s"
         )
-    law, motion = law_of(scene), thrown(scene, v0_m_per_s)
-    if from_s > 0.0:
-        _carry(law[0], motion[0], from_s)
     z, v, force = np.empty(points), np.empty(points), np.empty(points)
     _sample(law[0], motion[0], duration_s / (points - 1), z, v, force)
-    return Trajectory(np.linspace(from_s, from_s + duration_s, points), z, v, force)
+    return Trajectory(np.linspace(0.0, duration_s, points), z, v, force)

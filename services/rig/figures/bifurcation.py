@@ -32,7 +32,7 @@ def bifurcation(scene: Scene, swept: Swept) -> Figure:
     speeds.set_title(heading(scene, "where the roll ends up", {axis.name}))
     scaled(speeds, "x", scale_of(axis.values))
     every = np.repeat(axis.values, MEASURED)
-    speeds.plot(every, swept.v_e_m_per_s.ravel(), ".", ms=3, mew=0, color=BLUE)
+    speeds.plot(every, swept.v_e_m_per_s.ravel(), ".", ms=3, mew=0, color=BLUE, rasterized=True)
     speeds.set_ylabel(rf"last {MEASURED} speeds  $v_E$  (m/s)")
     rates.plot(axis.values, swept.rate_Hz, ".", ms=3, mew=0, color=BLUE)
     rates.set_ylabel("strikes a\nsecond (Hz)")

@@ -5,6 +5,7 @@ from collections.abc import Collection
 import numpy as np
 import numpy.typing as npt
 
+from drumstick.effects.cor_pulse import CorPulse
 from drumstick.effects.pulse import Pulse
 from drumstick.law import law_of
 from drumstick.parameters import table_of, values_of
@@ -14,19 +15,29 @@ from rig.figures.style import Scale
 _WHEN = {"entry": "at entry", "turn": "at the deepest point", "exit": "at exit"}
 
 
-def pulse_words(scene: Scene, without: Collection[str] = ()) -> str:
-    """The scene's pulse in a few words, e.g. "pulse 0.2 m/s up at exit, τ = 2 ms"; `without` names swept parameters."""
-    pulse = scene.effects.get("pulse")
-    if not isinstance(pulse, Pulse):
-        return "no pulse"
-    size = "" if "dv_pls" in without else f"{pulse.dv_m_per_s:g} m/s "
-    lasts = "" if "tau" in without else f", τ = {pulse.tau_s * 1e3:g} ms"
-    return f"pulse {size}{'up' if pulse.sign > 0 else 'down'} {_WHEN[pulse.trigger]}{lasts}"
+def _pulse(effect: Pulse | CorPulse, size: str, without: Collection[str]) -> str:
+    lasts = "" if "tau" in without else f", τ = {effect.tau_s * 1e3:g} ms"
+    return f"pulse {size}{'up' if effect.sign > 0 else 'down'} {_WHEN[effect.trigger]}{lasts}"
+
+
+def effect_words(scene: Scene, without: Collection[str] = ()) -> str:
+    """The scene's effects in a few words, e.g. "pulse 0.2 m/s up at exit, τ = 2 ms"; `without` names what is swept."""
+    words: list[str] = []
+    for name, effect in scene.effects.items():
+        if isinstance(effect, Pulse):
+            words.append(
+                _pulse(effect, "" if "dv_pls" in without else f"{effect.dv_m_per_s:g} m/s ", without)
+            )
+        elif isinstance(effect, CorPulse):
+            words.append(_pulse(effect, "" if "gamma" in without else f"{effect.gamma:g} |v_in| ", without))
+        else:
+            words.append(name.replace("_", " "))
+    return "; ".join(words) or "no pulse"
 
 
 def heading(scene: Scene, subject: str, without: Collection[str] = ()) -> str:
-    """The title of a figure."""
-    return f"{scene.name}: {subject}   ({pulse_words(scene, without)})"
+    """The title of a figure, two lines."""
+    return f"{scene.name}: {subject}\n{effect_words(scene, without)}"
 
 
 def axis_label(scene: Scene, name: str) -> str:

@@ -31,7 +31,7 @@ def _region(axes: Axes, x: Grid, y: Grid, there: npt.NDArray[np.bool_], kind: in
         return None
     words, colour, hatch = _LOOKS[kind]
     cells = np.where(there, 1.0, np.nan)
-    axes.pcolormesh(x, y, cells, shading="nearest", cmap=ListedColormap([colour]))
+    axes.pcolormesh(x, y, cells, shading="nearest", cmap=ListedColormap([colour]), rasterized=True)
     if hatch and min(there.shape) > 1:
         axes.contourf(x, y, there.astype(float), levels=[0.5, 1.5], colors="none", hatches=[hatch])
     return Patch(facecolor=colour, edgecolor=GREY, hatch=hatch, lw=0, label=words)
@@ -81,7 +81,7 @@ def rates(scene: Scene, swept: Swept) -> Figure:
     patches = [_region(axes, x, y, np.equal(swept.kind.T, kind), kind) for kind in (BUZZING, CAPTURED, LEFT)]
     rate = np.where(swept.kind.T == STABLE, swept.rate_Hz.T, np.nan)
     if np.isfinite(rate).any():
-        heat = axes.pcolormesh(x, y, rate, shading="nearest", cmap=HEAT)
+        heat = axes.pcolormesh(x, y, rate, shading="nearest", cmap=HEAT, rasterized=True)
         figure.colorbar(heat, ax=axes, label="strikes a second (Hz)", pad=0.02)
         if min(rate.shape) > 1 and np.nanmax(rate) > np.nanmin(rate) * (1.0 + 1e-6):
             lines = axes.contour(x, y, rate, levels=_CONTOURS, colors=INK, linewidths=0.8)

@@ -12,6 +12,8 @@ import numpy.typing as npt
 from drumstick.analysis.sweep import KINDS, MEASURED, Swept
 from drumstick.parameters import table_of
 from drumstick.scene import Scene
+from rig.figures.predictions import Forecast
+from rig.figures.return_map import Curves
 
 Numbers = npt.NDArray[np.float64]
 
@@ -32,6 +34,32 @@ def columns(named: dict[str, Numbers]) -> str:
     """Columns of equal length, by name."""
     rows = [[_cell(value) for value in row] for row in zip(*named.values(), strict=True)]
     return _text(list(named), rows)
+
+
+def mapped(curves: Curves) -> str:
+    """The return map; what a throw that comes to rest in the head gives is empty, and so are speeds no roll has."""
+    return columns(
+        {
+            "v_e_m_per_s": curves.v_e,
+            "next_within_the_roll_m_per_s": curves.rolling,
+            "next_after_a_throw_m_per_s": curves.thrown,
+        }
+    )
+
+
+def forecast(found: Forecast) -> str:
+    """The three speeds of the roll over dv, and the cycles of period 1, by increasing v_E."""
+    named = {
+        "dv_m_per_s": found.dv,
+        "v_lc_eq7_m_per_s": found.eq7,
+        "v_lc_kappa_m_per_s": found.kappa,
+        "v_lc_settled_m_per_s": found.settled,
+    }
+    for kind, speeds in (("stable", found.stable), ("unstable", found.unstable)):
+        for k in range(speeds.shape[1]):
+            if np.isfinite(speeds[:, k]).any():
+                named[f"v_lc_{kind}_{k + 1}_m_per_s"] = speeds[:, k]
+    return columns(named)
 
 
 def swept(scene: Scene, done: Swept) -> str:

@@ -7,7 +7,7 @@ from drumstick.law import law_of
 from drumstick.parameters import Z_H0, table_of, values_of
 from drumstick.scene import Scene
 
-LINE_POINTS, PLANE_POINTS = 240, 41
+LINE_POINTS, FORECAST_POINTS, PLANE_POINTS = 240, 36, 41
 _BESIDE_M = 0.0175  # how far the hand is moved up and down
 
 
@@ -28,20 +28,20 @@ def _about(
     return Axis(name, np.geomspace(low, high, points) if low > 0.0 else np.linspace(low, high, points))
 
 
-def line(scene: Scene) -> Axis | None:
-    """The strength of the pulse, from a tenth to three times."""
+def line(scene: Scene, points: int = LINE_POINTS) -> Axis | None:
+    """The strength of the pulse, from a tenth to three times; None without a pulse."""
     name = strength(scene)
-    return None if name is None else _about(scene, name, 10.0, 3.0, (0.01, 1.0), LINE_POINTS)
+    return None if name is None else _about(scene, name, 10.0, 3.0, (0.01, 1.0), points)
 
 
-def planes(scene: Scene) -> list[tuple[Axis, Axis]]:
+def planes(scene: Scene) -> list[tuple[Axis, ...]]:
     """Stiffness against height of the hand; with a pulse also its strength against the stiffness."""
     hand = _about(scene, "k_hand", 4.0, 10.0, (1.0, 200.0), PLANE_POINTS)
     own = values_of(law_of(scene), table_of(scene))[Z_H0]
     middle = own if np.isfinite(own) else scene.stick.z_ss_m
     quantity = table_of(scene)[Z_H0].quantity
     low, high = max(middle - _BESIDE_M, quantity.low), min(middle + _BESIDE_M, quantity.high)
-    pairs = [(hand, Axis(Z_H0, np.linspace(low, high, PLANE_POINTS)))]
+    pairs: list[tuple[Axis, ...]] = [(hand, Axis(Z_H0, np.linspace(low, high, PLANE_POINTS)))]
     name = strength(scene)
     if name is not None:
         pairs.append((_about(scene, name, 10.0, 3.0, (0.01, 1.0), PLANE_POINTS), hand))

@@ -3,6 +3,7 @@
 import csv
 import dataclasses
 import io
+import json
 import math
 from pathlib import Path
 
@@ -12,20 +13,27 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 
+from drumstick.analysis.findings import analyse
 from drumstick.analysis.sweep import KINDS, MEASURED, STABLE, Axis, Swept, sweep
 from drumstick.effects.pulse import Pulse
 from drumstick.scene import Scene
 from drumstick.simulate import simulate
-from rig.fault import GIVEN, Stop
-from rig.figures import asked, tables, usual
+from drumstick.stick import Stick
+from rig.analyse import analyse as analyse_command
+from rig.fault import GIVEN, LACKING, Stop
+from rig.figures import asked, ready, tables, usual
 from rig.figures.bifurcation import bifurcation
-from rig.figures.heading import axis_label, own_value, pulse_words, scale_of
+from rig.figures.heading import axis_label, effect_words, own_value, scale_of
 from rig.figures.phase_plane import cycle_path, phase_plane
 from rig.figures.plane import kinds, rates
-from rig.figures.style import BLUE, HEAD, save
+from rig.figures.predictions import branches, filling, open_forecast, predictions
+from rig.figures.return_map import curves, return_map, telling_throw
+from rig.figures.return_map import played as played_from
+from rig.figures.style import BLUE, HEAD, INK, save
 from stick_cases import STICK_A, scene
 
 ROLL = scene(STICK_A, Pulse(0.2, 0.002, "exit", 1))
+TWO_CYCLES = scene(Stick(0.075, 3500.0, 2.5, 60.0, 0.5, -0.01, "unilateral"), Pulse(0.06, 0.004, "exit", 1))
 SCENES = {
     "roll": ROLL,
     "paper": scene(STICK_A, Pulse(1.0, 0.002, "entry", 1)),
@@ -61,19 +69,26 @@ def drawn(figure: Figure, folder: Path) -> int:
 
 
 @EVERY
-def test_the_phase_plane_of_any_scene(played: Scene, tmp_path: Path):
-    figure = phase_plane(played, [], (0.02, 0.4, 1.1))
-    assert drawn(figure, tmp_path) > 50
+def test_the_phase_plane_and_the_return_map_of_any_scene(played: Scene, tmp_path: Path):
+    cycles = analyse(played).cycles
+    assert drawn(phase_plane(played, cycles, (0.02, 0.4, 1.1)), tmp_path) > 50
+    mapped = curves(played, cycles)
+    assert (
+        drawn(
+            return_map(played, mapped, cycles, played_from(played, telling_throw(played, mapped))), tmp_path
+        )
+        > 20
+    )
 
 
 def test_the_cycle_in_the_phase_plane_closes_and_is_the_settled_roll():
-    path = cycle_path(ROLL, 0.4, 1)
-    assert path is not None
+    (cycle,) = analyse(ROLL).cycles
+    path = cycle_path(ROLL, cycle)
     last = simulate(ROLL, 20.0, 0.4).contacts[-1]
     assert path.z_m[0] == pytest.approx(path.z_m[-1], abs=1e-9)
     assert path.v_m_per_s[0] == pytest.approx(path.v_m_per_s[-1], abs=1e-8)
     assert path.z_m.min() == pytest.approx(last[7], rel=1e-4)
-    figure = phase_plane(ROLL, [(0.4, 1)], (0.4,))
+    figure = phase_plane(ROLL, [cycle], (0.4,))
     lines = [line for line in figure.axes[0].lines if line.get_label() == "limit cycle"]
     assert len(lines) == 1
     np.testing.assert_array_equal(lines[0].get_xdata(), path.z_m * 1e3)
@@ -82,8 +97,65 @@ def test_the_cycle_in_the_phase_plane_closes_and_is_the_settled_roll():
     assert any(to_hex(patch.get_facecolor()) == HEAD for patch in figure.axes[0].patches)
 
 
-def test_a_cycle_that_does_not_go_on_is_none():
-    assert cycle_path(scene(STICK_A), 0.4, 1) is None
+def test_an_unstable_cycle_is_drawn_too():
+    unstable, stable = analyse(TWO_CYCLES).cycles
+    assert (unstable.stable, stable.stable) == (False, True)
+    path = cycle_path(TWO_CYCLES, unstable)
+    assert path.v_m_per_s[0] == pytest.approx(path.v_m_per_s[-1], abs=1e-8)
+    labels = [line.get_label() for line in phase_plane(TWO_CYCLES, [unstable, stable], ()).axes[0].lines]
+    assert labels.count("limit cycle") == labels.count("unstable cycle") == 1
+    mapped = return_map(TWO_CYCLES, curves(TWO_CYCLES, [stable]), [unstable, stable], np.zeros(0))
+    circles = [line for line in mapped.axes[0].lines if line.get_marker() == "o"]
+    assert [to_hex(line.get_markerfacecolor()) for line in circles] == ["#ffffff", INK]
+    assert [line.get_xdata()[0] for line in circles] == [unstable.v_e_m_per_s, stable.v_e_m_per_s]
+
+
+def test_the_return_map_meets_the_identity_at_the_cycle_and_ends_where_throws_are_captured():
+    found = analyse(ROLL)
+    mapped = curves(ROLL, found.cycles)
+    assert np.interp(found.cycles[0].v_e_m_per_s, mapped.v_e, mapped.rolling - mapped.v_e) == pytest.approx(
+        0.0, abs=1e-5
+    )
+    edge = mapped.v_e[mapped.captured].max()
+    assert not mapped.captured[mapped.v_e > edge].any()
+    assert not np.isfinite(mapped.thrown[mapped.captured]).any()
+    assert found.capture_speed_m_per_s is not None
+    # A throw comes down a little slower than it went up: alpha.
+    assert edge == pytest.approx(found.capture_speed_m_per_s, rel=0.05)
+    stairs = played_from(ROLL, 0.1)
+    run = simulate(ROLL, 10.0, 0.1).contacts[:, 4]
+    np.testing.assert_allclose(stairs, [0.1, *run[: len(stairs) - 1]], rtol=1e-12)
+    figure = return_map(ROLL, mapped, found.cycles, stairs)
+    drawn_lines = {line.get_label(): line.get_ydata() for line in figure.axes[0].lines}
+    np.testing.assert_array_equal(drawn_lines["within the roll"], mapped.rolling)
+    np.testing.assert_array_equal(drawn_lines["from a throw by hand"], mapped.thrown)
+
+
+def test_predictions_are_those_of_the_analysis(tmp_path: Path):
+    speeds = open_forecast(TWO_CYCLES, np.array([0.058, 0.06, 0.062]))
+    assert list(filling(TWO_CYCLES, speeds)) == [1, 2, 3]
+    found = analyse(TWO_CYCLES)
+    assert speeds.eq7[1] == pytest.approx(found.v_lc_eq7_m_per_s, rel=1e-12)
+    assert speeds.kappa[1] == pytest.approx(found.v_lc_kappa_m_per_s, rel=1e-12)
+    assert speeds.unstable[1, 0] == pytest.approx(found.cycles[0].v_e_m_per_s, rel=1e-9)
+    assert speeds.stable[1, 0] == pytest.approx(found.cycles[1].v_e_m_per_s, rel=1e-9)
+    figure = predictions(TWO_CYCLES, speeds)
+    assert drawn(figure, tmp_path) > 20
+    by_label = {line.get_label(): line.get_ydata() for line in figure.axes[0].lines}
+    np.testing.assert_array_equal(by_label["equation (7) as printed"], speeds.eq7)
+    assert any(np.array_equal(line.get_ydata(), speeds.stable[:, 0]) for line in figure.axes[0].lines)
+    rows = list(csv.DictReader(io.StringIO(tables.forecast(speeds))))
+    assert [float(row["v_lc_unstable_1_m_per_s"]) for row in rows] == list(speeds.unstable[:, 0])
+    assert [float(row["v_lc_eq7_m_per_s"]) for row in rows] == list(speeds.eq7)
+
+
+def test_lines_join_only_cycles_that_belong_together():
+    nan = math.nan
+    speeds = np.array([[1.0, nan], [0.5, 1.05], [0.52, 1.1], [0.54, nan], [nan, nan], [9.0, nan]])
+    first, second, third = branches(speeds)
+    np.testing.assert_array_equal(first, [1.0, 1.05, 1.1, nan, nan, nan])
+    np.testing.assert_array_equal(second, [nan, 0.5, 0.52, 0.54, nan, nan])
+    np.testing.assert_array_equal(third, [nan, nan, nan, nan, nan, 9.0])
 
 
 @EVERY
@@ -140,15 +212,15 @@ def test_the_heat_map_shows_the_rates_of_steady_rolls_and_nothing_else():
 
 def test_the_same_figure_is_the_same_file(tmp_path: Path):
     for name in ("a.png", "b.png", "a.svg", "b.svg"):
-        save(phase_plane(ROLL, [(0.4, 1)], (0.1,)), tmp_path / name)
+        save(phase_plane(ROLL, [], (0.1,)), tmp_path / name)
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
 
 
 def test_words_beside_a_figure():
-    assert pulse_words(ROLL) == "pulse 0.2 m/s up at exit, τ = 2 ms"
-    assert pulse_words(ROLL, {"dv_pls"}) == "pulse up at exit, τ = 2 ms"
-    assert pulse_words(scene(STICK_A)) == "no pulse"
+    assert effect_words(ROLL) == "pulse 0.2 m/s up at exit, τ = 2 ms"
+    assert effect_words(ROLL, {"dv_pls"}) == "pulse up at exit, τ = 2 ms"
+    assert effect_words(scene(STICK_A)) == "no pulse"
     assert axis_label(ROLL, "k_hand") == r"stiffness of the hand's hold  $K_\mathrm{hand}$  (N/m)"
     assert own_value(ROLL, "k_hand") == 20.0
     assert scale_of(np.geomspace(1.0, 9.0, 7)) == "log"
@@ -192,3 +264,76 @@ def test_sweeps_that_make_no_sense(given: list[str], said: str):
         asked.axes(ROLL, given)
     assert said in str(stop.value)
     assert stop.value.status == GIVEN
+
+
+@pytest.fixture
+def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
+    line, planes = usual.line, usual.planes
+
+    def few_planes(played: Scene) -> list[tuple[Axis, ...]]:
+        return [tuple(few(axis, 3) for axis in pair) for pair in planes(played)]
+
+    monkeypatch.setattr(usual, "line", lambda played, points=5: line(played, 5))  # pyright: ignore
+    monkeypatch.setattr(usual, "planes", few_planes)
+
+
+@pytest.mark.usefixtures("coarse")
+@pytest.mark.parametrize(
+    ("name", "figures"),
+    [
+        ("roll", {"phase-plane", "return-map", "predictions", "bifurcation-dv_pls", "rate-k_hand-z_h0",
+                  "outcome-k_hand-z_h0", "rate-dv_pls-k_hand", "outcome-dv_pls-k_hand"}),
+        ("bare-drum", {"phase-plane", "return-map", "rate-k_hand-z_h0", "outcome-k_hand-z_h0"}),
+    ],
+)  # fmt: skip
+def test_everything_that_analyse_writes(
+    name: str, figures: set[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    out = tmp_path / "not" / "yet there"
+    analyse_command(name, True, out)
+    said = capsys.readouterr()
+    assert said.err == ""
+    assert json.loads(said.out) == json.loads((out / "analysis.json").read_text(encoding="utf-8"))
+    written = {path.name for path in out.iterdir()}
+    assert {path.removesuffix(".png") for path in written if path.endswith(".png")} == figures
+    assert {path.removesuffix(".svg") for path in written if path.endswith(".svg")} == figures
+    assert {path for path in written if path.startswith("sweep-")} == {
+        f"sweep-{figure.partition('-')[2]}.csv"
+        for figure in figures
+        if figure.startswith(("rate", "bifurcation"))
+    }
+
+
+def test_the_sweep_that_was_asked_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    analyse_command("roll", False, tmp_path, ["tau=0.001:0.004:3"])
+    assert (
+        f"written to {tmp_path}: analysis.json, sweep-tau.csv, bifurcation-tau.png" in capsys.readouterr().out
+    )
+    with (tmp_path / "sweep-tau.csv").open(encoding="utf-8") as lines:
+        assert [float(row["tau (s)"]) for row in csv.DictReader(lines)] == [0.001, 0.0025, 0.004]
+
+
+def test_what_is_wrong_is_said_before_the_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    with pytest.raises(Stop, match="--out DIR"):
+        analyse_command("roll", True, None, ["tau=0.001:0.004:3"])
+    (tmp_path / "file").touch()
+    for out in (tmp_path / "file", tmp_path / "file" / "below"):
+        with pytest.raises(Stop, match="a file is in the way") as stop:
+            analyse_command("roll", True, out)
+        assert stop.value.status == GIVEN
+
+    def refuse(*_: object, **__: object) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "mkdir", refuse)
+    with pytest.raises(Stop, match="cannot be written: Permission denied") as stop:
+        ready.require_folder(tmp_path / "new")
+    assert stop.value.status == LACKING
+
+
+def test_without_matplotlib_one_line_says_what_to_type(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+    monkeypatch.setattr(ready, "find_spec", lambda name: None)  # pyright: ignore[reportUnknownLambdaType]
+    with pytest.raises(Stop, match=r"-m pip install 'matplotlib<4,>=3\.10'") as stop:
+        analyse_command("roll", True, tmp_path)
+    assert stop.value.status == LACKING
+    assert not list(tmp_path.iterdir())

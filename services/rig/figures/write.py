@@ -1,0 +1,127 @@
+"""`drumstick analyse SCENE --out DIR`: every figure as PNG and SVG, every sweep as CSV, and analysis.json.
+
+Needs matplotlib: rig.figures.ready is asked first.
+"""
+
+import json
+from collections.abc import Callable, Generator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from matplotlib.figure import Figure
+from rich.console import Console
+from rich.progress import Progress, TaskID
+
+from drumstick.analysis.findings import Findings
+from drumstick.analysis.sweep import Axis, Swept, sweep
+from drumstick.analysis.unpulsed import NEVER_REPEATING
+from drumstick.scene import Scene
+from rig.figures import tables, usual
+from rig.figures.bifurcation import bifurcation
+from rig.figures.phase_plane import phase_plane
+from rig.figures.plane import kinds, rates
+from rig.figures.predictions import filling, open_forecast, predictions
+from rig.figures.return_map import curves, played, return_map, telling_throw
+from rig.figures.style import save
+
+_THROWS = (0.15, 0.5, 1.75)  # of the roll's speed
+
+# Told what is being computed, and how many points of how many are done.
+Told = Callable[[str, int, int], None]
+
+
+class Folder:
+    """Where the files go, and which were written."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.written: list[str] = []
+
+    def text(self, name: str, content: str) -> None:
+        """One text file. Raises OSError."""
+        (self.path / name).write_text(content, encoding="utf-8")
+        self.written.append(name)
+
+    def figure(self, name: str, figure: Figure) -> None:
+        """One figure, as PNG and as SVG. Raises OSError."""
+        for ending in ("png", "svg"):
+            save(figure, self.path / f"{name}.{ending}")
+            self.written.append(f"{name}.{ending}")
+
+
+@contextmanager
+def _progress(quiet: bool) -> Generator[Told]:
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=quiet or not console.is_terminal) as bar:
+        tasks: dict[str, TaskID] = {}
+
+        def told(what: str, done: int, total: int) -> None:
+            if what not in tasks:
+                tasks[what] = bar.add_task(what, total=total)
+            bar.update(tasks[what], completed=done)
+
+        yield told
+
+
+def throws_of(scene: Scene, found: Findings) -> list[float]:
+    """Three throws for the phase plane, m/s: much slower than the roll, slower, faster."""
+    roll = scene.hand.throw_m_per_s if found.primary is None else found.cycles[found.primary].v_e_m_per_s
+    return [share * roll for share in _THROWS]
+
+
+def _swept(scene: Scene, axes: Sequence[Axis], told: Told) -> Swept:
+    names = " × ".join(axis.name for axis in axes)
+    done: Swept | None = None
+    for done in sweep(scene, axes):
+        told(f"sweep over {names}", done.done, done.total)
+    assert done is not None, "a sweep has at least one point"
+    return done
+
+
+def _write_sweep(scene: Scene, axes: Sequence[Axis], folder: Folder, told: Told) -> None:
+    done = _swept(scene, axes, told)
+    named = "-".join(axis.name for axis in axes)
+    folder.text(f"sweep-{named}.csv", tables.swept(scene, done))
+    if len(axes) == 1:
+        folder.figure(f"bifurcation-{named}", bifurcation(scene, done))
+        return
+    folder.figure(f"rate-{named}", rates(scene, done))
+    folder.figure(f"outcome-{named}", kinds(scene, done))
+
+
+def _write_predictions(scene: Scene, folder: Folder, told: Told) -> None:
+    line = usual.line(scene, usual.FORECAST_POINTS)
+    if line is None or "pulse" not in scene.effects or any(name in scene.effects for name in NEVER_REPEATING):
+        return  # equation (7) has nothing to say
+    speeds = open_forecast(scene, line.values)
+    for count in filling(scene, speeds):
+        told("equation (7), κ and the exact cycles", count, len(line.values))
+    folder.text("predictions.csv", tables.forecast(speeds))
+    folder.figure("predictions", predictions(scene, speeds))
+
+
+def _write_map(scene: Scene, found: Findings, folder: Folder) -> None:
+    mapped = curves(scene, found.cycles)
+    folder.text("return-map.csv", tables.mapped(mapped))
+    throw = telling_throw(scene, mapped)
+    folder.figure("return-map", return_map(scene, mapped, found.cycles, played(scene, throw)))
+
+
+def write(scene: Scene, found: Findings, out: Path, asked: Sequence[Axis], quiet: bool) -> list[str]:
+    """Fill the folder `out`; returns the names written. `asked`: one or two axes instead of the usual sweeps.
+
+    quiet: no progress on stderr. Raises OSError.
+    """
+    folder = Folder(out)
+    folder.text("analysis.json", json.dumps(found.as_json(), indent=2, allow_nan=False) + "\n")
+    with _progress(quiet) as told:
+        if asked:
+            _write_sweep(scene, asked, folder, told)
+            return folder.written
+        folder.figure("phase-plane", phase_plane(scene, found.cycles, throws_of(scene, found)))
+        _write_map(scene, found, folder)
+        _write_predictions(scene, folder, told)
+        line = usual.line(scene)
+        for axes in ([] if line is None else [(line,)]) + usual.planes(scene):
+            _write_sweep(scene, axes, folder, told)
+    return folder.written
