@@ -1,0 +1,42 @@
+"""The driver's own thread, which calls the servo callback: who it is, and how it is scheduled."""
+
+import ctypes
+import os
+import sys
+
+from numba import types
+
+from realtime.jit import njit
+
+_FIFO_PRIORITY = 80  # as haptic_server.servo.priority gives our own loop
+
+if sys.platform == "linux" and hasattr(ctypes.CDLL(None), "gettid"):
+    _gettid = types.ExternalFunction("gettid", types.int32())
+
+    @njit()
+    def own_id() -> int:
+        """Linux's number of the calling thread. Tick thread; does not block."""
+        return _gettid()
+else:
+
+    @njit()
+    def own_id() -> int:
+        """0: this system has no such number."""
+        return 0
+
+
+def favour(thread: int) -> str:
+    """See that the driver's thread runs in real time; returns words about how it is scheduled. Control thread."""
+    if thread == 0 or sys.platform != "linux":
+        return "how the driver schedules its servo thread is not known here"
+    policy, names = os.sched_getscheduler(thread), {os.SCHED_FIFO: "SCHED_FIFO", os.SCHED_RR: "SCHED_RR"}
+    if policy in names:
+        priority = os.sched_getparam(thread).sched_priority
+        return f"the driver's servo thread runs under {names[policy]} {priority}"
+    try:
+        os.sched_setscheduler(thread, os.SCHED_FIFO, os.sched_param(_FIFO_PRIORITY))
+    except OSError as error:
+        return (
+            f"the driver's servo thread has no real-time priority: {error.strerror} (raise the rtprio limit)"
+        )
+    return f"the driver's servo thread was given SCHED_FIFO {_FIFO_PRIORITY}"

@@ -1,0 +1,63 @@
+"""Laws for the stand-in arm, each with one habit of its own, and a servo to run them."""
+
+import math
+
+from drumstick.law import law_of
+from drumstick.scene import parse, shipped_text
+from haptic_server import block as blocks
+from haptic_server.block import ARM, HELD
+from haptic_server.records import NO_FAULT, STALLED
+from haptic_server.servo import memory
+from haptic_server.servo.memory import Servo
+from realtime.atomics import exchange, store_release
+from realtime.jit import Record, njit
+
+WALL_N_PER_M = 400.0
+STEADY_N = 3.0
+
+
+def servo_at(rate_hz: int = 1000) -> Servo:
+    """A servo of the scene `phantom`, without a simulated arm."""
+    scene = parse(shipped_text("phantom") + f"\n[servo]\nrate_Hz = {rate_hz}\n", "phantom")
+    return memory.prepare(scene, blocks.in_memory(law_of(scene)))._replace(plant=None)
+
+
+@njit()
+def _latch(servo: Servo, reading: Record, span_s: float) -> bool:
+    # As the real law does: a fault holds until somebody arms it.
+    player = servo.player[0]
+    if exchange(servo.block.control, ARM, 0) != 0:
+        player.fault = NO_FAULT
+    if player.fault == NO_FAULT:
+        player.fault = reading.trouble
+    if player.fault == NO_FAULT and span_s > 0.02:
+        player.fault = STALLED
+    store_release(servo.block.control, HELD, 1 if player.fault != NO_FAULT else 0)
+    return player.fault == NO_FAULT
+
+
+@njit()
+def wall(servo: Servo, reading: Record, now_ns: int, span_s: float) -> float:
+    """A spring below z = 0."""
+    if _latch(servo, reading, span_s) and reading.z_m < 0.0:
+        return -WALL_N_PER_M * reading.z_m
+    return 0.0
+
+
+@njit()
+def stubborn(servo: Servo, reading: Record, now_ns: int, span_s: float) -> float:
+    """Notices every fault, and pushes all the same."""
+    _latch(servo, reading, span_s)
+    return STEADY_N
+
+
+@njit()
+def greedy(servo: Servo, reading: Record, now_ns: int, span_s: float) -> float:
+    """Asks for more than any motor has."""
+    return -1e3 if reading.z_m > 0.0 else 1e3
+
+
+@njit()
+def senseless(servo: Servo, reading: Record, now_ns: int, span_s: float) -> float:
+    """Answers with what is no number."""
+    return math.nan if reading.z_m > 0.0 else math.inf

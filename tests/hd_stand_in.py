@@ -1,0 +1,129 @@
+"""The stand-in for OpenHaptics' HD library, as tests use it. Its text is stand_in.c, beside the tests of the driver."""
+
+import contextlib
+import ctypes
+import shutil
+import subprocess
+import threading
+import time
+from collections.abc import Callable, Generator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from haptic_server.device.openhaptics import calls
+from haptic_server.device.openhaptics.callback import Law
+from haptic_server.device.openhaptics.device import OpenHaptics
+from haptic_server.device.openhaptics.hd import Hd
+from haptic_server.servo.memory import Servo
+from realtime.stop import StopRequest
+
+SOURCE = Path(__file__).parent / "unit" / "haptic_server" / "openhaptics" / "stand_in.c"
+AT_BEGIN, AT_END = 1, 2
+ROOM = 1 << 17
+# The middle of its usable workspace, mm: x, y, z of the device's frame.
+CENTRE_MM = (0.0, 53.5, 0.0)
+_LONGEST_S = 90.0  # the first run may compile everything, on a machine that does other things too
+
+
+def build(folder: Path) -> Path:
+    """Compile it with the system's compiler; returns the library."""
+    built = folder / "libHD.so"
+    options = ["-shared", "-fPIC", "-O1", "-Wall", "-Wextra", "-Werror", "-pthread"]
+    subprocess.run(["cc", *options, "-o", str(built), str(SOURCE), "-lm"], check=True, timeout=60)
+    return built
+
+
+class StandIn:
+    """One copy of the library, with a state of its own. `sim(name, ...)` calls what begins with sim_."""
+
+    def __init__(self, built: Path, folder: Path) -> None:
+        self.path = folder / "libHD.so"
+        shutil.copy(built, self.path)
+        self.library = ctypes.CDLL(str(self.path))
+        for name, returns in {
+            "sim_words": ctypes.c_char_p,
+            "sim_diary": ctypes.c_char_p,
+            "sim_height": ctypes.c_double,
+        }.items():
+            getattr(self.library, name).restype = returns
+        for name in ("due", "called", "style_used", "layout", "sent", "bad_at"):
+            getattr(self.library, f"sim_{name}").restype = ctypes.c_long
+        assert calls.declare(self.library) == []
+        self.hd = Hd(self.library)
+
+    def sim(self, name: str, *values: Any) -> Any:
+        """Call the test's side of it; floats go as doubles."""
+        given = [ctypes.c_double(value) if isinstance(value, float) else value for value in values]
+        answer = getattr(self.library, f"sim_{name}")(*given)
+        return answer.decode() if isinstance(answer, bytes) else answer
+
+    def load(self) -> tuple[str, Hd]:
+        """In the place of haptic_server.device.openhaptics.library.load."""
+        return "stand-in", self.hd
+
+    def sent(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+        """Every force along the device's y, N, that a frame was ended with, and the height mm that it had been told."""
+        forces, heights = np.zeros(ROOM), np.zeros(ROOM)
+        pointers = [array.ctypes.data_as(ctypes.c_void_p) for array in (forces, heights)]
+        count = self.sim("sent", *pointers, ctypes.c_long(ROOM))
+        return forces[:count], heights[:count]
+
+    def wait(self, what: Callable[[], bool]) -> None:
+        """Until `what` is true."""
+        end = time.monotonic() + _LONGEST_S
+        while not what():
+            assert time.monotonic() < end, f"waited in vain; {self.sim('words')} {self.sim('diary')}"
+            time.sleep(0.002)
+
+    def wait_ticks(self, count: int) -> None:
+        """Until so many more ticks were called."""
+        start = self.sim("called")
+        self.wait(lambda: self.sim("called") >= start + count)
+
+    def clean(self) -> None:
+        """Its caller has done nothing that a strict driver would object to."""
+        assert self.sim("violations") == 0, self.sim("words")
+
+
+class Playing:
+    """A run of the device on a thread of its own; `fault` is what it returned."""
+
+    def __init__(self, device: OpenHaptics, servo: Servo) -> None:
+        self.stop = StopRequest()
+        self.fault: int | None = None
+        self.error: BaseException | None = None
+        self._thread = threading.Thread(target=self._run, args=(device, servo), daemon=True)
+        self._thread.start()
+
+    def _run(self, device: OpenHaptics, servo: Servo) -> None:
+        try:
+            self.fault = device.run(servo, self.stop)
+        except BaseException as error:  # noqa: BLE001  told to the test's thread
+            self.error = error
+
+    def join(self) -> int:
+        """Wait for its end; returns the fault."""
+        self._thread.join(_LONGEST_S)
+        assert not self._thread.is_alive()
+        if self.error is not None:
+            raise self.error
+        assert self.fault is not None
+        return self.fault
+
+
+@contextlib.contextmanager
+def playing(arm: StandIn, law: Law, servo: Servo) -> Generator[Playing, None, None]:
+    """Open, run, and in the end stop and close; the first tick was made when the body begins."""
+    device = OpenHaptics(law, load=arm.load)
+    device.open()
+    run = Playing(device, servo)
+    try:
+        arm.wait(lambda: arm.sim("called") > 0 or run.error is not None)
+        yield run
+    finally:
+        run.stop.ask()
+        run.join()
+        device.close()
