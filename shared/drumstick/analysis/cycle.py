@@ -10,6 +10,7 @@ import numpy as np
 from drumstick import exact
 from drumstick.analysis import lap, multiplier
 from drumstick.analysis.lap import Numbers
+from drumstick.effects.kick import IGNORE
 from realtime.jit import Records
 
 _NEWTON_STEPS = 8
@@ -76,6 +77,19 @@ def _polished(law: Records, scratch: Records, state: Numbers, period: int) -> Nu
     return best
 
 
+def _ages_close(law: Records, start: Numbers, end: Numbers) -> bool:
+    # With overlap = "ignore" how long ago a pulse fired is part of the motion: it may fire again only contacts later.
+    names = law.dtype.names or ()
+    for name, left, age in (
+        ("pulse", lap.PULSE, lap.PULSE_AGE),
+        ("cor_pulse", lap.COR_PULSE, lap.COR_PULSE_AGE),
+    ):
+        counts = name in names and int(law[name]["overlap"][0]) == IGNORE and start[left] != 0.0
+        if counts and not abs(end[age] - start[age]) <= _SAME * start[age]:
+            return False
+    return True
+
+
 def close(law: Records, scratch: Records, state: Numbers, period: int) -> Cycle | None:
     """The cycle of this period next to `state` (shape (5,)); None when there is none, or when it repeats sooner."""
     found = _polished(law, scratch, state, period)
@@ -87,6 +101,8 @@ def close(law: Records, scratch: Records, state: Numbers, period: int) -> Cycle 
     told, states = np.zeros((period, lap.TOLD_SIZE)), np.zeros((period, lap.STATE_SIZE))
     lap.place(law[0], scratch[1:], scratch[:1], found)
     if lap.laps(law[0], scratch[0], states, lap.PATIENCE, told) != exact.MOVING:
+        return None
+    if not _ages_close(law, found, states[-1]):
         return None
     for shorter in range(1, period):
         apart = np.abs(states[shorter - 1] - states[-1])[: lap.PULSE_AGE].sum()

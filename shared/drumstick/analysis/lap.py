@@ -33,7 +33,7 @@ UNDECIDED = 3
 
 # The longest wait for an event is 2^patience times the first one, and a contact may have 16 times as many turns. The
 # search for fixed points, sweeps and contacts without pulses ask for less than the rest.
-PATIENCE, LITTLE_PATIENCE = 12, 6
+PATIENCE, LITTLE_PATIENCE = 12, 5
 _CREEPING_PATIENCE = 60
 _FIRST_WAIT_RAD = 60.0
 _NOTHING_M, _NOTHING_M_PER_S = 1e-30, 1e-30

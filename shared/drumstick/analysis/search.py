@@ -23,7 +23,7 @@ from realtime.jit import Records
 _FLAT = 1e-12
 # In events, for one search: some seconds of computing at most. A scan that would take more than half of it goes in
 # larger strides.
-_MOST_EFFORT, _SCAN_EFFORT, _STRIDE = 300_000.0, 150_000.0, 16
+_MOST_EFFORT, _SCAN_EFFORT, _STRIDE = 110_000.0, 70_000.0, 16
 _MOST_FOUND = 64
 _EDGE_HALVINGS = 45
 _DIP_STEPS = 24
