@@ -6,7 +6,7 @@ from drumstick.law import law_of
 from drumstick.scene import parse, shipped_text
 from haptic_server import block as blocks
 from haptic_server.block import ARM, HELD
-from haptic_server.records import NO_FAULT, STALLED
+from haptic_server.records import NO_FAULT
 from haptic_server.servo import memory
 from haptic_server.servo.memory import Servo
 from realtime.atomics import exchange, store_release
@@ -23,15 +23,13 @@ def servo_at(rate_hz: int = 1000) -> Servo:
 
 
 @njit()
-def _latch(servo: Servo, reading: Record, span_s: float) -> bool:
+def _latch(servo: Servo, reading: Record) -> bool:
     # As the real law does: a fault holds until somebody arms it.
     player = servo.player[0]
     if exchange(servo.block.control, ARM, 0) != 0:
         player.fault = NO_FAULT
     if player.fault == NO_FAULT:
         player.fault = reading.trouble
-    if player.fault == NO_FAULT and span_s > 0.02:
-        player.fault = STALLED
     store_release(servo.block.control, HELD, 1 if player.fault != NO_FAULT else 0)
     return player.fault == NO_FAULT
 
@@ -39,7 +37,7 @@ def _latch(servo: Servo, reading: Record, span_s: float) -> bool:
 @njit()
 def wall(servo: Servo, reading: Record, now_ns: int, span_s: float) -> float:
     """A spring below z = 0."""
-    if _latch(servo, reading, span_s) and reading.z_m < 0.0:
+    if _latch(servo, reading) and reading.z_m < 0.0:
         return -WALL_N_PER_M * reading.z_m
     return 0.0
 
@@ -47,7 +45,13 @@ def wall(servo: Servo, reading: Record, now_ns: int, span_s: float) -> float:
 @njit()
 def stubborn(servo: Servo, reading: Record, now_ns: int, span_s: float) -> float:
     """Notices every fault, and pushes all the same."""
-    _latch(servo, reading, span_s)
+    _latch(servo, reading)
+    return STEADY_N
+
+
+@njit()
+def deaf(servo: Servo, reading: Record, now_ns: int, span_s: float) -> float:
+    """Notices nothing and pushes."""
     return STEADY_N
 
 

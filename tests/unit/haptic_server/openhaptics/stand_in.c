@@ -34,7 +34,7 @@ static int violations;
 /* the machine, as the test sets it up */
 static char configured[64];             /* the device's name; empty: the default one */
 static int licence = 1, bus, style = 2, calibration = 0x5000, has_switch, stuck_capability;
-static volatile int unplugged, is_nan, goes_silent, switch_closed, buttons, flood;
+static volatile int unplugged, is_nan, is_mute, goes_silent, switch_closed, buttons, flood;
 static volatile unsigned raised, raised_where;
 static volatile double temperature, stall_s;
 static double x_mm, z_mm, nominal_stiffness = 3.5;
@@ -50,7 +50,7 @@ static struct { Callback call; void *argument; HDulong handle; } scheduled[4];
 static HDulong last_handle;
 static unsigned capabilities;
 static double wanted[3], sent[3], read_mm[3];
-static volatile long due, called, sent_count, style_used, bad_at = -1;
+static volatile long worst_gap_ns, due, called, sent_count, style_used, bad_at = -1;
 static double sent_y[LONGEST], seen_y[LONGEST];
 
 static void violate(const char *form, ...) {
@@ -163,7 +163,7 @@ void hdBeginFrame(HHD device) {
     frame_open = 1;
     wanted[0] = wanted[1] = wanted[2] = 0.0;
     read_mm[0] = x_mm; read_mm[1] = is_nan ? NAN : y_mm; read_mm[2] = z_mm;
-    if (is_nan || (has_switch && !switch_closed)) went_bad();
+    if (is_nan || is_mute || (has_switch && !switch_closed)) went_bad();
     if (unplugged) { went_bad(); push(0x0302, 5); }
     if (temperature >= 1.0) { went_bad(); push(0x0200, 0); }
     if (raised && raised_where == AT_BEGIN) { went_bad(); push(raised, 42); raised = 0; }
@@ -189,7 +189,7 @@ void hdEndFrame(HHD device) {
 void hdGetDoublev(HDenum what, HDdouble *out) {
     if (!usable("hdGetDoublev")) return;
     switch (what) {
-    case 0x2050: if (framed("position") && !unplugged) memcpy(out, read_mm, sizeof read_mm); return;
+    case 0x2050: if (framed("position") && !unplugged && !is_mute) memcpy(out, read_mm, sizeof read_mm); return;
     case 0x2605: for (int i = 0; i < 3; i++) out[i] = temperature * (i == 1 ? 1.0 : 0.5); return;
     case 0x2505: *out = 192.0; return;
     case 0x2550: memcpy(out, (double[]){-300, -200, -120, 300, 300, 120}, 48); return;
@@ -214,7 +214,7 @@ void hdSetDoublev(HDenum what, const HDdouble *in) {
 void hdGetIntegerv(HDenum what, HDint *out) {
     if (!usable("hdGetIntegerv")) return;
     switch (what) {
-    case 0x2000: if (framed("buttons")) *out = buttons; return;
+    case 0x2000: if (framed("buttons") && !is_mute) *out = buttons; return;
     case 0x2555: *out = style; return;
     case 0x2600: *out = (HDint)rate_Hz; return;
     case 0x2601: *out = (HDint)rate_Hz; return;
@@ -304,6 +304,7 @@ static void *serve(void *unused) {
         due += ticks;
         next += ticks * period;
         move_arm((now - last) * 1e-9);
+        if (now - last > worst_gap_ns) worst_gap_ns = now - last;
         last = now;
         if (!goes_silent) one_tick();
     }
@@ -360,6 +361,7 @@ void sim_place(double x, double y, double z) { x_mm = x; y_mm = held_y_mm = y; z
 void sim_hand(double y) { held_y_mm = y; }
 void sim_unplug(int out) { unplugged = out; }
 void sim_nan(int on) { is_nan = on; }
+void sim_mute(int on) { is_mute = on; } /* getters write nothing and report nothing */
 void sim_silence(int on) { goes_silent = on; }
 void sim_stall(double seconds) { stall_s = seconds; }
 void sim_warm(double share) { temperature = share; }
@@ -373,6 +375,8 @@ int sim_violations(void) { return violations; }
 const char *sim_words(void) { return words; }
 const char *sim_diary(void) { return diary; }
 double sim_height(void) { return y_mm; }
+double sim_force(void) { return sent[1]; }
+double sim_worst_gap(void) { return worst_gap_ns * 1e-9; } /* the longest time between two ticks, s */
 
 /* Forces along y that frames were ended with, and the height that each had been told; at most `room` newest. */
 long sim_sent(double *forces, double *heights, long room) {

@@ -19,7 +19,8 @@ from haptic_server.records import (
     WARM,
 )
 from haptic_server.servo.memory import Servo
-from hd_laws import STEADY_N, WALL_N_PER_M, greedy, senseless, servo_at, stubborn, wall
+from haptic_server.servo.rendering import render
+from hd_laws import STEADY_N, WALL_N_PER_M, deaf, greedy, senseless, servo_at, stubborn, wall
 from hd_stand_in import AT_BEGIN, AT_END, CENTRE_MM, StandIn, playing
 from realtime import triple
 from realtime.atomics import poke
@@ -100,6 +101,10 @@ def _nan(arm: StandIn, on: int) -> None:
     arm.sim("nan", on)
 
 
+def _mute(arm: StandIn, on: int) -> None:
+    arm.sim("mute", on)
+
+
 def _warm(arm: StandIn, on: int) -> None:
     arm.sim("warm", float(on))
 
@@ -122,6 +127,7 @@ def _impulse(arm: StandIn, on: int) -> None:
     ("disturb", "fault"),
     [
         (_nan, NOT_A_NUMBER),
+        (_mute, NOT_A_NUMBER),
         (_warm, WARM),
         (_switch, SAFETY_SWITCH),
         (_velocity, FORCE_ERROR),
@@ -150,6 +156,22 @@ def test_what_passes_leaves_no_force_until_somebody_arms(
     arm.clean()
 
 
+@pytest.mark.parametrize("disturb", [_nan, _mute, _warm, _switch])
+def test_while_something_is_wrong_even_a_deaf_law_moves_nothing(
+    arm: StandIn, disturb: Callable[[StandIn, int], None]
+) -> None:
+    arm.sim("switch", 1, 1)
+    arm.sim("buttons", 1)
+    servo = servo_at()
+    with playing(arm, deaf, servo):
+        arm.wait_ticks(20)
+        disturb(arm, 1)
+        arm.wait_ticks(20)
+        assert zero_from_the_bad_tick_on(arm)
+        assert servo.reading[0]["buttons"] == (0 if disturb is _mute else 1)
+    arm.clean()
+
+
 def test_a_switch_that_was_never_closed_is_taken_for_none(arm: StandIn) -> None:
     arm.sim("switch", 1, 0)
     servo = servo_at()
@@ -162,7 +184,7 @@ def test_a_switch_that_was_never_closed_is_taken_for_none(arm: StandIn) -> None:
 
 def test_a_stall_is_seen_as_a_span_and_holds(arm: StandIn) -> None:
     servo = servo_at()
-    with playing(arm, wall, servo):
+    with playing(arm, render, servo):
         arm.wait_ticks(150)
         arm.sim("stall", 0.06)
         arm.wait_ticks(20)
