@@ -22,7 +22,8 @@ from drumstick.law import law_of
 from drumstick.parameters import Refusal
 from drumstick.scene import parse
 from haptic_server import block as blocks
-from haptic_server.limits import lag_s, limits_of, specification_of
+from haptic_server.device.simulated import Simulated
+from haptic_server.limits import lag_s, limits_of
 from haptic_server.servo import memory
 from haptic_server.servo.fall import fall
 
@@ -53,13 +54,15 @@ friction_N = 0.0
 
 
 def measured(scene: Any, guarded: bool) -> list[float]:
-    servo = memory.prepare(scene, blocks.in_memory(law_of(scene)))
+    device = Simulated(scene)
+    block = blocks.in_memory(law_of(scene))
+    servo = device.furnish(memory.prepare(scene, block, specification=device.info().specification))
     return [fall(servo, SPEED, phase / PHASES, guarded) for phase in range(PHASES)]
 
 
 def passes(scene: Any) -> bool:
     try:
-        envelope.require(law_of(scene), limits_of(scene, specification_of(scene)))
+        envelope.require(law_of(scene), limits_of(scene, Simulated(scene).info().specification))
     except Refusal:
         return False
     return True

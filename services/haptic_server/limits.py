@@ -1,13 +1,13 @@
 """The limits of the envelope for a scene on its device: one text for gateway and servo. Control threads."""
 
+import json
+import math
+from pathlib import Path
+
 from drumstick.envelope import Limits
 from drumstick.scene import Scene
-from haptic_server.device.specification import EXACT_STICK, PREMIUM_1_5, Specification
-
-
-def specification_of(scene: Scene) -> Specification:
-    """The simulated device that the scene asks for."""
-    return PREMIUM_1_5 if scene.device.plant == "phantom" else EXACT_STICK
+from haptic_server.device.specification import EXACT_STICK, Specification
+from haptic_server.files import LIMITS
 
 
 def lag_s(scene: Scene) -> float:
@@ -21,3 +21,14 @@ def limits_of(scene: Scene, specification: Specification) -> Limits:
     if specification is EXACT_STICK:
         return Limits(force, scene.guard.max_speed_m_per_s)
     return Limits(force, scene.guard.max_speed_m_per_s, specification.stiffness_N_per_m, lag_s(scene))
+
+
+def write(folder: Path, limits: Limits) -> None:
+    """For the gateway: the servo knows its device, the gateway does not. OSError when the folder has no room."""
+    finite = {key: value for key, value in vars(limits).items() if math.isfinite(value)}
+    (folder / LIMITS).write_text(json.dumps(finite), encoding="utf-8")
+
+
+def read(folder: Path) -> Limits:
+    """What the servo of this folder wrote before it made its block; a number that it left out has no limit."""
+    return Limits(**json.loads((folder / LIMITS).read_text(encoding="utf-8")))

@@ -2,6 +2,7 @@
 
 import math
 import socket
+from pathlib import Path
 
 from protocol.keys import DEFAULT_ROUTER, Keys, checked_rig
 from rig.fault import wrong
@@ -70,3 +71,14 @@ def duration(seconds: float | None) -> None:
     """A duration, if given."""
     if seconds is not None:
         finite(seconds, "--duration", 0.0, 1e7, "s")
+
+
+def device(words: str) -> None:
+    """A device that the servo knows; a recording that is there."""
+    kind, _, path = words.partition(":")
+    if words in ("simulated", "openhaptics"):
+        return
+    if kind != "replay" or not path:
+        wrong(f"--device {words}: there is simulated, openhaptics or replay:FILE")
+    if not Path(path).is_file():
+        wrong(f"--device {words}: there is no file {path}")

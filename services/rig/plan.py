@@ -15,6 +15,7 @@ class Options:
 
     rig: str
     folder: Path
+    device: str = "simulated"
     audio: str = "auto"
     connect: str | None = None
     listen: str = DEFAULT_ROUTER
@@ -43,7 +44,7 @@ def commands(options: Options) -> dict[str, list[str]]:
     folder = ["--run-dir", str(options.folder)]
     plan: dict[str, list[str]] = {}
     if HAPTIC in options.parts:
-        plan["servo"] = [*python, "haptic_server.servo", *folder]
+        plan["servo"] = [*python, "haptic_server.servo", *folder, "--device", options.device]
         osc = ["--osc-in", f"127.0.0.1:{options.osc_in}", "--prefix", options.prefix]
         for target in options.osc_out:
             osc += ["--osc-out", target]

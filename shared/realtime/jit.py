@@ -148,6 +148,11 @@ def is_none(named: ArgumentType, field: str) -> bool:
     return isinstance(named.types[named.fields.index(field)], types.NoneType)
 
 
+def array_has(named: ArgumentType, array: str, field: str) -> bool:
+    """At compile time: have the records of this array, a field of a named tuple, such a field?"""
+    return field in named.types[named.fields.index(array)].dtype.fields
+
+
 def _constant(value: Any, arguments: int) -> Callable[..., Any]:
     # numba wants the very number of arguments, and folds the constant away.
     of_arity: dict[int, Callable[..., Any]] = {

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from drumstick.law import law_of
 from drumstick.scene import as_tables, parse
-from haptic_server import files
+from haptic_server import files, limits
 from haptic_server.gateway.link import rehearse, wait_for_servo
 from haptic_server.gateway.osc.front import OscFront
 from haptic_server.gateway.relay import Relay
@@ -57,7 +57,7 @@ def main() -> int:
     link = wait_for_servo(given.run_dir, law_of(scene), stop)
     if link is None:
         return 0
-    desk = ParameterDesk(scene, link)
+    desk = ParameterDesk(scene, link, limits.read(given.run_dir))
     try:
         osc = OscFront(given.osc_in, given.osc_out or [("127.0.0.1", 9101)], given.prefix, desk)
     except ValueError as error:

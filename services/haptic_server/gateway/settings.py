@@ -14,7 +14,6 @@ from drumstick.law import Records
 from drumstick.parameters import Parameter, Refusal
 from drumstick.scene import Scene
 from haptic_server.gateway.link import ServoLink
-from haptic_server.limits import limits_of, specification_of
 from protocol.messages import SetReply
 
 _log = logging.getLogger("gateway")
@@ -31,9 +30,10 @@ class Echo(NamedTuple):
 class ParameterDesk:
     """Accepts sets through the joint envelope, offers them to the servo, and remembers what the servo really uses."""
 
-    def __init__(self, scene: Scene, link: ServoLink) -> None:
+    def __init__(self, scene: Scene, link: ServoLink, limits: envelope.Limits | None = None) -> None:
+        """`limits`: what scene and device allow; the scene's own guard without them."""
         self.table: Mapping[str, Parameter] = parameters.table_of(scene)
-        self._limits = limits_of(scene, specification_of(scene))
+        self._limits = limits or envelope.Limits.of(scene.guard)
         self._link = link
         self._lock = threading.Lock()
         self._live_revision, self._live = link.first_live()

@@ -12,13 +12,18 @@ from pathlib import Path
 from drumstick import envelope
 from drumstick.law import law_of
 from drumstick.parameters import Refusal
-from drumstick.scene import parse
+from drumstick.scene import Scene, parse
 from haptic_server import block, files
-from haptic_server.limits import limits_of, specification_of
-from haptic_server.records import FAULT_WORDS
+from haptic_server.device import chosen
+from haptic_server.device.protocol import Device, DeviceError
+from haptic_server.device.specification import EXACT_STICK, Specification
+from haptic_server.limits import limits_of
+from haptic_server.limits import write as write_limits
+from haptic_server.records import FAULT_WORDS, NO_FAULT
 from haptic_server.servo import loop, memory, priority, trace
 from haptic_server.servo.latch import fits
 from realtime.atomics import poke
+from realtime.stop import StopRequest
 
 _log = logging.getLogger("servo")
 _LOOK_EVERY_S = 0.25
@@ -49,56 +54,87 @@ def _watch(servo: memory.Servo, path: Path) -> None:
                 _log.error("%s cannot be written: %s", path, error.strerror)
 
 
-def main() -> int:
-    """Parse the command line, make the block, run the loop on its own thread, wait for a signal."""
-    arguments = argparse.ArgumentParser(prog="haptic_server.servo", description=__doc__)
-    arguments.add_argument(
-        "--run-dir", type=Path, required=True, help="holds scene.toml; the block is made here"
-    )
-    given = arguments.parse_args()
-    logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
-    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM, signal.SIGINT})
+def _rehearse(device: Device, scene: Scene, specification: Specification) -> None:
+    """Compile everything and touch every path before real time starts."""
+    spare = memory.prepare(scene, block.in_memory(law_of(scene)), specification=specification)
+    spare = chosen.furnish(device, spare)
+    if spare.plant is not None or specification is EXACT_STICK:  # a real device compiles its callback itself
+        loop.run_virtual(spare, 200, 0)
+        poke(spare.block.control, block.STOP, 1)
+        loop.run_paced(spare)
 
-    text = given.run_dir / files.SCENE
-    scene = parse(text.read_text(encoding="utf-8"), str(text))
-    try:
-        envelope.require(law_of(scene), limits_of(scene, specification_of(scene)))
-    except Refusal as refusal:
-        _log.error("%s: the scene itself is outside the envelope: %s", text, refusal)
-        return 2
-    rehearsal = memory.prepare(scene, block.in_memory(law_of(scene)))
-    loop.run_virtual(rehearsal, 200, 0)  # compiles everything and touches every path before real time starts
-    poke(rehearsal.block.control, block.STOP, 1)
-    loop.run_paced(rehearsal)
 
-    left = block.legacy(given.run_dir, law_of(scene).dtype)
-    if left is None or not fits(left.law[0], rehearsal.plan[0]):
+def _memory(scene: Scene, run_dir: Path, specification: Specification) -> memory.Servo:
+    """The servo's memory in a new block, which goes on from what the servo before left. OSError without room."""
+    limits = limits_of(scene, specification)
+    write_limits(run_dir, limits)
+    left = block.legacy(run_dir, law_of(scene).dtype)
+    spare = memory.prepare(scene, block.in_memory(law_of(scene)), specification=specification)
+    if left is None or not fits(left.law[0], spare.plan[0]):
         left = block.Legacy(0, law_of(scene), held=False)
-    try:
-        mine = block.create(given.run_dir, left.law, left.revision)
-    except OSError as error:
-        _log.error("%s: no room for the servo's block: %s", given.run_dir, error.strerror)
-        return 3
-    servo = memory.prepare(scene, mine, left.held)
-    granted: dict[str, str] = {}
+    mine = block.create(run_dir, left.law, left.revision)
+    return memory.prepare(scene, mine, left.held, specification)
 
-    ticks: list[int] = []
+
+def _play(device: Device, scene: Scene, run_dir: Path) -> int:
+    """Open the device and tick until a signal. DeviceError, Refusal and OSError say why not."""
+    device.open()
+    info = device.info()
+    for words in info.words:
+        _log.info("device: %s", words)
+    envelope.require(law_of(scene), limits_of(scene, info.specification))
+    _rehearse(device, scene, info.specification)
+    servo = chosen.furnish(device, _memory(scene, run_dir, info.specification))
+    granted: dict[str, str] = {}
+    ended: list[int] = []
 
     def run() -> None:
         try:
             granted.update(priority.claim(scene.servo.cpu))
-            _tell_granted(given.run_dir / files.GRANTED, granted)
-            ticks.append(loop.run_paced(servo))
+            _tell_granted(run_dir / files.GRANTED, granted)
+            ended.append(device.run(servo, StopRequest()))
+        except DeviceError as error:
+            _log.error("%s", error)
         finally:  # whatever ended it: a process without its loop must end too, to be started again
             os.kill(os.getpid(), signal.SIGTERM)
 
     thread = threading.Thread(target=run, name="servo")
     thread.start()
-    _log.info("scene %s, %d Hz, simulated stick", scene.name, scene.servo.rate_Hz)
-    _watch(servo, given.run_dir / files.TRACE)
-    poke(mine.control, block.STOP, 1)
+    _log.info("scene %s, %d Hz, %s", scene.name, scene.servo.rate_Hz, info.specification.name)
+    _watch(servo, run_dir / files.TRACE)
+    poke(servo.block.control, block.STOP, 1)
     thread.join()
-    return 0 if ticks else 1
+    return 0 if ended == [NO_FAULT] else 1
+
+
+def main() -> int:
+    """Parse the command line, open the device, make the block, run the loop on its own thread, wait for a signal."""
+    arguments = argparse.ArgumentParser(prog="haptic_server.servo", description=__doc__)
+    arguments.add_argument(
+        "--run-dir", type=Path, required=True, help="holds scene.toml; the block is made here"
+    )
+    arguments.add_argument("--device", default="simulated", help=chosen.KINDS)
+    given = arguments.parse_args()
+    logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM, signal.SIGINT})
+    text = given.run_dir / files.SCENE
+    scene = parse(text.read_text(encoding="utf-8"), str(text))
+    device: Device | None = None
+    try:
+        device = chosen.chosen(given.device, scene)
+        return _play(device, scene, given.run_dir)
+    except Refusal as refusal:
+        _log.error("%s: the scene itself is outside the envelope: %s", text, refusal)
+        return 2
+    except DeviceError as error:
+        _log.error("%s", error)
+        return 3
+    except OSError as error:
+        _log.error("%s: no room for the servo's files: %s", given.run_dir, error.strerror)
+        return 3
+    finally:
+        if device is not None:
+            device.close()
 
 
 if __name__ == "__main__":

@@ -8,13 +8,13 @@ from collections.abc import Callable
 
 from haptic_server.block import LATENESS_BIN_NS, LATENESS_BINS, STOP
 from haptic_server.servo.memory import Servo
-from haptic_server.servo.sampled import sampled_tick
+from haptic_server.servo.sampled import replayed_tick, sampled_tick
 from haptic_server.servo.telling import tell
 from haptic_server.servo.tick import tick
 from haptic_server.servo.trace import note
 from realtime.atomics import load_acquire
 from realtime.clock import now_ns, wait_until
-from realtime.jit import ArgumentType, is_none, njit, overload
+from realtime.jit import ArgumentType, array_has, is_none, njit, overload
 
 _WARM_TICKS = 100  # lateness before this is the machine getting started, not the loop
 
@@ -40,6 +40,8 @@ def _tick_of_plant(
     # Decided at compile time: the exact stick gets none of a sampled arm's code, nor the other way round.
     if is_none(servo, "plant"):
         return lambda servo, now_ns, span_s: tick(servo, now_ns, span_s)
+    if array_has(servo, "plant", "replayed_s"):
+        return lambda servo, now_ns, span_s: replayed_tick(servo, now_ns, span_s)
     return lambda servo, now_ns, span_s: sampled_tick(servo, now_ns, span_s)
 
 

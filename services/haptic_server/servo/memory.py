@@ -8,24 +8,21 @@ import numpy.typing as npt
 from drumstick.law import thrown
 from drumstick.scene import Scene
 from haptic_server.block import Block
-from haptic_server.device.hand import GESTURE, GESTURES
-from haptic_server.device.phantom import PLANT
-from haptic_server.device.specification import Specification
-from haptic_server.limits import lag_s, limits_of, specification_of
+from haptic_server.device.hand import GESTURE
+from haptic_server.device.specification import EXACT_STICK, Specification
+from haptic_server.limits import lag_s, limits_of
 from haptic_server.records import EVENT, PLAN, PLAYER, READING, STATUS
 from haptic_server.servo.guard import ALLOWED, GUARD, may_add
 from haptic_server.servo.trace import TICKS, TRACE
 from haptic_server.servo.velocity import TRACK
 
-_START_ABOVE_M = 0.02
-
 
 class Servo(NamedTuple):
     """All the memory a servo thread touches: arrays of one record each. numba takes the whole tuple as one argument.
 
-    plant, gesture and path belong to the simulated arm; with the exact stick, `plant` is None (not an array of one
-    record) and the arm's code is absent.
-    path, shape (n, 2): times s and heights m of a recorded gesture.
+    plant: None for the exact stick and for real devices, else the record of a simulated arm or of a recording; its type
+    chooses the code, so that a servo has only its own device's. path: shape (n, 2), times s and heights m of a recorded
+    gesture, or (n, 4), a recording.
     """
 
     block: Block
@@ -81,35 +78,14 @@ def _allowed(scene: Scene, specification: Specification) -> npt.NDArray[np.void]
     return allowed
 
 
-def _plant(scene: Scene, specification: Specification) -> npt.NDArray[np.void]:
-    plant = np.zeros(1, PLANT)
-    plant["z_m"] = scene.device.head_z_m + _START_ABOVE_M
-    plant["m_kg"] = scene.stick.m_kg
-    plant["k_hand_N_per_m"] = scene.stick.k_hand_N_per_m
-    plant["r_out_N_s_per_m"] = scene.stick.r_out_N_s_per_m
-    plant["friction_N"] = scene.device.friction_N
-    plant["resolution_m"] = specification.resolution_m
-    plant["max_force_N"] = specification.max_force_N
-    plant["delay_ticks"] = scene.device.delay_ticks
-    return plant
+def prepare(
+    scene: Scene, block: Block, held: bool = False, specification: Specification = EXACT_STICK
+) -> Servo:
+    """Memory for one servo of this scene on such a device, with the parameters that its new block starts from.
 
-
-def _gesture(scene: Scene) -> npt.NDArray[np.void]:
-    gesture = np.zeros(1, GESTURE)
-    gesture["kind"] = GESTURES.index(scene.hand.gesture)
-    gesture["rest_m"] = scene.device.head_z_m + scene.stick.z_ss_m
-    gesture["height_m"] = scene.hand.gesture_height_m
-    gesture["period_s"] = scene.hand.gesture_period_s
-    return gesture
-
-
-def prepare(scene: Scene, block: Block, held: bool = False) -> Servo:
-    """Memory for one servo of this scene, with the parameters that its new block starts from.
-
-    `held`: it starts in panic, because the servo before it was held by a panic or a fault.
+    `held`: it starts in panic, because the servo before it was held by a panic or a fault. A device that is simulated
+    or replayed adds what it moves (`furnish`).
     """
-    sampled = scene.device.plant == "phantom"
-    specification = specification_of(scene)
     player = np.zeros(1, PLAYER)
     player["revision"] = block.live["revision"][0]
     player["panicked"] = held
@@ -129,8 +105,8 @@ def prepare(scene: Scene, block: Block, held: bool = False) -> Servo:
         track=np.zeros(1, TRACK),
         guard=guard,
         allowed=_allowed(scene, specification),
-        plant=_plant(scene, specification) if sampled else None,
-        gesture=_gesture(scene),
+        plant=None,
+        gesture=np.zeros(1, GESTURE),
         path=np.zeros((2, 2)),
         trace=np.zeros(TICKS, TRACE),
     )

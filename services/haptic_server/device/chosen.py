@@ -1,0 +1,37 @@
+"""From the words after --device to a device. Control thread."""
+
+from pathlib import Path
+
+from drumstick.scene import Scene
+from haptic_server.device.protocol import Device, DeviceError
+from haptic_server.servo.memory import Servo
+
+KINDS = "simulated, openhaptics or replay:FILE"
+
+
+def chosen(words: str, scene: Scene, pose_is_held: bool = False) -> Device:
+    """The device, not open yet. DeviceError when there is none of that name.
+
+    `pose_is_held`: somebody holds a real arm in its neutral pose now, so that its encoders may be reset.
+    """
+    kind, _, rest = words.partition(":")
+    if words == "simulated":
+        from haptic_server.device.simulated import Simulated
+
+        return Simulated(scene)
+    if words == "openhaptics":
+        from haptic_server.device.openhaptics.device import OpenHaptics
+        from haptic_server.servo.rendering import render
+
+        return OpenHaptics(render, pose_is_held=pose_is_held)
+    if kind == "replay" and rest:
+        from haptic_server.device.replay import Replay
+
+        return Replay(Path(rest))
+    raise DeviceError(f"no device {words!r}; there is {KINDS}")
+
+
+def furnish(device: Device, servo: Servo) -> Servo:
+    """The servo with what a simulated or replayed device moves in it; a real one moves nothing here."""
+    adds = getattr(device, "furnish", None)
+    return servo if adds is None else adds(servo)

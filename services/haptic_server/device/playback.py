@@ -1,0 +1,37 @@
+"""Where a recording is at a tick. Tick thread: no allocation, no locks, no Python, no exceptions."""
+
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from realtime.jit import Record, njit
+
+# What playback remembers. Its fields tell the loop, at compile time, which device it is.
+REPLAY: np.dtype[Any] = np.dtype([("replayed_s", "f8"), ("row", "i8")], align=True)
+
+Recording = npt.NDArray[np.float64]  # shape (n, 4): t s from 0, x, y, z m
+
+
+@njit()
+def tell(
+    replay: Record, path: Recording, head_z_m: float, reading: Record, now_ns: int, span_s: float
+) -> None:
+    """Where the recording is `span_s` later, between its rows in a straight line."""
+    last = path.shape[0] - 1
+    t = replay.replayed_s + span_s
+    if t >= path[last, 0]:
+        t -= path[last, 0] * math.floor(t / path[last, 0])
+        replay.row = 0
+    replay.replayed_s = t
+    row = replay.row
+    while row < last - 1 and path[row + 1, 0] <= t:
+        row += 1
+    replay.row = row
+    share = (t - path[row, 0]) / (path[row + 1, 0] - path[row, 0])
+    reading.x_m = path[row, 1] + share * (path[row + 1, 1] - path[row, 1])
+    reading.y_m = path[row, 2] + share * (path[row + 1, 2] - path[row, 2])
+    reading.z_m = head_z_m + path[row, 3] + share * (path[row + 1, 3] - path[row, 3])
+    reading.t_ns = now_ns
+    reading.fresh = 1

@@ -1,0 +1,71 @@
+"""The simulated device: the paper's exact stick, or an arm that is sampled as hardware is. Control thread."""
+
+import numpy as np
+import numpy.typing as npt
+
+from drumstick.scene import Scene
+from haptic_server.device.hand import GESTURE, GESTURES
+from haptic_server.device.phantom import PLANT
+from haptic_server.device.protocol import Info
+from haptic_server.device.specification import EXACT_STICK, PREMIUM_1_5, Specification
+from haptic_server.records import NO_FAULT
+from haptic_server.servo import loop
+from haptic_server.servo.memory import Servo
+from realtime.stop import StopRequest
+
+_START_ABOVE_M = 0.02
+
+
+def _arm(scene: Scene, specification: Specification) -> npt.NDArray[np.void]:
+    plant = np.zeros(1, PLANT)
+    plant["z_m"] = scene.device.head_z_m + _START_ABOVE_M
+    plant["m_kg"] = scene.stick.m_kg
+    plant["k_hand_N_per_m"] = scene.stick.k_hand_N_per_m
+    plant["r_out_N_s_per_m"] = scene.stick.r_out_N_s_per_m
+    plant["friction_N"] = scene.device.friction_N
+    plant["resolution_m"] = specification.resolution_m
+    plant["max_force_N"] = specification.max_force_N
+    plant["delay_ticks"] = scene.device.delay_ticks
+    return plant
+
+
+def _gesture(scene: Scene) -> npt.NDArray[np.void]:
+    gesture = np.zeros(1, GESTURE)
+    gesture["kind"] = GESTURES.index(scene.hand.gesture)
+    gesture["rest_m"] = scene.device.head_z_m + scene.stick.z_ss_m
+    gesture["height_m"] = scene.hand.gesture_height_m
+    gesture["period_s"] = scene.hand.gesture_period_s
+    return gesture
+
+
+class Simulated:
+    """The device `simulated`; `[device] plant` says which."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self._sampled = scene.device.plant == "phantom"
+
+    def open(self) -> None:
+        """It is always there."""
+
+    def info(self) -> Info:
+        """The exact stick, or the arm that it stands for."""
+        if not self._sampled:
+            return Info(EXACT_STICK, ("the paper's stick itself, advanced exactly",))
+        gesture = self._scene.hand.gesture
+        return Info(PREMIUM_1_5, (f"an arm as a PHANTOM Premium 1.5, in a simulated hand: {gesture}",))
+
+    def furnish(self, servo: Servo) -> Servo:
+        """The servo with what this device moves in it."""
+        if not self._sampled:
+            return servo
+        plant = _arm(self._scene, self.info().specification)
+        return servo._replace(plant=plant, gesture=_gesture(self._scene))
+
+    def run(self, servo: Servo, stop: StopRequest) -> int:
+        """Pace the ticks until the block's STOP cell is set."""
+        loop.run_paced(servo)
+        return NO_FAULT
+
+    def close(self) -> None:
+        """Nothing is held."""
