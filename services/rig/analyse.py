@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from drumstick.analysis.cycle import Cycle
     from drumstick.analysis.findings import Findings
     from drumstick.analysis.sweep import Axis
+    from drumstick.effects.cor_pulse import CorPulse
     from drumstick.scene import Scene
 
 _ENDS = {
@@ -97,16 +98,34 @@ def _contact(scene: "Scene", found: "Findings") -> list[str]:
 
 def _speeds(scene: "Scene", found: "Findings") -> list[str]:
     if "pulse" not in scene.effects:
-        return ["no pulse: equation (7) has nothing to say"]
+        return ["no pulse: equation (7) has nothing to say", *_equation_8(scene, found)]
     measured = None if found.primary is None else found.cycles[found.primary].v_e_m_per_s
     lines = [
         "speed of the roll, v_lc:",
         f"  equation (7), as printed     {_number(found.v_lc_eq7_m_per_s, 'm/s')}",
-        f"  with the pulse's own kappa   {_number(found.v_lc_kappa_m_per_s, 'm/s')}",
+        f"  with the pulse's own kappa   {_number(found.v_lc_kappa_m_per_s, 'm/s')}{_thrown_back(found)}",
         f"  exact motion                 {_number(measured, 'm/s')}",
     ]
     sentence = _why_not_equation_7(scene, found)
     return [*lines, sentence] if sentence else lines
+
+
+def _equation_8(scene: "Scene", found: "Findings") -> list[str]:
+    added: CorPulse | None = scene.effects.get("cor_pulse")
+    if added is None or found.alpha is None or found.beta_measured is None:
+        return []
+    factor = found.alpha * (found.beta_measured + added.gamma)
+    where = "at the roll's own speed" if found.primary is not None else "at the throw's speed"
+    return [
+        f"equation (8) multiplies the speed by alpha (beta + gamma) at each contact: {factor:.4g} {where}; "
+        "alpha falls with the speed"
+    ]
+
+
+def _thrown_back(found: "Findings") -> str:
+    if found.kappa is None or found.kappa > 0.0 or found.v_lc_kappa_m_per_s is None:
+        return ""
+    return "   dv/(1 + alpha): the pulse throws the stick back before it compresses the head"
 
 
 def _why_not_equation_7(scene: "Scene", found: "Findings") -> str:
@@ -130,6 +149,7 @@ def _cycles(scene: "Scene", found: "Findings") -> list[str]:
     if found.cycles:
         lines = ["       v_E m/s     rate Hz   apex mm  contact ms   multiplier"]
         lines += [_row(cycle, index == found.primary) for index, cycle in enumerate(found.cycles)]
+        lines += _brink(found)
     throw = f"thrown at {scene.hand.throw_m_per_s:g} m/s "
     if found.throw_ends != "cycle":
         return [*lines, throw + _ENDS[found.throw_ends]]
@@ -138,6 +158,15 @@ def _cycles(scene: "Scene", found: "Findings") -> list[str]:
     if roll.period == 1:
         return [*lines, throw + f"it rolls at {roll.rate_Hz:.2f} Hz"]
     return [*lines, throw + f"it repeats every {roll.period} contacts, {roll.rate_Hz:.2f} contacts a second"]
+
+
+def _brink(found: "Findings") -> list[str]:
+    # Between rest and the slowest stable roll, an unstable one is where it is decided.
+    slowest = next((cycle for cycle in found.cycles if cycle.stable), None)
+    brink = found.cycles[0]
+    if slowest is None or brink.stable or brink.period > 1 or not brink.multiplier > 1.0:
+        return []
+    return [f"the unstable one is the brink: below {brink.v_e_m_per_s:.4g} m/s a roll dies away"]
 
 
 def _row(cycle: "Cycle", primary: bool) -> str:
