@@ -1,19 +1,35 @@
 """The made pages under docs/ say what the code and the stored results say."""
 
 import importlib.util
+import re
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
 TOOLS = Path(__file__).parents[2] / "docs" / "tools"
 
 
-@pytest.mark.parametrize("name", ["zenoh_page", "measured_page", "scenes_page"])
-def test_the_page_is_up_to_date(name: str) -> None:
+def _tool(name: str) -> ModuleType:
     spec = importlib.util.spec_from_file_location(name, TOOLS / f"{name}.py")
     assert spec is not None
     assert spec.loader is not None
     tool = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(tool)
+    return tool
+
+
+@pytest.mark.timeout(400)  # the page about the stick compiles the analysis for three kinds of scenes
+@pytest.mark.parametrize("name", ["zenoh_page", "measured_page", "scenes_page", "stick_page"])
+def test_the_page_is_up_to_date(name: str) -> None:
+    tool = _tool(name)
     made = tool.page()
     assert tool.PAGE.read_text(encoding="utf-8") == made, f"run: .venv/bin/python docs/tools/{name}.py"
+
+
+def test_the_pictures_of_the_stick_are_those_of_its_page_and_of_the_code() -> None:
+    tool = _tool("stick_page")
+    assert tool.stale_pictures() == [], "run: .venv/bin/python docs/tools/stick_page.py"
+    shown = re.findall(r"images/(stick-[\w-]+\.png)", tool.PAGE.read_text(encoding="utf-8"))
+    assert sorted(shown) == sorted(path.name for path in (tool.DOCS / "images").glob("stick-*"))
+    assert sum((tool.DOCS / "images" / name).stat().st_size for name in shown) < 1_000_000

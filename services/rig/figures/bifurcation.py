@@ -10,6 +10,7 @@ from rig.figures.heading import axis_label, heading, own_value, scale_of
 from rig.figures.style import BLUE, DPI, GREY, INK, NO_ROLL, WIDTH_IN, legend_below, scaled, styled
 
 _HEIGHT_IN = 5.6
+_WIDE = 300.0  # speeds that differ by more than this factor are drawn on a logarithmic axis
 
 
 def _shade_rest(axes: Axes, swept: Swept, label: str) -> None:
@@ -33,6 +34,9 @@ def bifurcation(scene: Scene, swept: Swept) -> Figure:
     scaled(speeds, "x", scale_of(axis.values))
     every = np.repeat(axis.values, MEASURED)
     speeds.plot(every, swept.v_e_m_per_s.ravel(), ".", ms=3, mew=0, color=BLUE, rasterized=True)
+    known = swept.v_e_m_per_s[swept.v_e_m_per_s > 0.0]
+    wide = known.size > 0 and float(known.max()) > _WIDE * float(known.min())
+    scaled(speeds, "y", "log" if wide else "linear")
     speeds.set_ylabel(rf"last {MEASURED} speeds  $v_E$  (m/s)")
     rates.plot(axis.values, swept.rate_Hz, ".", ms=3, mew=0, color=BLUE)
     rates.set_ylabel("strikes a\nsecond (Hz)")
@@ -41,7 +45,8 @@ def bifurcation(scene: Scene, swept: Swept) -> Figure:
     own = own_value(scene, axis.name)
     for axes, said in ((speeds, True), (rates, False)):
         axes.set_xlim(float(axis.values[0]), float(axis.values[-1]))
-        axes.set_ylim(bottom=0.0)
+        if axes is rates or not wide:
+            axes.set_ylim(bottom=0.0)
         _shade_rest(axes, swept, "no roll: rests in the head, or leaves" if said else "")
         if axis.values[0] <= own <= axis.values[-1]:
             axes.axvline(own, color=INK, lw=0.9, ls=":", label=f"this scene: {own:g}" if said else "")

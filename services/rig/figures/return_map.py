@@ -12,6 +12,7 @@ from drumstick import exact
 from drumstick.analysis import lap
 from drumstick.analysis.cycle import Cycle
 from drumstick.analysis.return_map import return_map as settled_map
+from drumstick.analysis.unpulsed import NEVER_REPEATING
 from drumstick.law import law_of, thrown
 from drumstick.scene import Scene
 from rig.figures.heading import heading
@@ -21,15 +22,15 @@ Speeds = npt.NDArray[np.float64]
 
 POINTS = 600
 _PLAYED = 60  # contacts of the throw that is followed
-_SLOWEST_TOP_M_PER_S = 0.1
 _SLOW = 0.125
 
 
 class Curves(NamedTuple):
     """Arrays of shape (n,), m/s: a speed at z = 0, rising, and v_E of the next contact, NaN where none comes.
 
-    rolling: within a roll, where what is left of earlier pulses is what the roll itself reproduces. thrown: from the
-    hand, without any pulse. captured: bool, such a throw comes to rest in the head.
+    rolling: contact after contact, where what is left of earlier pulses is what the motion itself reproduces; NaN for
+    a motion that never repeats. thrown: the first contact after a throw, without any pulse before it. captured: bool,
+    such a throw comes to rest in the head.
     """
 
     v_e: Speeds
@@ -62,13 +63,15 @@ def telling_throw(scene: Scene, mapped: Curves) -> float:
 
 
 def curves(scene: Scene, cycles: Sequence[Cycle]) -> Curves:
-    """The map from 0 to twice what matters: the fastest cycle, and the scene's throw."""
-    fastest = max((cycle.v_e_m_per_s for cycle in cycles), default=_SLOWEST_TOP_M_PER_S)
-    v_e = np.linspace(0.0, 2.0 * max(fastest, scene.hand.throw_m_per_s), POINTS)
+    """The map from 0 to twice the fastest cycle, or without one to twice the scene's throw."""
+    fastest = max((cycle.v_e_m_per_s for cycle in cycles), default=scene.hand.throw_m_per_s)
+    v_e = np.linspace(0.0, 2.0 * fastest, POINTS)
     once = [_next(scene, float(v), 1) for v in v_e]
     after = np.array([speeds[0] if speeds else np.nan for speeds, _ in once])
     captured = np.array([not speeds and fate != exact.LEFT for speeds, fate in once])
-    return Curves(v_e, settled_map(scene, v_e), after, captured)
+    repeats = not any(name in scene.effects for name in NEVER_REPEATING)
+    rolling = settled_map(scene, v_e) if repeats else np.full(POINTS, np.nan)
+    return Curves(v_e, rolling, after, captured)
 
 
 def _stairs(sequence: Speeds) -> tuple[Speeds, Speeds]:
@@ -101,9 +104,16 @@ def return_map(scene: Scene, mapped: Curves, cycles: Sequence[Cycle], after_thro
         )  # fmt: skip
     axes.plot([0.0, top], [0.0, top], color=GREY, lw=1.0, label="no change")
     if np.isfinite(mapped.thrown).any():
-        axes.plot(mapped.v_e, mapped.thrown, color=SKY, lw=1.6, ls=(0, (5, 2)), label="from a throw by hand")
+        axes.plot(
+            mapped.v_e,
+            mapped.thrown,
+            color=SKY,
+            lw=1.6,
+            ls=(0, (5, 2)),
+            label="the first contact after a throw",
+        )
     if np.isfinite(mapped.rolling).any():
-        axes.plot(mapped.v_e, mapped.rolling, color=BLUE, lw=2.6, label="within the roll")
+        axes.plot(mapped.v_e, mapped.rolling, color=BLUE, lw=2.6, label="contact after contact")
     if len(after_throw) > 1:
         words = f"a throw at {after_throw[0]:.2g} m/s"
         axes.plot(*_stairs(after_throw), color=VERMILION, lw=1.0, label=words)

@@ -4,6 +4,7 @@ The colours are Okabe and Ito's, which readers with any colour vision can tell a
 alone. `styled` must be around drawing and around saving, because ticks are made as late as that.
 """
 
+import io
 from pathlib import Path
 from typing import Literal
 
@@ -95,3 +96,11 @@ def save(figure: Figure, path: Path) -> None:
     """Write PNG or SVG, by the file's ending; the same figure gives the same bytes. Raises OSError."""
     made_by = {"Software": None} if path.suffix == ".png" else {"Date": None, "Creator": None}
     figure.savefig(path, metadata=made_by)
+
+
+@styled
+def drawn_png(figure: Figure) -> bytes:
+    """The figure as the bytes of a PNG file."""
+    out = io.BytesIO()
+    figure.savefig(out, format="png", metadata={"Software": None})
+    return out.getvalue()

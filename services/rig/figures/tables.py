@@ -41,7 +41,7 @@ def mapped(curves: Curves) -> str:
     return columns(
         {
             "v_e_m_per_s": curves.v_e,
-            "next_within_the_roll_m_per_s": curves.rolling,
+            "next_contact_after_contact_m_per_s": curves.rolling,
             "next_after_a_throw_m_per_s": curves.thrown,
         }
     )

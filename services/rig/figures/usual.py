@@ -8,13 +8,16 @@ from drumstick.parameters import Z_H0, table_of, values_of
 from drumstick.scene import Scene
 
 LINE_POINTS, FORECAST_POINTS, PLANE_POINTS = 240, 36, 41
+# How strong a pulse is, and over which factors below and above the scene's own. gamma stands beside beta in
+# alpha (beta + gamma): a little less and nothing rolls, a little more and nothing settles.
+_STRENGTHS = {"dv_pls": (10.0, 3.0), "gamma": (1.5, 1.4)}
 _BESIDE_M = 0.0175  # how far the hand is moved up and down
 
 
 def strength(scene: Scene) -> str | None:
     """The parameter that says how strong the scene's pulse is; None when it has no pulse."""
     table = table_of(scene)
-    return next((name for name in ("dv_pls", "gamma") if name in table), None)
+    return next((name for name in _STRENGTHS if name in table), None)
 
 
 def _about(
@@ -29,9 +32,12 @@ def _about(
 
 
 def line(scene: Scene, points: int = LINE_POINTS) -> Axis | None:
-    """The strength of the pulse, from a tenth to three times; None without a pulse."""
+    """The strength of the pulse, over what is of interest about the scene's own; None without a pulse."""
     name = strength(scene)
-    return None if name is None else _about(scene, name, 10.0, 3.0, (0.01, 1.0), points)
+    if name is None:
+        return None
+    down, up = _STRENGTHS[name]
+    return _about(scene, name, down, up, (0.01, 1.0), points)
 
 
 def planes(scene: Scene) -> list[tuple[Axis, ...]]:
@@ -42,7 +48,7 @@ def planes(scene: Scene) -> list[tuple[Axis, ...]]:
     quantity = table_of(scene)[Z_H0].quantity
     low, high = max(middle - _BESIDE_M, quantity.low), min(middle + _BESIDE_M, quantity.high)
     pairs: list[tuple[Axis, ...]] = [(hand, Axis(Z_H0, np.linspace(low, high, PLANE_POINTS)))]
-    name = strength(scene)
-    if name is not None:
-        pairs.append((_about(scene, name, 10.0, 3.0, (0.01, 1.0), PLANE_POINTS), hand))
+    pulse = line(scene, PLANE_POINTS)
+    if pulse is not None:
+        pairs.append((pulse, hand))
     return pairs

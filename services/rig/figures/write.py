@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.progress import Progress, TaskID
 
 from drumstick.analysis.findings import Findings
-from drumstick.analysis.sweep import Axis, Swept, sweep
+from drumstick.analysis.sweep import STABLE, Axis, Swept, sweep
 from drumstick.analysis.unpulsed import NEVER_REPEATING
 from drumstick.scene import Scene
 from rig.figures import tables, usual
@@ -85,7 +85,8 @@ def _write_sweep(scene: Scene, axes: Sequence[Axis], folder: Folder, told: Told)
     if len(axes) == 1:
         folder.figure(f"bifurcation-{named}", bifurcation(scene, done))
         return
-    folder.figure(f"rate-{named}", rates(scene, done))
+    if (done.kind == STABLE).any():
+        folder.figure(f"rate-{named}", rates(scene, done))
     folder.figure(f"outcome-{named}", kinds(scene, done))
 
 

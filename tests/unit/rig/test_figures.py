@@ -127,8 +127,8 @@ def test_the_return_map_meets_the_identity_at_the_cycle_and_ends_where_throws_ar
     np.testing.assert_allclose(stairs, [0.1, *run[: len(stairs) - 1]], rtol=1e-12)
     figure = return_map(ROLL, mapped, found.cycles, stairs)
     drawn_lines = {line.get_label(): line.get_ydata() for line in figure.axes[0].lines}
-    np.testing.assert_array_equal(drawn_lines["within the roll"], mapped.rolling)
-    np.testing.assert_array_equal(drawn_lines["from a throw by hand"], mapped.thrown)
+    np.testing.assert_array_equal(drawn_lines["contact after contact"], mapped.rolling)
+    np.testing.assert_array_equal(drawn_lines["the first contact after a throw"], mapped.thrown)
 
 
 def test_predictions_are_those_of_the_analysis(tmp_path: Path):
@@ -283,7 +283,7 @@ def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
     [
         ("roll", {"phase-plane", "return-map", "predictions", "bifurcation-dv_pls", "rate-k_hand-z_h0",
                   "outcome-k_hand-z_h0", "rate-dv_pls-k_hand", "outcome-dv_pls-k_hand"}),
-        ("bare-drum", {"phase-plane", "return-map", "rate-k_hand-z_h0", "outcome-k_hand-z_h0"}),
+        ("bare-drum", {"phase-plane", "return-map", "outcome-k_hand-z_h0"}),
     ],
 )  # fmt: skip
 def test_everything_that_analyse_writes(
@@ -300,7 +300,7 @@ def test_everything_that_analyse_writes(
     assert {path for path in written if path.startswith("sweep-")} == {
         f"sweep-{figure.partition('-')[2]}.csv"
         for figure in figures
-        if figure.startswith(("rate", "bifurcation"))
+        if figure.startswith(("outcome", "bifurcation"))
     }
 
 
