@@ -86,9 +86,9 @@ def move_on(plant: Record, duration_s: float) -> None:
             return
         sign = math.copysign(1.0, v if v != 0.0 else at_rest)
         seg = _piece(plant, -sign * plant.friction_N)
-        z_end, v_end = propagate(seg, left)
-        if v_end * sign >= 0.0:
-            plant.z_m, plant.v_m_per_s = z_end, v_end
+        end = propagate(seg, left)
+        if end[1] * sign >= 0.0:
+            plant.z_m, plant.v_m_per_s = end[0], end[1]
             return
         turn = _turn_time(seg, sign, left)
         plant.z_m = propagate(seg, turn)[0]

@@ -196,3 +196,10 @@ def limit(
         guard.limited += 1
     guard.force_N = force
     return force
+
+
+@njit()
+def felt(guard: Record, allowed: Record) -> float:
+    """The head's share of the force that was let through last, N: no more than the whole of it may be."""
+    head_N = guard.gain * guard.asked_N[guard.newest]
+    return min(max(head_N, -allowed.max_force_N), allowed.max_force_N)

@@ -85,13 +85,19 @@ def ask(servo: Servo, period_s: float) -> tuple[float, float]:
     head_N = transitions.force_now(law, motion)
     before = composition.left(law, motion)
     composition.elapse(law, motion, period_s)
-    pulse_N = law.m * (before - composition.left(law, motion)) / period_s
+    return head_N, law.m * (before - composition.left(law, motion)) / period_s
+
+
+@njit()
+def _keep(servo: Servo, period_s: float) -> None:
+    # The contact's record: of the head as it is felt, which the guard may have held back.
+    motion = servo.motion[0]
     if motion.place != exact.ABOVE:
+        felt_N = guard.felt(servo.guard[0], servo.allowed[0])
         motion.contact_s += period_s
         motion.z_min = min(motion.z_min, motion.z)
-        motion.peak_N = max(motion.peak_N, head_N)
-        motion.impulse_N_s += head_N * period_s
-    return head_N, pulse_N
+        motion.peak_N = max(motion.peak_N, felt_N)
+        motion.impulse_N_s += felt_N * period_s
 
 
 @njit()
@@ -115,7 +121,9 @@ def _rendered(servo: Servo, reading: Record, now_ns: int, span_s: float) -> floa
     if servo.motion[0].place == exact.ABOVE and latch(servo):
         held.e, held.b = guard.may_add(servo.law[0])
     head_N, pulse_N = ask(servo, period_s)
-    return guard.limit(held, allowed, head_N, pulse_N, z, v, period_s)
+    force = guard.limit(held, allowed, head_N, pulse_N, z, v, period_s)
+    _keep(servo, period_s)
+    return force
 
 
 @njit()

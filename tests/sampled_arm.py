@@ -1,0 +1,54 @@
+"""A servo with the simulated arm, for virtual time: made once per scene text, ticked by hand."""
+
+import numpy as np
+
+from drumstick.law import law_of
+from drumstick.scene import Scene, parse
+from haptic_server import block as blocks
+from haptic_server.device.simulated import Simulated
+from haptic_server.records import EVENT
+from haptic_server.servo import memory
+from realtime import ring
+
+PERIOD_NS = 1_000_000
+
+SCENE = """
+[stick]
+m_kg = 0.075
+k_coll_N_per_m = 3500.0
+r_in_N_s_per_m = 2.5
+k_hand_N_per_m = 60.0
+r_out_N_s_per_m = 0.5
+z_ss_m = -0.01
+release = "unilateral"
+[effects.pulse]
+dv_m_per_s = 0.06
+tau_s = 0.004
+[guard]
+max_force_N = 8.5
+max_speed_m_per_s = 1.5
+{guard}
+[device]
+plant = "phantom"
+{device}
+[hand]
+gesture = "{gesture}"
+"""
+
+
+def scene(gesture: str = "strokes", device: str = "", guard: str = "") -> Scene:
+    """Set E with a small pulse, on a simulated PHANTOM."""
+    return parse(SCENE.format(gesture=gesture, device=device, guard=guard), "arm")
+
+
+def servo_of(played: Scene) -> memory.Servo:
+    """Its servo, in memory of its own."""
+    device = Simulated(played)
+    block = blocks.in_memory(law_of(played))
+    return device.furnish(memory.prepare(played, block, specification=device.info().specification))
+
+
+def events_of(servo: memory.Servo) -> np.ndarray:
+    """Strikes and releases since the last call."""
+    out = np.zeros(16384, EVENT)
+    return out[: ring.drain(servo.block.ring_cells, servo.block.events, out)]
