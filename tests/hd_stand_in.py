@@ -50,6 +50,7 @@ class StandIn:
             "sim_height": ctypes.c_double,
             "sim_force": ctypes.c_double,
             "sim_worst_gap": ctypes.c_double,
+            "sim_mean_call": ctypes.c_double,
         }.items():
             getattr(self.library, name).restype = returns
         for name in ("due", "called", "style_used", "layout", "sent", "bad_at"):

@@ -1,5 +1,6 @@
 """The servo callback that the driver's scheduler calls: compiled for one scene's law, without Python and the GIL."""
 
+import functools
 from collections.abc import Callable
 from typing import Any
 
@@ -54,8 +55,9 @@ class Callback:
         return self._handed.address
 
 
+@functools.cache
 def _compiled(law: Law, kind: Any) -> CFunction:
-    # The parts are compiled and cached on their own; this closure over them is small and compiled at each start.
+    # The parts are compiled and cached on their own; this closure over them is small and compiled in each process.
     @cfunction("uint32(voidptr)", cache=False)
     def servo_callback(argument: Any) -> int:
         servo, port = take_up(argument, kind)

@@ -1,5 +1,6 @@
 """The PHANTOM as a device of the servo (device.protocol). Control thread for everything; see each part for its why."""
 
+import logging
 import time
 from collections.abc import Callable
 from typing import NamedTuple
@@ -25,6 +26,7 @@ from haptic_server.servo.memory import Servo
 from realtime.atomics import peek, poke
 from realtime.stop import StopRequest
 
+_log = logging.getLogger("servo")
 _LOOK_S = 0.02
 _SILENT_S = 0.5  # a driver that has not called for so long has ended its servo thread
 _FIRST_S = 2.0  # and one that has not begun after so long will not
@@ -76,8 +78,17 @@ class OpenHaptics:
         """What the open device tells of itself, and how the last run was scheduled. Does not block."""
         return Info(self._opened().facts.specification, tuple(self._words))
 
+    def rehearse(self, spare: Servo) -> None:
+        """Compile for servos of this type, so that `run` begins at once; else it compiles itself, in its own thread.
+
+        Takes seconds. `spare` is like the servo to come, with a block that nobody reads; the device may be closed.
+        """
+        period_ns = int(spare.plan["period_ns"][0])
+        Callback(self._law, spare, port.blank(period_ns))
+        self._last_word(spare, SCHEDULER)
+
     def run(self, servo: Servo, stop: StopRequest) -> int:
-        """Have the driver tick until asked to stop; see device.protocol. Compiles first: seconds."""
+        """Have the driver tick until asked to stop; see device.protocol."""
         device = self._opened()
         rate_hz = round(1e9 / int(servo.plan["period_ns"][0]))
         self._set_rate(device.hd, rate_hz)
@@ -97,7 +108,7 @@ class OpenHaptics:
             device.hd.stop_scheduler()  # the maker's order: first, so that no callback runs while it is taken out
             self._take_out(device.hd, handle)
         if fault != NO_FAULT:
-            self._last_word(servo, gate, fault)
+            self._last_word(servo, fault)
         return fault
 
     def close(self) -> None:
@@ -111,13 +122,18 @@ class OpenHaptics:
             raise DeviceError("the device is not open")
         return self._open
 
+    def _say(self, words: str) -> None:
+        # What is learnt while it runs; what `open` found is told by whoever opened it.
+        self._words.append(words)
+        _log.info("device: %s", words)
+
     def _set_rate(self, hd: Hd, rate_hz: int) -> None:
         hd.set_rate(rate_hz)
         if hd.errors():
             raise DeviceError(rates.refusal(rate_hz))
         told = hd.integer(names.UPDATE_RATE)
         if hd.errors() or told <= 0:
-            self._words.append("the driver does not tell its rate")
+            self._say("the driver does not tell its rate")
         elif abs(told - rate_hz) > 1:
             raise DeviceError(f"the driver was asked for {rate_hz} Hz and says it runs at {told} Hz")
 
@@ -146,7 +162,7 @@ class OpenHaptics:
         except (
             DeviceError
         ) as error:  # a device that is gone cannot be told; the fault that ended it matters more
-            self._words.append(str(error))
+            self._say(str(error))
 
     def _watch(self, servo: Servo, gate: port.Port, stop: StopRequest) -> int:
         # Polls: whoever wants to stop, the callback that has ended, the driver that no longer calls.
@@ -157,7 +173,7 @@ class OpenHaptics:
                 poke(servo.block.control, STOP, 1)
             now, seen = time.monotonic(), int(peek(gate.cells, port.TICKS))
             if ticks == 0 and seen > 0:
-                self._words.append(thread.favour(int(peek(gate.cells, port.THREAD))))
+                self._say(thread.favour(int(peek(gate.cells, port.THREAD))))
             if seen != ticks:
                 ticks, since = seen, now
             elif now - since > (_SILENT_S if ticks else _FIRST_S):
@@ -165,15 +181,15 @@ class OpenHaptics:
         fault = int(peek(gate.cells, port.FAULT))
         if fault != NO_FAULT and is_hard(fault):
             error, internal = int(peek(gate.cells, port.ERROR)), int(peek(gate.cells, port.INTERNAL))
-            self._words.append(f"ended by {words_of(error, internal)}")
+            self._say(f"ended by {words_of(error, internal)}")
             return fault
         return NO_FAULT if peek(servo.block.control, STOP) != 0 else SCHEDULER
 
-    def _last_word(self, servo: Servo, gate: port.Port, fault: int) -> None:
+    def _last_word(self, servo: Servo, fault: int) -> None:
         # The driver calls no more; the law must know all the same, or the status would go on saying that all is well.
         reading = servo.reading[0]
         reading["trouble"] = fault
         reading["fresh"] = 0
-        now_ns = time.monotonic_ns()
-        self._law(servo, reading, now_ns, int(servo.plan["period_ns"][0]) * 1e-9)
-        conclude(servo, 0.0, now_ns, int(servo.plan["period_ns"][0]) * 1e-9)
+        now_ns, period_s = time.monotonic_ns(), int(servo.plan["period_ns"][0]) * 1e-9
+        self._law(servo, reading, now_ns, period_s)
+        conclude(servo, 0.0, now_ns, period_s)

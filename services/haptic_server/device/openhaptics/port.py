@@ -63,6 +63,24 @@ class Port(NamedTuple):
     timespec: npt.NDArray[np.int64]
 
 
+def blank(period_ns: int) -> Port:
+    """A port that leads nowhere: made to be filled in, or to be compiled for. Control thread."""
+    state = np.zeros(1, STATE)
+    state["period_ns"] = period_ns
+    return Port(
+        calls=np.zeros(len(_CALLED), np.int64),
+        cells=np.zeros(_CELLS, np.int64),
+        state=state,
+        position_mm=np.zeros(3),
+        centre_mm=np.zeros(3),
+        force_N=np.zeros(3),
+        motors=np.zeros(_MOST_MOTORS),
+        integers=np.zeros(_MOST_MOTORS, np.int32),
+        booleans=np.zeros(_MOST_MOTORS, np.uint8),
+        timespec=np.zeros(2, np.int64),
+    )
+
+
 def make(
     hd: Hd,
     device: int,
@@ -72,20 +90,10 @@ def make(
     has_switch: bool,
 ) -> Port:
     """A port for one run. `has_switch`: the device answers when asked for its safety switch. Control thread."""
-    state = np.zeros(1, STATE)
-    state["device"] = device
-    state["period_ns"] = period_ns
-    state["max_force_N"] = max_force_N
-    state["has_switch"] = has_switch
-    return Port(
-        calls=np.array([hd.address(name) for name in _CALLED], np.int64),
-        cells=np.zeros(_CELLS, np.int64),
-        state=state,
-        position_mm=np.zeros(3),
-        centre_mm=np.array(centre_mm),
-        force_N=np.zeros(3),
-        motors=np.zeros(_MOST_MOTORS),
-        integers=np.zeros(_MOST_MOTORS, np.int32),
-        booleans=np.zeros(_MOST_MOTORS, np.uint8),
-        timespec=np.zeros(2, np.int64),
-    )
+    port = blank(period_ns)
+    port.calls[:] = [hd.address(name) for name in _CALLED]
+    port.state["device"] = device
+    port.state["max_force_N"] = max_force_N
+    port.state["has_switch"] = has_switch
+    port.centre_mm[:] = centre_mm
+    return port

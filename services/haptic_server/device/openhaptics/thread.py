@@ -29,12 +29,15 @@ def favour(thread: int) -> str:
     """See that the driver's thread runs in real time; returns words about how it is scheduled. Control thread."""
     if thread == 0 or sys.platform != "linux":
         return "how the driver schedules its servo thread is not known here"
-    policy, names = os.sched_getscheduler(thread), {os.SCHED_FIFO: "SCHED_FIFO", os.SCHED_RR: "SCHED_RR"}
-    if policy in names:
-        priority = os.sched_getparam(thread).sched_priority
-        return f"the driver's servo thread runs under {names[policy]} {priority}"
+    names = {os.SCHED_FIFO: "SCHED_FIFO", os.SCHED_RR: "SCHED_RR"}
     try:
+        policy = os.sched_getscheduler(thread)
+        if policy in names:
+            priority = os.sched_getparam(thread).sched_priority
+            return f"the driver's servo thread runs under {names[policy]} {priority}"
         os.sched_setscheduler(thread, os.SCHED_FIFO, os.sched_param(_FIFO_PRIORITY))
+    except ProcessLookupError:
+        return "the driver's servo thread has ended already"
     except OSError as error:
         return (
             f"the driver's servo thread has no real-time priority: {error.strerror} (raise the rtprio limit)"

@@ -10,6 +10,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
@@ -50,8 +51,14 @@ static struct { Callback call; void *argument; HDulong handle; } scheduled[4];
 static HDulong last_handle;
 static unsigned capabilities;
 static double wanted[3], sent[3], read_mm[3];
-static volatile long worst_gap_ns, due, called, sent_count, style_used, bad_at = -1;
+static volatile long spent_ns, worst_gap_ns, due, called, sent_count, style_used, bad_at = -1;
 static double sent_y[LONGEST], seen_y[LONGEST];
+
+static long now_ns(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return t.tv_sec * 1000000000L + t.tv_nsec;
+}
 
 static void violate(const char *form, ...) {
     va_list given;
@@ -107,9 +114,21 @@ ErrorInfo hdGetError(void) {
 
 const char *hdGetErrorString(HDuint code) { return code == 0x0302 ? "communication" : "other"; }
 
+/* For a process that the test only starts: STAND_IN_SWING="middle_mm size_mm period_s", STAND_IN_UNPLUG=ticks. */
+static double swing_mm[3];
+static long unplug_at = -1;
+
+static void script(void) {
+    const char *swing = getenv("STAND_IN_SWING"), *ticks = getenv("STAND_IN_UNPLUG");
+    if (swing && sscanf(swing, "%lf %lf %lf", swing_mm, swing_mm + 1, swing_mm + 2) == 3) y_mm = swing_mm[0] + swing_mm[1];
+    if (ticks) unplug_at = atol(ticks);
+}
+
 /* ---- the device ---- */
 HHD hdInitDevice(const char *name) {
     note("init(%s)", name ? name : "NULL");
+    script();
+    if (unplug_at == 0) unplugged = 1;
     if (!licence) { push(0x0600, 11); return NOBODY; }
     if (device_open) { push(0x0301, 0); return NOBODY; }
     if (unplugged) { push(0x0302, 5); return NOBODY; }
@@ -258,12 +277,6 @@ void hdSetSchedulerRate(HDulong wished) {
     rate_Hz = wished;
 }
 
-static long now_ns(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return t.tv_sec * 1000000000L + t.tv_nsec;
-}
-
 static void move_arm(double span_s) { /* F held; fine steps, semi-implicit */
     double force = (capabilities & 1u) && !unplugged ? sent[1] : 0.0;
     int steps = (int)(span_s / 1e-4) + 1;
@@ -275,13 +288,22 @@ static void move_arm(double span_s) { /* F held; fine steps, semi-implicit */
     }
 }
 
+static void follow_script(void) {
+    if (swing_mm[2] > 0.0)
+        held_y_mm = swing_mm[0] + swing_mm[1] * cos(2.0 * M_PI * (double)due / (double)rate_Hz / swing_mm[2]);
+    if (unplug_at >= 0 && called >= unplug_at) unplugged = 1;
+}
+
 static void one_tick(void) {
     frames = 0;
     frame_open = 0;
     for (int i = 0; i < 4; i++)
         if (scheduled[i].call) {
             called++;
-            if (scheduled[i].call(scheduled[i].argument) == 0) { scheduled[i].call = NULL; note("done"); }
+            long start = now_ns();
+            HDuint answer = scheduled[i].call(scheduled[i].argument);
+            spent_ns += now_ns() - start;
+            if (answer == 0) { scheduled[i].call = NULL; note("done"); }
             if (frame_open) violate("a frame left open");
             if (frames == 0) violate("a tick without a frame");
         }
@@ -303,6 +325,7 @@ static void *serve(void *unused) {
         long now = now_ns(), ticks = (now - next) / period + 1;
         due += ticks;
         next += ticks * period;
+        follow_script();
         move_arm((now - last) * 1e-9);
         if (now - last > worst_gap_ns) worst_gap_ns = now - last;
         last = now;
@@ -376,6 +399,7 @@ const char *sim_words(void) { return words; }
 const char *sim_diary(void) { return diary; }
 double sim_height(void) { return y_mm; }
 double sim_force(void) { return sent[1]; }
+double sim_mean_call(void) { return called ? spent_ns * 1e-9 / called : 0.0; } /* what a callback takes, s */
 double sim_worst_gap(void) { return worst_gap_ns * 1e-9; } /* the longest time between two ticks, s */
 
 /* Forces along y that frames were ended with, and the height that each had been told; at most `room` newest. */

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from haptic_server.block import RING_SLOTS, STOP
-from haptic_server.device.openhaptics import names
+from haptic_server.device.openhaptics import callback, names, port
 from haptic_server.device.openhaptics.calibration import CalibrationNeeded
 from haptic_server.device.openhaptics.device import OpenHaptics
 from haptic_server.device.protocol import Device, DeviceError
@@ -16,6 +16,7 @@ from hd_laws import servo_at, wall
 from hd_stand_in import CENTRE_MM, Playing, StandIn, playing, undisturbed
 from realtime import ring, triple
 from realtime.atomics import poke
+from realtime.handover import Handed
 from realtime.stop import StopRequest
 
 pytestmark = [pytest.mark.needs("cc"), pytest.mark.timeout(120)]
@@ -114,6 +115,19 @@ def test_a_driver_that_falls_silent_is_noticed_and_told(arm: StandIn) -> None:
     assert (status["status"][0], status["fault"][0], status["force_N"][0]) == (FAULT, SCHEDULER, 0.0)
     assert diary(arm)[-3:] == ["stop", "unschedule", "disable"]
     arm.clean()
+
+
+def test_a_rehearsal_compiles_for_the_run_and_touches_no_device(arm: StandIn) -> None:
+    device = OpenHaptics(wall, load=arm.load)
+    spare, servo = servo_at(), servo_at()
+    device.rehearse(spare)
+    assert arm.sim("diary") == ""
+    assert spare.player[0]["fault"] == SCHEDULER
+    kind, blank = Handed((servo, port.blank(1_000_000))).kind, port.blank(1_000_000)
+    before = callback._compiled.cache_info().misses  # pyright: ignore[reportPrivateUsage]
+    callback.Callback(wall, servo, blank)
+    assert callback._compiled.cache_info().misses == before  # pyright: ignore[reportPrivateUsage]
+    assert kind == Handed((spare, blank)).kind
 
 
 @pytest.mark.parametrize("rate_hz", [500, 1143, 2000])
