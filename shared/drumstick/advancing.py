@@ -16,7 +16,6 @@ from drumstick.events import (
     TURN,
     first_event,
 )
-from drumstick.methods.carry import carry
 from drumstick.transitions import CAPTURED, apply, move, never_releases, renew, segment_of
 from realtime.jit import Record, njit
 
@@ -45,10 +44,9 @@ def advance(
         seg = segment_of(law, motion, method)
         left = horizon - moved
         span = min(left, due, longest_s)
-        event, duration = first_event(motion, seg, span)
-        z, v = carry(seg, duration)
-        move(law, motion, seg, duration, z, v)
-        moved += duration
+        event, end = first_event(motion, seg, span)
+        move(law, motion, seg, end.t, end.z, end.v)
+        moved += end.t
         if event == HORIZON:
             if span == left:
                 if motion.place != ABOVE and never_releases(law, motion):

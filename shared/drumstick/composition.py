@@ -93,6 +93,12 @@ def lively(law: Record, motion: Record) -> bool:
 
 
 @njit()
+def restless(law: Record) -> bool:
+    """May the head's force change although nothing happens?"""
+    return noise.strongest(law) > 0.0
+
+
+@njit()
 def still_pushing(law: Record, motion: Record) -> bool:
     """May an effect other than a running pulse still push the stick above the head?"""
     return system_delay.lively(law, motion)

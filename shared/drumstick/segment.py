@@ -20,6 +20,8 @@ from realtime.jit import njit, overload
 
 # For each pulse of the scene, running or not: its acceleration p (m/s^2) at the start and its rate lam (1/s).
 Pushes = tuple[tuple[float, float], ...]
+# A quantity and its first four derivatives.
+Derivatives = tuple[float, float, float, float, float]
 
 
 class Segment(NamedTuple):
@@ -53,7 +55,7 @@ def free_response(a: float, w2: float, t: float) -> tuple[float, float, float]:
     if discriminant > 0.0:
         wd = math.sqrt(discriminant)
         decay = math.exp(-a * t)
-        sine = decay * math.sin(wd * t) / wd
+        sine = decay * math.sin(wd * t) * (1.0 / wd)
         cosine = decay * math.cos(wd * t)
         return cosine + a * sine, sine, cosine - a * sine
     split = math.sqrt(-discriminant)
@@ -125,92 +127,85 @@ def forced_response(
     # <= and not <: when everything has died away, an eigenvalue equal to lam would leave 0/0.
     if abs(numerator) <= _CANCELLED * size or abs(numerator_rate) <= _CANCELLED * size_rate:
         return _forced_by_doubling(a, w2, lam, t)
-    return numerator / determinant, numerator_rate / determinant
+    share = 1.0 / determinant
+    return numerator * share, numerator_rate * share
+
+
+@njit()
+def constant_response(a: float, w2: float, t: float, c: float) -> float:
+    """G(0; t), whose rate is S(t); c as `free_response` gives it for the same a, w2, t."""
+    if 1.0 - c <= _CANCELLED:
+        return _forced_by_doubling(a, w2, 0.0, t)[0]
+    return (1.0 - c) * (1.0 / w2)
 
 
 def _forced_by_pushes(
     pushes: Pushes, a: float, w2: float, t: float, c: float, s: float, s_rate: float
-) -> tuple[float, float]:
+) -> tuple[float, float, float]:
     raise TypeError("compiled code only")
 
 
 @overload(_forced_by_pushes)
 def _forced_by_each_push(
     pushes: Any, a: Any, w2: Any, t: Any, c: Any, s: Any, s_rate: Any
-) -> Callable[..., tuple[float, float]]:
+) -> Callable[..., tuple[float, float, float]]:
     def none(
         pushes: Any, a: float, w2: float, t: float, c: float, s: float, s_rate: float
-    ) -> tuple[float, float]:
-        return 0.0, 0.0
+    ) -> tuple[float, float, float]:
+        return 0.0, 0.0, 0.0
 
     def summed(
         pushes: Any, a: float, w2: float, t: float, c: float, s: float, s_rate: float
-    ) -> tuple[float, float]:
-        z, v = 0.0, 0.0
+    ) -> tuple[float, float, float]:
+        z, v, z2 = 0.0, 0.0, 0.0
         for p, lam in pushes:
             if p != 0.0:
                 forced, forced_rate = forced_response(a, w2, lam, t, c, s, s_rate)
                 z += p * forced
                 v += p * forced_rate
-        return z, v
+                z2 += p * (math.exp(-lam * t) - 2.0 * a * forced_rate - w2 * forced)
+        return z, v, z2
 
     return summed if len(pushes) > 0 else none
 
 
-def push_now(pushes: Pushes, t: float) -> tuple[float, float]:
-    """Acceleration (m/s^2) of all pulses t seconds into the segment, and its rate (m/s^3)."""
+def push_now(pushes: Pushes, t: float) -> Derivatives:
+    """Acceleration (m/s^2) of all pulses t seconds into the segment, and its first four derivatives."""
     raise TypeError("compiled code only")
 
 
 @overload(push_now)
-def _push_of_each(pushes: Any, t: Any) -> Callable[..., tuple[float, float]]:
-    def none(pushes: Any, t: float) -> tuple[float, float]:
-        return 0.0, 0.0
+def _push_of_each(pushes: Any, t: Any) -> Callable[..., Derivatives]:
+    def none(pushes: Any, t: float) -> Derivatives:
+        return 0.0, 0.0, 0.0, 0.0, 0.0
 
-    def summed(pushes: Any, t: float) -> tuple[float, float]:
-        total, rate = 0.0, 0.0
+    def summed(pushes: Any, t: float) -> Derivatives:
+        push, push_1, push_2, push_3, push_4 = 0.0, 0.0, 0.0, 0.0, 0.0
         for p, lam in pushes:
             if p != 0.0:
                 now = p * math.exp(-lam * t)
-                total += now
-                rate -= lam * now
-        return total, rate
+                push += now
+                push_1 -= lam * now
+                push_2 += lam**2 * now
+                push_3 -= lam**3 * now
+                push_4 += lam**4 * now
+        return push, push_1, push_2, push_3, push_4
 
     return summed if len(pushes) > 0 else none
 
 
-def fastest_push(pushes: Pushes) -> float:
-    """The rate, 1/s, at which the quickest running pulse fades; 0 without one."""
-    raise TypeError("compiled code only")
-
-
-@overload(fastest_push)
-def _fastest_of_each(pushes: Any) -> Callable[..., float]:
-    def none(pushes: Any) -> float:
-        return 0.0
-
-    def largest(pushes: Any) -> float:
-        fastest = 0.0
-        for p, lam in pushes:
-            if p != 0.0:
-                fastest = max(fastest, lam)
-        return fastest
-
-    return largest if len(pushes) > 0 else none
-
-
 @njit()
-def propagate(seg: Segment, t: float) -> tuple[float, float]:
-    """Position and speed t seconds into the segment."""
+def propagate(seg: Segment, t: float) -> tuple[float, float, float]:
+    """Position, speed and acceleration t seconds into the segment; all three die away when the motion does."""
     c, s, s_rate = free_response(seg.a, seg.w2, t)
+    pull = seg.g - seg.w2 * seg.z
     z = seg.z * c + seg.v * s
-    v = -seg.w2 * seg.z * s + seg.v * s_rate
+    v = seg.v * s_rate + pull * s
+    z2 = pull * s_rate - seg.v * (2.0 * seg.a * s_rate + seg.w2 * s)
     if seg.g != 0.0:
-        forced, forced_rate = forced_response(seg.a, seg.w2, 0.0, t, c, s, s_rate)
-        z += seg.g * forced
-        v += seg.g * forced_rate
-    forced, forced_rate = _forced_by_pushes(seg.pushes, seg.a, seg.w2, t, c, s, s_rate)
-    return z + forced, v + forced_rate
+        z += seg.g * constant_response(seg.a, seg.w2, t, c)
+    forced, forced_rate, forced_rate2 = _forced_by_pushes(seg.pushes, seg.a, seg.w2, t, c, s, s_rate)
+    return z + forced, v + forced_rate, z2 + forced_rate2
 
 
 @njit()

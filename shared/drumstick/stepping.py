@@ -65,7 +65,7 @@ def unlocated(law: Record, motion: Record, horizon: float, method: int, dt: floa
         seg = segment_of(law, motion, method)
         left = horizon - moved
         span = min(left, due, dt)
-        z, v = carry(seg, span)
+        z, v, _ = carry(seg, span)
         move(law, motion, seg, span, z, v)
         moved += span
         event = _seen(motion.place, seg, z, v)

@@ -144,6 +144,14 @@ def _never_returns(law: Record, motion: Record) -> bool:
 
 
 @njit()
+def _hold(law: Record, motion: Record) -> None:
+    # After an effect has changed the head's force: one that only pushes holds the stick just while it would push.
+    if law.release != PAPER and not system_delay.sampled(law):
+        k, r, f = composition.head(law, motion)
+        motion.place = CONTACT if -k * motion.z - r * motion.v + f >= 0.0 else LOOSE
+
+
+@njit()
 def _enter(law: Record, motion: Record) -> None:
     motion.place = CONTACT
     motion.v_in = motion.v
@@ -154,10 +162,8 @@ def _enter(law: Record, motion: Record) -> None:
     motion.contact_s = 0.0
     motion.turned = 0
     composition.fire(law, motion, moments.ENTRY)
-    k, r, f = composition.head(law, motion)
-    push = -k * motion.z - r * motion.v + f
-    if law.release != PAPER and push < 0.0 and not system_delay.sampled(law):
-        motion.place = LOOSE  # R_in < R_out, or a force that pulls: a head that only pushes does not push yet
+    _hold(law, motion)  # R_in < R_out, or a force that pulls: a head that only pushes does not push yet
+    f = composition.head(law, motion)[2]
     lasting = law.k_hand * law.z_ss != 0.0 or f != 0.0 or composition.lively(law, motion)
     if abs(motion.v) < _STILL_M_PER_S and not lasting and composition.left_at_most(law, motion) == 0.0:
         motion.fate = CAPTURED  # decayed to nothing, and nothing presses or lifts it
@@ -171,6 +177,7 @@ def _turn(law: Record, motion: Record) -> None:
         motion.turned = 1
     else:
         composition.fire(law, motion, moments.RISE)
+    _hold(law, motion)
     if never_releases(law, motion):
         motion.fate = CAPTURED
 
@@ -204,6 +211,7 @@ def apply(law: Record, motion: Record, event: int) -> None:
         motion.place = CONTACT
     elif event == SINK:
         composition.fire(law, motion, moments.SINK)
+        _hold(law, motion)
     if not abs(motion.v) < _RUNAWAY_M_PER_S:
         motion.fate = LEFT
 
@@ -212,3 +220,5 @@ def apply(law: Record, motion: Record, event: int) -> None:
 def renew(law: Record, motion: Record) -> None:
     """Let effects act whose time has come although nothing happened."""
     composition.renew(law, motion, motion.place != ABOVE, head_push(law, motion))
+    if motion.place != ABOVE and composition.restless(law):
+        _hold(law, motion)

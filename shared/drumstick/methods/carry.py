@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from drumstick.methods import implicit_midpoint, rk4, semi_implicit_euler, verlet
-from drumstick.segment import Segment, propagate
+from drumstick.segment import Segment, acceleration, propagate
 from realtime.jit import is_none, njit, overload
 
 SEMI_IMPLICIT_EULER, VERLET, RK4, IMPLICIT_MIDPOINT = 0, 1, 2, 3
@@ -36,16 +36,18 @@ def _step(seg: Segment, t: float) -> tuple[float, float]:
     return semi_implicit_euler.step(seg, t)
 
 
-def carry(seg: Segment, t: float) -> tuple[float, float]:
-    """Position and speed t seconds into the segment: exact, or by one step of length t."""
+def carry(seg: Segment, t: float) -> tuple[float, float, float]:
+    """Position, speed and acceleration t seconds into the segment: exact, or by one step of length t."""
     raise TypeError("compiled code only")
 
 
 @overload(carry)
-def _carry_by_method(seg: Any, t: Any) -> Callable[[Segment, float], tuple[float, float]]:
-    if is_none(seg, "method"):
-        return lambda seg, t: propagate(seg, t)
-    return lambda seg, t: _step(seg, t)
+def _carry_by_method(seg: Any, t: Any) -> Callable[[Segment, float], tuple[float, float, float]]:
+    def stepped(seg: Segment, t: float) -> tuple[float, float, float]:
+        z, v = _step(seg, t)
+        return z, v, acceleration(seg, t, z, v)
+
+    return (lambda seg, t: propagate(seg, t)) if is_none(seg, "method") else stepped
 
 
 def is_exact(seg: Segment) -> bool:

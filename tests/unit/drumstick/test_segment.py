@@ -39,7 +39,7 @@ DIGITS = 60
 
 @njit()
 def _after(seg: Record, t: float) -> tuple[float, float, float]:
-    z, v = along(seg, t)
+    z, v, _ = along(seg, t)
     return z, v, push_now(seg.pushes, t)[0]
 
 

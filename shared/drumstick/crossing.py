@@ -1,0 +1,134 @@
+"""Where a weighted sum of z and its derivatives is zero: every event is one.
+
+Kernels: any thread; no allocation, no exceptions.
+"""
+
+import math
+from typing import NamedTuple
+
+from drumstick.methods.carry import carry
+from drumstick.segment import Segment, acceleration, push_now
+from realtime.jit import njit
+
+# What z, its first three derivatives and 1 are multiplied with.
+Weights = tuple[float, float, float, float, float]
+
+_HALVINGS = 200
+_ULPS = 2e-16
+_NEAR = 1e-9
+_MOST_BEND = 1.5
+
+
+class Point(NamedTuple):
+    """Time into the segment (s), and z with its first six derivatives then."""
+
+    t: float
+    z: float
+    v: float
+    z2: float
+    z3: float
+    z4: float
+    z5: float
+    z6: float
+
+
+@njit()
+def _point(seg: Segment, t: float, z: float, v: float, z2: float) -> Point:
+    # The rest follows from the equation of motion's derivatives.
+    _, push_1, push_2, push_3, push_4 = push_now(seg.pushes, t)
+    z3 = push_1 - 2.0 * seg.a * z2 - seg.w2 * v
+    z4 = push_2 - 2.0 * seg.a * z3 - seg.w2 * z2
+    z5 = push_3 - 2.0 * seg.a * z4 - seg.w2 * z3
+    z6 = push_4 - 2.0 * seg.a * z5 - seg.w2 * z4
+    return Point(t, z, v, z2, z3, z4, z5, z6)
+
+
+@njit()
+def start_of(seg: Segment) -> Point:
+    """The point at which the segment starts."""
+    return _point(seg, 0.0, seg.z, seg.v, acceleration(seg, 0.0, seg.z, seg.v))
+
+
+@njit()
+def point_after(seg: Segment, t: float) -> Point:
+    """The point t seconds into the segment."""
+    z, v, z2 = carry(seg, t)
+    return _point(seg, t, z, v, z2)
+
+
+@njit()
+def stay(p: Point, t: float) -> Point:
+    """The same point later: for a stick that rests."""
+    return Point(t, p.z, p.v, p.z2, p.z3, p.z4, p.z5, p.z6)
+
+
+@njit()
+def weighted(weights: Weights, p: Point) -> tuple[float, float, float, float]:
+    """The sum at a point, and its first three derivatives."""
+    c, c1, c2, c3, one = weights
+    return (
+        c * p.z + c1 * p.v + c2 * p.z2 + c3 * p.z3 + one,
+        c * p.v + c1 * p.z2 + c2 * p.z3 + c3 * p.z4,
+        c * p.z2 + c1 * p.z3 + c2 * p.z4 + c3 * p.z5,
+        c * p.z3 + c1 * p.z4 + c2 * p.z5 + c3 * p.z6,
+    )
+
+
+@njit()
+def changes(before: float, after: float) -> bool:
+    """Does the sign change on the way? Reaching 0 is a change, leaving it is none."""
+    return before < 0.0 <= after or before > 0.0 >= after
+
+
+@njit()
+def _step(weights: Weights, p: Point) -> float:
+    # To the zero by Householder's method: fourth order, with derivatives that the equation of motion gives for nothing.
+    # Newton's step where the sum bends too much for that.
+    f, f1, f2, f3 = weighted(weights, p)
+    if abs(f * f2) < _MOST_BEND * f1 * f1:
+        return -f * (6.0 * f1 * f1 - 3.0 * f * f2) / (6.0 * f1 * (f1 * f1 - f * f2) + f * f * f3)
+    return -f / f1
+
+
+@njit()
+def _guess(weights: Weights, low: Point, high: Point) -> float:
+    # Where the parabola at `low` reaches zero, or half way.
+    f, f1, f2, _ = weighted(weights, low)
+    under = f1 * f1 - 2.0 * f * f2
+    if under >= 0.0:
+        t = low.t - 2.0 * f / (f1 - math.copysign(math.sqrt(under), f))
+        if low.t < t < high.t:
+            return t
+    return 0.5 * (low.t + high.t)
+
+
+@njit()
+def root(seg: Segment, weights: Weights, low: Point, high: Point) -> Point:
+    """The point where the sum reaches zero, to the last digits. Its sign changes once between the two.
+
+    Householder's method, kept inside by bisection: about three points have to be computed.
+    """
+    begin, end = low.t, high.t
+    sign = 1.0 if weighted(weights, low)[0] < 0.0 else -1.0
+    t = _guess(weights, low, high)
+    previous = math.inf
+    here = high
+    for _ in range(_HALVINGS):
+        here = point_after(seg, t)
+        if weighted(weights, here)[0] * sign >= 0.0:
+            end = t
+        else:
+            begin = t
+        step = _step(weights, here)
+        near, shrinks = abs(step) <= _NEAR * t, abs(step) <= 0.5 * previous
+        if abs(step) <= _ULPS * t or end - begin <= _ULPS * end or (near and not shrinks):
+            break  # tiny steps that shrink no more are rounding
+        if shrinks and begin <= t + step <= end:
+            t += step
+            previous = abs(step)
+        elif near:
+            t = min(max(t + step, begin), end)
+        else:
+            t = 0.5 * (begin + end)
+            previous = end - begin
+    return here
