@@ -18,10 +18,13 @@ from drumstick.effects.pulse import Pulse
 from drumstick.segment import forced_response, free_response
 from drumstick.stick import Stick
 
+_ROUNDING = 1e-12
+
 
 def overdamped(stick: Stick) -> bool:
-    """Does equation (3) have no value: R_in^2 >= 4 m K_coll?"""
-    return 4.0 * stick.m_kg * stick.k_coll_N_per_m - stick.r_in_N_s_per_m**2 <= 0.0
+    """Does equation (3) have no value: R_in^2 >= 4 m K_coll, to within rounding?"""
+    critical = 4.0 * stick.m_kg * stick.k_coll_N_per_m
+    return stick.r_in_N_s_per_m**2 >= critical * (1.0 - _ROUNDING)
 
 
 def _until_let_go_s(stick: Stick, trigger: str) -> float:

@@ -17,7 +17,8 @@ from drumstick.law import thrown
 from drumstick.scene import Scene
 
 # Entry speeds that are tried, in units of the speed at which the head's spring reaches as deep as the hand presses.
-_SLOWEST, _FASTEST, _STEP = 1e-6, 1e60, 0.75
+_SLOWEST, _STEP = 1e-6, 0.75
+_FASTEST_M_PER_S = 9e5  # from 1e6 m/s on the exact motion counts a stick as gone
 _HALVINGS = 200
 
 
@@ -72,7 +73,7 @@ def _slowest_that_leaves(head: _Head, unit: float, fastest_odd: float) -> float 
     leaves = max(unit, 2.0 * fastest_odd)
     while not head.returns(leaves):
         leaves *= 10.0
-        if leaves > _FASTEST * unit:
+        if leaves > _FASTEST_M_PER_S:
             return None
     while leaves > _SLOWEST * unit:
         slower = leaves * _STEP
@@ -85,8 +86,8 @@ def _slowest_that_leaves(head: _Head, unit: float, fastest_odd: float) -> float 
 def capture_speed(scene: Scene) -> float | None:
     """The entry speed, m/s, below which a contact without pulses never ends; None when there is none.
 
-    There is none when the hand does not press (z_ss >= 0), and none that is finite when no contact ever ends
-    (an overdamped head that may pull, release = "paper"). Relative error below 1e-12, or 1e-17 over the damping ratio
+    There is none when the hand does not press (z_ss >= 0), and none below 1e6 m/s when no contact ever ends (an
+    overdamped head that may pull, release = "paper"). Relative error below 1e-12, or 1e-17 over the damping ratio
     where that is larger: a head that loses nothing captures nothing. With `negative_damping`, whose slow contacts gain
     speed, it is the fastest entry that stays.
     """

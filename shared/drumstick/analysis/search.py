@@ -15,12 +15,15 @@ from collections.abc import Iterator
 import numpy as np
 
 from drumstick.analysis import lap
-from drumstick.analysis.lap import V_OUT, Numbers
+from drumstick.analysis.lap import V_IN, V_OUT, Numbers
 from drumstick.analysis.return_map import OF_V_OUT, ReturnMap
 from realtime.jit import Records
 
-# Below this a mismatch is rounding. Where it stays so from node to node nothing is lost and every speed repeats.
-_FLAT = 1e-12
+# Below _FLAT a mismatch is rounding. So it is in a contact much slower than the speed at which the hand's pressing
+# alone would swing the stick into the head: what it moves is lost in the digits of where the hand holds it, and the
+# error grows with the square of that ratio. Where the mismatch stays zero from node to node nothing is lost: every
+# speed repeats.
+_FLAT, _ROUNDING, _BLIND = 1e-12, 2e-15, 1e-3
 # In events, for one search: some seconds of computing at most. A scan that would take more than half of it goes in
 # larger strides.
 _MOST_EFFORT, _SCAN_EFFORT, _STRIDE = 110_000.0, 70_000.0, 16
@@ -40,6 +43,8 @@ class Search:
     def __init__(self, law: Records, scratch: Records, laps: int) -> None:
         self._once = ReturnMap(law, scratch, 1, lap.LITTLE_PATIENCE)
         self._twice = ReturnMap(law, scratch, 2, lap.LITTLE_PATIENCE) if laps == 2 else None
+        m, k_hand, k_coll, z_ss = (float(law[name][0]) for name in ("m", "k_hand", "k_coll", "z_ss"))
+        self._pressing = k_hand * abs(z_ss) / math.sqrt(m * (k_hand + k_coll))
 
     def found(self, x: Numbers) -> list[Numbers]:
         """Candidate states, shape (5,), that the laps bring back; x: the nodes to scan, increasing."""
@@ -71,7 +76,10 @@ class Search:
         if self._effort() > _MOST_EFFORT or not mapped.at(speed, OF_V_OUT):
             return math.nan
         rest = float(mapped.states[-1, V_OUT]) / speed - 1.0
-        return rest if abs(rest) > _FLAT else 0.0
+        blur = _FLAT + _ROUNDING * (self._pressing / float(np.abs(mapped.told[:, V_IN]).min())) ** 2
+        if blur > _BLIND:
+            return math.nan
+        return rest if abs(rest) > blur else 0.0
 
     def _scan(self, x: Numbers) -> tuple[Numbers, int]:
         # The mismatch at every 16th node, then between them, down to the stride that the effort allows.
