@@ -36,6 +36,7 @@ _OUT = typer.Option(help="Also write figures (PNG, SVG), tables (CSV) and analys
 _SWEEP = typer.Option(
     help="NAME=LOW:HIGH:COUNT[:log], with --out: sweep this parameter instead of the usual ones; twice: a plane."
 )
+_POSE = "You hold a real arm in its neutral pose now, so that its encoders may be reset (docs/phantom.md)."
 _DEVICE = typer.Option(help="simulated, openhaptics, or replay:FILE (CSV with t_s and z_m).")
 
 Scene = Annotated[str, _SCENE]
@@ -50,6 +51,7 @@ OscIn = Annotated[int, _OSC_IN]
 OscOut = Annotated[list[str] | None, _OSC_OUT]
 Prefix = Annotated[str, _PREFIX]
 Device = Annotated[str, _DEVICE]
+PoseIsHeld = Annotated[bool, typer.Option("--pose-is-held", help=_POSE)]
 SceneName = Annotated[str, typer.Argument(help="A shipped scene or a .toml file.")]
 
 
@@ -61,6 +63,7 @@ def _run(
     *,
     scene: str = "roll",
     device: str = "simulated",
+    pose_is_held: bool = False,
     audio: str = "auto",
     connect: str | None = None,
     listen: str = DEFAULT_ROUTER,
@@ -84,7 +87,9 @@ def _run(
     targets = tuple(checks.target(t) for t in osc_out or ["127.0.0.1:9101"])
     run = folder.run_folder(rig)
     up(
-        Options(rig, run, device, audio, connect, listen, osc_in, targets, prefix, panel_port, part),
+        Options(
+            rig, run, device, pose_is_held, audio, connect, listen, osc_in, targets, prefix, panel_port, part
+        ),
         scene,
         duration,
         as_json,
@@ -96,6 +101,7 @@ def up_command(
     scene: Scene = "roll",
     duration: Duration = None,
     device: Device = "simulated",
+    pose_is_held: PoseIsHeld = False,
     audio: Audio = "auto",
     rig: RigName = "main",
     connect: Connect = None,
@@ -108,7 +114,8 @@ def up_command(
 ) -> None:
     """Play: force loop, sound and panel together, until Ctrl-C."""
     _run(
-        frozenset({"haptic", "sound", "panel"}), rig, duration, as_json, scene=scene, device=device, audio=audio,
+        frozenset({"haptic", "sound", "panel"}), rig, duration, as_json, scene=scene, device=device,
+        pose_is_held=pose_is_held, audio=audio,
         connect=connect, listen=listen, osc_in=osc_in, osc_out=osc_out, prefix=prefix, panel_port=panel_port,
     )  # fmt: skip
 
@@ -118,6 +125,7 @@ def haptic_command(
     scene: Scene = "roll",
     duration: Duration = None,
     device: Device = "simulated",
+    pose_is_held: PoseIsHeld = False,
     rig: RigName = "main",
     connect: Connect = None,
     listen: Listen = DEFAULT_ROUTER,
@@ -128,7 +136,7 @@ def haptic_command(
 ) -> None:
     """Only the force loop and its gateway."""
     _run(
-        frozenset({"haptic"}), rig, duration, as_json, scene=scene, device=device,
+        frozenset({"haptic"}), rig, duration, as_json, scene=scene, device=device, pose_is_held=pose_is_held,
         connect=connect, listen=listen, osc_in=osc_in, osc_out=osc_out, prefix=prefix,
     )  # fmt: skip
 

@@ -16,6 +16,7 @@ class Options:
     rig: str
     folder: Path
     device: str = "simulated"
+    pose_is_held: bool = False
     audio: str = "auto"
     connect: str | None = None
     listen: str = DEFAULT_ROUTER
@@ -45,6 +46,8 @@ def commands(options: Options) -> dict[str, list[str]]:
     plan: dict[str, list[str]] = {}
     if HAPTIC in options.parts:
         plan["servo"] = [*python, "haptic_server.servo", *folder, "--device", options.device]
+        if options.pose_is_held:
+            plan["servo"].append("--pose-is-held")
         osc = ["--osc-in", f"127.0.0.1:{options.osc_in}", "--prefix", options.prefix]
         for target in options.osc_out:
             osc += ["--osc-out", target]

@@ -93,10 +93,6 @@ def test_it_plays(tmp_path: Path, stand_in: Path) -> None:
     assert "PHANTOM Premium 1.5" in said
 
 
-@pytest.mark.xfail(
-    reason="servo/__main__: the SIGTERM that the ended loop sends itself reaches a numpy thread, which does not block "
-    "it, and kills the process before device.close()"
-)
 def test_it_ends_in_good_order_when_asked(tmp_path: Path, stand_in: Path) -> None:
     servo = Servo(tmp_path, stand_in)
     servo.wait("ticks", lambda status: bool(status["tick"] > 0))

@@ -4,7 +4,6 @@ from pathlib import Path
 
 from drumstick.scene import Scene
 from haptic_server.device.protocol import Device, DeviceError
-from haptic_server.servo.memory import Servo
 
 KINDS = "simulated, openhaptics or replay:FILE"
 
@@ -29,9 +28,3 @@ def chosen(words: str, scene: Scene, pose_is_held: bool = False) -> Device:
 
         return Replay(Path(rest))
     raise DeviceError(f"no device {words!r}; there is {KINDS}")
-
-
-def furnish(device: Device, servo: Servo) -> Servo:
-    """The servo with what a simulated or replayed device moves in it; a real one moves nothing here."""
-    adds = getattr(device, "furnish", None)
-    return servo if adds is None else adds(servo)

@@ -26,7 +26,8 @@ class DeviceError(Exception):
 class Device(Protocol):
     """A device as the servo process uses it. Control threads, one at a time; never the tick's.
 
-    The order is open, info, run, close; `close` may follow a failure of any of them, and may be called twice.
+    The order is open, info, furnish, rehearse, run, close; `close` may follow a failure of any of them, and may be
+    called twice.
     """
 
     def open(self) -> None:
@@ -35,6 +36,17 @@ class Device(Protocol):
 
     def info(self) -> Info:
         """What the open device tells of itself. Does not block."""
+        ...
+
+    def furnish(self, servo: "Servo") -> "Servo":
+        """The servo with what a simulated or replayed device moves in it; a real one leaves it as it is."""
+        ...
+
+    def rehearse(self, spare: "Servo") -> None:
+        """Compile what `run` needs for servos of this type, before real time starts. Takes seconds; no force.
+
+        `spare` is furnished like the servo to come, with a block that nobody reads.
+        """
         ...
 
     def run(self, servo: "Servo", stop: StopRequest) -> int:

@@ -87,6 +87,10 @@ class Replay:
         """The servo with what this device moves in it."""
         return servo._replace(plant=np.zeros(1, REPLAY), path=self.recording)
 
+    def rehearse(self, spare: Servo) -> None:
+        """Compile the loop and touch every path of it."""
+        loop.rehearse(spare)
+
     def run(self, servo: Servo, stop: StopRequest) -> int:
         """Pace the ticks until the block's STOP cell is set."""
         loop.run_paced(servo)

@@ -62,6 +62,10 @@ class Simulated:
         plant = _arm(self._scene, self.info().specification)
         return servo._replace(plant=plant, gesture=_gesture(self._scene))
 
+    def rehearse(self, spare: Servo) -> None:
+        """Compile the loop and touch every path of it."""
+        loop.rehearse(spare)
+
     def run(self, servo: Servo, stop: StopRequest) -> int:
         """Pace the ticks until the block's STOP cell is set."""
         loop.run_paced(servo)

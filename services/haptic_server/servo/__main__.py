@@ -3,7 +3,6 @@
 import argparse
 import json
 import logging
-import os
 import signal
 import sys
 import threading
@@ -14,13 +13,13 @@ from drumstick.law import law_of
 from drumstick.parameters import Refusal
 from drumstick.scene import Scene, parse
 from haptic_server import block, files
-from haptic_server.device import chosen
+from haptic_server.device.chosen import KINDS, chosen
 from haptic_server.device.protocol import Device, DeviceError
-from haptic_server.device.specification import EXACT_STICK, Specification
+from haptic_server.device.specification import Specification
 from haptic_server.limits import limits_of
 from haptic_server.limits import write as write_limits
 from haptic_server.records import FAULT_WORDS, NO_FAULT
-from haptic_server.servo import loop, memory, priority, trace
+from haptic_server.servo import memory, priority, trace
 from haptic_server.servo.latch import fits
 from realtime.atomics import poke
 from realtime.stop import StopRequest
@@ -36,32 +35,24 @@ def _tell_granted(path: Path, granted: dict[str, str]) -> None:
         _log.warning("%s cannot be written: %s", path, error.strerror)
 
 
-def _watch(servo: memory.Servo, path: Path) -> None:
-    # Until a signal: when a fault is latched, its last thousand ticks go to a file.
+def _save_trace(servo: memory.Servo, path: Path) -> None:
+    fault = FAULT_WORDS[int(servo.player[0]["fault"])]
+    _log.error("fault: %s; the last ticks are in %s", fault, path)
+    rows = trace.ordered(servo.trace, int(servo.player[0]["traced"]))
+    try:
+        path.write_text(trace.as_csv(rows), encoding="utf-8")
+    except OSError as error:  # a full disk must not end the servo
+        _log.error("%s cannot be written: %s", path, error.strerror)
+
+
+def _watch(servo: memory.Servo, path: Path, loop_thread: threading.Thread, stop: StopRequest) -> None:
+    # Until asked to stop or the loop has ended: when a fault is latched, its last thousand ticks go to a file.
     written = False
-    while signal.sigtimedwait({signal.SIGTERM, signal.SIGINT}, _LOOK_EVERY_S) is None:
-        player = servo.player[0]
-        if not player["trace_ended"]:
-            written = False
-        elif not written:
-            written = True
-            _log.error("fault: %s; the last ticks are in %s", FAULT_WORDS[int(player["fault"])], path)
-            try:
-                path.write_text(
-                    trace.as_csv(trace.ordered(servo.trace, int(player["traced"]))), encoding="utf-8"
-                )
-            except OSError as error:  # a full disk must not end the servo
-                _log.error("%s cannot be written: %s", path, error.strerror)
-
-
-def _rehearse(device: Device, scene: Scene, specification: Specification) -> None:
-    """Compile everything and touch every path before real time starts."""
-    spare = memory.prepare(scene, block.in_memory(law_of(scene)), specification=specification)
-    spare = chosen.furnish(device, spare)
-    if spare.plant is not None or specification is EXACT_STICK:  # a real device compiles its callback itself
-        loop.run_virtual(spare, 200, 0)
-        poke(spare.block.control, block.STOP, 1)
-        loop.run_paced(spare)
+    while not stop.wait(_LOOK_EVERY_S) and loop_thread.is_alive():
+        ended = bool(servo.player[0]["trace_ended"])
+        if ended and not written:
+            _save_trace(servo, path)
+        written = ended
 
 
 def _memory(scene: Scene, run_dir: Path, specification: Specification) -> memory.Servo:
@@ -76,34 +67,35 @@ def _memory(scene: Scene, run_dir: Path, specification: Specification) -> memory
     return memory.prepare(scene, mine, left.held, specification)
 
 
-def _play(device: Device, scene: Scene, run_dir: Path) -> int:
-    """Open the device and tick until a signal. DeviceError, Refusal and OSError say why not."""
+def _play(device: Device, scene: Scene, run_dir: Path, stop: StopRequest) -> int:
+    """Open the device and tick until asked to stop. DeviceError, Refusal and OSError say why not."""
     device.open()
     info = device.info()
     for words in info.words:
         _log.info("device: %s", words)
     envelope.require(law_of(scene), limits_of(scene, info.specification))
-    _rehearse(device, scene, info.specification)
-    servo = chosen.furnish(device, _memory(scene, run_dir, info.specification))
+    spare = memory.prepare(scene, block.in_memory(law_of(scene)), specification=info.specification)
+    device.rehearse(device.furnish(spare))
+    servo = device.furnish(_memory(scene, run_dir, info.specification))
     granted: dict[str, str] = {}
     ended: list[int] = []
 
     def run() -> None:
+        granted.update(priority.claim(scene.servo.cpu))
+        _tell_granted(run_dir / files.GRANTED, granted)
         try:
-            granted.update(priority.claim(scene.servo.cpu))
-            _tell_granted(run_dir / files.GRANTED, granted)
-            ended.append(device.run(servo, StopRequest()))
+            ended.append(device.run(servo, stop))
         except DeviceError as error:
             _log.error("%s", error)
-        finally:  # whatever ended it: a process without its loop must end too, to be started again
-            os.kill(os.getpid(), signal.SIGTERM)
 
     thread = threading.Thread(target=run, name="servo")
     thread.start()
     _log.info("scene %s, %d Hz, %s", scene.name, scene.servo.rate_Hz, info.specification.name)
-    _watch(servo, run_dir / files.TRACE)
+    _watch(servo, run_dir / files.TRACE, thread, stop)
     poke(servo.block.control, block.STOP, 1)
     thread.join()
+    if servo.player[0]["trace_ended"]:
+        _save_trace(servo, run_dir / files.TRACE)
     return 0 if ended == [NO_FAULT] else 1
 
 
@@ -113,16 +105,21 @@ def main() -> int:
     arguments.add_argument(
         "--run-dir", type=Path, required=True, help="holds scene.toml; the block is made here"
     )
-    arguments.add_argument("--device", default="simulated", help=chosen.KINDS)
+    arguments.add_argument("--device", default="simulated", help=KINDS)
+    arguments.add_argument(
+        "--pose-is-held", action="store_true", help="somebody holds a real arm in its neutral pose now"
+    )
     given = arguments.parse_args()
     logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
-    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM, signal.SIGINT})
+    stop = StopRequest()
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, stop.ask)
     text = given.run_dir / files.SCENE
     scene = parse(text.read_text(encoding="utf-8"), str(text))
     device: Device | None = None
     try:
-        device = chosen.chosen(given.device, scene)
-        return _play(device, scene, given.run_dir)
+        device = chosen(given.device, scene, given.pose_is_held)
+        return _play(device, scene, given.run_dir, stop)
     except Refusal as refusal:
         _log.error("%s: the scene itself is outside the envelope: %s", text, refusal)
         return 2

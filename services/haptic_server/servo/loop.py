@@ -12,7 +12,7 @@ from haptic_server.servo.sampled import replayed_tick, sampled_tick
 from haptic_server.servo.telling import tell
 from haptic_server.servo.tick import tick
 from haptic_server.servo.trace import note
-from realtime.atomics import load_acquire
+from realtime.atomics import load_acquire, poke
 from realtime.clock import now_ns, wait_until
 from realtime.jit import ArgumentType, array_has, is_none, njit, overload
 
@@ -100,3 +100,10 @@ def run_paced(servo: Servo) -> int:
         span = (missed + 1) * period
         deadline += span
     return status.tick
+
+
+def rehearse(spare: Servo) -> None:
+    """Compile the loop for servos of this type and touch every path, before real time. Control thread; seconds."""
+    run_virtual(spare, 200, 0)
+    poke(spare.block.control, STOP, 1)
+    run_paced(spare)

@@ -78,6 +78,10 @@ class OpenHaptics:
         """What the open device tells of itself, and how the last run was scheduled. Does not block."""
         return Info(self._opened().facts.specification, tuple(self._words))
 
+    def furnish(self, servo: Servo) -> Servo:
+        """As it is: a real arm moves nothing in our memory."""
+        return servo
+
     def rehearse(self, spare: Servo) -> None:
         """Compile for servos of this type, so that `run` begins at once; else it compiles itself, in its own thread.
 
