@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 _ENDS = {
     "captured": "it comes to rest in the head",
-    "left": "it leaves and never comes back",
+    "left": "it leaves: it never comes back, or its speed grows without end",
     "unsettled": "it bounces on without a period of up to 8 contacts",
 }
 

@@ -23,17 +23,18 @@ from drumstick.parameters import table_of, with_changes
 from drumstick.scene import Scene
 from realtime.jit import Records, njit, prange
 
-# What becomes of the stick. BUZZING: no settled period, a period of more than one contact, or contacts that
-# follow one another faster than BUZZ_HZ.
+# What becomes of the stick. BUZZING: no settled period, a period of more than one contact, or contacts that follow one
+# another faster than BUZZ_HZ. LEFT: it never comes back, or its speed grows without end.
 STABLE, BUZZING, CAPTURED, LEFT = 0, 1, 2, 3
 KINDS = ("stable roll", "buzzing", "rests in the head", "leaves")
 
-# Closer contacts are heard as a pitch, not as strokes, and no player throws a stick up for less than 5 mm at this rate.
+# Contacts less than 10 ms apart are heard as a tone, not as strokes. A convention of ours: nothing in the motion changes
+# there.
 BUZZ_HZ = 100.0
 MEASURED = 64
 LONGEST_PERIOD = 8
-_MOST_EFFORT = 100_000.0
 SAME = 1e-6  # two speeds that differ by less than this share are the same
+_MOST_EFFORT = 100_000.0  # of one point (lap.EFFORT): it would take a second
 
 
 @dataclass(frozen=True)
