@@ -28,8 +28,7 @@ from realtime.jit import Records, njit, prange
 STABLE, BUZZING, CAPTURED, LEFT = 0, 1, 2, 3
 KINDS = ("stable roll", "buzzing", "rests in the head", "leaves")
 
-# Contacts less than 10 ms apart are heard as a tone, not as strokes. A convention of ours: nothing in the motion changes
-# there.
+# Contacts less than 10 ms apart are heard as a tone, not as strokes. A convention: nothing in the motion changes there.
 BUZZ_HZ = 100.0
 MEASURED = 64
 LONGEST_PERIOD = 8
