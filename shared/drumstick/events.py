@@ -57,54 +57,41 @@ def _above(seg: Segment, here: Point, there: Point) -> Event:
 
 
 @njit()
-def _shift(place: int, seg: Segment, here: Point, there: Point) -> Event:
-    # LOOSEN when the push of a head that only pushes falls to 0, RESUME when it rises above it again.
+def _shift(place: int, seg: Segment, here: Point, bend: Point, end: Point) -> Event:
+    # LOOSEN when the push of a head that only pushes falls to 0, RESUME when it rises above it again. The push is
+    # monotone from here to the bend, and from there to the end.
     event, outward = (RESUME, 1.0) if place == LOOSE else (LOOSEN, -1.0)
     rate = push_rate(seg)
-    before, after = outward * weighted(rate, here)[0], outward * weighted(rate, there)[0]
-    begin, end = here, there
-    if changes(before, after):
-        extreme = root(seg, rate, here, there)
-        if before > 0.0:
-            end = extreme
-        else:
-            begin = extreme
-    elif before + after <= 0.0:
-        return HORIZON, there
-    if outward * push_of(seg, end.z, end.v) < 0.0:
-        return HORIZON, there
+    first, last = outward * weighted(rate, here)[0], outward * weighted(rate, end)[0]
+    begin, reach = (here, bend) if first > 0.0 or (first == 0.0 and last > 0.0) else (bend, end)
+    if reach.t <= begin.t or outward * push_of(seg, reach.z, reach.v) < 0.0:
+        return HORIZON, end
     if outward * push_of(seg, begin.z, begin.v) >= 0.0:
         return event, begin
-    return event, root(seg, _push(seg), begin, end)
-
-
-@njit()
-def _note_peak(motion: Record, seg: Segment, here: Point, end: Point) -> None:
-    # In passing: the largest push ends no segment.
-    rate = push_rate(seg)
-    if weighted(rate, here)[0] > 0.0 >= weighted(rate, end)[0]:
-        peak = root(seg, rate, here, end)
-        motion.peak_N = max(motion.peak_N, push_of(seg, peak.z, peak.v))
+    return event, root(seg, _push(seg), begin, reach)
 
 
 @njit()
 def _in_head(motion: Record, seg: Segment, here: Point, there: Point) -> Event:
-    found = HORIZON, there
+    turns, rises = changes(here.v, there.v), _rises(here, there)
+    end = root(seg, SPEED, here, there) if turns else there
+    rate = push_rate(seg)
+    before, after = weighted(rate, here)[0], weighted(rate, end)[0]
+    peaks, dips = before > 0.0 >= after, before < 0.0 <= after
+    bend = root(seg, rate, here, end) if peaks or (dips and seg.release != PAPER) else end
+
+    event = HORIZON
+    if turns:
+        event = SINK if rises else TURN
     if seg.release != PAPER:
-        found = _shift(motion.place, seg, here, there)
-    end = found[1]
-    turns = changes(here.v, end.v)
-    stand = root(seg, SPEED, here, end) if turns else end
-    if _rises(here, end):
-        if stand.z >= 0.0:
-            found = RELEASE, _reach(seg, here, stand)
-        elif turns:
-            found = SINK, stand
-    elif turns:
-        found = TURN, stand
-    if motion.place == CONTACT:
-        _note_peak(motion, seg, here, found[1])
-    return found
+        shift, at = _shift(motion.place, seg, here, bend, end)
+        if shift != HORIZON:
+            event, end = shift, at
+    if rises and end.z >= 0.0:
+        event, end = RELEASE, _reach(seg, here, end)
+    if motion.place == CONTACT and peaks and bend.t <= end.t:  # noted in passing: it ends no segment
+        motion.peak_N = max(motion.peak_N, push_of(seg, bend.z, bend.v))
+    return event, end
 
 
 @njit()

@@ -194,6 +194,31 @@ def _push_of_each(pushes: Any, t: Any) -> Callable[..., Derivatives]:
     return summed if len(pushes) > 0 else none
 
 
+def _fastest_push(pushes: Pushes) -> float:
+    raise TypeError("compiled code only")
+
+
+@overload(_fastest_push)
+def _fastest_of_each(pushes: Any) -> Callable[..., float]:
+    def none(pushes: Any) -> float:
+        return 0.0
+
+    def largest(pushes: Any) -> float:
+        fastest = 0.0
+        for p, lam in pushes:
+            if p != 0.0:
+                fastest = max(fastest, lam)
+        return fastest
+
+    return largest if len(pushes) > 0 else none
+
+
+@njit()
+def quickness(seg: Segment) -> float:
+    """The rate of the quickest change in the segment, 1/s: each derivative is at most so many times the one before."""
+    return fastest_rate(seg.a, seg.w2, _fastest_push(seg.pushes))
+
+
 @njit()
 def propagate(seg: Segment, t: float) -> tuple[float, float, float]:
     """Position, speed and acceleration t seconds into the segment; all three die away when the motion does."""
