@@ -19,6 +19,8 @@ from drumstick.events import (
 from drumstick.transitions import CAPTURED, apply, move, never_releases, renew, segment_of
 from realtime.jit import Record, njit
 
+_NOTHING = 1e-30  # m and m/s
+
 
 @njit()
 def _land(motion: Record, event: int) -> None:
@@ -31,6 +33,13 @@ def _land(motion: Record, event: int) -> None:
         motion.v = max(motion.v, 0.0)
     elif event in (TURN, APEX, SINK):
         motion.v = 0.0
+
+
+@njit()
+def _died_away(law: Record, motion: Record) -> bool:
+    # A head that lets go and holds again, over and over, of a stick that creeps up to z = 0 and never arrives.
+    still = abs(motion.z) < _NOTHING and abs(motion.v) < _NOTHING and law.k_hand * law.z_ss == 0.0
+    return still and composition.left_at_most(law, motion) == 0.0 and not composition.lively(law, motion)
 
 
 @njit()
@@ -58,3 +67,6 @@ def advance(
         apply(law, motion, event)
         if event not in (LOOSEN, RESUME, SINK):
             return event, moved
+        if _died_away(law, motion):
+            motion.fate = CAPTURED
+            return HORIZON, horizon
