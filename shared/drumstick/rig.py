@@ -26,7 +26,7 @@ class Servo:
     """`[servo]`: the force loop."""
 
     rate_Hz: int = count(1000, 500, 4000, "Hz", "Ticks a second")  # noqa: N815
-    cpu: int = count(-1, -1, 1023, "", "Processor that the loop stays on; -1 leaves it to the system")
+    cpu: int = count(-1, -1, 1023, "number", "Processor that the loop stays on; -1 leaves it to the system")
     spin_us: int = count(
         0, 0, 200, "us", "Awake for the last so many us of each tick: less lateness, more power"
     )

@@ -169,7 +169,7 @@ def test_a_short_run_ends_by_itself_with_a_summary_and_a_sound_file(tmp_path: Pa
     [
         (["--scene", "nonsense"], "shipped: "),
         (["--scene", "/nowhere/at/all.toml"], "No such file"),
-        (["--device", "openhaptics"], "simulated"),
+        (["--device", "falcon"], "simulated"),
         (["--duration", "nan"], "--duration"),
         (["--rig", "a/b"], "rig name"),
         (["--osc-out", "somewhere"], "host:port"),
