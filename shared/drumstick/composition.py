@@ -93,6 +93,13 @@ def lively(law: Record, motion: Record) -> bool:
 
 
 @njit()
+def stirs(law: Record, motion: Record, least: float) -> bool:
+    """Can an effect other than a pulse give more than `least` m/s to a stick that lies still at z = 0?"""
+    forced = noise.strongest(law) > 0.0 or chaos.strongest(law) > 0.0
+    return forced or system_delay.coming(law, motion) > least
+
+
+@njit()
 def restless(law: Record) -> bool:
     """May the head's force change although nothing happens?"""
     return noise.strongest(law) > 0.0

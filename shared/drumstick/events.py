@@ -85,7 +85,7 @@ def _in_head(motion: Record, seg: Segment, here: Point, there: Point) -> Event:
         event = SINK if rises else TURN
     if seg.release != PAPER:
         shift, at = _shift(motion.place, seg, here, bend, end)
-        if shift != HORIZON:
+        if shift != HORIZON and (at.t < end.t or not turns):
             event, end = shift, at
     if rises and end.z >= 0.0:
         event, end = RELEASE, _reach(seg, here, end)

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from drumstick import bounds
-from drumstick.effects import pulse
 from haptic_server.records import (
     DEAD_MAN,
     NO_FAULT,
@@ -128,7 +127,7 @@ def ready(guard: Record, allowed: Record, reading: Record, z: float, period_s: f
 @njit()
 def may_add(law: Record) -> tuple[float, float]:
     """e and b of drumstick.bounds without the pulses: what the head may make of an entry speed."""
-    return bounds.multiplied(law), bounds.added(law) - pulse.adds(law)
+    return bounds.multiplied(law), bounds.added_by_head(law)
 
 
 @njit()

@@ -79,9 +79,15 @@ def multiplies(law: Record) -> float:
 
 
 @only_with("cor_pulse", otherwise=0.0)
-def strongest(law: Record) -> float:
-    """The largest acceleration of one push, m/s^2, per m/s of the blow."""
-    return law.cor_pulse.gamma / law.cor_pulse.tau
+def strongest(law: Record, soonest: float) -> float:
+    """The largest acceleration, m/s^2 per m/s of the blow, of pushes that are at least `soonest` seconds apart."""
+    return law.cor_pulse.gamma / law.cor_pulse.tau * kick.stacked(law.cor_pulse, soonest)
+
+
+@only_with("cor_pulse", otherwise=0.0)
+def lasts(law: Record) -> float:
+    """Its tau, s."""
+    return law.cor_pulse.tau
 
 
 @only_with("cor_pulse", otherwise=True)

@@ -40,3 +40,9 @@ def elapse(given: Record, state: Record, duration: float) -> None:
     push = state.push * math.exp(-(1.0 / given.tau) * duration)
     state.push = 0.0 if abs(push) * given.tau < SPENT_M_PER_S else push
     state.age += duration
+
+
+@njit()
+def stacked(given: Record, soonest: float) -> float:
+    """How many pulses push at once at most, counted by their force, when two never fire within `soonest` seconds."""
+    return 1.0 / -math.expm1(-soonest / given.tau) if given.overlap == ADD else 1.0

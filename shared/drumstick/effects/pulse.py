@@ -78,9 +78,15 @@ def adds(law: Record) -> float:
 
 
 @only_with("pulse", otherwise=0.0)
-def strongest(law: Record) -> float:
-    """The largest acceleration of one pulse, m/s^2."""
-    return law.pulse.dv_pls / law.pulse.tau
+def strongest(law: Record, soonest: float) -> float:
+    """The largest acceleration, m/s^2, of pulses that are at least `soonest` seconds apart."""
+    return law.pulse.dv_pls / law.pulse.tau * kick.stacked(law.pulse, soonest)
+
+
+@only_with("pulse", otherwise=0.0)
+def lasts(law: Record) -> float:
+    """Its tau, s."""
+    return law.pulse.tau
 
 
 @only_with("pulse", otherwise=True)
