@@ -75,6 +75,18 @@ def _open_cache() -> Path | None:
 # Without the wrapper for passing a kernel as a value, which nothing does: a fifth of the time of a cold compile.
 _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
 
+
+def _name_records_by_content() -> None:
+    # numba names a record type, in the symbols of what it compiles, by a counter of this process. Two processes that
+    # compile for different scenes use the same names; a third that loads both from the cache would call the kernels of
+    # the one with the memory of the other (numba 0.68, types.Record.mangling_args).
+    def mangling_args(self: Any) -> tuple[str, tuple[str]]:
+        return "Record", ("r" + hashlib.sha256(self.name.encode()).hexdigest()[:24],)
+
+    numba.types.Record.mangling_args = property(mangling_args)
+
+
+_name_records_by_content()
 CACHE_FOLDER = _open_cache()
 if CACHE_FOLDER is not None:
     numba.config.CACHE_DIR = str(CACHE_FOLDER)
@@ -156,15 +168,18 @@ def array_has(named: ArgumentType, array: str, field: str) -> bool:
     return field in named.types[named.fields.index(array)].dtype.fields
 
 
-def _constant(value: Any, arguments: int) -> Callable[..., Any]:
-    # numba wants the very number of arguments, and folds the constant away.
+def _constant(value: Any, arguments: int, name: str) -> Callable[..., Any]:
+    # numba wants the very number of arguments, and folds the constant away. Its symbol is made from the name, which
+    # must therefore be another for another constant.
     of_arity: dict[int, Callable[..., Any]] = {
         1: lambda a: value,
         2: lambda a, b: value,
         3: lambda a, b, c: value,
         4: lambda a, b, c, d: value,
     }
-    return of_arity[arguments]
+    constant = of_arity[arguments]
+    constant.__qualname__ = name
+    return constant
 
 
 def only_with(effect: str, otherwise: float | bool | tuple[()] | None = None) -> Callable[[F], F]:
@@ -176,7 +191,7 @@ def only_with(effect: str, otherwise: float | bool | tuple[()] | None = None) ->
 
     def decorate(body: F) -> F:
         own = inspect.signature(body)
-        absent = _constant(otherwise, len(own.parameters))
+        absent = _constant(otherwise, len(own.parameters), f"{body.__module__}.{body.__name__}.absent")
 
         def choose(law: ArgumentType, *_: ArgumentType) -> Callable[..., Any]:
             return body if record_has(law, effect) else absent

@@ -112,3 +112,37 @@ def test_old_folders_are_cleared_away(tmp_path: Path) -> None:
     assert folder is not None
     assert len(left) == 4
     assert {Path(folder).name, f"kernels-{9:016d}"} <= left
+
+
+# How fast a roll with each of these effects can get: kernels too long to be copied into their caller.
+SPEEDS = """
+import json, sys
+from drumstick import bounds
+from drumstick.law import law_of
+from drumstick.scene import EFFECTS, Scene
+
+print(json.dumps([
+    bounds.fastest(law_of(Scene(name, effects={name: EFFECTS[name]()}))[0]) for name in sys.argv[1:]
+]))
+"""
+
+
+def test_kernels_that_two_processes_compiled_for_two_scenes_stay_apart_in_a_third(tmp_path: Path) -> None:
+    """Equal symbols in both would make the third run the one's code on the other's memory."""
+    path = os.pathsep.join(str(ROOT / part) for part in ("shared", "services"))
+    environment = dict(os.environ, XDG_CACHE_HOME=str(tmp_path), PYTHONPATH=path)
+
+    def speeds(*effects: str) -> list[float]:
+        done = subprocess.run(
+            [sys.executable, "-c", SPEEDS, *effects],
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        return json.loads(done.stdout)
+
+    (chaos,), (spring,) = speeds("chaos"), speeds("hysteretic_spring")
+    assert chaos != spring
+    assert speeds("hysteretic_spring", "chaos") == [spring, chaos]
+    assert speeds("chaos", "hysteretic_spring") == [chaos, spring]
