@@ -6,7 +6,6 @@ falls on both, or on neither.
 
 import functools
 import time
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -143,3 +142,11 @@ def scipy_window(name: str, rtol: float = solve_ivp_stick.RTOL, atol: float = so
     begun = time.thread_time()
     solve_ivp_stick.play(case.scene, case.bounces, THROW_M_PER_S, rtol, atol)
     return (time.thread_time() - begun) / case.bounces
+
+
+def error_after(name: str, count: int) -> float:
+    """The error of `exact` over so many contacts."""
+    scene = CASES[name].scene
+    true = mp_stick.contacts(scene, solve_ivp_stick.play(scene, count, THROW_M_PER_S), THROW_M_PER_S)
+    found = simulate(scene, float(true[-1, 2]) * 1.02, THROW_M_PER_S).contacts[:, :4]
+    return error(found, true)

@@ -17,7 +17,7 @@ from drumstick.scene import Scene
 
 METHOD, RTOL, ATOL = "DOP853", 1e-10, 1e-12
 LONGEST_S = 1.0  # no flight and no contact of the cases lasts longer
-# What ends a stretch of motion: the way down or up through z = 0, the deepest point, the push falling or rising through 0.
+# What ends a stretch of motion: z = 0 on the way down or up, the deepest point, a push that falls or rises through 0.
 ENTRY, RELEASE, TURN, LOOSEN, RESUME = range(5)
 
 Event = Callable[[float, Sequence[float]], float]

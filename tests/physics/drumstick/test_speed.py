@@ -16,7 +16,7 @@ RK4_STEPS_S = 1e-3 / 2.0 ** np.arange(11)
 
 @pytest.mark.parametrize("case", ["A_stick_T", "A_stick_X_force", "A_stick_L_small"])
 def test_the_reference_is_the_other_reference(case: str) -> None:
-    """Instants solved for again by mpmath against the stored ones, computed by a program that shares no line with it."""
+    """Instants solved for again by mpmath against the stored ones, which another program computed."""
     scene = stick_cases.cycle_scene(CYCLES[case])
     stored = [
         [float(row[key]) for key in ("t_in", "v_in", "t_out", "v_out")]
