@@ -1,4 +1,4 @@
-"""How late the force loop is, beside an equal loop in C: python benchmarks/lateness.py [--window-s 6] [--scene roll].
+"""How late the force loop is, beside an equal loop in C: python benchmarks/lateness.py [--window-s 5] [--scene roll].
 
 Ours is the servo process with its own loop (lateness_servo.py); the other is lateness_loop.c, built with the system's
 compiler: the same rate, priority, locked memory, timer slack, processor and spin. Both run at the same time, so that
@@ -185,7 +185,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--window-s", type=float, default=6.0)
+    parser.add_argument("--window-s", type=float, default=5.0)
     parser.add_argument("--scene", default="roll")
     parser.add_argument("--only", nargs="*", choices=CONDITIONS, help="these conditions; nothing is stored")
     given = parser.parse_args()
