@@ -49,8 +49,8 @@ def _blows(law: Record) -> tuple[Blow, Blow]:
 
 @njit()
 def _shaken(law: Record) -> float:
-    # The speed, m/s, by forces that change: F/m times the time they last. In each half turn damping takes its share of A,
-    # so a whole period is twice what any number of turns comes to.
+    # The speed, m/s, by forces that change: F/m times the time they last. In each half turn damping takes its share of
+    # A, so a whole period is twice what any number of turns comes to.
     period = 2.0 * math.pi * math.sqrt(law.m / law.k_coll)
     return (noise.strongest(law) + chaos.strongest(law)) / law.m * period
 
@@ -82,6 +82,12 @@ def _after_slow(law: Record, own: Blow, slow: Blow, pushed: float) -> float:
 def multiplied(law: Record) -> float:
     """e: the most by which a contact at any speed multiplies it."""
     return _multiplied(law, blow.of(law, law.r_in))
+
+
+@njit()
+def multiplied_by_head(law: Record) -> float:
+    """e without pulses."""
+    return blow.of(law, law.r_in).grows
 
 
 @njit()

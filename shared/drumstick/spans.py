@@ -102,7 +102,7 @@ def first_nodes(seg: Segment, start: Point, in_head: bool) -> Nodes:
     return Nodes(
         _first_node(seg, SPEED, start),
         _first_node(seg, push_rate(seg), start) if in_head else math.inf,
-        _DIES_AWAY_RAD / fastest_rate(seg.a, seg.w2, 0.0),
+        _DIES_AWAY_RAD / abs(fastest_rate(seg.a, seg.w2, 0.0)),  # -0.0 would end the span before it begins
         math.pi / math.sqrt(discriminant) if discriminant > 0.0 else math.inf,
     )
 

@@ -247,7 +247,7 @@ def test_beta_depends_on_the_product_of_mass_and_stiffness_only(
 def test_speed_scales_without_a_scale_of_its_own(
     combination: str, data: st.DataObject, v0: float, power: int
 ) -> None:
-    """The equations are linear: lengths and speeds (z_ss and dv too) times 2^n give the same events at the same times."""
+    """The equations are linear: lengths and speeds (z_ss, dv too) times 2^n give the same events at the same times."""
     scene = data.draw(likely_scenes(COMBINATIONS[combination]))
     factor = 2.0**power
     effects = {name: _times(table, factor, ("dv_m_per_s",)) for name, table in scene.effects.items()}

@@ -4,6 +4,7 @@ Tick thread: no allocation, no locks, no Python, no exceptions.
 """
 
 from drumstick import composition, envelope
+from haptic_server.servo.fence import within
 from haptic_server.servo.memory import Servo
 from realtime import triple
 from realtime.jit import Record, njit
@@ -11,10 +12,18 @@ from realtime.jit import Record, njit
 
 @njit()
 def fits(law: Record, plan: Record) -> bool:
-    """The servo's own fence: is this set inside the envelope of scene and device? It trusts nobody."""
+    """Is this law inside the envelope of scene and device?"""
     if envelope.check(law, plan.max_force_N, plan.max_speed_m_per_s) != envelope.OK:
         return False
     return envelope.check_sampled(law, plan.stiffness_N_per_m, plan.lag_s, 0.0) == envelope.OK
+
+
+@njit()
+def passes(servo: Servo) -> bool:
+    """Is the law in servo.offer one that its scene could have, and safe? The servo's own fence: it trusts nobody."""
+    if not within(servo.fence, servo.offer_words, servo.offer_numbers):
+        return False
+    return fits(servo.offer[0].law, servo.plan[0])
 
 
 @njit()
@@ -29,8 +38,10 @@ def latch(servo: Servo) -> bool:
         player.holding = 1
     if player.holding == 0:
         return False
-    wanted = block.wanted[triple.take(block.wanted_cells, block.wanted)]
-    if not fits(wanted.law, plan):
+    # A copy of our own: what was looked at is what is used, whoever else may write to the block.
+    servo.offer[0] = block.wanted[triple.take(block.wanted_cells, block.wanted)]
+    wanted = servo.offer[0]
+    if not passes(servo):
         player.holding = 0
         player.refused += 1
         player.refused_revision = wanted.revision
