@@ -32,7 +32,7 @@ def pressing_speed(law: Record) -> float:
 
 @njit()
 def _half_turn(law: Record, stiffness: float, r: float) -> float:
-    # What half a turn in the head leaves of the speed, or makes of it; `stiffness` is the hand's and the head's at most.
+    # What half a turn in the head leaves of the speed, or makes of it; `stiffness` is hand and head together, at most.
     if r < 0.0:  # grows most where the turn takes longest
         zeta = contact.damping_ratio(law.m, law.k_coll, r)
         return math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta * zeta))

@@ -74,7 +74,9 @@ def run(scene: Scene, seconds: float) -> dict[str, Any]:
     rehearse(memory.prepare(scene, block.in_memory(law_of(scene))))
     servo = memory.prepare(scene, block.in_memory(law_of(scene)))
     with Witnesses() as witnesses:
-        (due, late, spent), granted = play(servo, round(seconds * scene.servo.rate_Hz), scene.servo.cpu, time.monotonic_ns() + _START_NS)
+        (due, late, spent), granted = play(
+            servo, round(seconds * scene.servo.rate_Hz), scene.servo.cpu, time.monotonic_ns() + _START_NS
+        )
     stalls = witnesses.stalls()
     ours = excused(due, late, stalls)
     fifo = granted.get("scheduler", "").startswith("SCHED_FIFO")
