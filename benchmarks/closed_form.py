@@ -3,7 +3,6 @@
 import time
 
 import bounces
-
 from drumstick.crossing import point_after
 from drumstick.law import law_of, thrown
 from drumstick.transitions import segment_of

@@ -18,11 +18,11 @@ import numpy as np
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "tests")]
 
-import bounces
-import solve_ivp_stick
 from closed_form import point_ns
 from machine import description
 
+import bounces
+import solve_ivp_stick
 from drumstick.methods.carry import ORDERS, STEPPERS
 from drumstick.simulate import Stepper
 

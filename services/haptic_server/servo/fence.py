@@ -27,15 +27,14 @@ def fence_of(scene: Scene) -> npt.NDArray[np.void]:
     fence = np.zeros(law.dtype.itemsize // 8, FENCE)
     fence["word"] = law.view(np.int64)
     for effect, table in [(None, Stick), *((name, EFFECTS[name]) for name in scene.effects)]:
-        fields, start = law.dtype.fields, 0
-        assert fields is not None
+        offsets: Any = law.dtype.fields
+        start = 0
         if effect is not None:
-            part, start = fields[effect][:2]
-            fields = part.fields
-            assert fields is not None
+            part, start = offsets[effect][:2]
+            offsets = part.fields
         for key, quantity in quantities(table).items():
             if quantity.wire is not None:
-                at = (start + fields[field_of(key, quantity)][1]) // 8
+                at = (start + offsets[field_of(key, quantity)][1]) // 8
                 fence[at] = (1, quantity.low, quantity.high, 0)
     return fence
 

@@ -18,7 +18,7 @@ _FINE_SAMPLES, _SHORT_LAGS = (
     40,
 )  # a contact of more samples, and so many lags, is bounded by its lag alone
 _HALF_TURNS = 4  # a contact that lasts longer creeps out, or swings without getting out
-_NOTHING_LATE = (0.0,) * (MOST_TICKS + 1)
+_NOTHING_LATE: tuple[float, ...] = (0.0,) * (MOST_TICKS + 1)
 _MARGIN = 1.02  # between the phases tried, and for the lag's next order
 _STUCK = 0.5  # of the entry speed: what is left of a stick that creeps out of the head
 
@@ -38,6 +38,11 @@ def _head(law: Record, r: float, ratio: float, z: float, v: float) -> float:
         return 0.0
     push = -law.k_coll * (ratio if v > 0.0 else 1.0) * z - (r - law.r_out) * v
     return push if law.release == PAPER else max(push, 0.0)
+
+
+@njit()
+def _later(late: tuple[float, ...], newest: float) -> tuple[float, ...]:
+    return (newest,) + late[:-1]  # noqa: RUF005  numba joins tuples, but does not unpack them
 
 
 @njit()
@@ -66,7 +71,7 @@ def _from(
     before = math.hypot(u, rest * turning)
     rising = False
     for _ in range(samples):
-        late = (_head(law, r, ratio, z, v),) + late[:-1]  # noqa: RUF005  numba joins tuples, but does not unpack them
+        late = _later(late, _head(law, r, ratio, z, v))
         a = late[ticks] / law.m
         peak = max(peak, abs(late[ticks]))
         coming = abs(late[ticks])
