@@ -59,7 +59,7 @@ def _from(
     # Entry at u m/s with the hand pressing with a constant acceleration besides its spring; the first
     # sample comes `wait` seconds later. The largest speed at z = 0 until no force is left, and the largest force, N. A
     # stick that lies on the head, u = 0, may swing in it: the last turn before it is out begins at z = 0 at most.
-    period, ticks = law.system_delay.period, law.system_delay.delay_ticks
+    period, ticks = law.system_delay.period, int(law.system_delay.delay_ticks)
     w = math.sqrt(law.k_hand / law.m)
     turning = math.sqrt((law.k_coll + law.k_hand) / law.m)
     rest = -pressing / (turning * turning)
