@@ -27,31 +27,60 @@ def passes(servo: Servo) -> bool:
 
 
 @njit()
-def latch(servo: Servo) -> bool:
-    """Take the newest set that waits, if now is the moment; call it only at z >= 0. True when the law changed.
-
-    A change of K_coll in contact would inject 1/2 dK z^2. A set that would turn the stick's height into too much speed
-    waits for a better moment, at the latest the next release.
-    """
-    block, motion, player, plan = servo.block, servo.motion[0], servo.player[0], servo.plan[0]
+def _offered(servo: Servo) -> bool:
+    # Does a set that passes wait in servo.offer?
+    block, player = servo.block, servo.player[0]
     if triple.has_fresh(block.wanted_cells):
         player.holding = 1
     if player.holding == 0:
         return False
     # A copy of our own: what was looked at is what is used, whoever else may write to the block.
     servo.offer[0] = block.wanted[triple.take(block.wanted_cells, block.wanted)]
-    wanted = servo.offer[0]
-    if not passes(servo):
-        player.holding = 0
-        player.refused += 1
-        player.refused_revision = wanted.revision
-        return False
-    left = composition.left_at_most(servo.law[0], motion)
-    if not envelope.safe_from(wanted.law, motion.z, motion.v, left, plan.max_force_N, plan.max_speed_m_per_s):
-        return False
+    if passes(servo):
+        return True
     player.holding = 0
-    composition.keep_speed(servo.law[0], wanted.law, motion)
+    player.refused += 1
+    player.refused_revision = servo.offer[0].revision
+    return False
+
+
+@njit()
+def _use(servo: Servo) -> None:
+    block, player, wanted = servo.block, servo.player[0], servo.offer[0]
+    player.holding = 0
+    composition.keep_speed(servo.law[0], wanted.law, servo.motion[0])
     servo.law[0] = wanted.law
     player.revision = wanted.revision
     triple.publish(block.live_cells, block.live, wanted)
+
+
+@njit()
+def latch_in_hand(servo: Servo) -> bool:
+    """Take the newest set that waits; call it only at z >= 0. True when the law changed.
+
+    For a stick that somebody holds: a change of K_coll in contact would inject 1/2 dK z^2. The speed of the next
+    contact is the hand's own, whatever the set says of a hand, and the guard limits what the motors do about it.
+    """
+    if not _offered(servo):
+        return False
+    _use(servo)
+    return True
+
+
+@njit()
+def latch(servo: Servo) -> bool:
+    """As `latch_in_hand`, for a stick whose hand is the law's own spring.
+
+    A set that would turn the stick's height into too much speed waits for a better moment, at the latest the next
+    release.
+    """
+    if not _offered(servo):
+        return False
+    motion, plan = servo.motion[0], servo.plan[0]
+    left = composition.left_at_most(servo.law[0], motion)
+    if not envelope.safe_from(
+        servo.offer[0].law, motion.z, motion.v, left, plan.max_force_N, plan.max_speed_m_per_s
+    ):
+        return False
+    _use(servo)
     return True

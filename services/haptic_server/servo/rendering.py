@@ -13,7 +13,7 @@ from drumstick.events import SINK
 from haptic_server.block import ARM, HEARTBEAT, HELD, PANIC, PANICS_SEEN
 from haptic_server.records import NO_FAULT, OUT_OF_BOUNDS
 from haptic_server.servo import guard
-from haptic_server.servo.latch import latch
+from haptic_server.servo.latch import latch_in_hand
 from haptic_server.servo.memory import Servo
 from haptic_server.servo.telling import end_contact, note_release, note_strike
 from haptic_server.servo.velocity import follow, forget
@@ -121,11 +121,11 @@ def _rendered(servo: Servo, reading: Record, now_ns: int, span_s: float) -> floa
     if guard.ready(held, allowed, reading, z, period_s) != NO_FAULT or held.seen_above == 0:
         if servo.motion[0].place != exact.ABOVE:
             _let_go(servo, now_ns)
-        if latch(servo):
+        if latch_in_hand(servo):
             held.e, held.b = guard.may_add(servo.law[0])
         return 0.0
     see(servo, z, v, now_ns)
-    if servo.motion[0].place == exact.ABOVE and latch(servo):
+    if servo.motion[0].place == exact.ABOVE and latch_in_hand(servo):
         held.e, held.b = guard.may_add(servo.law[0])
     head_N, pulse_N = ask(servo, period_s)
     if not abs(head_N + pulse_N) < math.inf:
@@ -150,7 +150,7 @@ def render(servo: Servo, reading: Record, now_ns: int, span_s: float) -> float:
         force = _rendered(servo, reading, now_ns, span_s)
     if player.fault != NO_FAULT or player.panicked != 0:
         _let_go(servo, now_ns)
-        if latch(servo):
+        if latch_in_hand(servo):
             servo.guard[0].e, servo.guard[0].b = guard.may_add(servo.law[0])
         force = 0.0
     player.force_N = force
