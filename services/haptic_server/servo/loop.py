@@ -19,6 +19,7 @@ from haptic_server.servo.trace import note
 from realtime.atomics import load_acquire, poke
 from realtime.clock import now_ns, wait_until
 from realtime.jit import ArgumentType, array_has, is_none, njit, overload
+from realtime.lent import lend
 
 _WARM_TICKS = 100  # lateness before this is the machine getting started, not the loop
 _FOR_EVER = 2**62  # ticks
@@ -62,6 +63,7 @@ def traced_tick(servo: Servo, now_ns: int, span_s: float) -> None:
 @njit()
 def run_virtual(servo: Servo, ticks: int, start_ns: int) -> int:
     """`ticks` ticks without waiting; the clock is start_ns + k T. Returns the last tick's time."""
+    servo = lend(servo)
     period = servo.plan[0].period_ns
     now = start_ns
     for _ in range(ticks):
@@ -90,6 +92,7 @@ def _keep(log: Log, tick: int, deadline: int, woken: int, timespec: Times) -> No
 
 @njit()
 def _run(servo: Servo, log: Log, first_ns: int, most_ticks: int) -> int:
+    servo = lend(servo)
     block = servo.block
     status = servo.status[0]
     period = servo.plan[0].period_ns

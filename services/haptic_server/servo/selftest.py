@@ -73,10 +73,10 @@ def run(scene: Scene, seconds: float) -> dict[str, Any]:
     """Percentiles of lateness, with and without what witnesses excuse, of a tick's duration, and the verdict."""
     rehearse(memory.prepare(scene, block.in_memory(law_of(scene))))
     servo = memory.prepare(scene, block.in_memory(law_of(scene)))
+    ticks = round(seconds * scene.servo.rate_Hz)
     with Witnesses() as witnesses:
-        (due, late, spent), granted = play(
-            servo, round(seconds * scene.servo.rate_Hz), scene.servo.cpu, time.monotonic_ns() + _START_NS
-        )
+        begin_ns = time.monotonic_ns() + _START_NS
+        (due, late, spent), granted = play(servo, ticks, scene.servo.cpu, begin_ns)
     stalls = witnesses.stalls()
     ours = excused(due, late, stalls)
     fifo = granted.get("scheduler", "").startswith("SCHED_FIFO")
