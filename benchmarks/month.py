@@ -166,28 +166,37 @@ def play(stretch: tuple[int, int]) -> list[dict[str, Any]]:
     return mine.rows
 
 
+def of_stretch(rows: list[dict[str, Any]], first: int, days: int) -> list[dict[str, Any]]:
+    return [row for row in rows if first < row["day"] <= first + days]
+
+
+def memory_growth_kb(rows: list[dict[str, Any]]) -> int:
+    """From the first days to the last ones; on the very first one this script makes its own arrays."""
+    days = max(len(rows) // 3, 1)
+    return max(r["resident_kB"] for r in rows[-days:]) - max(r["resident_kB"] for r in rows[1 : 1 + days])
+
+
 def summary(rows: list[dict[str, Any]], stretches: list[tuple[int, int]]) -> dict[str, Any]:
-    drifts = []
-    for first, days in stretches:
-        own = [r for r in rows if first < r["day"] <= first + days]
-        if days > 1:
-            drifts.append((own[-1]["from_exact_ns"][1] - own[0]["from_exact_ns"][1]) / ((days - 1) * DAY_NS))
+    """What the days come to."""
+    ticks = DAYS * MINUTES_A_DAY * TICKS_A_MINUTE
+    ends = [(own[0], own[-1]) for own in (of_stretch(rows, *stretch) for stretch in stretches)]
+    rates = [row["roll_rate_Hz"] for row in rows]
+    spent_s = sum(row["processor_s"] for row in rows)
     return {
-        "ticks": DAYS * MINUTES_A_DAY * TICKS_A_MINUTE,
+        "ticks": ticks,
         "start_ns": START_NS,
         "stretches_days": stretches,
-        "strikes": sum(r["strikes"] for r in rows if r["day"] == DAYS),
+        "strikes": rows[-1]["strikes"],
         "dropped": 0,
-        "drift_of_the_cycle": drifts,
-        "roll_rate_Hz": [min(r["roll_rate_Hz"] for r in rows), max(r["roll_rate_Hz"] for r in rows)],
-        "resident_growth_kB": max(
-            r["resident_kB"] - next(o for o in rows if o["day"] == first + 1)["resident_kB"]
-            for first, days in stretches
-            for r in rows
-            if first < r["day"] <= first + days
-        ),
-        "processor_s": sum(r["processor_s"] for r in rows),
-        "ns_a_tick": 1e9 * sum(r["processor_s"] for r in rows) / (DAYS * MINUTES_A_DAY * TICKS_A_MINUTE),
+        "drift_of_the_cycle": [
+            (last["from_exact_ns"][1] - first["from_exact_ns"][1]) / ((last["day"] - first["day"]) * DAY_NS)
+            for first, last in ends
+        ],
+        "furthest_from_exact_ns": max(abs(ns) for row in rows for ns in row["from_exact_ns"]),
+        "roll_rate_Hz": [min(rates), max(rates)],
+        "resident_growth_kB": [memory_growth_kb(of_stretch(rows, *stretch)) for stretch in stretches],
+        "processor_s": spent_s,
+        "ns_a_tick": 1e9 * spent_s / ticks,
     }
 
 

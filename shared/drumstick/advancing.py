@@ -57,7 +57,7 @@ def advance(
         left = horizon - moved
         span = min(left, due, longest_s)
         event, end = first_event(motion, seg, span)
-        move(law, motion, seg, end.t, end.z, end.v)
+        move(law, motion, seg, end.t, composition.fades(law, end.t), end.z, end.v)
         moved += end.t
         if event == HORIZON:
             if span == left:

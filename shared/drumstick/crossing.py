@@ -7,7 +7,7 @@ import math
 from typing import NamedTuple
 
 from drumstick.methods.carry import carry, is_exact
-from drumstick.segment import Segment, acceleration, push_now, quickness
+from drumstick.segment import Segment, acceleration_at_start, push_now, quickness
 from realtime.jit import njit
 
 # What z, its first three derivatives and 1 are multiplied with.
@@ -51,7 +51,7 @@ def _point(seg: Segment, t: float, z: float, v: float, z2: float) -> Point:
 @njit()
 def start_of(seg: Segment) -> Point:
     """The point at which the segment starts."""
-    return _point(seg, 0.0, seg.z, seg.v, acceleration(seg, 0.0, seg.z, seg.v))
+    return _point(seg, 0.0, seg.z, seg.v, acceleration_at_start(seg))
 
 
 @njit()

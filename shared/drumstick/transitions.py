@@ -91,10 +91,15 @@ def segment_of(law: Record, motion: Record, method: int | None) -> Segment:
 
 
 @njit()
-def move(law: Record, motion: Record, seg: Segment, duration: float, z: float, v: float) -> None:
-    """The stick is now at (z, v), `duration` seconds along its segment: keep the contact's impulse and time."""
+def move(
+    law: Record, motion: Record, seg: Segment, duration: float, fades: composition.Fades, z: float, v: float
+) -> None:
+    """The stick is now at (z, v), `duration` seconds along its segment: keep the contact's impulse and time.
+
+    fades: `composition.fades` of this duration.
+    """
     before = composition.left(law, motion)
-    composition.elapse(law, motion, duration)
+    composition.elapse(law, motion, duration, fades)
     if motion.place == CONTACT:
         travel = z - seg.z
         motion.impulse_N_s += seg.f * duration - seg.r * travel

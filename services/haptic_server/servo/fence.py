@@ -2,8 +2,8 @@
 
 A set comes from memory that another process writes, and the servo trusts nobody: the numbers that may be set live must
 lie in the ranges of the parameter table, everything else in the record (a pulse's sign, a trigger, a release rule) must
-be what the scene says, bit by bit. `Fence` belongs to the control thread; the kernel is for the tick thread: no
-allocation, no locks, no Python, no exceptions.
+be what the scene says, bit by bit. `fence_of` is for a control thread, `within` for the tick thread: no allocation, no
+locks, no Python, no exceptions.
 """
 
 from typing import Any
@@ -26,15 +26,13 @@ def fence_of(scene: Scene) -> npt.NDArray[np.void]:
     law = law_of(scene)
     fence = np.zeros(law.dtype.itemsize // 8, FENCE)
     fence["word"] = law.view(np.int64)
-    for effect, table in [(None, Stick), *((name, EFFECTS[name]) for name in scene.effects)]:
-        offsets: Any = law.dtype.fields
-        start = 0
-        if effect is not None:
-            part, start = offsets[effect][:2]
-            offsets = part.fields
+    words = np.zeros(1, law.dtype)
+    words.view(np.int64)[:] = np.arange(len(fence))  # each field of this record tells which word it is
+    record: Any = words[0]
+    for part, table in [(record, Stick), *((record[name], EFFECTS[name]) for name in scene.effects)]:
         for key, quantity in quantities(table).items():
             if quantity.wire is not None:
-                at = (start + offsets[field_of(key, quantity)][1]) // 8
+                at = np.asarray(part[field_of(key, quantity)]).view(np.int64)
                 fence[at] = (1, quantity.low, quantity.high, 0)
     return fence
 

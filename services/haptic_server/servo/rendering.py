@@ -91,7 +91,7 @@ def ask(servo: Servo, period_s: float) -> tuple[float, float]:
     transitions.renew(law, motion)
     head_N = transitions.force_now(law, motion)
     before = composition.left(law, motion)
-    composition.elapse(law, motion, period_s)
+    composition.elapse(law, motion, period_s, composition.fades(law, period_s))
     return head_N, law.m * (before - composition.left(law, motion)) / period_s
 
 
