@@ -75,6 +75,27 @@ def likely_sticks(draw: st.DrawFn) -> Stick:
     return Stick(m, k_coll, r_in, k_hand, r_out, z_ss, draw(st.sampled_from(["paper", "unilateral"])))
 
 
+# By which number each effect is strong, and its value where it does nothing.
+_STRENGTH = {
+    "pulse": ("dv_m_per_s", 0.0),
+    "cor_pulse": ("gamma", 0.0),
+    "system_delay": ("period_s", 1e-4),
+    "hysteretic_spring": ("ratio", 1.0),
+    "negative_damping": ("r_N_s_per_m", 0.0),
+    "noise": ("force_N", 0.0),
+    "chaos": ("force_N", 0.0),
+}
+
+
+def eased(scene: Scene) -> Scene:
+    """The same scene, with each effect half as strong."""
+    effects: dict[str, Any] = {}
+    for name, effect in scene.effects.items():
+        key, neutral = _STRENGTH[name]
+        effects[name] = dataclasses.replace(effect, **{key: neutral + 0.5 * (getattr(effect, key) - neutral)})
+    return dataclasses.replace(scene, effects=effects)
+
+
 @st.composite
 def likely_scenes(draw: st.DrawFn, names: tuple[str, ...]) -> Scene:
     """Scenes with these effects, each about as strong as the contact that it alters."""

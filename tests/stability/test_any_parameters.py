@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, assume, example, given, settings
 from hypothesis import strategies as st
 
 import stick_cases
-from any_scene import COMBINATIONS, PULSES, STICKS, likely_scenes, scenes
+from any_scene import COMBINATIONS, PULSES, STICKS, eased, likely_scenes, scenes
 from drumstick import bounds, composition, envelope, exact
 from drumstick.effects.pulse import Pulse
 from drumstick.law import law_of, thrown
@@ -135,7 +135,7 @@ def test_a_run_ends_and_its_rows_are_in_order(stick: Stick, pulse: Pulse, v0: fl
 
 
 @EVERY_COMBINATION
-@settings(max_examples=60, suppress_health_check=[HealthCheck.filter_too_much])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
 @given(data=st.data(), share=st.floats(1e-3, 1.0), inside=st.booleans())
 def test_no_contact_exceeds_what_the_envelope_predicts(
     names: tuple[str, ...], data: st.DataObject, share: float, inside: bool
@@ -143,6 +143,11 @@ def test_no_contact_exceeds_what_the_envelope_predicts(
     """The speeds at entry and exit, and the head's force, of every set that the envelope lets pass."""
     scene = data.draw(likely_scenes(names))
     law = law_of(scene)
+    for _ in range(8):  # few combinations of strong effects are allowed
+        if envelope.check(law[0], 100.0, 10.0) == envelope.OK:
+            break
+        scene = eased(scene)
+        law = law_of(scene)
     assume(envelope.check(law[0], 100.0, 10.0) == envelope.OK)
     fastest, _ = bounds.fastest_and_hardest(law[0])
     fastest = max(fastest, 1e-3)  # a stick that nothing drives: some blow that the performer makes

@@ -18,7 +18,7 @@ from haptic_server.device.hand import GESTURES
 from haptic_server.records import EVENT, NO_FAULT, PLAYING, TOO_FAST
 from haptic_server.servo import loop
 from live_sets import PERIOD_NS, RESOLUTION_M, WITNESS
-from realtime import ring
+from realtime import ring, triple
 
 # Evenly over the decades of what a player may want, and now and then all that the table allows.
 _USUAL = {
@@ -80,7 +80,9 @@ def test_an_arm_is_never_given_more_than_its_account(
     assert seen["growth_N"][0] <= 20.0 * (1.0 + 1e-12)
     # The servo sees positions to a count, so the work of the largest force is known to a count.
     assert seen["excess_J"][0] <= 8.5 * RESOLUTION_M
-    assert np.array_equal(servo.law, accepted) or servo.player["holding"][0] == 1
+    # A stick that rests in the head has not looked yet.
+    waits = servo.player["holding"][0] == 1 or triple.has_fresh(servo.block.wanted_cells)
+    assert waits or np.array_equal(servo.law, accepted)
 
 
 @settings(max_examples=40)
