@@ -151,6 +151,7 @@ def _time(result: Table) -> list[str]:
 
 def _error(result: Table) -> list[str]:
     limits = result["limits"]
+    counts = ["1 contact" if count == "1" else f"{count} contacts" for count in limits["roll"]["error_after"]]
     lines = [
         "## What its error is made of",
         "",
@@ -158,8 +159,8 @@ def _error(result: Table) -> list[str]:
         "contact adds a few such roundings, and a stable roll forgets those of its speed (its multiplier is below 1), while those of",
         "the instants add up slowly:",
         "",
-        f"| error after | {' | '.join(f'{n} contact{"s" * (n != "1")}' for n in limits['roll']['error_after'])} |",
-        f"|---|{'---|' * len(limits['roll']['error_after'])}",
+        f"| error after | {' | '.join(counts)} |",
+        f"|---|{'---|' * len(counts)}",
     ]
     lines += [
         f"| {_SHOWN[scene]} | {' | '.join(f'{e:.1e}' for e in limits[scene]['error_after'].values())} |"
