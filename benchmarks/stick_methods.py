@@ -81,6 +81,7 @@ def steppers(name: str, rounds: int) -> dict[str, Any]:
     best = min(exact() for _ in range(rounds))
     return {
         "orders": ORDERS,
+        "bounces_per_s": bounces_per_s,
         "exact": {
             "us_per_s": best * bounces_per_s * 1e6,
             "error": bounces.error(bounces.contacts(name), true),

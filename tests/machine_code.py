@@ -28,6 +28,13 @@ class Compiled:
         self.name: str = fresh.overloads[signature].fndesc.llvm_func_name
         self.ir: str = fresh.inspect_llvm(signature)
 
+    def linked(self) -> set[str]:
+        """The dotted names of every function in this text, those too that were inlined or folded away.
+
+        numba leaves one symbol for each (`NumbaEnv` and the mangled name), also for one that came from the cache.
+        """
+        return {_demangled(name) for name in re.findall(r"^@_ZN08NumbaEnv([^ ]*) =", self.ir, re.M)}
+
     def _alone(self) -> str:
         # This function by itself: whatever it calls is declared. numba's reference counts speak x86, and a processor
         # that does not know an instruction ends the whole process.
@@ -53,6 +60,16 @@ class Compiled:
         begin = text.index(f"\n{self.name}:")
         lines = text[begin : text.index(".Lfunc_end", begin)].splitlines()
         return [line.strip() for line in lines if line.startswith("\t") and not line.startswith("\t.")]
+
+
+def _demangled(name: str) -> str:
+    # numba's names: the length of each part, then the part; what follows are the arguments' types.
+    parts: list[str] = []
+    while length := re.match(r"[0-9]+", name):
+        name = name[length.end() :]
+        parts.append(name[: int(length.group())])
+        name = name[int(length.group()) :]
+    return ".".join(parts).replace("_3clocals_3e", "<locals>")
 
 
 def count(lines: list[str], *patterns: str) -> int:

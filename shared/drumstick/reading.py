@@ -1,27 +1,36 @@
 """Checking a scene's tables against their declarations: each mistake names file, line, key, value, limit and unit."""
 
+import difflib
 import math
-import re
 from typing import Any, cast
 
 from drumstick.declare import Quantity, quantities
+from drumstick.lines import lines_of
 
-_HEADER = re.compile(r"^\s*\[+\s*([^\[\]#]+?)\s*\]+")
-_KEY = re.compile(r"^\s*([A-Za-z0-9_.\"'-]+?)\s*=")
+_SHOWN = 60  # characters of a value in a message
 
 
-def _lines(source: str) -> dict[str, int]:
-    # "table.key" -> line number. tomllib gives no positions, and a mistake without its line is hard to find.
-    found: dict[str, int] = {}
-    table = ""
-    for number, line in enumerate(source.splitlines(), start=1):
-        if header := _HEADER.match(line):
-            table = header[1].replace('"', "").replace("'", "").replace(" ", "")
-            found.setdefault(table, number)
-        elif key := _KEY.match(line):
-            name = key[1].replace('"', "").replace("'", "")
-            found.setdefault(f"{table}.{name}" if table else name, number)
-    return found
+def _shown(value: object) -> str:
+    try:
+        words = repr(value)
+    except (
+        ValueError
+    ):  # Python writes no number of more than some thousand digits, but reads one in hexadecimal
+        return "a number of thousands of digits"
+    return words if len(words) <= _SHOWN else f"{words[:_SHOWN]}..."
+
+
+def _limits(quantity: Quantity) -> str:
+    return f"{quantity.low:g} .. {quantity.high:g} {quantity.unit}"
+
+
+def _meant(key: str, declared: dict[str, Quantity]) -> str:
+    # A key with a typing mistake or in another unit: what the nearest one takes.
+    for near in difflib.get_close_matches(key, declared, n=1):
+        quantity = declared[near]
+        takes = " or ".join(repr(c) for c in quantity.choices) if quantity.choices else _limits(quantity)
+        return f"; did you mean {near}, {takes}?"
+    return ""
 
 
 class Reader:
@@ -29,12 +38,14 @@ class Reader:
 
     def __init__(self, source: str, text: str) -> None:
         self.source = source
-        self.lines = _lines(text)
+        self._lines = lines_of(text)
         self.mistakes: list[str] = []
 
     def refuse(self, path: str, words: str) -> None:
         """Note a mistake at `path` (table.key)."""
-        line = self.lines.get(path) or self.lines.get(path.rpartition(".")[0])
+        line, place = None, path
+        while line is None and place:  # of a key in a table that stands in braces: where the table begins
+            line, place = self._lines.get(place), place.rpartition(".")[0]
         at = f"{self.source}:{line}" if line else self.source
         self.mistakes.append(f"{at}: {path}: {words}")
 
@@ -48,7 +59,7 @@ class Reader:
         """The values that the table really gives and that are good; `also_known` keys are left to the caller."""
         declared = quantities(kind)
         if not isinstance(given, dict):
-            self.refuse(path, f"must be a table, not {given!r}")
+            self.refuse(path, f"must be a table, not {_shown(given)}")
             return {}
         values: dict[str, Any] = {}
         for key, value in cast(dict[str, object], given).items():
@@ -56,7 +67,10 @@ class Reader:
                 continue
             if key not in declared:
                 known = ", ".join((*declared, *also_known))
-                self.refuse(f"{path}.{key}", f"unknown key; known here: {known}")
+                meant = _meant(key, declared)
+                self.refuse(
+                    f"{path}.{key}", f"unknown key, given {_shown(value)}{meant}; known here: {known}"
+                )
                 continue
             checked = self.value(f"{path}.{key}", declared[key], value)
             if checked is not None:
@@ -68,39 +82,43 @@ class Reader:
         if quantity.choices:
             if isinstance(value, bool) or value not in quantity.choices:
                 known = ", ".join(repr(c) for c in quantity.choices)
-                self.refuse(path, f"{value!r} is not one of {known}")
+                self.refuse(path, f"{_shown(value)} is not one of {known}")
                 return None
             return value
         if quantity.kind is tuple:
             return self._rows(path, quantity, value)
         if quantity.kind is int and (isinstance(value, bool) or not isinstance(value, int)):
-            self.refuse(path, f"{value!r} must be a whole number in {quantity.unit}")
+            self.refuse(
+                path, f"{_shown(value)} must be a whole number in {quantity.unit}, {_limits(quantity)}"
+            )
             return None
         return self._number(path, quantity, value)
 
     def _number(self, path: str, quantity: Quantity, value: object) -> Any:
         if isinstance(value, bool) or not isinstance(value, (int, float)):
-            self.refuse(path, f"{value!r} must be a number in {quantity.unit}")
+            self.refuse(path, f"{_shown(value)} must be a number in {quantity.unit}, {_limits(quantity)}")
             return None
-        if not math.isfinite(value):
-            self.refuse(path, f"{value!r} must be a finite number in {quantity.unit}")
+        if isinstance(value, float) and not math.isfinite(value):
+            self.refuse(path, f"{value!r} must be a finite number in {quantity.unit}, {_limits(quantity)}")
             return None
         if not quantity.low <= value <= quantity.high:
-            limits = f"{quantity.low:g} .. {quantity.high:g} {quantity.unit}"
-            self.refuse(path, f"{value!r} {quantity.unit} is outside {limits}")
+            self.refuse(path, f"{_shown(value)} {quantity.unit} is outside {_limits(quantity)}")
             return None
         return quantity.kind(value) if quantity.kind is not tuple else float(value)
 
     def _rows(self, path: str, quantity: Quantity, value: object) -> Any:
         rows = cast(list[object], value) if isinstance(value, list) else []
         if not 1 <= len(rows) <= 16:
-            self.refuse(path, f"must be a list of 1 to 16 rows of {quantity.length} numbers")
+            self.refuse(
+                path,
+                f"{_shown(cast(object, value))} must be a list of 1 to 16 rows of {quantity.length} numbers",
+            )
             return None
         checked: list[tuple[float, ...]] = []
         for row in rows:
             items = cast(list[object], row) if isinstance(row, list) else []
             if len(items) != quantity.length:
-                self.refuse(path, f"{row!r} must be a row of {quantity.length} numbers")
+                self.refuse(path, f"{_shown(cast(object, row))} must be a row of {quantity.length} numbers")
                 return None
             numbers = [self._number(path, quantity, item) for item in items]
             if any(n is None for n in numbers):

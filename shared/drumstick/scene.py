@@ -110,7 +110,10 @@ def parse(text: str, source: str) -> Scene:
     """Read a scene's TOML text; `source` names it in messages. Raises SceneError with every mistake found."""
     try:
         given = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except (
+        ValueError,
+        RecursionError,
+    ) as error:  # bad TOML, a number of thousands of digits, endless brackets
         raise SceneError([f"{source}: not valid TOML: {error}"]) from None
     reader = Reader(source, text)
     values: dict[str, Any] = {"name": source.rpartition("/")[2].removesuffix(".toml")}

@@ -1,14 +1,26 @@
-"""Cases that break ordinary integrators, by name."""
+"""Cases that break ordinary integrators, by name.
 
+Here: overdamped and critical contacts, K_coll of 1e6 N/m, m of 1e-4 kg, tau longer than the flight, dv = 0 that decays
+to capture, a COR pulse above one, z_ss above the head, grazes by 1e-12 m from both sides, a start inside the head, and
+1/tau equal to an eigenvalue. Elsewhere: a million bounces without drift (tests/stability/test_long_roll.py), a stick
+that creeps up to z = 0 for ever (test_creeping.py), a month of ticks (test_month.py), and whatever numbers the tables
+allow (test_any_parameters.py).
+"""
+
+import itertools
 import math
+from fractions import Fraction
 
+import mpmath as mp
 import numpy as np
 import pytest
 
 import stick_cases
 from drumstick import contact, exact
+from drumstick.effects.cor_pulse import CorPulse
 from drumstick.effects.pulse import Pulse
-from drumstick.law import law_of, thrown
+from drumstick.law import Records, law_of, thrown
+from drumstick.scene import Scene
 from drumstick.simulate import COLUMNS, simulate
 from drumstick.stick import Stick
 
@@ -149,3 +161,128 @@ def test_a_head_softer_than_the_hand() -> None:
     )
     assert np.all(np.isfinite(run.contacts))
     assert len(run.contacts) > 5
+
+
+def _starting(stick: Stick, z: float, v: float, place: int) -> tuple[Records, Records]:
+    scene = stick_cases.scene(stick)
+    law, motion = law_of(scene), thrown(scene, 0.0)
+    motion["z"], motion["v"], motion["place"] = z, v, place
+    return law, motion
+
+
+def _next_events(law: Records, motion: Records, count: int, longest_s: float) -> list[int]:
+    return [exact.advance(law[0], motion[0], longest_s)[0] for _ in range(count)]
+
+
+def test_a_start_deep_in_the_head() -> None:
+    """Let go at rest 3 mm deep, undamped: a quarter of a swing, out with the speed of the whole spring."""
+    m, k_coll, depth_m = 0.015, 5000.0, 3e-3
+    law, motion = _starting(_free(k_coll, 0.0, "paper"), -depth_m, 0.0, exact.CONTACT)
+    event, moved = exact.advance(law[0], motion[0], 1.0)
+    w = math.sqrt(k_coll / m)
+    assert event == exact.RELEASE
+    assert moved == pytest.approx(0.5 * math.pi / w, rel=1e-14)
+    assert motion["v_out"][0] == pytest.approx(depth_m * w, rel=1e-14)
+    assert motion["peak_N"][0] == pytest.approx(depth_m * k_coll, rel=1e-14)
+
+
+@pytest.mark.parametrize("by_m", [1e-9, 1e-12, -1e-12, -1e-9])
+def test_a_graze_from_above(by_m: float) -> None:
+    """Swinging about z_ss the stick comes down to -by_m: a contact of the speed that energy gives, or none at all."""
+    z_ss, k_hand, m = 0.01, 20.0, 0.015
+    stick = Stick(m, 5000.0, 0.0, k_hand, 0.0, z_ss, "paper")
+    top = 2.0 * z_ss + by_m
+    deep = float(Fraction(top) - 2 * Fraction(z_ss))  # as the rounded numbers really have it
+    law, motion = _starting(stick, top, 0.0, exact.ABOVE)
+    period = 2.0 * math.pi * math.sqrt(m / k_hand)
+    found: list[float] = []
+    t = 0.0
+    while t < 9.9 * period and motion["fate"][0] == exact.MOVING:
+        event, moved = exact.advance(law[0], motion[0], 9.9 * period - t)
+        t += moved
+        if event == exact.ENTRY:
+            found.append(float(motion["v_in"][0]))
+    if by_m < 0.0:
+        assert found == []  # it may be told that it never returns, or play on above the head
+    else:
+        assert len(found) == 10
+        # z is known to some 1e-18 m, the speed goes with the root of the depth.
+        right = -math.sqrt(k_hand / m * deep * (2.0 * z_ss + deep))
+        assert found == pytest.approx([right] * 10, rel=1e-16 / deep)
+
+
+@pytest.mark.parametrize("by_m", [1e-9, 1e-12, -1e-12, -1e-9])
+def test_a_graze_from_within(by_m: float) -> None:
+    """In the head, undamped, the stick rises to by_m: it comes out with the speed that is left, or it is captured."""
+    m, k_coll, k_hand = 0.015, 5000.0, 20.0
+    rest = -0.004
+    stick = Stick(m, k_coll, 0.0, k_hand, 0.0, rest * (k_coll + k_hand) / k_hand, "paper")
+    rest = float(Fraction(k_hand) * Fraction(stick.z_ss_m) / Fraction(k_coll + k_hand))
+    law, motion = _starting(stick, 2.0 * rest - by_m, 0.0, exact.CONTACT)
+    over = float(2 * Fraction(rest) - Fraction(float(motion["z"][0])))
+    first = _next_events(law, motion, 1, 10.0)[0]
+    if by_m < 0.0:
+        assert motion["fate"][0] == exact.CAPTURED
+        assert first != exact.RELEASE
+    else:
+        right = math.sqrt((k_coll + k_hand) / m * over * (over - 2.0 * rest))
+        assert first == exact.RELEASE
+        assert motion["v_out"][0] == pytest.approx(right, rel=1e-16 / over)
+        # Out by so little, it meets the head again at once, with the same speed.
+        assert _next_events(law, motion, 2, 1.0) == [exact.APEX, exact.ENTRY]
+        assert motion["v_in"][0] == pytest.approx(-right, rel=1e-16 / over)
+
+
+def test_a_cor_pulse_above_one_multiplies_every_blow() -> None:
+    """No loss above, beta + gamma > 1, and nothing that sets a scale: each contact is the one before times a factor."""
+    stick = Stick(0.015, 5000.0, 1.3, 20.0, 0.0, 0.0, "paper")
+    scene = Scene("case", stick=stick, effects={"cor_pulse": CorPulse(gamma=0.5)})
+    run = simulate(scene, 60.0, 1e-3)
+    v_e = run.contacts[:, COLUMNS.index("v_e_m_per_s")]
+    assert run.end == "left"  # far beyond any stick, and before numbers overflow
+    assert v_e[-1] > 1e5
+    assert np.all(np.isfinite(run.contacts))
+    factors = [after / before for before, after in itertools.pairwise(v_e[3:])]
+    assert factors[0] > 1.2
+    assert factors == pytest.approx([factors[0]] * len(factors), rel=1e-12)
+    v_in, v_out = (run.contacts[3:, COLUMNS.index(name)] for name in ("v_in_m_per_s", "v_out_m_per_s"))
+    np.testing.assert_allclose(v_out / v_in, (v_out / v_in)[0], rtol=1e-12)
+
+
+@pytest.mark.parametrize(("v", "dv"), [(1.0, 2.0), (1.0, 0.25), (0.5, 8.0)])
+def test_three_equal_eigenvalues(v: float, dv: float) -> None:
+    """A critical contact, and a pulse that fades as fast: z = (p t^2 / 2 - v t) exp(-a t), p = a dv. Powers of 2."""
+    m, a = 0.5, 512.0
+    stick = Stick(m, m * a * a, 2.0 * m * a, 0.0, 0.0, 0.0, "paper")
+    found = stick_cases.until(stick_cases.scene(stick, Pulse(dv, 1.0 / a, "entry", 1)), -v, exact.RELEASE)
+    assert found is not None
+    motion, t = found
+    assert t == pytest.approx(2.0 * v / (a * dv), rel=1e-12)
+    assert motion["v_out"][0] == pytest.approx(v * math.exp(-2.0 * v / dv), rel=1e-11)
+    x = (1.0 + v / dv) - math.hypot(1.0, v / dv)  # a t at the deepest point
+    assert motion["z_min"][0] == pytest.approx((0.5 * dv * x * x - v * x) * math.exp(-x) / a, rel=1e-12)
+
+
+@pytest.mark.parametrize("equal", ["slow", "fast"])
+@pytest.mark.parametrize("off", [0.0, 1e-14, -1e-10, 1e-6])
+def test_a_pulse_that_fades_as_an_eigenvalue(equal: str, off: float) -> None:
+    """An overdamped contact with eigenvalues -500 and -700 1/s, 1/tau one of them or close to it, in 50 digits."""
+    slow, fast, m, v, dv = 500.0, 700.0, 0.5, 1.0, 3.0
+    tau = 1.0 / ((slow if equal == "slow" else fast) * (1.0 + off))
+    stick = Stick(m, m * slow * fast, m * (slow + fast), 0.0, 0.0, 0.0, "paper")
+    found = stick_cases.until(stick_cases.scene(stick, Pulse(dv, tau, "entry", 1)), -v, exact.RELEASE)
+    assert found is not None
+    motion, t = found
+    with mp.workdps(50):
+        lam, p = 1 / mp.mpf(tau), mp.mpf(dv) / mp.mpf(tau)
+
+        def free(t: mp.mpf) -> mp.mpf:
+            return (mp.exp(-slow * t) - mp.exp(-fast * t)) / (fast - slow)
+
+        def z(t: mp.mpf) -> mp.mpf:
+            return mp.quad(lambda s: p * mp.exp(-lam * s) * free(t - s), [0, t]) - v * free(t)
+
+        out = mp.findroot(z, (mp.mpf(t), mp.mpf(t) * (1 + mp.mpf(10) ** -9)), tol=mp.mpf(10) ** -60)
+        speed = mp.diff(z, out)
+    assert t == pytest.approx(float(out), rel=1e-12)
+    assert motion["v_out"][0] == pytest.approx(float(speed), rel=1e-11)
