@@ -11,10 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
+from haptic_server.device import paced
 from haptic_server.device.playback import REPLAY, Recording
 from haptic_server.device.protocol import DeviceError, Info
 from haptic_server.device.specification import PREMIUM_1_5
-from haptic_server.records import NO_FAULT
 from haptic_server.servo import loop
 from haptic_server.servo.memory import Servo
 from realtime.stop import StopRequest
@@ -92,9 +92,8 @@ class Replay:
         loop.rehearse(spare)
 
     def run(self, servo: Servo, stop: StopRequest) -> int:
-        """Pace the ticks until the block's STOP cell is set."""
-        loop.run_paced(servo)
-        return NO_FAULT
+        """Pace the ticks until asked to stop."""
+        return paced.run(PREMIUM_1_5, servo, stop)
 
     def close(self) -> None:
         """Nothing is held."""

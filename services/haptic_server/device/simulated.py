@@ -4,11 +4,11 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.scene import Scene
+from haptic_server.device import paced
 from haptic_server.device.hand import GESTURE, GESTURES
 from haptic_server.device.phantom import PLANT
 from haptic_server.device.protocol import Info
 from haptic_server.device.specification import EXACT_STICK, PREMIUM_1_5, Specification
-from haptic_server.records import NO_FAULT
 from haptic_server.servo import loop
 from haptic_server.servo.memory import Servo
 from realtime.stop import StopRequest
@@ -67,9 +67,8 @@ class Simulated:
         loop.rehearse(spare)
 
     def run(self, servo: Servo, stop: StopRequest) -> int:
-        """Pace the ticks until the block's STOP cell is set."""
-        loop.run_paced(servo)
-        return NO_FAULT
+        """Pace the ticks until asked to stop."""
+        return paced.run(self.info().specification, servo, stop)
 
     def close(self) -> None:
         """Nothing is held."""

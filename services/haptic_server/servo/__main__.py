@@ -79,14 +79,15 @@ def _play(device: Device, scene: Scene, run_dir: Path, stop: StopRequest) -> int
     servo = device.furnish(_memory(scene, run_dir, info.specification))
     granted: dict[str, str] = {}
     ended: list[int] = []
+    refused: list[DeviceError] = []
 
     def run() -> None:
         granted.update(priority.claim(scene.servo.cpu))
         _tell_granted(run_dir / files.GRANTED, granted)
         try:
             ended.append(device.run(servo, stop))
-        except DeviceError as error:
-            _log.error("%s", error)
+        except DeviceError as error:  # raised again by the main thread: it ends the process
+            refused.append(error)
 
     thread = threading.Thread(target=run, name="servo")
     thread.start()
@@ -94,6 +95,8 @@ def _play(device: Device, scene: Scene, run_dir: Path, stop: StopRequest) -> int
     _watch(servo, run_dir / files.TRACE, thread, stop)
     poke(servo.block.control, block.STOP, 1)
     thread.join()
+    if refused:
+        raise refused[0]
     if servo.player[0]["trace_ended"]:
         _save_trace(servo, run_dir / files.TRACE)
     return 0 if ended == [NO_FAULT] else 1

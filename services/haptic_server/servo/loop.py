@@ -67,7 +67,7 @@ def run_virtual(servo: Servo, ticks: int, start_ns: int) -> int:
 
 @njit()
 def run_paced(servo: Servo) -> int:
-    """Tick in real time until the block's STOP cell is set. Returns the number of ticks.
+    """Tick in real time until the block's STOP cell is set; tells that no force acts after that. Returns the ticks.
 
     The exact stick moves from deadline to deadline, so its roll is as even as the clock; a sampled arm is where it is
     when the tick really comes.
@@ -99,6 +99,8 @@ def run_paced(servo: Servo) -> int:
         tell(servo, deadline)
         span = (missed + 1) * period
         deadline += span
+    servo.player[0].force_N = 0.0
+    tell(servo, last)
     return status.tick
 
 
