@@ -1,5 +1,6 @@
 """Every device that ships, ready for the conformance suite: one more device is one more `Case` here."""
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,13 +13,16 @@ from drumstick.law import law_of
 from drumstick.scene import Scene, parse, shipped_text
 from haptic_server import block as blocks
 from haptic_server.device.openhaptics.device import OpenHaptics
+from haptic_server.device.pointer import Pointed
 from haptic_server.device.protocol import Device
 from haptic_server.device.replay import Replay
 from haptic_server.device.simulated import Simulated
+from haptic_server.records import POINTER
 from haptic_server.servo import memory
 from haptic_server.servo.memory import Servo
 from haptic_server.servo.rendering import render
 from hd_stand_in import CENTRE_MM, StandIn
+from realtime import triple
 
 
 def _nothing(servo: Servo) -> None:
@@ -69,6 +73,25 @@ def replay(folder: Path) -> Case:
     path = folder / "recording.csv"
     path.write_text("t_s,z_m\n0,0.02\n0.1,0.02\n0.2,-0.002\n0.4,-0.002\n0.5,0.02\n", encoding="utf-8")
     return Case(Replay(path), sampled_arm.scene(), wrong_rate_hz=100)
+
+
+def _point_down(servo: Servo) -> None:
+    # Heard once, which counts for a quarter of a second: long enough to reach the head.
+    record = np.zeros(1, POINTER)
+    record["t_ns"] = time.monotonic_ns()
+    record["held"], record["lift"] = 1, 0.0
+    triple.publish(servo.block.pointer_cells, servo.block.pointer, record[0])
+
+
+def pointer_stick(folder: Path) -> Case:
+    """The exact stick in a hand that somebody points at."""
+    scene = parse(shipped_text("roll"), "roll")
+    return Case(Pointed(scene), scene, wrong_rate_hz=100, is_sampled=False, press=_point_down)
+
+
+def pointer_arm(folder: Path) -> Case:
+    """The simulated arm in such a hand."""
+    return Case(Pointed(sampled_arm.scene()), sampled_arm.scene(), wrong_rate_hz=8000, press=_point_down)
 
 
 def openhaptics(folder: Path, built: Path) -> Case:

@@ -37,7 +37,9 @@ _SWEEP = typer.Option(
     help="NAME=LOW:HIGH:COUNT[:log], with --out: sweep this parameter instead of the usual ones; twice: a plane."
 )
 _POSE = "You hold a real arm in its neutral pose now, so that its encoders may be reset (docs/phantom.md)."
-_DEVICE = typer.Option(help="simulated, openhaptics, or replay:FILE (CSV with t_s and z_m).")
+_DEVICE = typer.Option(
+    help="simulated, pointer (mouse or touch on the panel), openhaptics, or replay:FILE (CSV with t_s and z_m)."
+)
 
 Scene = Annotated[str, _SCENE]
 RigName = Annotated[str, _RIG]

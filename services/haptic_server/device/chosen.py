@@ -5,7 +5,7 @@ from pathlib import Path
 from drumstick.scene import Scene
 from haptic_server.device.protocol import Device, DeviceError
 
-KINDS = "simulated, openhaptics or replay:FILE"
+KINDS = "simulated, pointer, openhaptics or replay:FILE"
 
 
 def chosen(words: str, scene: Scene, pose_is_held: bool = False) -> Device:
@@ -18,6 +18,10 @@ def chosen(words: str, scene: Scene, pose_is_held: bool = False) -> Device:
         from haptic_server.device.simulated import Simulated
 
         return Simulated(scene)
+    if words == "pointer":
+        from haptic_server.device.pointer import Pointed
+
+        return Pointed(scene)
     if words == "openhaptics":
         from haptic_server.device.openhaptics.device import OpenHaptics
         from haptic_server.servo.rendering import render

@@ -16,7 +16,8 @@ from realtime.stop import StopRequest
 _START_ABOVE_M = 0.02
 
 
-def _arm(scene: Scene, specification: Specification) -> npt.NDArray[np.void]:
+def arm_of(scene: Scene, specification: Specification) -> npt.NDArray[np.void]:
+    """The arm that the scene's stick stands for, at rest above the head, shape (1,)."""
     plant = np.zeros(1, PLANT)
     plant["z_m"] = scene.device.head_z_m + _START_ABOVE_M
     plant["m_kg"] = scene.stick.m_kg
@@ -59,7 +60,7 @@ class Simulated:
         """The servo with what this device moves in it."""
         if not self._sampled:
             return servo
-        plant = _arm(self._scene, self.info().specification)
+        plant = arm_of(self._scene, self.info().specification)
         return servo._replace(plant=plant, gesture=_gesture(self._scene))
 
     def rehearse(self, spare: Servo) -> None:

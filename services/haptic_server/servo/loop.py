@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 from haptic_server.block import LATENESS_BIN_NS, LATENESS_BINS, STOP
 from haptic_server.servo.memory import Servo
+from haptic_server.servo.pointed import pointed_arm_tick, pointed_stick_tick
 from haptic_server.servo.sampled import replayed_tick, sampled_tick
 from haptic_server.servo.telling import tell
 from haptic_server.servo.tick import tick
@@ -38,10 +39,15 @@ def _tick_of_plant(
     servo: ArgumentType, now_ns: ArgumentType, span_s: ArgumentType
 ) -> Callable[[Servo, int, float], None]:
     # Decided at compile time: the exact stick gets none of a sampled arm's code, nor the other way round.
+    is_pointed = array_has(servo, "gesture", "wish")
     if is_none(servo, "plant"):
+        if is_pointed:
+            return lambda servo, now_ns, span_s: pointed_stick_tick(servo, now_ns, span_s)
         return lambda servo, now_ns, span_s: tick(servo, now_ns, span_s)
     if array_has(servo, "plant", "replayed_s"):
         return lambda servo, now_ns, span_s: replayed_tick(servo, now_ns, span_s)
+    if is_pointed:
+        return lambda servo, now_ns, span_s: pointed_arm_tick(servo, now_ns, span_s)
     return lambda servo, now_ns, span_s: sampled_tick(servo, now_ns, span_s)
 
 

@@ -28,7 +28,13 @@ TRIES = 6
 MOST_TICKS_AFTER = 1000
 
 NewCase = Callable[[], Case]
-_SELF_MADE = {"stick": every_device.stick, "phantom": every_device.phantom, "replay": every_device.replay}
+_SELF_MADE = {
+    "stick": every_device.stick,
+    "phantom": every_device.phantom,
+    "replay": every_device.replay,
+    "pointer-stick": every_device.pointer_stick,
+    "pointer-arm": every_device.pointer_arm,
+}
 
 
 @pytest.fixture(params=[*_SELF_MADE, pytest.param("openhaptics", marks=pytest.mark.needs("cc"))])
