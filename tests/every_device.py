@@ -76,7 +76,7 @@ def replay(folder: Path) -> Case:
 
 
 def _point_down(servo: Servo) -> None:
-    # Heard once, which counts for a quarter of a second: long enough to reach the head.
+    # Heard once, which counts for 0.4 s: long enough to reach the head.
     record = np.zeros(1, POINTER)
     record["t_ns"] = time.monotonic_ns()
     record["held"], record["lift"] = 1, 0.0

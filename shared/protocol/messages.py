@@ -93,7 +93,7 @@ class Pointer(Message, array_like=True, frozen=True, kw_only=True):
     """Where a pointer wants the simulated stick: lift 0 presses at z_ss, 1 is lifted; x, y in -1..1 of the radius.
 
     `source` names one page or program, whose `seq` grows; `held` is false when it lets go. What is not heard again for
-    a quarter of a second lets go too. Numbers outside are cut.
+    0.4 s lets go too. Numbers outside are cut.
     """
 
     source: str

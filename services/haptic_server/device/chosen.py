@@ -8,16 +8,17 @@ from haptic_server.device.protocol import Device, DeviceError
 KINDS = "simulated, pointer, openhaptics or replay:FILE"
 
 
-def chosen(words: str, scene: Scene, pose_is_held: bool = False) -> Device:
+def chosen(words: str, scene: Scene, pose_is_held: bool = False, folder: Path | None = None) -> Device:
     """The device, not open yet. DeviceError when there is none of that name.
 
-    `pose_is_held`: somebody holds a real arm in its neutral pose now, so that its encoders may be reset.
+    `pose_is_held`: somebody holds a real arm in its neutral pose now, so that its encoders may be reset. `folder`: the
+    servo's run folder, where a recorded gesture lies.
     """
     kind, _, rest = words.partition(":")
     if words == "simulated":
         from haptic_server.device.simulated import Simulated
 
-        return Simulated(scene)
+        return Simulated(scene, folder)
     if words == "pointer":
         from haptic_server.device.pointer import Pointed
 

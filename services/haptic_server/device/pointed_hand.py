@@ -14,7 +14,9 @@ from haptic_server.block import Block
 from realtime import triple
 from realtime.jit import Record, njit
 
-STALE_NS = 250_000_000  # a pointer not heard for so long has let go
+STALE_NS = (
+    400_000_000  # a pointer not heard for so long has let go; a busy browser skips a quarter of a second
+)
 SMOOTH_S = 0.008  # half a frame of 60 Hz: the steps between frames become one movement
 LIFTED_M = 0.02  # a lifted hand is at least so far above the head, wherever z_ss is
 ACROSS_PER_S = 10.0  # radii that it may cross in a second

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import zenoh
 
 _log = logging.getLogger("gateway")
-SILENT_NS = 250_000_000  # who points and is not heard for so long has let go, here as in the servo
+SILENT_NS = 400_000_000  # who points and is not heard for so long has let go, here as in the servo
 _AT_ONCE = 8  # in one round; a flood costs that much and no more
 _COMPLAIN_NS = 10_000_000_000
 

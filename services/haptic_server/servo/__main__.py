@@ -121,7 +121,7 @@ def main() -> int:
     scene = parse(text.read_text(encoding="utf-8"), str(text))
     device: Device | None = None
     try:
-        device = chosen(given.device, scene, given.pose_is_held)
+        device = chosen(given.device, scene, given.pose_is_held, given.run_dir)
         return _play(device, scene, given.run_dir, stop)
     except Refusal as refusal:
         _log.error("%s: the scene itself is outside the envelope: %s", text, refusal)
