@@ -1,16 +1,35 @@
-"""Hypothesis strategies over everything that the table's ranges allow: evenly over the decades, the limits included."""
+"""Hypothesis strategies over everything that the tables' ranges allow: evenly over the decades, the limits included.
 
+`scenes` are whole scenes of any values. `likely_scenes` are those that a musician might set, where most of what effects
+do to each other happens; a uniform choice over all ranges would seldom make a second contact.
+"""
+
+import dataclasses
 import math
+from typing import Any
 
 from hypothesis import strategies as st
 
 from drumstick.declare import Quantity, quantities
 from drumstick.effects.pulse import Pulse
+from drumstick.scene import EFFECTS, Scene
 from drumstick.stick import Stick
+
+# Every effect stands in at least one of these; each tuple is a record type, compiled once for the whole suite.
+COMBINATIONS: dict[str, tuple[str, ...]] = {
+    "none": (),
+    "pulse": ("pulse",),
+    "cor_pulse": ("cor_pulse",),
+    "system_delay": ("system_delay",),
+    "head": ("hysteretic_spring", "negative_damping", "noise", "chaos"),
+    "all": tuple(EFFECTS),
+}
 
 
 def over(quantity: Quantity) -> st.SearchStrategy[float]:
     """Values of one quantity. Uniform numbers would never try a small one."""
+    if quantity.kind is int:
+        return st.integers(int(quantity.low), int(quantity.high))
     smallest = max(quantity.low, 1e-9)
     logarithmic = st.floats(math.log(smallest), math.log(quantity.high)).map(
         lambda x: min(max(math.exp(x), quantity.low), quantity.high)
@@ -19,7 +38,7 @@ def over(quantity: Quantity) -> st.SearchStrategy[float]:
     return logarithmic | logarithmic.map(lambda x: max(-x, quantity.low)) | limits
 
 
-def tables(kind: type) -> st.SearchStrategy[object]:
+def tables(kind: type) -> st.SearchStrategy[Any]:
     """Whole tables of one kind."""
     fields: dict[str, st.SearchStrategy[object]] = {}
     for key, quantity in quantities(kind).items():
@@ -28,3 +47,63 @@ def tables(kind: type) -> st.SearchStrategy[object]:
 
 
 STICKS, PULSES = tables(Stick), tables(Pulse)
+
+
+def _effects(names: tuple[str, ...]) -> st.SearchStrategy[dict[str, Any]]:
+    return st.fixed_dictionaries({name: tables(EFFECTS[name]) for name in names})
+
+
+def scenes(names: tuple[str, ...]) -> st.SearchStrategy[Scene]:
+    """Scenes with these effects, any values."""
+    return st.builds(Scene, st.just("any"), stick=STICKS, effects=_effects(names))
+
+
+def _decades(low: float, high: float) -> st.SearchStrategy[float]:
+    return st.floats(math.log(low), math.log(high)).map(math.exp)
+
+
+@st.composite
+def likely_sticks(draw: st.DrawFn) -> Stick:
+    """A contact of 0.3 to 50 ms, from no damping to beyond critical, a hand that presses, lifts or is not there."""
+    m, contact_s = draw(_decades(1e-3, 0.3)), draw(_decades(3e-4, 5e-2))
+    k_coll = min(m * (math.pi / contact_s) ** 2, 1e6)
+    zeta = draw(st.just(0.0) | st.floats(0.0, 0.5) | _decades(1e-3, 2.0))
+    r_in = min(2.0 * zeta * math.sqrt(m * k_coll), 1e3)
+    k_hand = draw(st.just(0.0) | _decades(1e-4, 3.0).map(lambda ratio: min(k_coll * ratio, 1e4)))
+    r_out = r_in * draw(st.just(0.0) | st.floats(0.0, 1.0))
+    z_ss = draw(st.sampled_from([-1.0, -1.0, -1.0, 0.0, 1.0])) * draw(_decades(1e-4, 0.3))
+    return Stick(m, k_coll, r_in, k_hand, r_out, z_ss, draw(st.sampled_from(["paper", "unilateral"])))
+
+
+@st.composite
+def likely_scenes(draw: st.DrawFn, names: tuple[str, ...]) -> Scene:
+    """Scenes with these effects, each about as strong as the contact that it alters."""
+    stick = draw(likely_sticks())
+    impedance = math.sqrt(stick.m_kg * stick.k_coll_N_per_m)
+    contact_s = math.pi * math.sqrt(stick.m_kg / stick.k_coll_N_per_m)
+    force_N = st.just(0.0) | _decades(1e-3, 1.0).map(lambda share: min(share * impedance, 100.0))
+    likely: dict[str, dict[str, st.SearchStrategy[Any]]] = {
+        "pulse": {"dv_m_per_s": st.just(0.0) | _decades(1e-3, 3.0), "tau_s": _decades(1e-4, 1.0)},
+        "cor_pulse": {"gamma": st.just(0.0) | st.floats(0.0, 1.0), "tau_s": _decades(1e-4, 0.3)},
+        "system_delay": {
+            "period_s": st.floats(3e-3, 1.0).map(lambda share: min(max(share * contact_s, 1e-4), 0.02)),
+            "delay_ticks": st.sampled_from([0, 0, 1, 1, 2, 3, 8]),
+        },
+        "hysteretic_spring": {"ratio": st.just(1.0) | st.floats(1.0, 4.0)},
+        "negative_damping": {
+            "r_N_s_per_m": st.floats(0.0, 3.0).map(lambda share: min(share * stick.r_in_N_s_per_m, 1e3)),
+            "below_m_per_s": st.just(0.0) | _decades(1e-3, 3.0),
+        },
+        "noise": {
+            "force_N": force_N,
+            "hold_s": st.floats(0.05, 2.0).map(lambda share: min(max(share * contact_s, 1e-4), 0.1)),
+        },
+        "chaos": {"force_N": force_N, "growth": st.sampled_from([0.0, 3.9, 4.0]) | st.floats(0.0, 4.0)},
+    }
+    effects = {
+        name: dataclasses.replace(
+            draw(tables(EFFECTS[name])), **{key: draw(value) for key, value in likely[name].items()}
+        )
+        for name in names
+    }
+    return Scene("likely", stick=stick, effects=effects)

@@ -8,7 +8,10 @@ from haptic_server import block as blocks
 from haptic_server.device.simulated import Simulated
 from haptic_server.records import EVENT
 from haptic_server.servo import memory
+from haptic_server.servo.rendering import ask, render
 from realtime import ring
+from realtime.jit import Record, njit
+from realtime.lent import lend
 
 PERIOD_NS = 1_000_000
 
@@ -52,3 +55,15 @@ def events_of(servo: memory.Servo) -> np.ndarray:
     """Strikes and releases since the last call."""
     out = np.zeros(16384, EVENT)
     return out[: ring.drain(servo.block.ring_cells, servo.block.events, out)]
+
+
+@njit()
+def render_once(servo: memory.Servo, reading: Record, now_ns: int, span_s: float) -> float:
+    """One tick's force, by the code that the loop compiles: for a servo that is lent."""
+    return render(lend(servo), reading, now_ns, span_s)
+
+
+@njit()
+def ask_once(servo: memory.Servo, period_s: float) -> tuple[float, float]:
+    """What the head and the pulses ask for, before the guard, N."""
+    return ask(lend(servo), period_s)

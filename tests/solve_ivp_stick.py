@@ -1,6 +1,7 @@
 """The stick as a user of scipy would simulate it: `solve_ivp` with terminal events, restarted at every one of them.
 
-Equations (1), (2) and (4) written down once more, without anything of ours: it is the baseline for cost and error.
+Equations (1), (2) and (4) written down once more, without anything of ours but the scene's numbers: it is the baseline
+for cost and error. What makes scipy quick is done: no event that is not needed, plain floats instead of numpy's.
 """
 
 import math
@@ -11,11 +12,15 @@ import numpy as np
 import numpy.typing as npt
 from scipy.integrate import solve_ivp
 
+from drumstick.effects.pulse import Pulse
+from drumstick.scene import Scene
+
 METHOD, RTOL, ATOL = "DOP853", 1e-10, 1e-12
 LONGEST_S = 1.0  # no flight and no contact of the cases lasts longer
+# What ends a stretch of motion: z = 0 on the way down or up, the deepest point, a push that falls or rises through 0.
+ENTRY, RELEASE, TURN, LOOSEN, RESUME = range(5)
 
 Event = Callable[[float, Sequence[float]], float]
-Row = dict[str, str]
 
 
 class State(NamedTuple):
@@ -27,15 +32,42 @@ class State(NamedTuple):
     p: float
 
 
-class Case:
-    """One row of limit_cycles.csv."""
+class Stretch(NamedTuple):
+    """One call of solve_ivp: did a pulse fire before it, which equation it solved, what ended it, after how long."""
 
-    def __init__(self, row: Row) -> None:
-        self.m, self.k_coll, self.r_in, self.k_hand, self.r_out, self.z_ss, self.dv, self.tau = (
-            float(row[key]) for key in ("m", "K_coll", "R_in", "K_hand", "R_out", "z_ss", "dv", "tau")
+    fired: bool
+    in_contact: bool
+    ended_by: int
+    duration_s: float
+
+
+class Played(NamedTuple):
+    """t_in, v_in, t_out, v_out of each contact, shape (count, 4), and the stretches they were put together from."""
+
+    contacts: npt.NDArray[np.float64]
+    stretches: list[Stretch]
+
+
+class Case:
+    """A scene with or without a `pulse` whose overlap is `add`; no other effect."""
+
+    def __init__(self, scene: Scene, rtol: float = RTOL, atol: float = ATOL) -> None:
+        stick = scene.stick
+        self.m, self.k_coll, self.r_in = stick.m_kg, stick.k_coll_N_per_m, stick.r_in_N_s_per_m
+        self.k_hand, self.r_out, self.z_ss = stick.k_hand_N_per_m, stick.r_out_N_s_per_m, stick.z_ss_m
+        self.pushes_only = stick.release == "unilateral"
+        if set(scene.effects) - {"pulse"}:
+            raise ValueError(f"this baseline knows no effect but the pulse, not {', '.join(scene.effects)}")
+        pulse = scene.effects.get("pulse", Pulse(dv_m_per_s=0.0, trigger="exit"))
+        assert pulse.overlap == "add"
+        self.tau, self.kick, self.trigger = (
+            pulse.tau_s,
+            pulse.sign * pulse.dv_m_per_s / pulse.tau_s,
+            pulse.trigger,
         )
-        self.trigger, self.sign = row["trigger"], int(row["sign"])
-        self.pushes_only = row["release"] == "force"
+        self.rtol, self.atol = rtol, atol
+        self.stretches: list[Stretch] = []
+        self._fired = False
 
     def push(self, z: float, v: float) -> float:
         """Force of the head, N; the hand's R_out of equation (1) is still there inside."""
@@ -43,28 +75,38 @@ class Case:
 
     def fire(self, state: State, when: str) -> State:
         """Add a pulse if it fires now."""
-        return state._replace(p=state.p + self.sign * self.dv / self.tau) if self.trigger == when else state
+        self._fired = self.trigger == when
+        return state._replace(p=state.p + self.kick) if self._fired else state
 
-    def go(self, state: State, in_contact: bool, *events: Event) -> tuple[State, int]:
-        """On to the first of these events; which one it was."""
+    def go(self, state: State, in_contact: bool, *ends: int) -> tuple[State, int]:
+        """On to the first of these ends; which one it was."""
         m, k, r, rest = self.m, self.k_hand, self.r_out, self.k_hand * self.z_ss
         if in_contact:
             k, r = k + self.k_coll, self.r_in
         start, p, tau = state.t, state.p, self.tau
 
-        def motion(t: float, y: Sequence[float]) -> tuple[float, float]:
-            z, v = y
+        def motion(t: float, y: npt.NDArray[np.float64]) -> tuple[float, float]:
+            z, v = y.tolist()
             return v, (rest - k * z - r * v) / m + p * math.exp(-(t - start) / tau)
 
-        span = state.t, state.t + LONGEST_S
         found = solve_ivp(
-            motion, span, (state.z, state.v), method=METHOD, rtol=RTOL, atol=ATOL, events=events
-        )
+            motion, (state.t, state.t + LONGEST_S), (state.z, state.v), method=METHOD, rtol=self.rtol, atol=self.atol,
+            events=[self._event(end) for end in ends],
+        )  # fmt: skip
         if found.status != 1:
             raise RuntimeError(f"nothing happened within {LONGEST_S} s from {state}")
-        t, (z, v) = float(found.t[-1]), found.y[:, -1]
-        which = next(i for i, times in enumerate(found.t_events) if len(times))
-        return State(t, float(z), float(v), p * math.exp(-(t - start) / tau)), which
+        t, (z, v) = float(found.t[-1]), found.y[:, -1].tolist()
+        which = ends[next(i for i, times in enumerate(found.t_events) if len(times))]
+        self.stretches.append(Stretch(self._fired, in_contact, which, t - start))
+        self._fired = False
+        return State(t, z, v, p * math.exp(-(t - start) / tau)), which
+
+    def _event(self, end: int) -> Event:
+        if end in (ENTRY, RELEASE):
+            return _terminal(lambda t, y: y[0], -1 if end == ENTRY else 1)
+        if end == TURN:
+            return _terminal(lambda t, y: y[1], 1)
+        return _terminal(lambda t, y: self.push(y[0], y[1]), -1 if end == LOOSEN else 1)
 
 
 def _terminal(event: Event, direction: int) -> Event:
@@ -72,33 +114,26 @@ def _terminal(event: Event, direction: int) -> Event:
     return event
 
 
-def contacts(row: Row, count: int, v0: float = 0.4) -> npt.NDArray[np.float64]:
-    """t_in, v_in, t_out, v_out of the first contacts of a stick thrown upward from z = 0; shape (count, 4)."""
-    case = Case(row)
-    down, up = _terminal(lambda t, y: y[0], -1), _terminal(lambda t, y: y[0], 1)
-    turn = _terminal(lambda t, y: y[1], 1)
-    loosen = _terminal(lambda t, y: case.push(y[0], y[1]), -1)
-    resume = _terminal(lambda t, y: case.push(y[0], y[1]), 1)
+def _through_the_head(case: Case, state: State) -> State:
+    if case.trigger == "turn":
+        state = case.fire(case.go(state, True, TURN)[0], "turn")
+    if not case.pushes_only:
+        return case.go(state, True, RELEASE)[0]
+    end = RESUME
+    while end != RELEASE:
+        in_contact = end == RESUME
+        state, end = case.go(state, in_contact, LOOSEN if in_contact else RESUME, RELEASE)
+    return state
+
+
+def play(scene: Scene, count: int, v0: float = 0.4, rtol: float = RTOL, atol: float = ATOL) -> Played:
+    """The first `count` contacts of a stick thrown upward from z = 0."""
+    case = Case(scene, rtol, atol)
     state = State(0.0, 0.0, v0, 0.0)
     rows: list[tuple[float, float, float, float]] = []
     while len(rows) < count:
-        state, _ = case.go(state, False, down)
-        entry = state
-        state = case.fire(state._replace(z=0.0), "entry")
-        if case.trigger == "turn":
-            state, _ = case.go(state, True, turn)
-            state = case.fire(state, "turn")
-        out, holds = False, True
-        while not out:
-            if holds and not case.pushes_only:
-                state, _ = case.go(state, True, up)
-                out = True
-            elif holds:
-                state, which = case.go(state, True, loosen, up)
-                out, holds = which == 1, False
-            else:
-                state, which = case.go(state, False, up, resume)
-                out, holds = which == 0, True
+        entry, _ = case.go(state, False, ENTRY)
+        state = _through_the_head(case, case.fire(entry._replace(z=0.0), "entry"))
         rows.append((entry.t, entry.v, state.t, state.v))
         state = case.fire(state._replace(z=0.0), "exit")
-    return np.array(rows)
+    return Played(np.array(rows), case.stretches)

@@ -31,7 +31,7 @@ FORCE_ERROR, WARM, SAFETY_SWITCH, CALIBRATION, SCHEDULER = 8, 9, 10, 11, 12
 DEAD_MAN = 13  # no fault: the button that must be held is not
 FAULT_WORDS = {
     NO_FAULT: "",
-    OUT_OF_BOUNDS: "the stick's motion is not a number, or beyond 1000 m or m/s",
+    OUT_OF_BOUNDS: "the stick's motion or its force is not a number, or beyond 1000 m or m/s",
     NOT_A_NUMBER: "the device told a position that is not a number",
     UNPLUGGED: "the device does not answer: look at its cable and power",
     STALLED: "the force loop stood still for more than 20 ms: something else took the processor",

@@ -19,6 +19,8 @@ from drumstick.events import (
 from drumstick.transitions import CAPTURED, apply, move, never_releases, renew, segment_of
 from realtime.jit import Record, njit
 
+_INSTANT_S = 1e-15
+_MOST_AT_ONCE = 20
 _NOTHING = 1e-30  # m and m/s
 
 
@@ -48,13 +50,14 @@ def advance(
 ) -> tuple[int, float]:
     """Move to the next event or by `horizon` seconds, in segments of at most `longest_s`: (event, seconds moved)."""
     moved = 0.0
+    at_once = 0
     while True:
         due = composition.due_in(law, motion, motion.place != ABOVE)
         seg = segment_of(law, motion, method)
         left = horizon - moved
         span = min(left, due, longest_s)
         event, end = first_event(motion, seg, span)
-        move(law, motion, seg, end.t, end.z, end.v)
+        move(law, motion, seg, end.t, composition.fades(law, end.t), end.z, end.v)
         moved += end.t
         if event == HORIZON:
             if span == left:
@@ -67,6 +70,12 @@ def advance(
         apply(law, motion, event)
         if event not in (LOOSEN, RESUME, SINK):
             return event, moved
+        at_once = at_once + 1 if end.t < _INSTANT_S else 0
+        if (
+            at_once > _MOST_AT_ONCE
+        ):  # rounding: a push of 0 that does not change takes hold and lets go for ever
+            motion.fate = CAPTURED
+            return HORIZON, horizon
         if _died_away(law, motion):
             motion.fate = CAPTURED
             return HORIZON, horizon

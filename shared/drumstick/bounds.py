@@ -1,14 +1,18 @@
 """Upper bounds of a scene's roll: how fast, how hard. The envelope asks them of every set before it reaches a device.
 
 One contact makes of the entry speed u at most e u + b: e is the rebound with everything that multiplies it, b what
-pulses and forces add. One flight gives back at most alpha(v) v. While e < 1 the flight is taken without loss,
-v <= b/(1 - e); above, the hand's damping must end the growth: v <= b + e alpha(v) v. Kernels: any thread; no
-allocation.
+pulses, forces and the hand's own pressing add. One flight gives back at most alpha(v) v. While e < 1 and the hand
+presses, the flight is taken without loss, v <= b/(1 - e); else the hand's damping must end the growth.
+
+The hand's spring turns height into speed, also in the head: with A^2 = u^2 + (hand's own speed)^2 the sum of both
+energies is A^2, a push of dv adds at most dv to A, whenever it comes, and damping only takes from it. Hence bounds of
+A hold for u. Kernels: any thread; no allocation.
 """
 
 import math
 
-from drumstick import contact
+from drumstick import blow
+from drumstick.blow import Blow, pressing_speed
 from drumstick.effects import (
     chaos,
     cor_pulse,
@@ -24,40 +28,74 @@ from realtime.jit import Record, njit
 ENDLESS_M_PER_S = 1e300
 _FASTEST_M_PER_S = 100.0  # a roll that still grows at this speed counts as endless
 _BISECTIONS = 40
-_ROOT_STEPS = 12
+_ROOT_STEPS = 60
+_CLOSE = 1e-12
 
 
 @njit()
-def _rebound(release: int, m: float, k_coll: float, r_in: float) -> float:
-    # Also for a damper that pushes along: then both releases end at z = 0.
-    if r_in >= 0.0:
-        return contact.beta(release, m, k_coll, r_in)
-    zeta = max(contact.damping_ratio(m, k_coll, r_in), -0.5)
-    return math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta * zeta))
+def hand_speed(law: Record) -> float:
+    """The speed (m/s) that the hand's spring alone can give a stick at z = 0: off the head, or into it."""
+    return max(math.sqrt(law.k_hand / law.m) * law.z_ss, pressing_speed(law))
+
+
+@njit()
+def _blows(law: Record) -> tuple[Blow, Blow]:
+    # An ordinary contact, and one slow enough for negative damping.
+    own = blow.of(law, law.r_in)
+    if negative_damping.below(law) > 0.0:
+        return own, blow.of(law, negative_damping.lowest(law))
+    return own, own
+
+
+@njit()
+def _shaken(law: Record) -> float:
+    # The speed, m/s, by forces that change: F/m times the time they last. In each half turn damping takes its share of
+    # A, so a whole period is twice what any number of turns comes to.
+    period = 2.0 * math.pi * math.sqrt(law.m / law.k_coll)
+    return (noise.strongest(law) + chaos.strongest(law)) / law.m * period
+
+
+@njit()
+def _pushed(law: Record, u: float) -> float:
+    # The speed, m/s, of all pulses and forces of a contact entered at u.
+    return pulse.adds(law) + cor_pulse.multiplies(law) * u + _shaken(law)
+
+
+@njit()
+def _multiplied(law: Record, own: Blow) -> float:
+    # A pulse into the head comes before the head multiplies.
+    return own.grows + cor_pulse.multiplies(law) * max(own.grows, 1.0)
+
+
+@njit()
+def _after_slow(law: Record, own: Blow, slow: Blow, pushed: float) -> float:
+    # The fastest after a contact slow enough for negative damping, in which pulses and forces give `pushed` m/s; 0
+    # without it. It may last a whole turn.
+    below = negative_damping.below(law)
+    if below == 0.0:
+        return 0.0
+    grown = max(slow.grows, own.grows, 1.0)
+    return slow.grows * below + slow.pressed + pressing_speed(law) + grown * grown * pushed
 
 
 @njit()
 def multiplied(law: Record) -> float:
     """e: the most by which a contact at any speed multiplies it."""
-    stiffest = hysteretic_spring.stiffest(law)  # a stiffer spring also loses less
-    spring = math.sqrt(stiffest)
-    own = _rebound(law.release, law.m, law.k_coll * stiffest, law.r_in) * spring
-    return max(own, system_delay.rebound(law) * spring) + cor_pulse.multiplies(law)
+    return _multiplied(law, blow.of(law, law.r_in))
 
 
 @njit()
-def added(law: Record) -> float:
-    """b: the most speed, m/s, that a contact adds whatever its speed.
+def multiplied_by_head(law: Record) -> float:
+    """e without pulses."""
+    return blow.of(law, law.r_in).grows
 
-    A force F in the head adds at most F/m times the time it lasts; the contact may last longer than without it, hence a
-    whole period. Negative damping is active only below a speed, so what it can add is bounded too.
-    """
-    forced = noise.strongest(law) + chaos.strongest(law)
-    period = 2.0 * math.pi * math.sqrt(law.m / law.k_coll)
-    speed = pulse.adds(law) + forced / law.m * period
-    stiffest = hysteretic_spring.stiffest(law)
-    grown = _rebound(law.release, law.m, law.k_coll * stiffest, negative_damping.lowest(law))
-    return speed + negative_damping.below(law) * grown * math.sqrt(stiffest)
+
+@njit()
+def added_by_head(law: Record) -> float:
+    """b without pulses: the most speed, m/s, that the head itself adds in a contact, whatever its speed."""
+    own, slow = _blows(law)
+    shaken = _shaken(law)
+    return max(own.grows, 1.0) * shaken + own.pressed + _after_slow(law, own, slow, shaken)
 
 
 @njit()
@@ -79,52 +117,124 @@ def flight_speed(law: Record, v: float) -> float:
         else:
             high = t
         newton = t - z / speed
+        if abs(newton - t) <= _CLOSE * t:
+            break
         t = newton if low < newton < high and speed < 0.0 else 0.5 * (low + high)
     return abs(speed)
 
 
 @njit()
-def fastest(law: Record) -> float:
-    """A speed, m/s, that the roll cannot exceed; ENDLESS_M_PER_S when nothing ends its growth."""
-    e, b = multiplied(law), added(law)
-    if e < 1.0:
-        return b / (1.0 - e)
-    if e == 1.0 and b == 0.0:
-        return 0.0
-    if not (law.k_hand > 0.0 and law.z_ss < 0.0 and e < math.inf):
-        return ENDLESS_M_PER_S
-    if e * flight_speed(law, _FASTEST_M_PER_S) + b >= _FASTEST_M_PER_S:
-        return ENDLESS_M_PER_S
-    # alpha(v) falls with v, so growth turns into loss at one speed only.
-    low, high = 1e-6, _FASTEST_M_PER_S
-    for _ in range(_BISECTIONS):
-        middle = math.sqrt(low * high)
-        if e * flight_speed(law, middle) + b >= middle:
-            low = middle
-        else:
-            high = middle
-    return high
+def _half_swing(law: Record) -> float:
+    # What half a swing about z_ss leaves of its amplitude.
+    a, w2 = 0.5 * law.r_out / law.m, law.k_hand / law.m
+    return math.exp(-math.pi * a / math.sqrt(w2 - a * a)) if w2 > a * a else 0.0
 
 
 @njit()
-def blow(law: Record, speed: float) -> float:
-    """The head's largest force, N, in a contact entered at `speed` m/s, without hand and pulse."""
-    spring = speed * math.sqrt(law.m * law.k_coll)
-    force = contact.peak_force(law.m, law.k_coll, law.r_in, speed)
-    if negative_damping.lowest(law) < 0.0:  # grows on the way, by e^(pi/sqrt 3) at most
-        force = max(force, spring * _rebound(law.release, law.m, law.k_coll, negative_damping.lowest(law)))
-    if system_delay.sampled(law):
-        force = max(force, spring * (1.0 + system_delay.rebound(law)))
-    return force * hysteretic_spring.stiffest(law) + noise.strongest(law) + chaos.strongest(law)
+def _next_entry(law: Record, own: Blow, u: float) -> float:
+    # The largest entry speed of the contact after one that was entered at u, with the loss of the flight between them.
+    hand = hand_speed(law)
+    pushed = max(own.grows, 1.0) * _pushed(law, u)
+    if law.z_ss < 0.0:
+        amplitude = own.grows * math.hypot(u, hand) + _kept(law, own)
+        leaving = math.sqrt(max(amplitude * amplitude - hand * hand, 0.0))
+        late = pushed + (flight_speed(law, leaving) if leaving > 0.0 else 0.0)
+        # A short pulse is part of the throw, so the flight takes its share of it too.
+        share = 1.0 - law.r_out / law.m * max(pulse.lasts(law), cor_pulse.lasts(law))
+        if share <= 0.0:
+            return late
+        amplitude += pushed / share
+        leaving = math.sqrt(max(amplitude * amplitude - hand * hand, 0.0))
+        return min(late, flight_speed(law, leaving)) if leaving > 0.0 else 0.0
+    # A hand that lifts shortens the contact, down to no loss; it is half a swing at least until the stick is back.
+    kept = own.grows if law.z_ss == 0.0 else max(own.grows, math.sqrt(hysteretic_spring.stiffest(law)))
+    amplitude = _half_swing(law) * math.hypot(kept * u, hand) + pushed
+    return math.sqrt(max(amplitude * amplitude - hand * hand, 0.0))
+
+
+@njit()
+def _kept(law: Record, own: Blow) -> float:
+    # What pressing adds to A, not to u.
+    hand = pressing_speed(law)
+    return max(math.hypot(own.pressed, hand) - own.grows * hand, 0.0)
+
+
+@njit()
+def _leaving(law: Record, own: Blow, u: float) -> float:
+    # After an ordinary contact entered at u: m/s.
+    return max(u, own.grows * u + own.pressed + max(own.grows, 1.0) * _pushed(law, u))
+
+
+@njit()
+def _settled(law: Record, own: Blow) -> float:
+    # The fastest without negative damping.
+    e = _multiplied(law, own)
+    lifted = law.k_hand * law.z_ss > 0.0
+    if e < 1.0 and not lifted:
+        return (max(own.grows, 1.0) * _pushed(law, 0.0) + _kept(law, own)) / (1.0 - e)
+    if not (law.k_hand > 0.0 and e < math.inf):
+        return ENDLESS_M_PER_S
+    if _next_entry(law, own, _FASTEST_M_PER_S) >= _FASTEST_M_PER_S:
+        return ENDLESS_M_PER_S
+    # What a flight gives back of a speed falls with that speed, so growth turns into loss at one speed only.
+    low, high = 1e-6, _FASTEST_M_PER_S
+    for _ in range(_BISECTIONS):
+        middle = math.sqrt(low * high)
+        if _next_entry(law, own, middle) >= middle:
+            low = middle
+        else:
+            high = middle
+    return _leaving(law, own, high)
+
+
+@njit()
+def _fastest(law: Record, own: Blow, slow: Blow) -> float:
+    settled, started = (
+        _settled(law, own),
+        _after_slow(law, own, slow, _pushed(law, negative_damping.below(law))),
+    )
+    if started <= settled:
+        return settled
+    return started if _multiplied(law, own) < 1.0 else _leaving(law, own, started)
+
+
+@njit()
+def _pulses(law: Record, own: Blow, speed: float) -> float:
+    # A pulse's own force, and what the head answers to it: as to a blow of its speed, or to a steady force.
+    stiffness = law.k_coll * hysteretic_spring.stiffest(law) + law.k_hand
+    soonest = 0.5 * math.pi * math.sqrt(law.m / stiffness)
+    force = law.m * pulse.strongest(law, soonest)
+    force += law.m * cor_pulse.strongest(law, soonest) * speed
+    given = pulse.adds(law) + cor_pulse.multiplies(law) * speed
+    return force + min(own.peak * given, 2.0 * force * max(own.grows, 1.0) ** 2)
+
+
+@njit()
+def _hardest(law: Record, speed: float, own: Blow, slow: Blow) -> float:
+    force = own.peak * (speed + _shaken(law)) + own.held
+    below = min(negative_damping.below(law), speed)
+    if below > 0.0:
+        force = max(force, slow.peak * (below + _shaken(law)) + slow.held)
+        own = slow if slow.peak > own.peak else own
+    return force + noise.strongest(law) + chaos.strongest(law) + _pulses(law, own, speed)
 
 
 @njit()
 def hardest(law: Record, speed: float) -> float:
-    """The largest force, N, on the stick in such a contact: head, pulses and hand together."""
-    # At most twice the hand's own force, when it is let go suddenly.
-    pressing = 2.0 * law.k_hand * abs(law.z_ss)
-    pulses = law.m * (pulse.strongest(law) + cor_pulse.strongest(law) * speed)
-    return blow(law, speed) + pulses + pressing
+    """The largest force, N, on the stick in a contact entered at `speed` m/s: head, pulses and hand together."""
+    own, slow = _blows(law)
+    return _hardest(law, speed, own, slow)
+
+
+@njit()
+def fastest_and_hardest(law: Record) -> tuple[float, float]:
+    """A speed, m/s, that no contact begins or ends with, and a force, N, that no contact has.
+
+    ENDLESS_M_PER_S when nothing ends the growth.
+    """
+    own, slow = _blows(law)
+    speed = _fastest(law, own, slow)
+    return speed, _hardest(law, speed, own, slow)
 
 
 @njit()

@@ -15,6 +15,8 @@ from drumstick.effects import (
 )
 from realtime.jit import Record, njit
 
+Fades = tuple[float, float]
+
 
 @njit()
 def fire(law: Record, motion: Record, when: int) -> None:
@@ -72,10 +74,16 @@ def renew(law: Record, motion: Record, in_head: bool, force: float) -> None:
 
 
 @njit()
-def elapse(law: Record, motion: Record, duration: float) -> None:
-    """`duration` seconds have passed."""
-    pulse.elapse(law, motion, duration)
-    cor_pulse.elapse(law, motion, duration)
+def fades(law: Record, duration: float) -> Fades:
+    """What is left of each pulse after `duration` seconds: for steps of one length it is computed once."""
+    return pulse.fade(law, duration), cor_pulse.fade(law, duration)
+
+
+@njit()
+def elapse(law: Record, motion: Record, duration: float, fades: Fades) -> None:
+    """`duration` seconds have passed; `fades` as above, for this duration."""
+    pulse.elapse(law, motion, duration, fades[0])
+    cor_pulse.elapse(law, motion, duration, fades[1])
     system_delay.elapse(law, motion, duration)
     noise.elapse(law, motion, duration)
 
@@ -90,6 +98,13 @@ def lively(law: Record, motion: Record) -> bool:
         or noise.strongest(law) > 0.0
         or chaos.lively(law, motion)
     )
+
+
+@njit()
+def stirs(law: Record, motion: Record, least: float) -> bool:
+    """Can an effect other than a pulse give more than `least` m/s to a stick that lies still at z = 0?"""
+    forced = noise.strongest(law) > 0.0 or chaos.strongest(law) > 0.0
+    return forced or system_delay.coming(law, motion) > least
 
 
 @njit()

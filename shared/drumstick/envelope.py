@@ -60,14 +60,8 @@ class Limits:
 @njit()
 def predicted(law: Record) -> tuple[float, float]:
     """Bounds of the roll's speed (m/s; ENDLESS_M_PER_S if nothing ends it) and of the force on the stick (N)."""
-    speed = bounds.fastest(law)
-    return speed, bounds.hardest(law, speed)
-
-
-@njit()
-def hand_speed(law: Record) -> float:
-    """The speed (m/s) that the hand's spring alone can give a stick that it pulls off the head; 0 when it presses."""
-    return math.sqrt(law.k_hand / law.m) * max(law.z_ss, 0.0)
+    speed, force = bounds.fastest_and_hardest(law)
+    return math.hypot(speed, bounds.hand_speed(law)), force
 
 
 @njit()
@@ -86,7 +80,7 @@ def safe_from(
     speed = math.sqrt(max(fastest, 0.0)) + left
     if not speed <= max_speed_m_per_s:
         return False
-    return bounds.blow(law, speed) <= max_force_N
+    return bounds.hardest(law, speed) <= max_force_N
 
 
 @njit()
@@ -108,7 +102,7 @@ def check(law: Record, max_force_N: float, max_speed_m_per_s: float) -> int:
     stiffest = law.k_coll * hysteretic_spring.stiffest(law)
     if not math.pi * math.sqrt(law.m / stiffest) >= SHORTEST_CONTACT_S:
         return BUZZ
-    if not hand_speed(law) <= max_speed_m_per_s:
+    if not bounds.hand_speed(law) <= max_speed_m_per_s:
         return HAND
     speed, force = predicted(law)
     if not speed < bounds.ENDLESS_M_PER_S:
@@ -156,7 +150,7 @@ def require(law: Records, limits: Limits) -> None:
         f"lower {adding} or raise r_in",
         FORCE: f"the force on the stick could reach {force:.3g} N, the limit is {limits.max_force_N:g} N: "
         f"lower {adding}, k_coll or k_hand, or raise tau or r_in",
-        HAND: f"the hand alone could throw the stick at {hand_speed(law[0]):.3g} m/s, the limit is "
+        HAND: f"the hand alone could throw the stick at {bounds.hand_speed(law[0]):.3g} m/s, the limit is "
         f"{limits.max_speed_m_per_s:g} m/s: lower z_ss or k_hand",
         BUZZ: f"a contact would last less than {SHORTEST_CONTACT_S * 1e3:g} ms, a buzz: raise m or lower k_coll",
         STIFF: f"k_coll = {law['k_coll'][0]:g} N/m is stiffer than this device can render, "

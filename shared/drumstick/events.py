@@ -72,22 +72,45 @@ def _shift(place: int, seg: Segment, here: Point, bend: Point, end: Point) -> Ev
 
 
 @njit()
+def _lets_go(place: int, seg: Segment, here: Point, there: Point) -> bool:
+    # Does the push of a head that only pushes end between the two? Its rate vanishes once at most, so it ends once.
+    if place != CONTACT or seg.release == PAPER:
+        return False
+    return push_of(seg, here.z, here.v) > 0.0 > push_of(seg, there.z, there.v)
+
+
+@njit()
+def _way_end(seg: Segment, here: Point, there: Point, rises: bool) -> Event:
+    # How a way in the head ends if the head holds: out of it, at a turn, or not before `there`. A rise that ends out of
+    # it may turn on the way, and has then passed z = 0 before: no need to know when it turns.
+    if rises and changes(here.z, there.z):
+        return RELEASE, root(seg, _HEIGHT, here, there)
+    if changes(here.v, there.v):
+        return (SINK if rises else TURN), root(seg, SPEED, here, there)
+    return HORIZON, there
+
+
+@njit()
 def _in_head(motion: Record, seg: Segment, here: Point, there: Point) -> Event:
-    turns, rises = changes(here.v, there.v), _rises(here, there)
-    end = root(seg, SPEED, here, there) if turns else there
-    rate = push_rate(seg)
+    rises, rate = _rises(here, there), push_rate(seg)
+    event, end = HORIZON, there
+    if _lets_go(motion.place, seg, here, there):
+        end = root(seg, _push(seg), here, there)
+        # Not out yet, not turned yet: it is the first.
+        if end.z < 0.0 and (end.v > 0.0 if rises else end.v < 0.0):
+            event = LOOSEN
+    sure = event == LOOSEN
+    if not sure:
+        event, end = _way_end(seg, here, there, rises)
     before, after = weighted(rate, here)[0], weighted(rate, end)[0]
     peaks, dips = before > 0.0 >= after, before < 0.0 <= after
-    bend = root(seg, rate, here, end) if peaks or (dips and seg.release != PAPER) else end
-
-    event = HORIZON
-    if turns:
-        event = SINK if rises else TURN
-    if seg.release != PAPER:
+    searched = seg.release != PAPER and not sure
+    bend = root(seg, rate, here, end) if peaks or (dips and searched) else end
+    if searched:
         shift, at = _shift(motion.place, seg, here, bend, end)
-        if shift != HORIZON:
+        if shift != HORIZON and (at.t < end.t or (event != TURN and event != SINK)):
             event, end = shift, at
-    if rises and end.z >= 0.0:
+    if event != RELEASE and rises and end.z >= 0.0:
         event, end = RELEASE, _reach(seg, here, end)
     if motion.place == CONTACT and peaks and bend.t <= end.t:  # noted in passing: it ends no segment
         motion.peak_N = max(motion.peak_N, push_of(seg, bend.z, bend.v))

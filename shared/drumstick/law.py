@@ -5,6 +5,7 @@ in either, and numba compiles no code for it. Field names are the wire names; wo
 index. Effects come first: numba takes a record that merely continues another one for its subtype, and warns.
 """
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -50,12 +51,14 @@ def _fields(table: type) -> list[tuple[str, str]]:
     return [_field(key, quantity) for key, quantity in quantities(table).items()]
 
 
+@functools.cache
 def law_type(effects: tuple[str, ...]) -> np.dtype[np.void]:
     """Record type of the parameters of a scene that names these effects."""
     nested: list[Any] = [(name, _fields(EFFECTS[name])) for name in effects]
     return np.dtype([*nested, *_fields(Stick)], align=True)
 
 
+@functools.cache
 def motion_type(effects: tuple[str, ...]) -> np.dtype[np.void]:
     """Record type of the state of a scene that names these effects."""
     nested: list[Any] = [(name, list(_EFFECT_STATE[name])) for name in effects]

@@ -63,7 +63,7 @@ class Parameter:
             )
         if not q.low <= value <= q.high:
             raise Refusal(f"{self.name}: {value:g} {q.unit} is outside {q.low:g} .. {q.high:g} {q.unit}")
-        return float(value)
+        return float(value) + 0.0  # -0.0 is 0
 
 
 _Z_H0 = Parameter(Z_H0, stick_tables.Z_H0, None)

@@ -57,7 +57,10 @@ class SceneError(ValueError):
 
 @dataclass(frozen=True)
 class Scene:
-    """A validated scene. `effects` holds only what the text named."""
+    """A validated scene. `effects` holds only what the text named, always in the order of EFFECTS.
+
+    One order, or the same effects would be another record type for each order, and all kernels compiled again.
+    """
 
     name: str
     words: str = ""
@@ -71,6 +74,10 @@ class Scene:
     device: Device = field(default_factory=Device)
     servo: Servo = field(default_factory=Servo)
     guard: Guard = field(default_factory=Guard)
+
+    def __post_init__(self) -> None:
+        ordered = {name: self.effects[name] for name in EFFECTS if name in self.effects}
+        object.__setattr__(self, "effects", ordered)
 
 
 def shipped_names() -> list[str]:
@@ -101,7 +108,7 @@ def _effects(reader: Reader, given: object) -> dict[str, Any]:
     for name in named:
         if name not in EFFECTS:
             reader.refuse(f"effects.{name}", f"unknown effect; known: {', '.join(EFFECTS)}")
-    return {n: reader.table(f"effects.{n}", EFFECTS[n], named[n]) for n in EFFECTS if n in named}
+    return {n: reader.table(f"effects.{n}", EFFECTS[n], named[n]) for n in named if n in EFFECTS}
 
 
 def _check_gesture(reader: Reader, hand: Hand, device: Device) -> None:

@@ -233,6 +233,36 @@ def propagate(seg: Segment, t: float) -> tuple[float, float, float]:
     return z + forced, v + forced_rate, z2 + forced_rate2
 
 
+def _pushes_at_start(pushes: Pushes) -> float:
+    raise TypeError("compiled code only")
+
+
+@overload(_pushes_at_start)
+def _sum_at_start(pushes: Any) -> Callable[..., float]:
+    def none(pushes: Any) -> float:
+        return 0.0
+
+    def summed(pushes: Any) -> float:
+        push = 0.0
+        for p, _ in pushes:
+            push += p
+        return push
+
+    return summed if len(pushes) > 0 else none
+
+
+@njit()
+def acceleration_at_start(seg: Segment) -> float:
+    """As `acceleration` at the segment's start, to the last bit, without a look at how pulses fade."""
+    return seg.g - 2.0 * seg.a * seg.v - seg.w2 * seg.z + _pushes_at_start(seg.pushes)
+
+
+@njit()
+def onward(seg: Segment, z: float, v: float, pushes: Pushes) -> Segment:
+    """The same equation, from another start."""
+    return Segment(seg.a, seg.w2, seg.g, z, v, pushes, seg.k, seg.r, seg.f, seg.release, seg.method)
+
+
 @njit()
 def acceleration(seg: Segment, t: float, z: float, v: float) -> float:
     """The right-hand side: z'' at (z, v), t seconds into the segment."""

@@ -22,6 +22,8 @@ SPEED: Weights = (0.0, 1.0, 0.0, 0.0, 0.0)
 # A motion that has died away has only rounding left, whose signs say nothing: look at it before, again and again.
 _DIES_AWAY_RAD = 4.0
 _FARTHER = 4.0
+# A stick on its way out of the head is out soon after -z/v, long before it turns: looking there saves finding the turn.
+_OUT_BY = 2.0
 
 
 class Nodes(NamedTuple):
@@ -99,10 +101,13 @@ def _first_node_for_each(seg: Any, weights: Any, start: Any) -> Callable[..., fl
 def first_nodes(seg: Segment, start: Point, in_head: bool) -> Nodes:
     """The nodes after the segment's start; the push matters only in the head."""
     discriminant = seg.w2 - seg.a * seg.a
+    look = _DIES_AWAY_RAD / abs(fastest_rate(seg.a, seg.w2, 0.0))  # -0.0 would end the span before it begins
+    if in_head and start.v > 0.0 and start.z < 0.0:
+        look = min(look, _OUT_BY * -start.z / start.v)
     return Nodes(
         _first_node(seg, SPEED, start),
         _first_node(seg, push_rate(seg), start) if in_head else math.inf,
-        _DIES_AWAY_RAD / fastest_rate(seg.a, seg.w2, 0.0),
+        look,
         math.pi / math.sqrt(discriminant) if discriminant > 0.0 else math.inf,
     )
 

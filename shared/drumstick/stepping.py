@@ -22,8 +22,8 @@ from drumstick.events import (
     TURN,
     push_of,
 )
-from drumstick.methods.carry import carry
-from drumstick.segment import Segment
+from drumstick.methods.carry import step
+from drumstick.segment import Segment, onward
 from drumstick.transitions import CAPTURED, apply, move, never_releases, renew, segment_of
 from realtime.jit import Record, njit
 
@@ -60,13 +60,13 @@ def _seen(place: int, seg: Segment, z: float, v: float) -> int:
 def unlocated(law: Record, motion: Record, horizon: float, method: int, dt: float) -> tuple[int, float]:
     """As `exact.advance`, but an event is only noticed at the end of its step: order one, whatever the method."""
     moved = 0.0
+    seg, fades = segment_of(law, motion, method), composition.fades(law, dt)
     while True:
         due = composition.due_in(law, motion, motion.place != ABOVE)
-        seg = segment_of(law, motion, method)
         left = horizon - moved
         span = min(left, due, dt)
-        z, v, _ = carry(seg, span)
-        move(law, motion, seg, span, z, v)
+        z, v = step(seg, span)
+        move(law, motion, seg, span, fades if span == dt else composition.fades(law, span), z, v)
         moved += span
         event = _seen(motion.place, seg, z, v)
         if span == due:
@@ -79,3 +79,7 @@ def unlocated(law: Record, motion: Record, horizon: float, method: int, dt: floa
             if motion.place != ABOVE and never_releases(law, motion):
                 motion.fate = CAPTURED
             return HORIZON, horizon
+        if event != HORIZON or span == due:
+            seg = segment_of(law, motion, method)
+        else:  # the same equation still holds: its coefficients are not computed again
+            seg = onward(seg, z, v, composition.pushes(law, motion))

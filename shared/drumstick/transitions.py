@@ -91,10 +91,15 @@ def segment_of(law: Record, motion: Record, method: int | None) -> Segment:
 
 
 @njit()
-def move(law: Record, motion: Record, seg: Segment, duration: float, z: float, v: float) -> None:
-    """The stick is now at (z, v), `duration` seconds along its segment: keep the contact's impulse and time."""
+def move(
+    law: Record, motion: Record, seg: Segment, duration: float, fades: composition.Fades, z: float, v: float
+) -> None:
+    """The stick is now at (z, v), `duration` seconds along its segment: keep the contact's impulse and time.
+
+    fades: `composition.fades` of this duration.
+    """
     before = composition.left(law, motion)
-    composition.elapse(law, motion, duration)
+    composition.elapse(law, motion, duration, fades)
     if motion.place == CONTACT:
         travel = z - seg.z
         motion.impulse_N_s += seg.f * duration - seg.r * travel
@@ -103,7 +108,8 @@ def move(law: Record, motion: Record, seg: Segment, duration: float, z: float, v
             given = before - composition.left(law, motion)
             z_integral = (given - (v - seg.v) - 2.0 * seg.a * travel + seg.g * duration) / seg.w2
             motion.impulse_N_s -= seg.k * z_integral
-        motion.peak_N = max(motion.peak_N, push_of(seg, seg.z, seg.v))
+        # Inside the segment the search saw the peak; a force that steps, or a negative damper, peaks at an end.
+        motion.peak_N = max(motion.peak_N, push_of(seg, seg.z, seg.v), push_of(seg, z, v))
     if motion.place != ABOVE:
         motion.contact_s += duration
     motion.z = z
@@ -135,12 +141,13 @@ def never_releases(law: Record, motion: Record) -> bool:
 def _never_returns(law: Record, motion: Record) -> bool:
     if composition.still_pushing(law, motion):
         return False
-    gain = composition.left(law, motion)
+    most = composition.left_at_most(law, motion)
     if law.k_hand == 0.0:
-        return motion.v >= 0.0 and motion.v + gain >= 0.0
+        down = 0.5 * (most - composition.left(law, motion))  # a push up may come too late to make up for it
+        return motion.v >= down
     w = math.sqrt(law.k_hand / law.m)
     reach = math.hypot(motion.z - law.z_ss, motion.v / w)
-    return reach + composition.left_at_most(law, motion) / w < law.z_ss
+    return reach + most / w < law.z_ss
 
 
 @njit()
@@ -163,10 +170,10 @@ def _enter(law: Record, motion: Record) -> None:
     motion.turned = 0
     composition.fire(law, motion, moments.ENTRY)
     _hold(law, motion)  # R_in < R_out, or a force that pulls: a head that only pushes does not push yet
-    f = composition.head(law, motion)[2]
-    lasting = law.k_hand * law.z_ss != 0.0 or f != 0.0 or composition.lively(law, motion)
-    if abs(motion.v) < _STILL_M_PER_S and not lasting and composition.left_at_most(law, motion) == 0.0:
-        motion.fate = CAPTURED  # decayed to nothing, and nothing presses or lifts it
+    if abs(motion.v) < _STILL_M_PER_S and law.k_hand * law.z_ss == 0.0:
+        pushed = composition.left_at_most(law, motion) > _STILL_M_PER_S
+        if not (pushed or composition.stirs(law, motion, _STILL_M_PER_S)):
+            motion.fate = CAPTURED  # decayed to nothing, and nothing presses or lifts it
 
 
 @njit()

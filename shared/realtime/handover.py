@@ -16,14 +16,15 @@ from numba.extending import intrinsic
 from realtime.jit import njit
 
 
-def _is_plain(kind) -> bool:
+def is_plain(kind) -> bool:
+    """Whether a value of this numba type is made of arrays and numbers only."""
     if isinstance(kind, types.BaseTuple):
-        return all(_is_plain(member) for member in kind)
+        return all(is_plain(member) for member in kind)
     return isinstance(kind, types.Array | types.Number | types.NoneType)
 
 
-def _borrowed(context, builder, kind, value):
-    # The same arrays without their owners: numba then counts no references to them.
+def borrowed(context, builder, kind, value):
+    """At compile time: the same arrays without their owners, so that numba counts no references to them."""
     if isinstance(kind, types.Array):
         array = context.make_array(kind)(context, builder, value)
         array.meminfo = cgutils.get_null_value(array.meminfo.type)
@@ -31,7 +32,7 @@ def _borrowed(context, builder, kind, value):
         return array._getvalue()
     if isinstance(kind, types.BaseTuple):
         members = [
-            _borrowed(context, builder, member, cgutils.unpack_tuple(builder, value)[i])
+            borrowed(context, builder, member, cgutils.unpack_tuple(builder, value)[i])
             for i, member in enumerate(kind)
         ]
         return context.make_tuple(builder, kind, members)
@@ -45,7 +46,7 @@ def _pointer(context, builder, address, sign, kind):
 
 @intrinsic
 def _size(typingctx, value):
-    if not _is_plain(value):
+    if not is_plain(value):
         return None
 
     def codegen(context, builder, signature, args):
@@ -57,13 +58,13 @@ def _size(typingctx, value):
 
 @intrinsic
 def _leave(typingctx, address, value):
-    if not (isinstance(address, types.Integer) and _is_plain(value)):
+    if not (isinstance(address, types.Integer) and is_plain(value)):
         return None
 
     def codegen(context, builder, signature, args):
         kind = signature.args[1]
         pointer = _pointer(context, builder, args[0], signature.args[0], kind)
-        builder.store(_borrowed(context, builder, kind, args[1]), pointer)
+        builder.store(borrowed(context, builder, kind, args[1]), pointer)
         return context.get_dummy_value()
 
     return types.void(address, value), codegen

@@ -182,7 +182,7 @@ def _constant(value: Any, arguments: int, name: str) -> Callable[..., Any]:
     return constant
 
 
-def only_with(effect: str, otherwise: float | bool | tuple[()] | None = None) -> Callable[[F], F]:
+def only_with(effect: str, otherwise: float | bool | tuple[float, ...] | None = None) -> Callable[[F], F]:
     """Compile the decorated body where the scene's law, its first argument, names `effect`.
 
     A scene that does not name it gets none of its code, only the constant `otherwise`: the choice is made from

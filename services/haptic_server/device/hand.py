@@ -52,6 +52,20 @@ def _recorded(path: npt.NDArray[np.float64], t: float) -> float:
 
 
 @njit()
+def later(gesture: Record, path: npt.NDArray[np.float64], t: float, span_s: float) -> float:
+    """Where in its gesture a hand is that was at t s, `span_s` later: after the lift it starts again each period.
+
+    A time that only grew would be rounded ever more coarsely: after a month its rate is 1.6e-7 off at 1 kHz.
+    """
+    t += span_s
+    period = path[path.shape[0] - 1, 0] - path[0, 0] if gesture.kind == RECORDED else gesture.period_s
+    over = t - _LIFTED_S
+    if over >= period:
+        t -= period * math.floor(over / period)
+    return t
+
+
+@njit()
 def hand_at(gesture: Record, path: npt.NDArray[np.float64], t: float) -> float:
     """z_hand in m, t s after the gesture began: rest_m is the lowest point, height_m what it lifts above that."""
     rest, height = gesture.rest_m, gesture.height_m

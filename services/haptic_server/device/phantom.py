@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.segment import Segment, propagate
-from haptic_server.device.hand import hand_at
+from haptic_server.device.hand import hand_at, later
 from realtime.jit import Record, njit
 
 MOST_DELAY_TICKS = 8
@@ -110,7 +110,7 @@ def carry(plant: Record, gesture: Record, path: npt.NDArray[np.float64], span_s:
     """Move on by `span_s` under the force that was last obeyed, with the hand where its gesture has it."""
     plant.hand_m = hand_at(gesture, path, plant.t_s)
     move_on(plant, span_s)
-    plant.t_s += span_s
+    plant.t_s = later(gesture, path, plant.t_s, span_s)
 
 
 @njit()

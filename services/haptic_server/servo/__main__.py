@@ -20,7 +20,7 @@ from haptic_server.limits import limits_of
 from haptic_server.limits import write as write_limits
 from haptic_server.records import FAULT_WORDS, NO_FAULT
 from haptic_server.servo import memory, priority, trace
-from haptic_server.servo.latch import fits
+from haptic_server.servo.latch import passes
 from realtime.atomics import poke
 from realtime.stop import StopRequest
 
@@ -61,7 +61,9 @@ def _memory(scene: Scene, run_dir: Path, specification: Specification) -> memory
     write_limits(run_dir, limits)
     left = block.legacy(run_dir, law_of(scene).dtype)
     spare = memory.prepare(scene, block.in_memory(law_of(scene)), specification=specification)
-    if left is None or not fits(left.law[0], spare.plan[0]):
+    if left is not None:
+        spare.offer["law"] = left.law
+    if left is None or not passes(spare):
         left = block.Legacy(0, law_of(scene), held=False)
     mine = block.create(run_dir, left.law, left.revision)
     return memory.prepare(scene, mine, left.held, specification)

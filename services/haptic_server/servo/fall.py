@@ -11,6 +11,7 @@ from haptic_server.servo.memory import Servo
 from haptic_server.servo.rendering import ask, see
 from haptic_server.servo.velocity import follow, forget
 from realtime.jit import njit
+from realtime.lent import lend
 
 _FROM_M = 0.02
 _CLEAR_M = 0.004
@@ -24,6 +25,7 @@ def fall(servo: Servo, speed: float, phase: float, guarded: bool) -> float:
     Negative when the arm does not come back within 40,000 ticks. servo: of a scene with the plant `phantom`; a hand or
     friction would take part.
     """
+    servo = lend(servo)
     plant, motion, plan, held = servo.plant[0], servo.motion[0], servo.plan[0], servo.guard[0]
     period_s = plan.period_ns * 1e-9
     forget(servo.track[0])

@@ -6,12 +6,12 @@ parameters may ask, the guard what may reach the motors whatever they ask. Tick 
 Python, no exceptions.
 """
 
+import math
 from typing import Any
 
 import numpy as np
 
 from drumstick import bounds
-from drumstick.effects import pulse
 from haptic_server.records import (
     DEAD_MAN,
     NO_FAULT,
@@ -27,18 +27,18 @@ STALL_PAUSE_S = 0.005  # a longer gap between ticks: no force until the stick wa
 STALL_FAULT_S = 0.020  # a longer one is a latched fault
 STALE_S = 0.010  # a device that has told nothing new for so long
 _SEEN_ABOVE_M = 1e-3  # so far above the head the stick must have been before anything is rendered
-_SLOWEST_M_PER_S = 1e-6
 _SLACK = 0.01  # of a blow's energy: what quantised positions may pretend
 MEMORY = 9  # ticks of the head's force: the longest delay of a device, and the present
 
 # What it remembers. `gain` ramps from 0 to 1; `given_J` is what the head has given the stick in this contact,
-# `budget_J` what it may give; `asked_N` is a ring of what the head was let ask, `z_m` the last tick's position.
+# `budget_J` what it may give; `head_N` is a ring of the head's share in the forces that went out, `z_m` the last tick's
+# position.
 GUARD: np.dtype[Any] = np.dtype(
     [
         ("seen_above", "i8"),
         ("gain", "f8"),
         ("force_N", "f8"),
-        ("asked_N", "f8", (MEMORY,)),
+        ("head_N", "f8", (MEMORY,)),
         ("newest", "i8"),
         ("z_m", "f8"),
         ("given_J", "f8"),
@@ -78,7 +78,7 @@ def let_go(guard: Record) -> None:
     guard.gain = 0.0
     guard.force_N = 0.0
     for tick in range(MEMORY):
-        guard.asked_N[tick] = 0.0
+        guard.head_N[tick] = 0.0
     guard.given_J = 0.0
     guard.budget_J = 0.0
 
@@ -90,7 +90,7 @@ def look(guard: Record, allowed: Record, reading: Record, now_ns: int, span_s: f
         return int(reading.trouble)
     if not (abs(reading.x_m) < 1e3 and abs(reading.y_m) < 1e3 and abs(reading.z_m) < 1e3):
         return NOT_A_NUMBER
-    if not span_s <= STALL_FAULT_S:
+    if not 0.0 <= span_s <= STALL_FAULT_S:
         return STALLED
     if reading.fresh != 0 or guard.fresh_ns == 0:
         guard.fresh_ns = now_ns
@@ -128,78 +128,89 @@ def ready(guard: Record, allowed: Record, reading: Record, z: float, period_s: f
 @njit()
 def may_add(law: Record) -> tuple[float, float]:
     """e and b of drumstick.bounds without the pulses: what the head may make of an entry speed."""
-    return bounds.multiplied(law), bounds.added(law) - pulse.adds(law)
+    return bounds.multiplied_by_head(law), bounds.added_by_head(law)
 
 
 @njit()
-def open_account(guard: Record, m: float, v_in: float) -> None:
+def open_account(guard: Record, allowed: Record, m: float, v_in: float) -> None:
     """A contact begins at v_in: the head may give back what it took, and what its effects are meant to add.
 
-    guard.e and guard.b as in drumstick.bounds: the contact may end at e |v_in| + b, without its pulses.
+    guard.e and guard.b as in drumstick.bounds: the contact may end at e |v_in| + b, without its pulses. A live m above
+    what the arm has does not raise what the arm may be given.
     """
     speed = abs(v_in)
     leaving = guard.e * speed + guard.b
+    added = max(leaving * leaving - speed * speed, 0.0)
     guard.given_J = 0.0
-    guard.budget_J = 0.5 * m * (max(leaving * leaving - speed * speed, 0.0) + _SLACK * speed * speed)
+    guard.budget_J = 0.5 * min(m, allowed.m_kg) * (added + _SLACK * speed * speed)
 
 
 @njit()
-def _acting(guard: Record, delay_ticks: int) -> float:
-    # The head's force that acted over the last tick: asked a tick ago, or earlier by the device's own delay.
-    return guard.asked_N[(guard.newest - delay_ticks) % MEMORY]
-
-
-@njit()
-def _on_its_way(guard: Record, delay_ticks: int, travel_m: float) -> float:
-    # What forces that were asked and have not acted yet will give, if the stick goes on as it does, J.
+def _on_its_way(guard: Record, delay_ticks: int) -> float:
+    # The forces that went out and have not acted yet, N.
     total = 0.0
     for back in range(delay_ticks):
-        total += guard.asked_N[(guard.newest - back) % MEMORY]
-    return total * travel_m
+        total += guard.head_N[(guard.newest - back) % MEMORY]
+    return total
 
 
 @njit()
-def _within_account(
-    guard: Record, allowed: Record, head_N: float, z: float, v: float, period_s: float
-) -> float:
-    # Passivity observer and controller in one: Hannaford and Ryu, "Time-domain passivity control of haptic interfaces",
-    # IEEE Trans. Robotics and Automation 18(1), 2002. Theirs adds damping; this holds the head back while it pushes
-    # along, which needs no speed to divide by near zero and cannot overshoot.
-    delay = allowed.delay_ticks
-    guard.given_J += _acting(guard, delay) * (z - guard.z_m)
+def _observe(guard: Record, delay_ticks: int, z: float) -> None:
+    # The head's force that acted over the last tick: of a tick ago, or earlier by the device's own delay.
+    guard.given_J += guard.head_N[(guard.newest - delay_ticks) % MEMORY] * (z - guard.z_m)
     guard.z_m = z
-    # The estimate of v is late by half its window and the stick gains speed in the tick to come: count both.
-    speed = v + 1.5 * head_N * period_s / allowed.m_kg
-    if v > _SLOWEST_M_PER_S:
-        left = guard.budget_J - guard.given_J - _on_its_way(guard, delay, speed * period_s)
-        if head_N * speed * period_s > left:
-            guard.held_back += 1
-            head_N = max(left, 0.0) / (speed * period_s)
-    guard.newest = (guard.newest + 1) % MEMORY
-    guard.asked_N[guard.newest] = head_N
-    return head_N
+
+
+@njit()
+def _affordable(guard: Record, allowed: Record, v: float, period_s: float) -> float:
+    # The most that the head may push with now, N. Passivity observer and controller in one: Hannaford and Ryu,
+    # "Time-domain passivity control of haptic interfaces", IEEE Trans. Robotics and Automation 18(1), 2002. Theirs adds
+    # damping; this holds the head back, which cannot overshoot.
+    #
+    # F may give no more than is left: F (v + c F) T <= left, where c F is what the stick gains in the tick to come, and
+    # half as much again because the estimate of v is late. A stick that sinks or stands still may always be pushed: one
+    # tick later, at most F_max^2 T^2/(2 m) too much, it is seen to move. Else a long press would sink through the head.
+    if v <= 0.0:
+        return math.inf
+    c = 1.5 * period_s / allowed.m_kg
+    left = max(guard.budget_J - guard.given_J, 0.0)
+    most = (math.sqrt(v * v + 4.0 * c * left / period_s) - v) / (2.0 * c)
+    return max(most - _on_its_way(guard, allowed.delay_ticks), 0.0)
 
 
 @njit()
 def limit(
     guard: Record, allowed: Record, head_N: float, pulse_N: float, z: float, v: float, period_s: float
 ) -> float:
-    """The force that goes to the motors, N, out of what the head and the pulses ask for."""
-    head_N = _within_account(guard, allowed, head_N, z, v, period_s)
-    wanted = guard.gain * (head_N + pulse_N)
+    """The force that goes to the motors, N, out of what the head and the pulses ask for: both must be numbers.
+
+    The account is of forces that really go out. While the ramp rises a head takes little of a blow and could give back
+    all of it; a force that may only fall slowly would push on behind a stick that has left.
+    """
+    _observe(guard, allowed.delay_ticks, z)
+    head_N *= guard.gain
+    pulse_N *= guard.gain
+    most = _affordable(guard, allowed, v, period_s)
+    wanted = head_N + pulse_N
     force = min(max(wanted, -allowed.max_force_N), allowed.max_force_N)
     step = allowed.max_slew_N_per_s * period_s
     force = min(max(force, guard.force_N - step), guard.force_N + step)
+    if not force - pulse_N <= most:
+        guard.held_back += 1
+        force = min(max(most + pulse_N, -allowed.max_force_N), allowed.max_force_N)
     if not abs(force) <= allowed.max_force_N:  # NaN: nothing finite came in
         force = 0.0
     if force != wanted:
         guard.limited += 1
+    guard.newest = (guard.newest + 1) % MEMORY
+    guard.head_N[guard.newest] = max(
+        force - pulse_N, min(head_N, 0.0)
+    )  # what a limit takes, it takes from the pulse
     guard.force_N = force
     return force
 
 
 @njit()
-def felt(guard: Record, allowed: Record) -> float:
-    """The head's share of the force that was let through last, N: no more than the whole of it may be."""
-    head_N = guard.gain * guard.asked_N[guard.newest]
-    return min(max(head_N, -allowed.max_force_N), allowed.max_force_N)
+def felt(guard: Record) -> float:
+    """The head's share of the force that was let through last, N."""
+    return guard.head_N[guard.newest]

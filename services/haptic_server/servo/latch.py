@@ -4,6 +4,7 @@ Tick thread: no allocation, no locks, no Python, no exceptions.
 """
 
 from drumstick import composition, envelope
+from haptic_server.servo.fence import within
 from haptic_server.servo.memory import Servo
 from realtime import triple
 from realtime.jit import Record, njit
@@ -11,36 +12,75 @@ from realtime.jit import Record, njit
 
 @njit()
 def fits(law: Record, plan: Record) -> bool:
-    """The servo's own fence: is this set inside the envelope of scene and device? It trusts nobody."""
+    """Is this law inside the envelope of scene and device?"""
     if envelope.check(law, plan.max_force_N, plan.max_speed_m_per_s) != envelope.OK:
         return False
     return envelope.check_sampled(law, plan.stiffness_N_per_m, plan.lag_s, 0.0) == envelope.OK
 
 
 @njit()
-def latch(servo: Servo) -> bool:
-    """Take the newest set that waits, if now is the moment; call it only at z >= 0. True when the law changed.
+def passes(servo: Servo) -> bool:
+    """Is the law in servo.offer one that its scene could have, and safe? The servo's own fence: it trusts nobody."""
+    if not within(servo.fence, servo.offer_words, servo.offer_numbers):
+        return False
+    return fits(servo.offer[0].law, servo.plan[0])
 
-    A change of K_coll in contact would inject 1/2 dK z^2. A set that would turn the stick's height into too much speed
-    waits for a better moment, at the latest the next release.
-    """
-    block, motion, player, plan = servo.block, servo.motion[0], servo.player[0], servo.plan[0]
+
+@njit()
+def _offered(servo: Servo) -> bool:
+    # Does a set that passes wait in servo.offer?
+    block, player = servo.block, servo.player[0]
     if triple.has_fresh(block.wanted_cells):
         player.holding = 1
     if player.holding == 0:
         return False
-    wanted = block.wanted[triple.take(block.wanted_cells, block.wanted)]
-    if not fits(wanted.law, plan):
-        player.holding = 0
-        player.refused += 1
-        player.refused_revision = wanted.revision
-        return False
-    left = composition.left_at_most(servo.law[0], motion)
-    if not envelope.safe_from(wanted.law, motion.z, motion.v, left, plan.max_force_N, plan.max_speed_m_per_s):
-        return False
+    # A copy of our own: what was looked at is what is used, whoever else may write to the block.
+    servo.offer[0] = block.wanted[triple.take(block.wanted_cells, block.wanted)]
+    if passes(servo):
+        return True
     player.holding = 0
-    composition.keep_speed(servo.law[0], wanted.law, motion)
+    player.refused += 1
+    player.refused_revision = servo.offer[0].revision
+    return False
+
+
+@njit()
+def _use(servo: Servo) -> None:
+    block, player, wanted = servo.block, servo.player[0], servo.offer[0]
+    player.holding = 0
+    composition.keep_speed(servo.law[0], wanted.law, servo.motion[0])
     servo.law[0] = wanted.law
     player.revision = wanted.revision
     triple.publish(block.live_cells, block.live, wanted)
+
+
+@njit()
+def latch_in_hand(servo: Servo) -> bool:
+    """Take the newest set that waits; call it only at z >= 0. True when the law changed.
+
+    For a stick that somebody holds: a change of K_coll in contact would inject 1/2 dK z^2. The speed of the next
+    contact is the hand's own, whatever the set says of a hand, and the guard limits what the motors do about it.
+    """
+    if not _offered(servo):
+        return False
+    _use(servo)
+    return True
+
+
+@njit()
+def latch(servo: Servo) -> bool:
+    """As `latch_in_hand`, for a stick whose hand is the law's own spring.
+
+    A set that would turn the stick's height into too much speed waits for a better moment, at the latest the next
+    release.
+    """
+    if not _offered(servo):
+        return False
+    motion, plan = servo.motion[0], servo.plan[0]
+    left = composition.left_at_most(servo.law[0], motion)
+    if not envelope.safe_from(
+        servo.offer[0].law, motion.z, motion.v, left, plan.max_force_N, plan.max_speed_m_per_s
+    ):
+        return False
+    _use(servo)
     return True

@@ -5,6 +5,10 @@ made up by a burst: the stick's exact solution simply covers the longer span, an
 """
 
 from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
 
 from haptic_server.block import LATENESS_BIN_NS, LATENESS_BINS, STOP
 from haptic_server.servo.memory import Servo
@@ -16,8 +20,12 @@ from haptic_server.servo.trace import note
 from realtime.atomics import load_acquire, poke
 from realtime.clock import now_ns, wait_until
 from realtime.jit import ArgumentType, array_has, is_none, njit, overload
+from realtime.lent import lend
 
 _WARM_TICKS = 100  # lateness before this is the machine getting started, not the loop
+_FOR_EVER = 2**62  # ticks
+
+Times = npt.NDArray[np.int64]
 
 
 def _is_sampled(servo: Servo) -> bool:
@@ -61,6 +69,7 @@ def traced_tick(servo: Servo, now_ns: int, span_s: float) -> None:
 @njit()
 def run_virtual(servo: Servo, ticks: int, start_ns: int) -> int:
     """`ticks` ticks without waiting; the clock is start_ns + k T. Returns the last tick's time."""
+    servo = lend(servo)
     period = servo.plan[0].period_ns
     now = start_ns
     for _ in range(ticks):
@@ -71,21 +80,34 @@ def run_virtual(servo: Servo, ticks: int, start_ns: int) -> int:
     return now
 
 
-@njit()
-def run_paced(servo: Servo) -> int:
-    """Tick in real time until the block's STOP cell is set; tells that no force acts after that. Returns the ticks.
+class Log(NamedTuple):
+    """What a self-test keeps of each tick, ns: when it was due, how late it came, how long it took. Shapes (n,)."""
 
-    The exact stick moves from deadline to deadline, so its roll is as even as the clock; a sampled arm is where it is
-    when the tick really comes.
-    """
+    due_ns: npt.NDArray[np.int64]
+    late_ns: npt.NDArray[np.int64]
+    spent_ns: npt.NDArray[np.int64]
+
+
+@njit()
+def _keep(log: Log, tick: int, deadline: int, woken: int, timespec: Times) -> None:
+    if tick < log.due_ns.shape[0]:
+        log.due_ns[tick] = deadline
+        log.late_ns[tick] = woken - deadline
+        log.spent_ns[tick] = now_ns(timespec) - woken
+
+
+@njit()
+def _run(servo: Servo, log: Log, first_ns: int, most_ticks: int) -> int:
+    servo = lend(servo)
     block = servo.block
     status = servo.status[0]
     period = servo.plan[0].period_ns
     spin = servo.plan[0].spin_ns
-    last = now_ns(servo.timespec)
-    deadline = last + period
+    deadline = first_ns
+    last = deadline - period
     span = period
-    while load_acquire(block.control, STOP) == 0:
+    ticks = 0
+    while load_acquire(block.control, STOP) == 0 and ticks < most_ticks:
         wait_until(servo.timespec, deadline, spin)
         woken = now_ns(servo.timespec)
         lateness = woken - deadline
@@ -103,11 +125,35 @@ def run_paced(servo: Servo) -> int:
         missed = max(now_ns(servo.timespec) - deadline, 0) // period
         status.overruns += missed
         tell(servo, deadline)
+        _keep(log, ticks, deadline, woken, servo.timespec)
+        ticks += 1
         span = (missed + 1) * period
         deadline += span
     servo.player[0].force_N = 0.0
     tell(servo, last)
     return status.tick
+
+
+@njit()
+def run_paced(servo: Servo) -> int:
+    """Tick in real time until the block's STOP cell is set; tells that no force acts after that. Returns the ticks.
+
+    The exact stick moves from deadline to deadline, so its roll is as even as the clock; a sampled arm is where it is
+    when the tick really comes.
+    """
+    nothing = servo.timespec[:0]
+    first_ns = now_ns(servo.timespec) + servo.plan[0].period_ns
+    return _run(servo, Log(nothing, nothing, nothing), first_ns, _FOR_EVER)
+
+
+@njit()
+def run_logged(servo: Servo, log: Log, first_ns: int) -> int:
+    """The very loop of `run_paced`, for as many ticks as `log` has room for, the first due at `first_ns`, or to STOP.
+
+    Returns the number of ticks of this run, each of which `log` keeps.
+    """
+    before = servo.status[0].tick
+    return _run(servo, log, first_ns, log.due_ns.shape[0]) - before
 
 
 def rehearse(spare: Servo) -> None:

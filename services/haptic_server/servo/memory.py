@@ -11,7 +11,8 @@ from haptic_server.block import Block
 from haptic_server.device.hand import GESTURE
 from haptic_server.device.specification import EXACT_STICK, Specification
 from haptic_server.limits import lag_s, limits_of
-from haptic_server.records import EVENT, PLAN, PLAYER, READING, STATUS
+from haptic_server.records import EVENT, PLAN, PLAYER, READING, STATUS, set_type
+from haptic_server.servo.fence import fence_of
 from haptic_server.servo.guard import ALLOWED, GUARD, may_add
 from haptic_server.servo.trace import TICKS, TRACE
 from haptic_server.servo.velocity import TRACK
@@ -22,7 +23,8 @@ class Servo(NamedTuple):
 
     plant: None for the exact stick and for real devices, else the record of a simulated arm or of a recording; gesture:
     the hand's, of its own or after a pointer. Their types choose the code, so that a servo has only its own device's.
-    path: shape (n, 2), times s and heights m of a recorded gesture, or (n, 4), a recording.
+    path: shape (n, 2), times s and heights m of a recorded gesture, or (n, 4), a recording. offer: the set that is looked
+    at, a copy of our own; offer_words and offer_numbers are its law in the same memory.
     """
 
     block: Block
@@ -41,6 +43,10 @@ class Servo(NamedTuple):
     gesture: npt.NDArray[np.void]
     path: npt.NDArray[np.float64]
     trace: npt.NDArray[np.void]
+    fence: npt.NDArray[np.void]
+    offer: npt.NDArray[np.void]
+    offer_words: npt.NDArray[np.int64]
+    offer_numbers: npt.NDArray[np.float64]
 
 
 def _plan(scene: Scene, specification: Specification) -> npt.NDArray[np.void]:
@@ -92,6 +98,7 @@ def prepare(
     law = block.live["law"][:1].copy()
     guard = np.zeros(1, GUARD)
     guard["e"], guard["b"] = may_add(law[0])
+    offer = np.zeros(1, set_type(law.dtype))
     return Servo(
         block=block,
         law=law,
@@ -109,4 +116,8 @@ def prepare(
         gesture=np.zeros(1, GESTURE),
         path=np.zeros((2, 2)),
         trace=np.zeros(TICKS, TRACE),
+        fence=fence_of(scene),
+        offer=offer,
+        offer_words=offer.view(np.int64)[1:],
+        offer_numbers=offer.view(np.float64)[1:],
     )

@@ -7,7 +7,7 @@ import ctypes
 import os
 import sys
 
-_FIFO_PRIORITY = 80
+FIFO_PRIORITY = 80
 _PR_SET_TIMERSLACK = 29
 _MCL_CURRENT, _MCL_FUTURE, _MCL_ONFAULT = 1, 2, 4
 
@@ -29,10 +29,10 @@ def _timer_slack() -> str:
 
 def _scheduler() -> str:
     try:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_FIFO_PRIORITY))
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(FIFO_PRIORITY))
     except OSError as error:
         return f"refused: {error.strerror} (raise the rtprio limit)"
-    return f"SCHED_FIFO {_FIFO_PRIORITY}"
+    return f"SCHED_FIFO {FIFO_PRIORITY}"
 
 
 def _affinity(cpu: int) -> str:

@@ -6,12 +6,14 @@ effects and records go through the same text as the exact stick (drumstick.trans
 thread: no allocation, no locks, no Python, no exceptions.
 """
 
+import math
+
 from drumstick import composition, exact, transitions
 from drumstick.events import SINK
 from haptic_server.block import ARM, HEARTBEAT, HELD, PANIC, PANICS_SEEN
-from haptic_server.records import NO_FAULT
+from haptic_server.records import NO_FAULT, OUT_OF_BOUNDS
 from haptic_server.servo import guard
-from haptic_server.servo.latch import latch
+from haptic_server.servo.latch import latch_in_hand
 from haptic_server.servo.memory import Servo
 from haptic_server.servo.telling import end_contact, note_release, note_strike
 from haptic_server.servo.velocity import follow, forget
@@ -48,9 +50,14 @@ def _enter(servo: Servo, ahead_m: float, now_ns: int) -> None:
     # ahead_m: how far above the head the stick really is; the lead has seen the contact before it happens.
     law, motion = servo.law[0], servo.motion[0]
     transitions.apply(law, motion, exact.ENTRY)
-    guard.open_account(servo.guard[0], law.m, motion.v_in)
-    early_ns = int(ahead_m / -motion.v_in * 1e9) if motion.v_in < 0.0 else 0
-    note_strike(servo, now_ns + early_ns)
+    guard.open_account(servo.guard[0], servo.allowed[0], law.m, motion.v_in)
+    # Between the last tick and as far ahead as is led: a slow stick that the last contact left below z = 0 is no nearer
+    # to its instant by z/v than now.
+    plan = servo.plan[0]
+    early_s = (
+        min(max(ahead_m / -motion.v_in, -plan.period_ns * 1e-9), plan.lead_s) if motion.v_in < 0.0 else 0.0
+    )
+    note_strike(servo, now_ns + int(early_s * 1e9))
 
 
 @njit()
@@ -84,7 +91,7 @@ def ask(servo: Servo, period_s: float) -> tuple[float, float]:
     transitions.renew(law, motion)
     head_N = transitions.force_now(law, motion)
     before = composition.left(law, motion)
-    composition.elapse(law, motion, period_s)
+    composition.elapse(law, motion, period_s, composition.fades(law, period_s))
     return head_N, law.m * (before - composition.left(law, motion)) / period_s
 
 
@@ -93,7 +100,7 @@ def _keep(servo: Servo, period_s: float) -> None:
     # The contact's record: of the head as it is felt, which the guard may have held back.
     motion = servo.motion[0]
     if motion.place != exact.ABOVE:
-        felt_N = guard.felt(servo.guard[0], servo.allowed[0])
+        felt_N = guard.felt(servo.guard[0])
         motion.contact_s += period_s
         motion.z_min = min(motion.z_min, motion.z)
         motion.peak_N = max(motion.peak_N, felt_N)
@@ -114,13 +121,16 @@ def _rendered(servo: Servo, reading: Record, now_ns: int, span_s: float) -> floa
     if guard.ready(held, allowed, reading, z, period_s) != NO_FAULT or held.seen_above == 0:
         if servo.motion[0].place != exact.ABOVE:
             _let_go(servo, now_ns)
-        if latch(servo):
+        if latch_in_hand(servo):
             held.e, held.b = guard.may_add(servo.law[0])
         return 0.0
     see(servo, z, v, now_ns)
-    if servo.motion[0].place == exact.ABOVE and latch(servo):
+    if servo.motion[0].place == exact.ABOVE and latch_in_hand(servo):
         held.e, held.b = guard.may_add(servo.law[0])
     head_N, pulse_N = ask(servo, period_s)
+    if not abs(head_N + pulse_N) < math.inf:
+        player.fault = OUT_OF_BOUNDS
+        return 0.0
     force = guard.limit(held, allowed, head_N, pulse_N, z, v, period_s)
     _keep(servo, period_s)
     return force
@@ -140,7 +150,7 @@ def render(servo: Servo, reading: Record, now_ns: int, span_s: float) -> float:
         force = _rendered(servo, reading, now_ns, span_s)
     if player.fault != NO_FAULT or player.panicked != 0:
         _let_go(servo, now_ns)
-        if latch(servo):
+        if latch_in_hand(servo):
             servo.guard[0].e, servo.guard[0].b = guard.may_add(servo.law[0])
         force = 0.0
     player.force_N = force

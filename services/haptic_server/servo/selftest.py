@@ -8,47 +8,61 @@ import argparse
 import json
 import sys
 import threading
-from typing import Any
+import time
+from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from drumstick.law import law_of
 from drumstick.scene import Scene, parse, shipped_text
 from haptic_server import block
 from haptic_server.servo import loop, memory, priority
+from haptic_server.servo.loop import Log, Times
 from haptic_server.servo.memory import Servo
-from haptic_server.servo.telling import tell
 from haptic_server.servo.witness import Witnesses, excused
-from realtime.clock import now_ns, wait_until
-from realtime.jit import njit
 
 # The promise: discounted by what witnesses saw, at 1 kHz with SCHED_FIFO.
 P9999_NS, WORST_NS = 300_000, 500_000
 _WARM_TICKS = 100
+_START_NS = 10_000_000  # what a thread may take to start
 _PERCENTILES = (50.0, 99.0, 99.9, 99.99, 100.0)
 
-Times = npt.NDArray[np.int64]
+
+class Played(NamedTuple):
+    """What a run of the loop left: `log` without the first ticks, and what the system granted its thread."""
+
+    log: Log
+    granted: dict[str, str]
 
 
-@njit()
-def paced(servo: Servo, due: Times, late: Times, spent: Times) -> None:
-    """As loop.run_paced for len(due) ticks; keeps when each was due, how late it came, how long it took, ns."""
-    period = servo.plan[0].period_ns
-    deadline = now_ns(servo.timespec) + period
-    span = period
-    spin = servo.plan[0].spin_ns
-    for tick in range(due.shape[0]):
-        wait_until(servo.timespec, deadline, spin)
-        woken = now_ns(servo.timespec)
-        due[tick] = deadline
-        late[tick] = woken - deadline
-        loop.traced_tick(servo, deadline, span * 1e-9)
-        tell(servo, deadline)
-        ended = now_ns(servo.timespec)
-        spent[tick] = ended - woken
-        span = (max(ended - deadline, 0) // period + 1) * period
-        deadline += span
+def play(servo: Servo, ticks: int, cpu: int, first_ns: int) -> Played:
+    """The very loop that plays, for `ticks` ticks on a thread of its own, as the servo's; blocks until it has ended.
+
+    `first_ns`: when its first tick is due, by the monotonic clock. Control thread; `rehearse` before.
+    """
+    log = _log_of(ticks + _WARM_TICKS)
+    granted: dict[str, str] = {}
+    made: list[int] = []
+
+    def run() -> None:
+        granted.update(priority.claim(cpu))
+        made.append(loop.run_logged(servo, log, first_ns))
+
+    thread = threading.Thread(target=run, name="servo")
+    thread.start()
+    thread.join()
+    return Played(Log(*(kept[_WARM_TICKS : made[0]] for kept in log)), granted)
+
+
+def _log_of(ticks: int) -> Log:
+    due, late, spent = (np.zeros(ticks, np.int64) for _ in range(3))
+    return Log(due, late, spent)
+
+
+def rehearse(spare: Servo) -> None:
+    """Compile the loop for servos of this type. Control thread; seconds."""
+    loop.run_virtual(spare, 200, 0)
+    loop.run_logged(spare, _log_of(2), time.monotonic_ns())
 
 
 def _percentiles(values: Times) -> dict[str, float]:
@@ -57,22 +71,12 @@ def _percentiles(values: Times) -> dict[str, float]:
 
 def run(scene: Scene, seconds: float) -> dict[str, Any]:
     """Percentiles of lateness, with and without what witnesses excuse, of a tick's duration, and the verdict."""
-    ticks = round(seconds * scene.servo.rate_Hz) + _WARM_TICKS
+    rehearse(memory.prepare(scene, block.in_memory(law_of(scene))))
     servo = memory.prepare(scene, block.in_memory(law_of(scene)))
-    loop.run_virtual(servo, 200, 0)
-    due, late, spent = (np.zeros(ticks, np.int64) for _ in range(3))
-    paced(servo, due[:2], late[:2], spent[:2])
-    granted: dict[str, str] = {}
-
-    def play() -> None:
-        granted.update(priority.claim(scene.servo.cpu))
-        paced(servo, due, late, spent)
-
+    ticks = round(seconds * scene.servo.rate_Hz)
     with Witnesses() as witnesses:
-        thread = threading.Thread(target=play, name="servo")
-        thread.start()
-        thread.join()
-    due, late, spent = due[_WARM_TICKS:], late[_WARM_TICKS:], spent[_WARM_TICKS:]
+        begin_ns = time.monotonic_ns() + _START_NS
+        (due, late, spent), granted = play(servo, ticks, scene.servo.cpu, begin_ns)
     stalls = witnesses.stalls()
     ours = excused(due, late, stalls)
     fifo = granted.get("scheduler", "").startswith("SCHED_FIFO")

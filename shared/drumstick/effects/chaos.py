@@ -44,14 +44,14 @@ def force(law: Record, motion: Record) -> float:
 
 @only_with("chaos", otherwise=0.0)
 def strongest(law: Record) -> float:
-    """The largest force it can have, N."""
-    return law.chaos.force
+    """The largest force it can have, N: the map's largest value is growth/4."""
+    return law.chaos.force * 0.25 * law.chaos.growth
 
 
 @only_with("chaos", otherwise=False)
 def lively(law: Record, motion: Record) -> bool:
     """May it still give the stick energy in this contact? Its force comes with the first turn."""
-    return motion.turned == 0 and law.chaos.force > 0.0
+    return motion.turned == 0 and law.chaos.force * law.chaos.growth > 0.0
 
 
 @only_with("chaos", otherwise=True)

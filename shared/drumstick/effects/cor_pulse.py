@@ -54,10 +54,16 @@ def left(law: Record, motion: Record) -> float:
     return motion.cor_pulse.push * law.cor_pulse.tau
 
 
+@only_with("cor_pulse", otherwise=1.0)
+def fade(law: Record, duration: float) -> float:
+    """The share of it that is left after `duration` seconds."""
+    return kick.fade(law.cor_pulse, duration)
+
+
 @only_with("cor_pulse")
-def elapse(law: Record, motion: Record, duration: float) -> None:
-    """Let it fade for `duration` seconds."""
-    kick.elapse(law.cor_pulse, motion.cor_pulse, duration)
+def elapse(law: Record, motion: Record, duration: float, fade: float) -> None:
+    """Let it fade to that share in `duration` seconds."""
+    kick.elapse(law.cor_pulse, motion.cor_pulse, duration, fade)
 
 
 @only_with("cor_pulse")
@@ -79,9 +85,15 @@ def multiplies(law: Record) -> float:
 
 
 @only_with("cor_pulse", otherwise=0.0)
-def strongest(law: Record) -> float:
-    """The largest acceleration of one push, m/s^2, per m/s of the blow."""
-    return law.cor_pulse.gamma / law.cor_pulse.tau
+def strongest(law: Record, soonest: float) -> float:
+    """The largest acceleration, m/s^2 per m/s of the blow, of pushes that are at least `soonest` seconds apart."""
+    return law.cor_pulse.gamma / law.cor_pulse.tau * kick.stacked(law.cor_pulse, soonest)
+
+
+@only_with("cor_pulse", otherwise=0.0)
+def lasts(law: Record) -> float:
+    """Its tau, s."""
+    return law.cor_pulse.tau
 
 
 @only_with("cor_pulse", otherwise=True)

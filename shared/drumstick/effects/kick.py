@@ -35,8 +35,20 @@ def fire(given: Record, state: Record, when: int, speed: float) -> None:
 
 
 @njit()
-def elapse(given: Record, state: Record, duration: float) -> None:
-    """Let the push fade for `duration` seconds."""
-    push = state.push * math.exp(-(1.0 / given.tau) * duration)
+def fade(given: Record, duration: float) -> float:
+    """The share of a push that is left after `duration` seconds."""
+    return math.exp(-(1.0 / given.tau) * duration)
+
+
+@njit()
+def elapse(given: Record, state: Record, duration: float, fade: float) -> None:
+    """Let the push fade to that share in `duration` seconds."""
+    push = state.push * fade
     state.push = 0.0 if abs(push) * given.tau < SPENT_M_PER_S else push
     state.age += duration
+
+
+@njit()
+def stacked(given: Record, soonest: float) -> float:
+    """How many pulses push at once at most, counted by their force, when two never fire within `soonest` seconds."""
+    return 1.0 / -math.expm1(-soonest / given.tau) if given.overlap == ADD else 1.0

@@ -53,10 +53,16 @@ def left(law: Record, motion: Record) -> float:
     return motion.pulse.push * law.pulse.tau
 
 
+@only_with("pulse", otherwise=1.0)
+def fade(law: Record, duration: float) -> float:
+    """The share of it that is left after `duration` seconds."""
+    return kick.fade(law.pulse, duration)
+
+
 @only_with("pulse")
-def elapse(law: Record, motion: Record, duration: float) -> None:
-    """Let it fade for `duration` seconds."""
-    kick.elapse(law.pulse, motion.pulse, duration)
+def elapse(law: Record, motion: Record, duration: float, fade: float) -> None:
+    """Let it fade to that share in `duration` seconds."""
+    kick.elapse(law.pulse, motion.pulse, duration, fade)
 
 
 @only_with("pulse")
@@ -78,9 +84,15 @@ def adds(law: Record) -> float:
 
 
 @only_with("pulse", otherwise=0.0)
-def strongest(law: Record) -> float:
-    """The largest acceleration of one pulse, m/s^2."""
-    return law.pulse.dv_pls / law.pulse.tau
+def strongest(law: Record, soonest: float) -> float:
+    """The largest acceleration, m/s^2, of pulses that are at least `soonest` seconds apart."""
+    return law.pulse.dv_pls / law.pulse.tau * kick.stacked(law.pulse, soonest)
+
+
+@only_with("pulse", otherwise=0.0)
+def lasts(law: Record) -> float:
+    """Its tau, s."""
+    return law.pulse.tau
 
 
 @only_with("pulse", otherwise=True)

@@ -14,11 +14,6 @@ from realtime.jit import Record, njit, only_with
 MOST_TICKS = 8
 STATE = (("held_N", "f8"), ("left_s", "f8"), ("next", "i8"), ("queue_N", "f8", (MOST_TICKS,)))
 _DUE_S = 1e-15  # what rounding may leave of a time that is over
-_PHASES = 32  # of the sampling, tried for the largest rebound
-_FINE_SAMPLES = 60  # a contact of more samples is bounded by its lag alone
-_MOST_SAMPLES = 400
-_NOTHING_LATE = (0.0,) * MOST_TICKS
-_MARGIN = 1.02  # between the phases tried, and for a hand that presses
 
 
 @dataclass(frozen=True)
@@ -77,17 +72,24 @@ def renew(law: Record, motion: Record, force: float) -> None:
 
 
 @njit()
-def _pending(state: Record) -> bool:
+def _pending(state: Record) -> float:
+    # All forces acting or on their way, N.
     total = abs(state.held_N)
     for index in range(MOST_TICKS):
         total += abs(state.queue_N[index])
-    return total != 0.0
+    return total
 
 
 @only_with("system_delay", otherwise=False)
 def lively(law: Record, motion: Record) -> bool:
     """Is a force acting or on its way?"""
-    return _pending(motion.system_delay)
+    return _pending(motion.system_delay) != 0.0
+
+
+@only_with("system_delay", otherwise=0.0)
+def coming(law: Record, motion: Record) -> float:
+    """The speed, m/s, that the forces acting or on their way can give."""
+    return _pending(motion.system_delay) * law.system_delay.period / law.m
 
 
 @only_with("system_delay")
@@ -102,46 +104,3 @@ def stop(law: Record, motion: Record) -> None:
 def usable(law: Record) -> bool:
     """Is its number fit for a device?"""
     return 0.0 < law.system_delay.period < 1e3
-
-
-@njit()
-def _rebound_from(law: Record, wait: float) -> float:
-    # The speed after a blow of 1 m/s, without a hand, when the first sample comes `wait` seconds after the contact.
-    period, ticks = law.system_delay.period, law.system_delay.delay_ticks
-    r = law.r_in - law.r_out
-    z, v, held = -wait, -1.0, 0.0
-    sum_of_queue = 0.0
-    late = _NOTHING_LATE
-    for _ in range(_MOST_SAMPLES):
-        push = max(0.0, -law.k_coll * z - r * v) if z < 0.0 else 0.0
-        came = push
-        for tick in range(MOST_TICKS):
-            if tick == ticks - 1:
-                came = late[tick]
-        late = (push,) + late[:-1]  # noqa: RUF005  numba joins tuples, but does not unpack them
-        held = came / law.m
-        sum_of_queue = 0.0
-        for tick in range(MOST_TICKS):
-            if tick < ticks:
-                sum_of_queue += late[tick]
-        if z >= 0.0 and v > 0.0 and held == 0.0 and sum_of_queue == 0.0:
-            return v
-        z += period * (v + 0.5 * period * held)
-        v += period * held
-    return math.inf
-
-
-@only_with("system_delay", otherwise=0.0)
-def rebound(law: Record) -> float:
-    """The largest coefficient of restitution over all phases of the sampling, without a hand; inf if it never ends."""
-    contact = math.pi * math.sqrt(law.m / law.k_coll)
-    if contact > _FINE_SAMPLES * law.system_delay.period:  # then the lag is a negative damper
-        lag = law.system_delay.period * (0.5 + law.system_delay.delay_ticks)
-        zeta = (law.r_in - law.k_coll * lag) / (2.0 * math.sqrt(law.m * law.k_coll))
-        if zeta <= -0.5:
-            return math.inf
-        return _MARGIN * math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta * zeta)) if zeta < 1.0 else 1.0
-    largest = 0.0
-    for phase in range(_PHASES):
-        largest = max(largest, _rebound_from(law, law.system_delay.period * phase / _PHASES))
-    return _MARGIN * largest

@@ -26,7 +26,8 @@ ORDERS = {
 
 
 @njit()
-def _step(seg: Segment, t: float) -> tuple[float, float]:
+def step(seg: Segment, t: float) -> tuple[float, float]:
+    """Position and speed after one step of length t by a stepper."""
     if seg.method == RK4:
         return rk4.step(seg, t)
     if seg.method == VERLET:
@@ -44,7 +45,7 @@ def carry(seg: Segment, t: float) -> tuple[float, float, float]:
 @overload(carry)
 def _carry_by_method(seg: Any, t: Any) -> Callable[[Segment, float], tuple[float, float, float]]:
     def stepped(seg: Segment, t: float) -> tuple[float, float, float]:
-        z, v = _step(seg, t)
+        z, v = step(seg, t)
         return z, v, acceleration(seg, t, z, v)
 
     return (lambda seg, t: propagate(seg, t)) if is_none(seg, "method") else stepped

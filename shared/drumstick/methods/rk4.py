@@ -3,7 +3,7 @@
 Kernel: any thread; no allocation.
 """
 
-from drumstick.segment import Segment, acceleration
+from drumstick.segment import Segment, acceleration, acceleration_at_start
 from realtime.jit import njit
 
 ORDER = 4
@@ -14,7 +14,7 @@ def step(seg: Segment, h: float) -> tuple[float, float]:
     """Position and speed h seconds into the segment."""
     half = 0.5 * h
     v1 = seg.v
-    a1 = acceleration(seg, 0.0, seg.z, v1)
+    a1 = acceleration_at_start(seg)
     v2 = seg.v + half * a1
     a2 = acceleration(seg, half, seg.z + half * v1, v2)
     v3 = seg.v + half * a2

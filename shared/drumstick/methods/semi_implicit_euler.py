@@ -4,7 +4,7 @@ One evaluation a step; what most haptic and game loops do. Hairer, Lubich, Wanne
 section I.1. Kernel: any thread; no allocation.
 """
 
-from drumstick.segment import Segment, acceleration
+from drumstick.segment import Segment, acceleration_at_start
 from realtime.jit import njit
 
 ORDER = 1
@@ -13,5 +13,5 @@ ORDER = 1
 @njit()
 def step(seg: Segment, h: float) -> tuple[float, float]:
     """Position and speed h seconds into the segment."""
-    v = seg.v + h * acceleration(seg, 0.0, seg.z, seg.v)
+    v = seg.v + h * acceleration_at_start(seg)
     return seg.z + h * v, v

@@ -124,6 +124,15 @@ def test_shipped_scenes_come_back_through_json(name: str) -> None:
     assert from_tables(json.loads(json.dumps(as_tables(scene)))) == scene
 
 
+def test_the_same_effects_in_another_order_are_the_same_scene() -> None:
+    """Or each order would be a record type of its own, with kernels of its own."""
+    text = ["[effects.noise]\n", "[effects.chaos]\n", "[effects.pulse]\n"]
+    one, other = parse("".join(text), "x"), parse("".join(reversed(text)), "x")
+    assert list(one.effects) == list(other.effects) == [name for name in EFFECTS if name in one.effects]
+    made = Scene("x", effects=dict(reversed(one.effects.items())))
+    assert list(made.effects) == list(one.effects)
+
+
 def test_an_unknown_shipped_scene() -> None:
     with pytest.raises(KeyError, match="no-such-scene"):
         shipped_text("no-such-scene")

@@ -122,7 +122,7 @@ from drumstick.law import law_of
 from drumstick.scene import EFFECTS, Scene
 
 print(json.dumps([
-    bounds.fastest(law_of(Scene(name, effects={name: EFFECTS[name]()}))[0]) for name in sys.argv[1:]
+    bounds.fastest_and_hardest(law_of(Scene(name, effects={name: EFFECTS[name]()}))[0]) for name in sys.argv[1:]
 ]))
 """
 

@@ -12,6 +12,7 @@ from haptic_server.servo.telling import tell
 from haptic_server.servo.trace import note
 from realtime.handover import Handed, take_up
 from realtime.jit import CFunction, Record, cfunction, njit
+from realtime.lent import lend
 
 WARM_TICKS = 100  # a driver's first ticks come as it gets started
 # The law: (servo, reading, now_ns, span_s) -> force along the paper's z, N. Compiled code only (realtime.jit.njit).
@@ -60,7 +61,8 @@ def _compiled(law: Law, kind: Any) -> CFunction:
     # The parts are compiled and cached on their own; this closure over them is small and compiled in each process.
     @cfunction("uint32(voidptr)", cache=False)
     def servo_callback(argument: Any) -> int:
-        servo, port = take_up(argument, kind)
+        taken, port = take_up(argument, kind)
+        servo = lend(taken)
         reading = servo.reading[0]
         span_s = begin(port, reading)
         now_ns = port.state[0].now_ns

@@ -1,0 +1,82 @@
+"""A named tuple of arrays, passed on by its address: for a compiled loop whose functions all take it whole.
+
+By value a tuple of 27 arrays is 200 words, pushed at each call, and each array taken out of it has its references
+counted with atomic instructions: 5 us for a tick whose arithmetic takes 0.2 us. `lend` puts the tuple on the stack of
+the function that calls it; what it returns is one pointer with the same attributes, whose arrays are borrowed, so that
+nothing is counted. It may be passed down, never returned or kept.
+"""
+
+import hashlib
+from typing import Any
+
+from numba import types
+from numba.core import cgutils
+from numba.core.imputils import lower_getattr_generic
+from numba.core.typing.templates import AttributeTemplate, infer_getattr
+from numba.extending import intrinsic, models, register_model
+
+from realtime.handover import borrowed, is_plain
+
+
+class Lent(types.Type):
+    """The type of a lent tuple. `types` and `fields` are the tuple's own: choices at compile time work on both."""
+
+    def __init__(self, kind) -> None:
+        self.kind = kind
+        self.types = kind.types
+        self.fields = kind.fields
+        super().__init__(name=f"lent({kind.name})")
+
+    @property
+    def mangling_args(self):
+        """The name in symbols: by content, and short."""
+        return "lent", (hashlib.sha256(self.name.encode()).hexdigest()[:24],)
+
+
+@register_model(Lent)
+class _LentModel(models.OpaqueModel):
+    """An address."""
+
+
+def _pointer(context, builder, kind, address):
+    return builder.bitcast(address, context.get_value_type(kind).as_pointer())
+
+
+@infer_getattr
+class _Attributes(AttributeTemplate):
+    key = Lent
+
+    def generic_resolve(self, lent, name):
+        if name not in lent.fields:
+            return None
+        member = lent.types[lent.fields.index(name)]
+        return Lent(member) if isinstance(member, types.NamedTuple) else member
+
+
+@lower_getattr_generic(Lent)
+def _member(context, builder, lent, address, name):
+    at = lent.fields.index(name)
+    member = cgutils.gep_inbounds(builder, _pointer(context, builder, lent.kind, address), 0, at)
+    if isinstance(lent.types[at], types.NamedTuple):  # a tuple within stays where it is
+        return builder.bitcast(member, context.get_value_type(Lent(lent.types[at])))
+    return borrowed(context, builder, lent.types[at], builder.load(member))
+
+
+@intrinsic
+def _lend(typingctx, value):
+    if isinstance(value, Lent):
+        return value(value), lambda context, builder, signature, args: args[0]
+    if not (isinstance(value, types.NamedTuple) and is_plain(value)):
+        return None
+
+    def codegen(context, builder, signature, args):
+        place = cgutils.alloca_once(builder, context.get_value_type(signature.args[0]))
+        builder.store(args[0], place)
+        return builder.bitcast(place, context.get_value_type(signature.return_type))
+
+    return Lent(value)(value), codegen
+
+
+# lend(value): the named tuple by its address, good until the calling function returns. From compiled code only; the
+# caller holds the tuple meanwhile. What is lent already stays as it is.
+lend: Any = _lend
