@@ -41,10 +41,12 @@ class Servo:
 class Hand:
     """`[hand]`: the simulated player. It throws the stick, holds it, and moves over the head on a circle."""
 
-    gesture: Literal["hold", "strokes", "single-stroke-roll", "double-stroke-roll", "press", "recorded"] = choice(
-        "hold",
-        ("hold", "strokes", "single-stroke-roll", "double-stroke-roll", "press", "recorded"),
-        "What the hand does with a sampled arm; it throws and holds the exact stick",
+    gesture: Literal["hold", "strokes", "single-stroke-roll", "double-stroke-roll", "press", "recorded"] = (
+        choice(
+            "hold",
+            ("hold", "strokes", "single-stroke-roll", "double-stroke-roll", "press", "recorded"),
+            "What the hand does with a sampled arm; it throws and holds the exact stick",
+        )
     )
     gesture_file: str = text(
         "", "Where a recorded gesture is written: CSV with t_s and z_m, beside the scene; it repeats"

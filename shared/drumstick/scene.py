@@ -119,7 +119,9 @@ def _check_gesture(reader: Reader, hand: Hand, device: Device) -> None:
     if not hand.gesture_file:
         reader.refuse("hand.gesture_file", "missing: a recorded gesture needs its CSV file, with t_s and z_m")
     if device.plant != "phantom":
-        reader.refuse("hand.gesture", 'a recorded gesture moves a sampled arm: set [device] plant = "phantom"')
+        reader.refuse(
+            "hand.gesture", 'a recorded gesture moves a sampled arm: set [device] plant = "phantom"'
+        )
 
 
 def parse(text: str, source: str) -> Scene:

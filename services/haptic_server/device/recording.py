@@ -55,7 +55,7 @@ def _read(table: _Table, lowest_m: float, highest_m: float) -> list[tuple[float,
         has = ", ".join(table.names) or "none"
         raise RecordingError(f"{table.source}: needs the columns t_s (or t_ns) and z_m; it has {has}")
     unit = time.removeprefix("t_")
-    limits = {name: (-FARTHEST_M, FARTHEST_M) for name in _PLACES} | {"z_m": (lowest_m, highest_m)}
+    limits = dict.fromkeys(_PLACES, (-FARTHEST_M, FARTHEST_M)) | {"z_m": (lowest_m, highest_m)}
     rows: list[tuple[float, float, float, float]] = []
     before = -math.inf
     for row in table.rows():
@@ -77,7 +77,7 @@ def _read(table: _Table, lowest_m: float, highest_m: float) -> list[tuple[float,
 def recording_of(
     lines: Iterable[str], source: str, lowest_m: float = -FARTHEST_M, highest_m: float = FARTHEST_M
 ) -> Recording:
-    """The recording in `lines`; `source` names it in messages, z_m must lie within the limits. Raises RecordingError."""
+    """The recording in `lines`; `source` names it in messages. RecordingError also when z_m is outside the limits."""
     try:
         table = _Table(lines, source)
         rows = _read(table, lowest_m, highest_m)
