@@ -53,7 +53,7 @@ def none(stick: Stick, z: float, v: float, dt: float, steps: int) -> tuple[float
             travel = z - z0
             impulse += 0.0 - r * travel
             impulse -= k * ((0.0 - (v - v0) - 2.0 * a * travel + g * dt) / w2)
-            peak = max(peak, -k * z0 - r * v0)
+            peak = max(peak, -k * z - r * v)
             contact += dt
             if z >= 0.0:
                 inside, v_out, z_apex = False, v, z
@@ -61,7 +61,7 @@ def none(stick: Stick, z: float, v: float, dt: float, steps: int) -> tuple[float
                 z_min = min(z_min, z)
         elif z < 0.0:
             inside, v_in, v_out, z_min = True, v, 0.0, z
-            peak, impulse, contact = 0.0, 0.0, 0.0
+            peak, impulse, contact = max(0.0, -k * z - r * v), 0.0, 0.0
         elif v0 > 0.0 >= v:
             z_apex = z
     return z, v, Blow(v_in, v_out, z_min, z_apex, peak, impulse, contact)
@@ -92,7 +92,7 @@ def pulsed(
             impulse += 0.0 - r * travel
             given = push0 * tau - push * tau
             impulse -= k * ((given - (v - v0) - 2.0 * a * travel + g * dt) / w2)
-            peak = max(peak, -k * z0 - r * v0)
+            peak = max(peak, -k * z - r * v)
             contact += dt
             if z >= 0.0:
                 inside, v_out, z_apex = False, v, z
@@ -101,7 +101,7 @@ def pulsed(
                 z_min = min(z_min, z)
         elif z < 0.0:
             inside, v_in, v_out, z_min = True, v, 0.0, z
-            peak, impulse, contact = 0.0, 0.0, 0.0
+            peak, impulse, contact = max(0.0, -k * z - r * v), 0.0, 0.0
         elif v0 > 0.0 >= v:
             z_apex = z
     return z, v, Blow(v_in, v_out, z_min, z_apex, peak, impulse, contact)
@@ -140,7 +140,7 @@ def altered(
             impulse += 0.0 - r * travel
             given = push0 * tau - push * tau
             impulse -= k * ((given - (v - v0) - 2.0 * a * travel + g * dt) / w2)
-            peak = max(peak, -k * z0 - r * v0)
+            peak = max(peak, -k * z - r * v)
             contact += dt
             if z >= 0.0:
                 inside, v_out, z_apex = False, v, z
@@ -150,15 +150,18 @@ def altered(
                 z_min = min(z_min, z)
                 k = stick.k_coll * ratio
                 w2 = (stick.k_hand + k) / m
+                peak = max(peak, -k * z - r * v)
             elif v0 > 0.0 >= v:
                 k = stick.k_coll
                 w2 = (stick.k_hand + k) / m
+                peak = max(peak, -k * z - r * v)
         elif z < 0.0:
             inside, v_in, v_out, z_min = True, v, 0.0, z
-            peak, impulse, contact = 0.0, 0.0, 0.0
+            impulse, contact = 0.0, 0.0
             taken = stick.r_in - lowered if -v < below else 0.0
             k, r = stick.k_coll, stick.r_in - taken - stick.r_out
             a, w2 = 0.5 * (stick.r_out + r) / m, (stick.k_hand + k) / m
+            peak = max(0.0, -k * z - r * v)
         elif v0 > 0.0 >= v:
             z_apex = z
     return z, v, Blow(v_in, v_out, z_min, z_apex, peak, impulse, contact)

@@ -16,7 +16,7 @@ from drumstick.events import (
     TURN,
     first_event,
 )
-from drumstick.transitions import CAPTURED, apply, move, never_releases, renew, segment_of
+from drumstick.transitions import CAPTURED, apply, begin, move, never_releases, renew
 from realtime.jit import Record, njit
 
 _INSTANT_S = 1e-15
@@ -53,7 +53,7 @@ def advance(
     at_once = 0
     while True:
         due = composition.due_in(law, motion, motion.place != ABOVE)
-        seg = segment_of(law, motion, method)
+        seg = begin(law, motion, method)
         left = horizon - moved
         span = min(left, due, longest_s)
         event, end = first_event(motion, seg, span)

@@ -24,7 +24,7 @@ from drumstick.events import (
 )
 from drumstick.methods.carry import step
 from drumstick.segment import Segment, onward
-from drumstick.transitions import CAPTURED, apply, move, never_releases, renew, segment_of
+from drumstick.transitions import CAPTURED, apply, begin, move, never_releases, renew
 from realtime.jit import Record, njit
 
 _NEGLIGIBLE = 1e-12  # of a step: what rounding may leave of a horizon that is a whole number of steps
@@ -60,7 +60,7 @@ def _seen(place: int, seg: Segment, z: float, v: float) -> int:
 def unlocated(law: Record, motion: Record, horizon: float, method: int, dt: float) -> tuple[int, float]:
     """As `exact.advance`, but an event is only noticed at the end of its step: order one, whatever the method."""
     moved = 0.0
-    seg, fades = segment_of(law, motion, method), composition.fades(law, dt)
+    seg, fades = begin(law, motion, method), composition.fades(law, dt)
     while True:
         due = composition.due_in(law, motion, motion.place != ABOVE)
         left = horizon - moved
@@ -80,6 +80,6 @@ def unlocated(law: Record, motion: Record, horizon: float, method: int, dt: floa
                 motion.fate = CAPTURED
             return HORIZON, horizon
         if event != HORIZON or span == due:
-            seg = segment_of(law, motion, method)
+            seg = begin(law, motion, method)
         else:  # the same equation still holds: its coefficients are not computed again
             seg = onward(seg, z, v, composition.pushes(law, motion))

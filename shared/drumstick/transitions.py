@@ -91,6 +91,18 @@ def segment_of(law: Record, motion: Record, method: int | None) -> Segment:
 
 
 @njit()
+def begin(law: Record, motion: Record, method: int | None) -> Segment:
+    """`segment_of`, to be moved along: inside it the search sees the push peak, at its ends `begin` and `move` do.
+
+    A force that steps, or a negative damper, peaks at an end.
+    """
+    seg = segment_of(law, motion, method)
+    if motion.place == CONTACT:
+        motion.peak_N = max(motion.peak_N, push_of(seg, seg.z, seg.v))
+    return seg
+
+
+@njit()
 def move(
     law: Record, motion: Record, seg: Segment, duration: float, fades: composition.Fades, z: float, v: float
 ) -> None:
@@ -108,8 +120,7 @@ def move(
             given = before - composition.left(law, motion)
             z_integral = (given - (v - seg.v) - 2.0 * seg.a * travel + seg.g * duration) / seg.w2
             motion.impulse_N_s -= seg.k * z_integral
-        # Inside the segment the search saw the peak; a force that steps, or a negative damper, peaks at an end.
-        motion.peak_N = max(motion.peak_N, push_of(seg, seg.z, seg.v), push_of(seg, z, v))
+        motion.peak_N = max(motion.peak_N, push_of(seg, z, v))
     if motion.place != ABOVE:
         motion.contact_s += duration
     motion.z = z

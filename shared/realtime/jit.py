@@ -128,7 +128,7 @@ def njit(
         if parallel:
             options["parallel"] = True
         if inline:
-            options["inline"] = "always"
+            options["forceinline"] = True
         dispatcher = numba.njit(**options)(function)
         if CACHE_FOLDER is not None:
             dispatcher.enable_caching()

@@ -25,7 +25,7 @@ ORDERS = {
 }
 
 
-@njit()
+@njit(inline=True)
 def step(seg: Segment, t: float) -> tuple[float, float]:
     """Position and speed after one step of length t by a stepper."""
     if seg.method == RK4:
