@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -62,13 +63,15 @@ def gesture(scene: str, loaded: Scene) -> str | None:
         return None
     try:
         text = _gesture_text(scene, name)
-        gesture_of(text.splitlines(), name, loaded)
+        gesture_of(StringIO(text, newline=""), name, loaded)
     except RecordingError as error:
         wrong(f"{scene}: hand.gesture_file: {error}")
     except UnicodeDecodeError:
         wrong(f"{scene}: hand.gesture_file: {name}: not UTF-8 text; give CSV")
     except OSError as error:
-        wrong(f"{scene}: hand.gesture_file: {name}: cannot be read: {error.strerror}")
+        wrong(
+            f"{scene}: hand.gesture_file: {name}: cannot be read: {error.strerror}; it must lie beside the scene"
+        )
     return text
 
 

@@ -76,6 +76,8 @@ class Simulated:
             return servo
         plant = arm_of(self._scene, self.info().specification)
         path = servo.path if self._path is None else self._path
+        if self._path is not None:
+            plant["z_m"] = plant["hand_m"] = self._path[0, 1]  # elsewhere the hand would throw it there
         return servo._replace(plant=plant, gesture=_gesture(self._scene), path=path)
 
     def rehearse(self, spare: Servo) -> None:
