@@ -219,11 +219,11 @@ def servo_test_command(
 
 
 @app.command("doctor")
-def doctor_command(as_json: Json = False) -> None:
-    """What this machine has and lacks for playing."""
+def doctor_command(rig: RigName = "main", as_json: Json = False) -> None:
+    """What this machine has and lacks for playing; the rig's last fault here, drawn."""
     from rig.doctor import doctor
 
-    raise typer.Exit(doctor(as_json))
+    raise typer.Exit(doctor(as_json, rig))
 
 
 @app.command("panic")

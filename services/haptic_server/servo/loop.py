@@ -63,7 +63,8 @@ def _tick_of_plant(
 def traced_tick(servo: Servo, now_ns: int, span_s: float) -> None:
     """One tick of whatever the servo drives, and its line in the trace."""
     _tick(servo, now_ns, span_s)
-    note(servo.trace, servo.motion[0], servo.player[0], now_ns, span_s)
+    head_z_m = servo.plan[0].head_z_m
+    note(servo.trace, servo.motion[0], servo.player[0], servo.reading[0], head_z_m, now_ns, span_s)
 
 
 @njit()
