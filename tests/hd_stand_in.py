@@ -2,6 +2,7 @@
 
 import contextlib
 import ctypes
+import functools
 import shutil
 import subprocess
 import threading
@@ -13,11 +14,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from haptic_server.device.openhaptics import calls
-from haptic_server.device.openhaptics.callback import Law
+from haptic_server.device.openhaptics import calls, opening, port, protection
+from haptic_server.device.openhaptics.callback import Law, conclude
 from haptic_server.device.openhaptics.device import OpenHaptics
 from haptic_server.device.openhaptics.hd import Hd
+from haptic_server.device.openhaptics.tick import begin_at, finish
 from haptic_server.servo.memory import Servo
+from realtime.handover import Handed, take_up
+from realtime.jit import CFunction, cfunction
+from realtime.lent import lend
 from realtime.stop import StopRequest
 
 SOURCE = Path(__file__).parent / "unit" / "haptic_server" / "openhaptics" / "stand_in.c"
@@ -131,6 +136,59 @@ def playing(arm: StandIn, law: Law, servo: Servo) -> Generator[Playing, None, No
         run.stop.ask()
         run.join()
         device.close()
+
+
+class Stepped:
+    """The driver's own callback code over the stand-in, tick by tick on a clock of the test's: nothing stands still.
+
+    Only where the clock is read differs from haptic_server.device.openhaptics.callback.
+    """
+
+    def __init__(self, arm: StandIn, law: Law, servo: Servo) -> None:
+        self.arm, self.servo = arm, servo
+        self._period_ns = int(servo.plan["period_ns"][0])
+        self._handle = opening.open_device(arm.hd).handle
+        self._port = port.make(arm.hd, self._handle, self._period_ns, 8.5, CENTRE_MM, has_switch=False)
+        self._handed = Handed((servo, self._port))
+        self._function = _on_a_given_clock(law, self._handed.kind)
+        self._scheduled = arm.hd.schedule(self._function.address, self._handed.address, 65535)
+        protection.output_force(arm.hd, True)
+        self._port.timespec[0] = 1_000_000_000
+
+    def tick(self, count: int = 1, span_s: float = 0.0) -> None:
+        """So many ticks, a period apart or `span_s`."""
+        span_s = span_s or self._period_ns * 1e-9
+        for _ in range(count):
+            self._port.timespec[0] += round(span_s * 1e9)
+            self.arm.sim("tick", span_s)
+
+    def until(self, what: Callable[[], bool], most: int = 5000) -> None:
+        """Tick until `what` is true."""
+        for _ in range(most):
+            if what():
+                return
+            self.tick()
+        raise AssertionError(f"not within {most} ticks")
+
+    def close(self) -> None:
+        """Let go, in the maker's order."""
+        self.arm.hd.unschedule(self._scheduled)
+        self.arm.hd.disable_device(self._handle)
+
+
+@functools.cache
+def _on_a_given_clock(law: Law, kind: Any) -> CFunction:
+    @cfunction("uint32(voidptr)", cache=False)
+    def stepped(argument: Any) -> int:
+        taken, gate = take_up(argument, kind)
+        servo = lend(taken)
+        reading, now_ns = servo.reading[0], gate.timespec[0]
+        span_s = begin_at(gate, reading, now_ns)
+        done = finish(gate, servo.block.control, reading, law(servo, reading, now_ns, span_s))
+        conclude(servo, gate.state[0].force_N, now_ns, span_s)
+        return done
+
+    return stepped
 
 
 def undisturbed(

@@ -19,18 +19,34 @@ PAGE = Path(__file__).parent.parent / "scenes.md"
 OTHERS = {"drum": Drum, "mesh": Mesh, "listen": Listen, "strike": Strike, "hand": Hand, "device": Device}
 OTHERS |= {"servo": Servo, "guard": Guard}
 
+# What the keys of a table do not say by themselves.
+_MORE = {
+    "hand": [
+        "A recorded gesture (`drumstick up --scene accents` plays one) is where the hand holds its spring: rows of `t_s` or `t_ns`, and",
+        "`z_m` from the head, uneven in time if you like, straight between rows, again and again; where the file ends elsewhere than it",
+        "began, the hand goes back first. It stays within `[guard]` `lowest_m` .. `highest_m` and half of `max_speed_m_per_s` (a mass on a",
+        "spring goes up to twice as fast as the spring's end). For one of your own, write `drumstick scene show accents` into a file and",
+        "your CSV beside it; `drumstick scene check FILE` names every mistake in both.",
+        "",
+    ]
+}
+
 
 def _range(quantity: Quantity) -> str:
     if quantity.choices:
         return ", ".join(
             f"`{choice}`" if isinstance(choice, str) else str(choice) for choice in quantity.choices
         )
+    if quantity.kind is str:
+        return f"text, at most {quantity.high:g} characters"
     return f"{quantity.low:g} .. {quantity.high:g} {quantity.unit}"
 
 
 def _default(value: object) -> str:
     if value is MISSING:
         return "must be given"
+    if value == "":
+        return "none"
     return f"{value:g}" if isinstance(value, float) else f"`{value}`"
 
 
@@ -100,7 +116,7 @@ def page() -> str:
         lines += [f"### `[effects.{name}]`", "", _about(table), "", *_keys(table)]
     lines += ["## The rest", ""]
     for name, table in OTHERS.items():
-        lines += [f"### `[{name}]`", "", *_keys(table)]
+        lines += [f"### `[{name}]`", "", *_keys(table), *_MORE.get(name, [])]
     return "\n".join(lines).rstrip() + "\n"
 
 

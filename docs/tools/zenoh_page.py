@@ -17,6 +17,7 @@ _MESSAGES = {
     "meter": messages.Meter,
     "param": messages.Readback,
     "clock": messages.Clock,
+    "pointer": messages.Pointer,
 }
 
 

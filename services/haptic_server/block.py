@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from haptic_server.files import BLOCK
-from haptic_server.records import EVENT, STATUS, set_type
+from haptic_server.records import EVENT, POINTER, STATUS, set_type
 from realtime import ring, triple
 from realtime.atomics import peek
 
@@ -28,7 +28,8 @@ LATENESS_BIN_NS = 10_000  # the last bin takes everything above 5.1 ms
 STOP, PANIC, ARM, HEARTBEAT, HELD, PANICS_SEEN = 0, 8, 16, 24, 32, 40
 _CONTROL_CELLS = 48
 _MAGIC = 0x6B63697473  # "stick"
-_LAYOUT_VERSION = 1
+_LAYOUT_VERSION = 2
+_BOOT, _PID, _POINTED = 2, 3, 4
 
 Cells = npt.NDArray[np.int64]
 Slots = npt.NDArray[np.void]
@@ -37,9 +38,9 @@ Slots = npt.NDArray[np.void]
 class Block(NamedTuple):
     """Views into the mapped file. numba takes the whole tuple as one argument.
 
-    header: magic, layout, boot, pid. control: STOP, PANIC, ARM, HEARTBEAT, HELD, PANICS_SEEN. Events flow servo ->
-    gateway; `wanted_*` is gateway -> servo; `live_*` (readback) and `status_*` are servo -> gateway. lateness: ticks
-    per bin of 10 us.
+    header: magic, layout, boot, pid, pointed. control: STOP, PANIC, ARM, HEARTBEAT, HELD, PANICS_SEEN. Events flow
+    servo -> gateway; `wanted_*` and `pointer_*` are gateway -> servo; `live_*` (readback) and `status_*` are servo ->
+    gateway. lateness: ticks per bin of 10 us.
     """
 
     header: Cells
@@ -48,21 +49,32 @@ class Block(NamedTuple):
     wanted_cells: Cells
     live_cells: Cells
     status_cells: Cells
+    pointer_cells: Cells
     lateness: Cells
     wanted: Slots
     live: Slots
     status: Slots
+    pointer: Slots
     events: Slots
 
     @property
     def boot(self) -> int:
         """Identifies this start of the servo."""
-        return int(self.header[2])
+        return int(self.header[_BOOT])
 
     @property
     def pid(self) -> int:
         """Process id of the servo."""
-        return int(self.header[3])
+        return int(self.header[_PID])
+
+    @property
+    def is_pointed(self) -> bool:
+        """Whether the servo's device is a hand that follows a pointer; no other device has code that looks at one."""
+        return bool(self.header[_POINTED])
+
+    def follow_pointer(self) -> None:
+        """Say so. The servo, before its first tick."""
+        self.header[_POINTED] = 1
 
 
 class Legacy(NamedTuple):
@@ -88,10 +100,12 @@ def _layout(law: np.dtype[Any]) -> list[tuple[str, np.dtype[Any], int]]:
         ("wanted_cells", cells, triple.CELLS),
         ("live_cells", cells, triple.CELLS),
         ("status_cells", cells, triple.CELLS),
+        ("pointer_cells", cells, triple.CELLS),
         ("lateness", cells, LATENESS_BINS),
         ("wanted", sets, 3),
         ("live", sets, 3),
         ("status", STATUS, 3),
+        ("pointer", POINTER, 3),
         ("events", EVENT, RING_SLOTS),
     ]
 
@@ -133,6 +147,7 @@ def _start(block: Block, law: npt.NDArray[np.void], revision: int = 0) -> None:
     triple.clear(block.wanted_cells, block.wanted, first[0])
     triple.clear(block.live_cells, block.live, first[0])
     triple.clear(block.status_cells, block.status, np.zeros(1, STATUS)[0])
+    triple.clear(block.pointer_cells, block.pointer, np.zeros(1, POINTER)[0])
     # 40 bits of time and randomness: a new start is told from an old one, and fits every JSON number.
     block.header[:4] = (
         _MAGIC,
@@ -202,6 +217,7 @@ def claim(block: Block) -> None:
         (block.wanted_cells, triple.WRITER, triple.READER),
         (block.live_cells, triple.READER, triple.WRITER),
         (block.status_cells, triple.READER, triple.WRITER),
+        (block.pointer_cells, triple.WRITER, triple.READER),
     ):
         while not triple.recover(cells, own, other):
             time.sleep(0)

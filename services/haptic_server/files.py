@@ -3,5 +3,6 @@
 BLOCK = "servo.block"  # shared by servo and gateway; the servo makes it
 SCENE = "scene.toml"  # the text that both processes read; whoever starts them puts it there
 LIMITS = "limits.json"  # what scene and device allow; the servo makes it before its block
+GESTURE = "gesture.csv"  # the scene's recorded gesture, if it has one; put there with the scene
 TRACE = "trace.csv"  # the last thousand ticks before the last fault
 GRANTED = "servo.json"  # what the servo asked of the operating system, and got

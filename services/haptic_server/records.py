@@ -115,6 +115,11 @@ READING: np.dtype[Any] = np.dtype(
     align=True,
 )
 
+# Where a pointer wants the hand, as the gateway heard it at t_ns of this machine's clock. lift: 0 at z_ss .. 1 lifted.
+POINTER: np.dtype[Any] = np.dtype(
+    [("t_ns", "i8"), ("held", "i8"), ("lift", "f8"), ("x", "f8"), ("y", "f8")], align=True
+)
+
 # What does not change while a servo runs.
 PLAN: np.dtype[Any] = np.dtype(
     [

@@ -76,9 +76,9 @@ def duration(seconds: float | None) -> None:
 def device(words: str) -> None:
     """A device that the servo knows; a recording that is there."""
     kind, _, path = words.partition(":")
-    if words in ("simulated", "openhaptics"):
+    if words in ("simulated", "pointer", "openhaptics"):
         return
     if kind != "replay" or not path:
-        wrong(f"--device {words}: there is simulated, openhaptics or replay:FILE")
+        wrong(f"--device {words}: there is simulated, pointer, openhaptics or replay:FILE")
     if not Path(path).is_file():
         wrong(f"--device {words}: there is no file {path}")

@@ -37,7 +37,9 @@ _SWEEP = typer.Option(
     help="NAME=LOW:HIGH:COUNT[:log], with --out: sweep this parameter instead of the usual ones; twice: a plane."
 )
 _POSE = "You hold a real arm in its neutral pose now, so that its encoders may be reset (docs/phantom.md)."
-_DEVICE = typer.Option(help="simulated, openhaptics, or replay:FILE (CSV with t_s and z_m).")
+_DEVICE = typer.Option(
+    help="simulated, pointer (mouse or touch on the panel), openhaptics, or replay:FILE (CSV with t_s and z_m)."
+)
 
 Scene = Annotated[str, _SCENE]
 RigName = Annotated[str, _RIG]
@@ -217,11 +219,11 @@ def servo_test_command(
 
 
 @app.command("doctor")
-def doctor_command(as_json: Json = False) -> None:
-    """What this machine has and lacks for playing."""
+def doctor_command(rig: RigName = "main", as_json: Json = False) -> None:
+    """What this machine has and lacks for playing; the rig's last fault here, drawn."""
     from rig.doctor import doctor
 
-    raise typer.Exit(doctor(as_json))
+    raise typer.Exit(doctor(as_json, rig))
 
 
 @app.command("panic")

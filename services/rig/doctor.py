@@ -1,4 +1,7 @@
-"""`drumstick doctor`: what this machine has and lacks, each with what to do about it. Changes nothing."""
+"""`drumstick doctor`: what this machine has and lacks, each with what to do about it; the last fault, drawn.
+
+It changes nothing, but for the picture of the last fault beside that fault's trace.
+"""
 
 import contextlib
 import importlib
@@ -10,9 +13,13 @@ import sys
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rig.fault import LACKING, Stop
 from rig.ports import require_free_tcp, require_free_udp
+
+if TYPE_CHECKING:
+    from rig.last_fault import LastFault
 
 FIFO_PRIORITY = 80
 MEMLOCK_BYTES = 200_000_000  # 121 MB were locked with everything loaded
@@ -118,14 +125,84 @@ def _ports() -> list[Finding]:
     ]
 
 
+def openhaptics() -> Finding:
+    """What can be seen of a PHANTOM's driver without loading it."""
+    from haptic_server.device.openhaptics import diagnosis
+
+    seen = diagnosis.of_machine if sys.platform == "linux" else diagnosis.of_environment
+    troubles = seen(dict(os.environ))
+    found = "; ".join(troubles) or "environment and ports are as the driver wants them"
+    remedy = "only a real arm needs it: docs/phantom.md goes through it, calibration included"
+    return Finding("openhaptics", not troubles, False, found, remedy)
+
+
+def _matplotlib() -> Finding:
+    from rig.figures import ready
+
+    line = ready.missing_matplotlib()
+    return Finding(
+        "matplotlib", not line, False, "not installed" if line else "there", f"for figures, type: {line}"
+    )
+
+
+@dataclass(frozen=True)
+class Fault:
+    """The last fault of a rig: in words, when (ISO 8601), the file of its ticks, their picture or why there is none."""
+
+    fault: str
+    at: str
+    trace: str
+    picture: str | None
+    why_no_picture: str = ""
+
+
+def _picture(last: "LastFault") -> tuple[str | None, str]:
+    from rig.figures import ready
+
+    if line := ready.missing_matplotlib():
+        return None, f"to see its ticks drawn, type: {line}; then drumstick doctor again"
+    from rig.figures.fault import fault
+    from rig.figures.style import save
+    from rig.last_fault import PICTURE
+
+    path = last.path.with_name(PICTURE)
+    try:
+        save(fault(last), path)
+    except OSError as error:
+        return None, f"{path} cannot be written: {error.strerror}"
+    return str(path), ""
+
+
+def last_fault(rig: str) -> tuple[Finding, Fault | None]:
+    """What the rig's force loop last stopped for on this machine; draws the picture. Raises Stop for a bad name."""
+    from rig import checks, folder
+    from rig.last_fault import TraceError, read
+
+    checks.rig_name(rig)
+    place = folder.found_folder(rig)
+    try:
+        last = None if place is None else read(place)
+    except TraceError as error:
+        return Finding("last fault", False, False, str(error), "the next fault writes a new one"), None
+    if last is None:
+        return Finding("last fault", True, False, f"rig {rig!r} has none on record here"), None
+    picture, why = _picture(last)
+    told = Fault(last.words, last.at.isoformat(timespec="seconds"), str(last.path), picture, why)
+    found = f"{last.words} ({last.at:%Y-%m-%d %H:%M:%S}, rig {rig!r})"
+    remedy = f"its last {len(last.t_s)} ticks: {picture or last.path}" + (f"; {why}" if why else "")
+    return Finding("last fault", False, False, found, remedy), told
+
+
 def examine() -> list[Finding]:
-    """Everything, in the order in which it is told."""
+    """What the machine has, in the order in which it is told."""
     again = "make install"
     return [
         _python(),
         *(_package(m, True, again) for m in ("numpy", "numba", "zenoh", "msgspec", "pythonosc")),
         _package("sounddevice", False, "make install, and the Debian package libportaudio2"),
         _package("viser", False, again),
+        _matplotlib(),
+        openhaptics(),
         _audio(),
         *_real_time(),
         _kernel_cache(),
@@ -133,12 +210,16 @@ def examine() -> list[Finding]:
     ]
 
 
-def doctor(as_json: bool) -> int:
+def doctor(as_json: bool, rig: str = "main") -> int:
     """Print the findings; the exit status: 3 when something needed is missing, else 0."""
-    findings = examine()
+    trouble, fault = last_fault(rig)
+    findings = [*examine(), trouble]
     playable = all(f.good for f in findings if f.needed)
     if as_json:
-        print(json.dumps({"playable": playable, "findings": [asdict(f) for f in findings]}))
+        told = None if fault is None else asdict(fault)
+        print(
+            json.dumps({"playable": playable, "findings": [asdict(f) for f in findings], "last_fault": told})
+        )
     else:
         for f in findings:
             mark = "good " if f.good else "LACKS" if f.needed else "could be better"

@@ -3,37 +3,40 @@
 import fcntl
 import os
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import IO
 
 from rig.fault import lacking
 
 
-def run_folder(rig: str) -> Path:
-    """The folder of `rig`, 0700, made when missing. Raises Stop when it is not ours."""
+def _places(rig: str) -> Iterator[Path]:
     for base in (os.environ.get("XDG_RUNTIME_DIR"), "/dev/shm", tempfile.gettempdir()):
         if base and os.access(base, os.W_OK | os.X_OK):
-            folder = Path(base) / f"drumstick-{os.getuid()}-{rig}"
-            try:
-                folder.mkdir(mode=0o700, exist_ok=True)
-                found = folder.lstat()
-            except FileExistsError:
-                lacking(f"{folder} is in the way and no folder: remove it, or use another --rig")
-            except OSError as error:
-                lacking(
-                    f"{folder} cannot be made: {error.strerror}; set XDG_RUNTIME_DIR to a folder of yours"
-                )
-            if (
-                found.st_uid != os.getuid()
-                or found.st_mode & 0o077
-                or not folder.is_dir()
-                or folder.is_symlink()
-            ):
-                lacking(
-                    f"{folder} belongs to somebody else or is open to others: remove it, or use another --rig"
-                )
-            return folder
-    lacking("no writable place for run-time files: set XDG_RUNTIME_DIR to a folder of yours")
+            yield Path(base) / f"drumstick-{os.getuid()}-{rig}"
+
+
+def found_folder(rig: str) -> Path | None:
+    """The folder that `rig` has, or had when it last ran on this machine; makes none."""
+    folder = next(_places(rig), None)
+    return folder if folder is not None and folder.is_dir() and not folder.is_symlink() else None
+
+
+def run_folder(rig: str) -> Path:
+    """The folder of `rig`, 0700, made when missing. Raises Stop when it is not ours."""
+    folder = next(_places(rig), None)
+    if folder is None:
+        lacking("no writable place for run-time files: set XDG_RUNTIME_DIR to a folder of yours")
+    try:
+        folder.mkdir(mode=0o700, exist_ok=True)
+        found = folder.lstat()
+    except FileExistsError:
+        lacking(f"{folder} is in the way and no folder: remove it, or use another --rig")
+    except OSError as error:
+        lacking(f"{folder} cannot be made: {error.strerror}; set XDG_RUNTIME_DIR to a folder of yours")
+    if found.st_uid != os.getuid() or found.st_mode & 0o077 or not folder.is_dir() or folder.is_symlink():
+        lacking(f"{folder} belongs to somebody else or is open to others: remove it, or use another --rig")
+    return folder
 
 
 def claim(folder: Path, rig: str) -> IO[str]:

@@ -1,11 +1,18 @@
 """Finding a scene by shipped name or file, read and validated, with one clear message otherwise."""
 
+from __future__ import annotations
+
+from io import StringIO
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from rig.fault import wrong
 
+if TYPE_CHECKING:
+    from drumstick.scene import Scene
+
 LARGEST_BYTES = 1_000_000
+LARGEST_GESTURE_BYTES = 200_000_000
 
 
 class SceneText(NamedTuple):
@@ -32,6 +39,40 @@ def read(scene: str) -> SceneText:
         wrong(f"{scene}: not UTF-8 text (byte {error.start}); save it as UTF-8")
     except OSError as error:
         wrong(f"{scene}: cannot be read: {error.strerror}")
+
+
+def _gesture_text(scene: str, file_name: str) -> str:
+    # Beside the scene: in the package for a shipped one, else in the scene file's own folder.
+    from drumstick.scene import shipped_gesture, shipped_names
+
+    if scene in shipped_names():
+        return shipped_gesture(file_name)
+    path = Path(scene).parent / file_name
+    if path.stat().st_size > LARGEST_GESTURE_BYTES:
+        wrong(f"{path}: {path.stat().st_size} bytes, a gesture has at most {LARGEST_GESTURE_BYTES}")
+    return path.read_text(encoding="utf-8")
+
+
+def gesture(scene: str, loaded: Scene) -> str | None:
+    """The text of the scene's recorded gesture, checked; None when it has none. Raises Stop."""
+    from haptic_server.device.gesture import gesture_of
+    from haptic_server.device.recording import RecordingError
+
+    name = loaded.hand.gesture_file
+    if not name:
+        return None
+    try:
+        text = _gesture_text(scene, name)
+        gesture_of(StringIO(text, newline=""), name, loaded)
+    except RecordingError as error:
+        wrong(f"{scene}: hand.gesture_file: {error}")
+    except UnicodeDecodeError:
+        wrong(f"{scene}: hand.gesture_file: {name}: not UTF-8 text; give CSV")
+    except OSError as error:
+        wrong(
+            f"{scene}: hand.gesture_file: {name}: cannot be read: {error.strerror}; it must lie beside the scene"
+        )
+    return text
 
 
 def load(scene: str):

@@ -21,4 +21,5 @@ def show(scene: str, as_json: bool) -> None:
 def check(scene: str) -> None:
     """Stop with every mistake, or say that it is good."""
     loaded = scene_file.load(scene)
+    scene_file.gesture(scene, loaded)
     print(f"{loaded.name}: good; effects: {', '.join(loaded.effects) or 'none'}")

@@ -153,6 +153,9 @@ def up(options: Options, scene: str, duration_s: float | None, as_json: bool) ->
             block.unlink(missing_ok=True)  # an earlier run's: whoever made it is dead, we hold the lock
             held.callback(block.unlink, missing_ok=True)
             folder.put_text(options.folder / files.SCENE, scene_file.read(scene).text)
+            gesture = scene_file.gesture(scene, loaded)
+            if gesture is not None:
+                folder.put_text(options.folder / files.GESTURE, gesture)
             scene = loaded.name
             ports.require_free_udp("127.0.0.1", options.osc_in, "OSC port", "--osc-in")
             if options.is_router:

@@ -25,6 +25,8 @@ from websockets.http11 import Request, Response
 
 from web_panel.admission import Admission
 from web_panel.client_message import CAMERA_AT_FIRST, MAX_FRAME_BYTES, ClientMessages
+from web_panel.pointer_door import PATH as POINTER_PATH
+from web_panel.pointer_door import PointerDoor
 
 HOST = "127.0.0.1"
 _START_S = 30.0
@@ -66,9 +68,10 @@ class _Wire:
 class _Door:
     """Stands in for `serve` while viser starts."""
 
-    def __init__(self, admission: Admission, messages: ClientMessages) -> None:
+    def __init__(self, admission: Admission, messages: ClientMessages, pointers: PointerDoor | None) -> None:
         self.admission = admission
         self.messages = messages
+        self.pointers = pointers
         self.calls = 0
         self.made: queue.SimpleQueue[BaseException | viser.ViserServer] = queue.SimpleQueue()
         self.original: Callable[..., Any] = websocket_server.serve
@@ -92,6 +95,9 @@ class _Door:
 
     def _frames(self, handler: Callable[..., Awaitable[None]]) -> Callable[..., Awaitable[None]]:
         async def guarded(connection: websocket_server.ServerConnection) -> None:
+            if self.pointers is not None and _is_pad(connection):
+                await self.pointers.serve(connection)
+                return
             await handler(_Wire(connection, self.messages))
 
         return guarded
@@ -114,6 +120,10 @@ class _Door:
             return response
 
         return guarded
+
+
+def _is_pad(connection: websocket_server.ServerConnection) -> bool:
+    return connection.request is not None and connection.request.path.partition("?")[0] == POINTER_PATH
 
 
 def _refusal(status: HTTPStatus, words: str) -> Response:
@@ -143,14 +153,19 @@ def _quiet(record: logging.LogRecord) -> bool:
     return record.getMessage() != "opening handshake failed"
 
 
-def start(admission: Admission, messages: ClientMessages) -> viser.ViserServer:
-    """A guarded server on 127.0.0.1 that is already heard; stop it with `.stop()`. Raises GuardError. Main thread."""
+def start(
+    admission: Admission, messages: ClientMessages, pointers: PointerDoor | None = None
+) -> viser.ViserServer:
+    """A guarded server on 127.0.0.1 that is already heard; stop it with `.stop()`. Raises GuardError. Main thread.
+
+    `pointers` serves the websockets of pads, behind the same door; they never reach viser.
+    """
     if viser.__version__.split(".")[:2] != ["1", "1"]:
         raise GuardError(f"viser {viser.__version__} is installed; this guard knows 1.1 only")
     rich.reconfigure(quiet=True)  # viser's banners
     logging.getLogger("websockets.server").addFilter(_quiet)
     os.environ.pop("_VISER_PORT_OVERRIDE", None)
-    door = _Door(admission, messages)
+    door = _Door(admission, messages, pointers)
 
     def make() -> None:
         try:

@@ -56,6 +56,9 @@ class Listener:
             key: session.declare_subscriber(key, zenoh.handlers.RingChannel(_DEPTH))
             for key in (keys.state, keys.strike, keys.meter, keys.param("*"))
         }
+        self._follows_pointer = session.liveliness().declare_subscriber(
+            keys.alive("pointer", "*"), zenoh.handlers.RingChannel(_DEPTH), history=True
+        )
         self._scene: _Question | None = None
         self._readbacks: _Question | None = None
         self._scene_asked_at = self._readbacks_asked_at = float("-inf")
@@ -72,6 +75,7 @@ class Listener:
         self._take(self._keys.strike, Strike, lambda _, strike: self._take_strike(strike))
         self._take(self._keys.meter, Meter, lambda _, meter: mirror.note_meter(meter, now))
         self._take(self._keys.param("*"), Readback, mirror.note_readback)
+        self._take_tokens()
         self._follow_scene(now)
         if mirror.scene is not None:
             self._follow_readbacks(now)
@@ -103,6 +107,11 @@ class Listener:
             self._revision_explained = -1
             mirror.readbacks.clear()  # a new start counts revisions from 0 again
         mirror.note_state(state, now)
+
+    def _take_tokens(self) -> None:
+        while (sample := self._follows_pointer.try_recv()) is not None:
+            here = sample.kind == zenoh.SampleKind.PUT
+            (self._mirror.pointed.add if here else self._mirror.pointed.discard)(str(sample.key_expr))
 
     def _take_strike(self, strike: Strike) -> None:
         self._mirror.strike = strike

@@ -12,6 +12,7 @@ from web_panel.client_message import ClientMessages, is_click
 from web_panel.drum_view import DrumView
 from web_panel.guard import control_id
 from web_panel.mirror import Mirror
+from web_panel.pad import pad
 from web_panel.style import MARK_PANIC
 from web_panel.trace import Trace
 from web_panel.tuning import Tuning
@@ -19,6 +20,7 @@ from web_panel.wishes import Wishes
 from web_panel.wording import notice_of, sound_words
 
 _WIDTH_PX = 600.0
+_ORDER_PAD = 9.0
 _ORDER_TUNING, _ORDER_TRACE, _ORDER_HEALTH, _ORDER_MORE = 10.0, 20.0, 30.0, 40.0
 _PANIC_HINT = (
     "Zero force at once, until it is cleared at the haptic machine. A network and a browser stand between this "
@@ -56,6 +58,7 @@ class Page:
         button.on_click(self._on_panic)
         self._panic_line = Text(gui.add_html(""))
         self._tiles = Text(gui.add_html(""))
+        self._pad = Text(gui.add_html("", order=_ORDER_PAD))
         self._absent = Text(gui.add_html("", order=_ORDER_TUNING))
         self._trace = Trace(server, _ORDER_TRACE)
         self._health = Text(gui.add_html("", order=_ORDER_HEALTH))
@@ -71,6 +74,7 @@ class Page:
         self._notice.say(markup.notice(notice_of(mirror.connected, mirror.state, silence)))
         self._tiles.say(markup.tiles(mirror.state, mirror.strike, old))
         self._health.say(markup.health(mirror.scene, mirror.state, sound_words(mirror.living_meters(now))))
+        self._pad.say(pad() if mirror.pointed else "")
         self._show_panic()
         self._show_tuning(mirror)
         self._trace.show(mirror, now)

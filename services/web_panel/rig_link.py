@@ -11,7 +11,7 @@ import msgspec
 import zenoh
 
 from protocol.keys import Keys
-from protocol.messages import ENCODING, VERSION
+from protocol.messages import ENCODING, VERSION, Pointer, encode
 from protocol.session import open_client
 from web_panel.answer import NO_ANSWER, Answer, accepted, refused
 from web_panel.listener import Listener
@@ -24,7 +24,10 @@ _NO_ROUTER = "not connected to the rig yet: nothing was sent"
 
 
 class RigLink:
-    """One session with one rig. `poll` belongs to the main thread; `set_one` and `panic` block, for any other."""
+    """One session with one rig. `poll` belongs to the main thread; `set_one` and `panic` block, for any other.
+
+    `point` is for viser's thread and does not block.
+    """
 
     def __init__(self, rig: str, endpoint: str, mirror: Mirror) -> None:
         self.keys = Keys(rig)
@@ -45,6 +48,13 @@ class RigLink:
             return
         self._token = session.liveliness().declare_token(self.keys.alive("panel", secrets.token_hex(4)))
         self._listener = Listener(session, self.keys, self._mirror)
+        # Dropped rather than waited for: the next is never far, and an old one is worth nothing.
+        self._pointer = session.declare_publisher(
+            self.keys.pointer,
+            encoding=ENCODING,
+            congestion_control=zenoh.CongestionControl.DROP,
+            reliability=zenoh.Reliability.BEST_EFFORT,
+        )
         self._session = session
 
     def close(self) -> None:
@@ -58,6 +68,11 @@ class RigLink:
         """Bring the mirror up to date. Never blocks."""
         if self._listener is not None:
             self._listener.poll(now)
+
+    def point(self, pointer: Pointer) -> None:
+        """Tell where a pointer wants the stick; nobody answers, and only a rig that follows one listens."""
+        if self._session is not None:
+            self._pointer.put(encode(pointer))
 
     def check_again(self) -> None:
         """Ask for all readbacks soon: a value that was set may move others (k_hand moves z_h0)."""

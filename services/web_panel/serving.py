@@ -10,6 +10,7 @@ from web_panel.guard import GuardError as GuardError
 from web_panel.guard import start
 from web_panel.mirror import Mirror
 from web_panel.page import Page
+from web_panel.pointer_door import PointerDoor
 from web_panel.rig_link import RigLink
 from web_panel.wishes import Wishes
 
@@ -18,10 +19,9 @@ _PERIOD_S = 1.0 / 15.0
 
 def serve(rig: str, endpoint: str, port: int, token: str, keep_on: Callable[[], bool]) -> None:
     """Serve until `keep_on` says no; prints the address when it can be visited. Raises GuardError. Main thread."""
-    messages = ClientMessages()
-    server = start(Admission(token, port), messages)
-    mirror = Mirror()
+    messages, mirror = ClientMessages(), Mirror()
     link = RigLink(rig, endpoint, mirror)
+    server = start(Admission(token, port), messages, PointerDoor(link.point))
     wishes = Wishes(link.set_one)
     try:
         page = Page(server, messages, wishes, link.panic, rig)

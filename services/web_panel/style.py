@@ -42,6 +42,16 @@ CSS = """
 .dr-note.dr-waits{color:#f4d47a}
 .dr-note.dr-refused{color:#ff9b9b;font-weight:500}
 
+.dr-pad{position:relative;height:11em;margin:.2em 0 .5em;border-radius:.6em;border:2px solid #38a3e0;cursor:crosshair;
+ background:linear-gradient(#202a33 0%,#23282e 55%,#3a3226 100%);display:flex;flex-direction:column;
+ justify-content:space-between;align-items:center;padding:.35em .6em;touch-action:none;user-select:none;
+ -webkit-user-select:none;-webkit-touch-callout:none;overflow:hidden}
+.dr-pad:focus-visible{outline:3px solid #f2b63d;outline-offset:2px}
+.dr-pad span{font-size:.9em;color:#c9ced6;text-align:center;pointer-events:none}
+.dr-pad b{position:absolute;width:1.5em;height:1.5em;margin:-.75em 0 0 -.75em;border-radius:50%;pointer-events:none;
+ background:#f2b63d;opacity:.35;left:50%;top:0}
+.dr-pad[data-held] b{opacity:1}
+
 /* viser's own parts: larger handles; no number box beside a slider, since it sends every keystroke (5, 50, 500 ...)
    and cannot show a logarithmic slider's value: exact values have their own entry with a button; no label beside it,
    since the name stands above; no notices of viser's about the browser's graphics, since the picture is a nicety */

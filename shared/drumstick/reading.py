@@ -87,12 +87,21 @@ class Reader:
             return value
         if quantity.kind is tuple:
             return self._rows(path, quantity, value)
+        if quantity.kind is str:
+            return self._text(path, quantity, value)
         if quantity.kind is int and (isinstance(value, bool) or not isinstance(value, int)):
             self.refuse(
                 path, f"{_shown(value)} must be a whole number in {quantity.unit}, {_limits(quantity)}"
             )
             return None
         return self._number(path, quantity, value)
+
+    def _text(self, path: str, quantity: Quantity, value: object) -> str | None:
+        most = int(quantity.high)
+        if not isinstance(value, str) or len(value) > most or not value.isprintable():
+            self.refuse(path, f"{value!r} must be one line of text, at most {most} characters")
+            return None
+        return value
 
     def _number(self, path: str, quantity: Quantity, value: object) -> Any:
         if isinstance(value, bool) or not isinstance(value, (int, float)):

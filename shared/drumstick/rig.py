@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from drumstick.declare import choice, count, number
+from drumstick.declare import choice, count, number, text
 
 
 @dataclass(frozen=True)
@@ -41,10 +41,15 @@ class Servo:
 class Hand:
     """`[hand]`: the simulated player. It throws the stick, holds it, and moves over the head on a circle."""
 
-    gesture: Literal["hold", "strokes", "single-stroke-roll", "double-stroke-roll", "press"] = choice(
-        "hold",
-        ("hold", "strokes", "single-stroke-roll", "double-stroke-roll", "press"),
-        "What the hand does with a sampled arm; it throws and holds the exact stick",
+    gesture: Literal["hold", "strokes", "single-stroke-roll", "double-stroke-roll", "press", "recorded"] = (
+        choice(
+            "hold",
+            ("hold", "strokes", "single-stroke-roll", "double-stroke-roll", "press", "recorded"),
+            "What the hand does with a sampled arm; it throws and holds the exact stick",
+        )
+    )
+    gesture_file: str = text(
+        "", "Where a recorded gesture is written: CSV with t_s and z_m, beside the scene; it repeats"
     )
     gesture_height_m: float = number(
         0.04, 0.0, 0.2, "m", "How far a gesture lifts the hand above where it holds"

@@ -88,6 +88,11 @@ def shipped_names() -> list[str]:
     )
 
 
+def shipped_gesture(file_name: str) -> str:
+    """The CSV text of a recorded gesture that comes with a shipped scene; FileNotFoundError when there is none."""
+    return (resources.files("drumstick") / "scenes" / file_name).read_text(encoding="utf-8")
+
+
 def shipped_text(name: str) -> str:
     """The TOML text of a shipped scene; KeyError when there is none of that name."""
     if name not in shipped_names():
@@ -104,6 +109,19 @@ def _effects(reader: Reader, given: object) -> dict[str, Any]:
         if name not in EFFECTS:
             reader.refuse(f"effects.{name}", f"unknown effect; known: {', '.join(EFFECTS)}")
     return {n: reader.table(f"effects.{n}", EFFECTS[n], named[n]) for n in named if n in EFFECTS}
+
+
+def _check_gesture(reader: Reader, hand: Hand, device: Device) -> None:
+    if hand.gesture != "recorded":
+        if hand.gesture_file:
+            reader.refuse("hand.gesture_file", 'is followed only by gesture = "recorded"')
+        return
+    if not hand.gesture_file:
+        reader.refuse("hand.gesture_file", "missing: a recorded gesture needs its CSV file, with t_s and z_m")
+    if device.plant != "phantom":
+        reader.refuse(
+            "hand.gesture", 'a recorded gesture moves a sampled arm: set [device] plant = "phantom"'
+        )
 
 
 def parse(text: str, source: str) -> Scene:
@@ -131,6 +149,7 @@ def parse(text: str, source: str) -> Scene:
             values[key] = reader.table(key, _TABLES[key], value)
         else:
             reader.refuse(key, f"unknown key; known here: name, words, effects, {', '.join(_TABLES)}")
+    _check_gesture(reader, values.get("hand", Hand()), values.get("device", Device()))
     if reader.mistakes:
         raise SceneError(reader.mistakes)
     return Scene(**values)
@@ -148,6 +167,7 @@ def from_tables(tables: Mapping[str, Any]) -> Scene:
     for key, kind in _TABLES.items():
         values[key] = reader.table(key, kind, _listed(tables.get(key, {})))
     values["effects"] = _effects(reader, tables.get("effects", {}))
+    _check_gesture(reader, values["hand"], values["device"])
     if reader.mistakes:
         raise SceneError(reader.mistakes)
     return Scene(**values)

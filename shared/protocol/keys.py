@@ -48,6 +48,11 @@ class Keys:
         return self._key("meter")
 
     @property
+    def pointer(self) -> str:
+        """Put, best effort, 60 Hz while held: Pointer. Heard while `alive/pointer/ID` is there."""
+        return self._key("pointer")
+
+    @property
     def scene(self) -> str:
         """Query: the scene as JSON tables."""
         return self._key("scene")

@@ -89,6 +89,21 @@ class RefusalReply(Message, array_like=True, frozen=True, kw_only=True):
     reason: str
 
 
+class Pointer(Message, array_like=True, frozen=True, kw_only=True):
+    """Where a pointer wants the simulated stick: lift 0 presses at z_ss, 1 is lifted; x, y in -1..1 of the radius.
+
+    `source` names one page or program, whose `seq` grows; `held` is false when it lets go. What is not heard again for
+    0.4 s lets go too. Numbers outside are cut.
+    """
+
+    source: str
+    seq: int
+    held: bool
+    lift: float
+    x: float
+    y: float
+
+
 class Clock(Message, array_like=True, frozen=True, kw_only=True):
     """Answer of `clock`."""
 

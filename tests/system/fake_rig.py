@@ -13,7 +13,17 @@ from drumstick.law import law_of
 from drumstick.parameters import Refusal, table_of, values_of, with_changes
 from drumstick.scene import Scene, as_tables
 from protocol.keys import Keys
-from protocol.messages import Clock, Meter, Readback, RefusalReply, State, Strike, encode
+from protocol.messages import (
+    Clock,
+    Meter,
+    Pointer,
+    Readback,
+    RefusalReply,
+    State,
+    Strike,
+    decode,
+    encode,
+)
 from protocol.requests import requested_value
 from protocol.session import router_config
 
@@ -68,6 +78,11 @@ class FakeRig:
             (k.panic, self._answer_panic),
         ):
             self._session.declare_queryable(key, answer)
+        self.pointers: list[Pointer] = []
+        self._session.declare_subscriber(
+            k.pointer, lambda sample: self.pointers.append(decode(sample.payload.to_bytes(), Pointer))
+        )
+        self._pointer_token: zenoh.LivelinessToken | None = None
         self._thread = threading.Thread(target=self._publish, daemon=True)
         self._thread.start()
 
@@ -80,6 +95,14 @@ class FakeRig:
     def mute(self, muted: bool) -> None:
         """Stop publishing, as a haptic server does that was killed while the router lives on."""
         (self._mute.set if muted else self._mute.clear)()
+
+    def follow_pointer(self, follows: bool) -> None:
+        """Say that the stick follows a pointer, or no more."""
+        if follows:
+            key = self.keys.alive("pointer", f"{self.boot:x}")
+            self._pointer_token = self._session.liveliness().declare_token(key)
+        elif self._pointer_token is not None:
+            self._pointer_token.undeclare()
 
     def latch(self) -> None:
         """The stick is above the head: what waited holds."""

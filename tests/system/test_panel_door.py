@@ -16,7 +16,7 @@ import viser
 import zstandard
 from fake_rig import FakeRig, wait_until
 from panel_process import PanelProcess, arguments, panel
-from websockets.exceptions import InvalidStatus
+from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 from websockets.typing import Origin, Subprotocol
@@ -46,9 +46,9 @@ def get(served: PanelProcess, path: str, **headers: str) -> http.client.HTTPResp
     return response
 
 
-def dial(served: PanelProcess, origin: str | None = None, **headers: str) -> Connection:
+def dial(served: PanelProcess, origin: str | None = None, path: str = "/", **headers: str) -> Connection:
     return connect(
-        f"ws://127.0.0.1:{served.port}/",
+        f"ws://127.0.0.1:{served.port}{path}",
         origin=None if origin is None else Origin(origin),
         additional_headers=headers,
         subprotocols=[Subprotocol(f"viser-v{viser.__version__}")],
@@ -97,9 +97,76 @@ def test_the_page_sets_the_cookie_and_forbids_other_machines(served: PanelProces
 def test_websockets(served: PanelProcess, status: int, origin: str | None, headers: dict[str, str]) -> None:
     given = {k: served.cookie if v == "right" else v for k, v in headers.items()}
     own = f"http://127.0.0.1:{served.port}"
-    with pytest.raises(InvalidStatus) as refused:
-        dial(served, own if origin == "own" else origin, **given).close()
-    assert refused.value.response.status_code == status
+    for path in ("/", "/pointer"):
+        with pytest.raises(InvalidStatus) as refused:
+            dial(served, own if origin == "own" else origin, path, **given).close()
+        assert refused.value.response.status_code == status
+
+
+RUBBISH = (
+    "",
+    "[",
+    "[true]",
+    "[true, 2, 0]",
+    "[true, NaN, 0]",
+    "[1, 0, 0]",
+    '["x", 0, 0]',
+    b"\x00",
+    "9" * 300,
+)
+
+
+def heard_pad(served: PanelProcess, rig: FakeRig) -> Connection:
+    """A pad of a panel that has found its rig, held by nobody."""
+    pad = dial(served, path="/pointer", Cookie=served.cookie)
+
+    def heard() -> bool:
+        pad.send("[true, 1, 0]")
+        pad.send("[false, 1, 0]")
+        return bool(rig.pointers) and not rig.pointers[-1].held
+
+    wait_until(heard, "a panel that has found its rig")
+    before = -1
+    while before != len(rig.pointers):
+        before = len(rig.pointers)
+        time.sleep(0.1)
+    rig.pointers.clear()
+    return pad
+
+
+def test_a_pad_that_speaks_rubbish_points_at_nothing(served: PanelProcess, rig: FakeRig) -> None:
+    pad = heard_pad(served, rig)
+    for rubbish in RUBBISH:
+        pad.send(rubbish)
+    pad.send("[true, 0.25, -0.5]")
+    wait_until(lambda: rig.pointers, "the one good frame")
+    assert [(p.held, p.lift, p.x, p.y) for p in rig.pointers] == [(True, 0.25, -0.5, 0.0)]
+    pad.close()
+    wait_until(lambda: len(rig.pointers) == 2, "the pad's end")
+    assert not rig.pointers[-1].held
+    assert rig.pointers[-1].source == rig.pointers[0].source
+
+
+def test_a_pad_that_floods_is_thinned_and_its_last_word_counts(served: PanelProcess, rig: FakeRig) -> None:
+    pad = heard_pad(served, rig)
+    begun = time.monotonic()
+    for i in range(3000):
+        pad.send(f"[true, {i / 3000}, 0]")
+    pad.send("[false, 1, 0]")
+    wait_until(lambda: rig.pointers and not rig.pointers[-1].held, "the last word")
+    assert len(rig.pointers) <= 3 + (time.monotonic() - begun) / 0.004
+    pad.close()
+
+
+def test_so_many_pads_and_no_more(served: PanelProcess) -> None:
+    pads = [dial(served, path="/pointer", Cookie=served.cookie) for _ in range(16)]
+    one_too_many = dial(served, path="/pointer", Cookie=served.cookie)
+    with pytest.raises(ConnectionClosed) as closed:
+        one_too_many.recv(timeout=10)
+    assert closed.value.rcvd is not None
+    assert closed.value.rcvd.code == 1013
+    for pad in pads:
+        pad.close()
 
 
 def test_it_listens_on_loopback_only(served: PanelProcess) -> None:

@@ -5,19 +5,24 @@ from pathlib import Path
 from drumstick.scene import Scene
 from haptic_server.device.protocol import Device, DeviceError
 
-KINDS = "simulated, openhaptics or replay:FILE"
+KINDS = "simulated, pointer, openhaptics or replay:FILE"
 
 
-def chosen(words: str, scene: Scene, pose_is_held: bool = False) -> Device:
+def chosen(words: str, scene: Scene, pose_is_held: bool = False, folder: Path | None = None) -> Device:
     """The device, not open yet. DeviceError when there is none of that name.
 
-    `pose_is_held`: somebody holds a real arm in its neutral pose now, so that its encoders may be reset.
+    `pose_is_held`: somebody holds a real arm in its neutral pose now, so that its encoders may be reset. `folder`: the
+    servo's run folder, where a recorded gesture lies.
     """
     kind, _, rest = words.partition(":")
     if words == "simulated":
         from haptic_server.device.simulated import Simulated
 
-        return Simulated(scene)
+        return Simulated(scene, folder)
+    if words == "pointer":
+        from haptic_server.device.pointer import Pointed
+
+        return Pointed(scene)
     if words == "openhaptics":
         from haptic_server.device.openhaptics.device import OpenHaptics
         from haptic_server.servo.rendering import render

@@ -14,7 +14,7 @@ from realtime.jit import Record, njit
 
 HOLD, STROKES, SINGLE, DOUBLE, PRESS, RECORDED = 0, 1, 2, 3, 4, 5
 GESTURES = ("hold", "strokes", "single-stroke-roll", "double-stroke-roll", "press", "recorded")
-_LIFTED_S = 0.3  # every gesture begins above the head, or nothing would be rendered
+_LIFTED_S = 0.3  # every gesture begins with a rest where it starts: lifted, or nothing would be rendered
 
 GESTURE: np.dtype[Any] = np.dtype(
     [
@@ -70,7 +70,7 @@ def hand_at(gesture: Record, path: npt.NDArray[np.float64], t: float) -> float:
     """z_hand in m, t s after the gesture began: rest_m is the lowest point, height_m what it lifts above that."""
     rest, height = gesture.rest_m, gesture.height_m
     if t < _LIFTED_S:
-        return rest + height
+        return path[0, 1] if gesture.kind == RECORDED else rest + height
     t -= _LIFTED_S
     share = t / gesture.period_s
     share -= math.floor(share)

@@ -4,14 +4,12 @@ import math
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from haptic_server.device.recording import Recording
 from realtime.jit import Record, njit
 
 # What playback remembers. Its fields tell the loop, at compile time, which device it is.
 REPLAY: np.dtype[Any] = np.dtype([("replayed_s", "f8"), ("row", "i8")], align=True)
-
-Recording = npt.NDArray[np.float64]  # shape (n, 4): t s from 0, x, y, z m
 
 
 @njit()

@@ -1,14 +1,17 @@
 """The simulated device: the paper's exact stick, or an arm that is sampled as hardware is. Control thread."""
 
+from pathlib import Path
+
 import numpy as np
 import numpy.typing as npt
 
 from drumstick.scene import Scene
+from haptic_server import files
+from haptic_server.device import gesture, paced
 from haptic_server.device.hand import GESTURE, GESTURES
 from haptic_server.device.phantom import PLANT
-from haptic_server.device.protocol import Info
+from haptic_server.device.protocol import DeviceError, Info
 from haptic_server.device.specification import EXACT_STICK, PREMIUM_1_5, Specification
-from haptic_server.records import NO_FAULT
 from haptic_server.servo import loop
 from haptic_server.servo.memory import Servo
 from realtime.stop import StopRequest
@@ -16,7 +19,8 @@ from realtime.stop import StopRequest
 _START_ABOVE_M = 0.02
 
 
-def _arm(scene: Scene, specification: Specification) -> npt.NDArray[np.void]:
+def arm_of(scene: Scene, specification: Specification) -> npt.NDArray[np.void]:
+    """The arm that the scene's stick stands for, at rest above the head, shape (1,)."""
     plant = np.zeros(1, PLANT)
     plant["z_m"] = scene.device.head_z_m + _START_ABOVE_M
     plant["m_kg"] = scene.stick.m_kg
@@ -30,46 +34,59 @@ def _arm(scene: Scene, specification: Specification) -> npt.NDArray[np.void]:
 
 
 def _gesture(scene: Scene) -> npt.NDArray[np.void]:
-    gesture = np.zeros(1, GESTURE)
-    gesture["kind"] = GESTURES.index(scene.hand.gesture)
-    gesture["rest_m"] = scene.device.head_z_m + scene.stick.z_ss_m
-    gesture["height_m"] = scene.hand.gesture_height_m
-    gesture["period_s"] = scene.hand.gesture_period_s
-    return gesture
+    found = np.zeros(1, GESTURE)
+    found["kind"] = GESTURES.index(scene.hand.gesture)
+    found["rest_m"] = scene.device.head_z_m + scene.stick.z_ss_m
+    found["height_m"] = scene.hand.gesture_height_m
+    found["period_s"] = scene.hand.gesture_period_s
+    return found
 
 
 class Simulated:
-    """The device `simulated`; `[device] plant` says which."""
+    """The device `simulated`; `[device] plant` says which. `folder`: where a recorded gesture lies."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, folder: Path | None = None) -> None:
         self._scene = scene
         self._sampled = scene.device.plant == "phantom"
+        self._folder = folder
+        self._path: npt.NDArray[np.float64] | None = None
 
     def open(self) -> None:
-        """It is always there."""
+        """It is always there; a recorded gesture is read."""
+        if self._scene.hand.gesture != "recorded":
+            return
+        if self._folder is None:
+            raise DeviceError(f"nobody said in which folder the gesture {self._scene.hand.gesture_file} lies")
+        recording = gesture.read(self._folder / files.GESTURE, self._scene)
+        self._path = np.ascontiguousarray(recording[:, (0, 3)])
+        self._path[:, 1] += self._scene.device.head_z_m
 
     def info(self) -> Info:
         """The exact stick, or the arm that it stands for."""
         if not self._sampled:
             return Info(EXACT_STICK, ("the paper's stick itself, advanced exactly",))
-        gesture = self._scene.hand.gesture
-        return Info(PREMIUM_1_5, (f"an arm as a PHANTOM Premium 1.5, in a simulated hand: {gesture}",))
+        does = self._scene.hand.gesture
+        if self._path is not None:
+            does = f"{does}, {self._scene.hand.gesture_file}, {self._path[-1, 0]:g} s, again and again"
+        return Info(PREMIUM_1_5, (f"an arm as a PHANTOM Premium 1.5, in a simulated hand: {does}",))
 
     def furnish(self, servo: Servo) -> Servo:
         """The servo with what this device moves in it."""
         if not self._sampled:
             return servo
-        plant = _arm(self._scene, self.info().specification)
-        return servo._replace(plant=plant, gesture=_gesture(self._scene))
+        plant = arm_of(self._scene, self.info().specification)
+        path = servo.path if self._path is None else self._path
+        if self._path is not None:
+            plant["z_m"] = plant["hand_m"] = self._path[0, 1]  # elsewhere the hand would throw it there
+        return servo._replace(plant=plant, gesture=_gesture(self._scene), path=path)
 
     def rehearse(self, spare: Servo) -> None:
         """Compile the loop and touch every path of it."""
         loop.rehearse(spare)
 
     def run(self, servo: Servo, stop: StopRequest) -> int:
-        """Pace the ticks until the block's STOP cell is set."""
-        loop.run_paced(servo)
-        return NO_FAULT
+        """Pace the ticks until asked to stop."""
+        return paced.run(self.info().specification, servo, stop)
 
     def close(self) -> None:
         """Nothing is held."""

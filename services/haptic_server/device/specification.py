@@ -1,6 +1,7 @@
 """What a device can do: the numbers that its guard may tighten and never raise. Any thread."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 
@@ -9,6 +10,7 @@ class Specification:
     """Numbers of one model of device. inf: no limit of its own.
 
     workspace_m: extent along the paper's x, y, z. stiffness_N_per_m and damping_N_s_per_m: the most that it can render.
+    rates_Hz: rising; a driver may refuse one of them all the same.
     """
 
     name: str
@@ -18,10 +20,18 @@ class Specification:
     continuous_force_N: float  # noqa: N815
     stiffness_N_per_m: float  # noqa: N815
     damping_N_s_per_m: float  # noqa: N815
-    rates_Hz: tuple[int, ...]  # noqa: N815
+    rates_Hz: Sequence[int]  # noqa: N815
+
+    @property
+    def rate_words(self) -> str:
+        """The rates for a reader: `500 .. 4000`, or one by one."""
+        rates = self.rates_Hz
+        if isinstance(rates, range) and rates.step == 1:
+            return f"{rates.start} .. {rates.stop - 1}"
+        return ", ".join(str(rate) for rate in rates)
 
 
-_ANY_RATE = (500, 1000, 2000, 4000)
+_ANY_RATE = range(500, 4001)  # our own loop paces them
 # The paper's stick itself has no motors; its scene's envelope bounds it.
 EXACT_STICK = Specification(
     "exact stick", (1.0, 1.0, 1.0), 0.0, math.inf, math.inf, math.inf, math.inf, _ANY_RATE

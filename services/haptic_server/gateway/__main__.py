@@ -13,6 +13,7 @@ from drumstick.scene import as_tables, parse
 from haptic_server import files, limits
 from haptic_server.gateway.link import rehearse, wait_for_servo
 from haptic_server.gateway.osc.front import OscFront
+from haptic_server.gateway.pointing import Pointing
 from haptic_server.gateway.relay import Relay
 from haptic_server.gateway.settings import ParameterDesk
 from haptic_server.gateway.wire import Wire
@@ -87,9 +88,10 @@ def main() -> int:
                 "osc": dict(osc.counters),
             }
 
-        wire = Wire(session, Keys(given.rig), desk, lambda: link.boot, json.dumps(as_tables(scene)), health)
+        keys = Keys(given.rig)
+        wire = Wire(session, keys, desk, lambda: link.boot, json.dumps(as_tables(scene)), health)
         try:
-            Relay(given.rig, link, desk, wire, osc).run(stop)
+            Relay(given.rig, link, desk, wire, osc, Pointing(session, keys, link)).run(stop)
         finally:
             wire.close()
             session.close()

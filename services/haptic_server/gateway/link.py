@@ -1,7 +1,7 @@
 """The gateway's hold on the servo's block: takes events, readbacks and status; finds a restarted servo again.
 
-All of `take_*`, `status` and `refresh` belong to the relay thread; `offer` and `raise_panic` may be called by one
-other thread at a time (the desk's lock sees to that).
+All of `take_*`, `status`, `point` and `refresh` belong to the relay thread; `offer` and `raise_panic` may be called by
+one other thread at a time (the desk's lock sees to that).
 """
 
 import logging
@@ -15,7 +15,7 @@ import numpy.typing as npt
 from drumstick import envelope
 from drumstick.law import Records
 from haptic_server import block as blocks
-from haptic_server.records import EVENT, STATUS, set_type
+from haptic_server.records import EVENT, POINTER, STATUS, set_type
 from realtime import ring, triple
 from realtime.atomics import add_to, peek
 from realtime.stop import StopRequest
@@ -36,6 +36,7 @@ class ServoLink:
         self._status = np.zeros(1, STATUS)
         self._live = np.zeros(1, self._set_type)
         self._offer = np.zeros(1, self._set_type)
+        self._pointer = np.zeros(1, POINTER)
         self._attach()
 
     def _attach(self) -> None:
@@ -111,6 +112,18 @@ class ServoLink:
         self._offer["law"] = law
         triple.publish(self.block.wanted_cells, self.block.wanted, self._offer[0])
 
+    @property
+    def is_pointed(self) -> bool:
+        """Whether this servo's hand follows a pointer."""
+        return self.block.is_pointed
+
+    def point(self, held: bool, lift: float, x: float, y: float) -> None:
+        """Tell the servo where the pointer is now. Relay thread."""
+        self._pointer["t_ns"] = time.monotonic_ns()
+        self._pointer["held"] = held
+        self._pointer["lift"], self._pointer["x"], self._pointer["y"] = lift, x, y
+        triple.publish(self.block.pointer_cells, self.block.pointer, self._pointer[0])
+
     def raise_panic(self) -> None:
         """Zero force from the next tick on."""
         add_to(self.block.control, blocks.PANIC, 1)
@@ -124,6 +137,7 @@ def rehearse(law: Records) -> None:
     blocks.claim(block)
     ring.drain(block.ring_cells, block.events, np.zeros(1, EVENT))
     triple.publish(block.wanted_cells, block.wanted, offered[0])
+    triple.publish(block.pointer_cells, block.pointer, np.zeros(1, POINTER)[0])
     triple.read_into(block.live_cells, block.live, offered)
     triple.read_into(block.status_cells, block.status, np.zeros(1, STATUS))
     add_to(block.control, blocks.PANIC, 1)

@@ -10,6 +10,7 @@ import time
 from typing import TYPE_CHECKING, Any
 
 from haptic_server.gateway.link import ServoLink
+from haptic_server.gateway.pointing import Pointing
 from haptic_server.gateway.settings import Echo, ParameterDesk
 from haptic_server.gateway.wire import Wire
 from haptic_server.records import FAULT, FAULT_WORDS, PANIC, STATUS_WORDS, STRIKE
@@ -28,12 +29,21 @@ _ALIVE_PERIOD_NS = 1_000_000_000
 class Relay:
     """Joins one servo's block to one Zenoh wire and one OSC front."""
 
-    def __init__(self, rig: str, link: ServoLink, desk: ParameterDesk, wire: Wire, osc: OscFront) -> None:
+    def __init__(
+        self,
+        rig: str,
+        link: ServoLink,
+        desk: ParameterDesk,
+        wire: Wire,
+        osc: OscFront,
+        pointing: Pointing | None = None,
+    ) -> None:
         self._rig = rig
         self._link = link
         self._desk = desk
         self._wire = wire
         self._osc = osc
+        self._pointing = pointing
         self._started_ns = 0
         self._next_state_ns = 0
         self._next_alive_ns = 0
@@ -54,6 +64,8 @@ class Relay:
         latched = self._link.take_live()
         if latched is not None:
             self._echo(self._desk.latched(*latched), pending=False)
+        if self._pointing is not None:
+            self._pointing.step(now_ns)
         if now_ns >= self._next_state_ns:
             self._next_state_ns = now_ns + _STATE_PERIOD_NS
             self._tell_state(now_ns)

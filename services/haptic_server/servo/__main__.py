@@ -45,14 +45,16 @@ def _save_trace(servo: memory.Servo, path: Path) -> None:
         _log.error("%s cannot be written: %s", path, error.strerror)
 
 
-def _watch(servo: memory.Servo, path: Path, loop_thread: threading.Thread, stop: StopRequest) -> None:
-    # Until asked to stop or the loop has ended: when a fault is latched, its last thousand ticks go to a file.
+def _watch(servo: memory.Servo, path: Path, loop_thread: threading.Thread, stop: StopRequest) -> bool:
+    # Until asked to stop or the loop has ended: when a fault is latched, its last thousand ticks go to a file. Returns
+    # whether the present fault is on file.
     written = False
     while not stop.wait(_LOOK_EVERY_S) and loop_thread.is_alive():
         ended = bool(servo.player[0]["trace_ended"])
         if ended and not written:
             _save_trace(servo, path)
         written = ended
+    return written
 
 
 def _memory(scene: Scene, run_dir: Path, specification: Specification) -> memory.Servo:
@@ -81,22 +83,25 @@ def _play(device: Device, scene: Scene, run_dir: Path, stop: StopRequest) -> int
     servo = device.furnish(_memory(scene, run_dir, info.specification))
     granted: dict[str, str] = {}
     ended: list[int] = []
+    refused: list[DeviceError] = []
 
     def run() -> None:
         granted.update(priority.claim(scene.servo.cpu))
         _tell_granted(run_dir / files.GRANTED, granted)
         try:
             ended.append(device.run(servo, stop))
-        except DeviceError as error:
-            _log.error("%s", error)
+        except DeviceError as error:  # raised again by the main thread: it ends the process
+            refused.append(error)
 
     thread = threading.Thread(target=run, name="servo")
     thread.start()
     _log.info("scene %s, %d Hz, %s", scene.name, scene.servo.rate_Hz, info.specification.name)
-    _watch(servo, run_dir / files.TRACE, thread, stop)
+    written = _watch(servo, run_dir / files.TRACE, thread, stop)
     poke(servo.block.control, block.STOP, 1)
     thread.join()
-    if servo.player[0]["trace_ended"]:
+    if refused:
+        raise refused[0]
+    if servo.player[0]["trace_ended"] and not written:
         _save_trace(servo, run_dir / files.TRACE)
     return 0 if ended == [NO_FAULT] else 1
 
@@ -120,7 +125,7 @@ def main() -> int:
     scene = parse(text.read_text(encoding="utf-8"), str(text))
     device: Device | None = None
     try:
-        device = chosen(given.device, scene, given.pose_is_held)
+        device = chosen(given.device, scene, given.pose_is_held, given.run_dir)
         return _play(device, scene, given.run_dir, stop)
     except Refusal as refusal:
         _log.error("%s: the scene itself is outside the envelope: %s", text, refusal)

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from haptic_server.block import LATENESS_BIN_NS, LATENESS_BINS, STOP
 from haptic_server.servo.memory import Servo
+from haptic_server.servo.pointed import pointed_arm_tick, pointed_stick_tick
 from haptic_server.servo.sampled import replayed_tick, sampled_tick
 from haptic_server.servo.telling import tell
 from haptic_server.servo.tick import tick
@@ -46,10 +47,15 @@ def _tick_of_plant(
     servo: ArgumentType, now_ns: ArgumentType, span_s: ArgumentType
 ) -> Callable[[Servo, int, float], None]:
     # Decided at compile time: the exact stick gets none of a sampled arm's code, nor the other way round.
+    is_pointed = array_has(servo, "gesture", "wish")
     if is_none(servo, "plant"):
+        if is_pointed:
+            return lambda servo, now_ns, span_s: pointed_stick_tick(servo, now_ns, span_s)
         return lambda servo, now_ns, span_s: tick(servo, now_ns, span_s)
     if array_has(servo, "plant", "replayed_s"):
         return lambda servo, now_ns, span_s: replayed_tick(servo, now_ns, span_s)
+    if is_pointed:
+        return lambda servo, now_ns, span_s: pointed_arm_tick(servo, now_ns, span_s)
     return lambda servo, now_ns, span_s: sampled_tick(servo, now_ns, span_s)
 
 
@@ -57,7 +63,8 @@ def _tick_of_plant(
 def traced_tick(servo: Servo, now_ns: int, span_s: float) -> None:
     """One tick of whatever the servo drives, and its line in the trace."""
     _tick(servo, now_ns, span_s)
-    note(servo.trace, servo.motion[0], servo.player[0], now_ns, span_s)
+    head_z_m = servo.plan[0].head_z_m
+    note(servo.trace, servo.motion[0], servo.player[0], servo.reading[0], head_z_m, now_ns, span_s)
 
 
 @njit()
@@ -123,12 +130,14 @@ def _run(servo: Servo, log: Log, first_ns: int, most_ticks: int) -> int:
         ticks += 1
         span = (missed + 1) * period
         deadline += span
+    servo.player[0].force_N = 0.0
+    tell(servo, last)
     return status.tick
 
 
 @njit()
 def run_paced(servo: Servo) -> int:
-    """Tick in real time until the block's STOP cell is set. Returns the number of ticks.
+    """Tick in real time until the block's STOP cell is set; tells that no force acts after that. Returns the ticks.
 
     The exact stick moves from deadline to deadline, so its roll is as even as the clock; a sampled arm is where it is
     when the tick really comes.

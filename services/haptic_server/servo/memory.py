@@ -21,10 +21,10 @@ from haptic_server.servo.velocity import TRACK
 class Servo(NamedTuple):
     """All the memory a servo thread touches: arrays of one record each. numba takes the whole tuple as one argument.
 
-    plant: None for the exact stick and for real devices, else the record of a simulated arm or of a recording; its type
-    chooses the code, so that a servo has only its own device's. path: shape (n, 2), times s and heights m of a recorded
-    gesture, or (n, 4), a recording. offer: the set that is looked at, a copy of our own; offer_words and offer_numbers
-    are its law in the same memory.
+    plant: None for the exact stick and for real devices, else the record of a simulated arm or of a recording; gesture:
+    the hand's, of its own or after a pointer. Their types choose the code, so that a servo has only its own device's.
+    path: shape (n, 2), times s and heights m of a recorded gesture, or (n, 4), a recording. offer: the set that is
+    looked at, a copy of our own; offer_words and offer_numbers are its law in the same memory.
     """
 
     block: Block

@@ -5,7 +5,7 @@ Tick thread: no allocation, no locks, no Python, no exceptions. The same text ru
 
 from drumstick import composition, exact, transitions
 from haptic_server.block import ARM, HEARTBEAT, HELD, PANIC, PANICS_SEEN
-from haptic_server.records import OUT_OF_BOUNDS
+from haptic_server.records import NO_FAULT, OUT_OF_BOUNDS
 from haptic_server.servo.latch import latch
 from haptic_server.servo.memory import Servo
 from haptic_server.servo.orbit import walk
@@ -29,7 +29,8 @@ def _lift_away(servo: Servo, now_ns: int) -> None:
 
 
 @njit()
-def _advance(servo: Servo, now_ns: int, span_s: float) -> None:
+def advance(servo: Servo, now_ns: int, span_s: float) -> None:
+    """Move the stick by `span_s` up to `now_ns`, noting what it meets."""
     moved = 0.0
     for _ in range(_EVENTS_IN_A_TICK):
         what, duration = exact.advance(servo.law[0], servo.motion[0], span_s - moved)
@@ -95,12 +96,32 @@ def _orders(servo: Servo, now_ns: int) -> None:
 
 
 @njit()
+def begin(servo: Servo, now_ns: int, span_s: float) -> float:
+    """Obey panic and arm; returns the span that this tick advances by, s."""
+    _orders(servo, now_ns)
+    return min(span_s, _LONGEST_SPAN_TICKS * servo.plan[0].period_ns * 1e-9)
+
+
+@njit()
+def conclude(servo: Servo, now_ns: int) -> None:
+    """Fault what cannot be, note the force, and show the gateway that the servo lives."""
+    control, motion, player = servo.block.control, servo.motion[0], servo.player[0]
+    if player.fault == NO_FAULT and not (abs(motion.z) < 1e3 and abs(motion.v) < 1e3):
+        player.fault = OUT_OF_BOUNDS
+        motion.z = 0.0
+        _lift_away(servo, now_ns)
+    player.force_N = transitions.force_now(servo.law[0], motion) if motion.fate != exact.LEFT else 0.0
+    store_release(control, HELD, 1 if player.panicked != 0 or player.fault != 0 else 0)
+    store_release(control, PANICS_SEEN, player.panics_seen)
+    store_release(control, HEARTBEAT, now_ns)
+
+
+@njit()
 def tick(servo: Servo, now_ns: int, span_s: float) -> None:
     """Advance to `now_ns` over the `span_s` seconds before it."""
-    control, motion, player, plan = servo.block.control, servo.motion[0], servo.player[0], servo.plan[0]
-    _orders(servo, now_ns)
-    span_s = min(span_s, _LONGEST_SPAN_TICKS * plan.period_ns * 1e-9)
-    walk(player, plan, span_s)
+    motion, player = servo.motion[0], servo.player[0]
+    span_s = begin(servo, now_ns, span_s)
+    walk(player, servo.plan[0], span_s)
     if player.panicked != 0 or player.fault != 0:
         latch(servo)
     else:
@@ -109,13 +130,6 @@ def tick(servo: Servo, now_ns: int, span_s: float) -> None:
         elif motion.z > 0.0:
             latch(servo)
         if motion.fate != exact.LEFT:
-            _advance(servo, now_ns, span_s)
+            advance(servo, now_ns, span_s)
             _watch_still(servo, span_s)
-        if not (abs(motion.z) < 1e3 and abs(motion.v) < 1e3):
-            player.fault = OUT_OF_BOUNDS
-            motion.z = 0.0
-            _lift_away(servo, now_ns)
-    player.force_N = transitions.force_now(servo.law[0], motion) if motion.fate != exact.LEFT else 0.0
-    store_release(control, HELD, 1 if player.panicked != 0 or player.fault != 0 else 0)
-    store_release(control, PANICS_SEEN, player.panics_seen)
-    store_release(control, HEARTBEAT, now_ns)
+    conclude(servo, now_ns)

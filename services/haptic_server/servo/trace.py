@@ -13,6 +13,8 @@ from haptic_server.records import NO_FAULT
 from realtime.jit import Record, Records, njit
 
 TICKS = 1000
+# z_m and v_m_per_s are those that the law used last, so a reading that was refused shows only as told_z_m: what the
+# device told, from the head. The exact stick is told nothing.
 TRACE: np.dtype[Any] = np.dtype(
     [
         ("t_ns", "i8"),
@@ -22,13 +24,23 @@ TRACE: np.dtype[Any] = np.dtype(
         ("force_N", "f8"),
         ("place", "i8"),
         ("fault", "i8"),
+        ("told_z_m", "f8"),
+        ("fresh", "i8"),
     ],
     align=True,
 )
 
 
 @njit()
-def note(trace: Records, motion: Record, player: Record, now_ns: int, span_s: float) -> None:
+def note(
+    trace: Records,
+    motion: Record,
+    player: Record,
+    reading: Record,
+    head_z_m: float,
+    now_ns: int,
+    span_s: float,
+) -> None:
     """Keep this tick; `player.traced` counts the ticks that were kept."""
     if player.fault != NO_FAULT and player.trace_ended != 0:
         return
@@ -40,6 +52,8 @@ def note(trace: Records, motion: Record, player: Record, now_ns: int, span_s: fl
     row.force_N = player.force_N
     row.place = motion.place
     row.fault = player.fault
+    row.told_z_m = reading.z_m - head_z_m
+    row.fresh = reading.fresh
     player.traced += 1
     player.trace_ended = 1 if player.fault != NO_FAULT else 0
 

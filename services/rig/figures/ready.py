@@ -18,10 +18,15 @@ def _requirement() -> str:
     return "matplotlib"
 
 
+def missing_matplotlib() -> str:
+    """The one line to type where matplotlib is missing; empty where it is there."""
+    return "" if find_spec("matplotlib") else f"{sys.executable} -m pip install '{_requirement()}'"
+
+
 def require_matplotlib() -> None:
-    """Say the one line to type where matplotlib is missing."""
-    if find_spec("matplotlib") is None:
-        lacking(f"figures need matplotlib; type: {sys.executable} -m pip install '{_requirement()}'")
+    """Stop with the one line to type where matplotlib is missing."""
+    if line := missing_matplotlib():
+        lacking(f"figures need matplotlib; type: {line}")
 
 
 def require_folder(out: Path) -> None:

@@ -176,8 +176,10 @@ def test_a_throw_that_ends_otherwise() -> None:
 
 def test_the_throw_decides_which_stable_cycle_is_primary() -> None:
     """Where nothing and a roll are both stable, a slow throw ends in the head, and the roll is still found."""
-    scene = Scene("brink", stick=A, effects={"pulse": Pulse(0.2, 0.002, "exit", 1)}, hand=Hand(0.02))
-    slow = analyse(dataclasses.replace(scene, hand=Hand("hold", 0.04, 0.5, 0.02)))
+    scene = Scene(
+        "brink", stick=A, effects={"pulse": Pulse(0.2, 0.002, "exit", 1)}, hand=Hand(throw_m_per_s=0.4)
+    )
+    slow = analyse(dataclasses.replace(scene, hand=Hand(throw_m_per_s=0.02)))
     assert slow.throw_ends == "captured"
     assert _primary(slow).v_e_m_per_s == pytest.approx(float(BY_CASE["A_stick_X"]["v_E"]), rel=1e-9)
 

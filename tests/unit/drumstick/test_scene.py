@@ -48,6 +48,26 @@ REFUSED = {
         4,
         ["stick.release", "'never'", "'paper'", "'unilateral'"],
     ),
+    "a gesture without its file": (
+        '[hand]\ngesture = "recorded"\n[device]\nplant = "phantom"\n',
+        1,
+        ["hand.gesture_file", "missing", "t_s and z_m"],
+    ),
+    "a file without its gesture": (
+        '[hand]\ngesture = "strokes"\ngesture_file = "mine.csv"\n',
+        3,
+        ["hand.gesture_file", 'only by gesture = "recorded"'],
+    ),
+    "a recorded gesture for the exact stick": (
+        '[hand]\ngesture = "recorded"\ngesture_file = "mine.csv"\n',
+        2,
+        ["hand.gesture", 'plant = "phantom"'],
+    ),
+    "a gesture file of two lines": (
+        '[hand]\ngesture_file = "mine\\n.csv"\n',
+        2,
+        ["hand.gesture_file", "one line of text"],
+    ),
     "unknown table": (HEAD + "\n[sticks]\nm_kg = 0.1\n", 5, ["sticks", "unknown key", "stick", "guard"]),
     "unknown effect": ("[effects.puls]\ntau_s = 1.0\n", 1, ["effects.puls", "unknown effect", "pulse"]),
     "in an effect": ("[effects.pulse]\n\ntau_s = 0.0\n", 3, ["effects.pulse.tau_s", "0.0 s", "1e-06 .. 1 s"]),
@@ -150,6 +170,8 @@ def _values(table: type) -> st.SearchStrategy[dict[str, Any]]:
         elif quantity.kind is tuple:
             row = st.tuples(*[number] * quantity.length)
             fields[key] = st.lists(row, min_size=1, max_size=16).map(tuple)
+        elif quantity.kind is str:
+            fields[key] = st.text(max_size=int(quantity.high)).filter(str.isprintable)
         else:
             fields[key] = number
     return st.fixed_dictionaries({}, optional=fields)
@@ -160,12 +182,23 @@ TABLES = {
 }
 
 
+def _in_agreement(tables: dict[str, Any]) -> dict[str, Any]:
+    # What no single key declares: a recorded gesture has a file, and moves a sampled arm.
+    hand = tables["hand"]
+    if hand.gesture == "recorded":
+        tables["device"] = dataclasses.replace(tables["device"], plant="phantom")
+        tables["hand"] = dataclasses.replace(hand, gesture_file=hand.gesture_file or "mine.csv")
+    else:
+        tables["hand"] = dataclasses.replace(hand, gesture_file="")
+    return tables
+
+
 @given(st.data())
 def test_whatever_the_declarations_allow_comes_back(data: st.DataObject) -> None:
     tables = {name: kind(**data.draw(_values(kind))) for name, kind in TABLES.items()}  # type: ignore[operator]
     named = data.draw(st.sets(st.sampled_from(list(EFFECTS))))
     effects = {name: EFFECTS[name](**data.draw(_values(EFFECTS[name]))) for name in EFFECTS if name in named}
-    scene = Scene("x", effects=effects, **tables)
+    scene = Scene("x", effects=effects, **_in_agreement(tables))
     assert from_tables(json.loads(json.dumps(as_tables(scene)))) == scene
 
 

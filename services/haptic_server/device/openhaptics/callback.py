@@ -34,7 +34,8 @@ def conclude(servo: Servo, force_N: float, now_ns: int, span_s: float) -> None:
         status.overruns += max((late_ns + period_ns // 2) // period_ns, 0)
         block.lateness[min(late_ns // LATENESS_BIN_NS, LATENESS_BINS - 1)] += 1
     servo.player[0].force_N = force_N
-    note(servo.trace, servo.motion[0], servo.player[0], now_ns, span_s)
+    head_z_m = servo.plan[0].head_z_m
+    note(servo.trace, servo.motion[0], servo.player[0], servo.reading[0], head_z_m, now_ns, span_s)
     tell(servo, now_ns)
 
 

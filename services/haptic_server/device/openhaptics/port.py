@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from haptic_server.device.openhaptics.freshness import FRESHNESS
 from haptic_server.device.openhaptics.hd import Hd
 
 # Indices into `calls`: the addresses of the functions that a tick calls.
@@ -54,6 +55,7 @@ class Port(NamedTuple):
     calls: npt.NDArray[np.int64]
     cells: npt.NDArray[np.int64]
     state: npt.NDArray[np.void]
+    freshness: npt.NDArray[np.void]
     position_mm: npt.NDArray[np.float64]
     centre_mm: npt.NDArray[np.float64]
     force_N: npt.NDArray[np.float64]  # noqa: N815
@@ -71,6 +73,7 @@ def blank(period_ns: int) -> Port:
         calls=np.zeros(len(_CALLED), np.int64),
         cells=np.zeros(_CELLS, np.int64),
         state=state,
+        freshness=np.zeros(1, FRESHNESS),
         position_mm=np.zeros(3),
         centre_mm=np.zeros(3),
         force_N=np.zeros(3),

@@ -9,6 +9,7 @@ from haptic_server.block import HELD, STOP, Cells
 from haptic_server.device.openhaptics import names
 from haptic_server.device.openhaptics.faults import fault_of, is_hard, worse
 from haptic_server.device.openhaptics.frame import to_device, to_paper
+from haptic_server.device.openhaptics.freshness import is_new
 from haptic_server.device.openhaptics.port import (
     BEGIN_FRAME,
     END_FRAME,
@@ -84,9 +85,9 @@ def _safety(port: Port) -> int:
 
 
 @njit()
-def _read(port: Port, reading: Record) -> int:
-    # Fill the reading; returns what is wrong. A getter that fails writes nothing: an old position must not pass for
-    # standing still, nor an old button for one that is held.
+def _read(port: Port, reading: Record, span_s: float) -> int:
+    # Fill the reading, `span_s` after the last one; returns what is wrong. A getter that fails writes nothing: an old
+    # position must not pass for standing still, nor an old button for one that is held.
     position = port.position_mm
     position[:] = math.nan
     call_u32_pointer(port.calls[GET_DOUBLE], names.CURRENT_POSITION, position.ctypes.data)
@@ -101,15 +102,20 @@ def _read(port: Port, reading: Record) -> int:
         reading.fresh = 0
         return NOT_A_NUMBER
     to_paper(position, port.centre_mm, reading)
-    reading.fresh = 1
+    reading.fresh = 1 if is_new(port.freshness[0], position, port.state[0].force_N, span_s) else 0
     return fault
 
 
 @njit()
 def begin(port: Port, reading: Record) -> float:
     """Open the tick's frame and fill the reading, its `trouble` included; returns the seconds since the last tick."""
+    return begin_at(port, reading, now_ns(port.timespec))
+
+
+@njit()
+def begin_at(port: Port, reading: Record, now: int) -> float:
+    """As `begin`, at a time that is given, ns: a test's own clock."""
     state = port.state[0]
-    now = now_ns(port.timespec)
     span_ns = state.period_ns if state.last_ns == 0 else now - state.last_ns
     state.last_ns = now
     state.now_ns = now
@@ -118,7 +124,7 @@ def begin(port: Port, reading: Record) -> float:
     store_release(port.cells, TICKS, port.cells[TICKS] + 1)
     store_release(port.cells, SPAN_WORST_NS, max(port.cells[SPAN_WORST_NS], span_ns))
     call_u32(port.calls[BEGIN_FRAME], state.device)
-    seen = _read(port, reading)
+    seen = _read(port, reading, span_ns * 1e-9)
     told = _drain(port, state.pending)
     reading.t_ns = now
     reading.trouble = worse(told, seen)

@@ -35,7 +35,7 @@ static int violations;
 /* the machine, as the test sets it up */
 static char configured[64];             /* the device's name; empty: the default one */
 static int licence = 1, bus, style = 2, calibration = 0x5000, has_switch, stuck_capability;
-static volatile int unplugged, is_nan, is_mute, goes_silent, switch_closed, buttons, flood;
+static volatile int unplugged, is_nan, is_mute, is_frozen, goes_silent, switch_closed, buttons, flood;
 static volatile unsigned raised, raised_where;
 static volatile double temperature, stall_s;
 static double x_mm, z_mm, nominal_stiffness = 3.5;
@@ -181,8 +181,8 @@ void hdBeginFrame(HHD device) {
     if (++frames > 1) { violate("a second frame in a tick"); push(0x0402, 0); }
     frame_open = 1;
     wanted[0] = wanted[1] = wanted[2] = 0.0;
-    read_mm[0] = x_mm; read_mm[1] = is_nan ? NAN : y_mm; read_mm[2] = z_mm;
-    if (is_nan || is_mute || (has_switch && !switch_closed)) went_bad();
+    if (!is_frozen) { read_mm[0] = x_mm; read_mm[1] = is_nan ? NAN : y_mm; read_mm[2] = z_mm; }
+    if (is_nan || is_mute || is_frozen || (has_switch && !switch_closed)) went_bad();
     if (unplugged) { went_bad(); push(0x0302, 5); }
     if (temperature >= 1.0) { went_bad(); push(0x0200, 0); }
     if (raised && raised_where == AT_BEGIN) { went_bad(); push(raised, 42); raised = 0; }
@@ -334,6 +334,15 @@ static void *serve(void *unused) {
     return NULL;
 }
 
+void sim_tick(double span_s) { /* in the place of the servo thread: one tick, on the caller's thread and clock */
+    if (running) { violate("stepped while the scheduler runs"); return; }
+    is_servo = 1;
+    due++;
+    move_arm(span_s);
+    one_tick();
+    is_servo = 0;
+}
+
 HDulong hdScheduleAsynchronous(Callback call, void *argument, HDushort priority) {
     note("schedule(%u)", priority);
     usable("hdScheduleAsynchronous");
@@ -385,6 +394,7 @@ void sim_hand(double y) { held_y_mm = y; }
 void sim_unplug(int out) { unplugged = out; }
 void sim_nan(int on) { is_nan = on; }
 void sim_mute(int on) { is_mute = on; } /* getters write nothing and report nothing */
+void sim_freeze(int on) { is_frozen = on; } /* the arm moves on; what is told stays as it was */
 void sim_silence(int on) { goes_silent = on; }
 void sim_stall(double seconds) { stall_s = seconds; }
 void sim_warm(double share) { temperature = share; }

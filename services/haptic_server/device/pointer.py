@@ -1,0 +1,68 @@
+"""The device `pointer`: the simulated stick in a hand that goes where a mouse or a finger points. Control thread.
+
+For people without an arm. What points is the technician's page or any program on the wire; it reaches the servo through
+the gateway and the block. It can move this hand and nothing else: a panic or a fault that holds the servo stays.
+"""
+
+import numpy as np
+
+from drumstick.scene import Scene
+from haptic_server.device import paced, simulated
+from haptic_server.device.pointed_hand import HAND, LIFTED_M
+from haptic_server.device.protocol import Info
+from haptic_server.device.specification import EXACT_STICK, PREMIUM_1_5
+from haptic_server.servo import loop
+from haptic_server.servo.memory import Servo
+from realtime.stop import StopRequest
+
+_FASTEST_M_PER_S = 2.0  # a fast stroke of a hand
+# A mass on a spring whose end moves at V, from rest, goes up to 2 V: half the guard's limit leaves it below.
+_SHARE_OF_LIMIT = 0.5
+
+
+class Pointed:
+    """The device `pointer`; `[device] plant` says what the hand holds."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self._sampled = scene.device.plant == "phantom"
+
+    def open(self) -> None:
+        """It is always there."""
+
+    def info(self) -> Info:
+        """What the hand holds, and what it waits for."""
+        words = "in a hand that follows the pointer of the technician's page"
+        if self._sampled:
+            return Info(PREMIUM_1_5, (f"an arm as a PHANTOM Premium 1.5, {words}",))
+        return Info(EXACT_STICK, (f"the paper's stick itself, {words}",))
+
+    def _hand(self) -> np.ndarray:
+        scene, hand = self._scene, np.zeros(1, HAND)
+        hand["wish"] = hand["lift"] = 1.0
+        hand["height_m"] = scene.hand.gesture_height_m
+        hand["fastest_m_per_s"] = min(_FASTEST_M_PER_S, _SHARE_OF_LIMIT * scene.guard.max_speed_m_per_s)
+        return hand
+
+    def furnish(self, servo: Servo) -> Servo:
+        """The servo with its hand, lifted, and the stick at rest there."""
+        servo.block.follow_pointer()
+        lifted_m = max(self._scene.stick.z_ss_m + self._scene.hand.gesture_height_m, LIFTED_M)
+        if not self._sampled:
+            motion = servo.motion.copy()
+            motion["z"], motion["v"] = lifted_m, 0.0
+            return servo._replace(gesture=self._hand(), motion=motion)
+        plant = simulated.arm_of(self._scene, PREMIUM_1_5)
+        plant["z_m"] = self._scene.device.head_z_m + lifted_m
+        return servo._replace(plant=plant, gesture=self._hand())
+
+    def rehearse(self, spare: Servo) -> None:
+        """Compile the loop and touch every path of it."""
+        loop.rehearse(spare)
+
+    def run(self, servo: Servo, stop: StopRequest) -> int:
+        """Pace the ticks until asked to stop."""
+        return paced.run(self.info().specification, servo, stop)
+
+    def close(self) -> None:
+        """Nothing is held."""

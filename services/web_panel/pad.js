@@ -1,0 +1,83 @@
+// The pad: where the pointer wants the stick, sent to the panel while it is held. Runs once, for one element.
+((pad) => {
+  if (pad.isReady) return;
+  pad.isReady = true;
+  const PERIOD_MS = 16, KEY_STEP = 0.1, MOST_WAITING = 4096;
+  const dot = pad.querySelector("b");
+  let socket = null, timer = 0, held = false, lift = 1, x = 0;
+
+  const within = (value, low, high) => Math.min(Math.max(value, low), high);
+  const connect = () => {
+    if (socket && socket.readyState <= WebSocket.OPEN) return;
+    socket = new WebSocket(`ws://${location.host}/pointer`);
+  };
+  const send = () => {
+    if (socket && socket.readyState === WebSocket.OPEN && socket.bufferedAmount < MOST_WAITING)
+      socket.send(JSON.stringify([held, lift, x]));
+  };
+  const show = () => {
+    dot.style.left = `${50 + 50 * x}%`;
+    dot.style.top = `${100 - 100 * lift}%`;
+    pad.toggleAttribute("data-held", held);
+  };
+  const release = () => {
+    if (!held) return;
+    held = false;
+    lift = 1;
+    clearInterval(timer);
+    send();
+    show();
+  };
+  // A pointer that rests sends no events: so the present place is sent again and again for as long as it is held.
+  const repeat = () => {
+    if (!pad.isConnected) return release();
+    connect();
+    send();
+  };
+  const hold = () => {
+    if (!held) timer = setInterval(repeat, PERIOD_MS);
+    held = true;
+    repeat();
+    show();
+  };
+  const place = (event) => {
+    const box = pad.getBoundingClientRect();
+    x = within((2 * (event.clientX - box.left)) / box.width - 1, -1, 1);
+    lift = within(1 - (event.clientY - box.top) / box.height, 0, 1);
+  };
+
+  pad.addEventListener("pointerdown", (event) => {
+    if (event.button !== 0 || !event.isPrimary) return;
+    pad.setPointerCapture(event.pointerId);
+    pad.focus({ preventScroll: true });
+    event.preventDefault();
+    place(event);
+    hold();
+  });
+  pad.addEventListener("pointermove", (event) => {
+    if (!held || !pad.hasPointerCapture(event.pointerId)) return;
+    place(event);
+    show();
+  });
+  for (const kind of ["pointerup", "pointercancel", "lostpointercapture", "blur"])
+    pad.addEventListener(kind, release);
+  pad.addEventListener("keydown", (event) => {
+    const step = { ArrowLeft: -KEY_STEP, ArrowRight: KEY_STEP }[event.key];
+    if (step !== undefined) {
+      x = within(x + step, -1, 1);
+      show();
+    } else if (event.key === " " || event.key === "Enter") {
+      lift = 0;
+      hold();
+    } else return;
+    event.preventDefault();
+    event.stopPropagation();
+  });
+  pad.addEventListener("keyup", (event) => {
+    if (event.key === " " || event.key === "Enter") release();
+  });
+  document.addEventListener("visibilitychange", release);
+  window.addEventListener("pagehide", release);
+  connect();
+  show();
+})(this)

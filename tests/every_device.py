@@ -1,0 +1,108 @@
+"""Every device that ships, ready for the conformance suite: one more device is one more `Case` here."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+import sampled_arm
+from drumstick.law import law_of
+from drumstick.scene import Scene, parse, shipped_text
+from haptic_server import block as blocks
+from haptic_server.device.openhaptics.device import OpenHaptics
+from haptic_server.device.pointer import Pointed
+from haptic_server.device.protocol import Device
+from haptic_server.device.replay import Replay
+from haptic_server.device.simulated import Simulated
+from haptic_server.records import POINTER
+from haptic_server.servo import memory
+from haptic_server.servo.memory import Servo
+from haptic_server.servo.rendering import render
+from hd_stand_in import CENTRE_MM, StandIn
+from realtime import triple
+
+
+def _nothing(servo: Servo) -> None:
+    pass
+
+
+@dataclass
+class Case:
+    """A device of which nothing is open yet, and a scene that it can play.
+
+    press: put the stick into the head, where the device does not do so by itself. motors: every force along z that
+    the device's motors were really given, where something outside the device knows it. judge: what an outsider has to
+    say in the end.
+    """
+
+    device: Device
+    scene: Scene
+    wrong_rate_hz: int
+    is_sampled: bool = True
+    press: Callable[[Servo], None] = _nothing
+    motors: Callable[[], npt.NDArray[np.float64]] | None = None
+    judge: Callable[[], None] = field(default=lambda: None)
+
+    def servo(self, rate_Hz: int | None = None) -> Servo:
+        """Its servo in a block of its own, furnished; the device must be open. `rate_Hz`: another than the scene's."""
+        made = memory.prepare(
+            self.scene, blocks.in_memory(law_of(self.scene)), specification=self.device.info().specification
+        )
+        if rate_Hz is not None:
+            made.plan["period_ns"] = round(1e9 / rate_Hz)
+        return self.device.furnish(made)
+
+
+def stick(folder: Path) -> Case:
+    """The exact stick: it rolls by itself."""
+    scene = parse(shipped_text("roll"), "roll")
+    return Case(Simulated(scene), scene, wrong_rate_hz=100, is_sampled=False)
+
+
+def phantom(folder: Path) -> Case:
+    """The simulated arm, in a hand that presses again and again."""
+    scene = sampled_arm.scene("press")
+    return Case(Simulated(scene), scene, wrong_rate_hz=8000)
+
+
+def replay(folder: Path) -> Case:
+    """A recording that goes into the head every half second."""
+    path = folder / "recording.csv"
+    path.write_text("t_s,z_m\n0,0.02\n0.1,0.02\n0.2,-0.002\n0.4,-0.002\n0.5,0.02\n", encoding="utf-8")
+    return Case(Replay(path), sampled_arm.scene(), wrong_rate_hz=100)
+
+
+def _point_down(servo: Servo) -> None:
+    # Heard once, which counts for 0.4 s: long enough to reach the head.
+    record = np.zeros(1, POINTER)
+    record["t_ns"] = time.monotonic_ns()
+    record["held"], record["lift"] = 1, 0.0
+    triple.publish(servo.block.pointer_cells, servo.block.pointer, record[0])
+
+
+def pointer_stick(folder: Path) -> Case:
+    """The exact stick in a hand that somebody points at."""
+    scene = parse(shipped_text("roll"), "roll")
+    return Case(Pointed(scene), scene, wrong_rate_hz=100, is_sampled=False, press=_point_down)
+
+
+def pointer_arm(folder: Path) -> Case:
+    """The simulated arm in such a hand."""
+    return Case(Pointed(sampled_arm.scene()), sampled_arm.scene(), wrong_rate_hz=8000, press=_point_down)
+
+
+def openhaptics(folder: Path, built: Path) -> Case:
+    """The driver of a real arm, over the stand-in library."""
+    arm = StandIn(built, folder)
+    arm.sim("place", 0.0, CENTRE_MM[1] + 10.0, 0.0)
+    return Case(
+        OpenHaptics(render, load=arm.load),
+        sampled_arm.scene(),
+        wrong_rate_hz=1143,
+        press=lambda _: arm.sim("hand", CENTRE_MM[1] - 15.0),
+        motors=lambda: arm.sent()[0],
+        judge=arm.clean,
+    )

@@ -1,0 +1,152 @@
+"""A mouse, a finger and a space bar in a real browser play the real instrument: page, panel, wire, gateway, servo."""
+
+import re
+import time
+from collections.abc import Iterator
+
+import pytest
+from browser import NARROW, chromium, part, readback, visitor
+from playwright.sync_api import Browser, Page, expect
+from rig_process import Listener, Rig, running, wait_for
+
+from protocol.messages import Pointer, State, Strike, encode
+
+pytestmark = [pytest.mark.system, pytest.mark.timeout(240)]
+PATIENCE_MS = 30_000.0
+
+
+@pytest.fixture(scope="module")
+def rig() -> Iterator[Rig]:
+    with running("up", "--device", "pointer") as started:
+        yield started
+
+
+@pytest.fixture(scope="module")
+def strikes(rig: Rig) -> Iterator[Listener]:
+    session = rig.client()
+    yield Listener(session, rig.keys.strike, Strike)
+    session.close()
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with chromium() as running_browser:
+        yield running_browser
+
+
+def visit(browser: Browser, rig: Rig) -> Page:
+    address = wait_for("the panel's address", lambda: re.search(r"panel: (http://\S+)", rig.said))[1]
+    context = visitor(browser, NARROW)
+    opened = context.new_page()
+    opened.set_default_timeout(PATIENCE_MS)
+    opened.goto(address)
+    expect(part(opened, "pad")).to_be_visible(timeout=PATIENCE_MS)
+    expect(readback(opened, "k_coll")).to_have_text("5000N/m", timeout=PATIENCE_MS)
+    part(opened, "pad").hover()  # waits until it no longer moves about
+    return opened
+
+
+@pytest.fixture(scope="module")
+def page(browser: Browser, rig: Rig) -> Iterator[Page]:
+    opened = visit(browser, rig)
+    yield opened
+    opened.context.close()
+
+
+def box(page: Page) -> tuple[float, float, float, float]:
+    found = part(page, "pad").bounding_box()
+    assert found is not None
+    return found["x"], found["y"], found["width"], found["height"]
+
+
+def quiet(strikes: Listener) -> None:
+    """Until nothing has struck for half a second: a stick that was let go rings out."""
+
+    def no_more() -> bool:
+        before = len(strikes.got)
+        time.sleep(0.5)
+        return len(strikes.got) == before
+
+    wait_for("silence", no_more)
+    strikes.got.clear()
+
+
+@pytest.mark.needs("chromium")
+def test_a_drag_strikes_where_it_points_and_letting_go_ends_it(page: Page, strikes: Listener) -> None:
+    left, top, width, height = box(page)
+    quiet(strikes)
+    x = left + 0.8 * width
+    page.mouse.move(x, top + 5.0)
+    page.mouse.down()
+    page.mouse.move(x, top + height - 3.0, steps=10)
+    wait_for("a roll under the held mouse", lambda: len(strikes.got) >= 20)
+    page.mouse.up()
+    quiet(strikes)
+    page.mouse.down()
+    page.mouse.move(x, top + height - 3.0, steps=3)
+    wait_for("a strike", lambda: strikes.got)
+    assert strikes.got[-1].x == pytest.approx(0.6, abs=0.05)
+    assert strikes.got[-1].y == 0.0
+    page.mouse.up()
+    quiet(strikes)
+
+
+@pytest.mark.needs("chromium")
+def test_the_space_bar_strikes_and_the_arrows_move_over_the_head(page: Page, strikes: Listener) -> None:
+    quiet(strikes)
+    pad = part(page, "pad")
+    pad.focus()
+    for _ in range(25):
+        page.keyboard.press("ArrowLeft")  # wherever it was: to the left edge
+    page.keyboard.down(" ")
+    wait_for("strikes", lambda: len(strikes.got) >= 5)
+    page.keyboard.up(" ")
+    assert strikes.got[-1].x == pytest.approx(-1.0, abs=0.01)
+    quiet(strikes)
+
+
+@pytest.mark.needs("chromium")
+def test_a_finger_strikes(page: Page, strikes: Listener) -> None:
+    left, top, width, height = box(page)
+    quiet(strikes)
+    touch = page.context.new_cdp_session(page)
+    point = {"x": left + 0.5 * width, "y": top + height - 4.0}
+    touch.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [point]})
+    wait_for("strikes", lambda: len(strikes.got) >= 3)
+    touch.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+    quiet(strikes)
+
+
+@pytest.mark.needs("chromium")
+def test_a_page_that_is_closed_lets_go(browser: Browser, rig: Rig, strikes: Listener) -> None:
+    page = visit(browser, rig)
+    left, top, width, height = box(page)
+    page.mouse.move(left + 0.5 * width, top + height - 3.0)
+    page.mouse.down()
+    wait_for("strikes", lambda: len(strikes.got) >= 5)
+    page.context.close()
+    quiet(strikes)
+
+
+@pytest.mark.needs("chromium")
+def test_the_pad_says_what_it_is(page: Page) -> None:
+    pad = part(page, "pad")
+    label = pad.get_attribute("aria-label") or ""
+    assert "Space" in label
+    assert "arrows" in label
+    assert pad.get_attribute("tabindex") == "0"
+
+
+def test_a_program_points_over_the_wire_and_falls_silent(rig: Rig, strikes: Listener) -> None:
+    session = rig.client()
+    states = Listener(session, rig.keys.state, State)
+    quiet(strikes)
+    for seq in range(60):
+        payload = Pointer(source="program", seq=seq, held=True, lift=0.0, x=0.3, y=-0.4)
+        session.put(rig.keys.pointer, encode(payload))
+        time.sleep(0.016)
+    wait_for("strikes", lambda: len(strikes.got) >= 3)
+    assert (strikes.got[-1].x, strikes.got[-1].y) == (pytest.approx(0.3), pytest.approx(-0.4))
+    quiet(strikes)  # without a word of letting go
+    assert states.got[-1].z_m > 0.0
+    session.close()
