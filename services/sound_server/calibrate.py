@@ -1,7 +1,5 @@
 """The output level: one full-scale strike at half radius peaks near 0.5, whatever the drum and the contact."""
 
-import math
-
 import numpy as np
 
 from drumstick import contact
@@ -79,7 +77,7 @@ def _mean_pull(scene: Scene, rate_Hz: int, half: float) -> tuple[float, float]:
 
 
 def _half_stretch(scene: Scene, rate_Hz: int) -> float:
-    # `half`, with which a stroke of full scale raises the pitch by the scene's cents, half of what the head has room for.
+    # `half`, with which a stroke of full scale raises the pitch by the scene's cents, half of what there is room for.
     # On a head that is far too slack the pull is q_most S/half; near the end it goes with the root of `half`.
     half = 1e12
     pull, most = _mean_pull(scene, rate_Hz, half)

@@ -39,9 +39,7 @@ def mean_force(pulse: Record) -> float:
 
 
 @njit()
-def begin(
-    pulses: Records, begun: int, x: float, y: float, age: float, duration: float, peak: float
-) -> int:
+def begin(pulses: Records, begun: int, x: float, y: float, age: float, duration: float, peak: float) -> int:
     """Start a pulse in the pool; returns the new count of pulses ever begun."""
     pulse: Record = pulses[begun % pulses.shape[0]]
     pulse.x = x

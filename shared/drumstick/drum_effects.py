@@ -1,4 +1,4 @@
-"""What a drum can have besides its head: `[drum.effects.NAME]`. Absent unless named; kernels live in the sound server."""
+"""What a drum can have besides its head: `[drum.effects.NAME]`. Absent unless named; the sound server computes them."""
 
 from dataclasses import dataclass
 
@@ -27,7 +27,9 @@ class Muffle:
     patches: tuple[tuple[float, ...], ...] = numbers(
         ((0.75, 0.0, 0.15),), 3, -1.0, 1.0, "of the radius", "Patches, each [x, y, radius]"
     )
-    t60_s: float = number(0.05, 0.001, 60.0, "s", "Time in which the junctions under a patch would lose 60 dB")
+    t60_s: float = number(
+        0.05, 0.001, 60.0, "s", "Time in which the junctions under a patch would lose 60 dB"
+    )
 
 
 @dataclass(frozen=True)

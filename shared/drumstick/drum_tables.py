@@ -37,4 +37,6 @@ def check_drum(reader: Reader, drum: Drum, mesh: Mesh) -> None:
             f"{drum.t60_s:g} s at {drum.f01_Hz:g} Hz",
         )
     if mesh.courant == "lossless" and mesh.topology != "triangular":
-        reader.refuse("mesh.courant", '"lossless" is for the triangular mesh; the rectilinear one is so at its limit')
+        reader.refuse(
+            "mesh.courant", '"lossless" is for the triangular mesh; the rectilinear one is so at its limit'
+        )

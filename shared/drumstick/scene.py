@@ -156,4 +156,4 @@ def _listed(table: object) -> object:
     if not isinstance(table, dict):
         return table
     entries = cast(dict[str, object], table)
-    return {k: _listed(v) if isinstance(v, dict) else _as_list(v) for k, v in entries.items()}
+    return {k: _as_list(_listed(v)) for k, v in entries.items()}

@@ -1,7 +1,8 @@
 """`muffle`: patches of gel or felt on the head, each braking the junctions under it.
 
-A junction with losses of its own, s_m besides those of the head, ends a step at u+ + g (u- - u+), g = s_m / (1 + s + s_m):
-the damper is taken at the middle of the step, so it only takes energy, however strong it is. Kernels: audio thread.
+A junction with losses of its own, s_m besides those of the head, ends a step at u+ + g (u- - u+), where
+g = s_m/(1 + s + s_m): the damper is taken at the middle of the step, so it only takes energy, however strong it is.
+Kernels: audio thread.
 """
 
 from typing import NamedTuple

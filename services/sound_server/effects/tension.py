@@ -1,14 +1,14 @@
 """`tension`: a hard stroke stretches the head, which sounds higher until it has calmed down.
 
-As in Kirchhoff and Carrier's membrane the tension follows S = <u, L u>, the head's own stretch: by q(S) more than tau. Theirs
-grows without end, q = kappa S, and a mesh at its limit of stability has no room for that: here q comes to
+As in Kirchhoff and Carrier's membrane the tension follows S = <u, L u>, the head's own stretch: by q(S) more than tau.
+Theirs grows without end, q = kappa S, and a mesh at its limit of stability has no room for that: here q comes to
 q_most S/(|S| + half), and tau leaves room for q_most. Its energy is V = (q_most/2) (|S| - half ln(1 + |S|/half)).
 
 In discrete time S stands between two steps, S- = <u, L u-> and S+ = <u+, L u>, and the pull is the discrete gradient
-q = 2 (V(S+) - V(S-))/(S+ - S-) (Gonzalez, "Time integration and discrete Hamiltonian systems", J. Nonlinear Sci. 6, 1996).
-S+ - S- = -sum M A u (u+ - u-) holds exactly and u+ is linear in q, so one number is solved for; what V gives the head it
-loses itself, however hard the stroke, and nothing is carried along that could drift. A tension that lags by a step instead
-makes the energy grow a thousandfold. Kernels: audio thread.
+q = 2 (V(S+) - V(S-))/(S+ - S-) (Gonzalez, "Time integration and discrete Hamiltonian systems", J. Nonlinear Sci. 6,
+1996). S+ - S- = -sum M A u (u+ - u-) holds exactly and u+ is linear in q, so one number is solved for; what V gives the
+head it loses itself, however hard the stroke, and nothing is carried along that could drift. A tension that lags by a
+step instead makes the energy grow a thousandfold. Kernels: audio thread.
 """
 
 import math

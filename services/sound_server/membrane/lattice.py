@@ -127,7 +127,7 @@ def _ring(lattice: Lattice, u: npt.NDArray[np.float64]) -> npt.NDArray[np.float6
     found = np.roll(u, 1, 1) + np.roll(u, -1, 1)
     if not lattice.topology.shifted:
         return found + np.roll(u, 1, 0) + np.roll(u, -1, 0)
-    odd = ((np.arange(u.shape[0]) - lattice.centre_row) & 1).astype(bool)[:, None]
+    odd = np.array([(row - lattice.centre_row) % 2 == 1 for row in range(u.shape[0])])[:, None]
     for beside in (np.roll(u, 1, 0), np.roll(u, -1, 0)):
         found += beside + np.where(odd, np.roll(beside, -1, 1), np.roll(beside, 1, 1))
     return found

@@ -8,7 +8,7 @@ drawn in, so that all corners lie on the head. Any thread; no allocation.
 import math
 from collections.abc import Callable
 
-from realtime.jit import ArgumentType, njit, overload
+from realtime.jit import ArgumentType, Record, njit, overload
 from sound_server.membrane.lattice import TOPOLOGIES
 from sound_server.membrane.sweep import Head, is_triangular_type
 
@@ -28,12 +28,12 @@ def drawn_in(x: float, y: float, limit: float) -> tuple[float, float]:
 
 @njit()
 def _in_triangle(head: Head, x: float, y: float) -> tuple[tuple[int, int, int], tuple[float, float, float]]:
-    grid = head.grid[0]
-    h = grid.spacing
+    grid: Record = head.grid[0]
+    h = float(grid.spacing)
     x, y = drawn_in(x, y, 1.0 - h)
     b = y / (_ROW_HEIGHT * h)
     a = x / h - 0.5 * b  # oblique coordinates along 0 and 60 degrees
-    a0, b0 = int(math.floor(a)), int(math.floor(b))
+    a0, b0 = math.floor(a), math.floor(b)
     fa, fb = a - a0, b - b0
     upper = fa + fb > 1.0
     up = 1 if upper else 0
@@ -52,10 +52,10 @@ def _oblique(head: Head, a: int, b: int) -> int:
 def _in_square(
     head: Head, x: float, y: float
 ) -> tuple[tuple[int, int, int, int], tuple[float, float, float, float]]:
-    grid = head.grid[0]
-    h = grid.spacing
+    grid: Record = head.grid[0]
+    h = float(grid.spacing)
     x, y = drawn_in(x, y, 1.0 - 1.5 * h)
-    a0, b0 = int(math.floor(x / h)), int(math.floor(y / h))
+    a0, b0 = math.floor(x / h), math.floor(y / h)
     fa, fb = x / h - a0, y / h - b0
     at = (grid.centre_row + b0) * grid.stride + grid.centre_column + a0
     shares = ((1.0 - fa) * (1.0 - fb), fa * (1.0 - fb), (1.0 - fa) * fb, fa * fb)
@@ -68,7 +68,9 @@ def around(head: Head, x: float, y: float) -> Corners:
 
 
 @overload(around)
-def _around_by_type(head: ArgumentType, x: ArgumentType, y: ArgumentType) -> Callable[[Head, float, float], Corners]:
+def _around_by_type(
+    head: ArgumentType, x: ArgumentType, y: ArgumentType
+) -> Callable[[Head, float, float], Corners]:
     if is_triangular_type(head):
         return lambda head, x, y: _in_triangle(head, x, y)
     return lambda head, x, y: _in_square(head, x, y)

@@ -7,9 +7,9 @@ A row of junctions, start <= i < stop in flat indices, sees its neighbours in th
     momentum  a  = w ring - now_gain u;   p' = rho p + g a + w f;   u+ = u + p' + eta a
     fourth    as plain, with the ring and the first u taken from A u, and u itself added with a gain of its own
 
-w is `weights`, u- what `then` held, u+ what it holds afterwards, p the junctions' momentum. What is None is not computed.
-Compilers find vectors here only while nothing stands beside the sum, and then load each neighbour anew; so this loop is
-written in the compiler's own language: neighbours in a row come from vectors that are there already, shifted by a lane.
+w is `weights`, u- what `then` held, u+ what it holds afterwards, p the junctions' momentum. None is not computed.
+Compilers find vectors here only while nothing stands beside the sum, and then load each neighbour anew; so this loop
+is written in the compiler's own language: neighbours in a row come from vectors that are there already, shifted.
 
 Any thread; no allocation, no branch but the loop's. Vectors are as wide as the processor's; rows start on multiples of
 16 lanes of arrays that are aligned to 64 bytes, and a vector around a row belongs to the same array.
@@ -18,97 +18,11 @@ Any thread; no allocation, no branch but the loop's. Vectors are as wide as the 
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-import llvmlite.binding as llvm
 from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-_WORD = ir.IntType(64)
-_LANE = ir.IntType(32)
-_FLOAT = ir.FloatType()
-# One rounding for a product and its sum, and no care for the sign of zero; the order of sums stays as written.
-_FLAGS = ("contract", "nsz")
-
-
-def widest(features: dict[str, bool]) -> int:
-    """Lanes of float32 that a processor with these features (LLVM's names) computes at once: 4 at least."""
-    if features.get("avx512f"):
-        return 16
-    return 8 if features.get("avx") else 4
-
-
-WIDTH = widest(dict(llvm.get_host_cpu_features()))
-
-
-class _Lanes:
-    # Vectors of `width` lanes; plain floats for width 1.
-    def __init__(self, builder, width) -> None:
-        self.builder = builder
-        self.width = width
-        self.kind = ir.VectorType(_FLOAT, width) if width > 1 else _FLOAT
-
-    @property
-    def zero(self):
-        return ir.Constant(self.kind, None if self.width > 1 else 0.0)
-
-    def everywhere(self, number):
-        if self.width == 1:
-            return number
-        nothing = ir.Constant(self.kind, ir.Undefined)
-        first = self.builder.insert_element(nothing, number, ir.Constant(_LANE, 0))
-        return self.builder.shuffle_vector(first, nothing, self._chosen([0] * self.width))
-
-    def _chosen(self, numbers):
-        constants = [ir.Constant(_LANE, number) for number in numbers]
-        return ir.Constant(ir.VectorType(_LANE, len(constants)), constants)
-
-    def after(self, first, second):
-        # What lies a lane to the right of `first`, when `second` follows it.
-        return self._shifted(first, second, 1)
-
-    def before(self, first, second):
-        # What lies a lane to the left of `second`, when it follows `first`.
-        return self._shifted(first, second, self.width - 1)
-
-    def _shifted(self, first, second, begin):
-        if self.width == 1:
-            return second if begin == 1 else first
-        chosen = self._chosen(range(begin, begin + self.width))
-        return self.builder.shuffle_vector(first, second, chosen)
-
-    def _place(self, base, index):
-        return self.builder.bitcast(self.builder.gep(base, [index]), self.kind.as_pointer())
-
-    def load(self, base, index):
-        value = self.builder.load(self._place(base, index))
-        value.align = 4 * self.width
-        return value
-
-    def store(self, value, base, index):
-        self.builder.store(value, self._place(base, index)).align = 4 * self.width
-
-    def plus(self, a, b):
-        return self.builder.fadd(a, b, flags=_FLAGS)
-
-    def minus(self, a, b):
-        return self.builder.fsub(a, b, flags=_FLAGS)
-
-    def times(self, a, b):
-        return self.builder.fmul(a, b, flags=_FLAGS)
-
-    def sum(self, vector):
-        # Of its lanes, halves to halves: the same order on every machine of this width.
-        width = self.width
-        while width > 1:
-            width //= 2
-            nothing = ir.Constant(vector.type, ir.Undefined)
-            low = self.builder.shuffle_vector(vector, nothing, self._chosen(range(width)))
-            high = self.builder.shuffle_vector(vector, nothing, self._chosen(range(width, 2 * width)))
-            vector = self.plus(low, high)
-        if self.width == 1:
-            return vector
-        return self.builder.extract_element(vector, ir.Constant(_LANE, 0))
-
+from sound_server.membrane.lanes import FLOAT, WORD, Lanes
 
 # side: 0 for the square mesh; -1 or 1 where the nearer column of the rows beside lies to the left or right.
 LEVEL, LEFT, RIGHT = 0, -1, 1
@@ -117,7 +31,7 @@ _Turn = Callable[[Any, Any, Any, list[Any]], list[Any]]
 
 
 def _first_vectors(lanes, now, stride, start, side):
-    builder, width = lanes.builder, ir.Constant(_WORD, lanes.width)
+    builder, width = lanes.builder, ir.Constant(WORD, lanes.width)
     above, below = builder.sub(start, stride), builder.add(start, stride)
     first = [lanes.load(now, builder.sub(start, width)), lanes.load(now, start)]
     if side == LEFT:
@@ -130,7 +44,7 @@ def _neighbours(lanes, now, stride, i, side, beside):
     builder = lanes.builder
     above, below = builder.sub(i, stride), builder.add(i, stride)
     if side == RIGHT:
-        width = ir.Constant(_WORD, lanes.width)
+        width = ir.Constant(WORD, lanes.width)
         above, below = builder.add(above, width), builder.add(below, width)
     fresh = [lanes.load(now, above), lanes.load(now, below)]
     if side == LEVEL:
@@ -156,7 +70,7 @@ def _loop(lanes, now, stride, start, stop, side, sums: int, turn: _Turn):
     builder.cbranch(builder.icmp_signed("<", i, stop), body, end)
 
     builder.position_at_end(body)
-    onward = builder.add(i, ir.Constant(_WORD, lanes.width))
+    onward = builder.add(i, ir.Constant(WORD, lanes.width))
     coming = lanes.load(now, onward)
     others, kept = _neighbours(lanes, now, stride, i, side, beside)
     pairs = [lanes.plus(lanes.before(last, centre), lanes.after(centre, coming))]
@@ -222,7 +136,7 @@ def _plain(lanes, step: _Step, i, centre, ring):
     coming = lanes.plus(lanes.times(lanes.load(step.weights, i), ring), lanes.times(step.now_gain, centre))
     if step.plane is not None:
         coming = lanes.plus(coming, lanes.times(step.plane_gain, lanes.load(step.plane, i)))
-    # u- last: rounded with it before, smooth waves lose a hundred times as much energy to rounding, always in one sense.
+    # u- last: rounded with it before, smooth waves lose a hundred times as much to rounding, always in one sense.
     return lanes.minus(coming, lanes.times(step.then_gain, lanes.load(step.then, i)))
 
 
@@ -270,7 +184,7 @@ def step_of(width: int, side: int) -> Any:
         signature = types.float32(now, then, weights, *places, *gains, *optional)
 
         def codegen(context, builder, signature, args):
-            lanes = _Lanes(builder, width)
+            lanes = Lanes(builder, width)
             given = _Given(lanes, context, builder, signature, args)
             work = _Step(
                 *(given.array(1), given.array(2), *(given.gain(at) for at in (6, 7, 8, 9))),
@@ -285,7 +199,7 @@ def step_of(width: int, side: int) -> Any:
                 return [lanes.plus(so_far[0], result)] if summed else []
 
             sums = _loop(lanes, given.array(0), args[5], args[3], args[4], side, summed, turn)
-            return lanes.sum(sums[0]) if summed else ir.Constant(_FLOAT, 0.0)
+            return lanes.sum(sums[0]) if summed else ir.Constant(FLOAT, 0.0)
 
         return signature, codegen
 
@@ -307,7 +221,7 @@ def stretch_of(width: int, side: int) -> Any:
         signature = returned(now, then, weights, share, *places, types.float32, momentum, _float(kept))
 
         def codegen(context, builder, signature, args):
-            lanes = _Lanes(builder, width)
+            lanes = Lanes(builder, width)
             given = _Given(lanes, context, builder, signature, args)
             then_p, weights_p, share_p = (given.array(at) for at in (1, 2, 3))
             own, momentum_p, rho = given.gain(7), given.array(8), given.gain(9)

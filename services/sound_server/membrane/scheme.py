@@ -6,8 +6,9 @@ With A u = (mean of the neighbours, weighted at the rim) - u, which is h^2/4 tim
     p' = rho p + tau A u,   u+ = u + p' + eta tau A u                           quick modes lose more (eta)
 
 A mode with A u = -a u, 0 <= a <= most_bend, turns by the angle theta a step; q = tau a - order_4 a^2 fixes it. Up to
-q = 4 (1 + 2 eta) all is stable. tau = 4 (c T/h)^2: 2 is the textbook's lossless triangular mesh (Fontana and Rocchesso,
-"Online correction of dispersion error in 2D waveguide meshes", ICMC 2000); the limit 8/3 has a third of its phase error.
+q = 4/(1 + 2 eta) all is stable. tau = 4 (c T/h)^2: 2 is the textbook's lossless triangular mesh (Fontana and
+Rocchesso, "Online correction of dispersion error in 2D waveguide meshes", ICMC 2000); the limit 8/3 has a third of its
+phase error.
 """
 
 import math
@@ -42,10 +43,12 @@ class Scheme:
 
 
 def scheme_of(topology: Topology, order: int, lossless: bool) -> Scheme:
-    """The scheme at its limit of stability, or the textbook's with tau = 2 (`lossless`). order: 2, or 4 (triangular)."""
+    """The scheme at its limit of stability, or the textbook's with tau = 2 (`lossless`). order: 2 or 4."""
     if order == 4:
         if not topology.shifted:
-            raise ValueError("order 4 needs the triangular mesh: the square one is not as true in all directions")
+            raise ValueError(
+                "order 4 needs the triangular mesh: the square one is not as true in all directions"
+            )
         x = _FOURTH
         return Scheme(topology, 4.0 * x, 4.0 * x**2 / 3.0 - x)
     return Scheme(topology, 2.0 if lossless else 4.0 / topology.most_bend)
@@ -70,12 +73,18 @@ class Losses:
             return 2.0 - 2.0 * math.cos(theta) * math.sqrt(1.0 - self.s**2)
         q = 2.0 - 2.0 * math.cos(theta)
         for _ in range(_SETTLED):
-            q = (1.0 + self.rho - 2.0 * math.cos(theta) * math.sqrt(self.rho * (1.0 - self.eta * q))) / (1.0 + self.eta)
+            q = (1.0 + self.rho - 2.0 * math.cos(theta) * math.sqrt(self.rho * (1.0 - self.eta * q))) / (
+                1.0 + self.eta
+            )
         return q
 
     def t60_s(self, theta: float, step_s: float) -> float:
         """Time in which a mode that turns by theta a step falls by 60 dB; infinite without losses."""
-        left = (1.0 - self.s) / (1.0 + self.s) if self.eta == 0.0 else self.rho * (1.0 - self.eta * self.q_of(theta))
+        left = (
+            (1.0 - self.s) / (1.0 + self.s)
+            if self.eta == 0.0
+            else self.rho * (1.0 - self.eta * self.q_of(theta))
+        )
         return -2.0 * _NEPERS * step_s / math.log(left) if left < 1.0 else math.inf
 
 

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from realtime.jit import ArgumentType, Records, array_has, njit, overload
 from sound_server.membrane import rows
+from sound_server.membrane.lanes import WIDTH
 
 Floats = npt.NDArray[np.float32]
 
@@ -47,12 +48,12 @@ def _is_triangular(head: ArgumentType) -> Callable[[Head], bool]:
     return lambda head: found
 
 
-_level = rows.step_of(rows.WIDTH, rows.LEVEL)
-_left = rows.step_of(rows.WIDTH, rows.LEFT)
-_right = rows.step_of(rows.WIDTH, rows.RIGHT)
-_level_stretch = rows.stretch_of(rows.WIDTH, rows.LEVEL)
-_left_stretch = rows.stretch_of(rows.WIDTH, rows.LEFT)
-_right_stretch = rows.stretch_of(rows.WIDTH, rows.RIGHT)
+_level = rows.step_of(WIDTH, rows.LEVEL)
+_left = rows.step_of(WIDTH, rows.LEFT)
+_right = rows.step_of(WIDTH, rows.RIGHT)
+_level_stretch = rows.stretch_of(WIDTH, rows.LEVEL)
+_left_stretch = rows.stretch_of(WIDTH, rows.LEFT)
+_right_stretch = rows.stretch_of(WIDTH, rows.RIGHT)
 
 
 @njit()
@@ -134,7 +135,12 @@ def bend_at(head: Head, now: Floats, at: int, now_gain: float) -> float:
     around = now[at - 1] + now[at + 1]
     if is_triangular(head):
         odd = (at // stride - grid.centre_row) & 1
-        around += now[at - stride - 1 + odd] + now[at - stride + odd] + now[at + stride - 1 + odd] + now[at + stride + odd]
+        around += (
+            now[at - stride - 1 + odd]
+            + now[at - stride + odd]
+            + now[at + stride - 1 + odd]
+            + now[at + stride + odd]
+        )
     else:
         around += now[at - stride] + now[at + stride]
     return float(head.weights[at] * around - now_gain * now[at])
