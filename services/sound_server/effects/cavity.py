@@ -1,8 +1,9 @@
 """`cavity`: a second head on the other side, coupled by the air between the two.
 
 The air is a spring between the heads' mean displacements: K = rho c^2 / (sigma depth) in rad^2/s^2, for air of density
-rho and heads of sigma kg/m^2 (as in Rossing, Bork, Zhao and Fystrom, "Acoustics of snare drums", JASA 92, 1992). It is taken at the present step: stable as long as both heads keep 2 K T^2 below their limit, which `build` sees to.
-Kernels: audio thread.
+rho and heads of sigma kg/m^2 (as in Rossing, Bork, Zhao and Fystrom, "Acoustics of snare drums", JASA 92, 1992). It is
+taken at the present step: stable as long as both heads keep 2 K T^2 below their limit, which `build` sees to. Kernels:
+audio thread.
 """
 
 from typing import Any, NamedTuple
