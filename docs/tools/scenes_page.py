@@ -6,8 +6,9 @@ from collections.abc import Iterator
 from dataclasses import MISSING, fields
 from pathlib import Path
 
-from drumstick.declare import Quantity
+from drumstick.declare import Quantity, quantities
 from drumstick.drum import Drum, Listen, Mesh
+from drumstick.drum_effects import DRUM_EFFECTS
 from drumstick.parameters import table_of
 from drumstick.rig import Device, Guard, Hand, Servo, Strike
 from drumstick.scene import EFFECTS, Scene, parse, shipped_names, shipped_text
@@ -53,11 +54,11 @@ def _default(value: object) -> str:
 def _keys(table: type) -> Iterator[str]:
     yield "| key | range | default | live as | what it is |"
     yield "|---|---|---|---|---|"
-    for field in fields(table):
-        quantity: Quantity = field.metadata["quantity"]
+    defaults = {field.name: field.default for field in fields(table)}
+    for name, quantity in quantities(table).items():
         live = f"`{quantity.wire}`" if quantity.wire else ""
         words = quantity.words + (f", {quantity.equation}" if quantity.equation else "")
-        yield f"| `{field.name}` | {_range(quantity)} | {_default(field.default)} | {live} | {words} |"
+        yield f"| `{name}` | {_range(quantity)} | {_default(defaults[name])} | {live} | {words} |"
     yield ""
 
 
@@ -73,7 +74,7 @@ def _scenes() -> Iterator[str]:
     yield "|---|---|---|---|"
     for name in shipped_names():
         scene: Scene = parse(shipped_text(name), name)
-        effects = ", ".join(scene.effects) or "none"
+        effects = ", ".join([*scene.effects, *(f"drum: {name}" for name in scene.drum.effects)]) or "none"
         live = ", ".join(f"`{name}`" for name in table_of(scene))
         yield f"| `{name}` | {effects} | {live} | {scene.words} |"
     yield ""
@@ -117,6 +118,9 @@ def page() -> str:
     lines += ["## The rest", ""]
     for name, table in OTHERS.items():
         lines += [f"### `[{name}]`", "", *_keys(table), *_MORE.get(name, [])]
+        if table is Drum:
+            for effect, kind in DRUM_EFFECTS.items():
+                lines += [f"#### `[drum.effects.{effect}]`", "", str(inspect.getdoc(kind)), "", *_keys(kind)]
     return "\n".join(lines).rstrip() + "\n"
 
 

@@ -86,6 +86,24 @@ def _methods(scene: Scene, step: Step) -> list[dict[str, Any]]:
     return rows
 
 
+def _drum_effects(scene: Scene, step: Step) -> dict[str, float]:
+    # ns a sample that each effect of the drum adds to all the others.
+    from sound_server import cost
+
+    def ns_per_sample(without: str) -> float:
+        effects = {name: table for name, table in scene.drum.effects.items() if name != without}
+        tried = dataclasses.replace(scene, drum=dataclasses.replace(scene.drum, effects=effects))
+        runs = [cost.ringing(tried, _DEVICE_RATE_Hz, _FRAMES) for _ in range(_REPEATS)]
+        return statistics.median(run.cpu_s for run in runs) / _FRAMES * 1e9
+
+    with_all = ns_per_sample("")
+    found: dict[str, float] = {}
+    for name in scene.drum.effects:
+        step(f"drum without {name}")
+        found[name] = with_all - ns_per_sample(name)
+    return found
+
+
 def _sound(scene: Scene, step: Step) -> dict[str, Any]:
     from sound_server import cost
 
@@ -96,7 +114,9 @@ def _sound(scene: Scene, step: Step) -> dict[str, Any]:
         tried = dataclasses.replace(scene, mesh=mesh)
         runs = [cost.ringing(tried, _DEVICE_RATE_Hz, _FRAMES) for _ in range(_REPEATS)]
         cpu_s = statistics.median(run.cpu_s for run in runs)
-        longer = dataclasses.replace(tried, drum=dataclasses.replace(scene.drum, t60_s=_LONG_T60_S))
+        # The head's own pitch: alone, and for long enough to be measured.
+        alone = dataclasses.replace(scene.drum, t60_s=_LONG_T60_S, effects={})
+        longer = dataclasses.replace(tried, drum=alone)
         rows[accuracy] = {
             "ns_per_sample": cpu_s / _FRAMES * 1e9,
             "share_of_core": cpu_s * _DEVICE_RATE_Hz / _FRAMES,
@@ -104,12 +124,24 @@ def _sound(scene: Scene, step: Step) -> dict[str, Any]:
             "mesh_rate_Hz": round(runs[0].steps * _DEVICE_RATE_Hz / _FRAMES),
             "f01_error_cents": cost.f01_error_cents(longer, _DEVICE_RATE_Hz),
         }
-    return {"device_rate_Hz": _DEVICE_RATE_Hz, "accuracy": scene.mesh.accuracy, "tiers": rows}
+    effects = {name: {"ns_per_sample": ns} for name, ns in _drum_effects(scene, step).items()}
+    return {
+        "device_rate_Hz": _DEVICE_RATE_Hz,
+        "accuracy": scene.mesh.accuracy,
+        "tiers": rows,
+        "effects": effects,
+    }
 
 
 def measure(scene: Scene) -> dict[str, Any]:
     """Everything `scene cost` tells, as one JSON object."""
-    steps = _REPEATS * (len(scene.effects) + 2) + 1 + 2 * len(_STEPS_S) + len(ACCURACIES)
+    steps = (
+        _REPEATS * (len(scene.effects) + 2)
+        + 1
+        + 2 * len(_STEPS_S)
+        + len(ACCURACIES)
+        + len(scene.drum.effects)
+    )
     with _progress(steps) as step:
         return {
             "scene": scene.name,
@@ -151,6 +183,8 @@ def _shown(found: dict[str, Any]) -> Iterator[str]:
             f" {row['junctions']:11d} {row['f01_error_cents']:+12.3f} cents"
         )
     yield "* what this scene asks for"
+    for name, row in sound["effects"].items():
+        yield f"  {name:20s} {row['ns_per_sample']:+12.0f} ns a sample"
 
 
 def cost(scene: str, as_json: bool) -> None:

@@ -6,11 +6,13 @@ from drumstick import contact
 from drumstick.law import law_of
 from drumstick.scene import Scene
 from realtime.jit import Record
-from sound_server.engine import Engine, new_engine
+from sound_server.build import GLIDE_ROOM, new_engine
+from sound_server.engine import Engine
 from sound_server.events import StrikeRing
 from sound_server.render import Blow, render_all
 
 PEAK_OF_FULL_SCALE = 0.5
+_STIFFENINGS = 5
 _PERIODS = 2.0  # of the lowest mode: the peak has passed by then
 
 
@@ -27,10 +29,12 @@ def full_scale(scene: Scene) -> Blow:
     return blow_at(scene, scene.strike.full_scale_m_per_s, 0.5, 0.0)
 
 
-def _gain(scene: Scene, rate_Hz: int) -> float:
+def _gain(scene: Scene, rate_Hz: int, half: float) -> float:
     # A trial run with a gain so small that the limiter stays out of it; the sound is linear in the gain.
     ring = StrikeRing()
     trial = new_engine(scene, rate_Hz, ring)
+    if half > 0.0:
+        _slack(trial, half)
     blow = full_scale(scene)
     # The force and the head's tension of 1 make displacements of about peak * contact / period: far from the knee.
     small = 1e-6 / blow.peak_N
@@ -45,8 +49,51 @@ def _gain(scene: Scene, rate_Hz: int) -> float:
     return PEAK_OF_FULL_SCALE / peak
 
 
+def _slack(engine: Engine, half: float) -> None:
+    if engine.tension is not None:
+        engine.tension.state["half"] = half
+
+
+def _mean_pull(scene: Scene, rate_Hz: int, half: float) -> tuple[float, float]:
+    # By how much a stroke of full scale tightens the head, on the mean over the first period after the contact, and the
+    # most that it could: q and q_most.
+    ring = StrikeRing()
+    trial = new_engine(scene, rate_Hz, ring)
+    assert trial.tension is not None
+    _slack(trial, half)
+    state: Record = trial.tension.state[0]
+    blow = full_scale(scene)
+    ring.push(0, blow.x, blow.y, blow.peak_N, blow.contact_s)
+    control: Record = trial.control[0]
+    block = np.zeros((int(control["divisor"]), 2), np.float32)
+    steps_per_s = control["rate_Hz"] / control["divisor"]
+    for _ in range(round(blow.contact_s * steps_per_s)):
+        render_all(trial, block, len(block), 0)
+    pulls: list[float] = []
+    for _ in range(round(steps_per_s / scene.drum.f01_Hz)):
+        render_all(trial, block, len(block), 0)
+        pulls.append(float(state["pull"]))
+    return float(np.mean(pulls)), float(state["q_most"])
+
+
+def _half_stretch(scene: Scene, rate_Hz: int) -> float:
+    # `half`, with which a stroke of full scale raises the pitch by the scene's cents, half of what there is room for.
+    # On a head that is far too slack the pull is q_most S/half; near the end it goes with the root of `half`.
+    half = 1e12
+    pull, most = _mean_pull(scene, rate_Hz, half)
+    half *= pull / most
+    for _ in range(_STIFFENINGS):
+        pull, most = _mean_pull(scene, rate_Hz, half)
+        half *= (GLIDE_ROOM * pull / most) ** 2
+    return half
+
+
 def build(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     """A calibrated engine at rest, fed from `strikes`. Any thread; blocks some ten milliseconds."""
     engine = new_engine(scene, rate_Hz, strikes)
-    engine.control["output_gain"] = _gain(scene, rate_Hz) * 10.0 ** (scene.listen.gain_dB / 20.0)
+    half = 0.0
+    if engine.tension is not None and scene.drum.effects["tension"].glide_cents > 0.0:
+        half = _half_stretch(scene, rate_Hz)
+        _slack(engine, half)
+    engine.control["output_gain"] = _gain(scene, rate_Hz, half) * 10.0 ** (scene.listen.gain_dB / 20.0)
     return engine

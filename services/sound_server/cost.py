@@ -35,7 +35,9 @@ def ringing(scene: Scene, rate_Hz: int, frames: int) -> RingingCost:
     begun, steps = time.thread_time(), int(engine.control["steps"][0])
     render_all(engine, out, _BLOCK, 0)
     spent = time.thread_time() - begun
-    return RingingCost(spent, int(np.count_nonzero(engine.weights)), int(engine.control["steps"][0]) - steps)
+    return RingingCost(
+        spent, int(np.count_nonzero(engine.head.weights)), int(engine.control["steps"][0]) - steps
+    )
 
 
 def f01_error_cents(scene: Scene, rate_Hz: int) -> float:

@@ -10,16 +10,15 @@ import numpy.typing as npt
 from drumstick.scene import Scene
 from realtime.float_mode import flush_denormals, restore
 from realtime.jit import Record, njit
+from realtime.lent import lend
 from realtime.ring import drain
 from sound_server.engine import Engine
 from sound_server.events import StrikeRing
-from sound_server.excitation import begin, nearest, press
-from sound_server.mesh import largest, sweep
+from sound_server.excitation import begin
+from sound_server.step import step
 from sound_server.upsample import interpolated, remember
 
 _KNEE = 0.75  # up to here the limiter changes nothing
-_REST = 1e-9  # of the loudest displacement: 180 dB down the head counts as at rest
-_LOOK_EVERY = 4096  # steps between looks at whether the head has come to rest
 _PEAK_FALL_S = 0.3
 
 
@@ -50,47 +49,20 @@ def _start_due(engine: Engine, block_start_ns: int, frames: int) -> None:
             engine.pending[kept] = engine.pending[i]
             kept += 1
             continue
-        stride = engine.weights.shape[0] // engine.spans.shape[0]
-        at = nearest(event.x, event.y, control.spacing, control.centre_row, control.centre_column, stride)
         age = -max(0.0, (offset - to_next_step) / control.divisor)
         duration = event.contact_s * control.rate_Hz / control.divisor
-        control.begun = begin(engine.pulses, control.begun, at, age, duration, event.peak_N)
+        control.begun = begin(engine.pulses, control.begun, event.x, event.y, age, duration, event.peak_N)
         control.asleep = 0
     control.pending = kept
 
 
 @njit()
-def _fall_asleep(engine: Engine) -> None:
-    # A head at rest is set to exactly 0 and not computed until the next strike. It also keeps denormals out on
-    # processors where the float mode cannot.
-    control: Record = engine.control[0]
-    top = max(largest(engine.planes[0]), largest(engine.planes[1]))
-    control.loudest = max(control.loudest, top)
-    if top <= _REST * control.loudest:
-        engine.planes[:] = np.float32(0.0)
-        control.loudest = 0.0
-        control.asleep = 1
-
-
-@njit()
-def _step(engine: Engine) -> None:
-    # One step of the mesh, and what the pickups hear of it: the velocity u+ - u, which has no constant part.
+def _advance(engine: Engine) -> None:
+    # One step of the mesh, if it sounds at all.
     control: Record = engine.control[0]
     left = right = 0.0
     if control.asleep == 0:
-        now, then = engine.planes[control.plane], engine.planes[1 - control.plane]
-        sweep(
-            now, then, engine.weights, engine.spans, control.centre_row, control.now_gain, control.then_gain
-        )
-        active = press(engine.pulses, then, engine.weights, control.force_gain)
-        for i in range(engine.ears.shape[0]):
-            moved = float(then[engine.ears[i]] - now[engine.ears[i]])
-            left += engine.ear_gains[i, 0] * moved
-            right += engine.ear_gains[i, 1] * moved
-        control.plane = 1 - control.plane
-        control.steps += 1
-        if active == 0 and control.steps % _LOOK_EVERY == 0:
-            _fall_asleep(engine)
+        left, right = step(engine)
     control.head = remember(engine.history, control.head, left, right)
 
 
@@ -107,7 +79,7 @@ def render_block(engine: Engine, out: npt.NDArray[np.float32], block_start_ns: i
     peak_left = peak_right = 0.0
     for i in range(frames):
         if control.phase == 0:
-            _step(engine)
+            _advance(engine)
         phase = engine.phases[control.phase]
         left = limited(control.output_gain * interpolated(engine.history, control.head, 0, phase))
         right = limited(control.output_gain * interpolated(engine.history, control.head, 1, phase))
@@ -129,6 +101,7 @@ def render_block(engine: Engine, out: npt.NDArray[np.float32], block_start_ns: i
 @njit()
 def render_all(engine: Engine, out: npt.NDArray[np.float32], block: int, first_ns: int) -> None:
     """Fill `out` block by block without pacing, in the audio float mode, as if it began at `first_ns`."""
+    engine = lend(engine)
     mode = flush_denormals()
     start = 0
     while start < out.shape[0]:

@@ -16,9 +16,10 @@ from protocol.messages import Meter, State, decode
 from protocol.session import open_client
 from realtime.jit import Record
 from realtime.stop import StopRequest
+from sound_server.build import words
 from sound_server.calibrate import build
 from sound_server.complaints import Complaints
-from sound_server.engine import Engine, words
+from sound_server.engine import Engine
 from sound_server.events import StrikeRing
 from sound_server.link import Link
 from sound_server.sinks.sink import Sink

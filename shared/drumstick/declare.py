@@ -82,4 +82,5 @@ def numbers(
 
 def quantities(table: type) -> dict[str, Quantity]:
     """Key -> declaration, in the order of declaration, of one table's dataclass."""
-    return {f.name: cast(Quantity, f.metadata["quantity"]) for f in dataclasses.fields(table)}
+    declared = [f for f in dataclasses.fields(table) if "quantity" in f.metadata]
+    return {f.name: cast(Quantity, f.metadata["quantity"]) for f in declared}

@@ -1,25 +1,31 @@
 """The drum that is heard: `[drum]`, `[mesh]`, `[listen]`. Its kernels live in the sound server."""
 
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
 
 from drumstick.declare import choice, number, numbers
 
 
 @dataclass(frozen=True)
 class Drum:
-    """A circular membrane, clamped at the rim."""
+    """A circular membrane, clamped at the rim. `effects` holds what the scene names of `drum_effects`."""
 
     radius_m: float = number(0.16, 0.02, 1.0, "m", "Radius of the head")
     f01_Hz: float = number(150.0, 20.0, 2000.0, "Hz", "Pitch of the lowest mode")  # noqa: N815
     t60_s: float = number(1.2, 0.02, 60.0, "s", "Time in which the sound falls by 60 dB")
-    inject: Literal["nearest"] = choice("nearest", ("nearest",), "Which junctions take the force")
+    inject: Literal["nearest", "linear"] = choice(
+        "nearest",
+        ("nearest", "linear"),
+        "Which junctions take the force: the nearest one, or those around by their nearness",
+    )
     excitation: Literal["analytic"] = choice(
         "analytic", ("analytic",), "Contact force as implied by one strike message: a damped half-sine"
     )
     latency_s: float = number(
         0.0, 0.0, 0.5, "s", "A strike sounds this long after its contact; 0 plays it at once"
     )
+    effects: Mapping[str, Any] = field(default_factory=dict[str, Any])
 
 
 @dataclass(frozen=True)
@@ -27,7 +33,20 @@ class Mesh:
     """How finely the membrane is computed: the mesh rate is the device rate over a whole number."""
 
     accuracy: Literal["draft", "standard", "fine"] = choice(
-        "standard", ("draft", "standard", "fine"), "draft: rate/4, standard: rate/3, fine: rate/2"
+        "standard",
+        ("draft", "standard", "fine"),
+        "draft: rate/4, standard: rate/3, fine: rate/2 and fourth order where the drum's effects allow it",
+    )
+    topology: Literal["triangular", "rectilinear"] = choice(
+        "triangular", ("triangular", "rectilinear"), "Six neighbours or four; rectilinear is for comparison"
+    )
+    courant: Literal["limit", "lossless"] = choice(
+        "limit",
+        ("limit", "lossless"),
+        "limit: as fast as is stable; lossless: the textbook's triangular mesh, tau = 2, for comparison",
+    )
+    junctions_across: float = number(
+        0.0, 0.0, 1000.0, "junctions", "At least so many across the head, by the mesh rate; 0: by accuracy"
     )
 
 

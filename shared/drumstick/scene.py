@@ -11,6 +11,7 @@ from importlib import resources
 from typing import Any, cast
 
 from drumstick.drum import Drum, Listen, Mesh
+from drumstick.drum_tables import check_drum, drum_of, named_tables
 from drumstick.effects.chaos import Chaos
 from drumstick.effects.cor_pulse import CorPulse
 from drumstick.effects.hysteretic_spring import HystereticSpring
@@ -100,17 +101,6 @@ def shipped_text(name: str) -> str:
     return (resources.files("drumstick") / "scenes" / f"{name}.toml").read_text(encoding="utf-8")
 
 
-def _effects(reader: Reader, given: object) -> dict[str, Any]:
-    if not isinstance(given, dict):
-        reader.refuse("effects", f"must hold tables such as [effects.pulse], not {given!r}")
-        return {}
-    named = cast(dict[str, object], given)
-    for name in named:
-        if name not in EFFECTS:
-            reader.refuse(f"effects.{name}", f"unknown effect; known: {', '.join(EFFECTS)}")
-    return {n: reader.table(f"effects.{n}", EFFECTS[n], named[n]) for n in named if n in EFFECTS}
-
-
 def _check_gesture(reader: Reader, hand: Hand, device: Device) -> None:
     if hand.gesture != "recorded":
         if hand.gesture_file:
@@ -142,14 +132,17 @@ def parse(text: str, source: str) -> Scene:
             else:
                 values[key] = value
         elif key == "effects":
-            values["effects"] = _effects(reader, value)
+            values["effects"] = named_tables(reader, "effects", EFFECTS, value)
         elif key == "stick":
             values["stick"] = stick_of(reader, value)
+        elif key == "drum":
+            values["drum"] = drum_of(reader, value)
         elif key in _TABLES:
             values[key] = reader.table(key, _TABLES[key], value)
         else:
             reader.refuse(key, f"unknown key; known here: name, words, effects, {', '.join(_TABLES)}")
     _check_gesture(reader, values.get("hand", Hand()), values.get("device", Device()))
+    check_drum(reader, values.get("drum", Drum()), values.get("mesh", Mesh()))
     if reader.mistakes:
         raise SceneError(reader.mistakes)
     return Scene(**values)
@@ -165,9 +158,12 @@ def from_tables(tables: Mapping[str, Any]) -> Scene:
     reader = Reader("scene", "")
     values: dict[str, Any] = {"name": str(tables.get("name", "")), "words": str(tables.get("words", ""))}
     for key, kind in _TABLES.items():
-        values[key] = reader.table(key, kind, _listed(tables.get(key, {})))
-    values["effects"] = _effects(reader, tables.get("effects", {}))
+        if key != "drum":
+            values[key] = reader.table(key, kind, _listed(tables.get(key, {})))
+    values["drum"] = drum_of(reader, _listed(tables.get("drum", {})))
+    values["effects"] = named_tables(reader, "effects", EFFECTS, tables.get("effects", {}))
     _check_gesture(reader, values["hand"], values["device"])
+    check_drum(reader, values["drum"], values["mesh"])
     if reader.mistakes:
         raise SceneError(reader.mistakes)
     return Scene(**values)
@@ -183,4 +179,4 @@ def _listed(table: object) -> object:
     if not isinstance(table, dict):
         return table
     entries = cast(dict[str, object], table)
-    return {k: _as_list(v) for k, v in entries.items()}
+    return {k: _as_list(_listed(v)) for k, v in entries.items()}

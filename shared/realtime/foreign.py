@@ -14,6 +14,7 @@ A struct of three 32-bit words that C returns *by value* comes back by a rule of
 
 import platform
 import sys
+from typing import Any
 
 from llvmlite import ir
 from numba import types
@@ -122,6 +123,37 @@ def call_u32(address: int, word: int) -> None:
 def call_u32_pointer(address: int, word: int, pointer: int) -> None:
     """Call `void f(uint32_t, void *)` at `address`; `pointer` is an integer, as `array.ctypes.data` gives it."""
     _call_u32_pointer(address, word, pointer)
+
+
+@intrinsic
+def _call_block(typingctx, address, data, block, frames, flags):
+    pointers = (types.Integer, types.RawPointer)
+    if not (
+        isinstance(address, types.Integer) and isinstance(data, pointers) and isinstance(block, pointers)
+    ):
+        return None
+
+    def codegen(context, builder, signature, args):
+        byte = ir.IntType(8).as_pointer()
+
+        def pointer(at):
+            kind = signature.args[at]
+            if isinstance(kind, types.RawPointer):
+                return args[at]
+            return builder.inttoptr(context.cast(builder, args[at], kind, types.int64), byte)
+
+        words = [context.cast(builder, args[at], signature.args[at], types.int64) for at in (3, 4)]
+        function = ir.FunctionType(ir.VoidType(), [byte, byte, _PAIR, _PAIR])
+        target = context.cast(builder, args[0], signature.args[0], types.int64)
+        builder.call(builder.inttoptr(target, function.as_pointer()), [pointer(1), pointer(2), *words])
+        return context.get_dummy_value()
+
+    return types.void(address, data, block, frames, flags), codegen
+
+
+# call_block(address, data, block, frames, flags): call `void f(void *, void *, int64_t, int64_t)` at `address`; `data`
+# and `block` are integers or a callback's own pointers. From compiled code only.
+call_block: Any = _call_block
 
 
 @njit()

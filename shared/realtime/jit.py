@@ -156,6 +156,11 @@ def record_has(law: Any, field: str) -> bool:
     return field in law.fields
 
 
+def _names(kind: ArgumentType, field: str) -> bool:
+    # Does a record type have this field, or a named tuple something else than None there?
+    return record_has(kind, field) and not (hasattr(kind, "types") and is_none(kind, field))
+
+
 def is_none(named: ArgumentType, field: str) -> bool:
     """At compile time: is this field of a named tuple None?"""
     from numba.core import types
@@ -183,10 +188,10 @@ def _constant(value: Any, arguments: int, name: str) -> Callable[..., Any]:
 
 
 def only_with(effect: str, otherwise: float | bool | tuple[float, ...] | None = None) -> Callable[[F], F]:
-    """Compile the decorated body where the scene's law, its first argument, names `effect`.
+    """Compile the decorated body where its first argument names `effect`: a law's record, or a drum's named tuple.
 
     A scene that does not name it gets none of its code, only the constant `otherwise`: the choice is made from
-    the record type, at compile time.
+    the type, at compile time.
     """
 
     def decorate(body: F) -> F:
@@ -194,7 +199,7 @@ def only_with(effect: str, otherwise: float | bool | tuple[float, ...] | None = 
         absent = _constant(otherwise, len(own.parameters), f"{body.__module__}.{body.__name__}.absent")
 
         def choose(law: ArgumentType, *_: ArgumentType) -> Callable[..., Any]:
-            return body if record_has(law, effect) else absent
+            return body if _names(law, effect) else absent
 
         def placeholder(*_: Any) -> Any:
             raise TypeError(f"{body.__module__}.{body.__name__} is for compiled code")

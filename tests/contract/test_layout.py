@@ -17,9 +17,9 @@ FORBIDDEN = [
     ("shared/drumstick/scene.py", "from protocol import keys", "drumstick imports only realtime"),
     ("shared/realtime/ring.py", "import drumstick.contact", "realtime imports nothing of ours"),
     ("shared/protocol/keys.py", "import realtime.ring", "protocol imports only drumstick"),
-    ("services/sound_server/mesh.py", "import haptic_server.block", "Services never import one another"),
+    ("services/sound_server/step.py", "import haptic_server.block", "Services never import one another"),
     ("services/web_panel/__init__.py", "import rig", "Nothing imports rig"),
-    ("services/sound_server/mesh.py", "import os", "The kernels of the services do no I/O"),
+    ("services/sound_server/step.py", "import os", "The kernels of the services do no I/O"),
 ]
 
 

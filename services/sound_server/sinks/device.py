@@ -31,7 +31,7 @@ class DeviceSink:
         channels = min(2, int(facts["max_output_channels"]))
         self._desk: Records = np.zeros(1, DESK)
         self._desk["rate_Hz"] = self.rate_Hz
-        self._table = callback.AddressTable(self._desk, channels)
+        self._seats = callback.Seats(self._desk, channels)
         self._engine: Engine | None = None
         self._clock = np.zeros(2, np.int64)
         self._stream = self._open(index, block, channels)
@@ -51,7 +51,7 @@ class DeviceSink:
         try:
             base, ffi = door._StreamBase, door._ffi
             function = ffi.cast("PaStreamCallback *", callback.stream_callback.address)
-            userdata = ffi.cast("void *", self._table.address)
+            userdata = ffi.cast("void *", self._seats.address)
         except AttributeError as missing:
             logging.warning("sounddevice without %s: audio runs in Python and will miss blocks", missing.name)
             return door.OutputStream(callback=self._python_callback, **wishes)
@@ -80,7 +80,7 @@ class DeviceSink:
 
     def play(self, engine: Engine) -> None:
         """From the next callback on, play this engine. Returns when the one before is out of use."""
-        self._table.seat(engine)
+        self._seats.seat(engine)
         self._engine = engine
         calls, patience = self._desk["calls"][0], time.monotonic() + _HANDOVER_S
         while self._desk["calls"][0] < calls + 2 and not self.lost and time.monotonic() < patience:

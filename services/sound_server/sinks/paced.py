@@ -14,6 +14,7 @@ import numpy.typing as npt
 from realtime.clock import now_ns, sleep_until
 from realtime.float_mode import flush_denormals, restore
 from realtime.jit import Record, Records, njit
+from realtime.lent import lend
 from sound_server.engine import Engine
 from sound_server.sinks.sink import DESK
 from sound_server.sinks.timed import timed_block
@@ -36,6 +37,7 @@ def play_chunk(
     clock: npt.NDArray[np.int64],
 ) -> None:
     """Render `out` block by block, each at its own time after `start_ns`. Sink's thread; blocks as long as it plays."""
+    engine = lend(engine)
     counts: Record = desk[0]
     mode = flush_denormals()
     first = 0

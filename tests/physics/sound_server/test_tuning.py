@@ -5,62 +5,117 @@ import math
 import numpy as np
 import numpy.typing as npt
 import pytest
+from scipy.special import jn_zeros
 
-from sound_server.lattice import J01, Lattice, lattice_of
-from sound_server.mesh import TAU, sweep
+from membranes import head_of
+from realtime.jit import njit
+from sound_server.membrane.lattice import J01, TOPOLOGIES, Lattice
+from sound_server.membrane.scheme import Scheme, even_losses, rising_losses, scheme_of, tuned
+from sound_server.membrane.sweep import Head, sweep
 
-# Zeros j_mn of the Bessel functions (Abramowitz and Stegun, table 9.5), each as often as its mode occurs:
-# once for m = 0, else twice (cosine and sine).
-MODES = sorted(
-    [2.404826, 5.520078, 8.653728]
-    + 2
-    * [3.831706, 7.015587, 10.173468, 5.135622, 8.417244, 6.380162, 9.761023, 7.588342, 8.771484, 9.936110]
-)[:20]
+# The first twenty modes of the ideal membrane: zeros of the Bessel functions J_m, twice for m > 0 (cosine and sine).
+_ZEROS = sorted((zero, m) for m in range(12) for zero in jn_zeros(m, 6))[:20]
+MODES = [zero for zero, m in _ZEROS for _ in range(1 if m == 0 else 2)]
+STEP_S = 1.0 / 48000.0
+KINDS = {
+    "triangular": scheme_of(TOPOLOGIES["triangular"], 2, False),
+    "triangular lossless": scheme_of(TOPOLOGIES["triangular"], 2, True),
+    "rectilinear": scheme_of(TOPOLOGIES["rectilinear"], 2, False),
+    "fourth order": scheme_of(TOPOLOGIES["triangular"], 4, False),
+}
 
 
-def operator(lattice: Lattice) -> npt.NDArray[np.float64]:
-    """The sweep as a symmetric matrix: one unit displacement after another goes through it."""
-    flat = lattice.weights.ravel()
-    inside = np.flatnonzero(flat)
-    weights = (TAU * flat).astype(np.float32)
+@njit()
+def bent(head: Head, u: npt.NDArray[np.float32], out: npt.NDArray[np.float32]) -> None:
+    """A u, by the sweep."""
+    zero = np.float32(0.0)
+    sweep(head, u, out, np.float32(-1.0), zero, None, None, None, None, None, None, None, None)
+
+
+def bends(lattice: Lattice) -> npt.NDArray[np.float64]:
+    """The eigenvalues a of A u = -a u, rising: one unit displacement after another goes through the kernel."""
+    head = head_of(lattice, 1.0)
+    inside = np.flatnonzero(lattice.weights)
     columns = np.zeros((len(inside), len(inside)))
     for k, place in enumerate(inside):
-        now, then = np.zeros_like(weights), np.zeros_like(weights)
-        now[place] = 1.0
-        sweep(now, then, weights, lattice.spans, lattice.centre_row, np.float32(2.0 - TAU), np.float32(1.0))
-        columns[:, k] = then[inside]
-    root = np.sqrt(flat[inside])
+        u, out = head.planes
+        u[:], out[:] = 0.0, 0.0
+        u[place] = 1.0
+        bent(head, u, out)
+        assert not out[lattice.weights.ravel() == 0.0].any()
+        columns[:, k] = out[inside]
+    root = np.sqrt(lattice.weights.ravel()[inside])
     symmetric = columns * root[None, :] / root[:, None]
-    assert np.allclose(symmetric, symmetric.T, atol=1e-5)  # float32 weights; reciprocity of any two junctions
-    return 0.5 * (symmetric + symmetric.T)
+    assert np.allclose(symmetric, symmetric.T, atol=1e-5)  # reciprocity of any two junctions
+    return np.sort(-np.linalg.eigvalsh(0.5 * (symmetric + symmetric.T)))
 
 
-def cents_off(lattice: Lattice, modes: int) -> npt.NDArray[np.float64]:
-    """Error of the lowest modes, with the speed of waves that `spacing_for` assumes."""
-    top = np.linalg.eigvalsh(operator(lattice))[::-1][:modes]
-    angle = np.arccos(top / 2.0)  # per step: u+ + u- = 2 cos(angle) u
-    speed = math.sqrt(TAU / 4.0) * lattice.spacing  # lambda h, radii per step
-    return 1200.0 * np.log2(angle / (speed * np.array(MODES[:modes])))
+def lattice_across(scheme: Scheme, across: float) -> tuple[Lattice, float]:
+    """A lattice of about so many junctions across, and the pitch in Hz that it is tuned to."""
+    f01_Hz = J01 / math.pi * math.sqrt(scheme.tau) / 2.0 / STEP_S / across
+    return tuned(f01_Hz, STEP_S, scheme, even_losses(math.inf, STEP_S)), f01_Hz
 
 
-@pytest.mark.parametrize(("across", "rms_cents"), [(24.0, 6.0), (32.0, 3.0)])
-def test_first_twenty_modes_are_those_of_the_membrane(across: float, rms_cents: float) -> None:
-    off = cents_off(lattice_of(2.0 / across), 20)
-    assert abs(off[0]) < 0.5
-    assert math.sqrt(np.mean(off**2)) < rms_cents
+def cents_off(scheme: Scheme, across: float, modes: int) -> npt.NDArray[np.float64]:
+    """Error of the lowest modes against the Bessel zeros, in cents."""
+    lattice, f01_Hz = lattice_across(scheme, across)
+    a = bends(lattice)[:modes]
+    q = scheme.tau * a - scheme.order_4 * a * a
+    found_Hz = np.arccos(1.0 - q / 2.0) / (2.0 * math.pi * STEP_S)
+    return 1200.0 * np.log2(found_Hz / (f01_Hz / J01 * np.array(MODES[:modes])))
 
 
-def test_the_radius_is_a_real_number() -> None:
+@pytest.mark.parametrize(
+    ("kind", "across", "rms_cents"),
+    [
+        ("triangular", 24.0, 8.0),
+        ("triangular", 32.0, 4.0),
+        ("triangular", 64.0, 1.0),
+        ("triangular lossless", 32.0, 8.5),
+        ("rectilinear", 32.0, 9.0),
+        ("fourth order", 24.0, 4.2),
+        ("fourth order", 32.0, 1.6),
+    ],
+)
+def test_first_twenty_modes_are_those_of_the_membrane(kind: str, across: float, rms_cents: float) -> None:
+    off = cents_off(KINDS[kind], across, len(MODES))
+    assert 0.7 * rms_cents < math.sqrt(np.mean(off**2)) < rms_cents
+    assert abs(off[0]) < 0.05
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_radius_is_a_real_number(kind: str) -> None:
     """Without weights at the rim, f01 would jump by up to 70 cents as junctions fall in and out."""
-    for across in np.linspace(20.0, 21.0, 6):
-        assert abs(cents_off(lattice_of(2.0 / across), 1)[0]) < 1.0
+    for across in np.linspace(24.0, 25.0, 6):
+        assert abs(cents_off(KINDS[kind], across, 1)[0]) < 0.05
 
 
-def test_the_limit_of_stability_is_respected_with_a_rim() -> None:
-    """-2 <= eigenvalue <= 2 of u+ + u- = L u, even where the rim passes close to junctions."""
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_limit_of_stability_is_respected_with_a_rim(kind: str) -> None:
+    """0 <= q <= 4, even where the rim passes close to junctions; and the scheme goes near its limit."""
+    scheme = KINDS[kind]
     for across in (9.7, 16.0, 21.3):
-        values = np.linalg.eigvalsh(operator(lattice_of(2.0 / across)))
-        assert -2.0 - 1e-5 <= values[0] <= values[-1] <= 2.0
+        a = bends(lattice_across(scheme, across)[0])
+        q = scheme.tau * a - scheme.order_4 * a * a
+        assert 0.0 < q.min() <= q.max() <= 4.0 + 1e-5
+        assert q.max() > (2.9 if "lossless" in kind else 3.8)
+
+
+@pytest.mark.parametrize("t60_s", [0.05, 1.2, 20.0])
+def test_even_losses_are_exact_at_any_frequency(t60_s: float) -> None:
+    losses = even_losses(t60_s, STEP_S)
+    for theta in (0.01, 0.3, 2.0):
+        assert losses.t60_s(theta, STEP_S) == pytest.approx(t60_s, rel=1e-9)
+
+
+def test_rising_losses_meet_both_ends_and_the_square_between() -> None:
+    losses = rising_losses(1.5, 150.0, 0.2, 3000.0, STEP_S)
+    rise = (1.0 / 0.2 - 1.0 / 1.5) / (3000.0**2 - 150.0**2)
+    for f_Hz in (150.0, 800.0, 3000.0):
+        wanted = 1.0 / (1.0 / 1.5 + rise * (f_Hz**2 - 150.0**2))
+        assert losses.t60_s(2.0 * math.pi * f_Hz * STEP_S, STEP_S) == pytest.approx(wanted, rel=0.02)
+    with pytest.raises(ValueError, match="must be less than"):
+        rising_losses(0.1, 150.0, 0.2, 3000.0, STEP_S)
 
 
 def test_bessel_zero_of_the_tuning() -> None:

@@ -5,20 +5,31 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sound_server.excitation import nearest
-from sound_server.lattice import LANES, Lattice, drawn_in, lattice_of, spacing_for, surrounding
+from membranes import head_of
+from sound_server.membrane.lattice import LANES, TOPOLOGIES, Lattice, Topology, lattice_of, lowest_bend
+from sound_server.membrane.places import corners_of, drawn_in
+from sound_server.membrane.scheme import J01, even_losses, scheme_of, tuned
 
 SPACINGS = st.floats(0.02, 0.4)
 PLACES = st.tuples(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0))
+KINDS = st.sampled_from(list(TOPOLOGIES.values()))
 
 
 def position(lattice: Lattice, flat: int) -> tuple[float, float]:
     return lattice.position(*divmod(flat, lattice.weights.shape[1]))
 
 
-@given(SPACINGS)
-def test_rows_are_padded_to_lanes_and_what_is_outside_has_no_weight(spacing: float) -> None:
-    lattice = lattice_of(spacing)
+def corners(lattice: Lattice, place: tuple[float, float]) -> list[tuple[int, float]]:
+    return list(zip(*corners_of(head_of(lattice, 1.0), *place), strict=True))
+
+
+def limit(lattice: Lattice) -> float:
+    return 1.0 - lattice.spacing if lattice.topology.shifted else 1.0 - 1.5 * lattice.spacing
+
+
+@given(SPACINGS, KINDS)
+def test_rows_are_padded_to_lanes_and_what_is_outside_has_no_weight(spacing: float, kind: Topology) -> None:
+    lattice = lattice_of(spacing, kind)
     rows, stride = lattice.weights.shape
     assert stride % LANES == 0
     assert not lattice.spans[[0, -1]].any()
@@ -33,15 +44,15 @@ def test_rows_are_padded_to_lanes_and_what_is_outside_has_no_weight(spacing: flo
         assert all(math.hypot(*lattice.position(row, column)) < 1.0 for column in inside)
 
 
-@given(SPACINGS)
-def test_weights_are_a_sixth_inside_and_less_at_the_rim(spacing: float) -> None:
-    lattice = lattice_of(spacing)
+@given(SPACINGS, KINDS)
+def test_weights_are_even_inside_and_less_at_the_rim(spacing: float, kind: Topology) -> None:
+    lattice, even = lattice_of(spacing, kind), 1.0 / kind.neighbours
     for row, column in zip(*np.nonzero(lattice.weights), strict=True):
         weight = lattice.weights[row, column]
         if math.hypot(*lattice.position(row, column)) + spacing < 1.0 - 1e-12:
-            assert weight == pytest.approx(1 / 6)
+            assert weight == pytest.approx(even)
         else:
-            assert 0.0 < weight <= 1 / 6 + 1e-12
+            assert 0.0 < weight <= even + 1e-12
 
 
 def test_a_junction_beside_the_rim_by_hand() -> None:
@@ -55,35 +66,46 @@ def test_a_junction_beside_the_rim_by_hand() -> None:
     assert lattice.weights[lattice.centre_row, lattice.centre_column + 2] == pytest.approx(expected)
 
 
-@given(SPACINGS, PLACES)
+@given(SPACINGS, PLACES, KINDS)
 def test_the_nearest_junction_is_inside_and_none_is_nearer(
-    spacing: float, place: tuple[float, float]
+    spacing: float, place: tuple[float, float], kind: Topology
 ) -> None:
-    lattice = lattice_of(spacing)
-    stride = lattice.weights.shape[1]
-    found = nearest(*place, spacing, lattice.centre_row, lattice.centre_column, stride)
+    lattice = lattice_of(spacing, kind)
+    found, _ = max(corners(lattice, place), key=lambda corner: corner[1])
     assert lattice.weights.ravel()[found] > 0.0
-    x, y = drawn_in(*place, 1.0 - spacing)
-    distances = [
-        math.dist((x, y), lattice.position(r, c)) for r, c in zip(*np.nonzero(lattice.weights), strict=True)
-    ]
-    assert math.dist((x, y), position(lattice, found)) <= min(distances) + 1e-9
+    at = drawn_in(*place, limit(lattice))
+    inside = zip(*np.nonzero(lattice.weights), strict=True)
+    distances = [math.dist(at, lattice.position(int(r), int(c))) for r, c in inside]
+    assert math.dist(at, position(lattice, found)) <= min(distances) + 1e-9
 
 
-@given(SPACINGS, PLACES)
-def test_three_junctions_surround_a_pickup(spacing: float, place: tuple[float, float]) -> None:
-    lattice = lattice_of(spacing)
-    corners = surrounding(lattice, *place)
-    assert sum(share for _, share in corners) == pytest.approx(1.0)
-    assert all(share >= -1e-9 for _, share in corners)
-    x = sum(share * position(lattice, flat)[0] for flat, share in corners)
-    y = sum(share * position(lattice, flat)[1] for flat, share in corners)
-    assert (x, y) == pytest.approx(drawn_in(*place, 1.0 - spacing), abs=1e-9)
+@given(SPACINGS, PLACES, KINDS)
+def test_a_place_lies_between_its_corners(spacing: float, place: tuple[float, float], kind: Topology) -> None:
+    lattice = lattice_of(spacing, kind)
+    found = corners(lattice, place)
+    assert len(found) == (3 if kind.shifted else 4)
+    assert sum(share for _, share in found) == pytest.approx(1.0)
+    assert all(share >= -1e-9 for _, share in found)
+    if limit(lattice) > 0.0:
+        assert all(lattice.weights.ravel()[at] > 0.0 for at, _ in found)
+    x = sum(share * position(lattice, flat)[0] for flat, share in found)
+    y = sum(share * position(lattice, flat)[1] for flat, share in found)
+    assert (x, y) == pytest.approx(drawn_in(*place, limit(lattice)), abs=1e-9)
 
 
 def test_spacing_follows_the_pitch() -> None:
-    # MESH rate / f01 = 1.6 junctions across, at tau = 8/3.
-    assert 2.0 / spacing_for(150.0, 16000.0) == pytest.approx(0.625 * 16000.0 / 150.0, rel=1e-3)
+    # Mesh rate / f01 = 1.6 junctions across, at tau = 8/3.
+    step_s = 1.0 / 16000.0
+    lattice = tuned(
+        150.0, step_s, scheme_of(TOPOLOGIES["triangular"], 2, False), even_losses(math.inf, step_s)
+    )
+    assert lattice.across == pytest.approx(0.625 * 16000.0 / 150.0, rel=2e-3)
+
+
+def test_the_lowest_bend_is_that_of_the_ideal_head_where_junctions_are_many() -> None:
+    for kind in TOPOLOGIES.values():
+        lattice = lattice_of(0.02, kind)
+        assert lowest_bend(lattice) == pytest.approx((J01 * 0.02) ** 2 / 4.0, rel=1e-3)
 
 
 @pytest.mark.parametrize("spacing", [0.0, 1e-4, 0.6, math.nan])

