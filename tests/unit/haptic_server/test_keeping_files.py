@@ -1,0 +1,49 @@
+"""What the servo's process writes beside its tick: a full disk takes none of it down."""
+
+import logging
+from pathlib import Path
+
+import pytest
+
+import sampled_arm
+from haptic_server.records import FAULT_WORDS, NO_FAULT, STALLED
+from haptic_server.servo import __main__ as process
+from haptic_server.servo import loop
+
+FULL = Path("/dev/full")
+
+
+@pytest.mark.skipif(not FULL.exists(), reason="needs /dev/full")
+def test_a_fault_on_a_full_disk_is_told_and_the_servo_goes_on(caplog: pytest.LogCaptureFixture) -> None:
+    servo = sampled_arm.servo_of(sampled_arm.scene("strokes"))
+    now = loop.run_virtual(servo, 100, 0) + 30_000_000
+    loop.traced_tick(servo, now, 0.03)
+    with caplog.at_level(logging.ERROR):
+        process._save_trace(servo, FULL)  # pyright: ignore[reportPrivateUsage]
+    assert FAULT_WORDS[STALLED] in caplog.text
+    assert "/dev/full cannot be written: No space left on device" in caplog.text
+    servo.player["fault"] = NO_FAULT
+    loop.run_virtual(servo, 100, now)
+    assert servo.player[0]["traced"] == 201
+
+
+@pytest.mark.skipif(not FULL.exists(), reason="needs /dev/full")
+def test_what_the_system_granted_is_not_worth_a_fault(caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level(logging.WARNING):
+        process._tell_granted(FULL, {"scheduler": "SCHED_FIFO 80"})  # pyright: ignore[reportPrivateUsage]
+    assert "/dev/full cannot be written: No space left on device" in caplog.text
+
+
+def test_the_present_fault_is_written_once_and_the_next_one_too(tmp_path: Path) -> None:
+    servo = sampled_arm.servo_of(sampled_arm.scene("strokes"))
+    path = tmp_path / "trace.csv"
+    sizes: list[int] = []
+    now = 0
+    for _ in range(2):
+        now = loop.run_virtual(servo, 100, now) + 30_000_000
+        loop.traced_tick(servo, now, 0.03)
+        assert servo.player[0]["fault"] == STALLED
+        process._save_trace(servo, path)  # pyright: ignore[reportPrivateUsage]
+        sizes.append(len(path.read_text().splitlines()) - 1)
+        servo.player["fault"] = NO_FAULT
+    assert sizes == [101, 202]
