@@ -43,7 +43,7 @@ class Mesh:
     courant: Literal["limit", "lossless"] = choice(
         "limit",
         ("limit", "lossless"),
-        "limit: as fast as is stable; lossless: the textbook's triangular mesh, tau = 2, for comparison",
+        "limit: as fast as is stable; lossless: the textbook's mesh, tau = 2, for comparison",
     )
     junctions_across: float = number(
         0.0, 0.0, 1000.0, "junctions", "At least so many across the head, by the mesh rate; 0: by accuracy"

@@ -2,7 +2,7 @@
 
 from typing import Any, cast
 
-from drumstick.drum import Drum, Mesh
+from drumstick.drum import Drum
 from drumstick.drum_effects import DRUM_EFFECTS
 from drumstick.reading import Reader
 
@@ -27,7 +27,7 @@ def drum_of(reader: Reader, given: object) -> Drum:
     return Drum(**values, effects=effects)
 
 
-def check_drum(reader: Reader, drum: Drum, mesh: Mesh) -> None:
+def check_drum(reader: Reader, drum: Drum) -> None:
     """What only several values together can get wrong."""
     loss = drum.effects.get("internal_loss")
     if loss is not None and not (loss.t60_s < drum.t60_s and loss.at_Hz > drum.f01_Hz):
@@ -35,8 +35,4 @@ def check_drum(reader: Reader, drum: Drum, mesh: Mesh) -> None:
             "drum.effects.internal_loss",
             f"t60_s = {loss.t60_s:g} s at {loss.at_Hz:g} Hz must be shorter and higher than the drum's own, "
             f"{drum.t60_s:g} s at {drum.f01_Hz:g} Hz",
-        )
-    if mesh.courant == "lossless" and mesh.topology != "triangular":
-        reader.refuse(
-            "mesh.courant", '"lossless" is for the triangular mesh; the rectilinear one is so at its limit'
         )

@@ -21,6 +21,8 @@ def _shown(value: object) -> str:
 
 
 def _limits(quantity: Quantity) -> str:
+    if quantity.kind is str:
+        return f"at most {quantity.high:g} characters"
     return f"{quantity.low:g} .. {quantity.high:g} {quantity.unit}"
 
 
@@ -99,7 +101,7 @@ class Reader:
     def _text(self, path: str, quantity: Quantity, value: object) -> str | None:
         most = int(quantity.high)
         if not isinstance(value, str) or len(value) > most or not value.isprintable():
-            self.refuse(path, f"{value!r} must be one line of text, at most {most} characters")
+            self.refuse(path, f"{value!r} must be one line of text, {_limits(quantity)}")
             return None
         return value
 

@@ -142,7 +142,7 @@ def parse(text: str, source: str) -> Scene:
         else:
             reader.refuse(key, f"unknown key; known here: name, words, effects, {', '.join(_TABLES)}")
     _check_gesture(reader, values.get("hand", Hand()), values.get("device", Device()))
-    check_drum(reader, values.get("drum", Drum()), values.get("mesh", Mesh()))
+    check_drum(reader, values.get("drum", Drum()))
     if reader.mistakes:
         raise SceneError(reader.mistakes)
     return Scene(**values)
@@ -163,7 +163,7 @@ def from_tables(tables: Mapping[str, Any]) -> Scene:
     values["drum"] = drum_of(reader, _listed(tables.get("drum", {})))
     values["effects"] = named_tables(reader, "effects", EFFECTS, tables.get("effects", {}))
     _check_gesture(reader, values["hand"], values["device"])
-    check_drum(reader, values["drum"], values["mesh"])
+    check_drum(reader, values["drum"])
     if reader.mistakes:
         raise SceneError(reader.mistakes)
     return Scene(**values)
