@@ -48,6 +48,12 @@ def left_at_most(law: Record, motion: Record) -> float:
 
 
 @njit()
+def waiting(law: Record, motion: Record) -> float:
+    """The speed, m/s, that pulses will give which the deepest point of the present contact will start."""
+    return pulse.waiting(law, motion) + cor_pulse.waiting(law, motion)
+
+
+@njit()
 def head(law: Record, motion: Record) -> tuple[float, float, float]:
     """The head's k (N/m), r (N s/m) and f (N): it pushes with -k z - r z' + f.
 

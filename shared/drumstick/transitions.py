@@ -128,6 +128,15 @@ def move(
 
 
 @njit()
+def _turns(motion: Record, a: float, w: float, rest: float) -> bool:
+    # Does a contact come to a deepest point, if no pulse runs? Overdamped, it may creep down to its rest instead.
+    if a < w or motion.place != CONTACT:
+        return True
+    fastest = a + math.sqrt(a * a - w * w)
+    return motion.z < rest or motion.v < -fastest * (motion.z - rest)
+
+
+@njit()
 def never_releases(law: Record, motion: Record) -> bool:
     """Can nothing bring the stick out of the head again?
 
@@ -141,6 +150,8 @@ def never_releases(law: Record, motion: Record) -> bool:
     rest = (law.k_hand * law.z_ss + f) / stiffness
     w = math.sqrt(stiffness / law.m)
     left = composition.left_at_most(law, motion)
+    if left > 0.0 or _turns(motion, 0.5 * (r + law.r_out) / law.m, w, rest):
+        left += composition.waiting(law, motion)
     # Within 1e-6 of critical the speed left at z = 0 is below e^-2000 of what came in.
     overdamped = r + law.r_out >= 2.0 * law.m * w * (1.0 - 1e-6)
     if law.release == PAPER and overdamped and left == 0.0 and motion.z <= rest <= 0.0 and motion.v >= 0.0:

@@ -54,6 +54,12 @@ def left(law: Record, motion: Record) -> float:
     return motion.cor_pulse.push * law.cor_pulse.tau
 
 
+@only_with("cor_pulse", otherwise=0.0)
+def waiting(law: Record, motion: Record) -> float:
+    """The speed, m/s, that one gives which the deepest point of the present contact will start."""
+    return law.cor_pulse.gamma * abs(motion.v_in) if kick.waits(law.cor_pulse, motion) else 0.0
+
+
 @only_with("cor_pulse", otherwise=1.0)
 def fade(law: Record, duration: float) -> float:
     """The share of it that is left after `duration` seconds."""

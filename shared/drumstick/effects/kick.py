@@ -7,6 +7,7 @@ allocation.
 
 import math
 
+from drumstick.effects import moments
 from realtime.jit import Record, njit
 
 ADD, REPLACE, IGNORE = 0, 1, 2
@@ -32,6 +33,12 @@ def fire(given: Record, state: Record, when: int, speed: float) -> None:
         kick += state.push
     state.push = kick
     state.age = 0.0
+
+
+@njit()
+def waits(given: Record, motion: Record) -> bool:
+    """Will the present contact's first deepest point still start one?"""
+    return given.trigger == moments.TURN and motion.turned == 0
 
 
 @njit()

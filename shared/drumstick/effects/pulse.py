@@ -53,6 +53,12 @@ def left(law: Record, motion: Record) -> float:
     return motion.pulse.push * law.pulse.tau
 
 
+@only_with("pulse", otherwise=0.0)
+def waiting(law: Record, motion: Record) -> float:
+    """The speed, m/s, that one gives which the deepest point of the present contact will start."""
+    return law.pulse.dv_pls if kick.waits(law.pulse, motion) else 0.0
+
+
 @only_with("pulse", otherwise=1.0)
 def fade(law: Record, duration: float) -> float:
     """The share of it that is left after `duration` seconds."""

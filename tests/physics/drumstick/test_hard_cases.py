@@ -7,9 +7,11 @@ that creeps up to z = 0 for ever (test_creeping.py), a month of ticks (test_mont
 allow (test_any_parameters.py).
 """
 
+import dataclasses
 import itertools
 import math
 from fractions import Fraction
+from typing import Any
 
 import mpmath as mp
 import numpy as np
@@ -107,6 +109,30 @@ def test_below_the_capture_speed_no_entry_happens_again() -> None:
     dead = simulate(scene, 10.0, -1e-3)
     assert dead.end == "captured"
     assert len(dead.contacts) == 0
+
+
+@pytest.mark.parametrize(
+    "effects",
+    [{"pulse": Pulse(0.2, 0.002, "turn", 1)}, {"cor_pulse": CorPulse(2.0, 0.002, "turn", 1)}],
+    ids=["pulse", "cor_pulse"],
+)
+def test_a_blow_below_the_capture_speed_that_waits_for_its_pulse(effects: dict[str, Any]) -> None:
+    """No tick before the deepest point may take it for captured: the pulse there throws it out again."""
+    scene = Scene("case", stick=dataclasses.replace(A, z_ss_m=-0.005), effects=effects)
+    slow = -0.01
+    assert simulate(stick_cases.scene(scene.stick), 1.0, slow).end == "captured"
+    whole = stick_cases.events(law_of(scene), thrown(scene, slow), 0.05)
+    ticked = stick_cases.events(law_of(scene), thrown(scene, slow), 0.05, 1e-3)
+    assert [event for event, *_ in whole[:3]] == [exact.ENTRY, exact.TURN, exact.RELEASE]
+    assert [event for event, *_ in ticked] == [event for event, *_ in whole]
+
+
+def test_an_overdamped_stick_that_never_turns_does_not_wait_for_its_pulse() -> None:
+    """It creeps down to its rest in the head: the pulse at the deepest point never comes, and it is captured."""
+    stick = Stick(0.015, 5000.0, 3.0 * _critical_r_in(0.015, 5000.0), 20.0, 0.1, -0.5, "unilateral")
+    run = simulate(stick_cases.scene(stick, Pulse(1.0, 0.002, "turn", 1)), 0.5, -0.01)
+    assert run.end == "captured"
+    assert len(run.contacts) == 0
 
 
 def test_a_hand_that_holds_the_stick_above_the_head_takes_it_away() -> None:
