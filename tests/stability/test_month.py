@@ -194,10 +194,12 @@ def test_an_arm_strikes_in_time_however_late_it_is(clock: str) -> None:
     )
     assert player["fault"] == NO_FAULT
     firsts = [_first_of_each_stroke(events) for events in (early, late)]
-    assert len(firsts[0]) == len(firsts[1]) == 240
+    strokes = len(firsts[0])
+    assert strokes == len(firsts[1]) >= 239  # one may begin before the first tick, or end after the last
     # Within a stroke the bounces are the arm's own; each stroke begins when the hand says.
     assert np.max(np.abs(firsts[0] - firsts[1])) <= 5 * PERIOD_NS
-    assert np.polyfit(np.arange(240), firsts[1], 1)[0] == pytest.approx(0.5e9, rel=1e-6)
+    # The first one comes from where the arm began, so it may be some milliseconds early.
+    assert np.polyfit(np.arange(1, strokes), firsts[1][1:], 1)[0] == pytest.approx(0.5e9, rel=1e-6)
 
 
 def _first_of_each_stroke(events: npt.NDArray[np.void]) -> npt.NDArray[np.int64]:

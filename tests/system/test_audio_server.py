@@ -62,7 +62,7 @@ def test_strikes_become_sound_once_each_and_the_file_is_finished(side: HapticSid
     complaints = [line for line in sound.lines if line.startswith("WARNING: strike ignored")]
     assert 1 <= len(complaints) <= 2
     assert [line for line in sound.lines if line not in complaints] == [
-        f"wav:{path} at 48000 Hz: test-drum, mesh of 66.7 junctions across (4033) at 16000 Hz"
+        f"wav:{path} at 48000 Hz: test-drum, mesh of 66.6 junctions across (4033) at 16000 Hz"
     ]
     recorded = sound_in(path)
     assert 0.05 < np.abs(recorded).max() <= 1.0
