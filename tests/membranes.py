@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sound_server.build import aligned
+from sound_server.effects.snare import Snare
 from sound_server.effects.tension import Tension
 from sound_server.engine import Engine
 from sound_server.membrane.lattice import Lattice
@@ -85,6 +86,19 @@ def _of_tension(tension: Tension, stretch: float) -> float:
     return 0.5 * float(state["q_most"] * state["half"] * (ratio - math.log1p(ratio)))
 
 
+def _of_snare(snare: Snare) -> float:
+    # Kinetic, in the wires' springs, and what pushing the head has stored beyond the push at rest.
+    state, beads = snare.state[0], snare.beads
+    mass, spring = float(state["mass"]), float(state["spring"])
+    stiffness, eta_0 = float(state["stiffness"]), float(state["eta_0"])
+    moved = beads["now"] - beads["before"]
+    found = 0.5 * mass * float(np.sum(moved * moved + spring * beads["now"] * beads["before"]))
+    for eta in (beads["eta"], beads["eta_before"]):
+        pressed = np.maximum(eta + eta_0, 0.0)
+        found += 0.5 * float(np.sum(0.5 * stiffness * (pressed**2 - eta_0**2) - stiffness * eta_0 * eta))
+    return found
+
+
 def energy(engine: Engine) -> float:
     """All that is in the drum now, in units of the first head's junctions."""
     control = engine.control[0]
@@ -107,6 +121,9 @@ def energy(engine: Engine) -> float:
             first = float(np.sum(engine.head.planes[plane], dtype=np.float64)) / area
             return first - float(np.sum(head.planes[plane], dtype=np.float64)) / second_area
 
-        found += area / second_area * second.energy(head.planes[at], head.planes[1 - at], tau)
+        in_second = second.energy(head.planes[at], head.planes[1 - at], tau)
+        if engine.snare is not None:
+            in_second += _of_snare(engine.snare)
+        found += area / second_area * in_second
         found += 0.5 * area * spring * apart(at) * apart(1 - at)
     return found

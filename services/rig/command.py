@@ -191,6 +191,30 @@ def simulate_command(
     simulate(scene, duration, v0, method, dt, events, as_json)
 
 
+@app.command("render")
+def render_command(
+    scene: SceneName,
+    out: Annotated[Path, typer.Option(help="The WAV file to write.")],
+    duration: Annotated[float, typer.Option(help="Seconds of sound.")] = 3.0,
+    strikes: Annotated[
+        Path | None,
+        typer.Option(
+            help="Strikes to play: CSV with t_s, x, y, speed_m_per_s. Without it, one at half radius."
+        ),
+    ] = None,
+    roll: Annotated[bool, typer.Option("--roll", help="Play what the scene's own stick does.")] = False,
+    rate: Annotated[int, typer.Option(help="Samples a second.")] = 48000,
+    as_json: Json = False,
+) -> None:
+    """A scene's drum into a WAV file, offline."""
+    from rig import checks
+    from rig.render import Wishes, render
+
+    checks.duration(duration)
+    checks.finite(rate, "--rate", 22050.0, 192000.0, "Hz")
+    render(scene, Wishes(out, duration, strikes, roll, rate), as_json)
+
+
 @app.command("analyse")
 def analyse_command(
     scene: SceneName,

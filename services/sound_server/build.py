@@ -10,10 +10,12 @@ from drumstick.drum import Drum
 from drumstick.drum_effects import Cavity as CavityTable
 from drumstick.scene import Scene
 from realtime.jit import Record, Records
-from sound_server.effects import cavity, tension
+from sound_server.effects import cavity, rim, snare, tension
 from sound_server.effects.cavity import Cavity
 from sound_server.effects.internal_loss import Momentum
 from sound_server.effects.muffle import Muffle
+from sound_server.effects.rim import Rim
+from sound_server.effects.snare import Snare
 from sound_server.effects.tension import Tension
 from sound_server.engine import CONTROL, METERS, PENDING, Engine
 from sound_server.events import EVENT, StrikeRing
@@ -31,6 +33,9 @@ _LARGEST_DIVISOR = 12
 _MOST_UPDATES_PER_S = 1.6e9
 # A glide goes at most to so many times what a stroke of full scale makes of it on the mean; the mesh has room for it.
 GLIDE_ROOM = 2.0
+# Where wires lie on the second head, in radii, and the beads that each of them is.
+_WIRE_LENGTH, _BED_WIDTH, _BEADS = 0.85, 0.12, 5
+_HIGHEST = 0.4  # of the mesh's rate: where modes of the rim end
 # Effects that the second sweep of the fourth order does not know.
 _SECOND_ORDER_ONLY = ("internal_loss", "tension", "cavity")
 
@@ -211,6 +216,48 @@ def _cavity(scene: Scene, lattice: Lattice, numbers: _Numbers, step_s: float) ->
     return Cavity(head, state, *_ears(scene, head, table.heard))
 
 
+def _snare(scene: Scene, under: Cavity, step_s: float) -> Snare:
+    # The wires lie along x, side by side about the middle. `calibrate` presses them on.
+    table = scene.drum.effects["snare"]
+    wires: int = table.wires
+    state: Records = np.zeros(1, snare.STATE)
+    fields: Record = state[0]
+    held_back = 2.0 / (1.0 + float(under.state["then_gain"][0]))
+    tau = 2.0 - float(under.state["now_gain"][0]) * held_back
+    neighbours = TOPOLOGIES[scene.mesh.topology].neighbours
+    junctions = 1.0 / float(under.state["per_area_2"][0])
+    along = np.linspace(-_WIRE_LENGTH, _WIRE_LENGTH, _BEADS)
+    across = np.linspace(-_BED_WIDTH, _BED_WIDTH, wires) if wires > 1 else np.zeros(1)
+    places = [corners_of(under.head, float(x), float(y)) for y in across for x in along]
+    # One bead a junction: two on the same would each be solved for without the other.
+    under_beads = np.unique([corners[int(np.argmax(shares))] for corners, shares in places])
+    beads: Records = np.zeros(len(under_beads), snare.BEAD)
+    beads["junction"] = under_beads
+    fields["mass"] = table.mass * junctions / len(beads)
+    fields["spring"] = min((2.0 * math.pi * table.f_Hz * step_s) ** 2, 2.0)
+    fields["loss"] = 1.0 + even_losses(table.t60_s, step_s).s
+    fields["give"] = neighbours / tau
+    # As stiff as a step still shows: a bead and a junction in touch swing at a radian a step.
+    fields["stiffness"] = 1.0 / (1.0 + 1.0 / fields["mass"])
+    return Snare(beads, state)
+
+
+def _rim(scene: Scene, step_s: float) -> Rim:
+    # Modes beyond the mesh's reach are left out; each rings as many periods as the lowest, and is struck the weaker the
+    # higher it is.
+    table = scene.drum.effects["rim"]
+    ratios = [ratio for ratio in rim.RATIOS if ratio * table.f_Hz * step_s < _HIGHEST]
+    modes: Records = np.zeros(max(len(ratios), 1), rim.MODE)
+    for mode, ratio in zip(modes, ratios, strict=False):
+        left = 10.0 ** (-3.0 * step_s * ratio / table.t60_s)
+        mode["turn"] = 2.0 * left * math.cos(2.0 * math.pi * ratio * table.f_Hz * step_s)
+        mode["kept"] = left * left
+        mode["drive"] = 0.5 / ratio / sum(1.0 / other for other in ratios)
+    state: Records = np.zeros(1, rim.STATE)
+    state["width"] = table.width
+    return Rim(modes, state)
+
+
 def new_engine(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     """An engine at rest with output gain 1 and no pitch glide yet; `calibrate.build` gives a calibrated one."""
     divisor = divisor_for(scene, rate_Hz)
@@ -219,6 +266,7 @@ def new_engine(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     lattice = tuned(scene.drum.f01_Hz, step_s, numbers.scheme, numbers.losses)
     head = _head(lattice, numbers.baked)
     effects = scene.drum.effects
+    second = _cavity(scene, lattice, numbers, step_s) if "cavity" in effects else None
     muffled = _muffle(scene, lattice, numbers.losses, step_s) if "muffle" in effects else None
     rho_and_eta = np.array([numbers.losses.rho, numbers.losses.eta], np.float32)
     size = lattice.weights.size
@@ -240,7 +288,9 @@ def new_engine(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
         internal_loss=Momentum(aligned((size,)), rho_and_eta) if numbers.with_momentum else None,
         muffle=muffled,
         tension=_tension(lattice, numbers, muffled) if "tension" in effects else None,
-        cavity=_cavity(scene, lattice, numbers, step_s) if "cavity" in effects else None,
+        cavity=second,
+        snare=_snare(scene, second, step_s) if second is not None and "snare" in effects else None,
+        rim=_rim(scene, step_s) if "rim" in effects else None,
     )
 
 

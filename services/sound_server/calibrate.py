@@ -1,5 +1,7 @@
 """The output level: one full-scale strike at half radius peaks near 0.5, whatever the drum and the contact."""
 
+import math
+
 import numpy as np
 
 from drumstick import contact
@@ -29,12 +31,13 @@ def full_scale(scene: Scene) -> Blow:
     return blow_at(scene, scene.strike.full_scale_m_per_s, 0.5, 0.0)
 
 
-def _gain(scene: Scene, rate_Hz: int, half: float) -> float:
+def _gain(scene: Scene, rate_Hz: int, half: float, press: float) -> float:
     # A trial run with a gain so small that the limiter stays out of it; the sound is linear in the gain.
     ring = StrikeRing()
     trial = new_engine(scene, rate_Hz, ring)
     if half > 0.0:
         _slack(trial, half)
+    _press_on(trial, press)
     blow = full_scale(scene)
     # The force and the head's tension of 1 make displacements of about peak * contact / period: far from the knee.
     small = 1e-6 / blow.peak_N
@@ -88,6 +91,32 @@ def _half_stretch(scene: Scene, rate_Hz: int) -> float:
     return half
 
 
+def _press_on(engine: Engine, distance: float) -> None:
+    if engine.snare is not None:
+        state: Record = engine.snare.state[0]
+        # What the wires' own springs push when they are bent so far.
+        state["eta_0"] = distance * state["mass"] * state["spring"] / state["stiffness"]
+
+
+def _press(scene: Scene, rate_Hz: int, half: float) -> float:
+    # How far the wires are bent: the scene's share of the second head's largest movement after a stroke of full scale,
+    # with the wires as good as gone.
+    ring = StrikeRing()
+    trial = new_engine(scene, rate_Hz, ring)
+    assert trial.cavity is not None
+    assert trial.snare is not None
+    if half > 0.0:
+        _slack(trial, half)
+    trial.snare.state["stiffness"] = 1e-12
+    blow = full_scale(scene)
+    ring.push(0, blow.x, blow.y, blow.peak_N, blow.contact_s)
+    block, top = np.zeros((64, 2), np.float32), 0.0
+    for _ in range(round((blow.contact_s + _PERIODS / scene.drum.f01_Hz) * rate_Hz / 64)):
+        render_all(trial, block, len(block), 0)
+        top = max(top, float(np.abs(trial.cavity.head.planes).max()))
+    return scene.drum.effects["snare"].press * top
+
+
 def build(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     """A calibrated engine at rest, fed from `strikes`. Any thread; blocks some ten milliseconds."""
     engine = new_engine(scene, rate_Hz, strikes)
@@ -95,5 +124,16 @@ def build(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     if engine.tension is not None and scene.drum.effects["tension"].glide_cents > 0.0:
         half = _half_stretch(scene, rate_Hz)
         _slack(engine, half)
-    engine.control["output_gain"] = _gain(scene, rate_Hz, half) * 10.0 ** (scene.listen.gain_dB / 20.0)
+    press = _press(scene, rate_Hz, half) if engine.snare is not None else 0.0
+    _press_on(engine, press)
+    engine.control["output_gain"] = _gain(scene, rate_Hz, half, press) * 10.0 ** (scene.listen.gain_dB / 20.0)
+    if engine.rim is not None:
+        # A stroke of full scale on the rim gives its impulse to modes that share it: together they peak at most there.
+        blow = full_scale(scene)
+        control: Record = engine.control[0]
+        impulse: float = (
+            blow.peak_N * blow.contact_s * 2.0 / math.pi * control["rate_Hz"] / control["divisor"]
+        )
+        level = scene.drum.effects["rim"].level * PEAK_OF_FULL_SCALE
+        engine.rim.state["gain"] = level / (impulse * control["output_gain"])
     return engine

@@ -14,6 +14,8 @@ from realtime.jit import Records
 from sound_server.effects.cavity import Cavity
 from sound_server.effects.internal_loss import Momentum
 from sound_server.effects.muffle import Muffle
+from sound_server.effects.rim import Rim
+from sound_server.effects.snare import Snare
 from sound_server.effects.tension import Tension
 from sound_server.membrane.sweep import Head
 
@@ -74,3 +76,5 @@ class Engine(NamedTuple):
     muffle: Muffle | None = None
     tension: Tension | None = None
     cavity: Cavity | None = None
+    snare: Snare | None = None
+    rim: Rim | None = None

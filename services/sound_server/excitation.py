@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from realtime.jit import Record, Records, njit
+from sound_server.effects import rim
 from sound_server.membrane.places import CORNERS, around
 
 POOL = 32
@@ -68,6 +69,7 @@ def press(engine: Record) -> int:
     """List this step's forces of every active pulse in engine.forces; returns how many pulses are active."""
     control, pulses = engine.control[0], engine.pulses
     control.forces = 0
+    rim.begin(engine)
     active = 0
     for i in range(pulses.shape[0]):
         pulse: Record = pulses[i]
@@ -77,6 +79,7 @@ def press(engine: Record) -> int:
             pulse.age += 1.0
             if force == 0.0:
                 continue
+            rim.strike(engine, pulse.x, pulse.y, force)
             corners, shares = around(engine.head, pulse.x, pulse.y)
             if control.spread != 0:
                 for k in range(len(corners)):

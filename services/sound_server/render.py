@@ -1,7 +1,8 @@
 """The audio of one block: strikes in, mesh forward, pickups out. Every sink and the offline renderer run this text."""
 
 import math
-from collections.abc import Iterable
+from collections import deque
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -128,24 +129,36 @@ _BLOCK = 128
 _EPOCH_NS = 1_000_000_000
 
 
-def render(scene: Scene, strikes: Iterable[Blow], duration_s: float, rate_Hz: int) -> npt.NDArray[np.float32]:
-    """The sound of `strikes` on the scene's drum, shape (n, 2), as every sink would play it. Any thread; blocks."""
+def parts(
+    scene: Scene, strikes: Iterable[Blow], duration_s: float, rate_Hz: int
+) -> Iterator[npt.NDArray[np.float32]]:
+    """The sound of `strikes` on the scene's drum as every sink would play it, a quarter of a second at a time.
+
+    Shape (n, 2); the same array again and again. Equal strikes give equal samples, on one machine. Any thread.
+    """
     from sound_server.calibrate import build
 
     ring = StrikeRing()
     engine = build(scene, rate_Hz, ring)
-    out = np.zeros((round(duration_s * rate_Hz), 2), np.float32)
-    waiting = sorted(strikes, key=lambda blow: blow.t_s)
+    frames = round(duration_s * rate_Hz)
+    part = np.zeros((max(rate_Hz // 4, 1), 2), np.float32)
+    waiting = deque(sorted(strikes, key=lambda blow: blow.t_s))
     done = 0
-    while done < len(out):
-        part = out[done : done + rate_Hz // 4]
-        until_s = (done + len(part)) / rate_Hz
+    while done < frames:
+        out = part[: frames - done]
+        until_s = (done + len(out)) / rate_Hz
         while waiting and waiting[0].t_s < until_s:
             blow = waiting[0]
             onset = _EPOCH_NS + round(blow.t_s * 1e9)
             if not ring.push(onset, blow.x, blow.y, blow.peak_N, blow.contact_s):
                 break
-            waiting.pop(0)
-        render_all(engine, part, _BLOCK, _EPOCH_NS + round(done * 1e9 / rate_Hz))
-        done += len(part)
-    return out
+            waiting.popleft()
+        render_all(engine, out, _BLOCK, _EPOCH_NS + round(done * 1e9 / rate_Hz))
+        done += len(out)
+        yield out
+
+
+def render(scene: Scene, strikes: Iterable[Blow], duration_s: float, rate_Hz: int) -> npt.NDArray[np.float32]:
+    """`parts` in one piece, shape (n, 2)."""
+    found = [part.copy() for part in parts(scene, strikes, duration_s, rate_Hz)]
+    return np.concatenate(found) if found else np.zeros((0, 2), np.float32)

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from realtime.jit import Record, njit, only_with
-from sound_server.effects import cavity, internal_loss, muffle, tension
+from sound_server.effects import cavity, internal_loss, muffle, rim, snare, tension
 from sound_server.engine import Engine
 from sound_server.excitation import press
 from sound_server.membrane.sweep import largest, sweep
@@ -102,6 +102,8 @@ def _fall_asleep(engine: Engine) -> None:
         engine.head.planes[:] = np.float32(0.0)
         internal_loss.rest(engine)
         cavity.rest(engine)
+        snare.rest(engine)
+        rim.rest(engine)
         control.loudest = 0.0
         control.asleep = 1
 
@@ -123,6 +125,9 @@ def step(engine: Engine) -> tuple[float, float]:
     total += muffle.brake(engine, then)
     cavity.step(engine, control.plane, total)
     left, right = cavity.heard(engine, control.plane)
+    hoop = rim.heard(engine)
+    left += hoop
+    right += hoop
     for i in range(engine.ears.shape[0]):
         moved = float(then[engine.ears[i]] - now[engine.ears[i]])
         left += engine.ear_gains[i, 0] * moved

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from drumstick.declare import number, numbers
+from drumstick.declare import count, number, numbers
 
 
 @dataclass(frozen=True)
@@ -52,6 +52,33 @@ class Cavity:
     heard: float = number(0.5, 0.0, 1.0, "1", "How much of the second head the pickups hear")
 
 
+@dataclass(frozen=True)
+class Snare:
+    """Wires across the second head, which rattle on it. Needs `cavity`, whose head they lie on."""
+
+    wires: int = count(12, 1, 40, "wires", "Side by side across the head")
+    f_Hz: float = number(300.0, 20.0, 2000.0, "Hz", "Pitch of a wire by itself")  # noqa: N815
+    t60_s: float = number(0.08, 0.005, 10.0, "s", "Its own decay")
+    mass: float = number(0.08, 0.001, 1.0, "of the head", "Of all wires together")
+    press: float = number(
+        0.1,
+        0.0,
+        2.0,
+        "1",
+        "How firmly they lie on: to what a stroke of full scale at half radius does to the head",
+    )
+
+
+@dataclass(frozen=True)
+class Rim:
+    """The hoop answers to strokes on the rim, and a little to those near it."""
+
+    f_Hz: float = number(700.0, 50.0, 8000.0, "Hz", "Pitch of its lowest mode")  # noqa: N815
+    t60_s: float = number(0.12, 0.005, 10.0, "s", "Decay of its lowest mode")
+    level: float = number(0.6, 0.0, 4.0, "1", "Of a full stroke on the rim, to one on the head")
+    width: float = number(0.1, 0.01, 0.5, "radii", "How far inside the rim it is felt")
+
+
 # The order here is the order of the panel and of the documentation; the kernels' own is in sound_server.step.
 DRUM_EFFECTS: dict[str, type] = {
     "air_loss": AirLoss,
@@ -59,4 +86,6 @@ DRUM_EFFECTS: dict[str, type] = {
     "muffle": Muffle,
     "tension": Tension,
     "cavity": Cavity,
+    "snare": Snare,
+    "rim": Rim,
 }

@@ -29,6 +29,8 @@ def drum_of(reader: Reader, given: object) -> Drum:
 
 def check_drum(reader: Reader, drum: Drum) -> None:
     """What only several values together can get wrong."""
+    if "snare" in drum.effects and "cavity" not in drum.effects:
+        reader.refuse("drum.effects.snare", "needs [drum.effects.cavity]: the wires lie on the second head")
     loss = drum.effects.get("internal_loss")
     if loss is not None and not (loss.t60_s < drum.t60_s and loss.at_Hz > drum.f01_Hz):
         reader.refuse(

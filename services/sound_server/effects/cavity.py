@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from realtime.jit import Record, Records, only_with
+from sound_server.effects import snare
 from sound_server.membrane.sweep import Head, sweep
 
 AIR_KG_PER_M3, SOUND_M_PER_S = 1.204, 343.2  # at 20 degrees Celsius
@@ -59,6 +60,7 @@ def step(engine: Record, plane: int, sum_1: float) -> None:
         cavity.head, planes[plane], planes[1 - plane], state.now_gain, state.then_gain, None,
         np.float32(state.push_2 * difference), None, None, None, None, None, 1,
     )  # fmt: skip
+    state.sum_2 += snare.rattle(engine, planes[1 - plane])
     state.sum_1 = sum_1
 
 

@@ -39,6 +39,11 @@ class WavFile:
             self.close()
             raise
 
+    @property
+    def is_open(self) -> bool:
+        """Whether more can be recorded."""
+        return self._fd is not None
+
     def _append(self, fd: int, content: bytes) -> None:
         rest = memoryview(content)
         while rest:

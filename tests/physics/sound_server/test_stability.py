@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from drumstick.drum_effects import DRUM_EFFECTS, AirLoss, Cavity, InternalLoss, Muffle, Tension
+from drumstick.drum_effects import DRUM_EFFECTS, AirLoss, Cavity, InternalLoss, Muffle, Snare, Tension
 from drumstick.scene import Scene
 from membranes import Membrane, energy
 from sound_server.build import new_engine
@@ -24,6 +24,7 @@ DRUMS: dict[str, dict[str, object]] = {
     "plain": {},
     "tension": {"tension": Tension(300.0)},
     "cavity": {"cavity": Cavity(depth_m=0.1, f01_Hz=700.0, t60_s=60.0)},
+    "snare": {"cavity": Cavity(depth_m=0.1, f01_Hz=700.0, t60_s=2.0), "snare": Snare(press=0.05)},
     "muffle": {"muffle": Muffle(((0.5, 0.2, 0.3),), 0.01)},
 }
 
@@ -94,7 +95,7 @@ def test_two_heads_share_their_energy_and_keep_it() -> None:
     assert moved > 0.01 * float(np.abs(engine.head.planes).max())
 
 
-@pytest.mark.parametrize("name", ["plain", "tension", "cavity", "muffle"])
+@pytest.mark.parametrize("name", ["plain", "tension", "cavity", "snare", "muffle"])
 def test_energy_never_grows(name: str) -> None:
     """With losses of its own or its effects', from step to step; rounding is all that may add.
 
@@ -117,6 +118,13 @@ EFFECTS = st.fixed_dictionaries(
         "internal_loss": st.builds(InternalLoss, st.floats(0.001, 0.4), st.floats(2100.0, 20000.0)),
         "muffle": st.builds(Muffle, st.just(((0.4, 0.1, 0.4), (0.9, 0.0, 0.3))), st.floats(0.001, 10.0)),
         "tension": st.builds(Tension, st.floats(0.0, 1200.0)),
+        "snare": st.builds(
+            Snare,
+            st.integers(1, 40),
+            st.floats(20.0, 2000.0),
+            st.floats(0.005, 10.0),
+            st.floats(0.001, 1.0),
+        ),
         "cavity": st.builds(
             Cavity,
             st.floats(0.02, 2.0),
@@ -140,7 +148,9 @@ def test_any_effects_together_decay(
     ring = StrikeRing()
     engine = new_engine(scene, RATE, ring)
     assert engine.tension is not None
+    assert engine.snare is not None
     engine.tension.state["half"] = 1.0
+    engine.snare.state["eta_0"] = 0.01
     blow = full_scale(scene)
     ring.push(0, 0.3, -0.2, share * blow.peak_N, blow.contact_s)
     play(engine, round((blow.contact_s + 0.001) * RATE))

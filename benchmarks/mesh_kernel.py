@@ -1,0 +1,184 @@
+"""What a junction costs: python benchmarks/mesh_kernel.py [--rounds 20].
+
+The triangular mesh of N junctions across: our step against the same step in C (mesh_kernel.c, gcc -O3 -march=native
+and, to be fair to it, with -ffast-math too), and our step with each of the drum's effects. Thread CPU time, windows of
+some milliseconds in turn, the best of each. All must come to the same planes, or the script stops.
+"""
+
+import argparse
+import ctypes
+import dataclasses
+import json
+import math
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+HERE = Path(__file__).parent
+sys.path[:0] = [str(HERE), str(HERE.parent / "tests")]
+
+import numpy as np
+from machine import description
+
+from drumstick.drum_effects import DRUM_EFFECTS
+from drumstick.scene import Scene
+from membranes import head_of
+from realtime.float_mode import flush_denormals, restore
+from realtime.jit import njit
+from realtime.lent import lend
+from sound_server.build import new_engine
+from sound_server.engine import Engine
+from sound_server.events import StrikeRing
+from sound_server.membrane.lattice import TOPOLOGIES, lattice_of
+from sound_server.membrane.scheme import even_losses, scheme_of
+from sound_server.membrane.sweep import Head, sweep
+from sound_server.step import step
+
+RESULT = HERE / "results" / "mesh_kernel.json"
+ACROSS = (16, 32, 64, 128, 256)
+WINDOW_UPDATES = 4e6
+RATE_HZ = 48_000
+FLAGS = {"gcc -O3": ["-O3", "-march=native"], "gcc -O3 -ffast-math": ["-O3", "-march=native", "-ffast-math"]}
+Window = Callable[[int], float]
+
+
+@njit()
+def _sweeps(head: Head, now_gain: np.float32, then_gain: np.float32, steps: int) -> None:
+    mode = flush_denormals()
+    one, other = head.planes[0], head.planes[1]
+    for _ in range(steps):
+        sweep(head, one, other, now_gain, then_gain, None, None, None, None, None, None, None, None)
+        one, other = other, one
+    restore(mode)
+
+
+@njit()
+def _steps(engine: Engine, steps: int) -> None:
+    engine = lend(engine)
+    mode = flush_denormals()
+    for _ in range(steps):
+        step(engine)
+    restore(mode)
+
+
+def timed(call: Callable[[], None]) -> float:
+    begun = time.thread_time()
+    call()
+    return time.thread_time() - begun
+
+
+def built(flags: list[str], folder: Path) -> ctypes.CDLL:
+    out = folder / f"{len(list(folder.iterdir()))}.so"
+    subprocess.run(
+        ["gcc", *flags, "-shared", "-fPIC", "-o", str(out), str(HERE / "mesh_kernel.c")], check=True
+    )
+    return ctypes.CDLL(str(out))
+
+
+def start(head: Head) -> None:
+    inside = head.weights > 0.0
+    for plane, seed in zip(head.planes, (1, 2), strict=True):
+        plane[:] = 0.0
+        plane[inside] = np.random.default_rng(seed).standard_normal(int(inside.sum())) * 1e-3
+
+
+def kernels(across: int, rounds: int, libraries: dict[str, ctypes.CDLL]) -> dict[str, Any]:
+    lattice = lattice_of(2.0 / across)
+    scheme, losses = scheme_of(TOPOLOGIES["triangular"], 2, False), even_losses(2.0, 1.0 / RATE_HZ)
+    head = head_of(lattice, scheme.tau / (1.0 + losses.s))
+    now_gain = np.float32((2.0 - scheme.tau) / (1.0 + losses.s))
+    then_gain = np.float32((1.0 - losses.s) / (1.0 + losses.s))
+    steps = 2 * max(10, round(WINDOW_UPDATES / lattice.junctions / 2))
+
+    def ours(n: int) -> None:
+        _sweeps(head, now_gain, then_gain, n)
+
+    def theirs(library: ctypes.CDLL) -> Callable[[int], None]:
+        pointer = ctypes.c_void_p
+
+        def call(n: int) -> None:
+            library.run(
+                *(pointer(a.ctypes.data) for a in (*head.planes, head.weights, head.spans)),
+                *(ctypes.c_int(v) for v in (len(head.spans), lattice.weights.shape[1], lattice.centre_row)),
+                ctypes.c_float(float(now_gain)),
+                ctypes.c_float(float(then_gain)),
+                ctypes.c_int(n),
+            )
+
+        return call
+
+    calls = {"ours": ours} | {name: theirs(library) for name, library in libraries.items()}
+    ends: dict[str, Any] = {}
+    for name, call in calls.items():
+        start(head)
+        call(20)
+        ends[name] = head.planes.copy()
+        assert np.allclose(ends[name], ends["ours"], rtol=1e-3, atol=1e-6), name
+    best = dict.fromkeys(calls, math.inf)
+    start(head)
+    for _ in range(rounds):
+        for name, call in calls.items():
+            best[name] = min(best[name], timed(lambda call=call: call(steps)))
+    ns = {name: spent / steps / lattice.junctions * 1e9 for name, spent in best.items()}
+    return {
+        "across": across,
+        "junctions": lattice.junctions,
+        "ns": ns,
+        "gcc_over_ours": {name: ns[name] / ns["ours"] for name in libraries},
+    }
+
+
+def _engine(effects: dict[str, Any]) -> Engine:
+    scene = Scene("drum")
+    scene = dataclasses.replace(scene, drum=dataclasses.replace(scene.drum, effects=effects, t60_s=20.0))
+    engine = new_engine(scene, RATE_HZ, StrikeRing())
+    if engine.tension is not None:
+        engine.tension.state["half"] = 1e-3
+    start(engine.head)
+    return engine
+
+
+def effects(rounds: int) -> dict[str, Any]:
+    """ns a step of the shipped drum with each effect; `snare` and `cavity` are a second head too."""
+    named: dict[str, dict[str, Any]] = {"none": {}}
+    for name, table in DRUM_EFFECTS.items():
+        named[name] = {name: table()}
+    named["snare"]["cavity"] = DRUM_EFFECTS["cavity"]()
+    engines = {name: _engine(tables) for name, tables in named.items()}
+    for engine in engines.values():
+        _steps(engine, 10)
+    best = dict.fromkeys(engines, math.inf)
+    steps = 1000
+    for _ in range(rounds):
+        for name, engine in engines.items():
+            best[name] = min(best[name], timed(lambda engine=engine: _steps(engine, steps)))
+    ns = {name: spent / steps * 1e9 for name, spent in best.items()}
+    return {name: {"ns_per_step": value, "ratio": value / ns["none"]} for name, value in ns.items()}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--rounds", type=int, default=20)
+    rounds = parser.parse_args().rounds
+    with tempfile.TemporaryDirectory() as folder:
+        libraries = {name: built(flags, Path(folder)) for name, flags in FLAGS.items()}
+        rows = []
+        for across in ACROSS:
+            rows.append(kernels(across, rounds, libraries))
+            print(rows[-1])
+    found = effects(rounds)
+    for name, row in found.items():
+        print(f"{name:15s} {row['ns_per_step']:8.0f} ns a step, {row['ratio']:.2f} of none")
+    gcc = subprocess.run(
+        ["gcc", "--version"], capture_output=True, text=True, check=True
+    ).stdout.splitlines()[0]
+    result = {"machine": description(), "gcc": gcc, "rounds": rounds, "kernels": rows, "effects": found}
+    RESULT.write_text(json.dumps(result, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

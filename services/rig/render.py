@@ -1,0 +1,144 @@
+"""`drumstick render`: a scene's drum into a WAV file, offline and as fast as the machine can."""
+
+import csv
+import json
+import math
+import time
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from rig import scene_file
+from rig.fault import lacking, wrong
+
+if TYPE_CHECKING:
+    from drumstick.scene import Scene
+    from sound_server.render import Blow
+
+_COLUMNS = {"t_s": (0.0, 86_400.0), "x": (-2.0, 2.0), "y": (-2.0, 2.0), "speed_m_per_s": (0.0, 100.0)}
+_MOST_STRIKES = 1_000_000
+_ONE_STRIKE_S = 0.05  # when the one strike falls that is played without --strikes
+
+
+class Wishes(NamedTuple):
+    """What is to be rendered; `strikes` is a CSV file, `roll` asks for what the scene's own stick would play."""
+
+    out: Path
+    duration_s: float
+    strikes: Path | None
+    roll: bool
+    rate_Hz: int  # noqa: N815
+
+
+def _number(row: dict[str, str | None], name: str, place: str) -> float:
+    low, high = _COLUMNS[name]
+    try:
+        value = float(row[name] or "")
+    except ValueError:
+        wrong(f"{place}: {name}: {row[name]!r} is not a number")
+    if not (math.isfinite(value) and low <= value <= high):
+        wrong(f"{place}: {name}: {value:g} is outside {low:g} .. {high:g}")
+    return value
+
+
+def _read(path: Path, scene: "Scene") -> list["Blow"]:
+    from sound_server.calibrate import blow_at
+
+    blows: list[Blow] = []
+    try:
+        with path.open(encoding="utf-8", newline="") as lines:
+            table = csv.DictReader(lines)
+            missing = [name for name in _COLUMNS if name not in (table.fieldnames or [])]
+            if missing:
+                wrong(f"{path}: not a table of strikes: it needs the columns {', '.join(_COLUMNS)}")
+            for row in table:
+                t_s, x, y, speed = (_number(row, name, f"{path}:{table.line_num}") for name in _COLUMNS)
+                blows.append(blow_at(scene, speed, x, y, t_s))
+                if len(blows) > _MOST_STRIKES:
+                    wrong(f"{path}: more than {_MOST_STRIKES} strikes; cut it")
+    except OSError as error:
+        wrong(f"{path}: cannot be read: {error.strerror}")
+    except (UnicodeDecodeError, csv.Error) as error:
+        wrong(f"{path}: not a table of strikes (CSV): {error}")
+    return blows
+
+
+def _rolled(scene: "Scene", duration_s: float) -> list["Blow"]:
+    # The scene's own stick, thrown once, on the hand's circle.
+    from drumstick.simulate import COLUMNS, simulate
+    from sound_server.calibrate import blow_at
+
+    hand = scene.hand
+    blows: list[Blow] = []
+    for row in simulate(scene, duration_s, hand.throw_m_per_s).contacts:
+        contact = dict(zip(COLUMNS, map(float, row), strict=True))
+        t_s = contact["t_in_s"]
+        turn = 2.0 * math.pi * t_s / hand.orbit_period_s
+        x, y = hand.orbit_radius * math.cos(turn), hand.orbit_radius * math.sin(turn)
+        blows.append(blow_at(scene, -contact["v_in_m_per_s"], x, y, t_s))
+    return blows
+
+
+def _strikes(scene: "Scene", wishes: Wishes) -> list["Blow"]:
+    from sound_server.calibrate import blow_at
+
+    if wishes.strikes is not None and wishes.roll:
+        wrong("--strikes and --roll: give one of the two")
+    if wishes.strikes is not None:
+        return _read(wishes.strikes, scene)
+    if wishes.roll:
+        return _rolled(scene, wishes.duration_s)
+    return [blow_at(scene, scene.strike.full_scale_m_per_s / 2.0, 0.5, 0.0, _ONE_STRIKE_S)]
+
+
+def _write(scene: "Scene", blows: Iterable["Blow"], wishes: Wishes) -> float:
+    # Returns the largest sample.
+    import numpy as np
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from sound_server.render import parts
+    from sound_server.sinks.wavfile import WavFile
+
+    try:
+        wav = WavFile(wishes.out, wishes.rate_Hz, longest_s=wishes.duration_s + 1.0)
+    except OSError as error:
+        lacking(f"{wishes.out}: cannot be written: {error.strerror}")
+    top = 0.0
+    try:
+        with Progress(console=Console(stderr=True), transient=True) as progress:
+            task = progress.add_task("rendering", total=wishes.duration_s)
+            for part in parts(scene, blows, wishes.duration_s, wishes.rate_Hz):
+                wav.record(part)
+                if not wav.is_open:
+                    lacking(f"{wishes.out}: the disk took no more")
+                top = max(top, float(np.abs(part).max()))
+                progress.advance(task, len(part) / wishes.rate_Hz)
+    finally:
+        wav.close()
+    return top
+
+
+def render(scene: str, wishes: Wishes, as_json: bool) -> None:
+    """Write the file and say what is in it. Raises Stop."""
+    loaded = scene_file.load(scene)
+    blows = [blow for blow in _strikes(loaded, wishes) if blow.t_s < wishes.duration_s]
+    begun = time.monotonic()
+    peak = _write(loaded, blows, wishes)
+    spent = time.monotonic() - begun
+    if as_json:
+        found = {
+            "scene": loaded.name,
+            "file": str(wishes.out),
+            "duration_s": wishes.duration_s,
+            "rate_Hz": wishes.rate_Hz,
+            "strikes": len(blows),
+            "peak": peak,
+            "times_real_time": wishes.duration_s / spent,
+        }
+        print(json.dumps(found))
+        return
+    print(
+        f"{wishes.out}: {wishes.duration_s:g} s of {loaded.name}, {len(blows)} strikes, peak {peak:.3f}, "
+        f"{wishes.duration_s / spent:.0f} times faster than it sounds"
+    )

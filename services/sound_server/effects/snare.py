@@ -1,0 +1,97 @@
+"""`snare`: wires across the second head, which leave it and fall back on it while it rings.
+
+Each wire is a few beads on springs, pressed against the head. A bead and the head that come as near as eta = u - x push
+each other by F = K [eta + eta_0]+, less what they push at rest, F_0 = K eta_0. In discrete time the push is the
+discrete gradient of its energy between eta- and eta+ (Chatziioannou and van Walstijn, "Energy conserving schemes for
+the simulation of musical instrument contact dynamics", J. Sound Vib. 339, 2015): one equation a bead with one solution,
+and no blow, however hard, adds energy. Kernels: audio thread.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from realtime.jit import Record, Records, njit, only_with
+
+# One bead: the junction under it, its place and how near the head is to it, now and before.
+BEAD: np.dtype[Any] = np.dtype(
+    [("junction", "i8"), ("now", "f8"), ("before", "f8"), ("eta", "f8"), ("eta_before", "f8")], align=True
+)
+# K and eta_0; a bead's mass in junctions, its spring (w T)^2, 1 + its losses; what a weight of 1, as baked, gives way.
+STATE: np.dtype[Any] = np.dtype(
+    [
+        ("stiffness", "f8"),
+        ("eta_0", "f8"),
+        ("mass", "f8"),
+        ("spring", "f8"),
+        ("loss", "f8"),
+        ("give", "f8"),
+    ],
+    align=True,
+)
+
+
+class Snare(NamedTuple):
+    """beads (n,) of BEAD; state (1,) of STATE."""
+
+    beads: Records
+    state: Records
+
+
+@njit()
+def met(before: float, free: float, give: float) -> float:
+    """eta+ = free - give [eta-, eta+], where give is K/2 times all that gives way, and [ , ] the gradient over K/2:
+    the sum of both in touch, 0 of both apart, else the square of the one in touch over their difference."""
+    both = (free - give * before) / (1.0 + give)
+    if before >= 0.0 and both >= 0.0:
+        return both
+    if before < 0.0 and free < 0.0:
+        return free
+    if before >= 0.0:  # leaving: (eta+ - free)(before - eta+) + give before^2 = 0, the lower root
+        half = 0.5 * (free + before)
+        return half - math.sqrt(0.25 * (before - free) ** 2 + give * before * before)
+    # Coming: (eta+ - free)(eta+ - before) + give eta+^2 = 0, the upper root.
+    half = 0.5 * (free + before) / (1.0 + give)
+    return half + math.sqrt(max(half * half - free * before / (1.0 + give), 0.0))
+
+
+@only_with("snare", otherwise=0.0)
+def rattle(engine: Record, head_after: npt.NDArray[np.float32]) -> float:
+    """After the second head's sweep: beads move on, push it and are pushed; returns by how much its sum changed."""
+    state, beads = engine.snare.state[0], engine.snare.beads
+    weights = engine.cavity.head.weights
+    changed = 0.0
+    at_rest = state.stiffness * state.eta_0
+    for i in range(beads.shape[0]):
+        bead = beads[i]
+        give = weights[bead.junction] * state.give
+        # Without the push: the head's and the bead's next places, with the constant push of rest on both.
+        base = (2.0 - state.spring) * bead.now - (2.0 - state.loss) * bead.before
+        free = (base - at_rest / state.mass) / state.loss
+        height = float(head_after[bead.junction]) + give * at_rest
+        all_gives = 0.5 * state.stiffness * (give + 1.0 / (state.mass * state.loss))
+        eta = met(bead.eta_before + state.eta_0, height - free + state.eta_0, all_gives) - state.eta_0
+        force = (height - free - eta) / (give + 1.0 / (state.mass * state.loss))
+        step = give * (at_rest - force)
+        head_after[bead.junction] += np.float32(step)
+        changed += step
+        bead.before = bead.now
+        bead.now = free + force / (state.mass * state.loss)
+        bead.eta_before = bead.eta
+        bead.eta = (
+            float(head_after[bead.junction]) - bead.now
+        )  # as the plane has it, so that rounding adds up nowhere
+    return changed
+
+
+@only_with("snare")
+def rest(engine: Record) -> None:
+    """All at rest, in touch with the head."""
+    for i in range(engine.snare.beads.shape[0]):
+        bead = engine.snare.beads[i]
+        bead.now = 0.0
+        bead.before = 0.0
+        bead.eta = 0.0
+        bead.eta_before = 0.0

@@ -1,0 +1,92 @@
+"""`drumstick render`: a WAV file that any program reads, the same each time, and clear words for wrong strikes."""
+
+import json
+import subprocess
+import sys
+import wave
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+
+def drumstick(*given: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [str(Path(sys.executable).with_name("drumstick")), "render", *given],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=110,
+    )
+
+
+def samples(path: Path) -> tuple[int, np.ndarray]:
+    with wave.open(str(path)) as file:
+        assert (file.getnchannels(), file.getsampwidth()) == (2, 2)
+        frames = np.frombuffer(file.readframes(file.getnframes()), "<i2").reshape(-1, 2)
+        return file.getframerate(), frames
+
+
+def test_one_strike_at_half_radius_and_the_same_again(tmp_path: Path) -> None:
+    files = [tmp_path / "one.wav", tmp_path / "two.wav"]
+    for path in files:
+        done = drumstick("bare-drum", "--out", str(path), "--duration", "0.7", "--json")
+        assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert (told["scene"], told["strikes"], told["duration_s"], told["rate_Hz"]) == (
+        "bare-drum",
+        1,
+        0.7,
+        48000,
+    )
+    rate, frames = samples(files[0])
+    assert (rate, len(frames)) == (48000, 33600)
+    assert np.abs(frames).max() == pytest.approx(told["peak"] * 32767, abs=1.0)
+    assert not frames[:2400].any(), "silence before the strike"
+    assert np.abs(frames[2400:7200]).max() > 1000
+    assert files[0].read_bytes() == files[1].read_bytes()
+
+
+def test_strikes_from_a_table(tmp_path: Path) -> None:
+    table = tmp_path / "strikes.csv"
+    table.write_text("t_s,x,y,speed_m_per_s\n0.1,0.5,0,1.0\n0.3,-0.2,0.1,0.5\n9.0,0,0,1\n")
+    out = tmp_path / "played.wav"
+    done = drumstick("bare-drum", "--out", str(out), "--duration", "0.5", "--strikes", str(table))
+    assert done.returncode == 0, done.stderr
+    assert "2 strikes" in done.stdout
+    _, frames = samples(out)
+    assert not frames[:4800].any()
+    assert frames[4800:6000].any()
+
+
+def test_a_roll_of_the_scenes_own_stick(tmp_path: Path) -> None:
+    out = tmp_path / "roll.wav"
+    done = drumstick("roll", "--out", str(out), "--duration", "1", "--roll", "--json")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["strikes"] in (21, 22, 23)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("t_s,x,y\n0,0,0\n", "needs the columns t_s, x, y, speed_m_per_s"),
+        ("t_s,x,y,speed_m_per_s\n0,0,0,fast\n", "speed_m_per_s: 'fast' is not a number"),
+        ("t_s,x,y,speed_m_per_s\n0,0,0,1\n0,9,0,1\n", ":3: x: 9 is outside -2 .. 2"),
+        ("t_s,x,y,speed_m_per_s\n0,0,0,nan\n", "speed_m_per_s: nan is outside 0 .. 100"),
+        ("t_s,x,y,speed_m_per_s\n0,0,0\n", "speed_m_per_s: None is not a number"),
+    ],
+)
+def test_wrong_strikes_are_named(tmp_path: Path, text: str, words: str) -> None:
+    table = tmp_path / "strikes.csv"
+    table.write_text(text)
+    done = drumstick("bare-drum", "--out", str(tmp_path / "x.wav"), "--strikes", str(table))
+    assert done.returncode == 2
+    assert words in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_where_nothing_can_be_written(tmp_path: Path) -> None:
+    done = drumstick("bare-drum", "--out", str(tmp_path / "nowhere" / "x.wav"))
+    assert done.returncode == 3
+    assert "cannot be written" in done.stderr
+    assert drumstick("bare-drum", "--out", "x.wav", "--strikes", str(tmp_path / "none.csv")).returncode == 2

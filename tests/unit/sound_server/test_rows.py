@@ -1,0 +1,99 @@
+"""The row kernel at every width of vectors: the same bits, and what float64 says."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from membranes import Membrane, head_of
+from realtime.jit import njit
+from sound_server.membrane.lanes import WIDTH, widest
+from sound_server.membrane.lattice import TOPOLOGIES, lattice_of
+from sound_server.membrane.rows import LEFT, RIGHT, step_of
+from sound_server.membrane.sweep import Head, stretched, sweep
+
+Floats = npt.NDArray[np.float32]
+NOW_GAIN, THEN_GAIN = np.float32(-0.6), np.float32(0.98)
+
+
+def plain_sweep(width: int) -> Any:
+    left, right = step_of(width, LEFT), step_of(width, RIGHT)
+
+    @njit()
+    def run(head: Head, now: Floats, then: Floats) -> float:
+        grid = head.grid[0]
+        stride = grid.stride
+        total = 0.0
+        for row in range(1, head.spans.shape[0] - 1):
+            start = row * stride + head.spans[row, 0]
+            stop = start + head.spans[row, 1]
+            if (row - grid.centre_row) & 1:
+                total += right(
+                    now, then, head.weights, start, stop, stride, NOW_GAIN, THEN_GAIN, None, None, None, None,
+                    None, None, None, None,
+                )  # fmt: skip
+            else:
+                total += left(
+                    now, then, head.weights, start, stop, stride, NOW_GAIN, THEN_GAIN, None, None, None, None,
+                    None, None, None, None,
+                )  # fmt: skip
+        return total
+
+    return run
+
+
+def filled(head: Head) -> Head:
+    inside = head.weights > 0.0
+    for plane, seed in zip(head.planes, (1, 2), strict=True):
+        plane[inside] = np.random.default_rng(seed).standard_normal(int(inside.sum()))
+    return head
+
+
+@pytest.mark.parametrize("across", [5.0, 23.7, 64.2])
+def test_every_width_gives_the_same_bits(across: float) -> None:
+    lattice = lattice_of(2.0 / across)
+    found: dict[int, bytes] = {}
+    for width in (1, 4, 8, 16):
+        head = filled(head_of(lattice, 2.6))
+        assert plain_sweep(width)(head, head.planes[0], head.planes[1]) == 0.0
+        found[width] = head.planes.tobytes()
+    assert len(set(found.values())) == 1
+
+
+@pytest.mark.parametrize("kind", TOPOLOGIES)
+def test_a_step_is_what_the_equation_says(kind: str) -> None:
+    """With everything on: ring gain, push, momentum, and the sum of u+."""
+    head = filled(head_of(lattice_of(2.0 / 23.7, TOPOLOGIES[kind]), 2.6))
+    membrane = Membrane(head, 2.6)
+    u, momentum = head.planes[0].copy(), np.zeros_like(head.planes[0])
+    momentum[:] = head.planes[1] * 0.01
+    pulled = 2.6 * membrane.bend(u)
+    moving = 0.99 * momentum.astype(float) + 1.3 * pulled + 2.6 * membrane.weights * 0.25
+    wanted = np.where(membrane.weights > 0.0, u + moving + 0.02 * pulled, 0.0)
+    total = sweep(
+        head, head.planes[0], head.planes[1], np.float32(2.6), THEN_GAIN, np.float32(1.3), np.float32(0.25), momentum,
+        np.float32(0.99), np.float32(0.02), None, None, 1,
+    )  # fmt: skip
+    np.testing.assert_allclose(head.planes[1], wanted, atol=2e-5)
+    assert total == pytest.approx(float(np.sum(wanted)), abs=1e-2)
+
+
+@pytest.mark.parametrize("kind", TOPOLOGIES)
+def test_the_stretch_is_what_its_sums_say(kind: str) -> None:
+    head = filled(head_of(lattice_of(2.0 / 23.7, TOPOLOGIES[kind]), 2.6))
+    membrane = Membrane(head, 2.6)
+    share = membrane.mass.astype(np.float32)
+    u, before = head.planes[0].astype(float), head.planes[1].astype(float)
+    d = 2.6 * membrane.bend(head.planes[0])
+    found = stretched(head, head.planes[0], head.planes[1], share, np.float32(2.6), None, None)
+    weights = 2.6 * membrane.weights
+    wanted = [np.sum(share * d * other) for other in (u - before, d, weights, before)]
+    np.testing.assert_allclose(found, wanted, rtol=2e-4, atol=0.05)
+
+
+def test_the_widest_vectors_of_a_processor() -> None:
+    assert widest({"avx512f": True, "avx": True}) == 16
+    assert widest({"avx512f": False, "avx": True}) == 8
+    assert widest({}) == 4
+    assert WIDTH in (4, 8, 16)
