@@ -169,53 +169,61 @@ def test_no_contact_exceeds_what_the_envelope_predicts(
             return
 
 
-def _lost(stick: Stick, v0: float, ticks: float) -> float:
-    # What rounding at so many ticks may do to the speed, m/s, at z = 0. A hand that presses hard makes the stick swing
-    # about a rest deep in the head, much faster than v0: energy at z = 0 is a small rest of what swings there.
-    w = math.sqrt((stick.k_coll_N_per_m + stick.k_hand_N_per_m) / stick.m_kg)
-    swing = stick.k_hand_N_per_m * stick.z_ss_m / (stick.m_kg * w)
-    return 2e-16 * ticks * swing**2 / v0
+def _events(scene: Scene, v0: float, tick_s: float | None = None) -> list[tuple[int, float, float, float]]:
+    contact_s = math.pi * math.sqrt(scene.stick.m_kg / scene.stick.k_coll_N_per_m)
+    return stick_cases.events(law_of(scene), thrown(scene, v0), 20.0 * contact_s, tick_s)[:30]
+
+
+def _sensitive(scene: Scene, v0: float, whole: list[tuple[int, float, float, float]]) -> list[list[float]]:
+    # By how much each event's instant, place and speed move when a number is off by 1e-13: what rounding may do, where
+    # a contact grazes or a small speed is the rest of a large one.
+    moved = [[0.0, 0.0, 0.0] for _ in whole]
+    others = [_events(scene, v0 * (1.0 + 1e-13))]
+    for key in ("m_kg", "k_coll_N_per_m", "r_in_N_s_per_m", "k_hand_N_per_m", "z_ss_m"):
+        off = dataclasses.replace(scene.stick, **{key: getattr(scene.stick, key) * (1.0 - 1e-13)})
+        others.append(_events(dataclasses.replace(scene, stick=off), v0))
+    for other in others:
+        assume(
+            [event for event, *_ in other] == [event for event, *_ in whole]
+        )  # or nobody can say which comes
+        for most, (_, *found), (_, *wanted) in zip(moved, other, whole, strict=True):
+            most[:] = [max(m, abs(f - w)) for m, f, w in zip(most, found, wanted, strict=True)]
+    return moved
 
 
 def _same_when_split(scene: Scene, v0: float, ratio: float) -> None:
     contact_s = math.pi * math.sqrt(scene.stick.m_kg / scene.stick.k_coll_N_per_m)
-    whole = stick_cases.events(law_of(scene), thrown(scene, v0), 20.0 * contact_s)[:30]
-    ticks = stick_cases.events(law_of(scene), thrown(scene, v0), 20.0 * contact_s, ratio * contact_s)[:30]
+    whole = _events(scene, v0)
+    rounding = _sensitive(scene, v0, whole)
+    ticks = _events(scene, v0, ratio * contact_s)
     # A tick may notice sooner that the stick has come to rest: before the last turn in the head.
     assert len(whole) - 1 <= len(ticks) <= len(whole)
-    whole = whole[: len(ticks)]
-    assert [event for event, *_ in ticks] == [event for event, *_ in whole]
+    assert [event for event, *_ in ticks] == [event for event, *_ in whole[: len(ticks)]]
     # A late force is fed back, and multiplies what rounding did to the instant of a sample.
     near = 1e-7 if "system_delay" in scene.effects else 1e-9
     fastest = max([v0] + [abs(v) for *_, v in whole])
-    lost = _lost(scene.stick, v0, 20.0 / ratio)
-    fading = 0.5 * max(scene.stick.r_in_N_s_per_m, scene.stick.r_out_N_s_per_m) / scene.stick.m_kg
-    before = 0.0
-    for (_, t, z, v), (_, t_whole, z_whole, v_whole) in zip(ticks, whole, strict=True):
-        # Near critical damping a motion may have faded to rounding when it turns at last.
-        near += 1e-16 * math.exp(min(fading * (t_whole - before), 36.0))
-        before = t_whole
-        assert abs(t - t_whole) <= near * (contact_s + t_whole)
-        assert abs(z - z_whole) <= contact_s * (near * fastest + lost)
-        share = min(abs(v_whole) / v0, 1.0)  # the slower, the smaller a part of the energy inside
-        assert abs(v - v_whole) <= near * fastest + lost / (share or 1.0)
+    # As many roundings as ticks, each worth a few of those.
+    often = 10.0 * (1.0 + 20.0 / ratio)
+    for (_, t, z, v), (_, t_whole, z_whole, v_whole), (dt, dz, dv) in zip(
+        ticks, whole, rounding, strict=False
+    ):
+        assert abs(t - t_whole) <= near * (contact_s + t_whole) + often * dt
+        assert abs(z - z_whole) <= near * contact_s * fastest + often * dz
+        assert abs(v - v_whole) <= near * fastest + often * dv
 
 
 @EVERY_COMBINATION
-@settings(max_examples=60)
+@settings(max_examples=60, suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
 @given(data=st.data(), v0=st.floats(0.01, 5.0), ratio=st.floats(0.02, 0.9))
 def test_events_do_not_depend_on_how_the_run_is_split(
     names: tuple[str, ...], data: st.DataObject, v0: float, ratio: float
 ) -> None:
-    scene = data.draw(likely_scenes(names))
-    assume(_lost(scene.stick, v0, 20.0 / ratio) < 1e-6 * v0)  # or the case is rounding alone
-    _same_when_split(scene, v0, ratio)
+    _same_when_split(data.draw(likely_scenes(names)), v0, ratio)
 
 
 def test_a_hand_that_presses_with_two_kilonewtons_split_into_a_thousand_ticks() -> None:
     """Found by chance: 0.5 m/s where the stick enters and leaves, 83 m/s within the head, no losses."""
     stick = Stick(math.exp(-4.0), 29420.876068369507, 0.0, 1e4, 0.0, -0.22313016014842982, "paper")
-    assert _lost(stick, 0.5, 1000.0) < 2e-8
     _same_when_split(stick_cases.scene(stick), 0.5, 0.021484375)
 
 
