@@ -174,9 +174,11 @@ def _events(scene: Scene, v0: float, tick_s: float | None = None) -> list[tuple[
     return stick_cases.events(law_of(scene), thrown(scene, v0), 20.0 * contact_s, tick_s)[:30]
 
 
-def _sensitive(scene: Scene, v0: float, whole: list[tuple[int, float, float, float]]) -> list[list[float]]:
+def _sensitive(
+    scene: Scene, v0: float, whole: list[tuple[int, float, float, float]]
+) -> list[list[float]] | None:
     # By how much each event's instant, place and speed move when a number is off by 1e-13: what rounding may do, where
-    # a contact grazes or a small speed is the rest of a large one.
+    # a contact grazes or a small speed is the rest of a large one. None when other events come: nobody can say which.
     moved = [[0.0, 0.0, 0.0] for _ in whole]
     others = [_events(scene, v0 * (1.0 + 1e-13))]
     for key in ("m_kg", "k_coll_N_per_m", "r_in_N_s_per_m", "k_hand_N_per_m", "z_ss_m"):
@@ -191,10 +193,13 @@ def _sensitive(scene: Scene, v0: float, whole: list[tuple[int, float, float, flo
     return moved
 
 
-def _same_when_split(scene: Scene, v0: float, ratio: float) -> None:
+def _same_when_split(scene: Scene, v0: float, ratio: float) -> bool:
+    # False when rounding decides what happens.
     contact_s = math.pi * math.sqrt(scene.stick.m_kg / scene.stick.k_coll_N_per_m)
     whole = _events(scene, v0)
     rounding = _sensitive(scene, v0, whole)
+    if rounding is None:
+        return False
     ticks = _events(scene, v0, ratio * contact_s)
     # A tick may notice sooner that the stick has come to rest: before the last turn in the head.
     assert len(whole) - 1 <= len(ticks) <= len(whole)
@@ -210,6 +215,7 @@ def _same_when_split(scene: Scene, v0: float, ratio: float) -> None:
         assert abs(t - t_whole) <= near * (contact_s + t_whole) + often * dt
         assert abs(z - z_whole) <= near * contact_s * fastest + often * dz
         assert abs(v - v_whole) <= near * fastest + often * dv
+    return True
 
 
 @EVERY_COMBINATION
@@ -218,13 +224,13 @@ def _same_when_split(scene: Scene, v0: float, ratio: float) -> None:
 def test_events_do_not_depend_on_how_the_run_is_split(
     names: tuple[str, ...], data: st.DataObject, v0: float, ratio: float
 ) -> None:
-    _same_when_split(data.draw(likely_scenes(names)), v0, ratio)
+    assume(_same_when_split(data.draw(likely_scenes(names)), v0, ratio))
 
 
 def test_a_hand_that_presses_with_two_kilonewtons_split_into_a_thousand_ticks() -> None:
     """Found by chance: 0.5 m/s where the stick enters and leaves, 83 m/s within the head, no losses."""
     stick = Stick(math.exp(-4.0), 29420.876068369507, 0.0, 1e4, 0.0, -0.22313016014842982, "paper")
-    _same_when_split(stick_cases.scene(stick), 0.5, 0.021484375)
+    assert _same_when_split(stick_cases.scene(stick), 0.5, 0.021484375)
 
 
 FORCES = ("m_kg", "k_coll_N_per_m", "r_in_N_s_per_m", "k_hand_N_per_m", "r_out_N_s_per_m")
