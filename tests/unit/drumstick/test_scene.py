@@ -191,6 +191,10 @@ def _in_agreement(tables: dict[str, Any]) -> dict[str, Any]:
         tables["hand"] = dataclasses.replace(hand, gesture_file=hand.gesture_file or "mine.csv")
     else:
         tables["hand"] = dataclasses.replace(hand, gesture_file="")
+    # Wires lie on a second head.
+    if "snare" in tables["drum"].effects:
+        two_heads = {"cavity": DRUM_EFFECTS["cavity"](), **tables["drum"].effects}
+        tables["drum"] = dataclasses.replace(tables["drum"], effects=two_heads)
     # And a head's own losses take more from what is higher.
     loss, drum = tables["drum"].effects.get("internal_loss"), tables["drum"]
     if loss is not None and not (loss.t60_s < drum.t60_s and loss.at_Hz > drum.f01_Hz):

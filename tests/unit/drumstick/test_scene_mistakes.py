@@ -48,7 +48,9 @@ EVERY_KEY = pytest.mark.parametrize(
 def _mistake(path: str, key: str, value: str) -> str:
     # The only mistake of a scene that has this one, behind file, line and key.
     good = {other: number for other, number in LEVER.items() if path == "stick.geometry" and other != key}
-    lines = [*BEFORE.splitlines(), f"[{path}]", *(f"{k} = {v}" for k, v in good.items()), f"{key} = {value}"]
+    needed = ["[drum.effects.cavity]"] if path == "drum.effects.snare" else []
+    given = [f"[{path}]", *(f"{k} = {v}" for k, v in good.items()), f"{key} = {value}"]
+    lines = [*BEFORE.splitlines(), *needed, *given]
     with pytest.raises(SceneError) as refused:
         parse("\n".join(lines) + "\n", SOURCE)
     # An unknown key may stand in the place of one that the table needs; that is told on another line.
