@@ -8,6 +8,7 @@ import pytest
 
 from membranes import Membrane, head_of
 from realtime.jit import njit
+from sound_server.build import aligned
 from sound_server.membrane.lanes import WIDTH, widest
 from sound_server.membrane.lattice import TOPOLOGIES, lattice_of
 from sound_server.membrane.rows import LEFT, RIGHT, step_of
@@ -66,7 +67,7 @@ def test_a_step_is_what_the_equation_says(kind: str) -> None:
     """With everything on: ring gain, push, momentum, and the sum of u+."""
     head = filled(head_of(lattice_of(2.0 / 23.7, TOPOLOGIES[kind]), 2.6))
     membrane = Membrane(head, 2.6)
-    u, momentum = head.planes[0].copy(), np.zeros_like(head.planes[0])
+    u, momentum = head.planes[0].copy(), aligned(head.weights.shape)
     momentum[:] = head.planes[1] * 0.01
     pulled = 2.6 * membrane.bend(u)
     moving = 0.99 * momentum.astype(float) + 1.3 * pulled + 2.6 * membrane.weights * 0.25
@@ -83,7 +84,8 @@ def test_a_step_is_what_the_equation_says(kind: str) -> None:
 def test_the_stretch_is_what_its_sums_say(kind: str) -> None:
     head = filled(head_of(lattice_of(2.0 / 23.7, TOPOLOGIES[kind]), 2.6))
     membrane = Membrane(head, 2.6)
-    share = membrane.mass.astype(np.float32)
+    share = aligned(head.weights.shape)
+    share[:] = membrane.mass
     u, before = head.planes[0].astype(float), head.planes[1].astype(float)
     d = 2.6 * membrane.bend(head.planes[0])
     found = stretched(head, head.planes[0], head.planes[1], share, np.float32(2.6), None, None)
