@@ -34,7 +34,13 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if item.path.is_relative_to(SYSTEM_TESTS) and item.get_closest_marker("system") is None:
             item.add_marker(pytest.mark.system)
-    items.sort(key=lambda item: item.get_closest_marker("system") is not None)
+    # On a real clock first: a process that has compiled for minutes stops its own threads for longer than a guard takes.
+    items.sort(
+        key=lambda item: (
+            item.get_closest_marker("system") is not None,
+            item.get_closest_marker("real_clock") is None,
+        )
+    )
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
