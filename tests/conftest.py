@@ -34,7 +34,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if item.path.is_relative_to(SYSTEM_TESTS) and item.get_closest_marker("system") is None:
             item.add_marker(pytest.mark.system)
-    # On a real clock first: a process that has compiled for minutes stops its own threads for longer than a guard takes.
+    # On a real clock first: a process that has compiled for minutes was seen to hold its own threads up for too long.
     items.sort(
         key=lambda item: (
             item.get_closest_marker("system") is not None,
