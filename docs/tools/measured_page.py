@@ -28,91 +28,6 @@ def _where(result: dict[str, Any]) -> str:
     return f"{machine['date']}, {machine['processor']}, {machine['cores']} cores, Python {machine['python']}."
 
 
-def _kernel() -> list[str]:
-    found = _read("mesh_kernel")
-    gcc = [name for name in found["kernels"][0]["ns"] if name != "ours"]
-    lines = [
-        "",
-        "## What a junction costs",
-        "",
-        f"`python benchmarks/mesh_kernel.py`: the triangular mesh's step, ours and in C ({found['gcc']}). {_where(found)}",
-        "",
-        f"| junctions across | ours, ns a junction | {' | '.join(f'{name}, ns' for name in gcc)} | {' | '.join(f'{name} to ours' for name in gcc)} |",
-        "|---|---|" + "---|" * (2 * len(gcc)),
-    ]
-    for row in found["kernels"]:
-        ns = " | ".join(f"{row['ns'][name]:.2f}" for name in gcc)
-        ratios = " | ".join(f"{row['gcc_over_ours'][name]:.2f}" for name in gcc)
-        lines.append(f"| {row['across']} | {row['ns']['ours']:.2f} | {ns} | {ratios} |")
-    lines += [
-        "",
-        "The shipped drum with one effect each, pickups and forces included; `cavity` and `snare` compute a second head.",
-        "",
-        "| effect | ns a step | to none |",
-        "|---|---|---|",
-    ]
-    lines += [
-        f"| {name} | {row['ns_per_step']:.0f} | {row['ratio']:.2f} |"
-        for name, row in found["effects"].items()
-    ]
-    return lines
-
-
-def _ticks() -> list[str]:
-    found = _read("tick_cost")
-    lines = [
-        "",
-        "## What a tick of the force loop costs",
-        "",
-        f"`python benchmarks/tick_cost.py`: everything but the sleep. {_where(found)}",
-        "",
-        "| servo | ns a tick | to the barest tick that plays the same | to a read of the clock |",
-        "|---|---|---|---|",
-    ]
-    for name, row in found["rows"].items():
-        to_bare, to_clock = row["ratio_to_bare"], row["ratio_to_clock_read"]
-        lines.append(f"| {name} | {row['ns']:.0f} | {to_bare:.2f} | {to_clock:.1f} |")
-    return lines
-
-
-def _lateness() -> list[str]:
-    found = _read("lateness")
-    lines = [
-        "",
-        "## How late the force loop is",
-        "",
-        f"`python benchmarks/lateness.py`: the servo beside an equal loop in C at the same time, {found['rate_Hz']} Hz,",
-        f"{found['windows']} windows of {found['window_s']:g} s each; what witnesses saw the host stall is discounted from both. "
-        f"The first row is the noise of it. {_where(found)}",
-        "",
-        "| condition | p50 us | p90 us | p99 us | p99.9 us | p99.99 us | worst us | p50 to C | p99 to C | host's longest stall, us |",
-        "|---|---|---|---|---|---|---|---|---|---|",
-    ]
-    for name, row in found["rows"].items():
-        us = row["ours"]["discounted"]
-        cells = " | ".join(f"{us[key]:.0f}" for key in us)
-        lines.append(
-            f"| {name} | {cells} | {row['ratio']['p50']:.2f} | {row['ratio']['p99']:.2f} | {row['longest_host_stall_us']:.0f} |"
-        )
-    return lines
-
-
-def _month() -> list[str]:
-    found = _read("month")
-    hours = found["processor_s"] / 3600.0
-    low, high = found["roll_rate_Hz"]
-    return [
-        "",
-        "## A month of ticks",
-        "",
-        f"`python benchmarks/month.py`: {found['ticks']:.3g} ticks in virtual time, from {found['start_ns']:.3g} ns on, {hours:.1f} hours of a "
-        f"processor. {_where(found)}",
-        "",
-        f"{found['strikes']} strikes, {found['dropped']} dropped; every strike within {found['furthest_from_exact_ns']:.1f} ns of where the exact cycle has",
-        f"it; the day's rate between {low:.7f} and {high:.7f} Hz; memory grew by {max(found['resident_growth_kB'])} kB.",
-    ]
-
-
 def page() -> str:
     """The whole page."""
     starts, sound = _read("start_and_restart"), _read("sound_cost")
@@ -147,7 +62,6 @@ def page() -> str:
         f" {row['ns_per_junction_and_step']:.2f} | {row['ratio_to_numpy_slices']:.2f} | {row['f01_error_cents']:+.2f} |"
         for name, row in sound["rows"].items()
     ]
-    lines += [*_kernel(), *_ticks(), *_lateness(), *_month()]
     return "\n".join([*lines, ""])
 
 
