@@ -115,7 +115,8 @@ def test_a_killed_service_comes_back_and_the_servo_misses_nothing(
     assert after.boot == before.boot
     assert after.ring_dropped == 0
     span_s = (after.t_ns - before.t_ns) * 1e-9
-    assert after.strikes - before.strikes == pytest.approx(span_s * after.roll_rate_Hz, rel=0.1, abs=3.0)
+    # The machine itself may stand still for longer than the stick is moved at once.
+    assert after.strikes - before.strikes == pytest.approx(span_s * after.roll_rate_Hz, rel=0.25, abs=3.0)
 
 
 LOOPBACK = ("7F", "00000000000000000000000001000000")  # how /proc/net ends 127.x.x.x, and ::1
