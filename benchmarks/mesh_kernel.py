@@ -26,11 +26,10 @@ from machine import description
 
 from drumstick.drum_effects import DRUM_EFFECTS
 from drumstick.scene import Scene
-from membranes import head_of
 from realtime.float_mode import flush_denormals, restore
 from realtime.jit import njit
 from realtime.lent import lend
-from sound_server.build import new_engine
+from sound_server.build import head_of, new_engine
 from sound_server.engine import Engine
 from sound_server.events import StrikeRing
 from sound_server.membrane.lattice import TOPOLOGIES, lattice_of

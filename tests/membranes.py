@@ -1,4 +1,4 @@
-"""Membranes for tests: a lattice as a head that the kernels take, and what a step should do, in float64 and by itself.
+"""Membranes for tests: what a step should do, and what a drum holds, in float64 and by itself.
 
 The energy here shares nothing with the kernels but the planes and the lattice's weights: it is the judge of theirs.
 """
@@ -9,25 +9,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from sound_server.build import aligned
 from sound_server.effects.snare import Snare
 from sound_server.effects.tension import Tension
 from sound_server.engine import Engine
-from sound_server.membrane.lattice import Lattice
-from sound_server.membrane.sweep import SQUARE, TRIANGULAR, Head
+from sound_server.membrane.sweep import Head
 
 Plane = npt.NDArray[np.float64]
-
-
-def head_of(lattice: Lattice, baked: float) -> Head:
-    """A head at rest, its weights times `baked`."""
-    size = lattice.weights.size
-    weights = aligned((size,))
-    weights[:] = (baked * lattice.weights).ravel()
-    grid: Any = np.zeros(1, TRIANGULAR if lattice.topology.shifted else SQUARE)
-    grid["spacing"], grid["stride"] = lattice.spacing, lattice.weights.shape[1]
-    grid["centre_row"], grid["centre_column"] = lattice.centre_row, lattice.centre_column
-    return Head(aligned((2, size)), weights, lattice.spans, grid)
 
 
 def is_triangular(head: Head) -> bool:

@@ -104,7 +104,8 @@ def _air_spring(table: CavityTable, step_s: float) -> float:
     return stiffness / (table.head_kg_per_m2 * table.depth_m) * step_s**2
 
 
-def _head(lattice: Lattice, baked: float) -> Head:
+def head_of(lattice: Lattice, baked: float) -> Head:
+    """A head at rest on this lattice; `baked` is what its weights are multiplied with."""
     size = lattice.weights.size
     weights = aligned((size,))
     weights[:] = (baked * lattice.weights).ravel()
@@ -204,7 +205,7 @@ def _cavity(scene: Scene, lattice: Lattice, numbers: _Numbers, step_s: float) ->
     losses = even_losses(table.t60_s, step_s)
     scheme = scheme_of(lattice.topology, 2, False).squeezed(4.0 - 2.0 * numbers.spring)
     second = tuned(table.f01_Hz, step_s, scheme, losses)
-    head = _head(second, scheme.tau / (1.0 + losses.s))
+    head = head_of(second, scheme.tau / (1.0 + losses.s))
     state: Records = np.zeros(1, cavity.STATE)
     fields: Record = state[0]
     fields["per_area_1"], fields["per_area_2"] = 1.0 / lattice.area, 1.0 / second.area
@@ -264,7 +265,7 @@ def new_engine(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     step_s = divisor / rate_Hz
     numbers = _Numbers(scene, step_s)
     lattice = tuned(scene.drum.f01_Hz, step_s, numbers.scheme, numbers.losses)
-    head = _head(lattice, numbers.baked)
+    head = head_of(lattice, numbers.baked)
     effects = scene.drum.effects
     second = _cavity(scene, lattice, numbers, step_s) if "cavity" in effects else None
     muffled = _muffle(scene, lattice, numbers.losses, step_s) if "muffle" in effects else None

@@ -6,9 +6,9 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from membranes import Membrane, head_of
+from membranes import Membrane
 from realtime.jit import njit
-from sound_server.build import aligned
+from sound_server.build import aligned, head_of
 from sound_server.membrane.lanes import WIDTH, widest
 from sound_server.membrane.lattice import TOPOLOGIES, lattice_of
 from sound_server.membrane.rows import LEFT, RIGHT, step_of
