@@ -9,7 +9,7 @@ from drumstick.contact import PAPER
 from drumstick.crossing import Point, Weights, changes, point_after, root, start_of, stay, weighted
 from drumstick.methods.carry import is_exact
 from drumstick.segment import Segment
-from drumstick.spans import SPEED, cut, first_nodes, later, nearest, push_rate
+from drumstick.spans import SPEED, cut, first_nodes, is_brief, later, nearest, push_rate
 from realtime.jit import Record, njit
 
 # Where the stick is. LOOSE: still below z = 0, but a head that only pushes has let go of it (`unilateral`).
@@ -137,6 +137,8 @@ def first_event(motion: Record, seg: Segment, horizon: float) -> Event:
     if here.v == 0.0 and here.z2 == 0.0 and here.z3 == 0.0 and here.z4 == 0.0:
         # At rest; where a negative damper lets motion grow, 0 times infinity would be NaN.
         return _in_span(motion, seg, here, stay(here, horizon))
+    if is_brief(seg, horizon):
+        return _in_span(motion, seg, here, point_after(seg, horizon))
     nodes = first_nodes(seg, here, motion.place != ABOVE)
     while here.t < horizon:
         there = point_after(seg, min(horizon, nearest(nodes)))

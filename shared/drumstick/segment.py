@@ -214,9 +214,15 @@ def _fastest_of_each(pushes: Any) -> Callable[..., float]:
 
 
 @njit()
+def quickest_push(seg: Segment) -> float:
+    """The rate at which the quickest of the running pulses fades, 1/s; 0 when none runs."""
+    return _fastest_push(seg.pushes)
+
+
+@njit()
 def quickness(seg: Segment) -> float:
     """The rate of the quickest change in the segment, 1/s: each derivative is at most so many times the one before."""
-    return fastest_rate(seg.a, seg.w2, _fastest_push(seg.pushes))
+    return fastest_rate(seg.a, seg.w2, quickest_push(seg))
 
 
 @njit()

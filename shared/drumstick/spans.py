@@ -14,7 +14,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from drumstick.crossing import Point, Weights, changes, root, weighted
-from drumstick.segment import Segment, fastest_rate
+from drumstick.segment import Segment, fastest_rate, quickest_push
 from realtime.jit import njit, overload
 
 SPEED: Weights = (0.0, 1.0, 0.0, 0.0, 0.0)
@@ -95,6 +95,12 @@ def _first_node_for_each(seg: Any, weights: Any, start: Any) -> Callable[..., fl
         return _node(seg, _faded(weights, _fading(seg.pushes[0])), _fading(seg.pushes[1]), start)
 
     return (none, one, two)[_pushes_in(seg)]
+
+
+@njit()
+def is_brief(seg: Segment, duration: float) -> bool:
+    """Is this well under half an oscillation, with no pulse running? Then it is one span: most ticks of a servo are."""
+    return duration > 0.0 and quickest_push(seg) == 0.0 and duration * fastest_rate(seg.a, seg.w2, 0.0) < 1.0
 
 
 @njit()
