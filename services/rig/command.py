@@ -57,6 +57,11 @@ PoseIsHeld = Annotated[bool, typer.Option("--pose-is-held", help=_POSE)]
 SceneName = Annotated[str, typer.Argument(help="A shipped scene or a .toml file.")]
 
 
+Also = Annotated[
+    list[str] | None, typer.Option(help="Another rig whose drum to play as well; may be repeated.")
+]
+
+
 def _run(
     part: frozenset[str],
     rig: str,
@@ -73,12 +78,14 @@ def _run(
     osc_out: list[str] | None = None,
     prefix: str = "/drumstick",
     panel_port: int = 8080,
+    also: list[str] | None = None,
 ) -> None:
     from rig import checks, folder
     from rig.plan import Options
     from rig.up import up
 
-    checks.rig_name(rig)
+    for name in (rig, *(also or ())):
+        checks.rig_name(name)
     checks.endpoint(connect)
     checks.endpoint(listen, "--listen")
     checks.port(osc_in, "--osc-in")
@@ -90,7 +97,19 @@ def _run(
     run = folder.run_folder(rig)
     up(
         Options(
-            rig, run, device, pose_is_held, audio, connect, listen, osc_in, targets, prefix, panel_port, part
+            rig,
+            run,
+            device,
+            pose_is_held,
+            audio,
+            connect,
+            listen,
+            osc_in,
+            targets,
+            prefix,
+            panel_port,
+            tuple(also or ()),
+            part,
         ),
         scene,
         duration,
@@ -149,10 +168,11 @@ def sound_command(
     duration: Duration = None,
     rig: RigName = "main",
     connect: Connect = None,
+    also: Also = None,
     as_json: Json = False,
 ) -> None:
-    """Only the sound server; the scene comes from the haptic server."""
-    _run(frozenset({"sound"}), rig, duration, as_json, audio=audio, connect=connect)
+    """Only the sound server; each rig's scene comes from its haptic server."""
+    _run(frozenset({"sound"}), rig, duration, as_json, audio=audio, connect=connect, also=also)
 
 
 @app.command("panel")

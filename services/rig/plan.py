@@ -24,6 +24,7 @@ class Options:
     osc_out: tuple[str, ...] = ("127.0.0.1:9101",)
     prefix: str = "/drumstick"
     panel_port: int = 8080
+    also: tuple[str, ...] = ()  # further rigs whose drums the sound server plays
     parts: frozenset[str] = field(default_factory=lambda: frozenset({HAPTIC, SOUND, PANEL}))
 
     @property
@@ -54,7 +55,8 @@ def commands(options: Options) -> dict[str, list[str]]:
         zenoh = router if options.connect else ["--listen", options.listen]
         plan["gateway"] = [*python, "haptic_server.gateway", *folder, *rig, *osc, *zenoh]
     if SOUND in options.parts:
-        plan["sound"] = [*python, "sound_server", *rig, *router, "--audio", options.audio]
+        drums = ["--rig", ",".join((options.rig, *options.also))]
+        plan["sound"] = [*python, "sound_server", *drums, *router, "--audio", options.audio]
     if PANEL in options.parts:
         token = ["--token-file", str(options.folder / "panel-token")]
         plan["panel"] = [*python, "web_panel", *rig, *router, "--port", str(options.panel_port), *token]

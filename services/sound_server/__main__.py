@@ -1,5 +1,6 @@
-"""python -m sound_server. Exit status 0: stopped, 2: wrong request, 3: no such device, 1: the device was lost."""
+"""python -m sound_server. Exit status 0: stopped, 2: wrong request, 3: no such device, 1: a fault of ours."""
 
+import contextlib
 import logging
 import os
 import signal
@@ -11,29 +12,48 @@ from sound_server.log import open_log
 
 
 def main() -> int:
-    """Make the parts, join them, run until SIGTERM or SIGINT."""
+    """Make the parts, join them, run until SIGTERM or SIGINT; anew, in the same process, when the device is lost."""
     wanted = options.read()
     open_log()
     stop = StopRequest()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, stop.ask)
     from sound_server.server import DeviceLost, Server
+    from sound_server.sinks import awaited
     from sound_server.sinks.choose import open_sink
     from sound_server.sinks.sink import SinkError
 
+    lookout: awaited.Lookout | None = None
     try:
         sink = open_sink(wanted.audio, wanted.rate, wanted.block)
     except SinkError as error:
-        logging.error("%s", error)
-        return error.status
+        if not wanted.awaited:
+            logging.error("%s", error)
+            return error.status
+        sink = awaited.stand_in(wanted.audio, wanted.rate, wanted.block)
+        lookout = awaited.Lookout(wanted.audio, stop)
     try:
-        Server(wanted.rig, wanted.connect, sink, stop).run()
+        Server(wanted.rigs, wanted.connect, sink, stop).run()
     except DeviceLost as lost:
         logging.error("audio device lost: %s", lost)
         sys.stderr.flush()
-        os._exit(1)  # PortAudio's own exit handler would close the dead stream, and a dead JACK never answers
+        if not sink.comes_back:
+            os._exit(1)
+        # Not closed: PortAudio would wait for ever for a JACK that is dead.
+        _start_anew(options.again(wanted, sink.words))
+    if lookout is not None and lookout.found:
+        _start_anew(options.again(wanted, wanted.audio))
     sink.close()
     return 0
+
+
+def _start_anew(command: list[str]) -> None:
+    # The process keeps its number, so whoever supervises it sees no end. What the driver had open stays behind.
+    for fd in (int(name) for name in os.listdir("/dev/fd")):
+        if fd > sys.stderr.fileno():
+            with contextlib.suppress(OSError):  # the listing's own
+                os.set_inheritable(fd, False)
+    os.execv(command[0], command)
 
 
 if __name__ == "__main__":

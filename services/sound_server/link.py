@@ -25,18 +25,18 @@ _ROUND_TRIPS = 5
 
 
 class Link:
-    """Owns the session. Methods belong to the main thread; `close` ends the reading threads."""
+    """One rig's. Methods belong to the main thread; the session ends before `close`, and may be shared with others."""
 
     def __init__(self, session: zenoh.Session, keys: Keys, complaints: Complaints) -> None:
         self._session = session
-        self._keys = keys
+        self.keys = keys
         self._complaints = complaints
         self._readers: list[threading.Thread] = []
         self._token: zenoh.LivelinessToken | None = None
 
     def scene(self) -> Scene | None:
         """The haptic server's scene; None when nobody answers, or with nonsense (logged). Blocks up to 0.5 s."""
-        payload = self._ask(self._keys.scene)
+        payload = self._ask(self.keys.scene)
         if payload is None:
             return None
         try:
@@ -55,7 +55,7 @@ class Link:
         trips: list[RoundTrip] = []
         for _ in range(_ROUND_TRIPS):
             sent = time.monotonic_ns()
-            payload = self._ask(self._keys.clock)
+            payload = self._ask(self.keys.clock)
             received = time.monotonic_ns()
             if payload is None:
                 break
@@ -94,17 +94,16 @@ class Link:
 
     def announce(self, instance: str) -> None:
         """Be seen as alive/sound/<instance> for as long as the session lives."""
-        self._token = self._session.liveliness().declare_token(self._keys.alive("sound", instance))
+        self._token = self._session.liveliness().declare_token(self.keys.alive("sound", instance))
 
     def tell(self, meter: Meter) -> None:
         """Publish the meter; dropped without a router."""
         try:
-            self._session.put(self._keys.meter, encode(meter), encoding=zenoh.Encoding(ENCODING))
+            self._session.put(self.keys.meter, encode(meter), encoding=zenoh.Encoding(ENCODING))
         except zenoh.ZError as error:
             self._complaints.complain(f"meter not sent: {error}")
 
     def close(self) -> None:
-        """Close the session, without which the process would not end, and wait for the readers."""
-        self._session.close()
+        """Wait for the readers, which end with the session."""
         for reader in self._readers:
             reader.join()

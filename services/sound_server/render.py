@@ -1,4 +1,4 @@
-"""The audio of one block: strikes in, mesh forward, pickups out. Every sink and the offline renderer run this text."""
+"""One drum's audio: strikes in, mesh forward, pickups out. The stage and the offline renderer run this text."""
 
 import math
 from collections import deque
@@ -16,21 +16,11 @@ from realtime.ring import drain
 from sound_server.engine import Engine
 from sound_server.events import StrikeRing
 from sound_server.excitation import begin
+from sound_server.limiter import limit, limited
 from sound_server.step import step
 from sound_server.upsample import interpolated, remember
 
-_KNEE = 0.75  # up to here the limiter changes nothing
 _PEAK_FALL_S = 0.3
-
-
-@njit()
-def limited(x: float) -> float:
-    """x up to 0.75, then bent smoothly (equal slope) so that |x| never exceeds 1."""
-    size = abs(x)
-    if size <= _KNEE:
-        return x
-    bent = _KNEE + (1.0 - _KNEE) * math.tanh((size - _KNEE) / (1.0 - _KNEE))
-    return math.copysign(bent, x)
 
 
 @njit()
@@ -69,7 +59,7 @@ def _advance(engine: Engine) -> None:
 
 @njit()
 def render_block(engine: Engine, out: npt.NDArray[np.float32], block_start_ns: int) -> None:
-    """Fill `out`, shape (frames, 1 or 2), with the sound from `block_start_ns` (monotonic) on.
+    """Fill `out`, shape (frames, 2), with the drum's sound from `block_start_ns` (monotonic) on, not limited.
 
     The engine's own thread only; no allocation, no locks, no system calls. The caller sets the float mode. 0 < frames.
     """
@@ -82,26 +72,23 @@ def render_block(engine: Engine, out: npt.NDArray[np.float32], block_start_ns: i
         if control.phase == 0:
             _advance(engine)
         phase = engine.phases[control.phase]
-        left = limited(control.output_gain * interpolated(engine.history, control.head, 0, phase))
-        right = limited(control.output_gain * interpolated(engine.history, control.head, 1, phase))
+        left = control.output_gain * interpolated(engine.history, control.head, 0, phase)
+        right = control.output_gain * interpolated(engine.history, control.head, 1, phase)
         control.phase = (control.phase + 1) % control.divisor
-        if out.shape[1] == 1:
-            out[i, 0] = 0.5 * (left + right)
-        else:
-            out[i, 0] = left
-            out[i, 1] = right
+        out[i, 0] = left
+        out[i, 1] = right
         peak_left = max(peak_left, abs(left))
         peak_right = max(peak_right, abs(right))
     fall = math.exp(-frames / (_PEAK_FALL_S * control.rate_Hz))
-    meters.peak_left = max(peak_left, fall * meters.peak_left)
-    meters.peak_right = max(peak_right, fall * meters.peak_right)
+    meters.peak_left = max(limited(peak_left), fall * meters.peak_left)
+    meters.peak_right = max(limited(peak_right), fall * meters.peak_right)
     meters.frames += frames
     meters.begun = control.begun
 
 
 @njit()
 def render_all(engine: Engine, out: npt.NDArray[np.float32], block: int, first_ns: int) -> None:
-    """Fill `out` block by block without pacing, in the audio float mode, as if it began at `first_ns`."""
+    """Fill `out` block by block without pacing, in the audio float mode, as if it began at `first_ns`; limited."""
     engine = lend(engine)
     mode = flush_denormals()
     start = 0
@@ -110,6 +97,7 @@ def render_all(engine: Engine, out: npt.NDArray[np.float32], block: int, first_n
         at = first_ns + int(start * 1e9 / engine.control[0].rate_Hz)
         render_block(engine, out[start:stop], at)
         start = stop
+    limit(out)
     restore(mode)
 
 

@@ -1,7 +1,7 @@
 """What becomes of a strike message: checked, played once, at its instant, or dropped and counted.
 
-`StrikeDesk` is fed by the one thread that reads strikes; its counters may be read, and its clock and latency replaced,
-from any thread.
+`StrikeDesk` is fed by the one thread that reads strikes; its counters may be read, and its clock, latency and ring
+replaced, from any thread.
 """
 
 from collections import OrderedDict
@@ -42,7 +42,7 @@ class StrikeDesk:
     """`on_boot` is called, on the reading thread, with the boot of every message."""
 
     def __init__(self, ring: StrikeRing, complaints: Complaints, on_boot: Callable[[int], None]) -> None:
-        self._ring = ring
+        self.ring = ring
         self._complaints = complaints
         self._on_boot = on_boot
         self._once = Once()
@@ -69,7 +69,7 @@ class StrikeDesk:
         onset_ns = self._onset(strike, now_ns)
         if onset_ns is None:
             self.late += 1
-        elif self._ring.push(onset_ns, strike.x, strike.y, strike.peak_estimate_N, strike.contact_estimate_s):
+        elif self.ring.push(onset_ns, strike.x, strike.y, strike.peak_estimate_N, strike.contact_estimate_s):
             self.played += 1
         else:
             self._complaints.complain("strike dropped: 256 are waiting for the audio already")

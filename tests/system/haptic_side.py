@@ -43,18 +43,31 @@ def drum(latency_s: float = 0.0, f01_Hz: float = 150.0, t60_s: float = 0.3) -> S
 class HapticSide:
     """Its monotonic clock is `ahead_ns` ahead of ours, as another machine's would be."""
 
-    def __init__(self, port: int, scene: Scene, boot: int = 7, ahead_ns: int = 1_000_000_000_000) -> None:
+    def __init__(
+        self,
+        port: int,
+        scene: Scene,
+        boot: int = 7,
+        ahead_ns: int = 1_000_000_000_000,
+        rig: str = "main",
+        router: zenoh.Session | None = None,
+    ) -> None:
         self.scene, self.boot, self.ahead_ns = scene, boot, ahead_ns
-        self.keys = Keys("main")
+        self.keys = Keys(rig)
         self.endpoint = f"tcp/127.0.0.1:{port}"
         self.meters: list[Meter] = []
         self.seq = 0
+        self._port = port
         self._session: zenoh.Session | None = None
-        self.open()
+        self.open(router)
 
-    def open(self) -> None:
+    def another(self, rig: str, scene: Scene) -> "HapticSide":
+        """One more rig at the same router, which ends with this one's."""
+        return HapticSide(self._port, scene, rig=rig, router=self.session)
+
+    def open(self, router: zenoh.Session | None = None) -> None:
         """Start the router; again after `close`, as a haptic machine that was restarted."""
-        self._session = zenoh.open(router_config(self.endpoint))
+        self._session = router or zenoh.open(router_config(self.endpoint))
         self._session.declare_queryable(self.keys.scene, self._answer_scene)
         self._session.declare_queryable(self.keys.clock, self._answer_clock)
         self._session.declare_subscriber(self.keys.meter, self._hear)
@@ -125,10 +138,12 @@ class HapticSide:
 class SoundProcess:
     """A real `python -m sound_server` and what it says on stderr."""
 
-    def __init__(self, endpoint: str, audio: str, environment: dict[str, str], folder: Path) -> None:
+    def __init__(
+        self, endpoint: str, audio: str, environment: dict[str, str], folder: Path, rigs: str
+    ) -> None:
         self.lines: list[str] = []
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "sound_server", "--connect", endpoint, "--audio", audio],
+            [sys.executable, "-m", "sound_server", "--rig", rigs, "--connect", endpoint, "--audio", audio],
             stderr=subprocess.PIPE,
             text=True,
             env=environment,
@@ -169,10 +184,15 @@ class SoundProcess:
 
 @contextmanager
 def sounding(
-    endpoint: str, audio: str, folder: Path, environment: dict[str, str] | None = None
+    endpoint: str,
+    audio: str,
+    folder: Path,
+    environment: dict[str, str] | None = None,
+    rigs: str = "main",
 ) -> Iterator[SoundProcess]:
     """A sound server that is gone afterwards."""
-    sound = SoundProcess(endpoint, audio, dict(os.environ) if environment is None else environment, folder)
+    given = dict(os.environ) if environment is None else environment
+    sound = SoundProcess(endpoint, audio, given, folder, rigs)
     try:
         yield sound
     finally:

@@ -133,6 +133,30 @@ def test_a_servo_that_restarts_with_another_scene_gets_another_drum(side: Haptic
     assert sum("mesh of" in line for line in sound.lines) == 2
 
 
+def test_two_rigs_are_played_by_one_server_each_with_its_own_scene(side: HapticSide, tmp_path: Path) -> None:
+    path = tmp_path / "both.wav"
+    other = side.another("second", drum(f01_Hz=300.0))
+    with sounding(side.endpoint, f"wav:{path}", tmp_path, rigs="main,second,silent") as sound:
+        side.meter("a sink", lambda m: bool(m.sink))
+        other.meter("a sink", lambda m: bool(m.sink))
+        sound.said("rig silent does not answer")
+        side.strike()
+        side.meter("its strike", lambda m: m.played == 1 and m.peak_left > 0.0)
+        assert other.meter("no strike", lambda m: True).played == 0
+        side.meter("quiet", lambda m: m.peak_left < 1e-4)
+        other.strike()
+        other.meter("its strike", lambda m: m.played == 1 and m.peak_left > 0.0)
+        other.meter("quiet", lambda m: m.peak_left < 1e-4)
+        assert sound.stop(signal.SIGTERM) == 0
+    recorded = sound_in(path)
+    starts = (onsets_s(recorded, 0.25) * RATE).astype(int)
+    assert len(starts) == 2
+    for start, f01_Hz, elsewhere_Hz in zip(starts, (150.0, 300.0), (300.0, 150.0), strict=True):
+        spectrum = np.abs(np.fft.rfft(recorded[start : start + RATE // 5, 0] * np.hanning(RATE // 5)))
+        own, foreign = (spectrum[round(f / 5) - 1 : round(f / 5) + 2].max() for f in (f01_Hz, elsewhere_Hz))
+        assert own > 10.0 * foreign
+
+
 def test_kill_leaves_a_file_that_can_be_read(side: HapticSide, tmp_path: Path) -> None:
     path = tmp_path / "roll.wav"
     with sounding(side.endpoint, f"wav:{path}", tmp_path) as sound:

@@ -60,14 +60,18 @@ def default_device(rate_Hz: int, block: int) -> Sink:
     return _opened(_default_output(portaudio, outputs), rate_Hz, block)
 
 
+def labels() -> list[str]:
+    """Every output device, as "name (host API)". SinkError (3) without an audio library."""
+    return [f"{device} ({api})" for _, device, api in _outputs(_portaudio())]
+
+
 def named_device(name: str, rate_Hz: int, block: int) -> Sink:
     """The first output device whose "name (host API)" contains `name`, upper or lower case. SinkError (3) if none."""
-    outputs = _outputs(_portaudio())
-    labels = [f"{device} ({api})" for _, device, api in outputs]
-    for (index, _, _), label in zip(outputs, labels, strict=True):
+    outputs, names = _outputs(_portaudio()), labels()
+    for (index, _, _), label in zip(outputs, names, strict=True):
         if name.lower() in label.lower():
             return _opened(index, rate_Hz, block)
-    there = "; ".join(labels) or "none"
+    there = "; ".join(names) or "none"
     raise SinkError(3, f"no audio output device is called {name!r}; there are: {there}")
 
 

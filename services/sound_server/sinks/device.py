@@ -5,23 +5,23 @@ the same work, with a warning: under a busy interpreter it misses most of its de
 """
 
 import logging
-import time
 from typing import Any, cast
 
 import numpy as np
 import sounddevice
 
 from realtime.jit import Records
-from sound_server.engine import Engine
 from sound_server.sinks import callback
 from sound_server.sinks.sink import DESK, SinkError
+from sound_server.stage import Stage
 
-_HANDOVER_S = 0.5
 LOWEST_RATE_HZ = 22_050
 
 
 class DeviceSink:
     """Opens and starts the stream at once, silent. Raises sounddevice.PortAudioError when the device refuses."""
+
+    comes_back = True
 
     def __init__(self, index: int, rate_Hz: int, block: int) -> None:
         facts = cast(dict[str, Any], sounddevice.query_devices(index))
@@ -30,9 +30,9 @@ class DeviceSink:
         self.rate_Hz = playable_rate(index, rate_Hz)
         channels = min(2, int(facts["max_output_channels"]))
         self._desk: Records = np.zeros(1, DESK)
-        self._desk["rate_Hz"] = self.rate_Hz
-        self._seats = callback.Seats(self._desk, channels)
-        self._engine: Engine | None = None
+        self._desk["rate_Hz"], self._desk["channels"] = self.rate_Hz, channels
+        self.stage = Stage(self.rate_Hz)
+        self._heard = callback.Heard(self.stage, self._desk)
         self._clock = np.zeros(2, np.int64)
         self._stream = self._open(index, block, channels)
         self._stream.start()
@@ -51,17 +51,14 @@ class DeviceSink:
         try:
             base, ffi = door._StreamBase, door._ffi
             function = ffi.cast("PaStreamCallback *", callback.stream_callback.address)
-            userdata = ffi.cast("void *", self._seats.address)
+            userdata = ffi.cast("void *", self._heard.address)
         except AttributeError as missing:
             logging.warning("sounddevice without %s: audio runs in Python and will miss blocks", missing.name)
             return door.OutputStream(callback=self._python_callback, **wishes)
         return base(kind="output", callback=function, wrap_callback=None, userdata=userdata, **wishes)
 
     def _python_callback(self, out: Any, frames: int, _time: Any, flags: Any) -> None:
-        if self._engine is None:
-            out[:] = 0.0
-        else:
-            callback.fill(self._engine, self._desk, out, 4 if flags.output_underflow else 0, self._clock)
+        callback.fill(self.stage.boards, self._desk, out, 4 if flags.output_underflow else 0, self._clock)
 
     @property
     def load(self) -> float:
@@ -77,14 +74,6 @@ class DeviceSink:
     def lost(self) -> str:
         """Why the stream stopped by itself; empty while it plays."""
         return "" if self._stream.active else "the device stopped"
-
-    def play(self, engine: Engine) -> None:
-        """From the next callback on, play this engine. Returns when the one before is out of use."""
-        self._seats.seat(engine)
-        self._engine = engine
-        calls, patience = self._desk["calls"][0], time.monotonic() + _HANDOVER_S
-        while self._desk["calls"][0] < calls + 2 and not self.lost and time.monotonic() < patience:
-            time.sleep(0.002)
 
     def close(self) -> None:
         """Stop and close the stream."""

@@ -15,12 +15,12 @@ from realtime.clock import now_ns, sleep_until
 from realtime.float_mode import flush_denormals, restore
 from realtime.jit import Record, Records, njit
 from realtime.lent import lend
-from sound_server.engine import Engine
 from sound_server.sinks.sink import DESK
 from sound_server.sinks.timed import timed_block
+from sound_server.stage import Boards, Stage
 
 _CHUNK_S = 0.05
-_HANDOVER_S = 60.0
+_LOOK_S = 0.02
 _LATE_NS = 50_000_000
 _GIVE_UP_NS = 1_000_000_000
 
@@ -29,15 +29,15 @@ Recorder = Callable[[npt.NDArray[np.float32]], None]
 
 @njit()
 def play_chunk(
-    engine: Engine,
+    boards: Boards,
     desk: Records,
     out: npt.NDArray[np.float32],
     block: int,
     start_ns: int,
     clock: npt.NDArray[np.int64],
 ) -> None:
-    """Render `out` block by block, each at its own time after `start_ns`. Sink's thread; blocks as long as it plays."""
-    engine = lend(engine)
+    """Fill `out` block by block, each at its own time after `start_ns`. Sink's thread; blocks as long as it plays."""
+    boards = lend(boards)
     counts: Record = desk[0]
     mode = flush_denormals()
     first = 0
@@ -46,13 +46,15 @@ def play_chunk(
         at = start_ns + int(first * 1e9 / counts.rate_Hz)
         while now_ns(clock) < at:
             sleep_until(clock, at)
-        timed_block(engine, desk, out[first:last], at, clock)
+        timed_block(boards, desk, out[first:last], at, clock)
         first = last
     restore(mode)
 
 
 class PacedSink:
     """`null`, or a recording: `record` gets every chunk, float32 of shape (n, 2), on the sink's own thread."""
+
+    comes_back = False
 
     def __init__(
         self,
@@ -69,10 +71,8 @@ class PacedSink:
         self._record = record
         self._finish = finish
         self._desk: Records = np.zeros(1, DESK)
-        self._desk["rate_Hz"] = rate_Hz
-        self._engine: Engine | None = None
-        self._begin = threading.Event()
-        self._taken_over = threading.Event()
+        self._desk["rate_Hz"], self._desk["channels"] = rate_Hz, 2
+        self.stage = Stage(rate_Hz)
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="audio", daemon=True)
         self._thread.start()
@@ -92,38 +92,25 @@ class PacedSink:
         """Empty, unless the thread died of a fault of ours (its traceback is in the log)."""
         return "" if self._thread.is_alive() or self._stop.is_set() else "the audio thread ended"
 
-    def play(self, engine: Engine) -> None:
-        """From the next chunk (50 ms) on, play this engine. Returns when it does, so that no strike goes to the one
-        before; the first time kernels may have to compile."""
-        self._taken_over.clear()
-        self._engine = engine
-        self._begin.set()
-        patience = time.monotonic() + _HANDOVER_S
-        while not self._taken_over.wait(0.1) and not self.lost and time.monotonic() < patience:
-            pass
-
     def close(self) -> None:
         """Stop within a chunk, and finish the recording."""
         self._stop.set()
-        self._begin.set()
         self._thread.join()
         if self._finish is not None:
             self._finish()
 
     def _run(self) -> None:
-        self._begin.wait()
         # The chunk is a whole number of blocks: a short block at its end would read as a higher load.
         blocks = max(1, round(_CHUNK_S * self.rate_Hz / self._block))
         out = np.zeros((blocks * self._block, 2), np.float32)
         clock = np.zeros(2, np.int64)
-        if self._engine is not None:
-            play_chunk(self._engine, self._desk, out[:0], self._block, 0, clock)  # compiles, where it must
+        boards = self.stage.boards
+        play_chunk(boards, self._desk, out[:0], self._block, 0, clock)  # compiles, where it must
+        while self.stage.drums == 0:  # a recording begins with the first drum
+            if self._stop.wait(_LOOK_S):
+                return
         origin_ns, frames = time.monotonic_ns(), 0
-        playing: Engine | None = None
-        while not self._stop.is_set() and (engine := self._engine) is not None:
-            if engine is not playing:
-                playing = engine
-                self._taken_over.set()
+        while not self._stop.is_set():
             start_ns = origin_ns + frames * 1_000_000_000 // self.rate_Hz
             late_ns = time.monotonic_ns() - start_ns
             if late_ns > _LATE_NS:
@@ -131,7 +118,7 @@ class PacedSink:
             if late_ns > _GIVE_UP_NS:
                 origin_ns, frames = time.monotonic_ns(), 0
                 continue
-            play_chunk(engine, self._desk, out, self._block, start_ns, clock)
+            play_chunk(boards, self._desk, out, self._block, start_ns, clock)
             frames += len(out)
             if self._record is not None:
                 self._record(out)

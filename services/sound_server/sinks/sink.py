@@ -4,12 +4,20 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from sound_server.engine import Engine
+from sound_server.stage import Stage
 
 # Written by the audio thread, read by any. `load` is the smoothed share of a block's time that rendering takes;
 # `expected_ns` is when the next block should begin, `calls` counts blocks.
 DESK: np.dtype[Any] = np.dtype(
-    [("rate_Hz", "f8"), ("load", "f8"), ("xruns", "i8"), ("calls", "i8"), ("expected_ns", "i8")], align=True
+    [
+        ("rate_Hz", "f8"),
+        ("channels", "i8"),
+        ("load", "f8"),
+        ("xruns", "i8"),
+        ("calls", "i8"),
+        ("expected_ns", "i8"),
+    ],
+    align=True,
 )
 
 
@@ -22,7 +30,14 @@ class SinkError(Exception):
 
 
 class Sink(Protocol):
-    """Plays one engine at a time, silence before the first. All methods belong to the server's main thread."""
+    """Plays its stage, which is empty at first. All methods belong to the server's main thread."""
+
+    stage: Stage
+
+    @property
+    def comes_back(self) -> bool:
+        """Whether, once lost, it may be found again by its words."""
+        ...
 
     @property
     def words(self) -> str:
@@ -52,11 +67,6 @@ class Sink(Protocol):
     @property
     def lost(self) -> str:
         """Why it plays no longer; empty while it does."""
-        ...
-
-    def play(self, engine: Engine) -> None:
-        """From the next block on, play this engine. Blocks until it does: some ten milliseconds, or while kernels
-        compile."""
         ...
 
     def close(self) -> None:

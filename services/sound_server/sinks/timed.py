@@ -1,31 +1,30 @@
-"""Rendering under a stopwatch: the load of the audio thread, in any sink."""
+"""Playing the stage under a stopwatch: the load of the audio thread, in any sink."""
 
 import numpy as np
 import numpy.typing as npt
 
 from realtime.clock import now_ns
 from realtime.jit import Record, Records, njit
-from sound_server.engine import Engine
-from sound_server.render import render_block
+from sound_server.stage import Boards, mix
 
 _SMOOTHING_S = 0.2
 
 
 @njit()
 def timed_block(
-    engine: Engine,
+    boards: Boards,
     desk: Records,
     out: npt.NDArray[np.float32],
     start_ns: int,
     clock: npt.NDArray[np.int64],
 ) -> None:
-    """render_block, with `desk.load` and `desk.calls` brought up to date. Audio thread; no allocation.
+    """stage.mix, with `desk.load` and `desk.calls` brought up to date. Audio thread; no allocation.
 
     `clock` is the thread's own timespec, int64 of shape (2,).
     """
     counts: Record = desk[0]
     before = now_ns(clock)
-    render_block(engine, out, start_ns)
+    mix(boards, out, counts.rate_Hz, start_ns)
     block_s = out.shape[0] / counts.rate_Hz
     share = (now_ns(clock) - before) * 1e-9 / block_s
     counts.load += min(1.0, block_s / _SMOOTHING_S) * (share - counts.load)

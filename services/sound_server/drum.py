@@ -1,0 +1,136 @@
+"""One rig's drum: which scene it plays, by which clock its strikes come, where it stands on the stage.
+
+Each drum has a thread of its own, so that a rig that does not answer holds up no other; strikes and states come on the
+link's threads.
+"""
+
+import logging
+import threading
+import time
+
+from drumstick.scene import Scene
+from protocol.messages import Meter, State, decode
+from realtime.jit import Record
+from realtime.stop import StopRequest
+from sound_server.build import words
+from sound_server.calibrate import build
+from sound_server.complaints import Complaints
+from sound_server.engine import Engine
+from sound_server.events import StrikeRing
+from sound_server.link import Link
+from sound_server.sinks.sink import Sink
+from sound_server.strikes import StrikeDesk
+from sound_server.upsample import TAPS
+
+_CLOCK_EVERY_S = 10.0
+_PATIENCE_S = 2.0
+_RETRY_S = 0.25
+_TURN_S = 0.1
+
+
+class Drum:
+    """Follows the rig at the other end of `link` until `stop`; `ident` names this server on the network."""
+
+    def __init__(self, link: Link, sink: Sink, ident: str, complaints: Complaints, stop: StopRequest) -> None:
+        self._stop = stop
+        self._link = link
+        self._sink = sink
+        self._id = ident
+        self._complaints = complaints
+        self._desk = StrikeDesk(StrikeRing(), complaints, self._heard_boot)
+        self._boot: int | None = None  # the boot whose clock and scene are in use
+        self._heard: int | None = None  # the boot of the newest message
+        self._other_boot = threading.Event()
+        self._scene: Scene | None = None
+        self._engine: Engine | None = None
+        self._place = 0
+        self._next_clock = 0.0
+        self._silent_after: float | None = time.monotonic() + _PATIENCE_S
+
+    def run(self) -> None:
+        """Find the rig, follow it, and tell ten times a second how the drum is, until `stop`."""
+        while not self._stop.is_set() and self._scene is None:
+            if not self._find():
+                self._stop.wait(_RETRY_S)
+        while not self._stop.wait(_TURN_S):
+            self._turn()
+
+    def _turn(self) -> None:
+        if self._other_boot.is_set():
+            self._other_boot.clear()
+            if not self._catch_up():
+                self._other_boot.set()
+        elif time.monotonic() >= self._next_clock:
+            self._next_clock = time.monotonic() + _CLOCK_EVERY_S
+            self._desk.clock = self._link.clock() or self._desk.clock
+        self._link.tell(self._meter())
+
+    def _find(self) -> bool:
+        if self._catch_up():
+            keys = self._link.keys
+            self._link.listen(keys.strike, self._desk.take)
+            self._link.listen(keys.state, self._heard_state)
+            self._link.announce(self._id)
+            self._next_clock = time.monotonic() + _CLOCK_EVERY_S
+            return True
+        if self._silent_after is not None and time.monotonic() > self._silent_after:
+            logging.info("rig %s does not answer; waiting for it", self._link.keys.rig)
+            self._silent_after = None
+        return False
+
+    def _catch_up(self) -> bool:
+        # Take over the haptic server's clock and scene; False when it does not answer. The clock comes first: should
+        # the servo restart in between, its next message differs from the boot noted here, and we come back.
+        clock = self._link.clock()
+        scene = self._link.scene()
+        if scene is None:
+            return False
+        self._boot = clock.boot if clock else self._heard
+        self._desk.clock = clock
+        if scene != self._scene:
+            self._play(scene)
+        return True
+
+    def _play(self, scene: Scene) -> None:
+        # The new drum enters before strikes go to it, and the old one leaves only when the strikes that it had still
+        # to wait for have sounded: none is lost, and nothing clicks.
+        ring = StrikeRing()
+        engine = build(scene, self._sink.rate_Hz, ring)
+        place = self._sink.stage.enter(engine)
+        self._desk.ring = ring
+        if self._scene is not None:
+            self._sink.stage.leave(self._place, self._scene.drum.latency_s)
+        self._desk.latency_s = scene.drum.latency_s
+        self._scene, self._engine, self._place = scene, engine, place
+        logging.info("%s at %d Hz: %s, %s", self._sink.words, self._sink.rate_Hz, scene.name, words(engine))
+
+    def _heard_boot(self, boot: int) -> None:
+        self._heard = boot
+        if boot != self._boot:
+            self._other_boot.set()
+
+    def _heard_state(self, payload: bytes, _now_ns: int) -> None:
+        try:
+            self._heard_boot(decode(payload, State).boot)
+        except ValueError as error:
+            self._complaints.complain(f"state ignored: {error}")
+
+    def _meter(self) -> Meter:
+        assert self._engine is not None
+        peaks: Record = self._engine.meters[0]
+        control: Record = self._engine.control[0]
+        interpolator_ms = 1e3 * TAPS / 2 * control["divisor"] / control["rate_Hz"]
+        clock, now = self._desk.clock, time.monotonic_ns()
+        return Meter(
+            id=self._id,
+            t_ns=clock.haptic(now) if clock else now,
+            sink=self._sink.words,
+            peak_left=float(peaks["peak_left"]),
+            peak_right=float(peaks["peak_right"]),
+            load=self._sink.load,
+            xruns=self._sink.xruns,
+            latency_ms=self._sink.latency_ms + float(interpolator_ms),
+            played=self._desk.played,
+            late=self._desk.late,
+            duplicates=self._desk.duplicates,
+        )

@@ -1,0 +1,163 @@
+"""All that sounds at once: drums side by side, and drums on their way out. Every sink plays a stage.
+
+A place holds one engine. Engines of different scenes are of different types: with each comes the address of the
+function that was compiled for it. Who may change a place's state is known from the state itself, so nobody waits:
+
+    EMPTY -> PLAYING     the control thread, when the place is filled
+    PLAYING -> LEAVING   the control thread; the audio thread then fades the drum out, without a click
+    LEAVING -> GONE      the audio thread, which does not touch the place again
+    GONE -> EMPTY        the control thread, which lets go of the engine
+
+`mix` and what it calls: audio thread, no allocation, no locks. `Stage`: any number of control threads.
+"""
+
+import functools
+import math
+import threading
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from numba.np.numpy_support import carray
+
+from realtime.atomics import load_acquire, peek, poke, store_release
+from realtime.foreign import call_block
+from realtime.handover import Handed, take_up
+from realtime.jit import CFunction, Record, Records, cfunction, njit
+from realtime.lent import lend
+from sound_server.engine import Engine
+from sound_server.limiter import limit
+from sound_server.render import render_block
+
+PLACES = 16
+EMPTY, PLAYING, LEAVING, GONE = 0, 1, 2, 3
+_MOST_FRAMES = 1024  # rendered at once; longer blocks come in parts
+_FADE_S = 0.06
+_array: Any = carray  # numba knows it by value; its own annotations do not fit addresses
+
+# `gone` is how far the fade has come, 0..1; it begins after `hold` frames and advances by `fall` a frame.
+PLACE: np.dtype[Any] = np.dtype(
+    [("function", "i8"), ("argument", "i8"), ("hold", "i8"), ("gone", "f8"), ("fall", "f8")], align=True
+)
+
+
+class Boards(NamedTuple):
+    """What the audio thread sees. Shapes: states (16,), places (16,), one and sum (1024, 2)."""
+
+    states: npt.NDArray[np.int64]
+    places: Records
+    one: npt.NDArray[np.float32]
+    sum: npt.NDArray[np.float32]
+
+
+class StageFull(Exception):
+    """Every place is taken: 16 drums sound already."""
+
+
+@njit()
+def _add(boards: Boards, at: int, frames: int, leaving: bool) -> None:
+    place: Record = boards.places[at]
+    if not leaving:
+        for i in range(frames):
+            boards.sum[i, 0] += boards.one[i, 0]
+            boards.sum[i, 1] += boards.one[i, 1]
+        return
+    for i in range(frames):
+        if place.hold > 0:
+            place.hold -= 1
+        else:
+            place.gone = min(1.0, place.gone + place.fall)
+        level = np.float32(0.5 + 0.5 * math.cos(math.pi * place.gone))
+        boards.sum[i, 0] += level * boards.one[i, 0]
+        boards.sum[i, 1] += level * boards.one[i, 1]
+    if place.gone >= 1.0:
+        store_release(boards.states, at, GONE)
+
+
+@njit()
+def mix(boards: Boards, out: npt.NDArray[np.float32], rate_Hz: float, start_ns: int) -> None:
+    """Fill `out`, shape (frames, 1 or 2), with everything that sounds from `start_ns` (monotonic) on, limited.
+
+    The caller sets the float mode.
+    """
+    first = 0
+    while first < out.shape[0]:
+        frames = min(out.shape[0] - first, _MOST_FRAMES)
+        boards.sum[:frames] = np.float32(0.0)
+        for at in range(PLACES):
+            state = load_acquire(boards.states, at)
+            if state in (PLAYING, LEAVING):
+                place: Record = boards.places[at]
+                since_ns = int(first * 1e9 / rate_Hz)
+                call_block(
+                    place.function, place.argument, boards.one.ctypes.data, frames, start_ns + since_ns
+                )
+                _add(boards, at, frames, state == LEAVING)
+        for i in range(frames):
+            if out.shape[1] == 1:
+                out[first + i, 0] = np.float32(0.5) * (boards.sum[i, 0] + boards.sum[i, 1])
+            else:
+                out[first + i, 0] = boards.sum[i, 0]
+                out[first + i, 1] = boards.sum[i, 1]
+        first += frames
+    limit(out)
+
+
+@functools.cache
+def _player_of(kind: Any) -> CFunction:
+    # The parts are compiled and cached on their own; this closure over them is small and compiled in each process.
+    @cfunction("void(voidptr, voidptr, int64, int64)", cache=False)
+    def play(argument: Any, output: Any, frames: int, start_ns: int) -> None:
+        (taken,) = take_up(argument, kind)
+        out: npt.NDArray[np.float32] = _array(output, (frames, 2), np.float32)
+        render_block(lend(taken), out, start_ns)
+
+    return play
+
+
+class Stage:
+    """Up to 16 drums. It must live as long as any audio thread that plays `boards`."""
+
+    def __init__(self, rate_Hz: int) -> None:
+        self._rate_Hz = rate_Hz
+        self.boards = Boards(
+            np.zeros(PLACES, np.int64),
+            np.zeros(PLACES, PLACE),
+            np.zeros((_MOST_FRAMES, 2), np.float32),
+            np.zeros((_MOST_FRAMES, 2), np.float32),
+        )
+        self._held: dict[int, tuple[Handed, CFunction]] = {}
+        self._filling = threading.Lock()
+
+    def enter(self, engine: Engine) -> int:
+        """Let `engine` sound from the next block on; returns its place. Seconds where its kernels must compile."""
+        handed = Handed((engine,))
+        function = _player_of(handed.kind)
+        with self._filling:
+            self._clear()
+            for at in range(PLACES):
+                if at not in self._held:
+                    self._held[at] = handed, function
+                    self.boards.places[at] = (function.address, handed.address, 0, 0.0, 0.0)
+                    poke(self.boards.states, at, PLAYING)
+                    return at
+        raise StageFull(f"{PLACES} drums sound already: stop one, or wait until one has faded")
+
+    def leave(self, at: int, after_s: float = 0.0) -> None:
+        """Fade the drum at this place out in 60 ms, beginning `after_s` from now; another may enter there then."""
+        place: Record = self.boards.places[at]
+        place["hold"] = round(after_s * self._rate_Hz)
+        place["fall"] = 1.0 / (_FADE_S * self._rate_Hz)
+        poke(self.boards.states, at, LEAVING)
+
+    def _clear(self) -> None:
+        # Let go of the drums that have faded.
+        for at in list(self._held):
+            if peek(self.boards.states, at) == GONE:
+                del self._held[at]
+                poke(self.boards.states, at, EMPTY)
+
+    @property
+    def drums(self) -> int:
+        """How many places are taken, those of fading drums included."""
+        return len(self._held)

@@ -1,0 +1,128 @@
+"""Drums side by side, and drums that leave without a click."""
+
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from drumstick.drum import Drum
+from drumstick.scene import Scene
+from sound_server.calibrate import build
+from sound_server.engine import Engine
+from sound_server.events import StrikeRing
+from sound_server.limiter import limited
+from sound_server.render import render_all
+from sound_server.stage import EMPTY, GONE, LEAVING, PLACES, PLAYING, Stage, StageFull, mix
+
+RATE = 48_000
+BLOCK = 128
+Sound = npt.NDArray[np.float32]
+
+
+def struck(f01_Hz: float, x: float = 0.3, onset_ns: int = 0) -> Engine:
+    ring = StrikeRing()
+    engine = build(Scene("drum", drum=Drum(f01_Hz=f01_Hz)), RATE, ring)
+    ring.push(onset_ns, x, 0.1, 2.0, 0.004)
+    return engine
+
+
+def alone(engine: Engine, frames: int) -> Sound:
+    out = np.zeros((frames, 2), np.float32)
+    render_all(engine, out, BLOCK, 0)
+    return out
+
+
+def played(stage: Stage, frames: int, channels: int = 2, block: int = BLOCK, first: int = 0) -> Sound:
+    out = np.zeros((frames, channels), np.float32)
+    for start in range(0, frames, block):
+        mix(stage.boards, out[start : start + block], RATE, int((first + start) * 1e9 / RATE))
+    return out
+
+
+def test_two_drums_sound_as_the_sum_of_each() -> None:
+    stage = Stage(RATE)
+    stage.enter(struck(150.0))
+    stage.enter(struck(210.0))
+    parts = alone(struck(150.0), 4096).astype(float) + alone(struck(210.0), 4096)
+    assert np.abs(parts).max() < 0.75  # the limiter changes nothing
+    assert played(stage, 4096) == pytest.approx(parts, abs=1e-6)
+
+
+def test_the_sum_is_limited_once() -> None:
+    stage = Stage(RATE)
+    for _ in range(12):
+        stage.enter(struck(150.0))
+    one = alone(struck(150.0), 4096).astype(float)
+    found = played(stage, 4096)
+    assert np.abs(12.0 * one).max() > 1.1
+    assert np.abs(found).max() < 1.0
+    assert found[:, 0] == pytest.approx([limited(12.0 * x) for x in one[:, 0]], abs=1e-5)
+
+
+def test_a_block_longer_than_the_scratch_comes_in_parts() -> None:
+    whole, parts = Stage(RATE), Stage(RATE)
+    for stage in (whole, parts):
+        stage.enter(struck(150.0, onset_ns=45_000_000))
+    assert np.allclose(played(whole, 8192, block=8192), played(parts, 8192), atol=1e-6)
+
+
+def _rough(sound: Sound) -> float:
+    # A click is a jump, in the sound or in its slope: the third difference shows it far above a drum's own.
+    return float(np.abs(np.diff(sound[:, 0].astype(float), n=3)).max())
+
+
+def _cut_off(stage: Stage, place: int) -> None:
+    stage.boards.states[place] = GONE
+
+
+@pytest.mark.parametrize(("end", "clicks"), [(Stage.leave, False), (_cut_off, True)])
+def test_a_drum_leaves_without_a_click(end: Callable[[Stage, int], None], clicks: bool) -> None:
+    """The naive way, dropping it between two blocks, is heard by the same measure."""
+    stage = Stage(RATE)
+    place = stage.enter(struck(150.0))
+    before = played(stage, 4096)
+    ringing = played(stage, 2048, first=4096)
+    end(stage, place)
+    after = played(stage, 4096, first=6144)
+    joint = np.concatenate([ringing, after])
+    assert np.abs(ringing).max() > 0.05
+    assert np.abs(before).max() > 0.05
+    assert (_rough(joint) > 3.0 * _rough(ringing)) == clicks
+    assert not after[round(0.061 * RATE) + BLOCK :].any()
+
+
+def test_a_leaving_drum_still_plays_what_it_waits_for() -> None:
+    stage = Stage(RATE)
+    engine = struck(150.0, onset_ns=100_000_000)
+    place = stage.enter(engine)
+    played(stage, 1024)
+    stage.leave(place, after_s=0.15)
+    sound = played(stage, 20_480, first=1024)
+    assert np.abs(sound[: round(0.07 * RATE)]).max() == 0.0
+    assert np.abs(sound[round(0.08 * RATE) :]).max() > 0.05
+    assert stage.boards.states[place] == GONE
+
+
+def test_places_are_used_again_and_a_seventeenth_drum_is_refused() -> None:
+    stage = Stage(RATE)
+    engine = struck(150.0)
+    places = [stage.enter(engine) for _ in range(PLACES)]
+    assert sorted(places) == list(range(PLACES))
+    with pytest.raises(StageFull, match="16 drums sound already"):
+        stage.enter(engine)
+    stage.leave(places[3])
+    with pytest.raises(StageFull):
+        stage.enter(engine)  # it still fades
+    assert stage.boards.states[places[3]] == LEAVING
+    played(stage, 4096)
+    assert stage.enter(engine) == places[3]
+    assert stage.boards.states[places[3]] == PLAYING
+    assert stage.drums == PLACES
+
+
+def test_an_empty_stage_is_silent() -> None:
+    stage = Stage(RATE)
+    assert not stage.boards.states.any()
+    assert stage.boards.states[0] == EMPTY
+    assert not played(stage, 256, channels=1).any()
