@@ -29,9 +29,10 @@ from drumstick.scene import Scene
 from realtime.float_mode import flush_denormals, restore
 from realtime.jit import njit
 from realtime.lent import lend
-from sound_server.build import head_of, new_engine
+from sound_server.build import new_engine
 from sound_server.engine import Engine
 from sound_server.events import StrikeRing
+from sound_server.membrane.heads import head_of
 from sound_server.membrane.lattice import TOPOLOGIES, lattice_of
 from sound_server.membrane.scheme import even_losses, scheme_of
 from sound_server.membrane.sweep import Head, sweep

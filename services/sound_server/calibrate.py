@@ -8,10 +8,11 @@ from drumstick import contact
 from drumstick.law import law_of
 from drumstick.scene import Scene
 from realtime.jit import Record
-from sound_server.build import GLIDE_ROOM, new_engine
+from sound_server.build import new_engine
 from sound_server.engine import Engine
 from sound_server.events import StrikeRing
 from sound_server.render import Blow, render_all
+from sound_server.step_numbers import GLIDE_ROOM
 
 PEAK_OF_FULL_SCALE = 0.5
 _STIFFENINGS = 5

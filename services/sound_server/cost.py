@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drumstick.scene import Scene
+from sound_server.build import size_of
 from sound_server.calibrate import blow_at, build
 from sound_server.events import StrikeRing
 from sound_server.render import render, render_all
@@ -35,9 +36,7 @@ def ringing(scene: Scene, rate_Hz: int, frames: int) -> RingingCost:
     begun, steps = time.thread_time(), int(engine.control["steps"][0])
     render_all(engine, out, _BLOCK, 0)
     spent = time.thread_time() - begun
-    return RingingCost(
-        spent, int(np.count_nonzero(engine.head.weights)), int(engine.control["steps"][0]) - steps
-    )
+    return RingingCost(spent, size_of(engine), int(engine.control["steps"][0]) - steps)
 
 
 def f01_error_cents(scene: Scene, rate_Hz: int) -> float:

@@ -18,6 +18,7 @@ from sound_server.effects.rim import Rim
 from sound_server.effects.snare import Snare
 from sound_server.effects.tension import Tension
 from sound_server.membrane.sweep import Head
+from sound_server.modal.bank import Bank
 
 PENDING = 256
 
@@ -55,13 +56,13 @@ METERS: np.dtype[Any] = np.dtype(
 
 
 class Engine(NamedTuple):
-    """One drum. Shapes, with J junctions stored, P pickups and C corners (3 or 4): pulses (32,), forces (32 C,), ears
-    (C P,) and their gains (C P, 2), phases (divisor, TAPS), history (2, 2 TAPS), pending (256,), ring cells (24,) and
-    slots (256,); bend (J,), for fourth order only."""
+    """One drum, of a mesh or of a bank of modes. Shapes, with J junctions stored, P pickups and C corners (3 or 4):
+    pulses (32,), forces (32 C,), ears (C P,) and their gains (C P, 2), phases (divisor, TAPS), history (2, 2 TAPS),
+    pending (256,), ring cells (24,) and slots (256,); bend (J,), for fourth order only."""
 
     control: Records
     meters: Records
-    head: Head
+    head: Head  # None where there is a bank of modes
     pulses: Records
     forces: Records
     ears: npt.NDArray[np.int64]
@@ -71,6 +72,7 @@ class Engine(NamedTuple):
     pending: Records
     ring_cells: npt.NDArray[np.int64]
     ring_slots: Records
+    modal: Bank | None = None
     bend: npt.NDArray[np.float32] | None = None
     internal_loss: Momentum | None = None
     muffle: Muffle | None = None

@@ -15,9 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from realtime.jit import Record, Records, njit
+from realtime.jit import Record, Records, njit, only_with
 from sound_server.effects import rim
 from sound_server.membrane.places import CORNERS, around
+from sound_server.modal import bank
 
 POOL = 32
 
@@ -64,9 +65,26 @@ def _add(engine: Record, junction: int, share: float, force: float) -> None:
         control.forces += 1
 
 
+@only_with("head")
+def _spread(engine: Record, x: float, y: float, force: float) -> None:
+    corners, shares = around(engine.head, x, y)
+    if engine.control[0].spread != 0:
+        for k in range(len(corners)):
+            _add(engine, corners[k], shares[k], force)
+    else:
+        best = 0
+        for k in range(1, len(corners)):
+            if shares[k] > shares[best]:
+                best = k
+        _add(engine, corners[best], 1.0, force)
+
+
 @njit()
 def press(engine: Record) -> int:
-    """List this step's forces of every active pulse in engine.forces; returns how many pulses are active."""
+    """Let this step's forces act: listed in engine.forces for the mesh, on the modes of a bank at once.
+
+    Returns how many pulses are active.
+    """
     control, pulses = engine.control[0], engine.pulses
     control.forces = 0
     rim.begin(engine)
@@ -75,19 +93,12 @@ def press(engine: Record) -> int:
         pulse: Record = pulses[i]
         if pulse.age < pulse.duration:
             active += 1
+            if -1.0 < pulse.age <= 0.0:
+                rim.strike(engine, pulse.x, pulse.y, pulse.peak * pulse.duration * 2.0 / math.pi)
             force = mean_force(pulse)
             pulse.age += 1.0
             if force == 0.0:
                 continue
-            rim.strike(engine, pulse.x, pulse.y, force)
-            corners, shares = around(engine.head, pulse.x, pulse.y)
-            if control.spread != 0:
-                for k in range(len(corners)):
-                    _add(engine, corners[k], shares[k], force)
-            else:
-                best = 0
-                for k in range(1, len(corners)):
-                    if shares[k] > shares[best]:
-                        best = k
-                _add(engine, corners[best], 1.0, force)
+            _spread(engine, pulse.x, pulse.y, force)
+            bank.push(engine, i, force)
     return active

@@ -15,8 +15,9 @@ from realtime.lent import lend
 from realtime.ring import drain
 from sound_server.engine import Engine
 from sound_server.events import StrikeRing
-from sound_server.excitation import begin
+from sound_server.excitation import POOL, begin
 from sound_server.limiter import limit, limited
+from sound_server.modal import bank
 from sound_server.step import step
 from sound_server.upsample import interpolated, remember
 
@@ -42,6 +43,7 @@ def _start_due(engine: Engine, block_start_ns: int, frames: int) -> None:
             continue
         age = -max(0.0, (offset - to_next_step) / control.divisor)
         duration = event.contact_s * control.rate_Hz / control.divisor
+        bank.aim(engine, control.begun % POOL, event.x, event.y)
         control.begun = begin(engine.pulses, control.begun, event.x, event.y, age, duration, event.peak_N)
         control.asleep = 0
     control.pending = kept

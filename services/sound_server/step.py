@@ -13,6 +13,7 @@ from sound_server.effects import cavity, internal_loss, muffle, rim, snare, tens
 from sound_server.engine import Engine
 from sound_server.excitation import press
 from sound_server.membrane.sweep import largest, sweep
+from sound_server.modal import bank
 
 Floats = npt.NDArray[np.float32]
 _REST = 1e-9  # of the loudest displacement: 180 dB down the head counts as at rest
@@ -91,30 +92,40 @@ def _struck(engine: Engine, then: Floats) -> float:
     return changed
 
 
+@only_with("head", otherwise=0.0)
+def _largest(engine: Record) -> float:
+    return float(max(largest(engine.head.planes[0]), largest(engine.head.planes[1])))
+
+
+@only_with("head")
+def _rest(engine: Record) -> None:
+    engine.head.planes[:] = np.float32(0.0)
+    internal_loss.rest(engine)
+    cavity.rest(engine)
+    snare.rest(engine)
+
+
 @njit()
 def _fall_asleep(engine: Engine) -> None:
     # A head at rest is set to exactly 0 and not computed until the next strike. It also keeps denormals out on
     # processors where the float mode cannot.
     control: Record = engine.control[0]
-    top = max(largest(engine.head.planes[0]), largest(engine.head.planes[1]))
+    top = _largest(engine) + bank.largest(engine)
     control.loudest = max(control.loudest, top)
     if top <= _REST * control.loudest:
-        engine.head.planes[:] = np.float32(0.0)
-        internal_loss.rest(engine)
-        cavity.rest(engine)
-        snare.rest(engine)
+        _rest(engine)
+        bank.rest(engine)
         rim.rest(engine)
         control.loudest = 0.0
         control.asleep = 1
 
 
-@njit()
-def step(engine: Engine) -> tuple[float, float]:
-    """Take one step; returns what the pickups hear, left and right: the velocity u+ - u, which has no constant part."""
-    control: Record = engine.control[0]
+@only_with("head", otherwise=(0.0, 0.0))
+def _meshed(engine: Record) -> Any:
+    # One step of the mesh, and what the pickups hear: the velocity u+ - u, which has no constant part.
+    control = engine.control[0]
     planes = engine.head.planes
     now, then = planes[control.plane], planes[1 - control.plane]
-    active = press(engine)
     muffle.note(engine, then)
     if _is_fourth(engine):
         _swept_fourth(engine, now, then)
@@ -125,15 +136,23 @@ def step(engine: Engine) -> tuple[float, float]:
     total += muffle.brake(engine, then)
     cavity.step(engine, control.plane, total)
     left, right = cavity.heard(engine, control.plane)
-    hoop = rim.heard(engine)
-    left += hoop
-    right += hoop
     for i in range(engine.ears.shape[0]):
         moved = float(then[engine.ears[i]] - now[engine.ears[i]])
         left += engine.ear_gains[i, 0] * moved
         right += engine.ear_gains[i, 1] * moved
     control.plane = 1 - control.plane
+    return left, right
+
+
+@njit()
+def step(engine: Engine) -> tuple[float, float]:
+    """Take one step; returns what the pickups hear, left and right."""
+    control: Record = engine.control[0]
+    active = press(engine)
+    left, right = _meshed(engine)
+    also_left, also_right = bank.step(engine)
+    hoop = rim.heard(engine)
     control.steps += 1
     if active == 0 and control.steps % _LOOK_EVERY == 0:
         _fall_asleep(engine)
-    return left, right
+    return left + also_left + hoop, right + also_right + hoop

@@ -10,7 +10,8 @@ from realtime.jit import njit
 
 TAPS = 24  # per phase
 _KAISER_BETA = 8.0  # 80 dB below in the stop band
-_CUTOFF = 0.45  # of the mesh rate; pass band to 0.36, images 80 dB down from 0.55
+_CUTOFF = 0.45  # of the mesh rate; images 80 dB down from 0.55
+PASS_BAND = 0.36  # of the mesh rate
 
 
 def interpolator(factor: int) -> npt.NDArray[np.float32]:

@@ -1,4 +1,4 @@
-"""The drum that is heard: `[drum]`, `[mesh]`, `[listen]`. Its kernels live in the sound server."""
+"""The drum that is heard: `[drum]`, `[mesh]` or `[modal]`, `[listen]`. Its kernels live in the sound server."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -45,9 +45,23 @@ class Mesh:
         ("limit", "lossless"),
         "limit: as fast as is stable; lossless: the textbook's mesh, tau = 2, for comparison",
     )
+    rate_Hz: float = number(  # noqa: N815
+        0.0,
+        0.0,
+        192000.0,
+        "Hz",
+        "Steps a second, as near as a whole part of the device's rate comes; 0: by accuracy",
+    )
     junctions_across: float = number(
         0.0, 0.0, 1000.0, "junctions", "At least so many across the head, by the mesh rate; 0: by accuracy"
     )
+
+
+@dataclass(frozen=True)
+class Modal:
+    """Instead of a mesh: the head's modes themselves, exact; cheaper, for a linear drum whose pickups stay."""
+
+    top_Hz: float = number(10000.0, 200.0, 20000.0, "Hz", "Modes up to here are computed")  # noqa: N815
 
 
 @dataclass(frozen=True)

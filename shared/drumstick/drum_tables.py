@@ -1,5 +1,6 @@
 """`[drum]` as it may be written, with `[drum.effects.NAME]` below it."""
 
+from collections.abc import Collection
 from typing import Any, cast
 
 from drumstick.drum import Drum
@@ -25,6 +26,21 @@ def drum_of(reader: Reader, given: object) -> Drum:
     entries = cast(dict[str, object], given) if isinstance(given, dict) else {}
     effects = named_tables(reader, "drum.effects", DRUM_EFFECTS, entries.get("effects", {}))
     return Drum(**values, effects=effects)
+
+
+# What a bank of modes can compute too: it has neither junctions nor anything that is not linear.
+MODAL_EFFECTS = ("air_loss", "internal_loss", "rim")
+
+
+def check_renderer(reader: Reader, drum: Drum, named: Collection[str]) -> None:
+    """`named`: which of the tables `mesh` and `modal` the text has."""
+    if "modal" not in named:
+        return
+    if "mesh" in named:
+        reader.refuse("modal", "stands instead of [mesh]: a scene has one of them")
+    for name in drum.effects:
+        if name not in MODAL_EFFECTS:
+            reader.refuse(f"drum.effects.{name}", "needs [mesh]: [modal] is for a linear head by itself")
 
 
 def check_drum(reader: Reader, drum: Drum) -> None:

@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from importlib import resources
 from typing import Any, cast
 
-from drumstick.drum import Drum, Listen, Mesh
-from drumstick.drum_tables import check_drum, drum_of, named_tables
+from drumstick.drum import Drum, Listen, Mesh, Modal
+from drumstick.drum_tables import check_drum, check_renderer, drum_of, named_tables
 from drumstick.effects.chaos import Chaos
 from drumstick.effects.cor_pulse import CorPulse
 from drumstick.effects.hysteretic_spring import HystereticSpring
@@ -39,6 +39,7 @@ _TABLES: dict[str, type] = {
     "stick": Stick,
     "drum": Drum,
     "mesh": Mesh,
+    "modal": Modal,
     "listen": Listen,
     "strike": Strike,
     "hand": Hand,
@@ -69,6 +70,7 @@ class Scene:
     effects: Mapping[str, Any] = field(default_factory=dict[str, Any])
     drum: Drum = field(default_factory=Drum)
     mesh: Mesh = field(default_factory=Mesh)
+    modal: Modal | None = None  # instead of the mesh
     listen: Listen = field(default_factory=Listen)
     strike: Strike = field(default_factory=Strike)
     hand: Hand = field(default_factory=Hand)
@@ -142,7 +144,9 @@ def parse(text: str, source: str) -> Scene:
         else:
             reader.refuse(key, f"unknown key; known here: name, words, effects, {', '.join(_TABLES)}")
     _check_gesture(reader, values.get("hand", Hand()), values.get("device", Device()))
-    check_drum(reader, values.get("drum", Drum()))
+    drum = values.get("drum", Drum())
+    check_drum(reader, drum)
+    check_renderer(reader, drum, given)
     if reader.mistakes:
         raise SceneError(reader.mistakes)
     return Scene(**values)
@@ -158,12 +162,13 @@ def from_tables(tables: Mapping[str, Any]) -> Scene:
     reader = Reader("scene", "")
     values: dict[str, Any] = {"name": str(tables.get("name", "")), "words": str(tables.get("words", ""))}
     for key, kind in _TABLES.items():
-        if key != "drum":
+        if key != "drum" and not (key == "modal" and tables.get(key) is None):
             values[key] = reader.table(key, kind, _listed(tables.get(key, {})))
     values["drum"] = drum_of(reader, _listed(tables.get("drum", {})))
     values["effects"] = named_tables(reader, "effects", EFFECTS, tables.get("effects", {}))
     _check_gesture(reader, values["hand"], values["device"])
     check_drum(reader, values["drum"])
+    check_renderer(reader, values["drum"], ("modal",) if values.get("modal") else ())
     if reader.mistakes:
         raise SceneError(reader.mistakes)
     return Scene(**values)

@@ -1,7 +1,7 @@
 """`rim`: the hoop answers to what strikes it, and a little to what strikes near it.
 
 A thin ring's bending modes, n = 2 .. 7, at n (n^2 - 1)/sqrt(n^2 + 1) to each other (Love, "A treatise on the
-mathematical theory of elasticity", art. 293), each a damped resonator that the force drives. They are heard beside the
+mathematical theory of elasticity", art. 293), each a damped resonator that the blow drives. They are heard beside the
 head and do not act on it. Kernels: audio thread.
 """
 
@@ -35,11 +35,14 @@ def begin(engine: Record) -> None:
 
 
 @only_with("rim")
-def strike(engine: Record, x: float, y: float, force: float) -> None:
-    """A force at (x, y), in radii: all of it counts from the rim on, none further in than `width`."""
+def strike(engine: Record, x: float, y: float, impulse: float) -> None:
+    """A blow at (x, y), in radii: all of it counts from the rim on, none further in than `width`.
+
+    Wood on metal is over within a step, however long the head is touched: the hoop gets the impulse, N steps, at once.
+    """
     state = engine.rim.state[0]
     near = (math.hypot(x, y) - (1.0 - state.width)) / state.width
-    state.force += force * min(max(near, 0.0), 1.0)
+    state.force += impulse * min(max(near, 0.0), 1.0)
 
 
 @only_with("rim", otherwise=0.0)

@@ -8,7 +8,7 @@ import pytest
 from scipy.special import jn_zeros
 
 from realtime.jit import njit
-from sound_server.build import head_of
+from sound_server.membrane.heads import head_of
 from sound_server.membrane.lattice import J01, TOPOLOGIES, Lattice
 from sound_server.membrane.scheme import Scheme, even_losses, rising_losses, scheme_of, tuned
 from sound_server.membrane.sweep import Head, sweep

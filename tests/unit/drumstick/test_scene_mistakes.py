@@ -6,9 +6,10 @@ import math
 import pytest
 
 from drumstick.declare import Quantity, quantities
+from drumstick.drum import Modal
 from drumstick.drum_effects import DRUM_EFFECTS
 from drumstick.lines import lines_of
-from drumstick.scene import EFFECTS, Scene, SceneError, parse
+from drumstick.scene import EFFECTS, Scene, SceneError, as_tables, from_tables, parse
 from drumstick.stick import Geometry
 from drumstick.stick_tables import Z_H0
 
@@ -16,8 +17,9 @@ TABLES: dict[str, type] = {
     **{
         field.name: field.default_factory  # type: ignore[misc]
         for field in dataclasses.fields(Scene)
-        if field.name not in ("name", "words", "effects")
+        if field.name not in ("name", "words", "effects", "modal")
     },
+    "modal": Modal,
     "stick.geometry": Geometry,
     **{f"effects.{name}": kind for name, kind in EFFECTS.items()},
     **{f"drum.effects.{name}": kind for name, kind in DRUM_EFFECTS.items()},
@@ -178,3 +180,16 @@ def test_monstrous_values_are_mistakes_too(value: str) -> None:
         parse(f"[stick]\nm_kg = {value}\n", SOURCE)
     assert refused.value.mistakes[0].startswith(SOURCE)
     assert len(refused.value.mistakes[0]) < 400
+
+
+def test_modal_stands_instead_of_a_mesh_and_of_what_needs_one() -> None:
+    with pytest.raises(SceneError) as refused:
+        parse("[modal]\n[mesh]\n[drum.effects.tension]\n[drum.effects.rim]\n", SOURCE)
+    assert sorted(refused.value.mistakes) == [
+        f"{SOURCE}:1: modal: stands instead of [mesh]: a scene has one of them",
+        f"{SOURCE}:3: drum.effects.tension: needs [mesh]: [modal] is for a linear head by itself",
+    ]
+    assert parse("[drum.effects.rim]\n", SOURCE).modal is None
+    kept = parse("[modal]\ntop_Hz = 5000\n[drum.effects.rim]\n", SOURCE)
+    assert kept.modal == Modal(top_Hz=5000.0)
+    assert from_tables(as_tables(kept)) == kept

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sound_server.build import head_of
+from sound_server.membrane.heads import head_of
 from sound_server.membrane.lattice import LANES, TOPOLOGIES, Lattice, Topology, lattice_of, lowest_bend
 from sound_server.membrane.places import corners_of, drawn_in
 from sound_server.membrane.scheme import J01, even_losses, scheme_of, tuned

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from drumstick.scene import Scene
 from realtime.jit import allocations
-from sound_server.build import divisor_for, words
+from sound_server.build import words
 from sound_server.calibrate import PEAK_OF_FULL_SCALE, blow_at, build, full_scale
 from sound_server.engine import PENDING, Engine
 from sound_server.events import StrikeRing
@@ -18,6 +18,7 @@ from sound_server.render import Blow, render, render_all
 from sound_server.sinks.callback import Heard, block_start, stream_callback
 from sound_server.sinks.sink import DESK
 from sound_server.stage import Stage
+from sound_server.tiers import divisor_for
 from sound_server.upsample import TAPS
 
 RATE = 48000

@@ -20,7 +20,7 @@ def sound(table: Rim | None, x: float) -> npt.NDArray[np.float64]:
     effects = {} if table is None else {"rim": table}
     drum = dataclasses.replace(scene.drum, f01_Hz=300.0, t60_s=0.05, effects=effects)
     scene = dataclasses.replace(scene, drum=drum)
-    blow = dataclasses.replace(full_scale(scene), x=x, contact_s=0.0003)
+    blow = dataclasses.replace(full_scale(scene), x=x)
     return render(scene, [blow], 0.5, RATE)[:, 0].astype(float)
 
 
@@ -41,7 +41,7 @@ def test_the_hoop_rings_at_its_modes() -> None:
 
 
 def test_its_level_is_what_the_scene_says() -> None:
-    """A stroke much shorter than its modes, on the rim: their sum begins at the level and only decays."""
+    """Of a whole stroke on the rim, whose contact with the head is far longer than the hoop's."""
     one, half = (sound(Rim(level=level), 1.0) - sound(None, 1.0) for level in (0.8, 0.4))
     assert np.abs(one).max() == pytest.approx(2.0 * np.abs(half).max(), rel=1e-3)
-    assert np.abs(one).max() < 1.1 * 0.8 * PEAK_OF_FULL_SCALE
+    assert 0.4 * 0.8 * PEAK_OF_FULL_SCALE < np.abs(one).max() < 1.1 * 0.8 * PEAK_OF_FULL_SCALE

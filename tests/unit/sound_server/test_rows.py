@@ -8,7 +8,7 @@ import pytest
 
 from membranes import Membrane
 from realtime.jit import njit
-from sound_server.build import aligned, head_of
+from sound_server.membrane.heads import aligned, head_of
 from sound_server.membrane.lanes import WIDTH, widest
 from sound_server.membrane.lattice import TOPOLOGIES, lattice_of
 from sound_server.membrane.rows import LEFT, RIGHT, step_of

@@ -1,6 +1,7 @@
 import numpy as np
 import numpy.typing as npt
 import pytest
+from scipy.signal import firwin
 
 from sound_server.upsample import TAPS, interpolated, interpolator, remember
 
@@ -30,3 +31,11 @@ def test_a_constant_does_not_sound() -> None:
     out = upsampled(np.ones(100), 3)[3 * TAPS :]
     assert np.ptp(out) < 1e-6
     assert out[0] == pytest.approx(1.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("factor", [1, 2, 3, 4, 7])
+def test_the_design_is_a_well_known_one(factor: int) -> None:
+    """scipy's windowed design of the same length and window, each phase scaled to pass a constant as it is."""
+    whole = firwin(factor * TAPS + 1, 2.0 * 0.45 / factor, window=("kaiser", 8.0), scale=False)
+    phases = whole[:-1].reshape(TAPS, factor).T
+    assert interpolator(factor) == pytest.approx(phases / phases.sum(axis=1, keepdims=True), abs=1e-6)

@@ -1,0 +1,151 @@
+"""A bank of modes, each an oscillator that turns and fades exactly as its mode does. Audio thread; no allocation.
+
+With q a mode's displacement and d what it moved in the last step, a step is
+
+    d' = R^2 d - k q + drive,   q' = q + d',   k = 1 - 2 R cos(theta) + R^2
+
+which is q' = 2 R cos(theta) q - R^2 q- + drive, but in float32 keeps the pitch of slow modes: there 2 R cos(theta) is
+close to 2, and rounding it alone would put 150 Hz at 48 kHz out of tune by a quarter of a cent.
+
+A strike drives each mode by the mode's own shape where it lands, taken once from a table when the strike begins. Modes
+come in pairs, cos(m phi) first, then sin(m phi); of the round ones (m = 0) the second is never driven.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from realtime.jit import Record, njit, only_with
+
+Floats = npt.NDArray[np.float32]
+_PART = 1024  # modes
+
+
+class Bank(NamedTuple):
+    """Shapes, with P radial modes and 2 P oscillators: q, d, kept (R^2), bend (k), left and right (2 P,); orders (P,);
+    radial (K, P): J_m(j r) times what a force of 1 N drives, at the radii r = (row - 1) / (K - 3); aimed (32, 2 P), a
+    row for each pulse of the pool; turns (2, orders): cos and sin of m phi."""
+
+    q: Floats
+    d: Floats
+    kept: Floats
+    bend: Floats
+    left: Floats
+    right: Floats
+    orders: npt.NDArray[np.int64]
+    radial: Floats
+    aimed: Floats
+    turns: npt.NDArray[np.float64]
+
+
+@njit()
+def _turn(turns: npt.NDArray[np.float64], angle: float) -> None:
+    cosine, sine = math.cos(angle), math.sin(angle)
+    turns[0, 0], turns[1, 0] = 1.0, 0.0
+    for m in range(1, turns.shape[1]):
+        turns[0, m] = cosine * turns[0, m - 1] - sine * turns[1, m - 1]
+        turns[1, m] = sine * turns[0, m - 1] + cosine * turns[1, m - 1]
+
+
+@njit(fastmath={"contract"})
+def take_aim(bank: Bank, row: int, x: float, y: float) -> None:
+    """How a force at (x, y), in radii, drives each mode, into bank.aimed[row]. By cubic interpolation (Catmull-Rom)."""
+    _turn(bank.turns, math.atan2(y, x))
+    at = min(math.hypot(x, y), 1.0) * (bank.radial.shape[0] - 3)
+    first = min(int(at), bank.radial.shape[0] - 4)
+    t = at - first
+    w0 = np.float32(-0.5 * t * (1.0 - t) ** 2)
+    w1 = np.float32(1.0 + t * t * (1.5 * t - 2.5))
+    w2 = np.float32(t * (0.5 + t * (2.0 - 1.5 * t)))
+    w3 = np.float32(-0.5 * t * t * (1.0 - t))
+    count = bank.orders.shape[0]
+    for p in range(count):
+        shape = (
+            w0 * bank.radial[first, p]
+            + w1 * bank.radial[first + 1, p]
+            + w2 * bank.radial[first + 2, p]
+            + w3 * bank.radial[first + 3, p]
+        )
+        m = bank.orders[p]
+        bank.aimed[row, p] = shape * np.float32(bank.turns[0, m])
+        bank.aimed[row, count + p] = shape * np.float32(bank.turns[1, m])
+
+
+@only_with("modal")
+def aim(engine: Record, row: int, x: float, y: float) -> None:
+    """A strike begins: `row` is its pulse's place in the pool."""
+    take_aim(engine.modal, row, x, y)
+
+
+@njit(fastmath={"contract"})
+def _drive(d: Floats, aimed: Floats, strength: np.float32) -> None:
+    for i in range(d.shape[0]):
+        d[i] += aimed[i] * strength
+
+
+@only_with("modal")
+def push(engine: Record, row: int, force: float) -> None:
+    """The mean force of one pulse, N, over the coming step."""
+    _drive(engine.modal.d, engine.modal.aimed[row], np.float32(force))
+
+
+@njit(fastmath={"contract"})
+def _move(q: Floats, d: Floats, kept: Floats, bend: Floats) -> None:
+    for i in range(q.shape[0]):
+        moved = kept[i] * d[i] - bend[i] * q[i]
+        d[i] = moved
+        q[i] += moved
+
+
+@njit(fastmath={"contract", "reassoc"})
+def _heard(d: Floats, gains: Floats) -> float:
+    total = np.float32(0.0)
+    for i in range(d.shape[0]):
+        total += gains[i] * d[i]
+    return float(total)
+
+
+@njit()
+def ring(bank: Bank) -> tuple[float, float]:
+    """One step of every mode; returns what the pickups hear of their velocities, left and right.
+
+    In loops of few arrays each: compilers find vectors only where they can tell that none overlaps another. A part of
+    the modes at a time, which the first loop leaves in the nearest cache for the next.
+    """
+    q, d, kept, bend, left, right = bank.q, bank.d, bank.kept, bank.bend, bank.left, bank.right
+    heard_left = heard_right = 0.0
+    for first in range(0, q.shape[0], _PART):
+        last = min(first + _PART, q.shape[0])
+        _move(q[first:last], d[first:last], kept[first:last], bend[first:last])
+        heard_left += _heard(d[first:last], left[first:last])
+        heard_right += _heard(d[first:last], right[first:last])
+    return heard_left, heard_right
+
+
+@only_with("modal", otherwise=(0.0, 0.0))
+def step(engine: Record) -> Any:
+    """`ring`, where there is a bank."""
+    return ring(engine.modal)
+
+
+@njit()
+def _largest(bank: Bank) -> float:
+    top = np.float32(0.0)
+    for i in range(bank.q.shape[0]):
+        top = max(top, abs(bank.q[i]), abs(bank.d[i]))
+    return float(top)
+
+
+@only_with("modal", otherwise=0.0)
+def largest(engine: Record) -> float:
+    """The largest displacement of any mode."""
+    return _largest(engine.modal)
+
+
+@only_with("modal")
+def rest(engine: Record) -> None:
+    """All at rest."""
+    engine.modal.q[:] = np.float32(0.0)
+    engine.modal.d[:] = np.float32(0.0)
