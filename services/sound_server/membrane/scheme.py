@@ -6,9 +6,9 @@ With A u = (mean of the neighbours, weighted at the rim) - u, which is h^2/4 tim
     p' = rho p + tau A u,   u+ = u + p' + eta tau A u                           quick modes lose more (eta)
 
 A mode with A u = -a u, 0 <= a <= most_bend, turns by the angle theta a step; q = tau a - order_4 a^2 fixes it. Up to
-q = 4/(1 + 2 eta) all is stable. tau = 4 (c T/h)^2: 2 is the textbook's lossless triangular mesh (Fontana and
-Rocchesso, "Online correction of dispersion error in 2D waveguide meshes", ICMC 2000); the limit 8/3 has a third of its
-phase error.
+q = 2 (1 + rho)/(1 + eta (1 + rho)) all is stable, 4 without losses. tau = 4 (c T/h)^2: 2 is the textbook's lossless
+triangular mesh (Fontana and Rocchesso, "Online correction of dispersion error in 2D waveguide meshes", ICMC 2000); the
+limit 8/3 has a third of its phase error.
 """
 
 import math
@@ -64,8 +64,8 @@ class Losses:
 
     @property
     def most(self) -> float:
-        """The largest stable q."""
-        return 4.0 / (1.0 + 2.0 * self.eta)
+        """The largest stable q: at it a root of z^2 - (1 + rho - (1 + eta) q) z + rho (1 - eta q) is -1."""
+        return 2.0 * (1.0 + self.rho) / (1.0 + self.eta * (1.0 + self.rho))
 
     def q_of(self, theta: float) -> float:
         """q of the mode that turns by theta a step."""

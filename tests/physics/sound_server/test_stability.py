@@ -15,6 +15,7 @@ from sound_server.build import new_engine
 from sound_server.calibrate import blow_at, build, full_scale
 from sound_server.engine import Engine
 from sound_server.events import StrikeRing
+from sound_server.membrane.scheme import Losses
 from sound_server.render import Blow, render, render_all
 
 RATE = 48000
@@ -165,6 +166,23 @@ def test_any_effects_together_decay(
         assert np.isfinite(heights).all()
         top.append(max(heights))
     assert top[-1] <= max(top[0], 1e-30) * 1.001
+
+
+@pytest.mark.parametrize("naive", [False, True])
+@pytest.mark.parametrize("air_t60_s", [0.02, 0.06, 0.3])
+def test_strong_losses_leave_less_room_for_quick_modes(
+    naive: bool, air_t60_s: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """q may go to 2 (1 + rho)/(1 + eta (1 + rho)). The limit that holds for rho = 1 alone lets the quickest grow."""
+    if naive:
+        monkeypatch.setattr(Losses, "most", property(lambda losses: 4.0 / (1.0 + 2.0 * losses.eta)))
+    effects: dict[str, object] = {"internal_loss": InternalLoss(0.4, 2100.0), "air_loss": AirLoss(air_t60_s)}
+    engine = struck(scene_of(effects, t60_s=1.0, f01_Hz=150.0), [(0.3, -0.2, 1.0)])
+    heights: list[float] = []
+    for _ in range(2):
+        play(engine, 8000)
+        heights.append(float(np.sum(engine.head.planes.astype(float) ** 2)))
+    assert (heights[1] < heights[0]) == (not naive)
 
 
 def test_a_pitch_glide_is_as_far_as_the_scene_says() -> None:
