@@ -14,6 +14,7 @@ from sound_server.excitation import FORCE, FORCES, POOL, PULSE
 from sound_server.membrane.heads import aligned, ears_on, head_of
 from sound_server.membrane.scheme import tuned
 from sound_server.membrane.sweep import Head
+from sound_server.microphones import microphones_of
 from sound_server.step_numbers import Numbers
 from sound_server.tiers import divisor_for
 from sound_server.upsample import TAPS, interpolator
@@ -51,6 +52,7 @@ def _of_mesh(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
         forces=cast(Records, np.zeros(FORCES, FORCE)),
         ears=ears,
         ear_gains=ear_gains,
+        microphones=microphones_of(scene, lattice, step_s) if scene.listen.microphones else None,
         bend=aligned((size,)) if numbers.scheme.order_4 else None,
         internal_loss=Momentum(aligned((size,)), rho_and_eta) if numbers.with_momentum else None,
         muffle=muffled,

@@ -18,6 +18,7 @@ from sound_server.effects.rim import Rim
 from sound_server.effects.snare import Snare
 from sound_server.effects.tension import Tension
 from sound_server.membrane.sweep import Head
+from sound_server.microphones import Microphones
 from sound_server.modal.bank import Bank
 
 PENDING = 256
@@ -73,6 +74,7 @@ class Engine(NamedTuple):
     ring_cells: npt.NDArray[np.int64]
     ring_slots: Records
     modal: Bank | None = None
+    microphones: Microphones | None = None
     bend: npt.NDArray[np.float32] | None = None
     internal_loss: Momentum | None = None
     muffle: Muffle | None = None

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from realtime.jit import Record, njit, only_with
+from sound_server import microphones
 from sound_server.effects import cavity, internal_loss, muffle, rim, snare, tension
 from sound_server.engine import Engine
 from sound_server.excitation import press
@@ -103,6 +104,7 @@ def _rest(engine: Record) -> None:
     internal_loss.rest(engine)
     cavity.rest(engine)
     snare.rest(engine)
+    microphones.rest(engine)
 
 
 @njit()
@@ -136,6 +138,9 @@ def _meshed(engine: Record) -> Any:
     total += muffle.brake(engine, then)
     cavity.step(engine, control.plane, total)
     left, right = cavity.heard(engine, control.plane)
+    from_air = microphones.heard(engine, now, then)
+    left += from_air[0]
+    right += from_air[1]
     for i in range(engine.ears.shape[0]):
         moved = float(then[engine.ears[i]] - now[engine.ears[i]])
         left += engine.ear_gains[i, 0] * moved

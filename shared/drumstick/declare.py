@@ -32,6 +32,7 @@ class Quantity:
     above_head_only: bool = True
     choices: tuple[str | int, ...] = ()
     length: int = 0
+    fewest: int = 1
 
 
 def number(
@@ -75,8 +76,8 @@ def text(default: str, words: str) -> Any:
 def numbers(
     default: tuple[tuple[float, ...], ...], length: int, low: float, high: float, unit: str, words: str
 ) -> Any:
-    """A list of up to 16 rows of `length` numbers each, e.g. pickup positions."""
-    quantity = Quantity(tuple, low, high, unit, words, length=length)
+    """Up to 16 rows of `length` numbers each, e.g. positions of pickups; at least one, unless none is the default."""
+    quantity = Quantity(tuple, low, high, unit, words, length=length, fewest=min(len(default), 1))
     return field(default=default, metadata={"quantity": quantity})
 
 

@@ -71,5 +71,9 @@ class Listen:
     gain_dB: float = number(0.0, -60.0, 12.0, "dB", "Level of the drum")  # noqa: N815
     pickups: tuple[tuple[float, ...], ...] = numbers(
         ((-0.45, 0.3, -0.6), (0.5, 0.25, 0.6)), 3, -1.0, 1.0, "of the radius; pan -1 left .. 1 right",
-        "Pickups, each [x, y, pan]",
+        "Contact pickups on the head, each [x, y, pan]",
+    )  # fmt: skip
+    microphones: tuple[tuple[float, ...], ...] = numbers(
+        (), 4, -50.0, 50.0, "of the radius; pan -1 left .. 1 right",
+        "Microphones in the air, each [x, y, height, pan]; instead of the pickups",
     )  # fmt: skip

@@ -3,7 +3,7 @@
 from collections.abc import Collection
 from typing import Any, cast
 
-from drumstick.drum import Drum
+from drumstick.drum import Drum, Listen
 from drumstick.drum_effects import DRUM_EFFECTS
 from drumstick.reading import Reader
 
@@ -28,6 +28,7 @@ def drum_of(reader: Reader, given: object) -> Drum:
     return Drum(**values, effects=effects)
 
 
+_LOWEST = 0.1  # radii: nearer, a single junction would be heard alone
 # What a bank of modes can compute too: it has neither junctions nor anything that is not linear.
 MODAL_EFFECTS = ("air_loss", "internal_loss", "rim")
 
@@ -41,6 +42,19 @@ def check_renderer(reader: Reader, drum: Drum, named: Collection[str]) -> None:
     for name in drum.effects:
         if name not in MODAL_EFFECTS:
             reader.refuse(f"drum.effects.{name}", "needs [mesh]: [modal] is for a linear head by itself")
+
+
+def check_listen(reader: Reader, listen: Listen, named: Collection[str]) -> None:
+    """Microphones: what their four numbers may be, and that a bank of modes has none."""
+    for at, (_, _, height, pan) in enumerate(listen.microphones, 1):
+        if height < _LOWEST:
+            reader.refuse(
+                "listen.microphones", f"number {at} is {height:g} radii above the head, less than {_LOWEST:g}"
+            )
+        if abs(pan) > 1.0:
+            reader.refuse("listen.microphones", f"number {at} has the pan {pan:g}, outside -1 .. 1")
+    if listen.microphones and "modal" in named:
+        reader.refuse("listen.microphones", "needs [mesh]: [modal] hears by pickups")
 
 
 def check_drum(reader: Reader, drum: Drum) -> None:

@@ -119,10 +119,10 @@ class Reader:
 
     def _rows(self, path: str, quantity: Quantity, value: object) -> Any:
         rows = cast(list[object], value) if isinstance(value, list) else []
-        if not 1 <= len(rows) <= 16:
+        if not isinstance(value, list) or not quantity.fewest <= len(rows) <= 16:
             self.refuse(
                 path,
-                f"{_shown(cast(object, value))} must be a list of 1 to 16 rows of {quantity.length} numbers",
+                f"{_shown(cast(object, value))} must be a list of {quantity.fewest} to 16 rows of {quantity.length} numbers",
             )
             return None
         checked: list[tuple[float, ...]] = []

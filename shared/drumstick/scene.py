@@ -11,7 +11,7 @@ from importlib import resources
 from typing import Any, cast
 
 from drumstick.drum import Drum, Listen, Mesh, Modal
-from drumstick.drum_tables import check_drum, check_renderer, drum_of, named_tables
+from drumstick.drum_tables import check_drum, check_listen, check_renderer, drum_of, named_tables
 from drumstick.effects.chaos import Chaos
 from drumstick.effects.cor_pulse import CorPulse
 from drumstick.effects.hysteretic_spring import HystereticSpring
@@ -147,6 +147,7 @@ def parse(text: str, source: str) -> Scene:
     drum = values.get("drum", Drum())
     check_drum(reader, drum)
     check_renderer(reader, drum, given)
+    check_listen(reader, values.get("listen", Listen()), given)
     if reader.mistakes:
         raise SceneError(reader.mistakes)
     return Scene(**values)
@@ -168,7 +169,9 @@ def from_tables(tables: Mapping[str, Any]) -> Scene:
     values["effects"] = named_tables(reader, "effects", EFFECTS, tables.get("effects", {}))
     _check_gesture(reader, values["hand"], values["device"])
     check_drum(reader, values["drum"])
-    check_renderer(reader, values["drum"], ("modal",) if values.get("modal") else ())
+    named = ("modal",) if values.get("modal") else ()
+    check_renderer(reader, values["drum"], named)
+    check_listen(reader, values["listen"], named)
     if reader.mistakes:
         raise SceneError(reader.mistakes)
     return Scene(**values)

@@ -40,9 +40,10 @@ def ears_on(scene: Scene, head: Head, level: float) -> tuple[npt.NDArray[np.int6
     """The junctions that the scene's pickups hear on this head, (n,), and how much of each left and right, (n, 2)."""
     places: list[int] = []
     gains: list[tuple[float, float]] = []
-    for x, y, pan in scene.listen.pickups:
+    pickups = () if scene.listen.microphones else scene.listen.pickups
+    for x, y, pan in pickups:
         angle = (pan + 1.0) * math.pi / 4.0  # equal power
         for place, share in zip(*corners_of(head, x, y), strict=True):
             places.append(place)
             gains.append((level * share * math.cos(angle), level * share * math.sin(angle)))
-    return np.array(places, np.int64), np.array(gains, np.float32)
+    return np.array(places, np.int64), np.array(gains, np.float32).reshape(-1, 2)
