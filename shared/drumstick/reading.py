@@ -120,10 +120,8 @@ class Reader:
     def _rows(self, path: str, quantity: Quantity, value: object) -> Any:
         rows = cast(list[object], value) if isinstance(value, list) else []
         if not isinstance(value, list) or not quantity.fewest <= len(rows) <= 16:
-            self.refuse(
-                path,
-                f"{_shown(cast(object, value))} must be a list of {quantity.fewest} to 16 rows of {quantity.length} numbers",
-            )
+            rows_wanted = f"{quantity.fewest} to 16 rows of {quantity.length} numbers"
+            self.refuse(path, f"{_shown(cast(object, value))} must be a list of {rows_wanted}")
             return None
         checked: list[tuple[float, ...]] = []
         for row in rows:

@@ -10,7 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drumstick.declare import quantities
+from drumstick.drum import Modal
 from drumstick.drum_effects import DRUM_EFFECTS
+from drumstick.drum_tables import MODAL_EFFECTS
 from drumstick.scene import (
     EFFECTS,
     Scene,
@@ -170,7 +172,7 @@ def _values(table: type) -> st.SearchStrategy[dict[str, Any]]:
             fields[key] = st.integers(int(quantity.low), int(quantity.high))
         elif quantity.kind is tuple:
             row = st.tuples(*[number] * quantity.length)
-            fields[key] = st.lists(row, min_size=1, max_size=16).map(tuple)
+            fields[key] = st.lists(row, min_size=quantity.fewest, max_size=16).map(tuple)
         elif quantity.kind is str:
             fields[key] = st.text(max_size=int(quantity.high)).filter(str.isprintable)
         else:
@@ -178,8 +180,13 @@ def _values(table: type) -> st.SearchStrategy[dict[str, Any]]:
     return st.fixed_dictionaries({}, optional=fields)
 
 
-TABLES = {
-    f.name: f.default_factory for f in dataclasses.fields(Scene) if f.name not in ("name", "words", "effects")
+TABLES: dict[str, type] = {
+    **{
+        f.name: f.default_factory  # type: ignore[misc]
+        for f in dataclasses.fields(Scene)
+        if f.name not in ("name", "words", "effects", "modal")
+    },
+    "modal": Modal,
 }
 
 
@@ -191,6 +198,14 @@ def _in_agreement(tables: dict[str, Any]) -> dict[str, Any]:
         tables["hand"] = dataclasses.replace(hand, gesture_file=hand.gesture_file or "mine.csv")
     else:
         tables["hand"] = dataclasses.replace(hand, gesture_file="")
+    # A bank of modes stands instead of a mesh, and of what needs one; a microphone has a height and a pan.
+    listen = tables["listen"]
+    above = tuple((x, y, max(abs(z), 0.1), pan / 50.0) for x, y, z, pan in listen.microphones)
+    if tables["modal"] is not None:
+        linear = {k: v for k, v in tables["drum"].effects.items() if k in MODAL_EFFECTS}
+        tables["drum"] = dataclasses.replace(tables["drum"], effects=linear)
+        above = ()
+    tables["listen"] = dataclasses.replace(listen, microphones=above)
     # Wires lie on a second head.
     if "snare" in tables["drum"].effects:
         two_heads = {"cavity": DRUM_EFFECTS["cavity"](), **tables["drum"].effects}
@@ -207,6 +222,8 @@ def _in_agreement(tables: dict[str, Any]) -> dict[str, Any]:
 @given(st.data())
 def test_whatever_the_declarations_allow_comes_back(data: st.DataObject) -> None:
     tables = {name: kind(**data.draw(_values(kind))) for name, kind in TABLES.items()}  # type: ignore[operator]
+    if data.draw(st.booleans()):
+        tables["modal"] = None
     named = data.draw(st.sets(st.sampled_from(list(EFFECTS))))
     effects = {name: EFFECTS[name](**data.draw(_values(EFFECTS[name]))) for name in EFFECTS if name in named}
     kinds = data.draw(st.sets(st.sampled_from(list(DRUM_EFFECTS))))

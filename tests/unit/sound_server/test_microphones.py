@@ -121,7 +121,7 @@ def test_silence_comes_back_and_nothing_stays_on_its_way() -> None:
     ],
 )
 def test_what_no_microphone_can_be_is_refused(rows: str, words: str) -> None:
-    with pytest.raises(SceneError, match="a:2: listen.microphones: ") as refused:
+    with pytest.raises(SceneError, match=r"a:2: listen\.microphones: ") as refused:
         parse(f"[listen]\nmicrophones = {rows}\n", "a")
     assert words in str(refused.value)
 
