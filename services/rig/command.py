@@ -224,6 +224,12 @@ def render_command(
     ] = None,
     roll: Annotated[bool, typer.Option("--roll", help="Play what the scene's own stick does.")] = False,
     rate: Annotated[int, typer.Option(help="Samples a second.")] = 48000,
+    spectrogram: Annotated[
+        Path | None, typer.Option(help="Also draw the sound's spectrogram (PNG or SVG).")
+    ] = None,
+    modes: Annotated[
+        Path | None, typer.Option(help="Also draw the drum's modes beside the ideal membrane's (PNG or SVG).")
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """A scene's drum into a WAV file, offline."""
@@ -232,7 +238,7 @@ def render_command(
 
     checks.duration(duration)
     checks.finite(rate, "--rate", 22050.0, 192000.0, "Hz")
-    render(scene, Wishes(out, duration, strikes, roll, rate), as_json)
+    render(scene, Wishes(out, duration, strikes, roll, rate, spectrogram, modes), as_json)
 
 
 @app.command("analyse")

@@ -12,11 +12,15 @@ from rig import scene_file
 from rig.fault import lacking, wrong
 
 if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
     from drumstick.scene import Scene
     from sound_server.render import Blow
 
 _COLUMNS = {"t_s": (0.0, 86_400.0), "x": (-2.0, 2.0), "y": (-2.0, 2.0), "speed_m_per_s": (0.0, 100.0)}
 _MOST_STRIKES = 1_000_000
+_LONGEST_PICTURE_S = 120.0
 _ONE_STRIKE_S = 0.05  # when the one strike falls that is played without --strikes
 
 
@@ -28,6 +32,8 @@ class Wishes(NamedTuple):
     strikes: Path | None
     roll: bool
     rate_Hz: int  # noqa: N815
+    spectrogram: Path | None = None  # pictures, PNG or SVG
+    modes: Path | None = None
 
 
 def _number(row: dict[str, str | None], name: str, place: str) -> float:
@@ -91,8 +97,10 @@ def _strikes(scene: "Scene", wishes: Wishes) -> list["Blow"]:
     return [blow_at(scene, scene.strike.full_scale_m_per_s / 2.0, 0.5, 0.0, _ONE_STRIKE_S)]
 
 
-def _write(scene: "Scene", blows: Iterable["Blow"], wishes: Wishes) -> float:
-    # Returns the largest sample.
+def _write(
+    scene: "Scene", blows: Iterable["Blow"], wishes: Wishes
+) -> tuple[float, "npt.NDArray[np.float32]"]:
+    # Returns the largest sample and, where a picture is to be drawn of it, the sound.
     import numpy as np
     from rich.console import Console
     from rich.progress import Progress
@@ -104,7 +112,7 @@ def _write(scene: "Scene", blows: Iterable["Blow"], wishes: Wishes) -> float:
         wav = WavFile(wishes.out, wishes.rate_Hz, longest_s=wishes.duration_s + 1.0)
     except OSError as error:
         lacking(f"{wishes.out}: cannot be written: {error.strerror}")
-    top = 0.0
+    top, kept = 0.0, [np.zeros((0, 2), np.float32)]
     try:
         with Progress(console=Console(stderr=True), transient=True) as progress:
             task = progress.add_task("rendering", total=wishes.duration_s)
@@ -113,21 +121,62 @@ def _write(scene: "Scene", blows: Iterable["Blow"], wishes: Wishes) -> float:
                 if not wav.is_open:
                     lacking(f"{wishes.out}: the disk took no more")
                 top = max(top, float(np.abs(part).max()))
+                if wishes.spectrogram is not None:
+                    kept.append(part.copy())
                 progress.advance(task, len(part) / wishes.rate_Hz)
     finally:
         wav.close()
-    return top
+    return top, np.concatenate(kept)
+
+
+def _check_pictures(wishes: Wishes) -> None:
+    from rig.figures.ready import require_matplotlib
+
+    for option, path in (("--spectrogram", wishes.spectrogram), ("--modes", wishes.modes)):
+        if path is None:
+            continue
+        if path.suffix not in (".png", ".svg"):
+            wrong(f"{option} {path}: give a file that ends in .png or .svg")
+        require_matplotlib()
+    if wishes.spectrogram is not None and wishes.duration_s > _LONGEST_PICTURE_S:
+        wrong(
+            f"--spectrogram: {wishes.duration_s:g} s are more than the {_LONGEST_PICTURE_S:g} s that it draws"
+        )
+
+
+def _draw(scene: "Scene", sound: "npt.NDArray[np.float32]", wishes: Wishes) -> list[dict[str, object]]:
+    # The pictures that were asked for; returns the table of modes.
+    from rig.figures.style import save
+
+    rows: list[dict[str, object]] = []
+    try:
+        if wishes.spectrogram is not None:
+            from rig.figures.spectrogram import spectrogram
+
+            save(spectrogram(sound, wishes.rate_Hz, scene.drum.f01_Hz, scene.name), wishes.spectrogram)
+        if wishes.modes is not None:
+            from rig.figures.modes import modes
+            from sound_server.heard import heard_modes
+
+            heard = heard_modes(scene, wishes.rate_Hz)
+            save(modes(heard, f"{scene.name}: modes of one soft strike"), wishes.modes)
+            rows = [mode._asdict() for mode in heard.modes]
+    except OSError as error:
+        lacking(f"{error.filename}: cannot be written: {error.strerror}")
+    return rows
 
 
 def render(scene: str, wishes: Wishes, as_json: bool) -> None:
     """Write the file and say what is in it. Raises Stop."""
+    _check_pictures(wishes)
     loaded = scene_file.load(scene)
     blows = [blow for blow in _strikes(loaded, wishes) if blow.t_s < wishes.duration_s]
     begun = time.monotonic()
-    peak = _write(loaded, blows, wishes)
+    peak, sound = _write(loaded, blows, wishes)
     spent = time.monotonic() - begun
+    modes = _draw(loaded, sound, wishes)
     if as_json:
-        found = {
+        found: dict[str, object] = {
             "scene": loaded.name,
             "file": str(wishes.out),
             "duration_s": wishes.duration_s,
@@ -136,6 +185,8 @@ def render(scene: str, wishes: Wishes, as_json: bool) -> None:
             "peak": peak,
             "times_real_time": wishes.duration_s / spent,
         }
+        if wishes.modes is not None:
+            found["modes"] = modes
         print(json.dumps(found))
         return
     print(

@@ -90,3 +90,42 @@ def test_where_nothing_can_be_written(tmp_path: Path) -> None:
     assert done.returncode == 3
     assert "cannot be written" in done.stderr
     assert drumstick("bare-drum", "--out", "x.wav", "--strikes", str(tmp_path / "none.csv")).returncode == 2
+
+
+def test_pictures_and_the_table_of_modes(tmp_path: Path) -> None:
+    out, drawn, modes = tmp_path / "a.wav", tmp_path / "a.png", tmp_path / "modes.svg"
+    done = drumstick(
+        "bare-drum",
+        "--out",
+        str(out),
+        "--duration",
+        "0.5",
+        "--spectrogram",
+        str(drawn),
+        "--modes",
+        str(modes),
+        "--json",
+    )
+    assert done.returncode == 0, done.stderr
+    assert drawn.read_bytes().startswith(b"\x89PNG")
+    assert b"<svg" in modes.read_bytes()
+    table = json.loads(done.stdout)["modes"]
+    assert [(mode["m"], mode["n"]) for mode in table[:5]] == [(0, 1), (1, 1), (2, 1), (0, 2), (3, 1)]
+    heard = [mode for mode in table if mode["found_Hz"] is not None]
+    assert len(heard) >= 11
+    assert all(abs(mode["cents"]) < 3.0 for mode in heard)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--spectrogram", "a.jpg"), "give a file that ends in .png or .svg"),
+        (("--modes", "a"), "give a file that ends in .png or .svg"),
+        (("--spectrogram", "a.png", "--duration", "500"), "500 s are more than the 120 s that it draws"),
+    ],
+)
+def test_pictures_that_cannot_be_drawn(options: tuple[str, ...], words: str, tmp_path: Path) -> None:
+    done = drumstick("bare-drum", "--out", str(tmp_path / "a.wav"), *options)
+    assert done.returncode == 2
+    assert words in done.stderr
+    assert not (tmp_path / "a.wav").exists()
