@@ -69,8 +69,8 @@ def _read(path: Path, scene: "Scene") -> list["Blow"]:
     return blows
 
 
-def _rolled(scene: "Scene", duration_s: float) -> list["Blow"]:
-    # The scene's own stick, thrown once, on the hand's circle.
+def rolled(scene: "Scene", duration_s: float) -> list["Blow"]:
+    """What the scene's own stick plays, thrown once, on the hand's circle."""
     from drumstick.simulate import COLUMNS, simulate
     from sound_server.calibrate import blow_at
 
@@ -93,7 +93,7 @@ def _strikes(scene: "Scene", wishes: Wishes) -> list["Blow"]:
     if wishes.strikes is not None:
         return _read(wishes.strikes, scene)
     if wishes.roll:
-        return _rolled(scene, wishes.duration_s)
+        return rolled(scene, wishes.duration_s)
     return [blow_at(scene, scene.strike.full_scale_m_per_s / 2.0, 0.5, 0.0, _ONE_STRIKE_S)]
 
 

@@ -1,11 +1,13 @@
 """The made pages under docs/ say what the code and the stored results say."""
 
 import importlib.util
+import json
 import re
 from pathlib import Path
 from types import ModuleType
 
 import pytest
+import soundfile
 
 TOOLS = Path(__file__).parents[2] / "docs" / "tools"
 
@@ -21,12 +23,26 @@ def _tool(name: str) -> ModuleType:
 
 @pytest.mark.timeout(400)  # the page about the stick compiles the analysis for three kinds of scenes
 @pytest.mark.parametrize(
-    "name", ["zenoh_page", "measured_page", "methods_page", "scenes_page", "servo_page", "stick_page"]
+    "name",
+    ["zenoh_page", "measured_page", "methods_page", "scenes_page", "servo_page", "sounds_page", "stick_page"],
 )
 def test_the_page_is_up_to_date(name: str) -> None:
     tool = _tool(name)
     made = tool.page()
     assert tool.PAGE.read_text(encoding="utf-8") == made, f"run: .venv/bin/python docs/tools/{name}.py"
+
+
+def test_the_sounds_are_those_of_the_shipped_scenes() -> None:
+    tool = _tool("sounds_page")
+    stored = json.loads(tool.STORED.read_text(encoding="utf-8"))
+    assert list(stored) == tool.names()
+    stale = [name for name in tool.names() if stored[name]["digest"] != tool.digest(name)]
+    assert stale == [], "run: .venv/bin/python docs/tools/sounds_page.py"
+    for name in tool.names():
+        sound, rate_Hz = soundfile.read(tool.SOUNDS / f"{name}.flac")
+        assert (rate_Hz, sound.shape) == (48_000, (216_000, 2))
+        assert abs(sound).max() == pytest.approx(stored[name]["peak"], abs=2e-3)
+    assert sum(path.stat().st_size for path in tool.SOUNDS.iterdir()) < 6_000_000
 
 
 def test_the_pictures_of_the_stick_are_those_of_its_page_and_of_the_code() -> None:
