@@ -7,7 +7,7 @@ from dataclasses import MISSING, fields
 from pathlib import Path
 
 from drumstick.declare import Quantity, quantities
-from drumstick.drum import Drum, Listen, Mesh
+from drumstick.drum import Drum, Listen, Mesh, Modal
 from drumstick.drum_effects import DRUM_EFFECTS
 from drumstick.parameters import table_of
 from drumstick.rig import Device, Guard, Hand, Servo, Strike
@@ -17,11 +17,25 @@ from drumstick.stick_tables import Z_H0
 
 PAGE = Path(__file__).parent.parent / "scenes.md"
 
-OTHERS = {"drum": Drum, "mesh": Mesh, "listen": Listen, "strike": Strike, "hand": Hand, "device": Device}
+OTHERS = {
+    "drum": Drum,
+    "mesh": Mesh,
+    "modal": Modal,
+    "listen": Listen,
+    "strike": Strike,
+    "hand": Hand,
+    "device": Device,
+}
 OTHERS |= {"servo": Servo, "guard": Guard}
 
 # What the keys of a table do not say by themselves.
 _MORE = {
+    "modal": [
+        "Absent unless named, and then no mesh is computed. A bank of modes is in tune by itself and takes the effects `air_loss`,",
+        "`internal_loss` and `rim`; moving pickups, patches, glides, second heads and microphones need the mesh. Its price goes with the",
+        "square of `top_Hz`: `drumstick scene cost` shows it beside the mesh's.",
+        "",
+    ],
     "hand": [
         "A recorded gesture (`drumstick up --scene accents` plays one) is where the hand holds its spring: rows of `t_s` or `t_ns`, and",
         "`z_m` from the head, uneven in time if you like, straight between rows, again and again; where the file ends elsewhere than it",
@@ -29,7 +43,7 @@ _MORE = {
         "spring goes up to twice as fast as the spring's end). For one of your own, write `drumstick scene show accents` into a file and",
         "your CSV beside it; `drumstick scene check FILE` names every mistake in both.",
         "",
-    ]
+    ],
 }
 
 

@@ -104,14 +104,21 @@ def _drum_effects(scene: Scene, step: Step) -> dict[str, float]:
     return found
 
 
+def _tiers(scene: Scene) -> dict[str, Scene]:
+    # The scene at each accuracy of the mesh, and with its bank of modes if it has one.
+    def meshed(accuracy: str) -> Scene:
+        return dataclasses.replace(scene, modal=None, mesh=dataclasses.replace(scene.mesh, accuracy=accuracy))
+
+    own = {} if scene.modal is None else {"modal": scene}
+    return {accuracy: meshed(accuracy) for accuracy in ACCURACIES} | own
+
+
 def _sound(scene: Scene, step: Step) -> dict[str, Any]:
     from sound_server import cost
 
     rows: dict[str, Any] = {}
-    for accuracy in ACCURACIES:
+    for accuracy, tried in _tiers(scene).items():
         step(f"drum: {accuracy}")
-        mesh = dataclasses.replace(scene.mesh, accuracy=accuracy)
-        tried = dataclasses.replace(scene, mesh=mesh)
         runs = [cost.ringing(tried, _DEVICE_RATE_Hz, _FRAMES) for _ in range(_REPEATS)]
         cpu_s = statistics.median(run.cpu_s for run in runs)
         # The head's own pitch: alone, and for long enough to be measured.
@@ -127,7 +134,7 @@ def _sound(scene: Scene, step: Step) -> dict[str, Any]:
     effects = {name: {"ns_per_sample": ns} for name, ns in _drum_effects(scene, step).items()}
     return {
         "device_rate_Hz": _DEVICE_RATE_Hz,
-        "accuracy": scene.mesh.accuracy,
+        "accuracy": scene.mesh.accuracy if scene.modal is None else "modal",
         "tiers": rows,
         "effects": effects,
     }
@@ -139,7 +146,7 @@ def measure(scene: Scene) -> dict[str, Any]:
         _REPEATS * (len(scene.effects) + 2)
         + 1
         + 2 * len(_STEPS_S)
-        + len(ACCURACIES)
+        + len(_tiers(scene))
         + len(scene.drum.effects)
     )
     with _progress(steps) as step:

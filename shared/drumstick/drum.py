@@ -75,5 +75,5 @@ class Listen:
     )  # fmt: skip
     microphones: tuple[tuple[float, ...], ...] = numbers(
         (), 4, -50.0, 50.0, "of the radius; pan -1 left .. 1 right",
-        "Microphones in the air, each [x, y, height, pan]; instead of the pickups",
+        "Microphones in the air, each [x, y, height, pan]; instead of the pickups, and of the second head",
     )  # fmt: skip
