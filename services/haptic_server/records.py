@@ -27,8 +27,8 @@ EVENT: np.dtype[Any] = np.dtype(
 READY, PLAYING, PANIC, FAULT = 0, 1, 2, 3
 STATUS_WORDS = ("ready", "playing", "panic", "fault")
 NO_FAULT, OUT_OF_BOUNDS, NOT_A_NUMBER, UNPLUGGED, STALLED, STALE, TOO_FAST, OUTSIDE = 0, 1, 2, 3, 4, 5, 6, 7
-FORCE_ERROR, WARM, SAFETY_SWITCH, CALIBRATION, SCHEDULER = 8, 9, 10, 11, 12
-DEAD_MAN = 13  # no fault: the button that must be held is not
+FORCE_ERROR, WARM, SAFETY_SWITCH, SCHEDULER = 8, 9, 10, 11
+DEAD_MAN = 12  # no fault: the button that must be held is not
 FAULT_WORDS = {
     NO_FAULT: "",
     OUT_OF_BOUNDS: "the stick's motion or its force is not a number, or beyond 1000 m or m/s",
@@ -41,7 +41,6 @@ FAULT_WORDS = {
     FORCE_ERROR: "the device's own force protection stopped the motors",
     WARM: "the motors are too warm: let them rest",
     SAFETY_SWITCH: "the device's safety switch is open",
-    CALIBRATION: "the device must be calibrated: drumstick doctor says how",
     SCHEDULER: "the device's driver ended its servo thread",
 }
 

@@ -17,8 +17,9 @@ from typing import Any, TypeVar
 import msgspec
 import zenoh
 
+from haptic_server.servo.witness import Witnesses
 from protocol.keys import Keys
-from protocol.messages import Message, decode
+from protocol.messages import Message, State, decode
 from protocol.session import open_client
 from rig.folder import run_folder
 
@@ -130,6 +131,19 @@ class Rig:
         for pipe in (self.process.stdout, self.process.stderr):
             if pipe is not None:
                 pipe.close()
+
+
+def stood_still_s(witnesses: Witnesses) -> float:
+    """For how long the machine's own stalls kept the simulated stick from moving: it covers 20 ms of each, no more."""
+    return sum(max((ended - begun) * 1e-9 - 0.02, 0.0) for begun, ended in witnesses.stalls().tolist())
+
+
+def assert_steady(before: State, after: State, still_s: float) -> None:
+    """As many strikes between two states as the roll has in that time, but for what the machine stood still."""
+    span_s = (after.t_ns - before.t_ns) * 1e-9
+    made = after.strikes - before.strikes
+    assert 0.95 * after.roll_rate_Hz * (span_s - still_s) - 3.0 <= made, (made, span_s, still_s)
+    assert made <= 1.05 * after.roll_rate_Hz * span_s + 3.0, (made, span_s)
 
 
 @contextmanager
