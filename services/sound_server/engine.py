@@ -46,6 +46,7 @@ CONTROL: np.dtype[Any] = np.dtype(
         ("pending", "i8"),  # strikes that wait for their instant
         ("steps", "i8"),
         ("asleep", "i8"),  # 1 while the head is at rest and is not computed
+        ("quiet", "i8"),  # steps since it fell asleep that the interpolator has heard
         ("loudest", "f8"),  # largest |u| seen since it woke
     ],
     align=True,

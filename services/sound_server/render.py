@@ -19,7 +19,7 @@ from sound_server.excitation import POOL, begin
 from sound_server.limiter import limit, limited
 from sound_server.modal import bank
 from sound_server.step import step
-from sound_server.upsample import interpolated, remember
+from sound_server.upsample import TAPS, interpolated, remember
 
 _PEAK_FALL_S = 0.3
 
@@ -54,7 +54,9 @@ def _advance(engine: Engine) -> None:
     # One step of the mesh, if it sounds at all.
     control: Record = engine.control[0]
     left = right = 0.0
+    control.quiet += 1
     if control.asleep == 0:
+        control.quiet = 0
         left, right = step(engine)
     control.head = remember(engine.history, control.head, left, right)
 
@@ -70,7 +72,12 @@ def render_block(engine: Engine, out: npt.NDArray[np.float32], block_start_ns: i
     frames = out.shape[0]
     _start_due(engine, block_start_ns, frames)
     peak_left = peak_right = 0.0
-    for i in range(frames):
+    sounding = frames
+    if control.asleep != 0 and control.quiet > TAPS:  # nothing is left in the interpolator either
+        out[:] = np.float32(0.0)
+        control.phase = (control.phase + frames) % control.divisor
+        sounding = 0
+    for i in range(sounding):
         if control.phase == 0:
             _advance(engine)
         phase = engine.phases[control.phase]
