@@ -28,6 +28,10 @@ _LISTEN = typer.Option(help="Without --connect this rig is the Zenoh router itse
 _DURATION = typer.Option(help="Stop after this many seconds of play.")
 _JSON = typer.Option("--json", help="Print one JSON object and nothing else on stdout.")
 _AUDIO = typer.Option(help="auto, null, wav:FILE, or part of an audio device's name.")
+_AUDIO_RATE = typer.Option(
+    help="Frames a second, 22050 to 192000; a device that has only one rate keeps its own."
+)
+_AUDIO_BLOCK = typer.Option(help="Frames a block, 16 to 8192: shorter is sooner heard and sooner late.")
 _PANEL_PORT = typer.Option(help="TCP port of the technician's page, on 127.0.0.1.")
 _OSC_IN = typer.Option(help="UDP port to hear OSC at, on 127.0.0.1.")
 _OSC_OUT = typer.Option(help="host:port that gets the strikes as OSC; may be repeated.")
@@ -48,6 +52,8 @@ Listen = Annotated[str, _LISTEN]
 Duration = Annotated[float | None, _DURATION]
 Json = Annotated[bool, _JSON]
 Audio = Annotated[str, _AUDIO]
+AudioRate = Annotated[int, _AUDIO_RATE]
+AudioBlock = Annotated[int, _AUDIO_BLOCK]
 PanelPort = Annotated[int, _PANEL_PORT]
 OscIn = Annotated[int, _OSC_IN]
 OscOut = Annotated[list[str] | None, _OSC_OUT]
@@ -79,6 +85,8 @@ def _run(
     prefix: str = "/drumstick",
     panel_port: int = 8080,
     also: list[str] | None = None,
+    audio_rate: int = 48000,
+    audio_block: int = 128,
 ) -> None:
     from rig import checks, folder
     from rig.plan import Options
@@ -90,6 +98,8 @@ def _run(
     checks.endpoint(listen, "--listen")
     checks.port(osc_in, "--osc-in")
     checks.port(panel_port, "--panel-port")
+    checks.finite(audio_rate, "--audio-rate", 22050.0, 192000.0, "Hz")
+    checks.finite(audio_block, "--audio-block", 16.0, 8192.0, "frames")
     checks.duration(duration)
     checks.prefix(prefix)
     checks.device(device)
@@ -108,6 +118,8 @@ def _run(
             targets,
             prefix,
             panel_port,
+            audio_rate,
+            audio_block,
             tuple(also or ()),
             part,
         ),
@@ -124,6 +136,8 @@ def up_command(
     device: Device = "simulated",
     pose_is_held: PoseIsHeld = False,
     audio: Audio = "auto",
+    audio_rate: AudioRate = 48000,
+    audio_block: AudioBlock = 128,
     rig: RigName = "main",
     connect: Connect = None,
     listen: Listen = DEFAULT_ROUTER,
@@ -136,7 +150,7 @@ def up_command(
     """Play: force loop, sound and panel together, until Ctrl-C."""
     _run(
         frozenset({"haptic", "sound", "panel"}), rig, duration, as_json, scene=scene, device=device,
-        pose_is_held=pose_is_held, audio=audio,
+        pose_is_held=pose_is_held, audio=audio, audio_rate=audio_rate, audio_block=audio_block,
         connect=connect, listen=listen, osc_in=osc_in, osc_out=osc_out, prefix=prefix, panel_port=panel_port,
     )  # fmt: skip
 
@@ -165,6 +179,8 @@ def haptic_command(
 @app.command("sound")
 def sound_command(
     audio: Audio = "auto",
+    audio_rate: AudioRate = 48000,
+    audio_block: AudioBlock = 128,
     duration: Duration = None,
     rig: RigName = "main",
     connect: Connect = None,
@@ -172,7 +188,10 @@ def sound_command(
     as_json: Json = False,
 ) -> None:
     """Only the sound server; each rig's scene comes from its haptic server."""
-    _run(frozenset({"sound"}), rig, duration, as_json, audio=audio, connect=connect, also=also)
+    _run(
+        frozenset({"sound"}), rig, duration, as_json, audio=audio, connect=connect, also=also,
+        audio_rate=audio_rate, audio_block=audio_block,
+    )  # fmt: skip
 
 
 @app.command("panel")

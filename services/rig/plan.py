@@ -24,6 +24,8 @@ class Options:
     osc_out: tuple[str, ...] = ("127.0.0.1:9101",)
     prefix: str = "/drumstick"
     panel_port: int = 8080
+    audio_rate: int = 48000  # Hz
+    audio_block: int = 128  # frames
     also: tuple[str, ...] = ()  # further rigs whose drums the sound server plays
     parts: frozenset[str] = field(default_factory=lambda: frozenset({HAPTIC, SOUND, PANEL}))
 
@@ -56,7 +58,15 @@ def commands(options: Options) -> dict[str, list[str]]:
         plan["gateway"] = [*python, "haptic_server.gateway", *folder, *rig, *osc, *zenoh]
     if SOUND in options.parts:
         drums = ["--rig", ",".join((options.rig, *options.also))]
-        plan["sound"] = [*python, "sound_server", *drums, *router, "--audio", options.audio]
+        audio = [
+            "--audio",
+            options.audio,
+            "--rate",
+            str(options.audio_rate),
+            "--block",
+            str(options.audio_block),
+        ]
+        plan["sound"] = [*python, "sound_server", *drums, *router, *audio]
     if PANEL in options.parts:
         token = ["--token-file", str(options.folder / "panel-token")]
         plan["panel"] = [*python, "web_panel", *rig, *router, "--port", str(options.panel_port), *token]
