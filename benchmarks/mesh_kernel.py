@@ -101,8 +101,8 @@ def kernels(across: int, rounds: int, libraries: dict[str, ctypes.CDLL]) -> dict
 
         def call(n: int) -> None:
             library.run(
-                *(pointer(a.ctypes.data) for a in (*head.planes, head.weights, head.spans)),
-                *(ctypes.c_int(v) for v in (len(head.spans), lattice.weights.shape[1], lattice.centre_row)),
+                *(pointer(a.ctypes.data) for a in (*head.planes, head.weights, lattice.spans)),
+                *(ctypes.c_int(v) for v in (len(lattice.spans), lattice.weights.shape[1], lattice.centre_row)),
                 ctypes.c_float(float(now_gain)),
                 ctypes.c_float(float(then_gain)),
                 ctypes.c_int(n),

@@ -20,9 +20,10 @@ from sound_server.effects.tension import Tension
 from sound_server.engine import CONTROL, METERS, PENDING, Engine
 from sound_server.events import EVENT, StrikeRing
 from sound_server.excitation import FORCE, FORCES, POOL, PULSE
-from sound_server.membrane.lattice import J01, TOPOLOGIES, Lattice
+from sound_server.membrane.lattice import J01, TOPOLOGIES, Lattice, strips_of
 from sound_server.membrane.places import corners_of
 from sound_server.membrane.scheme import Losses, Scheme, even_losses, rising_losses, scheme_of, tuned
+from sound_server.membrane.strip import ROWS
 from sound_server.membrane.sweep import SQUARE, TRIANGULAR, Head
 from sound_server.upsample import TAPS, interpolator
 
@@ -112,7 +113,7 @@ def head_of(lattice: Lattice, baked: float) -> Head:
     grid: Any = np.zeros(1, TRIANGULAR if lattice.topology.shifted else SQUARE)
     grid["spacing"], grid["stride"] = lattice.spacing, lattice.weights.shape[1]
     grid["centre_row"], grid["centre_column"] = lattice.centre_row, lattice.centre_column
-    return Head(_planes(size), weights, lattice.spans, grid)
+    return Head(_planes(size), weights, strips_of(lattice, ROWS), grid)
 
 
 def _planes(size: int) -> npt.NDArray[np.float32]:

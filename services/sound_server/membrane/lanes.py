@@ -5,12 +5,13 @@ Any thread; for membrane.rows, at compile time.
 
 import llvmlite.binding as llvm
 from llvmlite import ir
+from numba.core.cgutils import get_or_insert_function
 
 WORD = ir.IntType(64)
 _LANE = ir.IntType(32)
 FLOAT = ir.FloatType()
-# One rounding for a product and its sum, and no care for the sign of zero; the order of sums stays as written.
-_FLAGS = ("contract", "nsz")
+# No care for the sign of zero; the order of sums stays as written.
+_FLAGS = ("nsz",)
 
 
 def widest(features: dict[str, bool]) -> int:
@@ -86,6 +87,16 @@ class Lanes:
     def times(self, a, b):
         """a b."""
         return self.builder.fmul(a, b, flags=_FLAGS)
+
+    def sum_with_product(self, a, b, c):
+        """a b + c, rounded once where the processor does that: which product it is, is no choice of the compiler's."""
+        name = f"llvm.fmuladd.v{self.width}f32" if self.width > 1 else "llvm.fmuladd.f32"
+        kind = ir.FunctionType(self.kind, [self.kind] * 3)
+        return self.builder.call(get_or_insert_function(self.builder.module, kind, name), [a, b, c])
+
+    def negative(self, a):
+        """-a."""
+        return self.builder.fneg(a, flags=_FLAGS)
 
     def sum(self, vector):
         """Of its lanes, halves to halves: the same order on every machine of this width."""

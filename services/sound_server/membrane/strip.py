@@ -1,0 +1,140 @@
+"""A strip of the mesh, some rows at once from left to right, as explicit vector code: what all sweeps are made of.
+
+Rows side by side share what they load: a row's pairs of beside neighbours serve the row above and the row below, and
+every vector is loaded once and shifted for its neighbours. Away from the rim all junctions weigh the same, so that
+weights are loaded only left and right of `inner` .. `outer`.
+
+Any thread, at compile time. A vector left and right of the strip and the rows above and below belong to the arrays.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from llvmlite import ir
+
+from sound_server.membrane.lanes import WIDTH, WORD, Lanes
+
+# side of a row: 0 on the square mesh; -1 or 1 where the nearer column of the rows beside lies to the left or right.
+LEVEL, LEFT, RIGHT = 0, -1, 1
+# Rows in a strip: as many as the processor's registers hold vectors for, and even, so that all strips are alike.
+ROWS = 4 if WIDTH == 16 else 2
+# Turns (i, centre, ring, weight, sums so far) of a vector of junctions into the sums after it; i is its flat index.
+Turn = Callable[[Any, Any, Any, Any, list[Any]], list[Any]]
+
+
+class Strip(NamedTuple):
+    """Where it lies: planes are pointers, the rest flat indices (int64) in its first row, whose side is `side`."""
+
+    now: Any
+    weights: Any
+    stride: Any
+    start: Any
+    inner: Any
+    outer: Any
+    stop: Any
+    side: int
+    rows: int
+
+
+class _Row:
+    # One row as the loop passes along it. `own` rows are computed; the two beside them only lend their pairs.
+    def __init__(self, lanes: Lanes, strip: Strip, number: int) -> None:
+        self._lanes = lanes
+        self._now = strip.now
+        self._offset = lanes.builder.mul(strip.stride, ir.Constant(WORD, number))
+        self.own = 0 <= number < strip.rows
+        # The rows that it is beside have the other side, and see two of its columns: this one and one of the next.
+        self._side = strip.side if number % 2 == 0 else -strip.side
+        self._back = self.own or self._side == RIGHT
+        self._ahead = self.own or self._side == LEFT
+
+    def place(self, i):
+        """Flat index of the row's vector above or below i."""
+        return self._lanes.builder.add(i, self._offset)
+
+    def _load(self, i, vectors: int):
+        builder = self._lanes.builder
+        place = builder.add(self.place(i), ir.Constant(WORD, vectors * self._lanes.width))
+        return self._lanes.load(self._now, place)
+
+    def first(self, i) -> list[Any]:
+        """What the loop begins with."""
+        return [self._load(i, at) for at, kept in ((-1, self._back), (0, self._ahead)) if kept]
+
+    def seen(self, i, kept: list[Any]) -> tuple[list[Any], Any, Any, Any]:
+        """(what to keep, the vector itself, the sum of its left and right neighbours, its pairs as others see them)."""
+        lanes = self._lanes
+        last = kept[0] if self._back else None
+        centre = kept[-1] if self._ahead else self._load(i, 0)
+        coming = self._load(i, 1) if self._ahead else None
+        before = lanes.before(last, centre) if self._back else None
+        after = lanes.after(centre, coming) if self._ahead else None
+        along = lanes.plus(before, after) if self.own else None
+        pairs = centre
+        if self._side != LEVEL:
+            pairs = lanes.plus(centre, before if self._side == RIGHT else after)
+        onward = [vector for vector, wanted in ((centre, self._back), (coming, self._ahead)) if wanted]
+        return onward, centre, along, pairs
+
+
+class _Walk:
+    # Along a strip, in parts that differ in where weights come from; `at`, `kept` and `sums` go from part to part.
+    def __init__(self, lanes: Lanes, strip: Strip, sums: int, turn: Turn) -> None:
+        self._lanes = lanes
+        self._strip = strip
+        self._turn = turn
+        self._rows = [_Row(lanes, strip, number) for number in range(-1, strip.rows + 1)]
+        self._at = strip.start
+        self._kept = [row.first(strip.start) for row in self._rows]
+        self.sums = [lanes.zero] * sums
+
+    def on(self, stop, even: Any = None) -> None:
+        """Emit the loop as far as `stop`; `even` is the weight of all junctions, None to load them."""
+        builder = self._lanes.builder
+        flat = [self._at, *self.sums, *(vector for kept in self._kept for vector in kept)]
+        head, body, end = (builder.append_basic_block(name) for name in ("strip", "vectors", "beyond"))
+        entry = builder.block
+        builder.branch(head)
+        builder.position_at_end(head)
+        nodes = [builder.phi(value.type) for value in flat]
+        for node, value in zip(nodes, flat, strict=True):
+            node.add_incoming(value, entry)
+        self._take(nodes)
+        builder.cbranch(builder.icmp_signed("<", self._at, stop), body, end)
+        builder.position_at_end(body)
+        for node, value in zip(nodes, self._vectors(even), strict=True):
+            node.add_incoming(value, builder.block)
+        builder.branch(head)
+        builder.position_at_end(end)
+
+    def _take(self, nodes: list[Any]) -> None:
+        self._at, rest = nodes[0], nodes[1:]
+        self.sums, rest = rest[: len(self.sums)], rest[len(self.sums) :]
+        counts = [len(kept) for kept in self._kept]
+        self._kept = [[rest.pop(0) for _ in range(count)] for count in counts]
+
+    def _vectors(self, even: Any) -> list[Any]:
+        # One vector of every row; returns the next turn's index, sums and vectors.
+        lanes, i, sums = self._lanes, self._at, self.sums
+        seen = [row.seen(i, kept) for row, kept in zip(self._rows, self._kept, strict=True)]
+        for number in range(1, len(seen) - 1):
+            _, centre, along, _ = seen[number]
+            above, below = seen[number - 1][3], seen[number + 1][3]
+            ring = lanes.plus(lanes.plus(along, above), below)
+            if self._strip.side == LEVEL:
+                ring = lanes.plus(along, lanes.plus(above, below))
+            place = self._rows[number].place(i)
+            weight = lanes.load(self._strip.weights, place) if even is None else even
+            sums = self._turn(place, centre, ring, weight, sums)
+        onward = lanes.builder.add(i, ir.Constant(WORD, lanes.width))
+        return [onward, *sums, *(vector for kept, *_ in seen for vector in kept)]
+
+
+def walk(lanes: Lanes, strip: Strip, sums: int, turn: Turn) -> list[Any]:
+    """Emit the loops over a strip; returns its sums, as vectors."""
+    going = _Walk(lanes, strip, sums, turn)
+    going.on(strip.inner)
+    even = lanes.everywhere(lanes.builder.load(lanes.builder.gep(strip.weights, [strip.inner])))
+    going.on(strip.outer, even)
+    going.on(strip.stop)
+    return going.sums
