@@ -4,6 +4,7 @@ Any thread; for membrane.rows, at compile time.
 """
 
 import llvmlite.binding as llvm
+import numba
 from llvmlite import ir
 from numba.core.cgutils import get_or_insert_function
 
@@ -21,7 +22,14 @@ def widest(features: dict[str, bool]) -> int:
     return 8 if features.get("avx") else 4
 
 
-WIDTH = widest(dict(llvm.get_host_cpu_features()))
+def features() -> dict[str, bool]:
+    """Of the processor that is compiled for: this one, unless NUMBA_CPU_FEATURES ("+avx2,-avx512f") says another."""
+    if numba.config.CPU_FEATURES is None:
+        return dict(llvm.get_host_cpu_features())
+    return {word[1:]: word[0] == "+" for word in numba.config.CPU_FEATURES.split(",") if word}
+
+
+WIDTH = widest(features())
 
 
 class Lanes:
