@@ -23,7 +23,6 @@ from sound_server.excitation import FORCE, FORCES, POOL, PULSE
 from sound_server.membrane.lattice import J01, TOPOLOGIES, Lattice, strips_of
 from sound_server.membrane.places import corners_of
 from sound_server.membrane.scheme import Losses, Scheme, even_losses, rising_losses, scheme_of, tuned
-from sound_server.membrane.strip import ROWS
 from sound_server.membrane.sweep import SQUARE, TRIANGULAR, Head
 from sound_server.upsample import TAPS, interpolator
 
@@ -113,7 +112,7 @@ def head_of(lattice: Lattice, baked: float) -> Head:
     grid: Any = np.zeros(1, TRIANGULAR if lattice.topology.shifted else SQUARE)
     grid["spacing"], grid["stride"] = lattice.spacing, lattice.weights.shape[1]
     grid["centre_row"], grid["centre_column"] = lattice.centre_row, lattice.centre_column
-    return Head(_planes(size), weights, strips_of(lattice, ROWS), grid)
+    return Head(_planes(size), weights, strips_of(lattice), grid)
 
 
 def _planes(size: int) -> npt.NDArray[np.float32]:

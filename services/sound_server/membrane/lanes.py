@@ -58,26 +58,23 @@ class Lanes:
         return ir.Constant(ir.VectorType(_LANE, len(constants)), constants)
 
     def after(self, first, second):
-        """What lies a lane to the right of `first`, when `second` follows it."""
+        """What lies a lane to the right of `first`, when `second` follows it. Not for width 1."""
         return self._shifted(first, second, 1)
 
     def before(self, first, second):
-        """What lies a lane to the left of `second`, when it follows `first`."""
+        """What lies a lane to the left of `second`, when it follows `first`. Not for width 1."""
         return self._shifted(first, second, self.width - 1)
 
     def _shifted(self, first, second, begin):
-        if self.width == 1:
-            return second if begin == 1 else first
-        chosen = self._chosen(range(begin, begin + self.width))
-        return self.builder.shuffle_vector(first, second, chosen)
+        return self.builder.shuffle_vector(first, second, self._chosen(range(begin, begin + self.width)))
 
     def _place(self, base, index):
         return self.builder.bitcast(self.builder.gep(base, [index]), self.kind.as_pointer())
 
-    def load(self, base, index):
-        """From an address that is aligned to the vector."""
+    def load(self, base, index, aligned: bool = True):
+        """From an address that is aligned to the vector, or to its lanes only."""
         value = self.builder.load(self._place(base, index))
-        value.align = 4 * self.width
+        value.align = 4 * self.width if aligned else 4
         return value
 
     def store(self, value, base, index):

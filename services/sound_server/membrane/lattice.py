@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 LANES = 16  # one 64-byte cache line of float32
-TALLEST = 4  # rows of a strip, at most
+ROWS = 4  # of a strip; even, so that all strips begin with a row that is not shifted
 _MARGIN = 2  # empty rows above and below: one is a neighbour, a vector of the other lies beside it in memory
 J01 = 2.404825557695773  # first zero of the Bessel function J0
 _RIM = 1.0 - 1e-9  # squared: a junction on the rim itself would have an infinite admittance
@@ -49,7 +49,7 @@ class Lattice:
 
     `weights` (float64) and everything that is stored per junction have shape (rows, stride); `spans` (int32) has
     shape (rows, 2): first column and number of columns of the padded row, both multiples of 16. The first two and last
-    two rows are empty, and between them is a multiple of TALLEST, the first of them not shifted. `spacing` is
+    two rows are empty, and between them is a multiple of ROWS, the first of them not shifted. `spacing` is
     h / radius. A junction far from the rim weighs 1 / neighbours.
     """
 
@@ -108,7 +108,7 @@ def lattice_of(spacing: float, topology: Topology = TOPOLOGIES["triangular"]) ->
         raise ValueError(f"junctions {spacing:g} radii apart: the mesh takes 0.001 .. 0.5")
     half_rows = math.floor(1.0 / (topology.row_height * spacing))
     centre_row = _MARGIN + half_rows + half_rows % 2
-    rows = 2 * _MARGIN + -(-(centre_row + half_rows + 1 - _MARGIN) // TALLEST) * TALLEST
+    rows = 2 * _MARGIN + -(-(centre_row + half_rows + 1 - _MARGIN) // ROWS) * ROWS
     centre_column = _best_column(topology, spacing, half_rows)
     # The last lane of a row is never inside: it is the left neighbour of the next row's first lane.
     stride = (centre_column + math.floor(1.0 / spacing) + 1 + LANES) // LANES * LANES
@@ -138,8 +138,8 @@ def _best_column(topology: Topology, spacing: float, half_rows: int) -> int:
     return least + int(np.argmin(np.sum(vectors, axis=1)))
 
 
-def strips_of(lattice: Lattice, rows: int) -> npt.NDArray[np.int64]:
-    """The mesh in strips of `rows` rows, a divisor of TALLEST: int64, shape (strips, 4).
+def strips_of(lattice: Lattice) -> npt.NDArray[np.int64]:
+    """The mesh in strips of ROWS rows: int64, shape (strips, 4).
 
     Flat indices in a strip's first row, multiples of 16: start, inner, outer, stop. Beyond start .. stop its rows are
     empty; from inner to outer, if they differ, all junctions of all its rows weigh the same: 1 / neighbours.
@@ -147,13 +147,13 @@ def strips_of(lattice: Lattice, rows: int) -> npt.NDArray[np.int64]:
     stride = lattice.weights.shape[1]
     even = lattice.weights == 1.0 / lattice.topology.neighbours
     found: list[tuple[int, ...]] = []
-    for row in range(_MARGIN, len(lattice.spans) - _MARGIN, rows):
-        spans = lattice.spans[row : row + rows]
+    for row in range(_MARGIN, len(lattice.spans) - _MARGIN, ROWS):
+        spans = lattice.spans[row : row + ROWS]
         taken = spans[spans[:, 1] > 0]
         if not len(taken):
             continue
         start, stop = int(taken[:, 0].min()), int(taken.sum(axis=1).max())
-        whole = np.flatnonzero(even[row : row + rows].all(axis=0).reshape(-1, LANES).all(axis=1))
+        whole = np.flatnonzero(even[row : row + ROWS].all(axis=0).reshape(-1, LANES).all(axis=1))
         inner, outer = (LANES * whole[0], LANES * (whole[-1] + 1)) if len(whole) else (start, start)
         found.append(tuple(row * stride + int(column) for column in (start, inner, outer, stop)))
     return np.array(found, np.int64)

@@ -46,11 +46,9 @@ class _Given:
     def gain(self, at):
         return None if _is_absent(self._kinds[at]) else self._lanes.everywhere(self._args[at])
 
-    def strip(self, weights, places, side: int, rows: int) -> Strip:
+    def strip(self, weights, places, side: int) -> Strip:
         # `now` is the first argument.
-        return Strip(
-            self.array(0), self.array(weights), *self._args[places : places + len(_PLACES)], side, rows
-        )
+        return Strip(self.array(0), self.array(weights), *self._args[places : places + len(_PLACES)], side)
 
 
 def _is_absent(kind) -> bool:
@@ -97,8 +95,8 @@ def _with_momentum(lanes, step: _Step, i, centre, ring, weight):
     return lanes.plus(centre, lanes.sum_with_product(step.brake, pulled, moving))
 
 
-def step_of(width: int, side: int, rows: int) -> Any:
-    """The intrinsic that takes a strip of `rows` rows a step on, `width` lanes at a time; for compiled code.
+def step_of(width: int, side: int) -> Any:
+    """The intrinsic that takes a strip a step on, `width` lanes at a time; for compiled code.
 
     step(now, then, weights, stride, start, inner, outer, stop, now_gain, then_gain, ring_gain, push, momentum, kept,
     brake, plane, plane_gain, total) -> float32: the sum of the strip's u+ when `total` is not None, else 0. Arrays
@@ -146,7 +144,7 @@ def step_of(width: int, side: int, rows: int) -> Any:
                 lanes.store(result, work.then, i)
                 return [lanes.plus(so_far[0], result)] if summed else []
 
-            sums = walk(lanes, given.strip(2, 3, side, rows), summed, turn)
+            sums = walk(lanes, given.strip(2, 3, side), summed, turn)
             return lanes.sum(sums[0]) if summed else ir.Constant(FLOAT, 0.0)
 
         return signature, codegen
@@ -154,7 +152,7 @@ def step_of(width: int, side: int, rows: int) -> Any:
     return step
 
 
-def stretch_of(width: int, side: int, rows: int) -> Any:
+def stretch_of(width: int, side: int) -> Any:
     """The intrinsic for what a pitch glide must know of a strip: how it is stretched, how fast; for compiled code.
 
     stretch(now, then, weights, share, stride, start, inner, outer, stop, now_gain, momentum, kept) -> (P, Q, R, T),
@@ -188,7 +186,7 @@ def stretch_of(width: int, side: int, rows: int) -> Any:
                     for sum_, factor in zip(so_far, factors, strict=True)
                 ]
 
-            sums = walk(lanes, given.strip(2, 4, side, rows), 4, turn)
+            sums = walk(lanes, given.strip(2, 4, side), 4, turn)
             return context.make_tuple(builder, signature.return_type, [lanes.sum(s) for s in sums])
 
         return signature, codegen

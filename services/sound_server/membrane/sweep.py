@@ -13,7 +13,7 @@ import numpy.typing as npt
 from realtime.jit import ArgumentType, Records, array_has, njit, overload
 from sound_server.membrane import rows
 from sound_server.membrane.lanes import WIDTH
-from sound_server.membrane.strip import LEFT, LEVEL, ROWS
+from sound_server.membrane.strip import LEFT, LEVEL
 
 Floats = npt.NDArray[np.float32]
 
@@ -49,10 +49,10 @@ def _is_triangular(head: ArgumentType) -> Callable[[Head], bool]:
     return lambda head: found
 
 
-_level = rows.step_of(WIDTH, LEVEL, ROWS)
-_shifted = rows.step_of(WIDTH, LEFT, ROWS)
-_level_stretch = rows.stretch_of(WIDTH, LEVEL, ROWS)
-_shifted_stretch = rows.stretch_of(WIDTH, LEFT, ROWS)
+_level = rows.step_of(WIDTH, LEVEL)
+_shifted = rows.step_of(WIDTH, LEFT)
+_level_stretch = rows.stretch_of(WIDTH, LEVEL)
+_shifted_stretch = rows.stretch_of(WIDTH, LEFT)
 
 
 @njit()

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from sound_server.build import head_of
 from sound_server.membrane.lattice import (
     LANES,
+    ROWS,
     TOPOLOGIES,
     Lattice,
     Topology,
@@ -52,20 +53,18 @@ def test_rows_are_padded_to_lanes_and_what_is_outside_has_no_weight(spacing: flo
         assert all(math.hypot(*lattice.position(row, column)) < 1.0 for column in inside)
 
 
-@given(SPACINGS, KINDS, st.sampled_from([1, 2, 4]))
-def test_strips_hold_every_junction_once_and_only_even_ones_inside(
-    spacing: float, kind: Topology, rows: int
-) -> None:
+@given(SPACINGS, KINDS)
+def test_strips_hold_every_junction_once_and_only_even_ones_inside(spacing: float, kind: Topology) -> None:
     lattice = lattice_of(spacing, kind)
     stride = lattice.weights.shape[1]
     computed = np.zeros(lattice.weights.shape, int)
-    for start, inner, outer, stop in strips_of(lattice, rows):
+    for start, inner, outer, stop in strips_of(lattice):
         row, first = divmod(int(start), stride)
-        assert not kind.shifted or rows % 2 or lattice.shift(row) == 0.0
+        assert not kind.shifted or lattice.shift(row) == 0.0
         assert start <= inner <= outer <= stop
         assert not any(int(flat) % LANES for flat in (start, inner, outer, stop))
-        computed[row : row + rows, first : first + int(stop - start)] += 1
-        even = lattice.weights[row : row + rows, first + int(inner - start) : first + int(outer - start)]
+        computed[row : row + ROWS, first : first + int(stop - start)] += 1
+        even = lattice.weights[row : row + ROWS, first + int(inner - start) : first + int(outer - start)]
         assert np.all(even == 1.0 / kind.neighbours)
     assert np.all(computed[lattice.weights > 0.0] == 1)
     assert computed.max() == 1
@@ -73,7 +72,7 @@ def test_strips_hold_every_junction_once_and_only_even_ones_inside(
 
 def test_the_inside_of_a_large_head_is_even() -> None:
     lattice = lattice_of(0.01)
-    strips = strips_of(lattice, 4)
+    strips = strips_of(lattice)
     assert np.sum(strips[:, 2] - strips[:, 1]) > 0.7 * np.sum(strips[:, 3] - strips[:, 0])
 
 
@@ -125,7 +124,8 @@ def test_a_place_lies_between_its_corners(spacing: float, place: tuple[float, fl
     assert sum(share for _, share in found) == pytest.approx(1.0)
     assert all(share >= -1e-9 for _, share in found)
     if limit(lattice) > 0.0:
-        assert all(lattice.weights.ravel()[at] > 0.0 for at, _ in found)
+        # A corner on the rim itself can only have no share: the place lies on a junction.
+        assert all(lattice.weights.ravel()[at] > 0.0 for at, share in found if share > 1e-9)
     x = sum(share * position(lattice, flat)[0] for flat, share in found)
     y = sum(share * position(lattice, flat)[1] for flat, share in found)
     assert (x, y) == pytest.approx(drawn_in(*place, limit(lattice)), abs=1e-9)
