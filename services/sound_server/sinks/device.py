@@ -9,12 +9,14 @@ import time
 from typing import Any, cast
 
 import numpy as np
+import numpy.typing as npt
 import sounddevice
 
 from realtime.jit import Records
 from sound_server.engine import Engine
 from sound_server.sinks import callback
 from sound_server.sinks.sink import DESK, SinkError
+from sound_server.sinks.timed import noted
 
 _HANDOVER_S = 0.5
 LOWEST_RATE_HZ = 22_050
@@ -67,6 +69,11 @@ class DeviceSink:
     def load(self) -> float:
         """Share of the time that the callback takes."""
         return float(self._desk["load"][0])
+
+    @property
+    def blocks(self) -> npt.NDArray[np.int64]:
+        """The newest blocks, as timed.noted tells of them."""
+        return noted(self._desk)
 
     @property
     def xruns(self) -> int:

@@ -6,10 +6,20 @@ import numpy as np
 
 from sound_server.engine import Engine
 
+NOTED = 4096  # blocks
 # Written by the audio thread, read by any. `load` is the smoothed share of a block's time that rendering takes;
-# `expected_ns` is when the next block should begin, `calls` counts blocks.
+# `expected_ns` is when the next block should begin, `calls` counts blocks. `noted` tells of the newest blocks, in turn:
+# when rendering began (monotonic), how long it took, ns, and how many pulses the drum had been given by then.
 DESK: np.dtype[Any] = np.dtype(
-    [("rate_Hz", "f8"), ("load", "f8"), ("xruns", "i8"), ("calls", "i8"), ("expected_ns", "i8")], align=True
+    [
+        ("rate_Hz", "f8"),
+        ("load", "f8"),
+        ("xruns", "i8"),
+        ("calls", "i8"),
+        ("expected_ns", "i8"),
+        ("noted", "i8", (NOTED, 3)),
+    ],
+    align=True,
 )
 
 

@@ -15,7 +15,8 @@ from sound_server.engine import PENDING, Engine
 from sound_server.events import StrikeRing
 from sound_server.render import Blow, limited, render, render_all
 from sound_server.sinks.callback import Seats, block_start, stream_callback
-from sound_server.sinks.sink import DESK
+from sound_server.sinks.sink import DESK, NOTED
+from sound_server.sinks.timed import noted
 from sound_server.upsample import TAPS
 
 RATE = 48000
@@ -174,6 +175,10 @@ def through_callback(engine: Engine, frames: int, block: int, channels: int) -> 
         assert call(None, out[start : start + block].ctypes.data, block, None, 4, table.address) == 0
     assert desk["xruns"][0] == desk["calls"][0] == frames // block
     assert desk["load"][0] > 0.0
+    told = noted(desk)
+    assert len(told) == frames // block
+    assert np.all(told[1:, 0] >= told[:-1, 0] + told[:-1, 1])  # one after another
+    assert np.all(told[:, 2] == 1)  # struck once, in the first block
     return out
 
 
@@ -192,6 +197,15 @@ def test_the_devices_callback_plays_the_same_samples() -> None:
     offline, mono, stereo = sounds
     assert np.array_equal(stereo, offline)
     assert np.allclose(mono[:, 0], offline.mean(axis=1), atol=1e-6)
+
+
+def test_the_newest_blocks_are_told_of_oldest_first() -> None:
+    desk = np.zeros(1, DESK)
+    assert noted(desk).shape == (0, 3)
+    for call in range(NOTED + 5):
+        desk["noted"][0, call % NOTED] = call
+        desk["calls"] += 1
+    assert noted(desk)[:, 0].tolist() == list(range(5, NOTED + 5))
 
 
 def test_two_engines_take_turns_in_the_callback() -> None:
