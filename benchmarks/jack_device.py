@@ -36,7 +36,9 @@ def dummy_device(block: int, priority: int = 0) -> Iterator[str]:
     finally:
         if server.poll() is not None:
             # Its client's calls would wait for ever, those at the interpreter's end too.
-            print("jackd ended: it does not wait for clients that are far too slow", file=sys.stderr, flush=True)
+            print(
+                "jackd ended: it does not wait for clients that are far too slow", file=sys.stderr, flush=True
+            )
             os._exit(1)
         # PortAudio is a client of the server until it ends, and asserts that the server is still there then.
         if portaudio := sys.modules.get("sounddevice"):

@@ -38,7 +38,9 @@ class DeviceSink:
         self._clock = np.zeros(2, np.int64)
         self._stream = self._open(index, block, channels)
         self._stream.start()
-        self.latency_ms = 1e3 * (block / self.rate_Hz + float(self._stream.latency))
+        self.latency_ms = 1e3 * (
+            block / self.rate_Hz + told_latency_s(float(self._stream.latency), self.rate_Hz)
+        )
 
     def _open(self, index: int, block: int, channels: int) -> Any:
         wishes = {
@@ -96,6 +98,11 @@ class DeviceSink:
     def close(self) -> None:
         """Stop and close the stream."""
         self._stream.close(ignore_errors=True)
+
+
+def told_latency_s(told_s: float, rate_Hz: int) -> float:
+    """A stream's latency; 0 where PortAudio subtracted a block from a JACK port's 0 frames, in 32 bits without sign."""
+    return told_s if told_s * rate_Hz < 2**31 else 0.0
 
 
 def playable_rate(index: int, wished_Hz: int) -> int:
