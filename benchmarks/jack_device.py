@@ -5,6 +5,7 @@ import shutil
 import subprocess
 import sys
 import time
+import traceback
 import uuid
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -33,19 +34,21 @@ def dummy_device(block: int, priority: int = 0) -> Iterator[str]:
     try:
         _wait_for(server)
         yield "(JACK Audio Connection Kit)"
-    finally:
-        if server.poll() is not None:
-            # Its client's calls would wait for ever, those at the interpreter's end too.
-            print(
-                "jackd ended: it does not wait for clients that are far too slow", file=sys.stderr, flush=True
-            )
-            os._exit(1)
-        # PortAudio is a client of the server until it ends, and asserts that the server is still there then.
-        if portaudio := sys.modules.get("sounddevice"):
-            portaudio._terminate()
-        # Never killed: JACK's registry has room for eight servers, and only one that ends by itself leaves it.
-        server.terminate()
-        server.wait(20.0)
+    except BaseException:  # noqa: BLE001  the process ends here
+        # A client that the server has given up waits for it for ever, at the interpreter's end too.
+        traceback.print_exc()
+        _end(server)
+        os._exit(1)
+    # PortAudio is a client of the server until it ends, and asserts that the server is still there then.
+    if portaudio := sys.modules.get("sounddevice"):
+        portaudio._terminate()
+    _end(server)
+
+
+def _end(server: subprocess.Popen[bytes]) -> None:
+    # Never killed: JACK's registry has room for eight servers, and only one that ends by itself leaves it.
+    server.terminate()
+    server.wait(20.0)
 
 
 def _wait_for(server: subprocess.Popen[bytes]) -> None:
