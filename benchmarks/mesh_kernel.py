@@ -13,7 +13,6 @@ import math
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -22,6 +21,7 @@ HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "tests")]
 
 import numpy as np
+from bare_mesh import RATE_HZ, BareMesh, start, timed
 from machine import description
 
 from drumstick.drum_effects import DRUM_EFFECTS
@@ -32,28 +32,13 @@ from realtime.lent import lend
 from sound_server.build import new_engine
 from sound_server.engine import Engine
 from sound_server.events import StrikeRing
-from sound_server.membrane.heads import head_of
-from sound_server.membrane.lattice import TOPOLOGIES, lattice_of
-from sound_server.membrane.scheme import even_losses, scheme_of
-from sound_server.membrane.sweep import Head, sweep
 from sound_server.step import step
 
 RESULT = HERE / "results" / "mesh_kernel.json"
 ACROSS = (16, 32, 64, 128, 256)
 WINDOW_UPDATES = 4e6
-RATE_HZ = 48_000
 FLAGS = {"gcc -O3": ["-O3", "-march=native"], "gcc -O3 -ffast-math": ["-O3", "-march=native", "-ffast-math"]}
-Window = Callable[[int], float]
-
-
-@njit()
-def _sweeps(head: Head, now_gain: np.float32, then_gain: np.float32, steps: int) -> None:
-    mode = flush_denormals()
-    one, other = head.planes[0], head.planes[1]
-    for _ in range(steps):
-        sweep(head, one, other, now_gain, then_gain, None, None, None, None, None, None, None, None)
-        one, other = other, one
-    restore(mode)
+Window = Callable[[int], None]
 
 
 @njit()
@@ -65,12 +50,6 @@ def _steps(engine: Engine, steps: int) -> None:
     restore(mode)
 
 
-def timed(call: Callable[[], None]) -> float:
-    begun = time.thread_time()
-    call()
-    return time.thread_time() - begun
-
-
 def built(flags: list[str], folder: Path) -> ctypes.CDLL:
     out = folder / f"{len(list(folder.iterdir()))}.so"
     subprocess.run(
@@ -79,39 +58,30 @@ def built(flags: list[str], folder: Path) -> ctypes.CDLL:
     return ctypes.CDLL(str(out))
 
 
-def start(head: Head) -> None:
-    inside = head.weights > 0.0
-    for plane, seed in zip(head.planes, (1, 2), strict=True):
-        plane[:] = 0.0
-        plane[inside] = np.random.default_rng(seed).standard_normal(int(inside.sum())) * 1e-3
-
-
 def kernels(across: int, rounds: int, libraries: dict[str, ctypes.CDLL]) -> dict[str, Any]:
-    lattice = lattice_of(2.0 / across)
-    scheme, losses = scheme_of(TOPOLOGIES["triangular"], 2, False), even_losses(2.0, 1.0 / RATE_HZ)
-    head = head_of(lattice, scheme.tau / (1.0 + losses.s))
-    now_gain = np.float32((2.0 - scheme.tau) / (1.0 + losses.s))
-    then_gain = np.float32((1.0 - losses.s) / (1.0 + losses.s))
+    mesh = BareMesh(across)
+    lattice, head = mesh.lattice, mesh.head
     steps = 2 * max(10, round(WINDOW_UPDATES / lattice.junctions / 2))
 
-    def ours(n: int) -> None:
-        _sweeps(head, now_gain, then_gain, n)
-
-    def theirs(library: ctypes.CDLL) -> Callable[[int], None]:
+    def theirs(library: ctypes.CDLL) -> Window:
         pointer = ctypes.c_void_p
 
         def call(n: int) -> None:
             library.run(
-                *(pointer(a.ctypes.data) for a in (*head.planes, head.weights, head.spans)),
-                *(ctypes.c_int(v) for v in (len(head.spans), lattice.weights.shape[1], lattice.centre_row)),
-                ctypes.c_float(float(now_gain)),
-                ctypes.c_float(float(then_gain)),
+                *(pointer(a.ctypes.data) for a in (*head.planes, head.weights, lattice.spans)),
+                *(
+                    ctypes.c_int(v)
+                    for v in (len(lattice.spans), lattice.weights.shape[1], lattice.centre_row)
+                ),
+                ctypes.c_float(float(mesh.now_gain)),
+                ctypes.c_float(float(mesh.then_gain)),
                 ctypes.c_int(n),
             )
 
         return call
 
-    calls = {"ours": ours} | {name: theirs(library) for name, library in libraries.items()}
+    calls: dict[str, Window] = {"ours": mesh.run}
+    calls |= {name: theirs(library) for name, library in libraries.items()}
     ends: dict[str, Any] = {}
     for name, call in calls.items():
         start(head)

@@ -42,12 +42,14 @@ PLACE: np.dtype[Any] = np.dtype(
 
 
 class Boards(NamedTuple):
-    """What the audio thread sees. Shapes: states (16,), places (16,), one and sum (1024, 2)."""
+    """What the audio thread sees. Shapes: states (16,), places (16,), one and sum (1024, 2); begun (16,): pulses that each
+    drum has been given."""
 
     states: npt.NDArray[np.int64]
     places: Records
     one: npt.NDArray[np.float32]
     sum: npt.NDArray[np.float32]
+    begun: npt.NDArray[np.int64]
 
 
 class StageFull(Exception):
@@ -108,9 +110,10 @@ def _player_of(kind: Any) -> CFunction:
     # The parts are compiled and cached on their own; this closure over them is small and compiled in each process.
     @cfunction("void(voidptr, voidptr, int64, int64)", cache=False)
     def play(argument: Any, output: Any, frames: int, start_ns: int) -> None:
-        (taken,) = take_up(argument, kind)
+        taken, begun = take_up(argument, kind)
         out: npt.NDArray[np.float32] = _array(output, (frames, 2), np.float32)
         render_block(lend(taken), out, start_ns)
+        begun[0] = taken.meters[0].begun
 
     return play
 
@@ -125,18 +128,19 @@ class Stage:
             np.zeros(PLACES, PLACE),
             np.zeros((_MOST_FRAMES, 2), np.float32),
             np.zeros((_MOST_FRAMES, 2), np.float32),
+            np.zeros(PLACES, np.int64),
         )
         self._held: dict[int, tuple[Handed, CFunction]] = {}
         self._filling = threading.Lock()
 
     def enter(self, engine: Engine) -> int:
         """Let `engine` sound from the next block on; returns its place. Seconds where its kernels must compile."""
-        handed = Handed((engine,))
-        function = _player_of(handed.kind)
         with self._filling:
             self._clear()
             for at in range(PLACES):
                 if at not in self._held:
+                    handed = Handed((engine, self.boards.begun[at : at + 1]))
+                    function = _player_of(handed.kind)
                     self._held[at] = handed, function
                     self.boards.places[at] = (function.address, handed.address, 0, 0.0, 0.0)
                     poke(self.boards.states, at, PLAYING)

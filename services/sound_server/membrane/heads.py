@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.scene import Scene
-from sound_server.membrane.lattice import Lattice
+from sound_server.membrane.lattice import Lattice, strips_of
 from sound_server.membrane.places import corners_of
 from sound_server.membrane.sweep import SQUARE, TRIANGULAR, Head
 
@@ -28,7 +28,7 @@ def head_of(lattice: Lattice, baked: float) -> Head:
     grid: Any = np.zeros(1, TRIANGULAR if lattice.topology.shifted else SQUARE)
     grid["spacing"], grid["stride"] = lattice.spacing, lattice.weights.shape[1]
     grid["centre_row"], grid["centre_column"] = lattice.centre_row, lattice.centre_column
-    return Head(_planes(size), weights, lattice.spans, grid)
+    return Head(_planes(size), weights, strips_of(lattice), grid)
 
 
 def _planes(size: int) -> npt.NDArray[np.float32]:

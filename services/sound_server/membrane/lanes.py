@@ -4,13 +4,15 @@ Any thread; for membrane.rows, at compile time.
 """
 
 import llvmlite.binding as llvm
+import numba
 from llvmlite import ir
+from numba.core.cgutils import get_or_insert_function
 
 WORD = ir.IntType(64)
 _LANE = ir.IntType(32)
 FLOAT = ir.FloatType()
-# One rounding for a product and its sum, and no care for the sign of zero; the order of sums stays as written.
-_FLAGS = ("contract", "nsz")
+# No care for the sign of zero; the order of sums stays as written.
+_FLAGS = ("nsz",)
 
 
 def widest(features: dict[str, bool]) -> int:
@@ -20,7 +22,14 @@ def widest(features: dict[str, bool]) -> int:
     return 8 if features.get("avx") else 4
 
 
-WIDTH = widest(dict(llvm.get_host_cpu_features()))
+def features() -> dict[str, bool]:
+    """Of the processor that is compiled for: this one, unless NUMBA_CPU_FEATURES ("+avx2,-avx512f") says another."""
+    if numba.config.CPU_FEATURES is None:
+        return dict(llvm.get_host_cpu_features())
+    return {word[1:]: word[0] == "+" for word in numba.config.CPU_FEATURES.split(",") if word}
+
+
+WIDTH = widest(features())
 
 
 class Lanes:
@@ -49,26 +58,23 @@ class Lanes:
         return ir.Constant(ir.VectorType(_LANE, len(constants)), constants)
 
     def after(self, first, second):
-        """What lies a lane to the right of `first`, when `second` follows it."""
+        """What lies a lane to the right of `first`, when `second` follows it. Not for width 1."""
         return self._shifted(first, second, 1)
 
     def before(self, first, second):
-        """What lies a lane to the left of `second`, when it follows `first`."""
+        """What lies a lane to the left of `second`, when it follows `first`. Not for width 1."""
         return self._shifted(first, second, self.width - 1)
 
     def _shifted(self, first, second, begin):
-        if self.width == 1:
-            return second if begin == 1 else first
-        chosen = self._chosen(range(begin, begin + self.width))
-        return self.builder.shuffle_vector(first, second, chosen)
+        return self.builder.shuffle_vector(first, second, self._chosen(range(begin, begin + self.width)))
 
     def _place(self, base, index):
         return self.builder.bitcast(self.builder.gep(base, [index]), self.kind.as_pointer())
 
-    def load(self, base, index):
-        """From an address that is aligned to the vector."""
+    def load(self, base, index, aligned: bool = True):
+        """From an address that is aligned to the vector, or to its lanes only."""
         value = self.builder.load(self._place(base, index))
-        value.align = 4 * self.width
+        value.align = 4 * self.width if aligned else 4
         return value
 
     def store(self, value, base, index):
@@ -86,6 +92,16 @@ class Lanes:
     def times(self, a, b):
         """a b."""
         return self.builder.fmul(a, b, flags=_FLAGS)
+
+    def sum_with_product(self, a, b, c):
+        """a b + c, rounded once where the processor does that: which product it is, is no choice of the compiler's."""
+        name = f"llvm.fmuladd.v{self.width}f32" if self.width > 1 else "llvm.fmuladd.f32"
+        kind = ir.FunctionType(self.kind, [self.kind] * 3)
+        return self.builder.call(get_or_insert_function(self.builder.module, kind, name), [a, b, c])
+
+    def negative(self, a):
+        """-a."""
+        return self.builder.fneg(a, flags=_FLAGS)
 
     def sum(self, vector):
         """Of its lanes, halves to halves: the same order on every machine of this width."""

@@ -2,7 +2,8 @@
 
 Triangular rows are stored as in a brick wall: odd rows (counted from the centre's row) are shifted by half a spacing;
 square rows lie straight. Around every row is room that stays exactly 0, and rows are whole numbers of 16 lanes, so the
-sweep needs neither a mask nor a remainder loop. Lengths here are in radii of the head; its centre is a junction.
+sweep needs neither a mask nor a remainder loop; it takes some rows at once, a strip, and there are spare rows to fill
+the last strip. Lengths here are in radii of the head; its centre is a junction.
 """
 
 import math
@@ -12,6 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 LANES = 16  # one 64-byte cache line of float32
+ROWS = 4  # of a strip; even, so that all strips begin with a row that is not shifted
+_MARGIN = 2  # empty rows above and below: one is a neighbour, a vector of the other lies beside it in memory
 J01 = 2.404825557695773  # first zero of the Bessel function J0
 _RIM = 1.0 - 1e-9  # squared: a junction on the rim itself would have an infinite admittance
 
@@ -45,8 +48,9 @@ class Lattice:
     """Junctions of a clamped circular head.
 
     `weights` (float64) and everything that is stored per junction have shape (rows, stride); `spans` (int32) has
-    shape (rows, 2): first column and number of columns of the padded row, both multiples of 16. The first and last
-    rows are empty. `spacing` is h / radius. A junction far from the rim weighs 1 / neighbours.
+    shape (rows, 2): first column and number of columns of the padded row, both multiples of 16. The first two and last
+    two rows are empty, and between them is a multiple of ROWS, the first of them not shifted. `spacing` is
+    h / radius. A junction far from the rim weighs 1 / neighbours.
     """
 
     topology: Topology
@@ -102,24 +106,57 @@ def lattice_of(spacing: float, topology: Topology = TOPOLOGIES["triangular"]) ->
     """Lay junctions `spacing` radii apart. ValueError for fewer than about 4 across: that is no drum any more."""
     if not 1e-3 <= spacing <= 0.5:
         raise ValueError(f"junctions {spacing:g} radii apart: the mesh takes 0.001 .. 0.5")
-    half_rows = math.ceil(1.0 / (topology.row_height * spacing))
-    half_columns = math.ceil(1.0 / spacing) + 1
-    rows = 2 * half_rows + 3
+    half_rows = math.floor(1.0 / (topology.row_height * spacing))
+    centre_row = _MARGIN + half_rows + half_rows % 2
+    rows = 2 * _MARGIN + -(-(centre_row + half_rows + 1 - _MARGIN) // ROWS) * ROWS
+    centre_column = _best_column(topology, spacing, half_rows)
     # The last lane of a row is never inside: it is the left neighbour of the next row's first lane.
-    stride = (2 * half_columns + 1 + LANES) // LANES * LANES
-    centre_row = half_rows + 1
+    stride = (centre_column + math.floor(1.0 / spacing) + 1 + LANES) // LANES * LANES
     weights = np.zeros((rows, stride))
     spans = np.zeros((rows, 2), np.int32)
-    for row in range(1, rows - 1):
+    for row in range(centre_row - half_rows, centre_row + half_rows + 1):
         shift = 0.5 * ((row - centre_row) & 1) if topology.shifted else 0.0
-        x = (np.arange(stride, dtype=np.float64) - half_columns + shift) * spacing
+        x = (np.arange(stride, dtype=np.float64) - centre_column + shift) * spacing
         y = (row - centre_row) * topology.row_height * spacing
         weights[row] = _rim_weights(x, y, spacing, topology.neighbours)
         inside = np.flatnonzero(weights[row])
         if len(inside):
             first = int(inside[0]) // LANES * LANES
             spans[row] = first, (int(inside[-1]) + LANES) // LANES * LANES - first
-    return Lattice(topology, spacing, centre_row, half_columns, weights, spans)
+    return Lattice(topology, spacing, centre_row, centre_column, weights, spans)
+
+
+def _best_column(topology: Topology, spacing: float, half_rows: int) -> int:
+    # Where the centre is to lie between the borders of vectors, so that rows are the fewest vectors together.
+    row = np.arange(-half_rows, half_rows + 1)
+    shift = 0.5 * (row & 1) if topology.shifted else 0.0 * row
+    half = np.sqrt(np.maximum(1.0 - (row * topology.row_height * spacing) ** 2, 0.0)) / spacing
+    first, last = np.ceil(-half - shift), np.floor(half - shift)
+    least = math.floor(1.0 / spacing) + 1
+    columns = np.arange(least, least + LANES)[:, None]
+    vectors = (columns + last) // LANES - (columns + first) // LANES + 1
+    return least + int(np.argmin(np.sum(vectors, axis=1)))
+
+
+def strips_of(lattice: Lattice) -> npt.NDArray[np.int64]:
+    """The mesh in strips of ROWS rows: int64, shape (strips, 4).
+
+    Flat indices in a strip's first row, multiples of 16: start, inner, outer, stop. Beyond start .. stop its rows are
+    empty; from inner to outer, if they differ, all junctions of all its rows weigh the same: 1 / neighbours.
+    """
+    stride = lattice.weights.shape[1]
+    even = lattice.weights == 1.0 / lattice.topology.neighbours
+    found: list[tuple[int, ...]] = []
+    for row in range(_MARGIN, len(lattice.spans) - _MARGIN, ROWS):
+        spans = lattice.spans[row : row + ROWS]
+        taken = spans[spans[:, 1] > 0]
+        if not len(taken):
+            continue
+        start, stop = int(taken[:, 0].min()), int(taken.sum(axis=1).max())
+        whole = np.flatnonzero(even[row : row + ROWS].all(axis=0).reshape(-1, LANES).all(axis=1))
+        inner, outer = (LANES * whole[0], LANES * (whole[-1] + 1)) if len(whole) else (start, start)
+        found.append(tuple(row * stride + int(column) for column in (start, inner, outer, stop)))
+    return np.array(found, np.int64)
 
 
 def _ring(lattice: Lattice, u: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""The whole mesh one step on, row by row. Any thread; no allocation.
+"""The whole mesh one step on, strip by strip. Any thread; no allocation.
 
 The triangular rows are stored as in a brick wall, so the rows beside a row lie half a spacing to its left or right by
 turns; the square ones lie straight. Which it is, is known when the kernel is compiled.
@@ -13,6 +13,7 @@ import numpy.typing as npt
 from realtime.jit import ArgumentType, Records, array_has, njit, overload
 from sound_server.membrane import rows
 from sound_server.membrane.lanes import WIDTH
+from sound_server.membrane.strip import LEFT, LEVEL
 
 Floats = npt.NDArray[np.float32]
 
@@ -23,12 +24,12 @@ TRIANGULAR: np.dtype[Any] = np.dtype([*_PLACES, ("shifted", "i8")], align=True)
 
 
 class Head(NamedTuple):
-    """One membrane. Shapes, with J = rows * stride: planes (2, J), u- and u by turns; weights (J,); spans (rows, 2):
-    first column and number of columns, whole vectors; grid (1,) of TRIANGULAR or SQUARE."""
+    """One membrane. Shapes, with J = rows * stride: planes (2, J), u- and u by turns; weights (J,); strips (S, 4), as
+    lattice.strips_of gives them; grid (1,) of TRIANGULAR or SQUARE."""
 
     planes: Floats
     weights: Floats
-    spans: npt.NDArray[np.int32]
+    strips: npt.NDArray[np.int64]
     grid: Records
 
 
@@ -48,12 +49,10 @@ def _is_triangular(head: ArgumentType) -> Callable[[Head], bool]:
     return lambda head: found
 
 
-_level = rows.step_of(WIDTH, rows.LEVEL)
-_left = rows.step_of(WIDTH, rows.LEFT)
-_right = rows.step_of(WIDTH, rows.RIGHT)
-_level_stretch = rows.stretch_of(WIDTH, rows.LEVEL)
-_left_stretch = rows.stretch_of(WIDTH, rows.LEFT)
-_right_stretch = rows.stretch_of(WIDTH, rows.RIGHT)
+_level = rows.step_of(WIDTH, LEVEL)
+_shifted = rows.step_of(WIDTH, LEFT)
+_level_stretch = rows.stretch_of(WIDTH, LEVEL)
+_shifted_stretch = rows.stretch_of(WIDTH, LEFT)
 
 
 @njit()
@@ -73,26 +72,19 @@ def sweep(
     total: Any,
 ) -> float:
     """One step, by the forms of `rows`: `then` holds u- and receives u+. Returns the sum of u+ if `total` is given."""
-    grid = head.grid[0]
-    stride = grid.stride
+    stride, strips = head.grid[0].stride, head.strips
     found = 0.0
-    for row in range(1, head.spans.shape[0] - 1):
-        start = row * stride + head.spans[row, 0]
-        stop = start + head.spans[row, 1]
-        if not is_triangular(head):
-            found += _level(
-                now, then, head.weights, start, stop, stride, now_gain, then_gain, ring_gain, push, momentum,
-                kept, brake, plane, plane_gain, total,
-            )  # fmt: skip
-        elif (row - grid.centre_row) & 1:
-            found += _right(
-                now, then, head.weights, start, stop, stride, now_gain, then_gain, ring_gain, push, momentum,
-                kept, brake, plane, plane_gain, total,
+    for at in range(strips.shape[0]):
+        start, inner, outer, stop = strips[at, 0], strips[at, 1], strips[at, 2], strips[at, 3]
+        if is_triangular(head):
+            found += _shifted(
+                now, then, head.weights, stride, start, inner, outer, stop, now_gain, then_gain, ring_gain, push,
+                momentum, kept, brake, plane, plane_gain, total,
             )  # fmt: skip
         else:
-            found += _left(
-                now, then, head.weights, start, stop, stride, now_gain, then_gain, ring_gain, push, momentum,
-                kept, brake, plane, plane_gain, total,
+            found += _level(
+                now, then, head.weights, stride, start, inner, outer, stop, now_gain, then_gain, ring_gain, push,
+                momentum, kept, brake, plane, plane_gain, total,
             )  # fmt: skip
     return found
 
@@ -102,23 +94,17 @@ def stretched(
     head: Head, now: Floats, then: Floats, share: Floats, now_gain: np.float32, momentum: Any, kept: Any
 ) -> tuple[float, float, float, float]:
     """P, Q, R and T of `rows.stretch_of`, over the whole mesh."""
-    grid = head.grid[0]
-    stride = grid.stride
+    stride, strips = head.grid[0].stride, head.strips
     p, q, r, t = 0.0, 0.0, 0.0, 0.0
-    for row in range(1, head.spans.shape[0] - 1):
-        start = row * stride + head.spans[row, 0]
-        stop = start + head.spans[row, 1]
-        if not is_triangular(head):
-            found = _level_stretch(
-                now, then, head.weights, share, start, stop, stride, now_gain, momentum, kept
-            )
-        elif (row - grid.centre_row) & 1:
-            found = _right_stretch(
-                now, then, head.weights, share, start, stop, stride, now_gain, momentum, kept
+    for at in range(strips.shape[0]):
+        start, inner, outer, stop = strips[at, 0], strips[at, 1], strips[at, 2], strips[at, 3]
+        if is_triangular(head):
+            found = _shifted_stretch(
+                now, then, head.weights, share, stride, start, inner, outer, stop, now_gain, momentum, kept
             )
         else:
-            found = _left_stretch(
-                now, then, head.weights, share, start, stop, stride, now_gain, momentum, kept
+            found = _level_stretch(
+                now, then, head.weights, share, stride, start, inner, outer, stop, now_gain, momentum, kept
             )
         p += found[0]
         q += found[1]

@@ -8,11 +8,13 @@ import logging
 from typing import Any, cast
 
 import numpy as np
+import numpy.typing as npt
 import sounddevice
 
 from realtime.jit import Records
 from sound_server.sinks import callback
 from sound_server.sinks.sink import DESK, SinkError
+from sound_server.sinks.timed import noted
 from sound_server.stage import Stage
 
 LOWEST_RATE_HZ = 22_050
@@ -36,7 +38,9 @@ class DeviceSink:
         self._clock = np.zeros(2, np.int64)
         self._stream = self._open(index, block, channels)
         self._stream.start()
-        self.latency_ms = 1e3 * (block / self.rate_Hz + float(self._stream.latency))
+        self.latency_ms = 1e3 * (
+            block / self.rate_Hz + told_latency_s(float(self._stream.latency), self.rate_Hz)
+        )
 
     def _open(self, index: int, block: int, channels: int) -> Any:
         wishes = {
@@ -66,6 +70,11 @@ class DeviceSink:
         return float(self._desk["load"][0])
 
     @property
+    def blocks(self) -> npt.NDArray[np.int64]:
+        """The newest blocks, as timed.noted tells of them."""
+        return noted(self._desk)
+
+    @property
     def xruns(self) -> int:
         """Callbacks that PortAudio marked as coming after an underflow."""
         return int(self._desk["xruns"][0])
@@ -78,6 +87,11 @@ class DeviceSink:
     def close(self) -> None:
         """Stop and close the stream."""
         self._stream.close(ignore_errors=True)
+
+
+def told_latency_s(told_s: float, rate_Hz: int) -> float:
+    """A stream's latency; 0 where PortAudio subtracted a block from a JACK port's 0 frames, in 32 bits without sign."""
+    return told_s if told_s * rate_Hz < 2**31 else 0.0
 
 
 def playable_rate(index: int, wished_Hz: int) -> int:

@@ -6,8 +6,10 @@ import numpy as np
 
 from sound_server.stage import Stage
 
+NOTED = 4096  # blocks
 # Written by the audio thread, read by any. `load` is the smoothed share of a block's time that rendering takes;
-# `expected_ns` is when the next block should begin, `calls` counts blocks.
+# `expected_ns` is when the next block should begin, `calls` counts blocks. `noted` tells of the newest blocks, in turn:
+# when rendering began (monotonic), how long it took, ns, and how many pulses the drums had been given by then.
 DESK: np.dtype[Any] = np.dtype(
     [
         ("rate_Hz", "f8"),
@@ -16,6 +18,7 @@ DESK: np.dtype[Any] = np.dtype(
         ("xruns", "i8"),
         ("calls", "i8"),
         ("expected_ns", "i8"),
+        ("noted", "i8", (NOTED, 3)),
     ],
     align=True,
 )

@@ -5,6 +5,7 @@ import numpy.typing as npt
 
 from realtime.clock import now_ns
 from realtime.jit import Record, Records, njit
+from sound_server.sinks.sink import NOTED
 from sound_server.stage import Boards, mix
 
 _SMOOTHING_S = 0.2
@@ -18,7 +19,7 @@ def timed_block(
     start_ns: int,
     clock: npt.NDArray[np.int64],
 ) -> None:
-    """stage.mix, with `desk.load` and `desk.calls` brought up to date. Audio thread; no allocation.
+    """stage.mix, with `desk.load`, `desk.calls` and `desk.noted` brought up to date. Audio thread; no allocation.
 
     `clock` is the thread's own timespec, int64 of shape (2,).
     """
@@ -26,6 +27,19 @@ def timed_block(
     before = now_ns(clock)
     mix(boards, out, counts.rate_Hz, start_ns)
     block_s = out.shape[0] / counts.rate_Hz
-    share = (now_ns(clock) - before) * 1e-9 / block_s
+    spent_ns = now_ns(clock) - before
+    note = counts.noted[counts.calls % NOTED]
+    note[0], note[1], note[2] = before, spent_ns, boards.begun.sum()
+    share = spent_ns * 1e-9 / block_s
     counts.load += min(1.0, block_s / _SMOOTHING_S) * (share - counts.load)
     counts.calls += 1
+
+
+def noted(desk: Records) -> npt.NDArray[np.int64]:
+    """The newest blocks, oldest first, int64 of shape (n, 3): begun, ns; spent, ns; pulses so far. Any thread.
+
+    A block that is played meanwhile can show in the oldest row.
+    """
+    calls = int(desk["calls"][0])
+    turned = np.roll(desk["noted"][0], -(calls % NOTED), axis=0)
+    return turned[NOTED - min(calls, NOTED) :]

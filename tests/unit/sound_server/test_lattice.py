@@ -6,7 +6,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sound_server.membrane.heads import head_of
-from sound_server.membrane.lattice import LANES, TOPOLOGIES, Lattice, Topology, lattice_of, lowest_bend
+from sound_server.membrane.lattice import (
+    LANES,
+    ROWS,
+    TOPOLOGIES,
+    Lattice,
+    Topology,
+    lattice_of,
+    lowest_bend,
+    strips_of,
+)
 from sound_server.membrane.places import corners_of, drawn_in
 from sound_server.membrane.scheme import J01, even_losses, scheme_of, tuned
 
@@ -32,7 +41,7 @@ def test_rows_are_padded_to_lanes_and_what_is_outside_has_no_weight(spacing: flo
     lattice = lattice_of(spacing, kind)
     rows, stride = lattice.weights.shape
     assert stride % LANES == 0
-    assert not lattice.spans[[0, -1]].any()
+    assert not lattice.spans[[0, 1, -2, -1]].any()
     assert not lattice.weights[:, -1].any()  # the left neighbour of the next row's first lane
     for row in range(rows):
         first, count = lattice.spans[row]
@@ -42,6 +51,34 @@ def test_rows_are_padded_to_lanes_and_what_is_outside_has_no_weight(spacing: flo
         inside = np.flatnonzero(lattice.weights[row])
         assert all(first <= column < first + count for column in inside)
         assert all(math.hypot(*lattice.position(row, column)) < 1.0 for column in inside)
+
+
+@given(SPACINGS, KINDS)
+def test_strips_hold_every_junction_once_and_only_even_ones_inside(spacing: float, kind: Topology) -> None:
+    lattice = lattice_of(spacing, kind)
+    stride = lattice.weights.shape[1]
+    computed = np.zeros(lattice.weights.shape, int)
+    for start, inner, outer, stop in strips_of(lattice):
+        row, first = divmod(int(start), stride)
+        assert not kind.shifted or lattice.shift(row) == 0.0
+        assert start <= inner <= outer <= stop
+        assert not any(int(flat) % LANES for flat in (start, inner, outer, stop))
+        computed[row : row + ROWS, first : first + int(stop - start)] += 1
+        even = lattice.weights[row : row + ROWS, first + int(inner - start) : first + int(outer - start)]
+        assert np.all(even == 1.0 / kind.neighbours)
+    assert np.all(computed[lattice.weights > 0.0] == 1)
+    assert computed.max() == 1
+
+
+def test_the_inside_of_a_large_head_is_even() -> None:
+    lattice = lattice_of(0.01)
+    strips = strips_of(lattice)
+    assert np.sum(strips[:, 2] - strips[:, 1]) > 0.7 * np.sum(strips[:, 3] - strips[:, 0])
+
+
+def test_a_row_takes_no_more_vectors_than_it_must() -> None:
+    # 31 junctions on the middle row and 32 on the shifted ones beside it: two vectors.
+    assert lattice_of(1.0 / 16.0).spans[:, 1].max() == 32
 
 
 @given(SPACINGS, KINDS)
@@ -87,7 +124,8 @@ def test_a_place_lies_between_its_corners(spacing: float, place: tuple[float, fl
     assert sum(share for _, share in found) == pytest.approx(1.0)
     assert all(share >= -1e-9 for _, share in found)
     if limit(lattice) > 0.0:
-        assert all(lattice.weights.ravel()[at] > 0.0 for at, _ in found)
+        # A corner on the rim itself can only have no share: the place lies on a junction.
+        assert all(lattice.weights.ravel()[at] > 0.0 for at, share in found if share > 1e-9)
     x = sum(share * position(lattice, flat)[0] for flat, share in found)
     y = sum(share * position(lattice, flat)[1] for flat, share in found)
     assert (x, y) == pytest.approx(drawn_in(*place, limit(lattice)), abs=1e-9)

@@ -16,7 +16,8 @@ from sound_server.events import StrikeRing
 from sound_server.limiter import limited
 from sound_server.render import Blow, render, render_all
 from sound_server.sinks.callback import Heard, block_start, stream_callback
-from sound_server.sinks.sink import DESK
+from sound_server.sinks.sink import DESK, NOTED
+from sound_server.sinks.timed import noted
 from sound_server.stage import Stage
 from sound_server.tiers import divisor_for
 from sound_server.upsample import TAPS
@@ -178,6 +179,10 @@ def through_callback(engine: Engine, frames: int, block: int, channels: int) -> 
         assert call(None, out[start : start + block].ctypes.data, block, None, 4, heard.address) == 0
     assert desk["xruns"][0] == desk["calls"][0] - 1 == frames // block
     assert desk["load"][0] > 0.0
+    told = noted(desk)[1:]  # after the one before there was a drum
+    assert len(told) == frames // block
+    assert np.all(told[1:, 0] >= told[:-1, 0] + told[:-1, 1])  # one after another
+    assert np.all(told[:, 2] == 1)  # struck once, in the first block
     return out
 
 
@@ -196,6 +201,15 @@ def test_the_devices_callback_plays_the_same_samples() -> None:
     offline, mono, stereo = sounds
     assert np.array_equal(stereo, offline)
     assert np.allclose(mono[:, 0], [limited(x) for x in offline.mean(axis=1)], atol=1e-6)
+
+
+def test_the_newest_blocks_are_told_of_oldest_first() -> None:
+    desk = np.zeros(1, DESK)
+    assert noted(desk).shape == (0, 3)
+    for call in range(NOTED + 5):
+        desk["noted"][0, call % NOTED] = call
+        desk["calls"] += 1
+    assert noted(desk)[:, 0].tolist() == list(range(5, NOTED + 5))
 
 
 def test_block_starts_follow_the_device_and_not_the_jitter_of_its_callbacks() -> None:

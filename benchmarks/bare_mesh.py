@@ -1,0 +1,56 @@
+"""The triangular mesh with nothing beside it, for benchmarks: some junctions across, losses of a drum, noise on it."""
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from realtime.float_mode import flush_denormals, restore
+from realtime.jit import njit
+from sound_server.membrane.heads import head_of
+from sound_server.membrane.lattice import TOPOLOGIES, lattice_of
+from sound_server.membrane.scheme import even_losses, scheme_of
+from sound_server.membrane.sweep import Head, sweep
+
+RATE_HZ = 48_000
+
+
+@njit()
+def _sweeps(head: Head, now_gain: np.float32, then_gain: np.float32, steps: int) -> None:
+    mode = flush_denormals()
+    one, other = head.planes[0], head.planes[1]
+    for _ in range(steps):
+        sweep(head, one, other, now_gain, then_gain, None, None, None, None, None, None, None, None)
+        one, other = other, one
+    restore(mode)
+
+
+def timed(call: Callable[[], object]) -> float:
+    """CPU seconds of this thread."""
+    begun = time.thread_time()
+    call()
+    return time.thread_time() - begun
+
+
+def start(head: Head) -> None:
+    """Noise of 1e-3 on the junctions, always the same."""
+    inside = head.weights > 0.0
+    for plane, seed in zip(head.planes, (1, 2), strict=True):
+        plane[:] = 0.0
+        plane[inside] = np.random.default_rng(seed).standard_normal(int(inside.sum())) * 1e-3
+
+
+class BareMesh:
+    """A head of `across` junctions across at the limit of stability, as a scene without effects has it."""
+
+    def __init__(self, across: float) -> None:
+        self.lattice = lattice_of(2.0 / across)
+        scheme, losses = scheme_of(TOPOLOGIES["triangular"], 2, False), even_losses(2.0, 1.0 / RATE_HZ)
+        self.head = head_of(self.lattice, scheme.tau / (1.0 + losses.s))
+        self.now_gain = np.float32((2.0 - scheme.tau) / (1.0 + losses.s))
+        self.then_gain = np.float32((1.0 - losses.s) / (1.0 + losses.s))
+        start(self.head)
+
+    def run(self, steps: int) -> None:
+        """An even number of steps: the planes change places in each."""
+        _sweeps(self.head, self.now_gain, self.then_gain, steps)
