@@ -42,8 +42,8 @@ PLACE: np.dtype[Any] = np.dtype(
 
 
 class Boards(NamedTuple):
-    """What the audio thread sees. Shapes: states (16,), places (16,), one and sum (1024, 2); begun (16,): pulses that each
-    drum has been given."""
+    """What the audio thread sees. Shapes: states (16,), places (16,), one and sum (1024, 2); begun (16,): pulses of each
+    drum so far."""
 
     states: npt.NDArray[np.int64]
     places: Records
