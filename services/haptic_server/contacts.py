@@ -1,8 +1,8 @@
 """The contact file: the force of each tick in contact, on its way from the servo to the gateway.
 
 A scene whose drum is excited by the force itself (`[drum] excitation = "streamed"`) has one beside its block: a
-memory-mapped ring (0600). No other scene has the file, the memory or the code. The gateway says in cell LISTENED whether
-anybody wants the force; while nobody does, the servo writes nothing.
+memory-mapped ring (0600). No other scene has the file, the memory or the code. The gateway says in cell LISTENED
+whether anybody wants the force; while nobody does, the servo writes nothing.
 """
 
 import mmap
@@ -78,5 +78,7 @@ def _map(path: Path) -> ContactRing:
     with path.open("r+b") as file:
         memory = mmap.mmap(file.fileno(), 0)
     if len(memory) != _BYTES:
-        raise BlockError(f"{path}: {len(memory)} bytes, expected {_BYTES}: another version's; restart the servo")
+        raise BlockError(
+            f"{path}: {len(memory)} bytes, expected {_BYTES}: another version's; restart the servo"
+        )
     return _views(memory)
