@@ -19,11 +19,13 @@ from sound_server.effects.snare import Snare
 from sound_server.effects.tension import Tension
 from sound_server.engine import CONTROL, METERS, PENDING, Engine
 from sound_server.events import EVENT, StrikeRing
-from sound_server.excitation import FORCE, FORCES, POOL, PULSE
+from sound_server.excitation import FORCES, POOL, PULSE
 from sound_server.membrane.lattice import J01, TOPOLOGIES, Lattice
 from sound_server.membrane.places import corners_of
 from sound_server.membrane.scheme import Losses, Scheme, even_losses, rising_losses, scheme_of, tuned
 from sound_server.membrane.sweep import SQUARE, TRIANGULAR, Head
+from sound_server.push import FORCE
+from sound_server.stream.timeline import stream_of
 from sound_server.upsample import TAPS, interpolator
 
 _DIVISOR = {"draft": 4, "standard": 3, "fine": 2}
@@ -292,6 +294,7 @@ def new_engine(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
         cavity=second,
         snare=_snare(scene, second, step_s) if second is not None and "snare" in effects else None,
         rim=_rim(scene, step_s) if "rim" in effects else None,
+        stream=stream_of(scene, step_s) if scene.drum.excitation == "streamed" else None,
     )
 
 

@@ -18,6 +18,7 @@ from sound_server.effects.rim import Rim
 from sound_server.effects.snare import Snare
 from sound_server.effects.tension import Tension
 from sound_server.membrane.sweep import Head
+from sound_server.stream.timeline import Stream
 
 PENDING = 256
 
@@ -78,3 +79,4 @@ class Engine(NamedTuple):
     cavity: Cavity | None = None
     snare: Snare | None = None
     rim: Rim | None = None
+    stream: Stream | None = None
