@@ -23,6 +23,7 @@ from sound_server.engine import Engine
 from sound_server.events import StrikeRing
 from sound_server.link import Link
 from sound_server.sinks.sink import Sink
+from sound_server.stream.desk import ContactDesk
 from sound_server.strikes import StrikeDesk
 from sound_server.upsample import TAPS
 
@@ -47,6 +48,7 @@ class Server:
         self._complaints = Complaints(time.monotonic_ns)
         self._ring = StrikeRing()
         self._desk = StrikeDesk(self._ring, self._complaints, self._heard_boot)
+        self._contacts = ContactDesk(self._complaints, self._heard_boot)
         self._boot: int | None = None  # the boot whose clock and scene are in use
         self._heard: int | None = None  # the boot of the newest message
         self._other_boot = threading.Event()
@@ -90,7 +92,7 @@ class Server:
                     self._other_boot.set()
             elif time.monotonic() >= next_clock:
                 next_clock = time.monotonic() + _CLOCK_EVERY_S
-                self._desk.clock = link.clock() or self._desk.clock
+                self._desk.clock = self._contacts.clock = link.clock() or self._desk.clock
 
     def _catch_up(self, link: Link) -> bool:
         # Take over the haptic server's clock and scene; False when it does not answer. The clock comes first: should
@@ -100,15 +102,21 @@ class Server:
         if scene is None:
             return False
         self._boot = clock.boot if clock else self._heard
-        self._desk.clock = clock
+        self._desk.clock = self._contacts.clock = clock
         if scene != self._scene:
             self._play(scene)
+        link.hear_contacts(self._contacts.take if self._desk.note is not None else None)
         return True
 
     def _play(self, scene: Scene) -> None:
         engine = build(scene, self._sink.rate_Hz, self._ring)
+        if engine.stream is not None:
+            self._desk.note = self._contacts.note  # a contact sounds once: as it comes, or by its strike
         self._sink.play(engine)
         self._desk.latency_s = scene.drum.latency_s
+        self._contacts.play_on(engine.stream, scene.drum.latency_s)
+        if engine.stream is None:
+            self._desk.note = None
         self._scene, self._engine = scene, engine
         logging.info("%s at %d Hz: %s, %s", self._sink.words, self._sink.rate_Hz, scene.name, words(engine))
 
@@ -142,7 +150,9 @@ class Server:
             load=self._sink.load,
             xruns=self._sink.xruns,
             latency_ms=self._sink.latency_ms + float(interpolator_ms),
-            played=self._desk.played,
-            late=self._desk.late,
-            duplicates=self._desk.duplicates,
+            played=self._desk.played + self._contacts.played,
+            late=self._desk.late + self._contacts.late,
+            duplicates=self._desk.duplicates + self._contacts.duplicates,
+            underflows=self._contacts.underflows,
+            refused=self._desk.bad + self._contacts.refused,
         )

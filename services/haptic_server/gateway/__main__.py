@@ -82,7 +82,6 @@ def main() -> int:
         osc.close()
         return 3
     if session is not None:
-
         keys = Keys(given.rig)
         contacts = contacts_of(scene, session, keys, given.run_dir, lambda: link.boot)
 

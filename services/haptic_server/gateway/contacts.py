@@ -1,7 +1,7 @@
 """Publishes the force of contacts, for a scene that streams it, and only while somebody subscribes.
 
-Belongs to the relay thread. While nobody matches, it asks Zenoh so two hundred times a second and does nothing else, and
-the servo, told so in the ring's LISTENED cell, writes nothing.
+Belongs to the relay thread. It asks Zenoh two hundred times a second whether anybody does. While nobody does, that is
+all, and the servo, told so in the ring's LISTENED cell, writes nothing.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -48,7 +48,9 @@ class Contacts:
         self._look_ns = 0
         self._put = 0
         self._told = ""
-        ring.drain(rings.in_memory().cells, rings.in_memory().slots, self._samples)  # compiled, or loaded, now
+        ring.drain(
+            rings.in_memory().cells, rings.in_memory().slots, self._samples
+        )  # compiled, or loaded, now
 
     def step(self, now_ns: int) -> None:
         """Hand on what the servo told since the last call."""
@@ -68,7 +70,8 @@ class Contacts:
         return {"wanted": self._wanted, "put": self._put, "dropped": dropped, "stale": self._pieces.stale}
 
     def _look(self) -> None:
-        wanted = bool(self._publisher.matching_status.matching)
+        status: Any = self._publisher.matching_status  # zenoh's own annotation says bool, which it is not
+        wanted: bool = status.matching
         found = self._ring if wanted else None
         if wanted and (found is None or found.boot != self._boot()):
             found = self._attached()

@@ -32,7 +32,10 @@ class Pieces:
             if now_ns - t_ns > _TOO_OLD_NS:
                 self.stale += 1
                 continue
-            if self._first is not None and (seq, tick) != (self._first[0], self._first[1] + len(self._forces)):
+            if self._first is not None and (seq, tick) != (
+                self._first[0],
+                self._first[1] + len(self._forces),
+            ):
                 yield self._piece(boot)
             if self._first is None:
                 self._first = (seq, tick, t_ns, float(sample["x"]), float(sample["y"]))
