@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from drumstick.scene import Scene
+from drumstick.scene import Scene, shipped_text
 from realtime.jit import Record, njit
 from realtime.lent import lend
 from sound_server.build import new_engine
@@ -23,6 +23,11 @@ def streamed(latency_s: float = 0.0) -> Scene:
     return dataclasses.replace(
         scene, drum=dataclasses.replace(scene.drum, excitation="streamed", latency_s=latency_s)
     )
+
+
+def streamed_text(name: str = "roll") -> str:
+    """A shipped scene that streams, as TOML."""
+    return shipped_text(name).replace("[drum]", '[drum]\nexcitation = "streamed"')
 
 
 @njit()

@@ -1,4 +1,4 @@
-"""The streamed force on the audio thread, in virtual time: whole impulses, and what becomes of gaps, jumps and drift."""
+"""The streamed force on the audio thread, in virtual time: whole impulses; gaps, jumps and drift."""
 
 import dataclasses
 import math
@@ -26,9 +26,7 @@ def half_sine(rate_Hz: float, t_s: float, contact_s: float, peak_N: float) -> tu
     """Its first tick, and its means over ticks."""
     first = math.floor(t_s * rate_Hz)
     ends = (first + np.arange(math.ceil(contact_s * rate_Hz) + 3)) / rate_Hz - t_s
-    cumulated = (
-        peak_N * contact_s / math.pi * (1.0 - np.cos(math.pi * np.clip(ends / contact_s, 0.0, 1.0)))
-    )
+    cumulated = peak_N * contact_s / math.pi * (1.0 - np.cos(math.pi * np.clip(ends / contact_s, 0.0, 1.0)))
     return first, np.diff(cumulated) * rate_Hz
 
 
@@ -39,7 +37,9 @@ def half_sine(rate_Hz: float, t_s: float, contact_s: float, peak_N: float) -> tu
     st.integers(-5_000_000, 30_000_000),
     st.floats(0.0, 1.0),
 )
-def test_the_impulse_is_that_of_the_samples(forces: list[float], rate_Hz: float, ahead_ns: int, at: float) -> None:
+def test_the_impulse_is_that_of_the_samples(
+    forces: list[float], rate_Hz: float, ahead_ns: int, at: float
+) -> None:
     """Whatever the rate, the phase and the lead: late, too near for the parabolas' reach, or long before."""
     player = Player()
     player.play(round(at * MS))
@@ -80,7 +80,9 @@ def test_a_smooth_force_is_met_to_the_third_order_at_least() -> None:
     assert (orders > 2.9).all(), (errors, orders)
 
 
-@pytest.mark.parametrize(("rate_Hz", "top_Hz", "most"), [(1000, 250, 0.03), (1000, 500, 0.06), (4000, 1000, 0.01)])
+@pytest.mark.parametrize(
+    ("rate_Hz", "top_Hz", "most"), [(1000, 250, 0.03), (1000, 500, 0.06), (4000, 1000, 0.01)]
+)
 def test_it_sounds_as_the_half_sine_that_it_samples(rate_Hz: int, top_Hz: int, most: float) -> None:
     """Below a quarter of the servo's rate to 3 %, below half of it to 6 %: there is nothing to know beyond."""
     scene = Scene("drum")
