@@ -95,10 +95,14 @@ class ContactDesk:
         self._play(contact, forces, start_ns, period_ns, feed)
 
     def _is_present(self, boot: int) -> bool:
-        # A piece of a servo that was followed by another is from the past.
-        if boot in self._boots:
-            return boot == self._boots[-1]
-        self._boots = [*self._boots[-15:], boot]
+        # The servo that answers for the clock plays; before it has answered, the newest does. A piece of one that was
+        # followed by another is from the past.
+        if boot in self._boots and boot != self._boots[-1]:
+            if self.clock is None or self.clock.boot != boot:
+                return False
+            self._boots.remove(boot)
+        if boot not in self._boots:
+            self._boots = [*self._boots[-15:], boot]
         return True
 
     def _start(self, contact: Contact, feed: Feed, period_ns: float, now_ns: int) -> int | None:

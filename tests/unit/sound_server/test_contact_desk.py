@@ -125,10 +125,18 @@ def test_a_servo_that_restarted_leaves_the_one_before_behind() -> None:
     bench = Bench()
     bench.desk.take(message(100, [1.0]), NOW)
     bench.desk.take(message(0, [2.0], boot=8), NOW)
+    bench.desk.clock = HapticClock(8, OFFSET, 0)
     bench.desk.take(message(101, [3.0]), NOW)  # of the old one, held up on the way
     assert bench.pieces()["epoch"].tolist() == [7, 8]
     assert bench.desk.late == 1
     assert bench.boots == [7, 8, 7]
+
+
+def test_a_stray_message_of_no_servo_mutes_nobody() -> None:
+    bench = Bench()
+    for first, boot in ((0, 7), (0, 1), (1, 7), (2, 7)):
+        bench.desk.take(message(first, [1.0], boot=boot), NOW)
+    assert bench.pieces()["epoch"].tolist() == [7, 1, 7, 7]
 
 
 def test_without_a_clock_pieces_follow_each_other_from_the_first_ones_arrival() -> None:
