@@ -47,11 +47,9 @@ class Release(Message, array_like=True, frozen=True, kw_only=True):
 
 
 class Contact(Message, array_like=True, frozen=True, kw_only=True):
-    """A piece of one contact's force: `forces` are float32, little-endian, N, each the mean over one servo tick.
-
-    The first is that of tick `first_tick`; ticks are counted at rate_Hz since the servo started. `seq` is that of the
-    strike; 0 N closes a contact. t_ns is when the first tick began; x, y as in Strike. A sender may leave these three
-    out: then they are those of the strike.
+    """A piece of one contact's force: `forces` are float32, little-endian, N, each the mean over one servo tick, the
+    first over tick first_tick, which began at t_ns; ticks come at rate_Hz. `seq` is that of the strike; 0 N closes a
+    contact. t_ns, x, y may be left out: then time goes by arrival, and x, y are the strike's.
     """
 
     boot: int
