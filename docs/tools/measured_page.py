@@ -28,6 +28,29 @@ def _where(result: dict[str, Any]) -> str:
     return f"{machine['date']}, {machine['processor']}, {machine['cores']} cores, Python {machine['python']}."
 
 
+def _streamed() -> list[str]:
+    result = _read("streamed_force")
+    lines = [
+        "",
+        "## A streamed force",
+        "",
+        f"`python benchmarks/streamed_force.py`, a blow of `roll` beside the analytic one. {_where(result)}",
+        "",
+        "| servo Hz | error of the sound below a quarter of that | below half | largest sample to the force's peak |",
+        "|---|---|---|---|",
+    ]
+    lines += [
+        f"| {rate} | {row['error_below_a_quarter']:.2%} | {row['error_below_half']:.2%} | {row['peak_of_samples']:+.2%} |"
+        for rate, row in result["truth"].items()
+    ]
+    lines += ["", "| what | CPU time |", "|---|---|"]
+    lines += [
+        f"| {name} | {value:.0f} {unit} |"
+        for (name, unit), value in ((what.rsplit(", ", 1), value) for what, value in result["cost"].items())
+    ]
+    return lines
+
+
 def page() -> str:
     """The whole page."""
     starts, sound = _read("start_and_restart"), _read("sound_cost")
@@ -62,7 +85,7 @@ def page() -> str:
         f" {row['ns_per_junction_and_step']:.2f} | {row['ratio_to_numpy_slices']:.2f} | {row['f01_error_cents']:+.2f} |"
         for name, row in sound["rows"].items()
     ]
-    return "\n".join([*lines, ""])
+    return "\n".join([*lines, *_streamed(), ""])
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ PAGE = Path(__file__).parent.parent / "zenoh.md"
 _MESSAGES = {
     "strike": messages.Strike,
     "release": messages.Release,
+    "contact": messages.Contact,
     "state": messages.State,
     "meter": messages.Meter,
     "param": messages.Readback,

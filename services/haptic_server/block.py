@@ -175,23 +175,28 @@ def legacy(folder: Path, law: np.dtype[Any]) -> Legacy | None:
     return Legacy(int(newest["revision"][0]), newest["law"].copy(), held)
 
 
+def reserve(path: Path, size: int) -> None:
+    """An empty file (0600) with all of its room. OSError, and no file, when there is not so much."""
+    descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o600)
+    try:
+        if sys.platform == "linux":
+            os.posix_fallocate(descriptor, 0, size)
+        else:
+            os.ftruncate(descriptor, size)
+    except OSError:
+        path.unlink()
+        raise
+    finally:
+        os.close(descriptor)
+
+
 def create(folder: Path, law: npt.NDArray[np.void], revision: int = 0) -> Block:
     """Make the servo's block in `folder` (0600), starting from `law`; replaces an older one in one step.
 
     OSError when there is no room for all of it: a file with holes would end the servo with SIGBUS in a later tick.
     """
     temporary = folder / f".{BLOCK}.{os.getpid()}"
-    descriptor = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o600)
-    try:
-        if sys.platform == "linux":
-            os.posix_fallocate(descriptor, 0, _size(law.dtype))
-        else:
-            os.ftruncate(descriptor, _size(law.dtype))
-    except OSError:
-        temporary.unlink()
-        raise
-    finally:
-        os.close(descriptor)
+    reserve(temporary, _size(law.dtype))
     block = _views(_map(temporary), law.dtype)
     _start(block, law, revision)
     temporary.rename(folder / BLOCK)

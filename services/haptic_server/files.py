@@ -6,3 +6,4 @@ LIMITS = "limits.json"  # what scene and device allow; the servo makes it before
 GESTURE = "gesture.csv"  # the scene's recorded gesture, if it has one; put there with the scene
 TRACE = "trace.csv"  # the last thousand ticks before the last fault
 GRANTED = "servo.json"  # what the servo asked of the operating system, and got
+CONTACTS = "contacts.ring"  # the force of contacts, where the scene streams it; the servo makes it

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from drumstick.scene import Scene
     from sound_server.render import Blow
+    from sound_server.stream.offline import Press
 
 _COLUMNS = {"t_s": (0.0, 86_400.0), "x": (-2.0, 2.0), "y": (-2.0, 2.0), "speed_m_per_s": (0.0, 100.0)}
 _MOST_STRIKES = 1_000_000
@@ -97,8 +98,19 @@ def _strikes(scene: "Scene", wishes: Wishes) -> list["Blow"]:
     return [blow_at(scene, scene.strike.full_scale_m_per_s / 2.0, 0.5, 0.0, _ONE_STRIKE_S)]
 
 
+def _presses(scene: "Scene", wishes: Wishes) -> list["Press"]:
+    # A roll of a scene that streams: by its forces, not by its strikes.
+    from rig.streamed_roll import presses
+
+    if not (wishes.roll and wishes.strikes is None and scene.drum.excitation == "streamed"):
+        return []
+    if scene.hand.gesture == "recorded":
+        wrong("--roll: a recorded gesture is played by `drumstick up`")
+    return list(presses(scene, wishes.duration_s))
+
+
 def _write(
-    scene: "Scene", blows: Iterable["Blow"], wishes: Wishes
+    scene: "Scene", blows: Iterable["Blow"], presses: list["Press"], wishes: Wishes
 ) -> tuple[float, "npt.NDArray[np.float32]"]:
     # Returns the largest sample and, where a picture is to be drawn of it, the sound.
     import numpy as np
@@ -116,7 +128,7 @@ def _write(
     try:
         with Progress(console=Console(stderr=True), transient=True) as progress:
             task = progress.add_task("rendering", total=wishes.duration_s)
-            for part in parts(scene, blows, wishes.duration_s, wishes.rate_Hz):
+            for part in parts(scene, blows, wishes.duration_s, wishes.rate_Hz, presses):
                 wav.record(part)
                 if not wav.is_open:
                     lacking(f"{wishes.out}: the disk took no more")
@@ -170,9 +182,11 @@ def render(scene: str, wishes: Wishes, as_json: bool) -> None:
     """Write the file and say what is in it. Raises Stop."""
     _check_pictures(wishes)
     loaded = scene_file.load(scene)
-    blows = [blow for blow in _strikes(loaded, wishes) if blow.t_s < wishes.duration_s]
+    presses = _presses(loaded, wishes)
+    blows = [] if presses else [blow for blow in _strikes(loaded, wishes) if blow.t_s < wishes.duration_s]
     begun = time.monotonic()
-    peak, sound = _write(loaded, blows, wishes)
+    peak, sound = _write(loaded, blows, presses, wishes)
+    strikes = len(blows) + sum(float(press.forces_N[-1]) == 0.0 for press in presses)  # 0 N closes a contact
     spent = time.monotonic() - begun
     modes = _draw(loaded, sound, wishes)
     if as_json:
@@ -181,7 +195,7 @@ def render(scene: str, wishes: Wishes, as_json: bool) -> None:
             "file": str(wishes.out),
             "duration_s": wishes.duration_s,
             "rate_Hz": wishes.rate_Hz,
-            "strikes": len(blows),
+            "strikes": strikes,
             "peak": peak,
             "times_real_time": wishes.duration_s / spent,
         }
@@ -190,6 +204,6 @@ def render(scene: str, wishes: Wishes, as_json: bool) -> None:
         print(json.dumps(found))
         return
     print(
-        f"{wishes.out}: {wishes.duration_s:g} s of {loaded.name}, {len(blows)} strikes, peak {peak:.3f}, "
+        f"{wishes.out}: {wishes.duration_s:g} s of {loaded.name}, {strikes} strikes, peak {peak:.3f}, "
         f"{wishes.duration_s / spent:.0f} times faster than it sounds"
     )

@@ -10,12 +10,14 @@ from sound_server.effects import built
 from sound_server.effects.internal_loss import Momentum
 from sound_server.engine import CONTROL, METERS, PENDING, Engine
 from sound_server.events import EVENT, StrikeRing
-from sound_server.excitation import FORCE, FORCES, POOL, PULSE
+from sound_server.excitation import FORCES, POOL, PULSE
 from sound_server.membrane.heads import aligned, ears_on, head_of
 from sound_server.membrane.scheme import tuned
 from sound_server.membrane.sweep import Head
 from sound_server.microphones import microphones_of
+from sound_server.push import FORCE
 from sound_server.step_numbers import Numbers
+from sound_server.stream.timeline import stream_of
 from sound_server.tiers import divisor_for
 from sound_server.upsample import TAPS, interpolator
 
@@ -60,6 +62,7 @@ def _of_mesh(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
         cavity=second,
         snare=built.snare_of(scene, second, step_s) if second is not None and "snare" in effects else None,
         rim=built.rim_of(scene, step_s) if "rim" in effects else None,
+        stream=stream_of(scene, step_s) if scene.drum.excitation == "streamed" else None,
     )
 
 

@@ -19,6 +19,7 @@ from sound_server.engine import Engine
 from sound_server.events import StrikeRing
 from sound_server.link import Link
 from sound_server.sinks.sink import Sink
+from sound_server.stream.desk import ContactDesk
 from sound_server.strikes import StrikeDesk
 from sound_server.upsample import TAPS
 
@@ -38,6 +39,7 @@ class Drum:
         self._id = ident
         self._complaints = complaints
         self._desk = StrikeDesk(StrikeRing(), complaints, self._heard_boot)
+        self._contacts = ContactDesk(complaints, self._heard_boot)
         self._boot: int | None = None  # the boot whose clock and scene are in use
         self._heard: int | None = None  # the boot of the newest message
         self._other_boot = threading.Event()
@@ -62,7 +64,7 @@ class Drum:
                 self._other_boot.set()
         elif time.monotonic() >= self._next_clock:
             self._next_clock = time.monotonic() + _CLOCK_EVERY_S
-            self._desk.clock = self._link.clock() or self._desk.clock
+            self._desk.clock = self._contacts.clock = self._link.clock() or self._desk.clock
         self._link.tell(self._meter())
 
     def _find(self) -> bool:
@@ -86,9 +88,10 @@ class Drum:
         if scene is None:
             return False
         self._boot = clock.boot if clock else self._heard
-        self._desk.clock = clock
+        self._desk.clock = self._contacts.clock = clock
         if scene != self._scene:
             self._play(scene)
+        self._link.hear_contacts(self._contacts.take if self._desk.note is not None else None)
         return True
 
     def _play(self, scene: Scene) -> None:
@@ -96,11 +99,16 @@ class Drum:
         # to wait for have sounded: none is lost, and nothing clicks.
         ring = StrikeRing()
         engine = build(scene, self._sink.rate_Hz, ring)
+        if engine.stream is not None:
+            self._desk.note = self._contacts.note  # a contact sounds once: as it comes, or by its strike
         place = self._sink.stage.enter(engine)
         self._desk.ring = ring
         if self._scene is not None:
             self._sink.stage.leave(self._place, self._scene.drum.latency_s)
         self._desk.latency_s = scene.drum.latency_s
+        self._contacts.play_on(engine.stream, scene.drum.latency_s)
+        if engine.stream is None:
+            self._desk.note = None
         self._scene, self._engine, self._place = scene, engine, place
         logging.info("%s at %d Hz: %s, %s", self._sink.words, self._sink.rate_Hz, scene.name, words(engine))
 
@@ -130,7 +138,9 @@ class Drum:
             load=self._sink.load,
             xruns=self._sink.xruns,
             latency_ms=self._sink.latency_ms + float(interpolator_ms),
-            played=self._desk.played,
-            late=self._desk.late,
-            duplicates=self._desk.duplicates,
+            played=self._desk.played + self._contacts.played,
+            late=self._desk.late + self._contacts.late,
+            duplicates=self._desk.duplicates + self._contacts.duplicates,
+            underflows=self._contacts.underflows,
+            refused=self._desk.bad + self._contacts.refused,
         )

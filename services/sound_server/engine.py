@@ -20,6 +20,7 @@ from sound_server.effects.tension import Tension
 from sound_server.membrane.sweep import Head
 from sound_server.microphones import Microphones
 from sound_server.modal.bank import Bank
+from sound_server.stream.timeline import Stream
 
 PENDING = 256
 
@@ -83,3 +84,4 @@ class Engine(NamedTuple):
     cavity: Cavity | None = None
     snare: Snare | None = None
     rim: Rim | None = None
+    stream: Stream | None = None

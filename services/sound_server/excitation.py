@@ -5,9 +5,8 @@ z = -(v/w_d) e^(-a t) sin(w_d t), whose force is a half-sine bent by the damping
 the bend, so the force here is the half-sine F(t) = F_peak sin(pi t / t_c), 0 <= t <= t_c. Over a step of the mesh its
 mean is taken in closed form, so the impulse is exact however short the contact, and the onset may fall between steps.
 
-It goes to the nearest junction, or to all those around its place by their nearness (`inject = "linear"`), so that a
-strike that wanders does not wander in steps. The pool of active pulses has a fixed size; when it is full, a new pulse
-takes the place of the oldest. Kernels: audio thread; no allocation.
+The pool of active pulses has a fixed size; when it is full, a new pulse takes the place of the oldest. Kernels: audio
+thread; no allocation.
 """
 
 import math
@@ -15,10 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from realtime.jit import Record, Records, njit, only_with
+from realtime.jit import Record, Records, njit
 from sound_server.effects import rim
-from sound_server.membrane.places import CORNERS, around
+from sound_server.membrane.places import CORNERS
 from sound_server.modal import bank
+from sound_server.push import push
+from sound_server.stream import playing
 
 POOL = 32
 
@@ -26,9 +27,7 @@ POOL = 32
 PULSE: np.dtype[Any] = np.dtype(
     [("x", "f8"), ("y", "f8"), ("age", "f8"), ("duration", "f8"), ("peak", "f8")], align=True
 )
-# One junction that is pushed in this step, and by how much that moves it.
-FORCE: np.dtype[Any] = np.dtype([("junction", "i8"), ("step", "f8")], align=True)
-FORCES = POOL * CORNERS
+FORCES = (POOL + 1) * CORNERS  # each pulse, and a streamed force
 
 
 @njit()
@@ -53,37 +52,10 @@ def begin(pulses: Records, begun: int, x: float, y: float, age: float, duration:
 
 
 @njit()
-def _add(engine: Record, junction: int, share: float, force: float) -> None:
-    # The force counts as one more neighbour of its junction: a junction at the rim has a smaller weight and a smaller
-    # mass in proportion, and one outside the head takes no force at all.
-    control = engine.control[0]
-    weight = float(engine.head.weights[junction])
-    if weight > 0.0:
-        entry: Record = engine.forces[control.forces]
-        entry.junction = junction
-        entry.step = weight * control.force_gain * share * force
-        control.forces += 1
-
-
-@only_with("head")
-def _spread(engine: Record, x: float, y: float, force: float) -> None:
-    corners, shares = around(engine.head, x, y)
-    if engine.control[0].spread != 0:
-        for k in range(len(corners)):
-            _add(engine, corners[k], shares[k], force)
-    else:
-        best = 0
-        for k in range(1, len(corners)):
-            if shares[k] > shares[best]:
-                best = k
-        _add(engine, corners[best], 1.0, force)
-
-
-@njit()
 def press(engine: Record) -> int:
     """Let this step's forces act: listed in engine.forces for the mesh, on the modes of a bank at once.
 
-    Returns how many pulses are active.
+    Returns how many pulses are active, a streamed force included.
     """
     control, pulses = engine.control[0], engine.pulses
     control.forces = 0
@@ -99,6 +71,6 @@ def press(engine: Record) -> int:
             pulse.age += 1.0
             if force == 0.0:
                 continue
-            _spread(engine, pulse.x, pulse.y, force)
+            push(engine, pulse.x, pulse.y, force)
             bank.push(engine, i, force)
-    return active
+    return active + playing.press(engine)

@@ -18,6 +18,7 @@ from protocol.keys import Keys
 from protocol.messages import ENCODING, Clock, Meter, decode, encode
 from sound_server.complaints import Complaints
 from sound_server.haptic_clock import HapticClock, RoundTrip, clock_from
+from sound_server.stream.hearing import Hearing
 
 _RING = 256
 _QUERY_S = 0.5
@@ -33,6 +34,7 @@ class Link:
         self._complaints = complaints
         self._readers: list[threading.Thread] = []
         self._token: zenoh.LivelinessToken | None = None
+        self._contacts: Hearing | None = None
 
     def scene(self) -> Scene | None:
         """The haptic server's scene; None when nobody answers, or with nonsense (logged). Blocks up to 0.5 s."""
@@ -92,6 +94,17 @@ class Link:
         reader.start()
         self._readers.append(reader)
 
+    def hear_contacts(self, take: Callable[[bytes, int], None] | None) -> None:
+        """Call `take(payload, monotonic ns)` for every piece of a contact, on a thread of its own; None: not any more.
+
+        Only while somebody hears them are they published at all.
+        """
+        if take is None and self._contacts is not None:
+            self._contacts.close()
+            self._contacts = None
+        elif take is not None and self._contacts is None:
+            self._contacts = Hearing(self._session, self.keys.contact, take)
+
     def announce(self, instance: str) -> None:
         """Be seen as alive/sound/<instance> for as long as the session lives."""
         self._token = self._session.liveliness().declare_token(self.keys.alive("sound", instance))
@@ -105,5 +118,7 @@ class Link:
 
     def close(self) -> None:
         """Wait for the readers, which end with the session."""
+        if self._contacts is not None:
+            self._contacts.end()
         for reader in self._readers:
             reader.join()

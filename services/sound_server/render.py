@@ -19,6 +19,8 @@ from sound_server.excitation import POOL, begin
 from sound_server.limiter import limit, limited
 from sound_server.modal import bank
 from sound_server.step import step
+from sound_server.stream import playing
+from sound_server.stream.offline import Press, Score
 from sound_server.upsample import TAPS, interpolated, remember
 
 _PEAK_FALL_S = 0.3
@@ -71,6 +73,7 @@ def render_block(engine: Engine, out: npt.NDArray[np.float32], block_start_ns: i
     meters: Record = engine.meters[0]
     frames = out.shape[0]
     _start_due(engine, block_start_ns, frames)
+    playing.take(engine, block_start_ns, frames)
     peak_left = peak_right = 0.0
     sounding = frames
     if control.asleep != 0 and control.quiet > TAPS:  # nothing is left in the interpolator either
@@ -127,18 +130,21 @@ _EPOCH_NS = 1_000_000_000
 
 
 def parts(
-    scene: Scene, strikes: Iterable[Blow], duration_s: float, rate_Hz: int
+    scene: Scene, strikes: Iterable[Blow], duration_s: float, rate_Hz: int, presses: Iterable[Press] = ()
 ) -> Iterator[npt.NDArray[np.float32]]:
     """The sound of `strikes` on the scene's drum as every sink would play it, a quarter of a second at a time.
 
-    Shape (n, 2); the same array again and again. Equal strikes give equal samples, on one machine. Any thread.
+    Shape (n, 2); the same array again and again. Equal strikes give equal samples, on one machine. `presses` are for a
+    scene that streams; then the parts are a hundredth of a second long. Any thread.
     """
     from sound_server.calibrate import build
 
     ring = StrikeRing()
     engine = build(scene, rate_Hz, ring)
     frames = round(duration_s * rate_Hz)
-    part = np.zeros((max(rate_Hz // 4, 1), 2), np.float32)
+    played = list(presses)
+    score = Score(engine, played, _EPOCH_NS) if played else None
+    part = np.zeros((max(rate_Hz // (4 if score is None else 100), 1), 2), np.float32)
     waiting = deque(sorted(strikes, key=lambda blow: blow.t_s))
     done = 0
     while done < frames:
@@ -150,12 +156,16 @@ def parts(
             if not ring.push(onset, blow.x, blow.y, blow.peak_N, blow.contact_s):
                 break
             waiting.popleft()
+        if score is not None:
+            score.give(until_s)
         render_all(engine, out, _BLOCK, _EPOCH_NS + round(done * 1e9 / rate_Hz))
         done += len(out)
         yield out
 
 
-def render(scene: Scene, strikes: Iterable[Blow], duration_s: float, rate_Hz: int) -> npt.NDArray[np.float32]:
+def render(
+    scene: Scene, strikes: Iterable[Blow], duration_s: float, rate_Hz: int, presses: Iterable[Press] = ()
+) -> npt.NDArray[np.float32]:
     """`parts` in one piece, shape (n, 2)."""
-    found = [part.copy() for part in parts(scene, strikes, duration_s, rate_Hz)]
+    found = [part.copy() for part in parts(scene, strikes, duration_s, rate_Hz, presses)]
     return np.concatenate(found) if found else np.zeros((0, 2), np.float32)

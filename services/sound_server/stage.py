@@ -42,8 +42,8 @@ PLACE: np.dtype[Any] = np.dtype(
 
 
 class Boards(NamedTuple):
-    """What the audio thread sees. Shapes: states (16,), places (16,), one and sum (1024, 2); begun (16,): pulses of each
-    drum so far."""
+    """What the audio thread sees. Shapes: states, places and begun (16,), one and sum (1024, 2). begun: the pulses that
+    each drum was given so far."""
 
     states: npt.NDArray[np.int64]
     places: Records

@@ -22,30 +22,35 @@ _LONGEST_S = 1.0
 
 
 class Once:
-    """The newest 4096 (boot, seq): a strike is played once, even when the network delivers it again."""
+    """The newest 4096 (boot, seq): a strike is played once, even when the network delivers it again; and a sample of
+    its force by (boot, seq, tick)."""
 
     def __init__(self, remembered: int = _REMEMBERED) -> None:
-        self._seen: OrderedDict[tuple[int, int], None] = OrderedDict()
+        self._seen: OrderedDict[tuple[int, ...], None] = OrderedDict()
         self._remembered = remembered
 
-    def is_new(self, boot: int, seq: int) -> bool:
-        """Whether this strike was not seen before; it is from now on."""
-        if (boot, seq) in self._seen:
+    def is_new(self, *names: int) -> bool:
+        """Whether what is so named was not seen before; it is from now on."""
+        if names in self._seen:
             return False
-        self._seen[boot, seq] = None
+        self._seen[names] = None
         if len(self._seen) > self._remembered:
             self._seen.popitem(last=False)
         return True
 
 
 class StrikeDesk:
-    """`on_boot` is called, on the reading thread, with the boot of every message."""
+    """`on_boot` is called, on the reading thread, with the boot of every message.
+
+    `note`: None, or who is told of each strike instead of the ring, because its force comes as a stream.
+    """
 
     def __init__(self, ring: StrikeRing, complaints: Complaints, on_boot: Callable[[int], None]) -> None:
         self.ring = ring
         self._complaints = complaints
         self._on_boot = on_boot
         self._once = Once()
+        self.note: Callable[[Strike], None] | None = None
         self.clock: HapticClock | None = None
         self.latency_s = 0.0
         self.played = 0
@@ -65,6 +70,9 @@ class StrikeDesk:
         self._on_boot(strike.boot)
         if not self._once.is_new(strike.boot, strike.seq):
             self.duplicates += 1
+            return
+        if self.note is not None:
+            self.note(strike)
             return
         onset_ns = self._onset(strike, now_ns)
         if onset_ns is None:

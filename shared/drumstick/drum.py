@@ -19,11 +19,13 @@ class Drum:
         ("nearest", "linear"),
         "Which junctions take the force: the nearest one, or those around by their nearness",
     )
-    excitation: Literal["analytic"] = choice(
-        "analytic", ("analytic",), "Contact force as implied by one strike message: a damped half-sine"
+    excitation: Literal["analytic", "streamed"] = choice(
+        "analytic",
+        ("analytic", "streamed"),
+        "analytic: the force that one strike message implies, a half-sine; streamed: the force itself, tick by tick",
     )
     latency_s: float = number(
-        0.0, 0.0, 0.5, "s", "A strike sounds this long after its contact; 0 plays it at once"
+        0.0, 0.0, 0.5, "s", "A strike sounds this long after its contact; 0 plays it as soon as it can be"
     )
     effects: Mapping[str, Any] = field(default_factory=dict[str, Any])
 

@@ -38,6 +38,11 @@ class Keys:
         return self._key("release")
 
     @property
+    def contact(self) -> str:
+        """Put while the scene streams and somebody subscribes: Contact."""
+        return self._key("contact")
+
+    @property
     def state(self) -> str:
         """Put at 30 Hz: State."""
         return self._key("state")

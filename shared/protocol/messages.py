@@ -10,6 +10,8 @@ import msgspec
 
 VERSION = 1
 ENCODING = "application/msgpack"
+# How much of a contact goes into one Contact message: a listener waits at least for that.
+CONTACT_PIECE_S = 0.002
 
 
 class Message(msgspec.Struct, array_like=True, frozen=True, kw_only=True):
@@ -42,6 +44,22 @@ class Release(Message, array_like=True, frozen=True, kw_only=True):
     impulse_N_s: float  # noqa: N815
     peak_N: float  # noqa: N815
     contact_s: float
+
+
+class Contact(Message, array_like=True, frozen=True, kw_only=True):
+    """A piece of one contact's force: `forces` are float32, little-endian, N, each the mean over one servo tick, the
+    first over tick first_tick, which began at t_ns; ticks come at rate_Hz. `seq` is that of the strike; 0 N closes a
+    contact. t_ns, x, y may be left out: then time goes by arrival, and x, y are the strike's.
+    """
+
+    boot: int
+    seq: int
+    first_tick: int
+    rate_Hz: float  # noqa: N815
+    forces: bytes
+    t_ns: int | None = None
+    x: float | None = None
+    y: float | None = None
 
 
 class State(Message, array_like=True, frozen=True, kw_only=True):
@@ -125,6 +143,8 @@ class Meter(Message, array_like=True, frozen=True, kw_only=True):
     played: int
     late: int
     duplicates: int
+    underflows: int = 0  # of a streamed force: gaps that had to be bridged
+    refused: int = 0  # messages that held nonsense
 
 
 _encoder = msgspec.msgpack.Encoder()

@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from streamed_engine import streamed_text
+
 
 def drumstick(*given: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
@@ -129,3 +131,19 @@ def test_pictures_that_cannot_be_drawn(options: tuple[str, ...], words: str, tmp
     assert done.returncode == 2
     assert words in done.stderr
     assert not (tmp_path / "a.wav").exists()
+
+
+def test_a_roll_of_a_scene_that_streams_is_rendered_by_its_forces(tmp_path: Path) -> None:
+    scene = tmp_path / "streamed.toml"
+    scene.write_text(streamed_text())
+    files: list[np.ndarray] = []
+    for name in (str(scene), "roll"):
+        out = tmp_path / "roll.wav"
+        done = drumstick(name, "--out", str(out), "--duration", "1.5", "--roll", "--json")
+        assert done.returncode == 0, done.stderr
+        assert 30 < json.loads(done.stdout)["strikes"] < 50
+        files.append(samples(out)[1][:, 0].astype(float))
+    streamed, analytic = files
+    # The same roll: as loud, and alike below the servo's own reach.
+    assert np.std(streamed) == pytest.approx(np.std(analytic), rel=0.1)
+    assert np.corrcoef(streamed, analytic)[0, 1] > 0.9

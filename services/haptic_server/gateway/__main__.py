@@ -11,6 +11,7 @@ from pathlib import Path
 from drumstick.law import law_of
 from drumstick.scene import as_tables, parse
 from haptic_server import files, limits
+from haptic_server.gateway.contacts import contacts_of
 from haptic_server.gateway.link import rehearse, wait_for_servo
 from haptic_server.gateway.osc.front import OscFront
 from haptic_server.gateway.pointing import Pointing
@@ -81,17 +82,20 @@ def main() -> int:
         osc.close()
         return 3
     if session is not None:
+        keys = Keys(given.rig)
+        contacts = contacts_of(scene, session, keys, given.run_dir, lambda: link.boot)
 
         def health() -> Mapping[str, object]:
+            told = {} if contacts is None else {"contact": contacts.counters()}
             return {
                 "servo": json.loads((given.run_dir / files.GRANTED).read_text()),
                 "osc": dict(osc.counters),
+                **told,
             }
 
-        keys = Keys(given.rig)
         wire = Wire(session, keys, desk, lambda: link.boot, json.dumps(as_tables(scene)), health)
         try:
-            Relay(given.rig, link, desk, wire, osc, Pointing(session, keys, link)).run(stop)
+            Relay(given.rig, link, desk, wire, osc, Pointing(session, keys, link), contacts).run(stop)
         finally:
             wire.close()
             session.close()

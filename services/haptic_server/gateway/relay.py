@@ -9,6 +9,7 @@ import logging
 import time
 from typing import TYPE_CHECKING, Any
 
+from haptic_server.gateway.contacts import Contacts
 from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.pointing import Pointing
 from haptic_server.gateway.settings import Echo, ParameterDesk
@@ -37,6 +38,7 @@ class Relay:
         wire: Wire,
         osc: OscFront,
         pointing: Pointing | None = None,
+        contacts: Contacts | None = None,
     ) -> None:
         self._rig = rig
         self._link = link
@@ -44,6 +46,7 @@ class Relay:
         self._wire = wire
         self._osc = osc
         self._pointing = pointing
+        self._contacts = contacts
         self._started_ns = 0
         self._next_state_ns = 0
         self._next_alive_ns = 0
@@ -61,6 +64,8 @@ class Relay:
         """One round: everything that waits in the block goes out."""
         for event in self._link.take_events():
             self._tell_event(event)
+        if self._contacts is not None:
+            self._contacts.step(now_ns)
         latched = self._link.take_live()
         if latched is not None:
             self._echo(self._desk.latched(*latched), pending=False)

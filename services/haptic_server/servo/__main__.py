@@ -12,7 +12,7 @@ from drumstick import envelope
 from drumstick.law import law_of
 from drumstick.parameters import Refusal
 from drumstick.scene import Scene, parse
-from haptic_server import block, files
+from haptic_server import block, contacts, files
 from haptic_server.device.chosen import KINDS, chosen
 from haptic_server.device.protocol import Device, DeviceError
 from haptic_server.device.specification import Specification
@@ -21,6 +21,7 @@ from haptic_server.limits import write as write_limits
 from haptic_server.records import FAULT_WORDS, NO_FAULT
 from haptic_server.servo import memory, priority, trace
 from haptic_server.servo.latch import passes
+from haptic_server.servo.streaming import stream_to
 from realtime.atomics import poke
 from realtime.stop import StopRequest
 
@@ -68,7 +69,10 @@ def _memory(scene: Scene, run_dir: Path, specification: Specification) -> memory
     if left is None or not passes(spare):
         left = block.Legacy(0, law_of(scene), held=False)
     mine = block.create(run_dir, left.law, left.revision)
-    return memory.prepare(scene, mine, left.held, specification)
+    servo = memory.prepare(scene, mine, left.held, specification)
+    if servo.stream is None:
+        return servo
+    return servo._replace(stream=stream_to(contacts.create(run_dir, mine.boot)))
 
 
 def _play(device: Device, scene: Scene, run_dir: Path, stop: StopRequest) -> int:

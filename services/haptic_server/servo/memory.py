@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from drumstick.law import thrown
 from drumstick.scene import Scene
+from haptic_server import contacts
 from haptic_server.block import Block
 from haptic_server.device.hand import GESTURE
 from haptic_server.device.specification import EXACT_STICK, Specification
@@ -14,6 +15,7 @@ from haptic_server.limits import lag_s, limits_of
 from haptic_server.records import EVENT, PLAN, PLAYER, READING, STATUS, set_type
 from haptic_server.servo.fence import fence_of
 from haptic_server.servo.guard import ALLOWED, GUARD, may_add
+from haptic_server.servo.streaming import Stream, stream_to
 from haptic_server.servo.trace import TICKS, TRACE
 from haptic_server.servo.velocity import TRACK
 
@@ -24,7 +26,8 @@ class Servo(NamedTuple):
     plant: None for the exact stick and for real devices, else the record of a simulated arm or of a recording; gesture:
     the hand's, of its own or after a pointer. Their types choose the code, so that a servo has only its own device's.
     path: shape (n, 2), times s and heights m of a recorded gesture, or (n, 4), a recording. offer: the set that is
-    looked at, a copy of our own; offer_words and offer_numbers are its law in the same memory.
+    looked at, a copy of our own; offer_words and offer_numbers are its law in the same memory. stream: None unless the
+    scene streams its contacts' force.
     """
 
     block: Block
@@ -47,6 +50,7 @@ class Servo(NamedTuple):
     offer: npt.NDArray[np.void]
     offer_words: npt.NDArray[np.int64]
     offer_numbers: npt.NDArray[np.float64]
+    stream: Stream | None = None
 
 
 def _plan(scene: Scene, specification: Specification) -> npt.NDArray[np.void]:
@@ -90,7 +94,7 @@ def prepare(
     """Memory for one servo of this scene on such a device, with the parameters that its new block starts from.
 
     `held`: it starts in panic, because the servo before it was held by a panic or a fault. A device that is simulated
-    or replayed adds what it moves (`furnish`).
+    or replayed adds what it moves (`furnish`). A scene that streams gets a contact ring of its own, without a file.
     """
     player = np.zeros(1, PLAYER)
     player["revision"] = block.live["revision"][0]
@@ -120,4 +124,5 @@ def prepare(
         offer=offer,
         offer_words=offer.view(np.int64)[1:],
         offer_numbers=offer.view(np.float64)[1:],
+        stream=stream_to(contacts.in_memory()) if scene.drum.excitation == "streamed" else None,
     )

@@ -12,7 +12,7 @@ from drumstick import composition, exact, transitions
 from drumstick.events import SINK
 from haptic_server.block import ARM, HEARTBEAT, HELD, PANIC, PANICS_SEEN
 from haptic_server.records import NO_FAULT, OUT_OF_BOUNDS
-from haptic_server.servo import guard
+from haptic_server.servo import guard, streaming
 from haptic_server.servo.latch import latch_in_hand
 from haptic_server.servo.memory import Servo
 from haptic_server.servo.telling import end_contact, note_release, note_strike
@@ -140,6 +140,7 @@ def _rendered(servo: Servo, reading: Record, now_ns: int, span_s: float) -> floa
 def render(servo: Servo, reading: Record, now_ns: int, span_s: float) -> float:
     """The force along z, N, up to the next tick; `span_s` is the time since the last one."""
     control, player, plan = servo.block.control, servo.player[0], servo.plan[0]
+    streaming.held_tick(servo, now_ns)
     _orders(servo, now_ns)
     force = 0.0
     if player.fault == NO_FAULT:
@@ -153,6 +154,7 @@ def render(servo: Servo, reading: Record, now_ns: int, span_s: float) -> float:
         if latch_in_hand(servo):
             servo.guard[0].e, servo.guard[0].b = guard.may_add(servo.law[0])
         force = 0.0
+    streaming.settle(servo)
     player.force_N = force
     store_release(control, HELD, 1 if player.panicked != 0 or player.fault != 0 else 0)
     store_release(control, PANICS_SEEN, player.panics_seen)

@@ -5,6 +5,7 @@ Tick thread: no allocation, no locks, no Python, no exceptions.
 
 from drumstick import composition, contact, exact
 from haptic_server.records import FAULT, PANIC, PLAYING, READY, RELEASE, STRIKE
+from haptic_server.servo import streaming
 from haptic_server.servo.memory import Servo
 from realtime import ring, triple
 from realtime.jit import njit
@@ -18,6 +19,7 @@ def note_strike(servo: Servo, t_ns: int) -> None:
     law, motion, player, event = servo.law[0], servo.motion[0], servo.player[0], servo.event[0]
     speed = -motion.v_in
     player.seq += 1
+    streaming.begin(servo)
     first, second = player.before_last_ns, player.last_ns
     player.roll_rate_Hz = 0.0
     if second > 0 and t_ns > second:
@@ -44,6 +46,7 @@ def note_release(servo: Servo, t_ns: int) -> None:
     """Put the contact that has just ended into the ring."""
     law, motion, player, event = servo.law[0], servo.motion[0], servo.player[0], servo.event[0]
     player.v_e_m_per_s = motion.v_out + composition.left(law, motion)
+    streaming.end(servo)
     event.kind = RELEASE
     event.seq = player.seq
     event.t_ns = t_ns
@@ -64,6 +67,7 @@ def end_contact(servo: Servo, now_ns: int) -> None:
         motion.z = 0.0
         if not (abs(motion.impulse_N_s) < 1e6 and motion.contact_s < 1e6 and motion.peak_N < 1e6):
             motion.impulse_N_s = motion.contact_s = motion.peak_N = 0.0  # a fault's numbers go nowhere
+            streaming.forget(servo)
         motion.place = exact.ABOVE
         note_release(servo, now_ns)
 

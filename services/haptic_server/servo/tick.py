@@ -6,6 +6,7 @@ Tick thread: no allocation, no locks, no Python, no exceptions. The same text ru
 from drumstick import composition, exact, transitions
 from haptic_server.block import ARM, HEARTBEAT, HELD, PANIC, PANICS_SEEN
 from haptic_server.records import NO_FAULT, OUT_OF_BOUNDS
+from haptic_server.servo import streaming
 from haptic_server.servo.latch import latch
 from haptic_server.servo.memory import Servo
 from haptic_server.servo.orbit import walk
@@ -98,6 +99,7 @@ def _orders(servo: Servo, now_ns: int) -> None:
 @njit()
 def begin(servo: Servo, now_ns: int, span_s: float) -> float:
     """Obey panic and arm; returns the span that this tick advances by, s."""
+    streaming.exact_tick(servo, now_ns)
     _orders(servo, now_ns)
     return min(span_s, _LONGEST_SPAN_TICKS * servo.plan[0].period_ns * 1e-9)
 
@@ -110,6 +112,7 @@ def conclude(servo: Servo, now_ns: int) -> None:
         player.fault = OUT_OF_BOUNDS
         motion.z = 0.0
         _lift_away(servo, now_ns)
+    streaming.settle(servo)
     player.force_N = transitions.force_now(servo.law[0], motion) if motion.fate != exact.LEFT else 0.0
     store_release(control, HELD, 1 if player.panicked != 0 or player.fault != 0 else 0)
     store_release(control, PANICS_SEEN, player.panics_seen)

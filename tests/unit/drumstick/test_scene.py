@@ -203,7 +203,7 @@ def _in_agreement(tables: dict[str, Any]) -> dict[str, Any]:
     above = tuple((x, y, max(abs(z), 0.1), pan / 50.0) for x, y, z, pan in listen.microphones)
     if tables["modal"] is not None:
         linear = {k: v for k, v in tables["drum"].effects.items() if k in MODAL_EFFECTS}
-        tables["drum"] = dataclasses.replace(tables["drum"], effects=linear)
+        tables["drum"] = dataclasses.replace(tables["drum"], effects=linear, excitation="analytic")
         above = ()
     tables["listen"] = dataclasses.replace(listen, microphones=above)
     # Wires lie on a second head.

@@ -21,6 +21,9 @@ SCALARS = {
     float: FINITE,
     str: st.text(max_size=40),
     bool: st.booleans(),
+    bytes: st.binary(max_size=40),
+    int | None: st.none() | st.integers(-(2**63), 2**63 - 1),
+    float | None: st.none() | FINITE,
     dict[str, float]: st.dictionaries(st.text(max_size=10), FINITE, max_size=5),
 }
 
@@ -72,12 +75,13 @@ def test_a_damaged_message_is_a_value_error(kind: type[Message], data: st.DataOb
 @pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf])
 def test_a_number_that_is_not_finite_is_refused(kind: type[Message], number: float) -> None:
     sample = {int: 1, float: 0.5, str: "x", bool: True, dict[str, float]: {"m": 0.5}}
+    sample |= {bytes: b"", int | None: None, float | None: 0.5}
     fields = {f.name: f.type for f in msgspec.structs.fields(kind) if f.name != "version"}
     for name, of in fields.items():
-        if of not in (float, dict[str, float]):
+        if of not in (float, float | None, dict[str, float]):
             continue
         values = {key: sample[what] for key, what in fields.items()}
-        values[name] = number if of is float else {"m": number}
+        values[name] = {"m": number} if of == dict[str, float] else number
         with pytest.raises(ValueError, match=name):
             decode(encode(kind(**values)), kind)
 
@@ -94,3 +98,18 @@ def test_the_strike_is_laid_out_as_the_wire_says() -> None:
         contact_estimate_s=0.005,
     )  # fmt: skip
     assert msgspec.msgpack.decode(encode(strike)) == [1, 7, 3, 5, 0.5, -0.5, 1.5, 0.75, 12.0, 0.005]
+
+
+def test_a_contact_is_laid_out_as_the_wire_says_and_may_end_after_its_forces() -> None:
+    contact = messages.Contact(
+        boot=7, seq=3, first_tick=40, rate_Hz=1000.0, forces=b"\0\0\x80?", t_ns=5, x=0.5, y=-0.5
+    )
+    assert msgspec.msgpack.decode(encode(contact)) == [1, 7, 3, 40, 1000.0, b"\0\0\x80?", 5, 0.5, -0.5]
+    short = decode(msgspec.msgpack.encode([1, 7, 3, 40, 1000, b"\0\0\x80?"]), messages.Contact)
+    assert (short.forces, short.t_ns, short.x, short.y) == (b"\0\0\x80?", None, None, None)
+
+
+def test_a_meter_of_before_is_still_read() -> None:
+    old = [1, "id", 5, "null", 0.1, 0.1, 0.2, 0, 3.0, 7, 0, 0]
+    meter = decode(msgspec.msgpack.encode(old), messages.Meter)
+    assert (meter.played, meter.underflows, meter.refused) == (7, 0, 0)

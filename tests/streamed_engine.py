@@ -1,0 +1,83 @@
+"""A drum that streams, played in virtual time: what force reaches the mesh in each of its steps."""
+
+import dataclasses
+
+import numpy as np
+
+from drumstick.scene import Scene, shipped_text
+from realtime.jit import Record, njit
+from realtime.lent import lend
+from sound_server.build import new_engine
+from sound_server.engine import Engine
+from sound_server.events import StrikeRing
+from sound_server.stream import playing
+from sound_server.stream.feed import Feed
+
+MS = 1_000_000
+_STEPS = 8  # of the mesh in a block: half a millisecond
+
+
+def streamed(latency_s: float = 0.0) -> Scene:
+    """The default drum, excited by streamed forces."""
+    scene = Scene("drum")
+    return dataclasses.replace(
+        scene, drum=dataclasses.replace(scene.drum, excitation="streamed", latency_s=latency_s)
+    )
+
+
+def streamed_text(name: str = "roll") -> str:
+    """A shipped scene that streams, as TOML."""
+    return shipped_text(name).replace("[drum]", '[drum]\nexcitation = "streamed"')
+
+
+@njit()
+def _block(engine: Engine, start_ns: int, out: np.ndarray) -> None:
+    lent = lend(engine)
+    control: Record = lent.control[0]
+    playing.take(lent, start_ns, out.shape[0] * control.divisor)
+    for i in range(out.shape[0]):
+        control.forces = 0
+        playing.press(lent)
+        out[i] = 0.0
+        for k in range(control.forces):
+            entry = lent.forces[k]
+            out[i] += entry.step / (lent.head.weights[entry.junction] * control.force_gain)
+
+
+class Player:
+    """Its clock is `now_ns`; all `sounds` so far."""
+
+    def __init__(self, now_ns: int = 1000 * MS) -> None:
+        self.engine = new_engine(streamed(), 48000, StrikeRing())
+        assert self.engine.stream is not None
+        self.feed = Feed(self.engine.stream)
+        self.now_ns = now_ns
+        self.step_s = float(self.engine.control["divisor"][0]) / 48000.0
+        self.sounds: list[np.ndarray] = []
+
+    @property
+    def state(self) -> Record:
+        """The timeline's STATE record."""
+        assert self.engine.stream is not None
+        return self.engine.stream.state[0]
+
+    def push(self, first: int, forces, ahead_ns: int, rate_Hz: float, epoch: int = 1) -> None:
+        """Samples whose first begins ahead_ns from now."""
+        self.push_at(first, forces, self.now_ns + ahead_ns, rate_Hz, epoch)
+
+    def push_at(self, first: int, forces, start_ns: int, rate_Hz: float, epoch: int = 1) -> None:
+        """Samples whose first begins at start_ns."""
+        given = np.asarray(forces, np.float32)
+        assert self.feed.push(epoch, first, start_ns, 1e9 / rate_Hz, 0.3, 0.1, given)
+
+    def play(self, span_ns: int) -> np.ndarray:
+        """Mean force, N, over each step of the mesh in the next span_ns or a little more."""
+        found: list[np.ndarray] = []
+        end_ns = self.now_ns + span_ns
+        while self.now_ns < end_ns:
+            out = np.zeros(_STEPS)
+            _block(self.engine, self.now_ns, out)
+            self.now_ns += round(_STEPS * self.step_s * 1e9)
+            found.append(out)
+        self.sounds += found
+        return np.concatenate(found) if found else np.zeros(0)

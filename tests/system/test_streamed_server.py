@@ -1,0 +1,96 @@
+"""The sound server of a scene that streams, before a haptic side that the test plays: forces, gaps, another scene."""
+
+import dataclasses
+import signal
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import zenoh
+from haptic_side import HapticSide, drum, sounding, wait_for
+
+from protocol.messages import Contact, encode
+
+MS = 1_000_000
+
+
+@pytest.fixture
+def side(free_port: Callable[[], int]) -> Iterator[HapticSide]:
+    scene = drum(latency_s=0.2)
+    streamed = dataclasses.replace(scene, drum=dataclasses.replace(scene.drum, excitation="streamed"))
+    opened = HapticSide(free_port(), streamed)
+    yield opened
+    opened.close()
+
+
+def piece(side: HapticSide, seq: int, forces: list[float], ago_ns: int = 0, boot: int | None = None) -> bytes:
+    """A contact that began now, or so long ago, by its own clock at 1 kHz."""
+    t_ns = side.now_ns() - ago_ns
+    return encode(
+        Contact(
+            boot=side.boot if boot is None else boot,
+            seq=seq,
+            first_tick=t_ns // MS,
+            rate_Hz=1000.0,
+            forces=np.array(forces, "<f4").tobytes(),
+            t_ns=t_ns,
+            x=0.3,
+            y=0.1,
+        )
+    )
+
+
+def publisher(side: HapticSide) -> zenoh.Publisher:
+    return side.session.declare_publisher(side.keys.contact)
+
+
+def is_heard(to: zenoh.Publisher) -> bool:
+    status = to.matching_status
+    return bool(status.matching)
+
+
+def test_contacts_sound_once_and_a_scene_without_a_stream_ends_the_subscription(
+    side: HapticSide, tmp_path: Path
+) -> None:
+    with sounding(side.endpoint, "null", tmp_path) as sound:
+        side.meter("a sink", lambda m: m.sink == "null")
+        to = publisher(side)
+        wait_for("a subscriber", lambda: is_heard(to))
+        for seq in range(1, 6):
+            side.strike()  # tells where; starts no pulse
+            message = piece(side, seq, [2.0, 4.0, 1.0, 0.0])
+            to.put(message)
+            to.put(message)
+            to.put(piece(side, seq, [float("nan")]))
+        meter = side.meter("five contacts", lambda m: m.played == 5 and m.duplicates >= 5)
+        assert (meter.played, meter.duplicates, meter.refused, meter.underflows) == (5, 5, 5, 0)
+        side.meter("a sound", lambda m: m.peak_left > 0.0)
+        to.put(piece(side, 6, [3.0, 3.0]))  # its end never comes
+        side.meter("the gap", lambda m: m.underflows == 1)
+        to.put(piece(side, 7, [3.0, 0.0], ago_ns=300 * MS))
+        side.meter("one too late", lambda m: m.late == 1)
+        # A servo that restarted: it counts from the beginning.
+        side.boot, side.seq = 8, 0
+        to.put(piece(side, 1, [2.0, 0.0]))
+        side.meter("its contact", lambda m: m.played == 7 and m.late == 1)
+        side.boot, side.scene = 9, drum(f01_Hz=300.0)
+        side.tell_state()
+        sound.said("mesh of 33.3 junctions across")
+        wait_for("nobody to subscribe any more", lambda: not is_heard(to))
+        side.strike()
+        side.meter("a strike by its pulse", lambda m: m.played == 8 and m.peak_left > 0.0)
+        assert sound.stop(signal.SIGTERM) == 0
+
+
+def test_it_ends_while_contacts_come(side: HapticSide, tmp_path: Path) -> None:
+    with sounding(side.endpoint, "null", tmp_path) as sound:
+        to = publisher(side)
+        wait_for("a subscriber", lambda: is_heard(to))
+        for tick in range(2000):
+            to.put(piece(side, 1 + tick // 50, [1.0]))
+        sound.process.send_signal(signal.SIGTERM)
+        for tick in range(2000):
+            to.put(piece(side, 100 + tick // 50, [1.0]))
+        assert sound.ended() == 0
+    assert not [line for line in sound.lines if "Traceback" in line]
