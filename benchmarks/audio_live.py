@@ -160,8 +160,8 @@ def show(name: str, found: dict[str, Any]) -> None:
         f" on the mean it ran {found['ran_mean']:.1%} and waited for a processor {found['waited_mean']:.1%}"
     )
     print(
-        f"         late {found['late']} ({found['late_excused']} without stalls), xruns {found['xruns']}, stalls over 1 ms"
-        f" {found['witnessed_stalls_over_1_ms']}, longest {found['longest_stall_ms']:.1f} ms"
+        f"         late {found['late']} ({found['late_excused']} without stalls), xruns {found['xruns']}, stalls over"
+        f" 1 ms {found['witnessed_stalls_over_1_ms']}, longest {found['longest_stall_ms']:.1f} ms"
     )
 
 
