@@ -4,8 +4,9 @@ A struck drum of that size on a device that keeps time (JACK's dummy driver, 256
 server's own sink, while the interpreter is idle and while a thread of the same process sorts in pure Python: how long
 the callback takes, as a share of the period; how often it came more than half a period late; what the device counted as
 xruns. Windows of some seconds by turns; all are shown, and the quietest of each is told. In the same seconds real-time
-threads that only sleep (haptic_server.servo.witness) note when the machine itself stood still: `excused` is without
-that. Run it on a machine that does nothing else. With a priority above 0 JACK drops a client that is far too slow.
+threads that only sleep (seldom_witness.py) note when the machine itself stood still: `excused` is without that; and the
+system tells how long the callback's thread waited while others ran. Run it on a machine that does nothing else. With a
+priority above 0 JACK drops a client that is far too slow.
 """
 
 import argparse
@@ -25,9 +26,10 @@ import numpy as np
 import numpy.typing as npt
 from jack_device import RATE_HZ, dummy_device
 from machine import description
+from seldom_witness import SeldomWitnesses
 
 from drumstick.scene import parse
-from haptic_server.servo.witness import Witnesses, excused
+from haptic_server.servo.witness import excused
 from sound_server import build as building
 from sound_server.calibrate import blow_at, build
 from sound_server.engine import Engine
@@ -83,13 +85,31 @@ def idle(stop: threading.Event) -> None:
 Work = Callable[[threading.Event], None]
 
 
+def scheduled() -> dict[int, Numbers]:
+    """Of every thread of this process that is not Python's: ns it ran, ns it was ready and had to wait for others."""
+    ours = {thread.native_id for thread in threading.enumerate()}
+    tasks = [task for task in Path("/proc/self/task").iterdir() if int(task.name) not in ours]
+    return {
+        int(task.name): np.array((task / "schedstat").read_text().split()[:2], np.int64) for task in tasks
+    }
+
+
+def callback_shares(
+    before: dict[int, Numbers], after: dict[int, Numbers], blocks: int
+) -> tuple[float, float]:
+    """Of the period, on the mean: the callback's own time on a processor, and its waiting for one."""
+    spent = [after[task] - before[task] for task in after if task in before]
+    ran, waited = max(spent, key=lambda times: int(times[0]))  # the callback's thread computes most of all
+    return float(ran) / blocks / PERIOD_NS, float(waited) / blocks / PERIOD_NS
+
+
 def window(sink: "DeviceSink", ring: StrikeRing, seconds: float, work: Work) -> Any:
     """Blocks, stalls and xruns of some seconds with `work` on a thread of its own."""
     stop = threading.Event()
     worker = threading.Thread(target=work, args=(stop,), daemon=True)
     blow = blow_at(SCENE, 1.0, 0.5, 0.0)
     before, xruns = time.monotonic_ns(), sink.xruns
-    with Witnesses() as witnesses:
+    with SeldomWitnesses() as witnesses:
         worker.start()
         end = time.monotonic() + seconds
         while time.monotonic() < end:
@@ -109,7 +129,9 @@ def shares(spent: Numbers) -> dict[str, float]:
 
 
 def row(sink: "DeviceSink", ring: StrikeRing, seconds: float, work: Work) -> Any:
+    times = scheduled()
     blocks, witnesses, xruns = window(sink, ring, seconds, work)
+    ran, waited = callback_shares(times, scheduled(), len(blocks))
     begun, spent, stalls = blocks[:, 0], blocks[:, 1], witnesses.stalls()
     # A block is due a period after the one before; a late one does not make the next late.
     late = np.maximum(np.diff(begun) - PERIOD_NS, 0)
@@ -118,6 +140,8 @@ def row(sink: "DeviceSink", ring: StrikeRing, seconds: float, work: Work) -> Any
     return {
         "blocks": len(blocks),
         "share": shares(spent),
+        "ran_mean": ran,
+        "waited_mean": waited,
         "share_excused": shares(excused(begun, spent, stalls)),
         "late": int(np.sum(late > PERIOD_NS // 2)),
         "late_excused": int(np.sum(without > PERIOD_NS // 2)),
@@ -132,11 +156,12 @@ def show(name: str, found: dict[str, Any]) -> None:
     share = ", ".join(f"{at} {value:.1%}" for at, value in found["share"].items())
     print(f"{name:8s} {found['blocks']} blocks, share of the period: {share}")
     print(
-        f"         excused: p99 {found['share_excused']['p99']:.1%}, max {found['share_excused']['max']:.1%}"
+        f"         excused: p99 {found['share_excused']['p99']:.1%}, max {found['share_excused']['max']:.1%};"
+        f" on the mean it ran {found['ran_mean']:.1%} and waited for a processor {found['waited_mean']:.1%}"
     )
     print(
-        f"         late {found['late']} ({found['late_excused']} excused), xruns {found['xruns']}, stalls over 1 ms"
-        f" {found['witnessed_stalls_over_1_ms']}, longest {found['longest_stall_ms']:.1f} ms"
+        f"         late {found['late']} ({found['late_excused']} without stalls), xruns {found['xruns']}, stalls over"
+        f" 1 ms {found['witnessed_stalls_over_1_ms']}, longest {found['longest_stall_ms']:.1f} ms"
     )
 
 

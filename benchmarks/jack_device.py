@@ -25,7 +25,7 @@ def dummy_device(block: int, priority: int = 0) -> Iterator[str]:
     assert "sounddevice" not in sys.modules, "PortAudio looks for JACK only when it is loaded"
     name = f"bench-{uuid.uuid4().hex[:8]}"
     os.environ |= {"JACK_DEFAULT_SERVER": name, "JACK_NO_AUDIO_RESERVATION": "1", "JACK_NO_START_SERVER": "1"}
-    mode = ["-R", "-P", str(priority)] if priority else ["-r"]
+    mode = ["-R", "-P", str(priority), "-t", "5000"] if priority else ["-r"]
     server = subprocess.Popen(
         ["jackd", "-n", name, *mode, "-d", "dummy", "-r", str(RATE_HZ), "-p", str(block)],
         stdout=subprocess.DEVNULL,

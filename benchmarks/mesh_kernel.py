@@ -1,4 +1,4 @@
-"""What a junction costs: python benchmarks/mesh_kernel.py [--rounds 20].
+"""What a junction costs: python benchmarks/mesh_kernel.py [--rounds 60].
 
 The triangular mesh of N junctions across: our step against the same step in C (mesh_kernel.c, gcc -O3 -march=native
 and, to be fair to it, with -ffast-math too), and our step with each of the drum's effects. Thread CPU time, windows of
@@ -132,7 +132,7 @@ def effects(rounds: int) -> dict[str, Any]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--rounds", type=int, default=20)
+    parser.add_argument("--rounds", type=int, default=60)
     rounds = parser.parse_args().rounds
     with tempfile.TemporaryDirectory() as folder:
         libraries = {name: built(flags, Path(folder)) for name, flags in FLAGS.items()}

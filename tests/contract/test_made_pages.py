@@ -24,7 +24,16 @@ def _tool(name: str) -> ModuleType:
 @pytest.mark.timeout(400)  # the page about the stick compiles the analysis for three kinds of scenes
 @pytest.mark.parametrize(
     "name",
-    ["zenoh_page", "measured_page", "methods_page", "scenes_page", "servo_page", "sounds_page", "stick_page"],
+    [
+        "zenoh_page",
+        "measured_page",
+        "mesh_page",
+        "methods_page",
+        "scenes_page",
+        "servo_page",
+        "sounds_page",
+        "stick_page",
+    ],
 )
 def test_the_page_is_up_to_date(name: str) -> None:
     tool = _tool(name)

@@ -86,7 +86,7 @@ def _plain(lanes, step: _Step, i, centre, ring, weight):
 
 
 def _with_momentum(lanes, step: _Step, i, centre, ring, weight):
-    pulled = lanes.minus(lanes.times(weight, ring), lanes.times(step.now_gain, centre))
+    pulled = lanes.sum_with_product(weight, ring, lanes.negative(lanes.times(step.now_gain, centre)))
     driven = pulled if step.ring_gain is None else lanes.times(step.ring_gain, pulled)
     if step.push is not None:
         driven = lanes.sum_with_product(weight, step.push, driven)
@@ -174,15 +174,15 @@ def stretch_of(width: int, side: int) -> Any:
             own, momentum_p, rho = given.gain(9), given.array(10), given.gain(11)
 
             def turn(i, centre, ring, weight, so_far):
-                pulled = lanes.minus(lanes.times(weight, ring), lanes.times(own, centre))
+                pulled = lanes.sum_with_product(weight, ring, lanes.negative(lanes.times(own, centre)))
                 weighed = lanes.times(lanes.load(share_p, i), pulled)
                 gone = lanes.load(then_p, i)
                 moved = lanes.minus(centre, gone)
                 if momentum_p is not None:
-                    moved = lanes.plus(moved, lanes.times(rho, lanes.load(momentum_p, i)))
+                    moved = lanes.sum_with_product(rho, lanes.load(momentum_p, i), moved)
                 factors = (moved, pulled, weight, gone)
                 return [
-                    lanes.plus(sum_, lanes.times(weighed, factor))
+                    lanes.sum_with_product(weighed, factor, sum_)
                     for sum_, factor in zip(so_far, factors, strict=True)
                 ]
 
