@@ -10,8 +10,8 @@ _DIVISOR = {"draft": 4, "standard": 3, "fine": 2}
 _FEWEST_ACROSS = 24.0  # below this the pitch of the higher modes is off by more than 8 cents
 _FEWEST_BY_HAND = 8.0  # below this a head is none
 _LARGEST_DIVISOR = 12
-# Junction updates a second that one thread may spend on the mesh: 0.25 to 0.3 ns each were measured, so about 40 %.
-_MOST_UPDATES_PER_S = 1.6e9
+# Junction updates that a core does in a second: 0.13 to 0.18 ns each were measured (docs/mesh.md).
+_UPDATES_PER_S = 6e9
 # Effects that the second sweep of the fourth order does not know.
 _SECOND_ORDER_ONLY = ("internal_loss", "tension", "cavity")
 
@@ -54,8 +54,9 @@ def divisor_for(scene: Scene, rate_Hz: int) -> int:
     if scene.mesh.junctions_across > 0.0:
         divisor = divisor if scene.mesh.rate_Hz > 0.0 else _LARGEST_DIVISOR
         fewest = scene.mesh.junctions_across
+    most = scene.mesh.cpu_budget * _UPDATES_PER_S
     while divisor > 1 and _across(scene, rate_Hz / divisor) < fewest:
         divisor -= 1
-    while divisor < _LARGEST_DIVISOR and _updates_per_s(scene, rate_Hz, divisor) > _MOST_UPDATES_PER_S:
+    while divisor < _LARGEST_DIVISOR and _updates_per_s(scene, rate_Hz, divisor) > most:
         divisor += 1
     return divisor

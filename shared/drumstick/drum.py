@@ -57,6 +57,13 @@ class Mesh:
     junctions_across: float = number(
         0.0, 0.0, 1000.0, "junctions", "At least so many across the head, by the mesh rate; 0: by accuracy"
     )
+    cpu_budget: float = number(
+        0.4,
+        0.01,
+        0.95,
+        "of a core",
+        "What one head may take; a mesh that would take more is computed at a lower rate",
+    )
 
 
 @dataclass(frozen=True)
