@@ -74,7 +74,7 @@ def _of_modes(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     control: Records = np.zeros(1, CONTROL)
     fields: Record = control[0]
     fields["rate_Hz"], fields["divisor"] = rate_Hz, divisor
-    fields["output_gain"], fields["asleep"] = 1.0, 1
+    fields["output_gain"], fields["asleep"], fields["looked"] = 1.0, 1, -1
     return Engine(
         **_common(rate_Hz, divisor, strikes),
         control=control,

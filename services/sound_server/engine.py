@@ -43,6 +43,8 @@ CONTROL: np.dtype[Any] = np.dtype(
         ("plane", "i8"),  # which of the two planes is the present
         ("head", "i8"),  # newest sample of the interpolator's history
         ("begun", "i8"),  # pulses begun so far
+        ("looked", "i8"),  # how many had begun when the pool was last looked through; -1 before
+        ("active", "i8"),  # of these, how many still pushed
         ("forces", "i8"),  # junctions that are pushed in this step
         ("pending", "i8"),  # strikes that wait for their instant
         ("steps", "i8"),

@@ -60,6 +60,8 @@ def press(engine: Record) -> int:
     control, pulses = engine.control[0], engine.pulses
     control.forces = 0
     rim.begin(engine)
+    if control.active == 0 and control.looked == control.begun:
+        return int(playing.press(engine))  # the pool is empty, as it mostly is
     active = 0
     for i in range(pulses.shape[0]):
         pulse: Record = pulses[i]
@@ -73,4 +75,5 @@ def press(engine: Record) -> int:
                 continue
             push(engine, pulse.x, pulse.y, force)
             bank.push(engine, i, force)
-    return active + playing.press(engine)
+    control.active, control.looked = active, control.begun
+    return active + int(playing.press(engine))

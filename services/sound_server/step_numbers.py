@@ -70,5 +70,5 @@ class Numbers:
         fields["force_gain"] = neighbours * scheme.tau / 4.0 / height / (self.baked * self.held_back)
         fields["spread"] = scene.drum.inject == "linear"
         fields["output_gain"] = 1.0
-        fields["asleep"] = 1
+        fields["asleep"], fields["looked"] = 1, -1
         return control

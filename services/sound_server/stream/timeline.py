@@ -17,7 +17,7 @@ from realtime.jit import Records
 RING_SLOTS = 256
 PIECE_MOST = 32  # samples in a piece; a longer message becomes several
 _INCOMING = 128
-_LEAST_CELLS = 1024
+_LEAST_CELLS = 16384  # a third of a second of what a message may bring at most, 48 kHz
 _AHEAD_S = 0.25  # beyond the scene's latency
 
 # A run of samples whose first begins at start_ns of this machine's clock. Another epoch is another servo.

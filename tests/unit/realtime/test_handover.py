@@ -9,12 +9,21 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 import pytest
+from numba.core.caching import NullCache
 from numba.core.errors import TypingError
 
+from realtime import handover
 from realtime.handover import Handed, take_up
 from realtime.jit import allocations, cfunction, njit
 
 RECORD: np.dtype[Any] = np.dtype([("a", "f8"), ("b", "i8"), ("path", "f8", (4,))], align=True)
+
+
+@pytest.fixture(autouse=True)
+def kernels_of_this_module_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is compiled for the tuples below stays out of the cache: no other process could load their classes."""
+    for kernel in (handover._put, handover._size_of):
+        monkeypatch.setattr(kernel, "_cache", NullCache())
 
 
 class Inner(NamedTuple):

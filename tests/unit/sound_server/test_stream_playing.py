@@ -30,7 +30,7 @@ def half_sine(rate_Hz: float, t_s: float, contact_s: float, peak_N: float) -> tu
     return first, np.diff(cumulated) * rate_Hz
 
 
-@settings(max_examples=80)
+@settings(max_examples=40)
 @given(
     st.lists(st.floats(-50.0, 50.0, width=32), min_size=1, max_size=60),
     st.sampled_from([500.0, 1000.0, 1313.0, 4000.0, 16000.0, 44100.0]),
