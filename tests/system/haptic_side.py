@@ -99,6 +99,19 @@ class HapticSide:
         self.meters.clear()
         return wait_for(f"a meter with {what}", lambda: next((m for m in list(self.meters) if good(m)), None))
 
+    def struck(self, what: str, good: Callable[[Meter], bool]) -> Meter:
+        """The first good meter after a strike; one that a stall of the machine made late is struck again."""
+        self.meters.clear()
+        end = time.monotonic() + PATIENCE_S
+        while time.monotonic() < end:
+            self.strike()
+            again = time.monotonic() + 1.0
+            while time.monotonic() < again:
+                if found := next((m for m in list(self.meters) if good(m)), None):
+                    return found
+                time.sleep(0.01)
+        raise AssertionError(f"struck for {PATIENCE_S:.0f} s in vain for a meter with {what}")
+
     def alive(self) -> list[str]:
         replies = self.session.liveliness().get(self.keys.alive("sound", "*"), timeout=1.0)
         return [str(reply.ok.key_expr) for reply in replies if reply.ok]
