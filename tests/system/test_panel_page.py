@@ -156,8 +156,9 @@ def test_values_set_elsewhere_move_the_slider_and_stretch_it(page: Page, rig: Fa
     thumb = slider(page, "dv_pls")
     thumb.focus()
     thumb.press("ArrowLeft")
-    wait_until(lambda: rig.sets, "a set query from the new slider")
-    assert 2.5 < rig.sets[0][1] < 3.0
+    # On a busy machine the slider that was stretched may tell its own 3.0 first.
+    wait_until(lambda: rig.sets and rig.sets[-1][1] < 3.0, "a set query from the new slider")
+    assert 2.5 < rig.sets[-1][1] < 3.0
 
 
 def test_an_exact_value_is_sent_by_its_button_only(page: Page, rig: FakeRig) -> None:
