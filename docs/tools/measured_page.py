@@ -1,11 +1,10 @@
 """Writes docs/measured.md from the stored results: python docs/tools/measured_page.py."""
 
-import json
 from pathlib import Path
-from typing import Any
+
+from stored import read, where
 
 DOCS = Path(__file__).parent.parent
-RESULTS = DOCS.parent / "benchmarks" / "results"
 PAGE = DOCS / "measured.md"
 
 _NAMES = {
@@ -19,22 +18,13 @@ _NAMES = {
 }
 
 
-def _read(name: str) -> dict[str, Any]:
-    return json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8"))
-
-
-def _where(result: dict[str, Any]) -> str:
-    machine = result["machine"]
-    return f"{machine['date']}, {machine['processor']}, {machine['cores']} cores, Python {machine['python']}."
-
-
 def _streamed() -> list[str]:
-    result = _read("streamed_force")
+    result = read("streamed_force")
     lines = [
         "",
         "## A streamed force",
         "",
-        f"`python benchmarks/streamed_force.py`, a blow of `roll` beside the analytic one. {_where(result)}",
+        f"`python benchmarks/streamed_force.py`, a blow of `roll` beside the analytic one. {where(result)}",
         "",
         "| servo Hz | error of the sound below a quarter of that | below half | largest sample to the force's peak |",
         "|---|---|---|---|",
@@ -52,12 +42,12 @@ def _streamed() -> list[str]:
 
 
 def _ticks() -> list[str]:
-    found = _read("tick_cost")
+    found = read("tick_cost")
     lines = [
         "",
         "## What a tick of the force loop costs",
         "",
-        f"`python benchmarks/tick_cost.py`: everything but the sleep. {_where(found)}",
+        f"`python benchmarks/tick_cost.py`: everything but the sleep. {where(found)}",
         "",
         "| servo | ns a tick | to the barest tick that plays the same | to a read of the clock |",
         "|---|---|---|---|",
@@ -69,7 +59,7 @@ def _ticks() -> list[str]:
 
 
 def _lateness() -> list[str]:
-    found = _read("lateness")
+    found = read("lateness")
     lines = [
         "",
         "## How late the force loop is",
@@ -77,7 +67,7 @@ def _lateness() -> list[str]:
         f"`python benchmarks/lateness.py`: the servo beside an equal loop in C at the same time, {found['rate_Hz']} Hz,",
         f"{found['windows']} windows of {found['window_s']:g} s each. What witnesses saw the host stall is discounted from both; the first row,"
         " two loops in C,",
-        f"is the noise of it. {_where(found)}",
+        f"is the noise of it. {where(found)}",
         "",
         "| condition | p50 us | p99 us | p99.9 us | p99.99 us | C: p99.99 us | p50 to C | p99 to C | host's longest stall, ms |",
         "|---|---|---|---|---|---|---|---|---|",
@@ -98,7 +88,7 @@ def _lateness() -> list[str]:
 
 
 def _month() -> list[str]:
-    found = _read("month")
+    found = read("month")
     hours = found["processor_s"] / 3600.0
     low, high = found["roll_rate_Hz"]
     return [
@@ -106,7 +96,7 @@ def _month() -> list[str]:
         "## A month of ticks",
         "",
         f"`python benchmarks/month.py`: {found['ticks']:.3g} ticks in virtual time, from {found['start_ns']:.3g} ns on, {hours:.1f} hours of a "
-        f"processor. {_where(found)}",
+        f"processor. {where(found)}",
         "",
         f"{found['strikes']} strikes, {found['dropped']} dropped; every strike within {found['furthest_from_exact_ns']:.1f} ns of where the exact cycle has",
         f"it; the day's rate between {low:.7f} and {high:.7f} Hz; memory grew by {max(found['resident_growth_kB'])} kB.",
@@ -115,7 +105,7 @@ def _month() -> list[str]:
 
 def page() -> str:
     """The whole page."""
-    starts, sound = _read("start_and_restart"), _read("sound_cost")
+    starts, sound = read("start_and_restart"), read("sound_cost")
     lines = [
         "# What was measured",
         "",
@@ -124,7 +114,7 @@ def page() -> str:
         "",
         "## Starting, and coming back",
         "",
-        f"`python benchmarks/start_and_restart.py`. {_where(starts)}",
+        f"`python benchmarks/start_and_restart.py`. {where(starts)}",
         "",
         "| what | median s | worst s | times starting Python | times importing |",
         "|---|---|---|---|---|",
@@ -137,7 +127,7 @@ def page() -> str:
         "",
         "## What the drum's accuracy costs",
         "",
-        f"`python benchmarks/sound_cost.py`, a {sound['f01_Hz']:g} Hz head at {sound['device_rate_Hz']} Hz. {_where(sound)}",
+        f"`python benchmarks/sound_cost.py`, a {sound['f01_Hz']:g} Hz head at {sound['device_rate_Hz']} Hz. {where(sound)}",
         "",
         "| `[mesh] accuracy` | junctions | mesh rate Hz | share of a core | ns a junction and step | cost to numpy slices | error of f01, cents |",
         "|---|---|---|---|---|---|---|",

@@ -1,27 +1,20 @@
 """Writes docs/mesh.md from the stored results: python docs/tools/mesh_page.py."""
 
-import json
 from pathlib import Path
 from typing import Any
 
+from stored import read, where
+
 DOCS = Path(__file__).parent.parent
-RESULTS = DOCS.parent / "benchmarks" / "results"
 PAGE = DOCS / "mesh.md"
 
 
-def _read(name: str) -> dict[str, Any]:
-    return json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8"))
-
-
 def _where(name: str, result: dict[str, Any]) -> str:
-    machine = result["machine"]
-    return (
-        f"`python benchmarks/{name}.py`. {machine['date']}, {machine['processor']}, {machine['cores']} cores."
-    )
+    return f"`python benchmarks/{name}.py`. {where(result)}"
 
 
 def _kernel() -> list[str]:
-    result = _read("mesh_kernel")
+    result = read("mesh_kernel")
     lines = [
         "## Beside a compiler",
         "",
@@ -51,7 +44,7 @@ def _kernel() -> list[str]:
 
 
 def _peers() -> list[str]:
-    result = _read("mesh_peers")
+    result = read("mesh_peers")
     times = result["times_ours"]
     own = list(times)
     lines = [
@@ -74,7 +67,7 @@ def _peers() -> list[str]:
 
 
 def _composed() -> list[str]:
-    result = _read("composed")
+    result = read("composed")
     lines = [
         "## What composing costs",
         "",
@@ -92,7 +85,7 @@ def _composed() -> list[str]:
 
 
 def _live() -> list[str]:
-    result = _read("audio_live")
+    result = read("audio_live")
     lines = [
         "## Live",
         "",
@@ -116,7 +109,7 @@ def _live() -> list[str]:
 
 
 def _latency() -> list[str]:
-    result = _read("strike_latency")
+    result = read("strike_latency")
     lines = [
         "## From a strike's message to the device",
         "",

@@ -1,12 +1,12 @@
 """Writes docs/methods.md and its picture from the stored results: python docs/tools/methods_page.py."""
 
-import json
 import math
 from pathlib import Path
 from typing import Any
 
+from stored import read
+
 DOCS = Path(__file__).parent.parent
-RESULTS = DOCS.parent / "benchmarks" / "results"
 PAGE = DOCS / "methods.md"
 PICTURE = DOCS / "images" / "methods-work-precision.png"
 
@@ -19,10 +19,6 @@ _NAMES = {
     "implicit_midpoint": "implicit midpoint",
 }
 _SHOWN = {"roll": "`roll`: release at z = 0", "unilateral": "`roll` with a head that only pushes"}
-
-
-def _read(name: str) -> Table:
-    return json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8"))
 
 
 def _power(value: float) -> str:
@@ -214,7 +210,7 @@ def _effects(cost: Table) -> list[str]:
 
 def page() -> str:
     """The whole page."""
-    result, cost = _read("stick_methods"), _read("step_cost")
+    result, cost = read("stick_methods"), read("step_cost")
     machine = result["machine"]
     ratios = [row["ratio"] for row in result["against_scipy"].values()]
     lines = [
@@ -304,7 +300,7 @@ def draw() -> None:
 
     from rig.figures.style import DPI, styled
 
-    result = _read("stick_methods")
+    result = read("stick_methods")
     with styled:
         figure = Figure(figsize=(8.6, 5.2), dpi=DPI, layout="constrained")
         for axes, scene in zip(figure.subplots(1, 2, sharey=True), _SHOWN, strict=True):

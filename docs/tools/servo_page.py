@@ -1,19 +1,15 @@
 """Writes docs/servo.md and its pictures from the stored results: python docs/tools/servo_page.py."""
 
-import json
 from pathlib import Path
 from typing import Any
 
+from stored import read
+
 DOCS = Path(__file__).parent.parent
-RESULTS = DOCS.parent / "benchmarks" / "results"
 PAGE = DOCS / "servo.md"
 PICTURE = DOCS / "images" / "servo-restitution.png"
 SPEED_PICTURE = DOCS / "images" / "servo-velocity.png"
 SHOWN_RATE_HZ = 1000
-
-
-def _result(name: str = "rendered_restitution") -> dict[str, Any]:
-    return json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8"))
 
 
 def _row(row: dict[str, Any]) -> str:
@@ -35,7 +31,7 @@ def _row(row: dict[str, Any]) -> str:
 
 
 def _speed() -> list[str]:
-    result = _result("velocity_estimate")
+    result = read("velocity_estimate")
     ours, plain = list(result["rows"].values())[:2]
     lines = [
         "## How fast does it move?",
@@ -74,7 +70,7 @@ def _speed() -> list[str]:
 
 def page() -> str:
     """The whole page."""
-    result = _result()
+    result = read("rendered_restitution")
     machine = result["machine"]
     lines = [
         "# What a sampled device gives back",
@@ -111,7 +107,7 @@ def _draw_restitution() -> None:
 
     from rig.figures.style import BLUE, GREEN, GREY, INK, VERMILION
 
-    rows = [row for row in _result()["rows"] if row["rate_Hz"] == SHOWN_RATE_HZ]
+    rows = [row for row in read("rendered_restitution")["rows"] if row["rate_Hz"] == SHOWN_RATE_HZ]
     figure = Figure(figsize=(7.2, 3.6), dpi=140, layout="constrained")
     for axes, delay in zip(figure.subplots(1, 2, sharey=True), (0, 1), strict=True):
         shown = [row for row in rows if row["delay_ticks"] == delay]
@@ -158,7 +154,7 @@ def _draw_speeds() -> None:
 
     from rig.figures.style import BLUE, DPI, GREY, INK, VERMILION, scaled
 
-    rows = _result("velocity_estimate")["rows"]
+    rows = read("velocity_estimate")["rows"]
     ours = next(iter(rows))
     figure = Figure(figsize=(7.2, 3.8), dpi=DPI, layout="constrained")
     axes = figure.add_subplot()

@@ -3,7 +3,6 @@
 The words are in stick.template.md, every number among them is computed here; pictures are drawn only where they are not up to date (stick_pictures.py).
 """
 
-import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -25,7 +24,6 @@ from drumstick.scene import Scene, parse, shipped_text
 DOCS = Path(__file__).parent.parent
 PAGE = DOCS / "stick.md"
 TEMPLATE = Path(__file__).parent / "stick.template.md"
-sys.path.insert(0, str(Path(__file__).parent))
 
 ROLL, PAPER, COR, PHANTOM = (
     parse(shipped_text(name), name) for name in ("roll", "paper-roll", "cor-roll", "phantom")

@@ -1,5 +1,7 @@
 """What a scene's own servo would stream: its simulated device in virtual time, as forces for the offline renderer."""
 
+import tempfile
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -11,20 +13,26 @@ if TYPE_CHECKING:
 _AT_ONCE_TICKS = 1000
 
 
-def presses(scene: "Scene", duration_s: float) -> "Iterator[Press]":
-    """Its contacts up to duration_s from the first throw, oldest first. The scene streams."""
+def presses(scene: "Scene", duration_s: float, gesture: str | None = None) -> "Iterator[Press]":
+    """Its contacts up to duration_s from the first throw, oldest first. The scene streams.
+
+    `gesture`: the text of its recorded gesture, checked, if it has one.
+    """
     import numpy as np
 
     from drumstick.law import law_of
-    from haptic_server import block, contacts
+    from haptic_server import block, contacts, files
     from haptic_server.device.simulated import Simulated
     from haptic_server.servo import loop, memory
     from realtime import ring
     from realtime.atomics import poke
     from sound_server.stream.offline import Press
 
-    device = Simulated(scene)
-    device.open()
+    with tempfile.TemporaryDirectory() as folder:
+        if gesture is not None:
+            (Path(folder) / files.GESTURE).write_text(gesture, encoding="utf-8")
+        device = Simulated(scene, Path(folder))
+        device.open()
     specification = device.info().specification
     servo = device.furnish(memory.prepare(scene, block.in_memory(law_of(scene)), specification=specification))
     assert servo.stream is not None

@@ -15,9 +15,14 @@ def main() -> int:
     """Make the parts, join them, run until SIGTERM or SIGINT; anew, in the same process, when the device is lost."""
     wanted = options.read()
     open_log()
-    stop = StopRequest()
+    stop, ended = StopRequest(), StopRequest()
+
+    def end(*_: object) -> None:
+        ended.ask()
+        stop.ask()
+
     for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, stop.ask)
+        signal.signal(number, end)
     from sound_server.server import DeviceLost, Server
     from sound_server.sinks import awaited
     from sound_server.sinks.choose import open_sink
@@ -37,11 +42,11 @@ def main() -> int:
     except DeviceLost as lost:
         logging.error("audio device lost: %s", lost)
         sys.stderr.flush()
-        if not sink.comes_back:
-            os._exit(1)
+        if ended.is_set() or not sink.comes_back:
+            os._exit(0 if ended.is_set() else 1)
         # Not closed: PortAudio would wait for ever for a JACK that is dead.
         _start_anew(options.again(wanted, sink.words))
-    if lookout is not None and lookout.found:
+    if lookout is not None and lookout.found and not ended.is_set():
         _start_anew(options.again(wanted, wanted.audio))
     sink.close()
     return 0

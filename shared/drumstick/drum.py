@@ -68,7 +68,7 @@ class Mesh:
 
 @dataclass(frozen=True)
 class Modal:
-    """Instead of a mesh: the head's modes themselves, exact; cheaper, for a linear drum whose pickups stay."""
+    """Instead of a mesh: the head's modes themselves, each exact, for a linear drum whose pickups stay."""
 
     top_Hz: float = number(10000.0, 200.0, 20000.0, "Hz", "Modes up to here are computed")  # noqa: N815
 

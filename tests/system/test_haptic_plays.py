@@ -39,13 +39,6 @@ def rig() -> Iterator[Rig]:
         yield started
 
 
-@pytest.fixture(scope="module")
-def session(rig: Rig) -> Iterator[zenoh.Session]:
-    opened = rig.client()
-    yield opened
-    opened.close()
-
-
 @pytest.fixture
 def strikes(rig: Rig, session: zenoh.Session) -> Listener:
     return Listener(session, rig.keys.strike, Strike)

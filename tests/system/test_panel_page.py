@@ -198,7 +198,7 @@ def test_a_pad_comes_and_goes_with_the_rig_that_follows_a_pointer(page: Page, ri
     rig.follow_pointer(True)
     expect(part(page, "pad")).to_be_visible(timeout=PATIENCE_MS)
     box = part(page, "pad").bounding_box()
-    while True:  # on a busy machine what is above it comes late, and moves it
+    for _ in range(40):  # on a busy machine what is above it comes late, and moves it
         page.wait_for_timeout(500)
         before, box = box, part(page, "pad").bounding_box()
         if box == before:

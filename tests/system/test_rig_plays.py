@@ -51,13 +51,6 @@ def rig() -> Iterator[Rig]:
 
 
 @pytest.fixture(scope="module")
-def session(rig: Rig) -> Iterator[zenoh.Session]:
-    opened = rig.client()
-    yield opened
-    opened.close()
-
-
-@pytest.fixture(scope="module")
 def page_address(rig: Rig) -> str:
     def find() -> str | None:
         return next((line.split("panel: ")[1] for line in rig.lines if "panel: http" in line), None)
