@@ -17,8 +17,14 @@ DEV_STAMP := .venv/.installed-dev
 play: install
 	@exec $(BIN)/drumstick up $(ARGS)
 
+# Two passes: what only computes, on every core; then what plays in real time, alone.
 test: check
+ifdef TESTS
 	$(BIN)/pytest $(TESTS)
+else
+	$(BIN)/pytest -m "not (system or real_clock)" --numprocesses auto --maxprocesses 4 --dist loadfile
+	$(BIN)/pytest -m "system or real_clock"
+endif
 
 check: install-dev
 	$(BIN)/ruff check
