@@ -13,8 +13,11 @@ from pythonosc.osc_message_builder import OscMessageBuilder
 from drumstick.law import law_of
 from drumstick.parameters import Refusal, table_of, values_of, with_changes
 from drumstick.scene import parse
+from haptic_server.gateway.lease import Holder, Lease
 from haptic_server.gateway.osc.front import OscFront
+from haptic_server.presets.preset import PresetError
 from protocol.messages import SetReply
+from protocol.requests import ANYBODY, Claim
 
 BOUND_S = 5.0
 
@@ -32,6 +35,8 @@ class FakeDesk:
         self.panics: list[str] = []
         self.after_set: Callable[[str, float, float], None] | None = None
         self.broken = False
+        self.lease = Lease()
+        self.now_s = 0.0
         self.panicked = threading.Event()
 
     def values(self) -> dict[str, float]:
@@ -39,7 +44,16 @@ class FakeDesk:
             raise RuntimeError("the block is gone")
         return values_of(self._law, self.table)
 
-    def set(self, changes: Mapping[str, float], source: str) -> SetReply:
+    def take_lease(self, who: str, name: str, seconds: float) -> Holder:
+        return self.lease.take(who, name, seconds, self.now_s)
+
+    def load_preset(self, name: str, source: str, claim: Claim) -> SetReply:
+        if name != "slow":
+            raise PresetError(f"no preset {name!r}")
+        return self.set({"dv_pls": 0.1, "k_hand": 20.0}, f"preset {name} by {source}", claim)
+
+    def set(self, changes: Mapping[str, float], source: str, claim: Claim = ANYBODY) -> SetReply:
+        self.lease.require(claim.lease, self.now_s)
         self.asked.append(dict(changes))
         if changes.get("dv_pls", 0.0) > 5.0:
             raise Refusal("dv_pls: the roll could reach 20 m/s, the limit is 10 m/s")
@@ -58,6 +72,10 @@ class FakeDesk:
     def panic(self, source: str) -> None:
         self.panics.append(source)
         self.panicked.set()
+
+
+def no_preset(name: str, _source: str, _claim: Claim) -> None:
+    raise PresetError(f"no preset {name!r}")
 
 
 def built(address: str, *args: int | float | str) -> bytes:
@@ -127,6 +145,7 @@ def opened_front(desk: FakeDesk, *targets: Client, **options: object) -> Iterato
         [t.endpoint for t in targets],
         "/drumstick",
         desk,
+        desk.load_preset,
         **options,  # type: ignore[arg-type]
     )
     try:

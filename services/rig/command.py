@@ -18,8 +18,10 @@ app = typer.Typer(
 )
 scenes = typer.Typer(no_args_is_help=True, help="Scenes: what is simulated, with which numbers.")
 params = typer.Typer(no_args_is_help=True, help="Parameters of a running rig.")
+presets = typer.Typer(no_args_is_help=True, help="Sets of parameters by name, kept by the haptic machine.")
 app.add_typer(scenes, name="scene")
 app.add_typer(params, name="params")
+app.add_typer(presets, name="preset")
 
 _SCENE = typer.Option(help="A shipped scene or a .toml file.")
 _RIG = typer.Option(help="Name of the rig on the wire.")
@@ -36,6 +38,7 @@ _PANEL_PORT = typer.Option(help="TCP port of the technician's page, on 127.0.0.1
 _OSC_IN = typer.Option(help="UDP port to hear OSC at, on 127.0.0.1.")
 _OSC_OUT = typer.Option(help="host:port that gets the strikes as OSC; may be repeated.")
 _PREFIX = typer.Option(help="First part of every OSC address.")
+_FRESH = typer.Option("--fresh", help="Start with the scene's parameters, not with those of last time.")
 _OUT = typer.Option(help="Also write figures (PNG, SVG), tables (CSV) and analysis.json into this folder.")
 _SWEEP = typer.Option(
     help="NAME=LOW:HIGH:COUNT[:log], with --out: sweep this parameter instead of the usual ones; twice: a plane."
@@ -59,6 +62,8 @@ OscIn = Annotated[int, _OSC_IN]
 OscOut = Annotated[list[str] | None, _OSC_OUT]
 Prefix = Annotated[str, _PREFIX]
 Device = Annotated[str, _DEVICE]
+Fresh = Annotated[bool, _FRESH]
+PresetName = Annotated[str, typer.Argument(help="1 to 60 letters, digits, spaces, _ . or -")]
 PoseIsHeld = Annotated[bool, typer.Option("--pose-is-held", help=_POSE)]
 SceneName = Annotated[str, typer.Argument(help="A shipped scene or a .toml file.")]
 
@@ -84,6 +89,7 @@ def _run(
     osc_out: list[str] | None = None,
     prefix: str = "/drumstick",
     panel_port: int = 8080,
+    fresh: bool = False,
     also: list[str] | None = None,
     audio_rate: int = 48000,
     audio_block: int = 128,
@@ -109,6 +115,7 @@ def _run(
         Options(
             rig,
             run,
+            folder.state_folder(rig),
             device,
             pose_is_held,
             audio,
@@ -120,6 +127,7 @@ def _run(
             panel_port,
             audio_rate,
             audio_block,
+            fresh,
             tuple(also or ()),
             part,
         ),
@@ -145,6 +153,7 @@ def up_command(
     osc_out: OscOut = None,
     prefix: Prefix = "/drumstick",
     panel_port: PanelPort = 8080,
+    fresh: Fresh = False,
     as_json: Json = False,
 ) -> None:
     """Play: force loop, sound and panel together, until Ctrl-C."""
@@ -152,6 +161,7 @@ def up_command(
         frozenset({"haptic", "sound", "panel"}), rig, duration, as_json, scene=scene, device=device,
         pose_is_held=pose_is_held, audio=audio, audio_rate=audio_rate, audio_block=audio_block,
         connect=connect, listen=listen, osc_in=osc_in, osc_out=osc_out, prefix=prefix, panel_port=panel_port,
+        fresh=fresh,
     )  # fmt: skip
 
 
@@ -167,12 +177,13 @@ def haptic_command(
     osc_in: OscIn = 9100,
     osc_out: OscOut = None,
     prefix: Prefix = "/drumstick",
+    fresh: Fresh = False,
     as_json: Json = False,
 ) -> None:
     """Only the force loop and its gateway."""
     _run(
         frozenset({"haptic"}), rig, duration, as_json, scene=scene, device=device, pose_is_held=pose_is_held,
-        connect=connect, listen=listen, osc_in=osc_in, osc_out=osc_out, prefix=prefix,
+        connect=connect, listen=listen, osc_in=osc_in, osc_out=osc_out, prefix=prefix, fresh=fresh,
     )  # fmt: skip
 
 
@@ -376,6 +387,32 @@ def params_watch(rig: RigName = "main", connect: Connect = None, duration: Durat
     from rig import checks, remote
 
     remote.params_watch(*checks.wire(rig, connect), duration)
+
+
+@presets.command("save")
+def preset_save(name: PresetName, rig: RigName = "main", connect: Connect = None) -> None:
+    """Keep the parameters as they are now, on the haptic machine."""
+    from rig import checks, remote
+
+    remote.preset_save(*checks.wire(rig, connect), name)
+
+
+@presets.command("load")
+def preset_load(
+    name: PresetName, rig: RigName = "main", connect: Connect = None, as_json: Json = False
+) -> None:
+    """Set everything that the preset holds, or nothing."""
+    from rig import checks, remote
+
+    remote.preset_load(*checks.wire(rig, connect), name, as_json)
+
+
+@presets.command("list")
+def preset_list(rig: RigName = "main", connect: Connect = None, as_json: Json = False) -> None:
+    """Every preset of the rig."""
+    from rig import checks, remote
+
+    remote.preset_list(*checks.wire(rig, connect), as_json)
 
 
 def _leave(status: int, message: str) -> NoReturn:

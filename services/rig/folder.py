@@ -1,4 +1,6 @@
-"""The run folder of a rig: scene, block and token; private to the user, in memory where the machine has that."""
+"""A rig's folders: the run folder (scene, block, token; private, in memory where the machine has that), and its state
+(presets, the last good set; on disk).
+"""
 
 import fcntl
 import os
@@ -20,6 +22,12 @@ def found_folder(rig: str) -> Path | None:
     """The folder that `rig` has, or had when it last ran on this machine; makes none."""
     folder = next(_places(rig), None)
     return folder if folder is not None and folder.is_dir() and not folder.is_symlink() else None
+
+
+def state_folder(rig: str) -> Path:
+    """Where presets are kept; not made before something is."""
+    base = os.environ.get("XDG_STATE_HOME")
+    return (Path(base) if base else Path.home() / ".local" / "state") / "drumstick" / rig
 
 
 def run_folder(rig: str) -> Path:

@@ -15,6 +15,7 @@ class Options:
 
     rig: str
     folder: Path
+    state: Path
     device: str = "simulated"
     pose_is_held: bool = False
     audio: str = "auto"
@@ -26,6 +27,7 @@ class Options:
     panel_port: int = 8080
     audio_rate: int = 48000  # Hz
     audio_block: int = 128  # frames
+    fresh: bool = False  # start from the scene, not from the last good set
     also: tuple[str, ...] = ()  # further rigs whose drums the sound server plays
     parts: frozenset[str] = field(default_factory=lambda: frozenset({HAPTIC, SOUND, PANEL}))
 
@@ -55,7 +57,8 @@ def commands(options: Options) -> dict[str, list[str]]:
         for target in options.osc_out:
             osc += ["--osc-out", target]
         zenoh = router if options.connect else ["--listen", options.listen]
-        plan["gateway"] = [*python, "haptic_server.gateway", *folder, *rig, *osc, *zenoh]
+        kept = ["--state-dir", str(options.state), *(["--fresh"] if options.fresh else [])]
+        plan["gateway"] = [*python, "haptic_server.gateway", *folder, *rig, *osc, *zenoh, *kept]
     if SOUND in options.parts:
         drums = ["--rig", ",".join((options.rig, *options.also))]
         audio = [

@@ -1,6 +1,7 @@
-"""Commands that talk to a running rig over Zenoh: params, panic."""
+"""Commands that talk to a running rig over Zenoh: params, preset, panic."""
 
 import json
+import sys
 import time
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -9,7 +10,7 @@ from typing import Any
 import msgspec
 
 from protocol.keys import Keys
-from protocol.messages import Readback, RefusalReply, SetReply, decode
+from protocol.messages import PresetNews, PresetReply, Readback, RefusalReply, SetReply, decode
 from protocol.session import client_config
 from rig.fault import lacking, wrong
 
@@ -70,6 +71,10 @@ def params_set(endpoint: str, keys: Keys, pairs: list[str], as_json: bool) -> No
     with _session(endpoint) as session:
         payload = msgspec.msgpack.encode([1, changes])
         reply = decode(_ask(session, keys.set_many, payload)[0].payload.to_bytes(), SetReply)
+    _print_set(reply, as_json)
+
+
+def _print_set(reply: SetReply | PresetReply, as_json: bool) -> None:
     if as_json:
         print(json.dumps({"values": reply.values, "revision": reply.revision, "pending": reply.pending}))
         return
@@ -90,6 +95,36 @@ def params_watch(endpoint: str, keys: Keys, duration_s: float | None) -> None:
                 waits = " (waits)" if readback.pending else ""
                 print(f"{str(sample.key_expr).rpartition('/')[2]} = {readback.value:g}{waits}", flush=True)
             time.sleep(0.05)
+
+
+def preset_save(endpoint: str, keys: Keys, name: str) -> None:
+    """Keep what was accepted last under this name."""
+    with _session(endpoint) as session:
+        payload = msgspec.msgpack.encode([1, name])
+        news = decode(_ask(session, keys.preset_save, payload)[0].payload.to_bytes(), PresetNews)
+    print(f"preset {news.name} saved on the haptic machine")
+
+
+def preset_load(endpoint: str, keys: Keys, name: str, as_json: bool) -> None:
+    """Set everything that the preset holds; print the readback."""
+    with _session(endpoint) as session:
+        payload = msgspec.msgpack.encode([1, name])
+        reply = decode(_ask(session, keys.preset_load, payload)[0].payload.to_bytes(), PresetReply)
+    if reply.note:
+        print(f"drumstick: {reply.note}", file=sys.stderr)
+    _print_set(reply, as_json)
+
+
+def preset_list(endpoint: str, keys: Keys, as_json: bool) -> None:
+    """One line for each preset."""
+    with _session(endpoint) as session:
+        listed = json.loads(_ask(session, keys.preset)[0].payload.to_bytes())
+    if as_json:
+        print(json.dumps({"presets": listed}))
+        return
+    for row in listed:
+        trouble = f"  ({row['trouble']})" if row["trouble"] else ""
+        print(f"{row['name']}  {row['scene']}, {row['saved_at']}{trouble}")
 
 
 def panic(endpoint: str, keys: Keys) -> None:

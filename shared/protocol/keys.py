@@ -86,6 +86,26 @@ class Keys:
         """Query: one value."""
         return self._key(f"set/{name}")
 
+    @property
+    def preset(self) -> str:
+        """Query: every preset, as JSON. Put: PresetNews, when one was saved or loaded."""
+        return self._key("preset")
+
+    @property
+    def preset_load(self) -> str:
+        """Query: a name; its values are accepted or refused as a whole: PresetReply."""
+        return self._key("preset/load")
+
+    @property
+    def preset_save(self) -> str:
+        """Query: a name for what was accepted last: PresetNews."""
+        return self._key("preset/save")
+
+    @property
+    def lease(self) -> str:
+        """Query: LeaseRequest, or nothing to ask; answered by Lease. Put: Lease, when another holds it."""
+        return self._key("lease")
+
     def param(self, name: str) -> str:
         """Put and query: Readback."""
         return self._key(f"param/{name}")

@@ -101,6 +101,40 @@ class SetReply(Message, array_like=True, frozen=True, kw_only=True):
     pending: bool
 
 
+class PresetReply(Message, array_like=True, frozen=True, kw_only=True):
+    """Answer to `preset/load`: as SetReply. `note` is not empty when an older version of a damaged file was used."""
+
+    name: str
+    values: dict[str, float]
+    revision: int
+    pending: bool
+    note: str = ""
+
+
+class PresetNews(Message, array_like=True, frozen=True, kw_only=True):
+    """A preset was "saved" or "loaded"."""
+
+    what: str
+    name: str
+
+
+class LeaseRequest(Message, array_like=True, frozen=True, kw_only=True):
+    """Take or renew the writer's lease for `seconds`, at most 5; 0 gives it back. `who` is the holder's own secret, and
+    its sets carry it as claim; `name` is shown to others.
+    """
+
+    who: str
+    name: str
+    seconds: float = 5.0
+
+
+class Lease(Message, array_like=True, frozen=True, kw_only=True):
+    """Who alone may set, and for how long still; "" and 0 when everybody may."""
+
+    name: str
+    left_s: float
+
+
 class RefusalReply(Message, array_like=True, frozen=True, kw_only=True):
     """Payload of a Zenoh error reply."""
 

@@ -56,7 +56,11 @@ PARAM_NORM = Sent("/param/NAME/norm", "f", "the same as 0..1 of its range")
 ALIVE = Sent("/alive", "ssi", "rig, state (ready, playing, panic, fault: why), strikes so far; once a second")
 ERROR = Sent("/error", "ss", "the address that was refused, why")
 PONG = Sent("/pong", "", "the arguments of the ping")
-SENT = (STRIKE, RELEASE, LEVEL, X, Y, GATE, PARAM, PARAM_NORM, ALIVE, ERROR, PONG)
+PRESET = Sent("/preset", "s", "the preset that was loaded, by whomever")
+LEASE = Sent(
+    "/lease", "sf", "who alone may set now and for how many seconds, when that changes; nobody: empty, 0"
+)
+SENT = (STRIKE, RELEASE, LEVEL, X, Y, GATE, PARAM, PARAM_NORM, ALIVE, ERROR, PONG, PRESET, LEASE)
 
 SET = Heard("/param/NAME", ("f", "i", ""), "set a parameter in SI units; without an argument: ask")
 SET_NORM = Heard("/param/NAME/norm", ("f", "i", ""), "set it as 0..1 of its range; without an argument: ask")
@@ -64,8 +68,14 @@ SYNC = Heard("/sync", ("",), "send every parameter, both forms")
 PING = Heard("/ping", ("any",), "answer /pong with the same arguments")
 SUBSCRIBE = Heard("/subscribe", ("i",), "send everything to this port of the sender's machine, for 60 s")
 UNSUBSCRIBE = Heard("/unsubscribe", ("i", ""), "no longer; without an argument: every port of that machine")
+PRESET_LOAD = Heard("/preset/load", ("s",), "set everything that this preset holds, or nothing")
+TAKE_LEASE = Heard(
+    "/lease",
+    ("s",),
+    "be the only one who sets, for 5 s, under this name; again to renew; empty gives it back",
+)
 PANIC = Heard("/panic", ("any",), "zero force at once, latched; cleared only on the haptic machine")
-HEARD = (SET, SET_NORM, SYNC, PING, SUBSCRIBE, UNSUBSCRIBE, PANIC)
+HEARD = (SET, SET_NORM, SYNC, PING, SUBSCRIBE, UNSUBSCRIBE, PRESET_LOAD, TAKE_LEASE, PANIC)
 
 
 def checked_prefix(prefix: str) -> str:
@@ -165,6 +175,16 @@ def pong(prefix: str, arguments: Sequence[Argument]) -> bytes:
     """/pong: texts go as s, whole numbers as i, others as f."""
     tags = ("s" if isinstance(a, str) else "i" if isinstance(a, int) else "f" for a in arguments)
     return _encode(address(prefix, PONG), "".join(tags), *arguments)
+
+
+def preset(prefix: str, name: str) -> bytes:
+    """/preset."""
+    return _encode(address(prefix, PRESET), PRESET.types, name)
+
+
+def lease(prefix: str, name: str, left_s: float) -> bytes:
+    """/lease."""
+    return _encode(address(prefix, LEASE), LEASE.types, name, left_s)
 
 
 def message(where: str) -> bytes:

@@ -1,10 +1,10 @@
-"""What may be asked in the payload of a `set` query: [1, value] in msgpack, or a plain JSON number or object.
+"""What may be asked in the payload of a query: [1, value] or [1, value, claim] in msgpack, or plain JSON.
 
 JSON is for people who type at a Zenoh shell. The two never look alike: a msgpack array of two starts with
-0x92, which no JSON text does. Any thread.
+0x92, one of three with 0x93, which no JSON text does. Any thread.
 """
 
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import msgspec
 
@@ -13,21 +13,47 @@ from protocol.messages import VERSION
 _JSON_START = b'-0123456789{["tfnN \t\r\n'
 
 
-def _plain(payload: bytes) -> Any:
+class Claim(NamedTuple):
+    """What must hold for a set to be taken: `lease` is the secret of who sets, `revision` the newest set they know."""
+
+    lease: str = ""
+    revision: int | None = None
+
+
+ANYBODY = Claim()
+
+
+def _claim(given: object) -> Claim:
+    if not isinstance(given, dict):
+        raise ValueError('a claim is a map such as {"lease": "...", "revision": 3}')
+    entries = cast(dict[object, object], given)
+    lease, revision = entries.get("lease", ""), entries.get("revision")
+    if (
+        not isinstance(lease, str)
+        or isinstance(revision, bool)
+        or not isinstance(revision, (int, type(None)))
+    ):
+        raise ValueError("a claim's lease is a text and its revision a whole number")
+    if entries.keys() - set(Claim._fields):
+        raise ValueError(f"a claim has {' and '.join(Claim._fields)}, nothing else")
+    return Claim(lease, revision)
+
+
+def _plain(payload: bytes) -> tuple[Any, Claim]:
     if not payload:
-        raise ValueError("empty payload: send [1, value] in msgpack, or a JSON number")
+        raise ValueError("empty payload: send [1, value] in msgpack, or plain JSON")
     try:
         if payload[0] in _JSON_START:
-            return msgspec.json.decode(payload)
+            return msgspec.json.decode(payload), ANYBODY
         given = msgspec.msgpack.decode(payload)
     except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
         raise ValueError(f"neither msgpack nor JSON: {error}") from None
     if not isinstance(given, list):
-        return given
+        return given, ANYBODY
     items = cast(list[Any], given)
-    if len(items) != 2 or items[0] != VERSION:
-        raise ValueError(f"expected [{VERSION}, value]")
-    return items[1]
+    if len(items) not in (2, 3) or items[0] != VERSION:
+        raise ValueError(f"expected [{VERSION}, value], or [{VERSION}, value, claim]")
+    return items[1], _claim(items[2]) if len(items) == 3 else ANYBODY
 
 
 def _number(value: object) -> float:
@@ -39,15 +65,24 @@ def _number(value: object) -> float:
         raise ValueError(f"{value!r} is too large") from None
 
 
-def requested_value(payload: bytes) -> float:
+def requested_value(payload: bytes) -> tuple[float, Claim]:
     """The number of a `set/<name>` query; ValueError says what is wrong. NaN passes: its row refuses it."""
-    return _number(_plain(payload))
+    value, claim = _plain(payload)
+    return _number(value), claim
 
 
-def requested_values(payload: bytes) -> dict[str, float]:
+def requested_values(payload: bytes) -> tuple[dict[str, float], Claim]:
     """The map of a `set` query."""
-    given = _plain(payload)
+    given, claim = _plain(payload)
     if not isinstance(given, dict) or not given:
         raise ValueError("expected a map of parameter names to numbers")
     entries = cast(dict[object, object], given)
-    return {str(name): _number(value) for name, value in entries.items()}
+    return {str(name): _number(value) for name, value in entries.items()}, claim
+
+
+def requested_text(payload: bytes) -> tuple[str, Claim]:
+    """The name of a `preset/load` or `preset/save` query."""
+    given, claim = _plain(payload)
+    if not isinstance(given, str):
+        raise ValueError("expected a name as text")
+    return given, claim

@@ -56,7 +56,7 @@ def _rig(desk: FakeDesk) -> Iterator[tuple[OscFront, Dump]]:
     with client() as probe:
         port = probe.endpoint[1]
     dump = Dump(port)
-    front = OscFront(("127.0.0.1", 0), [("127.0.0.1", port)], "/drumstick", desk)
+    front = OscFront(("127.0.0.1", 0), [("127.0.0.1", port)], "/drumstick", desk, desk.load_preset)
     try:
         for attempt in range(50):
             front.alive("main", "ready", attempt)

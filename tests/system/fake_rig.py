@@ -160,7 +160,7 @@ class FakeRig:
         assert query.payload is not None
         with self._lock:
             try:
-                value = requested_value(query.payload.to_bytes())
+                value, _ = requested_value(query.payload.to_bytes())
                 self.sets.append((name, value))
                 if name in self.refuse:
                     raise Refusal(self.refuse[name])

@@ -7,6 +7,7 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -51,8 +52,9 @@ def wait_for(what: str, get: Callable[[], _T | None], patience_s: float = PATIEN
 class Rig:
     """The running command: its ports, its children, what it printed."""
 
-    def __init__(self, part: str, *options: str) -> None:
-        self.name = f"test-{os.getpid()}-{free_port()}"
+    def __init__(self, part: str, *options: str, state: Path | None = None, name: str = "") -> None:
+        """`state`: where it keeps its presets; its own, removed afterwards, if not given."""
+        self.name = name or f"test-{os.getpid()}-{free_port()}"
         self.keys = Keys(self.name)
         self.zenoh_port, self.panel_port = free_port(), free_port()
         self.osc_in, self.osc_out = free_port(socket.SOCK_DGRAM), free_port(socket.SOCK_DGRAM)
@@ -65,9 +67,14 @@ class Rig:
             command += ["--panel-port", str(self.panel_port)]
             if "--audio" not in options:
                 command += ["--audio", "null"]
+        self._own_state = tempfile.mkdtemp(prefix="drumstick-state-")
         self.lines: list[str] = []
         self.process = subprocess.Popen(
-            [*command, *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+            [*command, *options],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env=dict(os.environ, XDG_STATE_HOME=str(state or self._own_state)),
         )
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
@@ -128,6 +135,7 @@ class Rig:
                 self.process.wait()
         self._reader.join(5.0)
         shutil.rmtree(run_folder(self.name), ignore_errors=True)
+        shutil.rmtree(self._own_state)
         for pipe in (self.process.stdout, self.process.stderr):
             if pipe is not None:
                 pipe.close()
@@ -149,8 +157,8 @@ def assert_steady(before: State, after: State, still_s: float) -> None:
 
 
 @contextmanager
-def running(part: str, *options: str) -> Iterator[Rig]:
-    rig = Rig(part, *options)
+def running(part: str, *options: str, state: Path | None = None, name: str = "") -> Iterator[Rig]:
+    rig = Rig(part, *options, state=state, name=name)
     try:
         yield rig
     finally:

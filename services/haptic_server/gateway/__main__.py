@@ -9,15 +9,18 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from drumstick.law import law_of
+from drumstick.parameters import values_of
 from drumstick.scene import as_tables, parse
 from haptic_server import files, limits
 from haptic_server.gateway.contacts import contacts_of
 from haptic_server.gateway.link import rehearse, wait_for_servo
 from haptic_server.gateway.osc.front import OscFront
 from haptic_server.gateway.pointing import Pointing
+from haptic_server.gateway.presets import Presets
 from haptic_server.gateway.relay import Relay
 from haptic_server.gateway.settings import ParameterDesk
 from haptic_server.gateway.wire import Wire
+from haptic_server.presets.store import PresetStore
 from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, Keys
 from protocol.session import open_client, open_router
 from realtime.stop import StopRequest
@@ -43,6 +46,10 @@ def _arguments() -> argparse.Namespace:
         "--osc-out", type=_address, action="append", help="host:port to send OSC to; may repeat"
     )
     parser.add_argument("--prefix", default="/drumstick")
+    parser.add_argument("--state-dir", type=Path, required=True, help="where presets are kept")
+    parser.add_argument(
+        "--fresh", action="store_true", help="start from the scene, not from the last good set"
+    )
     return parser.parse_args()
 
 
@@ -60,8 +67,11 @@ def main() -> int:
     if link is None:
         return 0
     desk = ParameterDesk(scene, link, limits.read(given.run_dir))
+    scene_values = values_of(law_of(scene), desk.table)
+    presets = Presets(PresetStore(given.state_dir), desk, scene.name, scene_values)
     try:
-        osc = OscFront(given.osc_in, given.osc_out or [("127.0.0.1", 9101)], given.prefix, desk)
+        targets = given.osc_out or [("127.0.0.1", 9101)]
+        osc = OscFront(given.osc_in, targets, given.prefix, desk, presets.load)
     except ValueError as error:
         _log.error("%s", error)
         return 2
@@ -93,10 +103,22 @@ def main() -> int:
                 **told,
             }
 
-        wire = Wire(session, keys, desk, lambda: link.boot, json.dumps(as_tables(scene)), health)
+        if desk.revision == 0 and not given.fresh:  # nobody has set anything since the servo started
+            presets.restore()
+        last_good = presets.keep_last()
+        wire = Wire(session, keys, desk, lambda: link.boot, json.dumps(as_tables(scene)), health, presets)
+
+        def news(what: str, name: str) -> None:
+            wire.put_news(what, name)
+            if what == "loaded":
+                osc.preset(name)
+
+        presets.on_news = news
         try:
-            Relay(given.rig, link, desk, wire, osc, Pointing(session, keys, link), contacts).run(stop)
+            pointing = Pointing(session, keys, link)
+            Relay(given.rig, link, desk, wire, osc, pointing, contacts, last_good).run(stop)
         finally:
+            last_good.close()
             wire.close()
             session.close()
     osc.close()

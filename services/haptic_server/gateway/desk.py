@@ -4,7 +4,9 @@ from collections.abc import Mapping
 from typing import Protocol
 
 from drumstick.parameters import Parameter
+from haptic_server.gateway.lease import Holder
 from protocol.messages import SetReply
+from protocol.requests import ANYBODY, Claim
 
 
 class Desk(Protocol):
@@ -19,11 +21,15 @@ class Desk(Protocol):
         """The servo's readback, SI units; NaN where a parameter has no value (z_h0 of a hand without stiffness)."""
         ...
 
-    def set(self, changes: Mapping[str, float], source: str) -> SetReply:
+    def set(self, changes: Mapping[str, float], source: str, claim: Claim = ANYBODY) -> SetReply:
         """Set all of `changes` or, raising drumstick.parameters.Refusal, none. Blocks a few ms at most.
 
-        `source` names who asked, for the log, e.g. "osc 127.0.0.1:50412".
+        `source` names who asked, for the log, e.g. "osc 127.0.0.1:50412"; `claim`: what must hold for it.
         """
+        ...
+
+    def take_lease(self, who: str, name: str, seconds: float) -> Holder:
+        """Take, renew or (0 s) give back the right to be the only one who sets; raises Refusal."""
         ...
 
     def panic(self, source: str) -> None:

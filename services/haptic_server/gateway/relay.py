@@ -14,6 +14,7 @@ from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.pointing import Pointing
 from haptic_server.gateway.settings import Echo, ParameterDesk
 from haptic_server.gateway.wire import Wire
+from haptic_server.presets.last_good import LastGood
 from haptic_server.records import FAULT, FAULT_WORDS, PANIC, STATUS_WORDS, STRIKE
 from protocol.messages import Release, State, Strike
 from realtime.stop import StopRequest
@@ -39,6 +40,7 @@ class Relay:
         osc: OscFront,
         pointing: Pointing | None = None,
         contacts: Contacts | None = None,
+        last_good: LastGood | None = None,
     ) -> None:
         self._rig = rig
         self._link = link
@@ -47,6 +49,8 @@ class Relay:
         self._osc = osc
         self._pointing = pointing
         self._contacts = contacts
+        self._last_good = last_good
+        self._lease_of = ""
         self._started_ns = 0
         self._next_state_ns = 0
         self._next_alive_ns = 0
@@ -69,6 +73,8 @@ class Relay:
         latched = self._link.take_live()
         if latched is not None:
             self._echo(self._desk.latched(*latched), pending=False)
+            if self._last_good is not None:
+                self._last_good.note(self._desk.values(), now_ns)
         if self._pointing is not None:
             self._pointing.step(now_ns)
         if now_ns >= self._next_state_ns:
@@ -140,6 +146,9 @@ class Relay:
             )
         )
         self._tell_pending(pending)
+        self._tell_lease()
+        if status["status"] == FAULT and self._last_good is not None:
+            self._last_good.fault(int(status["fault"]), now_ns)
         if int(status["refused"]) != self._refused:
             self._refused = int(status["refused"])
             self._desk.refused_by_servo(int(status["refused_revision"]))
@@ -153,6 +162,13 @@ class Relay:
         if pending and self._desk.revision != self._told_pending:
             self._told_pending = self._desk.revision
             self._wire.put_echoes(self._desk.everything(), self._desk.live_revision, True)
+
+    def _tell_lease(self) -> None:
+        holder = self._desk.lease_holder()
+        if holder.name != self._lease_of:
+            self._lease_of = holder.name
+            self._wire.put_lease(holder)
+            self._osc.lease(*holder)
 
     def _status_words(self, status: Any) -> str:
         if not self._link.servo_is_alive():

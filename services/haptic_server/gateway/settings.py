@@ -6,15 +6,18 @@ Any gateway thread; one short lock, never held over a call to the network.
 import logging
 import math
 import threading
-from collections.abc import Mapping
+import time
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from drumstick import envelope, parameters
 from drumstick.law import Records
 from drumstick.parameters import Parameter, Refusal
 from drumstick.scene import Scene
+from haptic_server.gateway.lease import Holder, Lease
 from haptic_server.gateway.link import ServoLink
 from protocol.messages import SetReply
+from protocol.requests import ANYBODY, Claim
 
 _log = logging.getLogger("gateway")
 
@@ -30,11 +33,19 @@ class Echo(NamedTuple):
 class ParameterDesk:
     """Accepts sets through the joint envelope, offers them to the servo, and remembers what the servo really uses."""
 
-    def __init__(self, scene: Scene, link: ServoLink, limits: envelope.Limits | None = None) -> None:
-        """`limits`: what scene and device allow; the scene's own guard without them."""
+    def __init__(
+        self,
+        scene: Scene,
+        link: ServoLink,
+        limits: envelope.Limits | None = None,
+        now: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """`limits`: what scene and device allow; the scene's own guard without them. `now`: s, for the lease."""
         self.table: Mapping[str, Parameter] = parameters.table_of(scene)
         self._limits = limits or envelope.Limits.of(scene.guard)
         self._link = link
+        self._now = now
+        self._lease = Lease()
         self._lock = threading.Lock()
         self._live_revision, self._live = link.first_live()
         waiting = link.waiting()
@@ -68,14 +79,30 @@ class ParameterDesk:
         """Whether an accepted set still waits for the stick to be above the head."""
         return self._live_revision < self._revision
 
-    def set(self, changes: Mapping[str, float], source: str) -> SetReply:
+    def take_lease(self, who: str, name: str, seconds: float) -> Holder:
+        """Take, renew or (0 s) give back the right to be the only one who sets; raises Refusal."""
+        with self._lock:
+            return self._lease.take(who, name, seconds, self._now())
+
+    def lease_holder(self) -> Holder:
+        """Who alone may set now."""
+        with self._lock:
+            return self._lease.holder(self._now())
+
+    def set(self, changes: Mapping[str, float], source: str, claim: Claim = ANYBODY) -> SetReply:
         """Accept all of `changes` or raise Refusal; the servo takes them when the stick is above the head.
 
-        Changes build on the newest accepted set, so nothing accepted before is lost while it waits.
+        Changes build on the newest accepted set, so nothing accepted before is lost while it waits. Somebody else's
+        lease refuses them, and so does a newer set than the one that the claim names.
         """
         if not changes:
             raise Refusal("an empty set: name at least one parameter")
         with self._lock:
+            self._lease.require(claim.lease, self._now())
+            if claim.revision not in (None, self._revision):
+                raise Refusal(
+                    f"set for revision {claim.revision}, but somebody made it {self._revision}: look again"
+                )
             wanted = parameters.with_changes(self._accepted, self.table, changes)
             envelope.require(wanted, self._limits)
             self._accepted = wanted

@@ -1,37 +1,38 @@
 """The gateway's Zenoh side: publishes what the servo does, answers queries, takes sets.
 
-`put_*` are for the relay thread. Queries arrive on zenoh's threads, which only queue them; one worker answers, so that
-nothing here can stop zenoh's delivery. A set is answered when the servo uses it, or as pending after a while.
+`put_*` are for the relay thread. Queries arrive on zenoh's threads, which only queue them; one worker answers, and
+another one those that wait for the disk. Only a panic is raised where it arrives. A set is answered when the servo uses
+it, or as pending after a while.
 """
 
 from __future__ import annotations
 
 import json
-import logging
 import math
-import queue
-import threading
 import time
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
+from haptic_server.gateway.lease import Holder
+from haptic_server.gateway.presets import Presets
+from haptic_server.gateway.questions import Questions, payload_of, refuse
 from haptic_server.gateway.settings import Echo, ParameterDesk
 from protocol import messages
 from protocol.keys import Keys
-from protocol.requests import requested_value, requested_values
+from protocol.requests import Claim, requested_text, requested_value, requested_values
 
 if TYPE_CHECKING:
     import zenoh
 
-_log = logging.getLogger("gateway")
-_QUEUED_QUERIES = 256
 _ANSWER_PENDING_AFTER_S = 0.15
 
 
 class _Waiting(NamedTuple):
+    # `reply` makes the answer of values and of whether they still wait; `key` is where it goes.
     query: zenoh.Query
     names: tuple[str, ...]
-    single: bool
+    key: str
+    reply: Callable[[dict[str, float], bool], messages.Message]
     revision: int
     until: float
 
@@ -47,6 +48,7 @@ class Wire:
         boot: Callable[[], int],
         scene_json: str,
         health: Callable[[], Mapping[str, object]],
+        presets: Presets,
     ) -> None:
         import zenoh
 
@@ -58,26 +60,35 @@ class Wire:
         self._health = health
         self._encoding = zenoh.Encoding(messages.ENCODING)
         self._json = zenoh.Encoding.APPLICATION_JSON
-        self._queries: queue.Queue[zenoh.Query | None] = queue.Queue(_QUEUED_QUERIES)
+        self._presets = presets
         self._waiting: list[_Waiting] = []
         self._strike = session.declare_publisher(keys.strike, encoding=self._encoding)
         self._release = session.declare_publisher(keys.release, encoding=self._encoding)
         self._state = session.declare_publisher(keys.state, encoding=self._encoding)
+        self._questions = Questions("queries", self._answer, self._settle)
+        self._writes = Questions("preset files", self._save)
         self._queryables = [
-            session.declare_queryable(key, self._receive)
-            for key in (
-                keys.set_many,
-                keys.set_one("*"),
-                keys.param("*"),
-                keys.scene,
-                keys.clock,
-                keys.doctor,
-                keys.panic,
+            session.declare_queryable(key, receive)
+            for key, receive in (
+                *(
+                    (key, self._questions.receive)
+                    for key in (
+                        keys.set_many,
+                        keys.set_one("*"),
+                        keys.param("*"),
+                        keys.scene,
+                        keys.clock,
+                        keys.doctor,
+                        keys.lease,
+                        keys.preset,
+                        keys.preset_load,
+                    )
+                ),
+                (keys.preset_save, self._writes.receive),
+                (keys.panic, self._panic),
             )
         ]
         self._token = session.liveliness().declare_token(keys.alive("haptic", f"{boot():x}"))
-        self._worker = threading.Thread(target=self._answer_all, name="queries", daemon=True)
-        self._worker.start()
 
     def put_strike(self, strike: messages.Strike) -> None:
         """Publish one strike."""
@@ -97,49 +108,39 @@ class Wire:
             readback = messages.Readback(value=echo.value, revision=revision, pending=pending)
             self._session.put(self._keys.param(echo.name), messages.encode(readback), encoding=self._encoding)
 
+    def put_lease(self, holder: Holder) -> None:
+        """Publish who alone may set."""
+        payload = messages.encode(messages.Lease(name=holder.name, left_s=holder.left_s))
+        self._session.put(self._keys.lease, payload, encoding=self._encoding)
+
+    def put_news(self, what: str, name: str) -> None:
+        """Publish that a preset was saved or loaded; any thread."""
+        payload = messages.encode(messages.PresetNews(what=what, name=name))
+        self._session.put(self._keys.preset, payload, encoding=self._encoding)
+
     def close(self) -> None:
         """Stop answering. The caller closes the session."""
-        self._queries.put(None)
-        self._worker.join(2.0)
+        self._questions.close()
+        self._writes.close()
 
-    def _receive(self, query: zenoh.Query) -> None:
-        try:
-            self._queries.put_nowait(query)
-        except queue.Full:
-            self._refuse(query, "too many queries at once: ask again")
-
-    def _answer_all(self) -> None:
-        while True:
-            try:
-                query = self._queries.get(timeout=0.005 if self._waiting else 0.5)
-            except queue.Empty:
-                self._settle()
-                continue
-            if query is None:
-                return
-            self._answer_or_refuse(query)
-            self._settle()
-
-    def _answer_or_refuse(self, query: zenoh.Query) -> None:
-        try:
-            if self._answer(query):
-                query.drop()  # not left to the collector: until then the asker waits for more
-        except ValueError as error:  # a Refusal is one
-            self._refuse(query, str(error))
-        except Exception as error:  # noqa: BLE001  one question that fails must not silence all that come after it
-            _log.error("query %s could not be answered: %r", query.key_expr, error)
-            self._refuse(query, f"a fault of the gateway: {error}")
+    def _panic(self, query: zenoh.Query) -> None:
+        # At once, on zenoh's own thread: no queue stands before zero force.
+        self._desk.panic("zenoh")
+        self._questions.receive(query)
 
     def _answer(self, query: zenoh.Query) -> bool:
-        """Answer now, or queue a set until the servo took it; True when the query is done with."""
+        """Answer now, or remember a set until the servo took it; True when the query is done with."""
         key = str(query.key_expr)
         keys = self._keys
-        payload = query.payload.to_bytes() if query.payload is not None else b""
+        payload = payload_of(query)
         if key == keys.set_many:
-            return self._set(query, requested_values(payload), single=False)
+            changes, claim = requested_values(payload)
+            return self._set(query, changes, claim, key)
         if key.startswith(keys.set_one("")):
-            name = key.removeprefix(keys.set_one(""))
-            return self._set(query, {name: requested_value(payload)}, single=True)
+            value, claim = requested_value(payload)
+            return self._set(query, {key.removeprefix(keys.set_one("")): value}, claim, key)
+        if key == keys.preset_load:
+            return self._load(query, *requested_text(payload))
         if key.startswith(keys.param("")):
             self._ask(query, key.removeprefix(keys.param("")))
         elif key == keys.scene:
@@ -149,11 +150,30 @@ class Wire:
             query.reply(keys.clock, messages.encode(clock), encoding=self._encoding)
         elif key == keys.doctor:
             query.reply(keys.doctor, json.dumps(self._health()), encoding=self._json)
-        elif key == keys.panic:
-            self._desk.panic("zenoh")
+        elif key == keys.panic:  # raised already
             query.reply(keys.panic, messages.encode(messages.Message()), encoding=self._encoding)
+        elif key == keys.lease:
+            query.reply(keys.lease, messages.encode(self._lease(payload)), encoding=self._encoding)
+        elif key == keys.preset:
+            listed = [row._asdict() for row in self._presets.list()]
+            query.reply(keys.preset, json.dumps(listed), encoding=self._json)
         else:
             raise ValueError(f"{key}: name one key; wildcards are for param/* only")
+        return True
+
+    def _lease(self, payload: bytes) -> messages.Lease:
+        if payload:
+            asked = messages.decode(payload, messages.LeaseRequest)
+            holder = self._desk.take_lease(asked.who, asked.name, asked.seconds)
+        else:
+            holder = self._desk.lease_holder()
+        return messages.Lease(name=holder.name, left_s=holder.left_s)
+
+    def _save(self, query: zenoh.Query) -> bool:
+        name, _ = requested_text(payload_of(query))
+        saved = self._presets.save(name, "zenoh")
+        news = messages.PresetNews(what="saved", name=saved.name)
+        query.reply(self._keys.preset_save, messages.encode(news), encoding=self._encoding)
         return True
 
     def _ask(self, query: zenoh.Query, name: str) -> None:
@@ -166,16 +186,42 @@ class Wire:
             )
             query.reply(self._keys.param(echo.name), messages.encode(readback), encoding=self._encoding)
 
-    def _set(self, query: zenoh.Query, changes: dict[str, float], *, single: bool) -> bool:
-        reply = self._desk.set(changes, "zenoh")
+    def _set(self, query: zenoh.Query, changes: dict[str, float], claim: Claim, key: str) -> bool:
+        taken = self._desk.set(changes, "zenoh", claim)
+
+        def reply(values: dict[str, float], pending: bool) -> messages.Message:
+            if key == self._keys.set_many:
+                return messages.SetReply(values=values, revision=taken.revision, pending=pending)
+            (value,) = values.values()
+            return messages.Readback(value=value, revision=taken.revision, pending=pending)
+
+        return self._answer_later(query, taken, key, reply)
+
+    def _load(self, query: zenoh.Query, name: str, claim: Claim) -> bool:
+        taken, note = self._presets.load(name, "zenoh", claim)
+
+        def reply(values: dict[str, float], pending: bool) -> messages.Message:
+            return messages.PresetReply(
+                name=name, values=values, revision=taken.revision, pending=pending, note=note
+            )
+
+        return self._answer_later(query, taken, self._keys.preset_load, reply)
+
+    def _answer_later(
+        self,
+        query: zenoh.Query,
+        taken: messages.SetReply,
+        key: str,
+        reply: Callable[[dict[str, float], bool], messages.Message],
+    ) -> bool:
         until = time.monotonic() + _ANSWER_PENDING_AFTER_S
-        self._waiting.append(_Waiting(query, tuple(changes), single, reply.revision, until))
+        self._waiting.append(_Waiting(query, tuple(taken.values), key, reply, taken.revision, until))
         return False
 
-    def _settle(self) -> None:
-        # Answer the sets that the servo has taken, and those that have waited long enough.
+    def _settle(self) -> bool:
+        # Answer the sets that the servo has taken, and those that have waited long enough; True while some wait.
         if not self._waiting:
-            return
+            return False
         now = time.monotonic()
         live = self._desk.live_revision
         still: list[_Waiting] = []
@@ -186,25 +232,13 @@ class Wire:
                 continue
             self._answer_set(waiting, self._desk.values() if taken else self._desk.accepted_values(), taken)
         self._waiting = still
+        return bool(still)
 
     def _answer_set(self, waiting: _Waiting, values: dict[str, float], taken: bool) -> None:
         told = {n: values[n] for n in waiting.names if math.isfinite(values[n])}
         if len(told) < len(waiting.names):
-            self._refuse(waiting.query, "accepted, but z_h0 has no meaning any more: k_hand is 0 N/m")
+            refuse(waiting.query, "accepted, but z_h0 has no meaning any more: k_hand is 0 N/m")
             return
-        pending = not taken
-        if waiting.single:
-            name = waiting.names[0]
-            key = self._keys.set_one(name)
-            reply: messages.Message = messages.Readback(
-                value=told[name], revision=waiting.revision, pending=pending
-            )
-        else:
-            key = self._keys.set_many
-            reply = messages.SetReply(values=told, revision=waiting.revision, pending=pending)
-        waiting.query.reply(key, messages.encode(reply), encoding=self._encoding)
+        reply = messages.encode(waiting.reply(told, not taken))
+        waiting.query.reply(waiting.key, reply, encoding=self._encoding)
         waiting.query.drop()
-
-    def _refuse(self, query: zenoh.Query, reason: str) -> None:
-        query.reply_err(messages.encode(messages.RefusalReply(reason=reason)), encoding=self._encoding)
-        query.drop()

@@ -11,8 +11,10 @@ from drumstick.law import law_of
 from drumstick.scene import parse, shipped_text
 from haptic_server import block as blocks
 from haptic_server.gateway.link import ServoLink
+from haptic_server.gateway.presets import Presets
 from haptic_server.gateway.settings import ParameterDesk
 from haptic_server.gateway.wire import Wire
+from haptic_server.presets.store import PresetStore
 from protocol.keys import Keys
 from protocol.messages import Clock, RefusalReply, decode
 from protocol.session import open_router
@@ -33,7 +35,9 @@ def router(tmp_path: Path) -> Iterator[zenoh.Session]:
     mine = blocks.create(tmp_path, law_of(ROLL))  # kept: the mapping lives as long as its views
     link = ServoLink(tmp_path, law_of(ROLL))
     session = open_router(endpoint)
-    wire = Wire(session, KEYS, ParameterDesk(ROLL, link), lambda: mine.boot, "{}", _no_health)
+    desk = ParameterDesk(ROLL, link)
+    presets = Presets(PresetStore(tmp_path / "state"), desk, "roll", desk.values())
+    wire = Wire(session, KEYS, desk, lambda: mine.boot, "{}", _no_health, presets)
     yield session
     wire.close()
     session.close()

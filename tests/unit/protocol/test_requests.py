@@ -8,26 +8,26 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from protocol.requests import requested_value, requested_values
+from protocol.requests import ANYBODY, Claim, requested_text, requested_value, requested_values
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 
 
 @given(FINITE | st.integers(-(2**53), 2**53))
 def test_one_value_in_both_forms(value: float) -> None:
-    assert requested_value(msgspec.msgpack.encode([1, value])) == value
-    assert requested_value(json.dumps(value).encode()) == value
-    assert requested_value(f" \n{json.dumps(value)}\t".encode()) == value
+    assert requested_value(msgspec.msgpack.encode([1, value])) == (value, ANYBODY)
+    assert requested_value(json.dumps(value).encode()) == (value, ANYBODY)
+    assert requested_value(f" \n{json.dumps(value)}\t".encode()) == (value, ANYBODY)
 
 
 @given(st.dictionaries(st.text(min_size=1), FINITE, min_size=1, max_size=8))
 def test_several_values_in_both_forms(values: dict[str, float]) -> None:
-    assert requested_values(msgspec.msgpack.encode([1, values])) == values
-    assert requested_values(json.dumps(values).encode()) == values
+    assert requested_values(msgspec.msgpack.encode([1, values])) == (values, ANYBODY)
+    assert requested_values(json.dumps(values).encode()) == (values, ANYBODY)
 
 
 def test_nan_passes_here_and_is_left_to_the_parameter() -> None:
-    assert math.isnan(requested_value(msgspec.msgpack.encode([1, math.nan])))
+    assert math.isnan(requested_value(msgspec.msgpack.encode([1, math.nan]))[0])
 
 
 @pytest.mark.parametrize(
@@ -65,3 +65,24 @@ def test_nesting_without_end_is_a_value_error(opening: bytes) -> None:
     for read in (requested_value, requested_values):
         with pytest.raises(ValueError, match="neither msgpack nor JSON"):
             read(opening * 100_000)
+
+
+def test_a_claim_comes_third() -> None:
+    claimed = msgspec.msgpack.encode([1, 0.5, {"lease": "mine", "revision": 7}])
+    assert requested_value(claimed) == (0.5, Claim("mine", 7))
+    assert requested_text(msgspec.msgpack.encode([1, "slow", {"revision": 0}])) == ("slow", Claim("", 0))
+    assert requested_text(b'"slow"') == ("slow", ANYBODY)
+
+
+@pytest.mark.parametrize(
+    "claim", [3, "mine", {"lease": 3}, {"revision": 1.5}, {"revision": True}, {"leese": "mine"}, {1: 2}, None]
+)
+def test_a_claim_that_is_none_is_refused(claim: object) -> None:
+    with pytest.raises(ValueError, match="claim"):
+        requested_value(msgspec.msgpack.encode([1, 0.5, claim]))
+
+
+@pytest.mark.parametrize("payload", [b"", b"3", b"[1]", msgspec.msgpack.encode([1, 5]), b'{"a": 1}'])
+def test_a_name_is_a_text(payload: bytes) -> None:
+    with pytest.raises(ValueError, match=r"expected|empty"):
+        requested_text(payload)

@@ -63,7 +63,12 @@ def test_up_puts_scene_and_gesture_into_the_run_folder(
 
     monkeypatch.setattr(up, "Rig", begin)
     options = Options(
-        rig="gesture", folder=tmp_path / "run", connect="tcp/127.0.0.1:1", parts=frozenset({HAPTIC}), osc_in=0
+        rig="gesture",
+        folder=tmp_path / "run",
+        state=tmp_path / "state",
+        connect="tcp/127.0.0.1:1",
+        parts=frozenset({HAPTIC}),
+        osc_in=0,
     )
     with pytest.raises(Begun):
         up.up(options, given, None, as_json=False)

@@ -9,7 +9,7 @@ from ipaddress import ip_network
 
 from haptic_server.gateway.desk import Desk
 from haptic_server.gateway.osc.echoes import Echoes
-from haptic_server.gateway.osc.inbound import Inbound, Network
+from haptic_server.gateway.osc.inbound import Inbound, LoadPreset, Network
 from haptic_server.gateway.osc.outlet import Outlet
 from haptic_server.gateway.osc.prescan import MAX_BYTES
 from haptic_server.gateway.osc.tally import Tally
@@ -41,6 +41,7 @@ class OscFront:
         targets: Sequence[tuple[str, int]],
         prefix: str,
         desk: Desk,
+        load_preset: LoadPreset,
         allow: Sequence[Network] = LOOPBACK,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
@@ -65,6 +66,7 @@ class OscFront:
         self._inbound = Inbound(
             self._prefix,
             desk,
+            load_preset,
             allow,
             self.endpoint,
             self._outlet,
@@ -136,6 +138,14 @@ class OscFront:
     def alive(self, rig: str, status: str, strikes: int) -> None:
         """Send /alive; once a second."""
         self._send_all(lambda: [osc.alive(self._prefix, rig, status, strikes)])
+
+    def preset(self, name: str) -> None:
+        """Send /preset: this one was loaded."""
+        self._send_all(lambda: [osc.preset(self._prefix, name)])
+
+    def lease(self, name: str, left_s: float) -> None:
+        """Send /lease: who alone may set; "" when everybody may."""
+        self._send_all(lambda: [osc.lease(self._prefix, name, left_s)])
 
     def error(self, address: str, why: str) -> None:
         """Send /error to every target."""

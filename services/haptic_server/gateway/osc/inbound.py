@@ -6,6 +6,7 @@ target, and changes nothing; a flood of mistakes is counted, but answered only 2
 
 import logging
 import math
+import secrets
 import struct
 from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache, partial
@@ -13,13 +14,16 @@ from ipaddress import IPv4Network, IPv6Network, ip_address
 
 from drumstick.parameters import Parameter, Refusal
 from haptic_server.gateway.desk import Desk
+from haptic_server.gateway.lease import LONGEST_S
 from haptic_server.gateway.osc.allowance import Allowance
 from haptic_server.gateway.osc.echoes import Echoes
 from haptic_server.gateway.osc.outlet import Outlet
 from haptic_server.gateway.osc.prescan import Unreadable, prescan
 from haptic_server.gateway.osc.tally import Tally
 from haptic_server.gateway.osc.targets import MOST_SUBSCRIPTIONS, SUBSCRIPTION_S, Endpoint, Targets
+from haptic_server.presets.preset import PresetError
 from protocol import osc
+from protocol.requests import Claim
 
 Network = IPv4Network | IPv6Network
 
@@ -39,6 +43,7 @@ class Refused(Exception):
         self.reason = reason
 
 
+LoadPreset = Callable[[str, str, Claim], object]
 _Action = Callable[[Sequence[osc.Argument], Endpoint, float], None]
 
 
@@ -60,6 +65,16 @@ def _in_range(row: Parameter, value: float) -> float:
     return row.check(value)
 
 
+def _text(args: Sequence[osc.Argument]) -> str:
+    if len(args) != 1 or not isinstance(args[0], str):
+        raise Refused("arguments", "send one text")
+    return args[0]
+
+
+def _named(sender: Endpoint) -> str:
+    return f"osc {sender[0]}:{sender[1]}"
+
+
 def _port(args: Sequence[osc.Argument]) -> int:
     if len(args) == 1 and not isinstance(args[0], str):
         value = args[0]
@@ -70,12 +85,16 @@ def _port(args: Sequence[osc.Argument]) -> int:
 
 
 class Inbound:
-    """Hears datagrams. `own` is the endpoint of the front's own socket, which must never become a target."""
+    """Hears datagrams. `own` is the endpoint of the front's own socket, which must never become a target.
+
+    `load_preset(name, source, claim)` raises PresetError or Refusal.
+    """
 
     def __init__(
         self,
         prefix: str,
         desk: Desk,
+        load_preset: LoadPreset,
         allow: Sequence[Network],
         own: Endpoint,
         outlet: Outlet,
@@ -85,6 +104,8 @@ class Inbound:
     ) -> None:
         self._prefix = prefix
         self._desk = desk
+        self._load_preset = load_preset
+        self._secret = secrets.token_hex(8)  # a sender's lease is its address here, and nobody's elsewhere
         self._own = own
         self._outlet = outlet
         self._targets = targets
@@ -107,6 +128,8 @@ class Inbound:
             osc.address(prefix, osc.PING): self._ping,
             osc.address(prefix, osc.SUBSCRIBE): self._subscribe,
             osc.address(prefix, osc.UNSUBSCRIBE): self._unsubscribe,
+            osc.address(prefix, osc.PRESET_LOAD): self._preset_load,
+            osc.address(prefix, osc.TAKE_LEASE): self._take_lease,
             osc.address(prefix, osc.PANIC): self._panic,
         }
         for name, row in desk.table.items():
@@ -135,7 +158,7 @@ class Inbound:
             action(message.args, sender, now_s)
         except Refused as refused:
             self._refuse(refused.reason, message.address, str(refused), sender, now_s)
-        except Refusal as refusal:
+        except (Refusal, PresetError) as refusal:
             self._refuse("value", message.address, str(refusal), sender, now_s)
         except Exception:  # noqa: BLE001  a fault of ours in one message must not deafen the rig to /panic
             self._refuse("fault", message.address, "a fault of the rig: see its log", sender, now_s)
@@ -186,7 +209,7 @@ class Inbound:
         present = self._desk.values()[row.name]
         before = self._echoes.expect(row.name, sender, value, now_s)
         try:
-            reply = self._desk.set({row.name: value}, f"osc {sender[0]}:{sender[1]}")
+            reply = self._desk.set({row.name: value}, _named(sender), self._claim(sender))
         except Refusal:
             self._echoes.forget(row.name, sender, before)
             raise
@@ -229,6 +252,18 @@ class Inbound:
     def _unsubscribe(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
         self._targets.unsubscribe(sender[0], _port(args) if args else None)
 
+    def _claim(self, sender: Endpoint) -> Claim:
+        return Claim(lease=f"{self._secret} {_named(sender)}")
+
+    def _preset_load(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
+        self._load_preset(_text(args), _named(sender), self._claim(sender))
+
+    def _take_lease(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
+        name = _text(args)
+        seconds = LONGEST_S if name else 0.0
+        holder = self._desk.take_lease(self._claim(sender).lease, name or _named(sender), seconds)
+        self._outlet.send([osc.lease(self._prefix, *holder)], [sender])
+
     def _panic(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
         # Whatever comes with it: zero force is never refused.
-        self._desk.panic(f"osc {sender[0]}:{sender[1]}")
+        self._desk.panic(_named(sender))

@@ -7,7 +7,7 @@ import threading
 import pytest
 
 from haptic_server.gateway.osc.front import OscFront
-from osc_bench import BOUND_S, FakeDesk, built, client, opened_front, tell
+from osc_bench import BOUND_S, FakeDesk, built, client, no_preset, opened_front, tell
 from protocol import osc
 from protocol.messages import Release, Strike
 
@@ -75,7 +75,7 @@ def test_targets_that_cannot_be_reached_are_counted_and_the_others_served() -> N
     desk = FakeDesk()
     with client() as a:
         # Port 0 of a numeric address cannot be sent to on any system.
-        front = OscFront(("127.0.0.1", 0), [("127.0.0.1", 0), a.endpoint], P, desk)
+        front = OscFront(("127.0.0.1", 0), [("127.0.0.1", 0), a.endpoint], P, desk, desk.load_preset)
         try:
             front.alive("main", "ready", 0)
             assert a.waiting() == [("/drumstick/alive", ["main", "ready", 0])]
@@ -106,13 +106,13 @@ def test_over_the_socket() -> None:
 
 def test_a_taken_port_is_an_error() -> None:
     with opened_front(FakeDesk()) as front, pytest.raises(OSError, match="already in use"):
-        OscFront(front.endpoint, [], P, FakeDesk())
+        OscFront(front.endpoint, [], P, FakeDesk(), no_preset)
 
 
 def test_an_unusable_prefix_is_an_error_and_leaves_no_thread() -> None:
     before = threading.active_count()
     with pytest.raises(ValueError, match="OSC prefix"):
-        OscFront(("127.0.0.1", 0), [], "/a*", FakeDesk())
+        OscFront(("127.0.0.1", 0), [], "/a*", FakeDesk(), no_preset)
     assert threading.active_count() == before
 
 
@@ -136,7 +136,7 @@ def test_every_row_of_the_table_is_heard() -> None:
 
 def test_another_prefix() -> None:
     with client() as a:
-        front = OscFront(("127.0.0.1", 0), [a.endpoint], "/kit/left", FakeDesk())
+        front = OscFront(("127.0.0.1", 0), [a.endpoint], "/kit/left", FakeDesk(), no_preset)
         try:
             assert tell(front, a, built("/kit/left/ping")) == [("/kit/left/pong", [])]
             assert tell(front, a, built("/drumstick/ping"))[0][0] == "/kit/left/error"

@@ -8,7 +8,7 @@ import pytest
 
 from haptic_server.gateway.osc.front import OscFront
 from haptic_server.gateway.osc.targets import MOST_SUBSCRIPTIONS
-from osc_bench import FakeDesk, Time, built, client, opened_front, tell
+from osc_bench import FakeDesk, Time, built, client, no_preset, opened_front, tell
 from protocol import osc
 
 P = "/drumstick"
@@ -105,7 +105,7 @@ def test_the_rigs_own_port_can_be_no_target() -> None:
     with client() as probe:
         free = probe.endpoint
     with pytest.raises(ValueError, match="send to another port"):
-        OscFront(free, [free], P, FakeDesk())
+        OscFront(free, [free], P, FakeDesk(), no_preset)
 
 
 def test_errors_are_capped_for_each_source_but_ping_and_panic_never() -> None:

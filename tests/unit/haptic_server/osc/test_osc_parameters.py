@@ -67,7 +67,7 @@ _BAD = {
     "norm NaN": (built(P + "/param/dv_pls/norm", math.nan), "outside 0 .. 1"),
     "norm text": (built(P + "/param/dv_pls/norm", "1"), "send one number"),
     "unknown parameter": (built(P + "/param/nonsense", 0.5), "no such address"),
-    "unknown address": (built(P + "/preset/load"), "no such address"),
+    "unknown address": (built(P + "/preset/delete"), "no such address"),
     "without the prefix": (built("/param/dv_pls"), "no such address"),
     "another's prefix": (built("/drumstic/param/dv_pls"), "no such address"),
     "bundle": (b"#bundle\0" + bytes(8), "bundles are not read"),

@@ -1,0 +1,50 @@
+"""The writer's lease: while somebody holds it, nobody else's sets are taken. Not needed to set, nor to panic.
+
+The caller's lock guards it. Times are seconds of any clock that does not go back.
+"""
+
+from typing import NamedTuple
+
+from drumstick.parameters import Refusal
+
+LONGEST_S = 5.0
+_LONGEST_NAME = 60
+
+
+class Holder(NamedTuple):
+    """Who holds the lease: `name` is shown to others, `left_s` is until it ends. Nobody: "" and 0."""
+
+    name: str
+    left_s: float
+
+
+NOBODY = Holder("", 0.0)
+
+
+class Lease:
+    """Who may set."""
+
+    def __init__(self) -> None:
+        self._id = ""
+        self._name = ""
+        self._until_s = 0.0
+
+    def holder(self, now_s: float) -> Holder:
+        """Who holds it now."""
+        return Holder(self._name, self._until_s - now_s) if now_s < self._until_s else NOBODY
+
+    def take(self, who: str, name: str, seconds: float, now_s: float) -> Holder:
+        """Take or renew it for at most 5 s; 0 s gives it back. `who` is the holder's secret. Raises Refusal."""
+        if not (who and name.strip() and name.isprintable() and len(name) <= _LONGEST_NAME):
+            raise Refusal(f"lease: name yourself in 1 to {_LONGEST_NAME} printable characters")
+        if not 0.0 <= seconds <= LONGEST_S:
+            raise Refusal(f"lease: {seconds:g} s is outside 0 .. {LONGEST_S:g} s; renew it while you work")
+        self.require(who, now_s)
+        self._id, self._name, self._until_s = who, name, now_s + seconds
+        return self.holder(now_s)
+
+    def require(self, who: str, now_s: float) -> None:
+        """Raise Refusal when somebody else than `who` holds it."""
+        if now_s < self._until_s and who != self._id:
+            left_s = self._until_s - now_s
+            raise Refusal(f"{self._name} is tuning: ask again in {left_s:.1f} s, or agree with them")

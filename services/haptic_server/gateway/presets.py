@@ -1,0 +1,114 @@
+"""Presets on the desk: saved from what holds, loaded as one set through the envelope, restored at the start.
+
+`save` waits for the disk; `load` and `list` only read. Any gateway thread.
+"""
+
+import logging
+from collections.abc import Callable, Mapping
+from datetime import UTC, datetime
+from typing import NamedTuple
+
+from drumstick.parameters import Z_H0, Refusal
+from haptic_server.gateway.settings import ParameterDesk
+from haptic_server.presets.last_good import LastGood
+from haptic_server.presets.preset import Preset, PresetError
+from haptic_server.presets.store import Listed, PresetStore
+from protocol.messages import SetReply
+from protocol.requests import Claim
+
+_log = logging.getLogger("gateway")
+
+
+class Loaded(NamedTuple):
+    """A preset that was taken; `note` is not empty when it is an older version because the newest is damaged."""
+
+    reply: SetReply
+    note: str
+
+
+def _utc() -> str:
+    return datetime.now(UTC).isoformat(timespec="seconds")
+
+
+class Presets:
+    """Of one scene. `scene_values`: the parameters as the scene gives them, before anybody set anything.
+
+    `on_news(what, name)` is called after a preset was "saved" or "loaded", on the thread that did it.
+    """
+
+    def __init__(
+        self,
+        store: PresetStore,
+        desk: ParameterDesk,
+        scene_name: str,
+        scene_values: Mapping[str, float],
+        now: Callable[[], str] = _utc,
+    ) -> None:
+        self._store = store
+        self._desk = desk
+        self._scene_name = scene_name
+        self._scene_values = _kept(scene_values)
+        self._now = now
+        self.on_news: Callable[[str, str], None] = lambda _what, _name: None
+
+    def _preset(self, name: str, values: Mapping[str, float]) -> Preset:
+        return Preset(name, self._scene_name, self._now(), _kept(values), self._scene_values)
+
+    def save(self, name: str, source: str) -> Preset:
+        """Keep what was accepted last under this name. Raises PresetError."""
+        preset = self._preset(name, self._desk.accepted_values())
+        place = self._store.save(preset)
+        _log.info("preset %s saved by %s in %s", name, source, place)
+        self.on_news("saved", name)
+        return preset
+
+    def load(self, name: str, source: str, claim: Claim) -> Loaded:
+        """Set everything that the preset holds, or nothing. Raises PresetError or Refusal."""
+        preset, note = self._store.load(name)
+        strange = sorted(set(preset.values) - set(self._desk.table))
+        if strange:
+            raise Refusal(
+                f"preset {name} is of the scene {preset.scene}: {', '.join(strange)} are not in {self._scene_name}"
+            )
+        reply = self._desk.set(preset.values, f"preset {name} by {source}", claim)
+        if note:
+            _log.warning("preset %s: %s", name, note)
+        self.on_news("loaded", name)
+        return Loaded(reply, note)
+
+    def list(self) -> list[Listed]:
+        """All of the rig's, those of other scenes too. Raises PresetError."""
+        return self._store.list()
+
+    def restore(self) -> None:
+        """Take up the last good set of this scene, and say in one line what became of it. Never raises."""
+        try:
+            found = self._store.load_last()
+            if found is None:
+                return
+            last = found.preset
+            if last.scene != self._scene_name:
+                return
+            if last.before != self._scene_values:
+                _log.warning(
+                    "the scene was changed since: its own parameters are used, not those of last time"
+                )
+                return
+            changed = {n: v for n, v in last.values.items() if v != self._scene_values.get(n)}
+            if found.note:
+                _log.warning("the last good set: %s", found.note)
+            if changed:
+                self._desk.set(changed, "the last good set", Claim())
+                told = ", ".join(f"{n} {v:g}" for n, v in changed.items())
+                _log.warning("as it was at %s: %s (--fresh starts from the scene)", last.saved_at, told)
+        except (PresetError, Refusal) as error:
+            _log.warning("the scene's own parameters are used; the last good set cannot be: %s", error)
+
+    def keep_last(self) -> LastGood:
+        """Keep the last good set from now on."""
+        return LastGood(self._store, lambda values: self._preset("last", values), self._desk.values())
+
+
+def _kept(values: Mapping[str, float]) -> dict[str, float]:
+    # z_h0 is a view of z_ss and m and k_hand, and may not be set beside them.
+    return {name: value for name, value in values.items() if name != Z_H0}

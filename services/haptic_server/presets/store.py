@@ -1,0 +1,137 @@
+"""Presets in a folder: each is written whole or not at all, and the version before it is kept beside it.
+
+Writing waits for the disk (fsync), so it belongs to a thread that may wait. Reading never changes a file.
+"""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+from haptic_server.presets.preset import Preset, PresetError, checked_name, from_bytes, to_bytes
+
+_SUFFIX, _BEFORE = ".preset", ".preset.before"
+_NAMED = "presets"
+_LAST = "last"
+
+
+class Found(NamedTuple):
+    """A preset that was read; `note` says in words when it is an older version because the newest is damaged."""
+
+    preset: Preset
+    note: str
+
+
+class Listed(NamedTuple):
+    """One file of the list; `trouble` is empty when it can be loaded."""
+
+    name: str
+    scene: str
+    saved_at: str
+    trouble: str
+
+
+class PresetStore:
+    """The presets of one rig in `folder`, and its last good set. The folder is made when something is saved."""
+
+    def __init__(self, folder: Path, sync: Callable[[int], None] = os.fsync) -> None:
+        self._folder = folder
+        self._sync = sync
+
+    def save(self, preset: Preset) -> Path:
+        """Keep under its name, instead of what had that name. PresetError when name or place will not do."""
+        return self._write(self._folder / _NAMED, checked_name(preset.name), preset)
+
+    def load(self, name: str) -> Found:
+        """The preset of that name; PresetError when there is none, or none that is whole."""
+        return self._read(self._folder / _NAMED, checked_name(name))
+
+    def list(self) -> list[Listed]:
+        """Every preset by name, also those that are damaged."""
+        try:
+            found = {
+                file.name.removesuffix(_BEFORE).removesuffix(_SUFFIX)
+                for file in (self._folder / _NAMED).iterdir()
+                if file.name.endswith((_SUFFIX, _BEFORE))
+            }
+        except FileNotFoundError:
+            return []
+        except OSError as error:
+            raise PresetError(f"{self._folder / _NAMED} cannot be read: {error.strerror}") from None
+        return [self._listed(name) for name in sorted(found)]
+
+    def _listed(self, name: str) -> Listed:
+        try:
+            found = self.load(name)
+        except PresetError as error:
+            return Listed(name, "", "", str(error))
+        return Listed(name, found.preset.scene, found.preset.saved_at, found.note)
+
+    def save_last(self, preset: Preset) -> Path:
+        """Keep as the last good set."""
+        return self._write(self._folder, _LAST, preset)
+
+    def load_last(self) -> Found | None:
+        """The last good set; None when there never was one, PresetError when none is whole."""
+        if not any((self._folder / f"{_LAST}{suffix}").exists() for suffix in (_SUFFIX, _BEFORE)):
+            return None
+        return self._read(self._folder, _LAST)
+
+    def _write(self, folder: Path, name: str, preset: Preset) -> Path:
+        file, before = folder / f"{name}{_SUFFIX}", folder / f"{name}{_BEFORE}"
+        beside = folder / f".{name}.{os.getpid()}"
+        try:
+            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            try:
+                descriptor = os.open(beside, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+                with os.fdopen(descriptor, "wb") as new:
+                    new.write(to_bytes(preset))
+                    new.flush()
+                    self._sync(new.fileno())
+                if _is_whole(file):
+                    os.replace(file, before)
+                os.replace(beside, file)
+            except OSError:
+                beside.unlink(missing_ok=True)
+                raise
+            self._sync_names(folder)
+        except OSError as error:
+            raise PresetError(f"{file} cannot be written: {error.strerror}") from None
+        return file
+
+    def _sync_names(self, folder: Path) -> None:
+        # Without it a power cut may bring the old name back. Only POSIX opens a folder.
+        if os.name != "posix":
+            return
+        place = os.open(folder, os.O_RDONLY)
+        try:
+            self._sync(place)
+        finally:
+            os.close(place)
+
+    def _read(self, folder: Path, name: str) -> Found:
+        troubles: list[str] = []
+        for suffix in (_SUFFIX, _BEFORE):
+            file = folder / f"{name}{suffix}"
+            try:
+                preset = from_bytes(file.read_bytes())
+            except FileNotFoundError:
+                continue
+            except OSError as error:
+                troubles.append(f"{file} cannot be read: {error.strerror}")
+            except PresetError as error:
+                troubles.append(f"{file}: {error}")
+            else:
+                older = f"the version of {preset.saved_at} is used" if suffix == _BEFORE else ""
+                return Found(preset, "; ".join([*troubles, older] if older else troubles))
+        if troubles:
+            raise PresetError("; ".join(troubles))
+        raise PresetError(f"no preset {name!r} in {folder}")
+
+
+def _is_whole(file: Path) -> bool:
+    try:
+        from_bytes(file.read_bytes())
+    except (PresetError, FileNotFoundError):
+        return False
+    return True

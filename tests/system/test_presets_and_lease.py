@@ -1,0 +1,254 @@
+"""Presets, the last good set and the writer's lease, on a rig of real processes."""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import msgspec
+import pytest
+import zenoh
+from pythonosc.osc_message import OscMessage
+from pythonosc.osc_message_builder import OscMessageBuilder
+from rig_process import DRUMSTICK, Listener, Rig, ask, running, wait_for
+
+from protocol.messages import (
+    Lease,
+    LeaseRequest,
+    PresetNews,
+    PresetReply,
+    Readback,
+    RefusalReply,
+    SetReply,
+    decode,
+    encode,
+)
+
+
+@pytest.fixture(scope="module")
+def rig() -> Iterator[Rig]:
+    with running("haptic", "--scene", "roll") as started:
+        yield started
+
+
+@pytest.fixture
+def osc(rig: Rig) -> Iterator[socket.socket]:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sock:
+        sock.bind(("127.0.0.1", rig.osc_out))
+        sock.settimeout(10.0)
+        yield sock
+
+
+def say(sock: socket.socket, rig: Rig, address: str, *args: object) -> None:
+    message = OscMessageBuilder(address)
+    for arg in args:
+        message.add_arg(arg)
+    sock.sendto(message.build().dgram, ("127.0.0.1", rig.osc_in))
+
+
+def heard(sock: socket.socket, address: str) -> list[object]:
+    while True:
+        message = OscMessage(sock.recv(2048))
+        if message.address == address:
+            return list(message.params)
+
+
+def value_of(session: zenoh.Session, rig: Rig, name: str) -> float:
+    return decode(ask(session, rig.keys.param(name)), Readback).value
+
+
+def refusal(session: zenoh.Session, key: str, payload: object) -> str:
+    reply = next(iter(session.get(key, payload=msgspec.msgpack.encode(payload), timeout=5.0)))
+    assert reply.err is not None
+    return decode(reply.err.payload.to_bytes(), RefusalReply).reason
+
+
+def drumstick(rig: Rig, *words: str) -> subprocess.CompletedProcess[str]:
+    command = [*DRUMSTICK, *words, "--rig", rig.name, "--connect", rig.endpoint]
+    return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+
+
+def test_saved_and_loaded_over_every_wire(rig: Rig, session: zenoh.Session, osc: socket.socket) -> None:
+    news = Listener(session, rig.keys.preset, PresetNews)
+    ask(session, rig.keys.set_many, {"dv_pls": 0.31, "k_hand": 31.0})
+    assert decode(ask(session, rig.keys.preset_save, "by zenoh"), PresetNews).name == "by zenoh"
+    ask(session, rig.keys.set_many, {"dv_pls": 0.22, "k_hand": 22.0})
+    saved = drumstick(rig, "preset", "save", "by command")
+    assert saved.returncode == 0, saved.stderr
+
+    loaded = decode(ask(session, rig.keys.preset_load, "by zenoh"), PresetReply)
+    assert (loaded.values["dv_pls"], loaded.values["k_hand"], loaded.note) == (0.31, 31.0, "")
+    wait_for("the readback", lambda: value_of(session, rig, "dv_pls") == 0.31)
+
+    told = drumstick(rig, "preset", "load", "by command", "--json")
+    assert json.loads(told.stdout)["values"]["k_hand"] == 22.0
+    wait_for("the readback", lambda: value_of(session, rig, "k_hand") == 22.0)
+
+    say(osc, rig, "/drumstick/preset/load", "by zenoh")
+    assert heard(osc, "/drumstick/preset") == ["by zenoh"]
+    wait_for("the readback", lambda: value_of(session, rig, "k_hand") == 31.0)
+
+    listed = json.loads(drumstick(rig, "preset", "list", "--json").stdout)["presets"]
+    assert [(row["name"], row["scene"], row["trouble"]) for row in listed] == [
+        ("by command", "roll", ""),
+        ("by zenoh", "roll", ""),
+    ]
+    assert [row["name"] for row in json.loads(ask(session, rig.keys.preset))] == ["by command", "by zenoh"]
+    wait_for(
+        "the news", lambda: [n.what for n in news.got] == ["saved", "saved", "loaded", "loaded", "loaded"]
+    )
+
+
+def test_what_cannot_be_loaded_changes_nothing(rig: Rig, session: zenoh.Session, osc: socket.socket) -> None:
+    before = value_of(session, rig, "dv_pls")
+    assert "no preset 'nowhere'" in refusal(session, rig.keys.preset_load, [1, "nowhere"])
+    assert "letters, digits" in refusal(session, rig.keys.preset_load, [1, "../last"])
+    assert "letters, digits" in refusal(session, rig.keys.preset_save, [1, "a/b"])
+    assert "expected a name" in refusal(session, rig.keys.preset_load, [1, 3])
+    say(osc, rig, "/drumstick/preset/load", "nowhere")
+    address, why = heard(osc, "/drumstick/error")
+    assert address == "/drumstick/preset/load"
+    assert "no preset 'nowhere'" in str(why)
+    wrong = drumstick(rig, "preset", "load", "nowhere")
+    assert wrong.returncode == 2
+    assert "no preset 'nowhere'" in wrong.stderr
+    assert value_of(session, rig, "dv_pls") == before
+
+
+def test_one_technician_at_a_time(rig: Rig, session: zenoh.Session, osc: socket.socket) -> None:
+    shown = Listener(session, rig.keys.lease, Lease)
+    other = rig.client()
+    assert decode(ask(other, rig.keys.lease), Lease) == Lease(name="", left_s=0.0)
+    request = encode(LeaseRequest(who="my secret", name="Ada", seconds=5.0))
+    reply = next(iter(session.get(rig.keys.lease, payload=request, timeout=5.0)))
+    assert reply.ok is not None
+    assert decode(reply.ok.payload.to_bytes(), Lease).name == "Ada"
+    wait_for("the others to see it", lambda: shown.got and shown.got[-1].name == "Ada")
+    assert heard(osc, "/drumstick/lease")[0] == "Ada"
+
+    before = value_of(session, rig, "dv_pls")
+    assert "Ada is tuning" in refusal(other, rig.keys.set_one("dv_pls"), [1, 0.27])
+    assert "Ada is tuning" in refusal(other, rig.keys.set_many, [1, {"dv_pls": 0.27}, {"lease": "Ada"}])
+    assert "Ada is tuning" in refusal(other, rig.keys.preset_load, [1, "by zenoh"])
+    say(osc, rig, "/drumstick/param/dv_pls", 0.27)
+    assert "Ada is tuning" in str(heard(osc, "/drumstick/error")[1])
+    refused = drumstick(rig, "params", "set", "dv_pls=0.27")
+    assert (refused.returncode, "Ada is tuning" in refused.stderr) == (2, True)
+    assert value_of(session, rig, "dv_pls") == before
+
+    payload = msgspec.msgpack.encode([1, 0.28, {"lease": "my secret"}])
+    reply = next(iter(session.get(rig.keys.set_one("dv_pls"), payload=payload, timeout=5.0)))
+    assert reply.ok is not None
+    assert decode(reply.ok.payload.to_bytes(), Readback).value == 0.28
+    wait_for("its end", lambda: shown.got[-1].name == "", 20.0)
+    ask(other, rig.keys.set_many, {"dv_pls": 0.27})
+    other.close()
+
+
+def test_the_lease_by_osc(rig: Rig, session: zenoh.Session, osc: socket.socket) -> None:
+    say(osc, rig, "/drumstick/lease", "desk")
+    assert heard(osc, "/drumstick/lease") == ["desk", pytest.approx(5.0)]
+    assert "desk is tuning" in refusal(session, rig.keys.set_one("dv_pls"), [1, 0.3])
+    say(osc, rig, "/drumstick/param/dv_pls", 0.29)
+    assert heard(osc, "/drumstick/param/dv_pls") == [pytest.approx(0.29)]
+    say(osc, rig, "/drumstick/lease", "")
+    wait_for("its end", lambda: decode(ask(session, rig.keys.lease), Lease).name == "")
+    ask(session, rig.keys.set_many, {"dv_pls": 0.3})
+
+
+def test_a_set_for_an_older_revision_is_refused(rig: Rig, session: zenoh.Session) -> None:
+    seen = decode(ask(session, rig.keys.set_many, {"dv_pls": 0.25}), SetReply).revision
+    newer = decode(ask(session, rig.keys.set_many, {"k_hand": 25.0}), SetReply).revision
+    key = rig.keys.set_one("dv_pls")
+    assert f"somebody made it {newer}" in refusal(session, key, [1, 0.26, {"revision": seen}])
+    payload = msgspec.msgpack.encode([1, 0.26, {"revision": newer}])
+    assert next(iter(session.get(key, payload=payload, timeout=5.0))).ok is not None
+
+
+def test_a_panic_needs_no_lease(session: zenoh.Session, rig: Rig) -> None:
+    request = encode(LeaseRequest(who="my secret", name="Ada"))
+    assert next(iter(session.get(rig.keys.lease, payload=request, timeout=5.0))).ok is not None
+    with rig_to_panic(rig) as other:
+        ask(other, rig.keys.panic)
+
+
+class rig_to_panic:  # noqa: N801
+    """Another session, and the rig armed again afterwards."""
+
+    def __init__(self, rig: Rig) -> None:
+        self._rig = rig
+
+    def __enter__(self) -> zenoh.Session:
+        self._session = self._rig.client()
+        return self._session
+
+    def __exit__(self, *_: object) -> None:
+        self._session.close()
+        subprocess.run([*DRUMSTICK, "arm", "--rig", self._rig.name], check=True, timeout=60)
+
+
+def _power_cut(rig: Rig) -> None:
+    # Everything at once, as when the plug is pulled; only what is on the disk is left.
+    for pid in [rig.process.pid, *rig.children().values()]:
+        os.kill(pid, signal.SIGKILL)
+    rig.process.wait()
+
+
+def test_a_power_cut_loses_nothing_that_was_set(tmp_path: Path) -> None:
+    state = tmp_path / "state"
+    with running("haptic", "--scene", "roll", state=state) as rig:
+        session = rig.client()
+        ask(session, rig.keys.set_many, {"dv_pls": 0.33, "k_hand": 33.0})
+        last = state / "drumstick" / rig.name / "last.preset"
+        wait_for("it to be kept", lambda: last.exists() and b"0.33" in last.read_bytes())
+        session.close()
+        _power_cut(rig)
+        name = rig.name
+    with running("haptic", "--scene", "roll", state=state, name=name) as rig:
+        session = rig.client()
+        wait_for("the last good set", lambda: value_of(session, rig, "dv_pls") == 0.33)
+        assert value_of(session, rig, "k_hand") == 33.0
+        assert "dv_pls 0.33, k_hand 33" in rig.said or "k_hand 33, dv_pls 0.33" in rig.said
+        assert "--fresh" in rig.said
+        session.close()
+    with running("haptic", "--scene", "roll", "--fresh", state=state, name=name) as rig:
+        session = rig.client()
+        assert value_of(session, rig, "dv_pls") == 0.2
+        session.close()
+    last.write_bytes(last.read_bytes()[:-1])
+    (last.parent / "last.preset.before").unlink(missing_ok=True)
+    with running("haptic", "--scene", "roll", state=state, name=name) as rig:
+        session = rig.client()
+        assert value_of(session, rig, "dv_pls") == 0.2
+        wait_for("a line about it", lambda: "checksum does not fit" in rig.said)
+        session.close()
+
+
+def test_another_scene_starts_as_it_is_written(tmp_path: Path) -> None:
+    state = tmp_path / "state"
+    with running("haptic", "--scene", "roll", state=state) as rig:
+        session = rig.client()
+        ask(session, rig.keys.set_many, {"dv_pls": 0.33})
+        name = rig.name
+        session.close()
+    with running("haptic", "--scene", "tom", state=state, name=name) as rig:
+        session = rig.client()
+        first = value_of(session, rig, "dv_pls")
+        assert first != 0.33
+        session.close()
+    assert not (state / "drumstick" / name / "presets").exists()
+
+
+def test_a_place_that_cannot_be_written_stops_no_play(tmp_path: Path) -> None:
+    state = tmp_path / "state"
+    state.write_text("no folder")
+    with running("haptic", "--scene", "roll", state=state) as rig:
+        session = rig.client()
+        assert "cannot be written" in refusal(session, rig.keys.preset_save, [1, "slow"])
+        assert decode(ask(session, rig.keys.set_many, {"dv_pls": 0.3}), SetReply).values == {"dv_pls": 0.3}
+        wait_for("a line about it", lambda: "the last good set is not kept" in rig.said)
+        session.close()
+        assert rig.stop() == 0

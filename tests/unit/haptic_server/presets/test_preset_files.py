@@ -1,0 +1,178 @@
+"""Preset files: every byte counts, and whatever happens to a file, what was saved before it is still there."""
+
+import errno
+import os
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from haptic_server.presets.preset import Preset, PresetError, checked_name, from_bytes, to_bytes
+from haptic_server.presets.store import PresetStore
+
+FIRST = Preset("slow", "roll", "2026-01-01T00:00:00+00:00", {"dv_pls": 0.1, "k_hand": 20.0}, {"dv_pls": 0.2})
+SECOND = Preset(
+    "slow", "roll", "2026-01-02T00:00:00+00:00", {"dv_pls": 0.15, "k_hand": 30.0}, {"dv_pls": 0.2}
+)
+_NUMBERS = st.dictionaries(st.text(max_size=20), st.floats(allow_nan=False, allow_infinity=False), max_size=8)
+
+
+@given(st.text(max_size=60), st.text(max_size=60), _NUMBERS, _NUMBERS)
+def test_what_is_written_is_read(
+    name: str, scene: str, values: dict[str, float], before: dict[str, float]
+) -> None:
+    preset = Preset(name, scene, "now", values, before)
+    assert from_bytes(to_bytes(preset)) == preset
+
+
+def test_no_byte_can_be_missing_changed_or_too_many() -> None:
+    whole = to_bytes(FIRST)
+    for length in range(len(whole)):
+        with pytest.raises(PresetError):
+            from_bytes(whole[:length])
+    for place in range(len(whole)):
+        for bit in range(8):
+            flipped = bytearray(whole)
+            flipped[place] ^= 1 << bit
+            with pytest.raises(PresetError):
+                from_bytes(bytes(flipped))
+    for more in (b"\n", b"\0", whole):
+        with pytest.raises(PresetError):
+            from_bytes(whole + more)
+
+
+@pytest.mark.parametrize(
+    "body",
+    [b"", b"[]", b"3", b'{"name": 1}', b'{"name":"a","scene":"b","saved_at":"c","values":3,"before":{}}'],
+)
+def test_a_checksum_alone_makes_no_preset(body: bytes) -> None:
+    import hashlib
+
+    head = f"drumstick-preset 1 sha256={hashlib.sha256(body).hexdigest()}\n".encode()
+    with pytest.raises(PresetError, match="it is no preset"):
+        from_bytes(head + body)
+
+
+@pytest.mark.parametrize(
+    "name", ["", " ", "a/b", "..", ".a", "a.", " a", "a ", "ä", "a" * 61, "a\0b", "a\nb"]
+)
+def test_a_name_that_no_file_can_have(name: str) -> None:
+    with pytest.raises(PresetError, match="letters, digits"):
+        checked_name(name)
+
+
+@pytest.mark.parametrize("name", ["a", "slow roll", "2nd_half-v1.2", "a" * 60])
+def test_names(name: str) -> None:
+    assert checked_name(name) == name
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> PresetStore:
+    return PresetStore(tmp_path / "state")
+
+
+def test_saved_loaded_listed(store: PresetStore) -> None:
+    assert store.list() == []
+    assert store.load_last() is None
+    place = store.save(FIRST)
+    store.save_last(SECOND)
+    assert store.load("slow") == (FIRST, "")
+    found = store.load_last()
+    assert found is not None
+    assert found.preset == SECOND
+    assert store.list() == [("slow", "roll", FIRST.saved_at, "")]
+    assert place.stat().st_mode & 0o077 == 0
+    assert place.parent.stat().st_mode & 0o077 == 0
+
+
+def test_a_damaged_file_falls_back_to_the_version_before(store: PresetStore) -> None:
+    store.save(FIRST)
+    place = store.save(SECOND)
+    whole = place.read_bytes()
+    for length in range(len(whole)):
+        place.write_bytes(whole[:length])
+        preset, note = store.load("slow")
+        assert preset == FIRST
+        assert "damaged" in note
+        assert FIRST.saved_at in note
+    for at in range(len(whole)):
+        place.write_bytes(whole[:at] + bytes([whole[at] ^ 0x20]) + whole[at + 1 :])
+        assert store.load("slow").preset == FIRST
+    assert store.list()[0].trouble != ""
+    # A new save must not put the damaged file in the place of the good one.
+    store.save(SECOND)
+    place.unlink()
+    assert store.load("slow").preset == FIRST
+
+
+def test_when_nothing_is_whole(store: PresetStore) -> None:
+    place = store.save(FIRST)
+    place.write_bytes(b"")
+    with pytest.raises(PresetError, match=r"slow\.preset: not a preset"):
+        store.load("slow")
+    assert "not a preset" in store.list()[0].trouble
+    with pytest.raises(PresetError, match="no preset 'fast'"):
+        store.load("fast")
+
+
+class _Crash(BaseException):
+    """The power is cut."""
+
+
+def test_a_power_cut_at_any_step_leaves_one_of_the_two(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    steps = 0
+    for cut_at in range(20):
+        store = PresetStore(tmp_path / str(cut_at))
+        store.save(FIRST)
+        steps = 0
+
+        def stumble(name: str, real, cut_at: int = cut_at):
+            def call(*args, **kwargs):
+                nonlocal steps
+                if steps == cut_at:
+                    raise _Crash(name)
+                steps += 1
+                return real(*args, **kwargs)
+
+            return call
+
+        with monkeypatch.context() as patched:
+            for name in ("open", "replace", "fsync", "close"):
+                patched.setattr(os, name, stumble(name, getattr(os, name)))
+            cut = PresetStore(tmp_path / str(cut_at), sync=os.fsync)
+            try:
+                cut.save(SECOND)
+            except _Crash:
+                pass
+            else:
+                break
+        assert store.load("slow").preset in (FIRST, SECOND)
+        store.save(SECOND)
+        assert store.load("slow") == (SECOND, "")
+    assert steps >= 5  # as many places where it can be cut: each was
+
+
+def test_a_full_disk_changes_nothing_and_says_so(tmp_path: Path) -> None:
+    def full(_descriptor: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    store = PresetStore(tmp_path)
+    store.save(FIRST)
+    with pytest.raises(PresetError, match="No space left"):
+        PresetStore(tmp_path, sync=full).save(SECOND)
+    assert store.load("slow") == (FIRST, "")
+    assert [f.name for f in (tmp_path / "presets").iterdir()] == ["slow.preset"]
+
+
+def test_a_place_that_is_no_folder(tmp_path: Path) -> None:
+    (tmp_path / "state").write_text("in the way")
+    store = PresetStore(tmp_path / "state")
+    with pytest.raises(PresetError, match="cannot be written"):
+        store.save(FIRST)
+    with pytest.raises(PresetError, match="cannot be read"):
+        store.list()
+    with pytest.raises(PresetError, match="cannot be read"):
+        store.load("slow")
