@@ -1,52 +1,33 @@
-"""Writes docs/zenoh.md from the keys, messages and parameters in the code: python docs/tools/zenoh_page.py."""
+"""Writes docs/zenoh.md and docs/wire.json from keys, messages, addresses and parameters: python docs/tools/zenoh_page.py."""
 
-import inspect
+import json
 from pathlib import Path
 
 from drumstick.parameters import table_of
 from drumstick.scene import parse, shipped_text
 from protocol import messages
-from protocol.keys import Keys
+from protocol.description import ZENOH, described, key_of, words_of, words_of_key
 
 PAGE = Path(__file__).parent.parent / "zenoh.md"
-
-_MESSAGES = {
-    "strike": messages.Strike,
-    "release": messages.Release,
-    "contact": messages.Contact,
-    "state": messages.State,
-    "meter": messages.Meter,
-    "param": messages.Readback,
-    "clock": messages.Clock,
-    "pointer": messages.Pointer,
-}
-
-
-def _first_line(thing: object) -> str:
-    return " ".join((inspect.getdoc(thing) or "").split("\n\n")[0].split())
+DESCRIPTION = Path(__file__).parent.parent / "wire.json"
 
 
 def _keys() -> list[str]:
-    keys = Keys("RIG")
-    named = {
-        "set_one": keys.set_one("NAME"),
-        "param": keys.param("NAME"),
-        "alive": keys.alive("SERVICE", "ID"),
-    }
-    rows = ["| key | what |", "|---|---|"]
-    for name, member in vars(Keys).items():
-        if name.startswith("_") or not (name in named or isinstance(member, property)):
-            continue
-        what = _first_line(member.fget if isinstance(member, property) else member)
-        rows.append(f"| `{named.get(name) or getattr(keys, name)}` | {what} |")
+    rows = ["| key | kind | payload | what |", "|---|---|---|---|"]
+    for use in ZENOH:
+        payload = (
+            f"[{use.payload.__name__}](#payloads)" if use.payload else "JSON" if use.kind == "query" else ""
+        )
+        rows.append(f"| `{key_of(use, 'RIG')}` | {use.kind} | {payload} | {words_of_key(use)} |")
     return rows
 
 
 def _payloads() -> list[str]:
+    kinds = dict.fromkeys(use.payload for use in ZENOH if use.payload and use.payload is not messages.Message)
     lines: list[str] = []
-    for key, kind in _MESSAGES.items():
+    for kind in (*kinds, messages.LeaseRequest, messages.RefusalReply):
         fields = ", ".join(kind.__struct_fields__)
-        lines += [f"**{key}** `[{fields}]`. {_first_line(kind)}", ""]
+        lines += [f"**{kind.__name__}** `[{fields}]`. {words_of(kind)}", ""]
     return lines
 
 
@@ -66,7 +47,8 @@ def page() -> str:
         [
             "# Zenoh: keys, payloads, parameters",
             "",
-            "Made by `docs/tools/zenoh_page.py` from the code; do not edit. For programs that want more than OSC.",
+            "Made by `docs/tools/zenoh_page.py` from the code; do not edit. For programs that want more than OSC; programs that",
+            "read it themselves find the same, and the OSC addresses, in [wire.json](wire.json).",
             "",
             "The haptic server's gateway is a Zenoh router on `tcp/127.0.0.1:7447` (`--listen`), or a client of yours",
             "(`--connect`). Everything else connects as a client. RIG is `main` unless `--rig` says otherwise.",
@@ -79,10 +61,29 @@ def page() -> str:
             "t_ns is the haptic machine's monotonic clock, which `clock` tells.",
             "",
             *_payloads(),
-            "A query on `set/NAME` carries `[1, value]` in msgpack or a plain JSON number; one on `set` carries a",
-            "map (`[1, {name: value}]`, or a JSON object) that is accepted or refused as a whole. The answer is the",
-            "readback, `[1, value, revision, pending]` or `[1, {name: value}, revision, pending]`; `pending` is true",
-            "while the set waits for the stick to be above the head. A refusal is an error reply, `[1, reason]`.",
+            "## Setting",
+            "",
+            "A query on `set/NAME` carries `[1, value]` in msgpack or a plain JSON number; one on `set` carries a map",
+            "(`[1, {name: value}]`, or a JSON object) that is accepted or refused as a whole. `pending` is true while the set",
+            "waits for the stick to be above the head. A refusal is an error reply, RefusalReply.",
+            "",
+            "Two who tune at once need not fight. A third element, the claim, is a map with one or both of:",
+            "",
+            "- `revision`: the newest revision that you know. If there is a newer one the set is refused, and you look again.",
+            "- `lease`: your secret. Whoever takes the `lease` under a secret and a name is the only one who sets for five",
+            "  seconds, and again five with each renewal; everybody sees the name. Nobody needs a lease to set while nobody holds",
+            "  one, and a panic never needs one.",
+            "",
+            "## Presets",
+            "",
+            "`preset/save` keeps what was accepted last, in a file of the haptic machine (`~/.local/state/drumstick/RIG/presets`, or",
+            "under `XDG_STATE_HOME`); `preset/load` sets all of it as one set, through the same envelope. Every file has a checksum over",
+            "each of its bytes, is written whole or not at all, and the version before it is kept: where the newest is damaged, that",
+            "one is loaded, and the answer's `note` says so.",
+            "",
+            "What was set last is kept as well, within half a second, and is used again at the next start of the same rig with the same scene:",
+            "a power cut loses nothing. `--fresh` starts with the scene's own parameters. A set that brought the rig to a fault of motion",
+            "within five seconds is not kept, but the one before it.",
             "",
             "## Parameters of the scene `roll`",
             "",
@@ -92,5 +93,11 @@ def page() -> str:
     )
 
 
+def description() -> str:
+    """The whole JSON file; its parameters are those of the scene `roll`."""
+    return json.dumps(described(table_of(parse(shipped_text("roll"), "roll"))), indent=1) + "\n"
+
+
 if __name__ == "__main__":
     PAGE.write_text(page(), encoding="utf-8")
+    DESCRIPTION.write_text(description(), encoding="utf-8")

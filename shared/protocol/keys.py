@@ -29,87 +29,87 @@ class Keys:
 
     @property
     def strike(self) -> str:
-        """Put: Strike."""
+        """Each strike, at the tick that saw the contact."""
         return self._key("strike")
 
     @property
     def release(self) -> str:
-        """Put: Release."""
+        """The end of each contact."""
         return self._key("release")
 
     @property
     def contact(self) -> str:
-        """Put while the scene streams and somebody subscribes: Contact."""
+        """The force within each contact, while the scene streams and somebody subscribes."""
         return self._key("contact")
 
     @property
     def state(self) -> str:
-        """Put at 30 Hz: State."""
+        """How the servo stands, 30 times a second."""
         return self._key("state")
 
     @property
     def meter(self) -> str:
-        """Put at 10 Hz by a sound server: Meter."""
+        """How a sound server stands, 10 times a second; put by the sound server."""
         return self._key("meter")
 
     @property
     def pointer(self) -> str:
-        """Put, best effort, 60 Hz while held: Pointer. Heard while `alive/pointer/ID` is there."""
+        """Where a pointer wants the simulated stick, best effort, at 60 Hz. Heard while `alive/pointer/ID` is there."""
         return self._key("pointer")
 
     @property
     def scene(self) -> str:
-        """Query: the scene as JSON tables."""
+        """The scene as JSON tables."""
         return self._key("scene")
 
     @property
     def clock(self) -> str:
-        """Query: Clock."""
+        """The haptic machine's monotonic time, for round trips."""
         return self._key("clock")
 
     @property
     def doctor(self) -> str:
-        """Query: health as JSON."""
+        """Health as JSON: what the servo asked of the system and got, OSC counters."""
         return self._key("doctor")
 
     @property
     def panic(self) -> str:
-        """Query: zero force at once, latched."""
+        """Zero force at once, latched; cleared only on the haptic machine."""
         return self._key("panic")
 
     @property
     def set_many(self) -> str:
-        """Query: a map of values, accepted or refused as a whole."""
+        """A map of values, accepted or refused as a whole."""
         return self._key("set")
 
     def set_one(self, name: str) -> str:
-        """Query: one value."""
+        """One value."""
         return self._key(f"set/{name}")
 
     @property
     def preset(self) -> str:
-        """Query: every preset, as JSON. Put: PresetNews, when one was saved or loaded."""
+        """A query gives every preset, as JSON; put when one was saved or loaded."""
         return self._key("preset")
 
     @property
     def preset_load(self) -> str:
-        """Query: a name; its values are accepted or refused as a whole: PresetReply."""
+        """Set everything that the preset of this name holds, or nothing."""
         return self._key("preset/load")
 
     @property
     def preset_save(self) -> str:
-        """Query: a name for what was accepted last: PresetNews."""
+        """Keep what was accepted last under this name."""
         return self._key("preset/save")
 
     @property
     def lease(self) -> str:
-        """Query: LeaseRequest, or nothing to ask; answered by Lease. Put: Lease, when another holds it."""
+        """Take, renew, give back the right to be the only one who sets, or ask who has it; put when that changes."""
         return self._key("lease")
 
     def param(self, name: str) -> str:
-        """Put and query: Readback."""
+        """One parameter as the servo uses it: put after every accepted change; `param/*` asks for all."""
         return self._key(f"param/{name}")
 
     def alive(self, service: str, instance: str) -> str:
-        """Liveliness token."""
+        """Presence of a service: haptic, sound, panel, pointer."""
         return self._key(f"alive/{service}/{instance}")

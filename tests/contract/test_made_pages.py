@@ -11,6 +11,8 @@ import pytest
 import soundfile
 
 from drumstick.scene import shipped_names
+from protocol.description import ZENOH
+from protocol.keys import Keys
 
 TOOLS = Path(__file__).parents[2] / "docs" / "tools"
 sys.path.insert(0, str(TOOLS))  # where they find each other
@@ -43,6 +45,21 @@ def test_the_page_is_up_to_date(name: str) -> None:
     tool = _tool(name)
     made = tool.page()
     assert tool.PAGE.read_text(encoding="utf-8") == made, f"run: .venv/bin/python docs/tools/{name}.py"
+
+
+def test_the_description_for_programs_is_up_to_date_and_whole() -> None:
+    tool = _tool("zenoh_page")
+    assert tool.DESCRIPTION.read_text(encoding="utf-8") == tool.description()
+    keys = {name for name in vars(Keys) if not name.startswith("_") and name != "rig"}
+    assert {use.member for use in ZENOH} == keys
+    described = json.loads(tool.description())
+    for row in described["zenoh"]["keys"]:
+        assert row["payload"] in described["payloads"] or (
+            row["payload"] == "" and row["kind"] in ("query", "token")
+        )
+        assert row["description"]
+    for kind in described["payloads"].values():
+        assert len(kind["fields"]) == len(kind["prefixItems"])
 
 
 def test_the_sounds_are_those_of_the_shipped_scenes() -> None:

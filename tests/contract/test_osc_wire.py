@@ -24,6 +24,8 @@ _MADE = {
     osc.ALIVE: osc.alive(P, "main", "ready", 12),
     osc.ERROR: osc.error(P, "/kit/left/nonsense", "no such address"),
     osc.PONG: osc.pong(P, []),
+    osc.PRESET: osc.preset(P, "slow"),
+    osc.LEASE: osc.lease(P, "Ada", 5.0),
 }
 
 

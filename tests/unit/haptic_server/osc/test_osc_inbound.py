@@ -202,3 +202,42 @@ def test_a_fault_of_the_rig_is_told_and_does_not_deafen_it(caplog: pytest.LogCap
         assert "the block is gone" in caplog.text
         front.hear(built(P + "/panic"), a.endpoint)
         assert len(desk.panics) == 1
+
+
+def test_a_preset_is_loaded_as_one_set_or_refused() -> None:
+    desk = FakeDesk()
+    with client() as a, client() as target, opened_front(desk, target) as front:
+        assert tell(front, a, built(P + "/preset/load", "slow")) == []
+        assert desk.asked == [{"dv_pls": 0.1, "k_hand": 20.0}]
+        answers = tell(front, a, built(P + "/preset/load", "fast"))
+        assert answers == [("/drumstick/error", ["/drumstick/preset/load", "no preset 'fast'"])]
+        assert target.waiting() == answers
+        for args in ([], [3], [0.5], ["a", "b"]):
+            answers = tell(front, a, built(P + "/preset/load", *args))
+            assert answers == [("/drumstick/error", ["/drumstick/preset/load", "send one text"])]
+        front.preset("slow")
+        assert target.waiting()[-1] == ("/drumstick/preset", ["slow"])
+
+
+def test_a_lease_belongs_to_the_port_that_took_it() -> None:
+    desk = FakeDesk()
+    with client() as a, client() as b, opened_front(desk) as front:
+        assert tell(front, a, built(P + "/lease", "Ada")) == [("/drumstick/lease", ["Ada", 5.0])]
+        for refused in (
+            built(P + "/param/dv_pls", 0.5),
+            built(P + "/param/dv_pls/norm", 0.5),
+            built(P + "/preset/load", "slow"),
+            built(P + "/lease", "Bob"),
+            built(P + "/lease", ""),
+        ):
+            ((address, (_, why)),) = tell(front, b, refused)
+            assert address == "/drumstick/error"
+            assert "Ada is tuning" in str(why)
+        assert desk.sets == []
+        front.hear(built(P + "/param/dv_pls", 0.5), a.endpoint)
+        assert desk.sets[-1][0] == {"dv_pls": 0.5}
+        front.hear(built(P + "/panic"), b.endpoint)
+        assert desk.panics != []
+        assert tell(front, a, built(P + "/lease", "")) == [("/drumstick/lease", ["", 0.0])]
+        front.hear(built(P + "/param/dv_pls", 0.6), b.endpoint)
+        assert desk.sets[-1][0] == {"dv_pls": 0.6}
