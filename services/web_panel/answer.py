@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from protocol.messages import Readback, RefusalReply, SetReply, decode
+from protocol.messages import PresetReply, Readback, RefusalReply, SetReply, decode
 
 NO_ANSWER = "no answer from the haptic server; the value shown is what it last said"
 
@@ -14,6 +14,7 @@ class Answer:
     readback: Readback | None = None
     reason: str = ""
     refused: bool = False
+    note: str = ""  # what else to know of what was taken
 
     @property
     def taken(self) -> bool:
@@ -22,8 +23,10 @@ class Answer:
 
     @property
     def words(self) -> str:
-        """What to show beside the control; empty when taken."""
-        return self.reason and f"{'Refused' if self.refused else 'Not confirmed'}: {self.reason}"
+        """What to show beside the control; empty when taken and nothing more need be known."""
+        if self.taken:
+            return self.note
+        return f"{'Refused' if self.refused else 'Not confirmed'}: {self.reason}"
 
 
 def refused(payload: bytes) -> Answer:
@@ -33,6 +36,17 @@ def refused(payload: bytes) -> Answer:
     except ValueError:
         reason = payload.decode("utf-8", "replace")[:300]
     return Answer(reason=reason or "no reason given", refused=True)
+
+
+def loaded(payload: bytes) -> Answer:
+    """From the payload of a reply to `preset/load`: readbacks come by themselves, the note is for the technician."""
+    try:
+        note = decode(payload, PresetReply).note
+    except ValueError:
+        return Answer(
+            reason="the haptic server's answer could not be read; the values shown are what it uses"
+        )
+    return Answer(note=note)
 
 
 def accepted(name: str, payload: bytes) -> Answer:

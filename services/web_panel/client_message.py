@@ -45,6 +45,11 @@ def is_number(value: object) -> bool:
         return False
 
 
+def is_short_text(value: object, longest: int) -> bool:
+    """A printable text of at most so many characters."""
+    return isinstance(value, str) and len(value) <= longest and value.isprintable()
+
+
 def is_click(value: object) -> bool:
     """What a button sends."""
     return value is True

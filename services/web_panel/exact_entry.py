@@ -4,7 +4,7 @@ import viser
 
 from drumstick.parameters import Parameter, Refusal
 from web_panel import markup
-from web_panel.client_message import ClientMessages, is_click
+from web_panel.client_message import ClientMessages, is_click, is_short_text
 from web_panel.guard import control_id
 from web_panel.wishes import Wishes
 from web_panel.wording import measured, range_of
@@ -12,8 +12,8 @@ from web_panel.wording import measured, range_of
 _MAX_TEXT = 40
 
 
-def _is_short_text(value: object) -> bool:
-    return isinstance(value, str) and len(value) <= _MAX_TEXT and value.isprintable()
+def _is_entry(value: object) -> bool:
+    return is_short_text(value, _MAX_TEXT)
 
 
 class ExactEntry:
@@ -43,7 +43,7 @@ class ExactEntry:
             self._words = server.gui.add_html("")
             self._button = server.gui.add_button("Set this value")
         messages.controls[control_id(self._names)] = lambda value: isinstance(value, str) and value in table
-        messages.controls[control_id(self._text)] = _is_short_text
+        messages.controls[control_id(self._text)] = _is_entry
         messages.controls[control_id(self._button)] = is_click
         self._button.on_click(self._send)
         self._names.on_click(self._chosen)

@@ -11,12 +11,13 @@ import sys
 from collections.abc import Callable
 from typing import Any, TypeVar
 
+import msgspec
 import zenoh
 
 from drumstick.parameters import table_of
 from drumstick.scene import SceneError, from_tables
 from protocol.keys import Keys
-from protocol.messages import Message, Meter, Readback, State, Strike, decode
+from protocol.messages import Lease, Message, Meter, PresetNews, Readback, State, Strike, decode
 from web_panel.mirror import SILENT_AFTER_S, Mirror
 
 _M = TypeVar("_M", bound=Message)
@@ -25,6 +26,10 @@ _SCENE_AGAIN_S = 1.0
 _READBACKS_AGAIN_S = 0.5
 # Rings: a full queue of one subscription would stop every other one of the session.
 _DEPTH = 256
+
+
+class _PresetRow(msgspec.Struct):
+    name: str
 
 
 class _Question:
@@ -54,15 +59,18 @@ class Listener:
         self._mirror = mirror
         self._subscribers = {
             key: session.declare_subscriber(key, zenoh.handlers.RingChannel(_DEPTH))
-            for key in (keys.state, keys.strike, keys.meter, keys.param("*"))
+            for key in (keys.state, keys.strike, keys.meter, keys.param("*"), keys.preset, keys.lease)
         }
         self._follows_pointer = session.liveliness().declare_subscriber(
             keys.alive("pointer", "*"), zenoh.handlers.RingChannel(_DEPTH), history=True
         )
         self._scene: _Question | None = None
         self._readbacks: _Question | None = None
+        self._presets: _Question | None = None
+        self._lease: _Question | None = None
         self._scene_asked_at = self._readbacks_asked_at = float("-inf")
         self._revision_explained = -1
+        self._presets_stale = self._lease_stale = True
         self.scene_stale = True
         self.readbacks_stale = True
         self._complained: set[str] = set()
@@ -75,10 +83,14 @@ class Listener:
         self._take(self._keys.strike, Strike, lambda _, strike: self._take_strike(strike))
         self._take(self._keys.meter, Meter, lambda _, meter: mirror.note_meter(meter, now))
         self._take(self._keys.param("*"), Readback, mirror.note_readback)
+        self._take(self._keys.preset, PresetNews, self._take_news)
+        self._take(self._keys.lease, Lease, self._take_lease)
         self._take_tokens()
         self._follow_scene(now)
         if mirror.scene is not None:
             self._follow_readbacks(now)
+            self._follow_presets()
+            self._follow_lease()
 
     def _take(self, key: str, kind: type[_M], note: Callable[[str, _M], None]) -> None:
         while (sample := self._subscribers[key].try_recv()) is not None:
@@ -102,7 +114,7 @@ class Listener:
     def _take_state(self, state: State, now: float) -> None:
         mirror = self._mirror
         if mirror.state is None or state.boot != mirror.state.boot or now - mirror.state_at > SILENT_AFTER_S:
-            self.scene_stale = self.readbacks_stale = True
+            self.scene_stale = self.readbacks_stale = self._presets_stale = self._lease_stale = True
             self._scene_asked_at = self._readbacks_asked_at = float("-inf")
             self._revision_explained = -1
             mirror.readbacks.clear()  # a new start counts revisions from 0 again
@@ -115,6 +127,40 @@ class Listener:
 
     def _take_strike(self, strike: Strike) -> None:
         self._mirror.strike = strike
+
+    def _take_news(self, _: str, news: PresetNews) -> None:
+        self._presets_stale = True
+
+    def _take_lease(self, _: str, lease: Lease) -> None:
+        self._mirror.lease_of = lease.name
+
+    def _follow_presets(self) -> None:
+        if self._presets is None:
+            if self._presets_stale:
+                self._presets_stale = False
+                self._presets = _Question(self._session, self._keys.preset)
+        elif self._presets.ended():
+            for sample in self._presets.heard:
+                self._read_presets(sample)
+            self._presets = None
+
+    def _read_presets(self, sample: zenoh.Sample) -> None:
+        try:
+            rows = msgspec.json.decode(sample.payload.to_bytes(), type=list[_PresetRow])
+        except (msgspec.MsgspecError, UnicodeDecodeError) as error:
+            self._complain(str(sample.key_expr), f"the presets cannot be read: {error}")
+            return
+        self._mirror.presets = tuple(row.name for row in rows)
+
+    def _follow_lease(self) -> None:
+        if self._lease is None:
+            if self._lease_stale:
+                self._lease_stale = False
+                self._lease = _Question(self._session, self._keys.lease)
+        elif self._lease.ended():
+            for sample in self._lease.heard:
+                self._read(sample, Lease, self._take_lease)
+            self._lease = None
 
     def _follow_scene(self, now: float) -> None:
         if self._scene is not None and self._scene.ended():

@@ -26,6 +26,8 @@ class Mirror:
         default_factory=lambda: deque[tuple[float, State]](maxlen=64)
     )
     strike: Strike | None = None
+    presets: tuple[str, ...] = ()
+    lease_of: str = ""  # who alone may set
     pointed: set[str] = field(default_factory=set[str])  # tokens of servos whose stick follows a pointer
     meters: dict[str, tuple[float, Meter]] = field(default_factory=dict[str, tuple[float, Meter]])
 

@@ -13,6 +13,7 @@ from web_panel.drum_view import DrumView
 from web_panel.guard import control_id
 from web_panel.mirror import Mirror
 from web_panel.pad import pad
+from web_panel.shelf import Doors, Shelf
 from web_panel.style import MARK_PANIC
 from web_panel.trace import Trace
 from web_panel.tuning import Tuning
@@ -21,7 +22,7 @@ from web_panel.wording import notice_of, sound_words
 
 _WIDTH_PX = 600.0
 _ORDER_PAD = 9.0
-_ORDER_TUNING, _ORDER_TRACE, _ORDER_HEALTH, _ORDER_MORE = 10.0, 20.0, 30.0, 40.0
+_ORDER_TUNING, _ORDER_PRESETS, _ORDER_TRACE, _ORDER_HEALTH, _ORDER_MORE = 10.0, 15.0, 20.0, 30.0, 40.0
 _PANIC_HINT = (
     "Zero force at once, until it is cleared at the haptic machine. A network and a browser stand between this "
     "button and the stick: it is no substitute for the switch at the device."
@@ -37,6 +38,7 @@ class Page:
         messages: ClientMessages,
         wishes: Wishes,
         panic: Callable[[], Answer],
+        presets: Doors,
         rig: str,
     ) -> None:
         self._server, self._messages, self._wishes, self._panic = server, messages, wishes, panic
@@ -60,6 +62,8 @@ class Page:
         self._tiles = Text(gui.add_html(""))
         self._pad = Text(gui.add_html("", order=_ORDER_PAD))
         self._absent = Text(gui.add_html("", order=_ORDER_TUNING))
+        self._lease = Text(gui.add_html("", order=_ORDER_TUNING))
+        self._shelf = Shelf(server, messages, presets, _ORDER_PRESETS)
         self._trace = Trace(server, _ORDER_TRACE)
         self._health = Text(gui.add_html("", order=_ORDER_HEALTH))
         self._drum = DrumView(server)
@@ -77,6 +81,9 @@ class Page:
         self._pad.say(pad() if mirror.pointed else "")
         self._show_panic()
         self._show_tuning(mirror)
+        tuner = f"{mirror.lease_of} is tuning: until they stop, the values are theirs to set."
+        self._lease.say(markup.line(tuner if mirror.lease_of else "", "lease"))
+        self._shelf.show(mirror)
         self._trace.show(mirror, now)
         self._drum.show(mirror)
         mirror.new_states.clear()

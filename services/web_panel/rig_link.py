@@ -13,11 +13,12 @@ import zenoh
 from protocol.keys import Keys
 from protocol.messages import ENCODING, VERSION, Pointer, encode
 from protocol.session import open_client
-from web_panel.answer import NO_ANSWER, Answer, accepted, refused
+from web_panel.answer import NO_ANSWER, Answer, accepted, loaded, refused
 from web_panel.listener import Listener
 from web_panel.mirror import Mirror
 
 _TIMEOUT_S = 2.0
+_SAVE_TIMEOUT_S = 5.0
 _PANIC_TRIES = 3
 _PANIC_TIMEOUT_S = 0.5
 _NO_ROUTER = "not connected to the rig yet: nothing was sent"
@@ -83,6 +84,15 @@ class RigLink:
         """Ask for one value and wait for the answer, 2 s at most."""
         payload = msgspec.msgpack.encode([VERSION, value])
         return self._ask(self.keys.set_one(name), payload, _TIMEOUT_S, lambda reply: accepted(name, reply))
+
+    def load_preset(self, name: str) -> Answer:
+        """Ask for a whole preset and wait for the answer, 2 s at most."""
+        return self._ask(self.keys.preset_load, msgspec.msgpack.encode([VERSION, name]), _TIMEOUT_S, loaded)
+
+    def save_preset(self, name: str) -> Answer:
+        """Have the present values kept, which takes as long as the disk, 5 s at most."""
+        payload = msgspec.msgpack.encode([VERSION, name])
+        return self._ask(self.keys.preset_save, payload, _SAVE_TIMEOUT_S, lambda _: Answer())
 
     def panic(self) -> Answer:
         """Zero force, latched. Asked three times before it gives up, 1.5 s at most."""

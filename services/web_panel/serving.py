@@ -12,6 +12,7 @@ from web_panel.mirror import Mirror
 from web_panel.page import Page
 from web_panel.pointer_door import PointerDoor
 from web_panel.rig_link import RigLink
+from web_panel.shelf import Doors
 from web_panel.wishes import Wishes
 
 _PERIOD_S = 1.0 / 15.0
@@ -24,7 +25,7 @@ def serve(rig: str, endpoint: str, port: int, token: str, keep_on: Callable[[], 
     server = start(Admission(token, port), messages, PointerDoor(link.point))
     wishes = Wishes(link.set_one)
     try:
-        page = Page(server, messages, wishes, link.panic, rig)
+        page = Page(server, messages, wishes, link.panic, Doors(link.load_preset, link.save_preset), rig)
         link.start()
         wishes.start()
         page.show(mirror, time.monotonic())

@@ -15,8 +15,11 @@ from drumstick.scene import Scene, as_tables
 from protocol.keys import Keys
 from protocol.messages import (
     Clock,
+    Lease,
     Meter,
     Pointer,
+    PresetNews,
+    PresetReply,
     Readback,
     RefusalReply,
     State,
@@ -24,7 +27,7 @@ from protocol.messages import (
     decode,
     encode,
 )
-from protocol.requests import requested_value
+from protocol.requests import requested_text, requested_value
 from protocol.session import router_config
 
 
@@ -61,6 +64,8 @@ class FakeRig:
         self.pending: dict[str, float] = {}
         self.sets: list[tuple[str, float]] = []
         self.panics = 0
+        self.presets: dict[str, dict[str, float]] = {}
+        self.lease_of = ""
         self.status = "playing"
         self.revision = 0
         self.strikes = 0
@@ -76,6 +81,10 @@ class FakeRig:
             (k.param("*"), self._answer_readbacks),
             (k.set_one("*"), self._answer_set),
             (k.panic, self._answer_panic),
+            (k.preset, self._answer_presets),
+            (k.preset_load, self._answer_load),
+            (k.preset_save, self._answer_save),
+            (k.lease, self._answer_lease),
         ):
             self._session.declare_queryable(key, answer)
         self.pointers: list[Pointer] = []
@@ -167,6 +176,38 @@ class FakeRig:
                 query.reply(query.key_expr, encode(self._accept(name, value)))
             except ValueError as error:
                 query.reply_err(encode(RefusalReply(reason=str(error))))
+
+    def _answer_presets(self, query: zenoh.Query) -> None:
+        listed = [{"name": n, "scene": "roll", "saved_at": "now", "trouble": ""} for n in self.presets]
+        query.reply(self.keys.preset, json.dumps(listed))
+
+    def _answer_load(self, query: zenoh.Query) -> None:
+        assert query.payload is not None
+        name, _ = requested_text(query.payload.to_bytes())
+        with self._lock:
+            if name not in self.presets:
+                query.reply_err(encode(RefusalReply(reason=f"no preset {name!r}")))
+                return
+            for parameter, value in self.presets[name].items():
+                self._accept(parameter, value)
+            reply = PresetReply(name=name, values=self.presets[name], revision=self.revision, pending=False)
+            query.reply(self.keys.preset_load, encode(reply))
+
+    def _answer_save(self, query: zenoh.Query) -> None:
+        assert query.payload is not None
+        name, _ = requested_text(query.payload.to_bytes())
+        with self._lock:
+            self.presets[name] = {n: self.value(n) for n in ("dv_pls", "k_coll")}
+        query.reply(self.keys.preset_save, encode(PresetNews(what="saved", name=name)))
+        self._session.put(self.keys.preset, encode(PresetNews(what="saved", name=name)))
+
+    def _answer_lease(self, query: zenoh.Query) -> None:
+        query.reply(self.keys.lease, encode(Lease(name=self.lease_of, left_s=5.0)))
+
+    def lend(self, name: str) -> None:
+        """Somebody takes the lease, or ("") gives it back."""
+        self.lease_of = name
+        self._session.put(self.keys.lease, encode(Lease(name=name, left_s=5.0 if name else 0.0)))
 
     def _answer_panic(self, query: zenoh.Query) -> None:
         self.panics += 1

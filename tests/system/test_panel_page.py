@@ -8,7 +8,7 @@ import pytest
 from browser import DESKTOP, NARROW, PHONE, chromium, note, part, readback, slider, visitor
 from fake_rig import FakeRig, wait_until
 from panel_process import PanelProcess, panel
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Locator, Page, expect
 
 from drumstick.scene import Scene, parse, shipped_text
 
@@ -100,6 +100,46 @@ def test_the_stiffness_moves_by_a_share_of_itself(page: Page, rig: FakeRig) -> N
     assert name == "k_coll"
     assert 1.005 < value / 5000.0 < 1.03
     expect(readback(page, "k_coll")).to_have_text(f"{value:.0f}N/m", timeout=PATIENCE_MS)
+
+
+def name_field(page: Page) -> Locator:
+    return page.locator("xpath=//label[.='Name']/following::input[1]")
+
+
+def test_presets_are_kept_and_loaded(page: Page, rig: FakeRig) -> None:
+    page.get_by_text("Presets", exact=True).click()
+    see(page, "presets", "None was saved yet.")
+    expect(page.get_by_role("button", name="Load this preset")).to_be_disabled()
+    name_field(page).fill("slow roll")
+    page.get_by_role("button", name="Keep the present values").click()
+    see(page, "preset", "slow roll: the present values are kept")
+    assert rig.presets == {"slow roll": {"dv_pls": 0.2, "k_coll": 5000.0}}
+    rig.set_elsewhere("dv_pls", 0.4)
+    expect(readback(page, "dv_pls")).to_have_text("0.4m/s", timeout=PATIENCE_MS)
+    page.get_by_role("button", name="slow roll").click(timeout=PATIENCE_MS)
+    see(page, "preset", "slow roll: chosen, not loaded yet")
+    page.get_by_role("button", name="Load this preset").click()
+    see(page, "preset", "slow roll: loaded")
+    expect(readback(page, "dv_pls")).to_have_text("0.2m/s", timeout=PATIENCE_MS)
+
+
+def test_a_preset_that_is_refused_says_why(page: Page, rig: FakeRig) -> None:
+    rig.presets["gone"] = {"dv_pls": 0.3}
+    page.get_by_text("Presets", exact=True).click()
+    name_field(page).fill("another")
+    page.get_by_role("button", name="Keep the present values").click()
+    page.get_by_role("button", name="gone").click(timeout=PATIENCE_MS)
+    see(page, "preset", "gone: chosen")
+    del rig.presets["gone"]
+    page.get_by_role("button", name="Load this preset").click()
+    see(page, "preset", "Refused: no preset 'gone'")
+
+
+def test_who_holds_the_lease_is_shown(page: Page, rig: FakeRig) -> None:
+    rig.lend("Ada <b>")
+    see(page, "lease", "Ada <b> is tuning")
+    rig.lend("")
+    expect(part(page, "lease")).to_have_count(0, timeout=PATIENCE_MS)
 
 
 def test_while_dragging_the_newest_value_wins(page: Page, rig: FakeRig) -> None:

@@ -239,5 +239,5 @@ def test_a_lease_belongs_to_the_port_that_took_it() -> None:
         front.hear(built(P + "/panic"), b.endpoint)
         assert desk.panics != []
         assert tell(front, a, built(P + "/lease", "")) == [("/drumstick/lease", ["", 0.0])]
-        front.hear(built(P + "/param/dv_pls", 0.6), b.endpoint)
-        assert desk.sets[-1][0] == {"dv_pls": 0.6}
+        front.hear(built(P + "/param/dv_pls", 0.625), b.endpoint)
+        assert desk.sets[-1][0] == {"dv_pls": 0.625}
