@@ -49,6 +49,7 @@ class Presets:
         self._scene_name = scene_name
         self._scene_values = _kept(scene_values)
         self._now = now
+        self._noted = ""
         self.on_news: Callable[[str, str], None] = lambda _what, _name: None
 
     def _preset(self, name: str, values: Mapping[str, float]) -> Preset:
@@ -71,7 +72,8 @@ class Presets:
                 f"preset {name} is of the scene {preset.scene}: {', '.join(strange)} are not in {self._scene_name}"
             )
         reply = self._desk.set(preset.values, f"preset {name} by {source}", claim)
-        if note:
+        if note and note != self._noted:  # once, however often it is loaded
+            self._noted = note
             _log.warning("preset %s: %s", name, note)
         self.on_news("loaded", name)
         return Loaded(reply, note)

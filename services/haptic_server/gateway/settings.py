@@ -118,9 +118,11 @@ class ParameterDesk:
     def panic(self, source: str) -> None:
         """Zero force, latched; only `drumstick arm` on this machine clears it."""
         with self._lock:
+            is_news = not self._panicked
             self._panicked = True
             self._link.raise_panic()
-        _log.warning("panic from %s; clear it with: drumstick arm", source)
+        if is_news:  # a flood of panics is one panic in the log
+            _log.warning("panic from %s; clear it with: drumstick arm", source)
 
     def saw(self, panicking: bool) -> None:
         """The servo's status: a panic that was seen and is gone was cleared by `drumstick arm`."""

@@ -29,6 +29,7 @@ Network = IPv4Network | IPv6Network
 
 ERRORS_A_SECOND = (20, 200)  # of one sender, of all together
 SYNCS_A_SECOND = (5, 20)  # a sync is many messages: it must not multiply a flood
+PRESETS_A_SECOND = (5, 20)  # a preset is read from a file
 SHARED_ASKS_A_SECOND = (100, 400)  # answers beyond these go to the sender only
 _REMEMBERED_HOSTS = 1024
 
@@ -113,6 +114,7 @@ class Inbound:
         self._tally = tally
         self._errors = Allowance(*ERRORS_A_SECOND)
         self._syncs = Allowance(*SYNCS_A_SECOND)
+        self._loads = Allowance(*PRESETS_A_SECOND)
         self._tracebacks = Allowance(1, 1)
         self._shared_asks = Allowance(*SHARED_ASKS_A_SECOND)
 
@@ -256,7 +258,10 @@ class Inbound:
         return Claim(lease=f"{self._secret} {_named(sender)}")
 
     def _preset_load(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
-        self._load_preset(_text(args), _named(sender), self._claim(sender))
+        name = _text(args)
+        if not self._loads.spend(sender, now_s):
+            raise Refused("too_often", f"more than {PRESETS_A_SECOND[0]} presets in a second")
+        self._load_preset(name, _named(sender), self._claim(sender))
 
     def _take_lease(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
         name = _text(args)
