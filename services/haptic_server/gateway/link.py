@@ -22,6 +22,7 @@ from realtime.stop import StopRequest
 
 _log = logging.getLogger("gateway")
 _EVENTS_AT_ONCE = 512
+_LOOK_NS = 250_000  # the servo must not make a system call to wake anybody
 STALE_NS = 100_000_000
 
 
@@ -33,6 +34,7 @@ class ServoLink:
         self._folder = folder
         self._set_type = set_type(law.dtype)
         self._events = np.zeros(_EVENTS_AT_ONCE, EVENT)
+        self._timespec = np.zeros(2, np.int64)
         self._status = np.zeros(1, STATUS)
         self._live = np.zeros(1, self._set_type)
         self._offer = np.zeros(1, self._set_type)
@@ -60,6 +62,10 @@ class ServoLink:
     def servo_is_alive(self) -> bool:
         """Whether the servo ticked within the last tenth of a second."""
         return time.monotonic_ns() - peek(self.block.control, blocks.HEARTBEAT) < STALE_NS
+
+    def await_events(self, until_ns: int) -> None:
+        """Sleep until there are events to take, or until then (monotonic). Without the GIL, at next to no cost."""
+        ring.await_written(self.block.ring_cells, self._timespec, _LOOK_NS, until_ns)
 
     def take_events(self) -> npt.NDArray[np.void]:
         """Strikes and releases not taken yet, oldest first; the array is reused by the next call."""
@@ -136,6 +142,7 @@ def rehearse(law: Records) -> None:
     offered["law"] = law
     blocks.claim(block)
     ring.drain(block.ring_cells, block.events, np.zeros(1, EVENT))
+    ring.await_written(block.ring_cells, np.zeros(2, np.int64), _LOOK_NS, 0)
     triple.publish(block.wanted_cells, block.wanted, offered[0])
     triple.publish(block.pointer_cells, block.pointer, np.zeros(1, POINTER)[0])
     triple.read_into(block.live_cells, block.live, offered)

@@ -90,7 +90,7 @@ class OscFront:
         return self._inbound.addresses
 
     def strike(self, strike: Strike) -> None:
-        """Send /strike and its mirrors: the stick met the head."""
+        """Send /strike, and then its mirrors: the stick met the head."""
         p = self._prefix
         self._send_all(
             lambda: [
@@ -102,7 +102,11 @@ class OscFront:
                     strike.z_speed_m_per_s,
                     strike.level,
                     strike.peak_estimate_N,
-                ),
+                )
+            ]
+        )
+        self._send_all(
+            lambda: [
                 osc.level(p, strike.level),
                 osc.x(p, strike.x),
                 osc.y(p, strike.y),
@@ -122,10 +126,10 @@ class OscFront:
                     release.impulse_N_s,
                     release.peak_N,
                     release.contact_s,
-                ),
-                osc.gate(p, False),
+                )
             ]
         )
+        self._send_all(lambda: [osc.gate(p, False)])
 
     def readback(self, name: str, value: float, norm: float) -> None:
         """Send what the servo uses now, to every target and to whoever set this value within the last second."""

@@ -1,0 +1,82 @@
+"""A stand-in for the servo, a process of its own: strikes at any rate into a real block, each with its tick's time.
+
+python wire_servo.py FOLDER RATE_HZ SECONDS PORT. After each strike a bare datagram with the same number goes to
+127.0.0.1:PORT: what the machine's own sockets and scheduler cost. Prints how many it made and how many found no room.
+"""
+
+import os
+import select
+import socket
+import struct
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+from drumstick.law import law_of
+from drumstick.scene import parse, shipped_text
+from haptic_server import block as blocks
+from haptic_server import limits
+from haptic_server.device.specification import EXACT_STICK
+from haptic_server.files import GRANTED, SCENE
+from haptic_server.records import EVENT, PLAYING, STATUS, STRIKE
+from realtime import ring, triple
+from realtime.atomics import poke
+
+BARE = struct.Struct("<q")
+WARM_S = 1.0
+
+
+def main(folder: Path, rate_Hz: float, seconds: float, port: int) -> None:
+    """Make the block, wait for a gateway to take it, strike."""
+    scene = parse(shipped_text("roll"), "roll")
+    (folder / SCENE).write_text(shipped_text("roll"), encoding="utf-8")
+    (folder / GRANTED).write_text("{}", encoding="utf-8")
+    limits.write(folder, limits.limits_of(scene, EXACT_STICK))
+    block = blocks.create(folder, law_of(scene))
+    event, status = np.zeros(1, EVENT), np.zeros(1, STATUS)
+    event["kind"], event["a"], event["b"], event["c"], event["level"] = STRIKE, 0.6, 5.0, 0.005, 0.3
+    status["status"] = PLAYING
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(80))
+    except PermissionError:
+        print("servo: no real-time priority", file=sys.stderr)
+    bare = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    while not select.select([sys.stdin], [], [], 0.02)[0]:  # until gateway and listeners are there
+        poke(block.control, blocks.HEARTBEAT, time.monotonic_ns())
+    period_ns = round(1e9 / rate_Hz)
+    due = time.monotonic_ns() + period_ns
+    ticks = np.zeros(round(rate_Hz * (WARM_S + seconds)), np.int64)
+    for made in range(1, len(ticks) + 1):
+        while (left_ns := due - time.monotonic_ns()) > 0:
+            time.sleep(left_ns / 1e9)
+        now = time.monotonic_ns()
+        event["seq"], event["t_ns"] = made, now
+        ring.push(block.ring_cells, block.events, event[0])
+        bare.sendto(BARE.pack(made), ("127.0.0.1", port))
+        poke(block.control, blocks.HEARTBEAT, now)
+        ticks[made - 1] = now
+        if made % 16 == 0:
+            status["t_ns"], status["strikes"] = now, made
+            triple.publish(block.status_cells, block.status, status[0])
+        due += period_ns
+    end = time.monotonic() + 2.0
+    while time.monotonic() < end:  # what waits in the ring goes out meanwhile
+        poke(block.control, blocks.HEARTBEAT, time.monotonic_ns())
+        time.sleep(0.02)
+    np.save(folder / "ticks.npy", ticks)
+    print(len(ticks), int(block.ring_cells[ring.DROPPED]), flush=True)
+
+
+def rehearse() -> None:
+    """Compile what the loop calls, so that its first strikes are in time."""
+    block = blocks.in_memory(law_of(parse(shipped_text("roll"), "roll")))
+    ring.push(block.ring_cells, block.events, np.zeros(1, EVENT)[0])
+    triple.publish(block.status_cells, block.status, np.zeros(1, STATUS)[0])
+    poke(block.control, blocks.HEARTBEAT, 0)
+
+
+if __name__ == "__main__":
+    rehearse()
+    main(Path(sys.argv[1]), float(sys.argv[2]), float(sys.argv[3]), int(sys.argv[4]))
