@@ -1,0 +1,143 @@
+"""Pure Data and SuperCollider's language, headless, against the front: they receive strikes and set a parameter."""
+
+import os
+import subprocess
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from haptic_server.gateway.osc.front import OscFront
+from osc_bench import FakeDesk, client
+from protocol.messages import Release, Strike
+
+pytestmark = pytest.mark.timeout(120)
+_PATIENCE_S = 60.0
+STRIKE = Strike(
+    boot=1,
+    seq=42,
+    t_ns=5,
+    x=0.5,
+    y=-0.25,
+    z_speed_m_per_s=1.5,
+    level=0.75,
+    peak_estimate_N=12.5,
+    contact_estimate_s=0.005,
+)
+RELEASE = Release(
+    boot=1, seq=42, t_ns=6, exit_speed_m_per_s=1.25, impulse_N_s=0.5, peak_N=13.0, contact_s=0.25
+)
+
+# netreceive -> oscparse -> print; and, every fifth of a second, 0.5 -> oscformat -> netsend.
+PD_PATCH = """#N canvas 0 0 600 300 12;
+#X obj 10 10 netreceive -u -b {heard_at};
+#X obj 10 40 oscparse;
+#X obj 10 70 print drumstick;
+#X obj 200 10 loadbang;
+#X msg 200 40 connect 127.0.0.1 {rig};
+#X obj 200 160 netsend -u -b;
+#X obj 350 40 metro 200;
+#X msg 350 70 0.5;
+#X obj 350 100 oscformat -f f drumstick param dv_pls;
+#X obj 350 130 list prepend send;
+#X obj 350 145 list trim;
+#X connect 0 0 1 0;
+#X connect 1 0 2 0;
+#X connect 3 0 4 0;
+#X connect 4 0 5 0;
+#X connect 3 0 6 0;
+#X connect 6 0 7 0;
+#X connect 7 0 8 0;
+#X connect 8 0 9 0;
+#X connect 9 0 10 0;
+#X connect 10 0 5 0;
+"""
+
+SC_SCRIPT = """
+['/drumstick/strike', '/drumstick/release', '/drumstick/gate'].do {{ |address|
+    OSCFunc({{ |message| ("drumstick:" + message.join($ )).postln }}, address);
+}};
+fork {{ loop {{ NetAddr("127.0.0.1", {rig}).sendMsg('/drumstick/param/dv_pls', 0.5); 0.2.wait }} }};
+"""
+
+
+@contextmanager
+def _listening(command: list[str], environment: dict[str, str]) -> Iterator[list[str]]:
+    """The program, and the lines that it prints as they come."""
+    lines: list[str] = []
+    process = subprocess.Popen(
+        command,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        env=environment,
+    )
+    assert process.stdout is not None
+    reader = threading.Thread(target=lambda: lines.extend(iter(process.stdout.readline, "")), daemon=True)
+    reader.start()
+    try:
+        yield lines
+    finally:
+        process.kill()
+        process.wait()
+        reader.join(5.0)
+        assert process.stdin is not None
+        process.stdin.close()
+        process.stdout.close()
+
+
+def _pd(folder: Path, heard_at: int, rig: int) -> list[str]:
+    patch = folder / "drumstick.pd"
+    patch.write_text(PD_PATCH.format(heard_at=heard_at, rig=rig))
+    return ["pd", "-nogui", "-nosound", "-nomidi", "-noprefs", "-stderr", "-open", str(patch)]
+
+
+def _sclang(folder: Path, heard_at: int, rig: int) -> list[str]:
+    script = folder / "drumstick.scd"
+    script.write_text(SC_SCRIPT.format(rig=rig))
+    return ["sclang", "-u", str(heard_at), "-D", str(script)]
+
+
+@pytest.mark.parametrize(
+    "program",
+    [
+        pytest.param(_pd, marks=pytest.mark.needs("pd"), id="pure data"),
+        pytest.param(_sclang, marks=pytest.mark.needs("sclang"), id="supercollider"),
+    ],
+)
+def test_strikes_are_heard_and_a_parameter_is_set(program, tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    run.mkdir(mode=0o700)
+    environment = dict(
+        os.environ,
+        HOME=str(tmp_path),
+        XDG_RUNTIME_DIR=str(run),
+        QT_QPA_PLATFORM="offscreen",
+        QTWEBENGINE_DISABLE_SANDBOX="1",
+    )
+    desk = FakeDesk()
+    with client() as probe:
+        heard_at = probe.endpoint[1]
+    front = OscFront(("127.0.0.1", 0), [("127.0.0.1", heard_at)], "/drumstick", desk, desk.load_preset)
+    try:
+        with _listening(program(tmp_path, heard_at, front.endpoint[1]), environment) as lines:
+            end = time.monotonic() + _PATIENCE_S
+            wanted = ("strike 42 0.5 -0.25 1.5 0.75 12.5", "release 42 1.25 0.5 13 0.25", "gate 0")
+
+            def printed(words: str) -> bool:
+                # Pd prints "drumstick: drumstick strike ...", SuperCollider an address and 13.0 for 13.
+                return any(words in line.replace("/", " ").replace("13.0", "13") for line in list(lines))
+
+            while not (desk.sets and all(map(printed, wanted))):
+                assert time.monotonic() < end, (desk.sets, lines)
+                front.strike(STRIKE)
+                front.release(RELEASE)
+                time.sleep(0.1)
+        assert desk.sets[0][0] == {"dv_pls": 0.5}
+        assert front.counters.get("unreadable", 0) == 0
+    finally:
+        front.close()
