@@ -40,6 +40,8 @@ _OUT = typer.Option(help="Also write figures (PNG, SVG), tables (CSV) and analys
 _SWEEP = typer.Option(
     help="NAME=LOW:HIGH:COUNT[:log], with --out: sweep this parameter instead of the usual ones; twice: a plane."
 )
+_RECORD = typer.Option(help="Also record what the rig does into this new MCAP file.")
+_RECORD_FORCE = typer.Option("--record-force", help="Also the contacts' force, of a scene that streams it.")
 _POSE = "You hold a real arm in its neutral pose now, so that its encoders may be reset (docs/phantom.md)."
 _DEVICE = typer.Option(
     help="simulated, pointer (mouse or touch on the panel), openhaptics, or replay:FILE (CSV with t_s and z_m)."
@@ -60,6 +62,8 @@ OscOut = Annotated[list[str] | None, _OSC_OUT]
 Prefix = Annotated[str, _PREFIX]
 Device = Annotated[str, _DEVICE]
 PoseIsHeld = Annotated[bool, typer.Option("--pose-is-held", help=_POSE)]
+Record = Annotated[Path | None, _RECORD]
+RecordForce = Annotated[bool, _RECORD_FORCE]
 SceneName = Annotated[str, typer.Argument(help="A shipped scene or a .toml file.")]
 
 
@@ -87,6 +91,8 @@ def _run(
     also: list[str] | None = None,
     audio_rate: int = 48000,
     audio_block: int = 128,
+    record: Path | None = None,
+    record_force: bool = False,
 ) -> None:
     from rig import checks, folder
     from rig.plan import Options
@@ -122,6 +128,8 @@ def _run(
             audio_block,
             tuple(also or ()),
             part,
+            record,
+            record_force,
         ),
         scene,
         duration,
@@ -145,6 +153,8 @@ def up_command(
     osc_out: OscOut = None,
     prefix: Prefix = "/drumstick",
     panel_port: PanelPort = 8080,
+    record: Record = None,
+    record_force: RecordForce = False,
     as_json: Json = False,
 ) -> None:
     """Play: force loop, sound and panel together, until Ctrl-C."""
@@ -152,6 +162,7 @@ def up_command(
         frozenset({"haptic", "sound", "panel"}), rig, duration, as_json, scene=scene, device=device,
         pose_is_held=pose_is_held, audio=audio, audio_rate=audio_rate, audio_block=audio_block,
         connect=connect, listen=listen, osc_in=osc_in, osc_out=osc_out, prefix=prefix, panel_port=panel_port,
+        record=record, record_force=record_force,
     )  # fmt: skip
 
 
@@ -167,12 +178,15 @@ def haptic_command(
     osc_in: OscIn = 9100,
     osc_out: OscOut = None,
     prefix: Prefix = "/drumstick",
+    record: Record = None,
+    record_force: RecordForce = False,
     as_json: Json = False,
 ) -> None:
     """Only the force loop and its gateway."""
     _run(
         frozenset({"haptic"}), rig, duration, as_json, scene=scene, device=device, pose_is_held=pose_is_held,
         connect=connect, listen=listen, osc_in=osc_in, osc_out=osc_out, prefix=prefix,
+        record=record, record_force=record_force,
     )  # fmt: skip
 
 
@@ -293,6 +307,25 @@ def doctor_command(rig: RigName = "main", as_json: Json = False) -> None:
     from rig.doctor import doctor
 
     raise typer.Exit(doctor(as_json, rig))
+
+
+@app.command("record")
+def record_command(
+    out: Annotated[Path, typer.Option(help="The new MCAP file; one that exists is never overwritten.")],
+    force: Annotated[
+        bool, typer.Option("--force", help="Also the contacts' force, of a scene that streams it.")
+    ] = False,
+    duration: Annotated[float | None, typer.Option(help="Stop after this many seconds.")] = None,
+    rig: RigName = "main",
+    connect: Connect = None,
+    as_json: Json = False,
+) -> None:
+    """Record a running rig: strikes, parameters, state, meters; until Ctrl-C."""
+    from rig import checks
+    from rig.record import record
+
+    checks.duration(duration)
+    record(*checks.wire(rig, connect), out, force, duration, as_json)
 
 
 @app.command("panic")
