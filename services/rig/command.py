@@ -248,11 +248,14 @@ def simulate_command(
 def render_command(
     scene: SceneName,
     out: Annotated[Path, typer.Option(help="The WAV file to write.")],
-    duration: Annotated[float, typer.Option(help="Seconds of sound.")] = 3.0,
+    duration: Annotated[
+        float | None, typer.Option(help="Seconds of sound; 3, or all of a recording, if not given.")
+    ] = None,
     strikes: Annotated[
         Path | None,
         typer.Option(
-            help="Strikes to play: CSV with t_s, x, y, speed_m_per_s. Without it, one at half radius."
+            help="Strikes to play: CSV with t_s, x, y, speed_m_per_s, or a recording (.mcap). Without it, one at half"
+            " radius."
         ),
     ] = None,
     roll: Annotated[bool, typer.Option("--roll", help="Play what the scene's own stick does.")] = False,
@@ -271,7 +274,9 @@ def render_command(
 
     checks.duration(duration)
     checks.finite(rate, "--rate", 22050.0, 192000.0, "Hz")
-    render(scene, Wishes(out, duration, strikes, roll, rate, spectrogram, modes), as_json)
+    seconds = 3.0 if duration is None else duration
+    wishes = Wishes(out, seconds, strikes, roll, rate, spectrogram, modes)
+    render(scene, wishes, as_json, whole=duration is None)
 
 
 @app.command("analyse")
@@ -326,6 +331,32 @@ def record_command(
 
     checks.duration(duration)
     record(*checks.wire(rig, connect), out, force, duration, as_json)
+
+
+@app.command("replay")
+def replay_command(
+    file: Annotated[
+        Path, typer.Argument(help="A recording, .mcap; one that was cut off plays as far as it goes.")
+    ],
+    speed: Annotated[float, typer.Option(help="Times the recorded speed; a contact keeps its length.")] = 1.0,
+    loop: Annotated[bool, typer.Option("--loop", help="Again and again, until Ctrl-C.")] = False,
+    await_sound: Annotated[
+        bool, typer.Option("--await-sound", help="Begin when a sound server of this rig is there.")
+    ] = False,
+    rig: RigName = "main",
+    connect: Connect = None,
+    listen: Listen = DEFAULT_ROUTER,
+    osc_out: OscOut = None,
+    prefix: Prefix = "/drumstick",
+    as_json: Json = False,
+) -> None:
+    """Play a recording over Zenoh and OSC, in the haptic server's place."""
+    from rig import checks
+    from rig.replay import checked_wishes, replay
+
+    _, keys = checks.wire(rig, connect)
+    out = osc_out or ["127.0.0.1:9101"]
+    replay(keys, checked_wishes(file, speed, loop, await_sound, listen, connect, out, prefix), as_json)
 
 
 @app.command("panic")
