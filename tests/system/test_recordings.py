@@ -5,9 +5,9 @@ import os
 import resource
 import signal
 import subprocess
-import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ from mcap.exceptions import EndOfFile
 from mcap.reader import NonSeekingReader, make_reader
 from rig_process import DRUMSTICK, Listener, Rig, ask, is_alive, running, wait_for
 
-from protocol.messages import Contact, Release, SetReply, State, Strike, decode
+from protocol.messages import Contact, Readback, Release, SetReply, State, Strike, decode
 from rig.recording import channels
 from rig.recording.reading import read
 from streamed_engine import streamed_text
@@ -98,10 +98,8 @@ def test_thirty_seconds_of_a_roll_and_none_is_missing(
     published = {s.seq: s for s in list(heard.got)}
     assert strikes == [published[seq] for seq in range(strikes[0].seq, strikes[-1].seq + 1)]
     assert [event.name for event in read(out).of(channels.PARAM)].count("dv_pls") >= 2
-    revisions = [
-        r.revision for e in read(out).of(channels.PARAM) if (r := decode(e.payload, channels.Readback))
-    ]
-    assert max(revisions) == reply.revision
+    readbacks = [r for r in events(out, channels.PARAM) if isinstance(r, Readback)]
+    assert max(r.revision for r in readbacks) == reply.revision
     _assert_forces_add_up(out)
     with out.open("rb") as file:  # the library's own reader, by the index
         found = list(make_reader(file, validate_crcs=True).iter_messages(topics="/strike"))
@@ -143,8 +141,8 @@ def test_without_force_the_rig_streams_nothing_and_the_recorder_is_seen_to_hear_
     assert {event.channel for event in recording.events} >= {
         channels.STRIKE, channels.RELEASE, channels.STATE, channels.PARAM, channels.ALIVE,
     }  # fmt: skip
-    present = [channels.Presence, *events(tmp_path / "a.mcap", channels.ALIVE)]
-    assert any(isinstance(p, channels.Presence) and (p.service, p.alive) == ("haptic", True) for p in present)
+    present = [p for p in events(tmp_path / "a.mcap", channels.ALIVE) if isinstance(p, channels.Presence)]
+    assert ("haptic", True) in [(p.service, p.alive) for p in present]
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
@@ -176,9 +174,13 @@ def test_killed_it_leaves_all_but_its_last_second(rig: Rig, session: zenoh.Sessi
     assert newest - strikes[-1].t_ns < 2_500_000_000
     # The library's own streaming reader comes as far.
     seen: list[int] = []
-    with out.open("rb") as file, pytest.raises(EndOfFile):
+
+    def read_all(file: BinaryIO) -> None:
         for _, _, message in NonSeekingReader(file).iter_messages(topics="/strike", log_time_order=False):
             seen.append(json.loads(message.data)["seq"])
+
+    with out.open("rb") as file, pytest.raises(EndOfFile):
+        read_all(file)
     assert seen == [s.seq for s in strikes]
 
 
@@ -204,11 +206,9 @@ def test_a_file_that_may_not_grow_ends_the_recording_with_one_line_and_the_rig_p
 
 def test_a_full_device_is_refused_at_the_start(rig: Rig, tmp_path: Path) -> None:
     # Not even the header has room.
-    limit = resource.getrlimit(resource.RLIMIT_FSIZE)
     recorder = Recorder(rig, tmp_path / "a.mcap")
     resource.prlimit(recorder.process.pid, resource.RLIMIT_FSIZE, (100, 100))
     status, _, said = recorder.ended()
-    assert resource.getrlimit(resource.RLIMIT_FSIZE) == limit
     assert status == 3
     assert "a.mcap: cannot be written: File too large" in said
     assert not (tmp_path / "a.mcap").exists()
@@ -300,10 +300,8 @@ def test_a_full_disk_is_said_once_and_the_rig_plays_on(tmp_path: Path) -> None:
 def test_up_refuses_a_file_that_is_there_before_anything_starts(tmp_path: Path) -> None:
     there = tmp_path / "there.mcap"
     there.write_text("mine")
-    begun = time.monotonic()
     with running("up", "--record", str(there)) as refused:
         assert refused.process.wait(60) == 2
     assert "exists already" in refused.said
-    assert refused.children() == {}
-    assert begun < time.monotonic()
+    assert len(refused.said.strip().splitlines()) == 1, refused.said
     assert there.read_text() == "mine"
