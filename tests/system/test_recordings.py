@@ -15,6 +15,7 @@ import zenoh
 from mcap.exceptions import EndOfFile
 from mcap.reader import NonSeekingReader, make_reader
 from rig_process import DRUMSTICK, Listener, Rig, ask, is_alive, running, wait_for
+from wav_heard import sound_in
 
 from protocol.messages import Contact, Readback, Release, SetReply, State, Strike, decode
 from rig.recording import channels
@@ -122,6 +123,28 @@ def _assert_forces_add_up(out: Path) -> None:
     assert whole > 200
 
 
+@pytest.mark.usefixtures("session")
+def test_what_was_recorded_is_rendered_by_its_forces_or_by_its_strikes(rig: Rig, tmp_path: Path) -> None:
+    out, scene = tmp_path / "a.mcap", tmp_path / "streamed.toml"
+    scene.write_text(streamed_text(), encoding="utf-8")
+    recorder = Recorder(rig, out, "--force", "--duration", "3")
+    assert recorder.ended()[0] == 0
+    strikes = len(events(out, channels.STRIKE))
+    sounds: list[np.ndarray] = []
+    for name in (str(scene), "roll"):
+        wav = tmp_path / "a.wav"
+        command = [*DRUMSTICK, "render", name, "--strikes", str(out), "--out", str(wav), "--json"]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=110, check=False)
+        assert done.returncode == 0, done.stderr
+        told = json.loads(done.stdout)
+        assert told["strikes"] == pytest.approx(strikes, abs=1), "one may have begun before, or ended after"
+        assert told["duration_s"] == pytest.approx(4.0, abs=0.5), "all of it, and a second to ring"
+        sounds.append(sound_in(wav)[:, 0])
+    # The same roll, about as loud: a stall of the machine spreads a contact's force over the ticks that it took.
+    assert np.std(sounds[0]) == pytest.approx(np.std(sounds[1]), rel=0.5)
+    assert np.std(sounds[1]) > 0.005
+
+
 def test_without_force_the_rig_streams_nothing_and_the_recorder_is_seen_to_hear_the_rest(
     rig: Rig, session: zenoh.Session, tmp_path: Path
 ) -> None:
@@ -146,6 +169,7 @@ def test_without_force_the_rig_streams_nothing_and_the_recorder_is_seen_to_hear_
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.usefixtures("session")
 def test_a_signal_finishes_the_file(rig: Rig, tmp_path: Path, number: signal.Signals) -> None:
     recorder = Recorder(rig, tmp_path / "a.mcap", "--json")
     recorder.recorded(6000)
@@ -204,6 +228,7 @@ def test_a_file_that_may_not_grow_ends_the_recording_with_one_line_and_the_rig_p
     wait_for("more strikes", lambda: states.got[-1].strikes > before + 10)
 
 
+@pytest.mark.usefixtures("session")
 def test_a_full_device_is_refused_at_the_start(rig: Rig, tmp_path: Path) -> None:
     # Not even the header has room.
     recorder = Recorder(rig, tmp_path / "a.mcap")
@@ -214,7 +239,8 @@ def test_a_full_device_is_refused_at_the_start(rig: Rig, tmp_path: Path) -> None
     assert not (tmp_path / "a.mcap").exists()
 
 
-def test_what_cannot_be_recorded_is_said(rig: Rig, session: zenoh.Session, tmp_path: Path) -> None:
+@pytest.mark.usefixtures("session")
+def test_what_cannot_be_recorded_is_said(rig: Rig, tmp_path: Path) -> None:
     def said(out: str, *options: str) -> tuple[int, str]:
         command = [*DRUMSTICK, "record", "--connect", rig.endpoint, "--rig", rig.name, "--out", out, *options]
         done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)

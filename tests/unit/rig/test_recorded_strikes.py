@@ -10,6 +10,8 @@ from protocol.messages import Contact
 from recordings import a_strike, made
 from rig.fault import GIVEN, Stop
 from rig.recorded_strikes import played
+from rig.streamed_roll import presses
+from sound_server.stream.offline import Press
 from streamed_engine import streamed
 
 
@@ -95,3 +97,31 @@ def test_what_cannot_be_played_is_said(
         played(path, scene)
     assert words in str(stop.value)
     assert stop.value.status == GIVEN
+
+
+def test_a_streamed_roll_comes_through_a_recording_tick_by_tick(tmp_path: Path) -> None:
+    """What `render --roll` plays of a scene, told in pieces as a gateway does, recorded and read: the same forces."""
+    scene = streamed()
+    rolled = list(presses(scene, 0.8))
+    messages: list[tuple[float, str, Contact]] = []
+    for seq, press in enumerate(rolled):
+        for done in range(0, len(press.forces_N), 2):
+            tick = press.first_tick + done
+            place = {"x": press.x, "y": press.y}
+            messages.append(
+                (tick / 1000, "/contact", piece(seq, tick, press.forces_N[done : done + 2].tolist(), **place))
+            )
+    found = played(made(tmp_path / "a.mcap", messages), scene).presses
+    assert len(rolled) > 10
+    told, asked = _ticks(found), _ticks(rolled)
+    shift = min(told) - min(asked)
+    assert min(told) == 50
+    assert {tick - shift: force for tick, force in told.items()} == asked
+
+
+def _ticks(presses: list[Press]) -> dict[int, tuple[float, float, float]]:
+    return {
+        press.first_tick + k: (np.float32(force), press.x, press.y)
+        for press in presses
+        for k, force in enumerate(press.forces_N.tolist())
+    }
