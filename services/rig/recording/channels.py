@@ -32,20 +32,21 @@ class Presence(Message, array_like=True, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class Channel:
-    """A topic and what its messages are; `many`: one channel for each name, TOPIC/NAME."""
+    """A topic and what its messages are, in words; `many`: one channel for each name, TOPIC/NAME."""
 
     topic: str
     kind: type[Message]
+    words: str
     many: bool = False
 
 
-STRIKE = Channel("/strike", Strike)
-RELEASE = Channel("/release", Release)
-CONTACT = Channel("/contact", Contact)
-STATE = Channel("/state", State)
-METER = Channel("/meter", Meter)
-PARAM = Channel("/param", Readback, many=True)
-ALIVE = Channel("/alive", Presence)
+STRIKE = Channel("/strike", Strike, "The stick met the head")
+RELEASE = Channel("/release", Release, "The stick left the head again; `seq` is that of its strike")
+CONTACT = Channel("/contact", Contact, "A piece of one contact's force; `seq` is that of its strike")
+STATE = Channel("/state", State, "How the servo stands")
+METER = Channel("/meter", Meter, "How a sound server stands")
+PARAM = Channel("/param", Readback, "A parameter as the servo uses it", many=True)
+ALIVE = Channel("/alive", Presence, "A service came or went")
 CHANNELS = (STRIKE, RELEASE, CONTACT, STATE, METER, PARAM, ALIVE)
 
 _FORCES, _FORCES_JSON = "forces", "forces_N"
@@ -136,7 +137,7 @@ def schema(channel: Channel) -> dict[str, Any]:
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": schema_name(channel),
-        "description": " ".join((channel.kind.__doc__ or "").split()),
+        "description": channel.words,
         "type": "object",
         "properties": {
             _name(field): _property(field, _required(hints[field])) for field in _fields(channel.kind)
