@@ -60,7 +60,7 @@ took them. A file that exists is never overwritten.
 | a byte that the disk spoilt | what stands before the chunk that it is in (each has a checksum) |
 
 A recorder of `drumstick up --record take.mcap` that was killed starts again and goes on in `take-2.mcap`. A file
-without an index can be replayed and rendered as it is; `mcap recover` (of the MCAP command line tool) gives it one,
+without an index can be replayed and rendered as it is; `mcap recover` (of the MCAP command line tool, not tried here) gives it one,
 for programs that insist.
 
 ## Replaying
@@ -125,10 +125,10 @@ def _topic(channel: Channel) -> str:
 
 def _channels() -> list[str]:
     rows = ["| topic | schema | when | what |", "|---|---|---|---|"]
-    for channel in CHANNELS:
-        rows.append(
-            f"| {_topic(channel)} | `{schema_name(channel)}` | {_WHEN[channel.topic]} | {channel.words} |"
-        )
+    rows += [
+        f"| {_topic(each)} | `{schema_name(each)}` | {_WHEN[each.topic]} | {each.words} |"
+        for each in CHANNELS
+    ]
     return rows
 
 
