@@ -4,7 +4,6 @@ The file is read from its begin to its end without its index, which one that was
 """
 
 import struct
-import zlib
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import IO, NamedTuple
 
 import zstandard
 from mcap.exceptions import EndOfFile, InvalidMagic, McapError
-from mcap.records import Attachment, Chunk, Footer, McapRecord, Metadata
+from mcap.records import Attachment, Chunk, Footer, McapRecord, Metadata, Statistics
 from mcap.records import Channel as FileChannel
 from mcap.records import Message as FileMessage
 from mcap.stream_reader import StreamReader, breakup_chunk
@@ -24,7 +23,15 @@ from rig.recording.filing import METADATA, SCENE_ATTACHMENT
 _LARGEST_RECORD = 64 * 1024 * 1024
 _MOST_MESSAGES = 5_000_000
 # What a record raises that the disk has spoilt: its checksum, its sizes, its compression, its text.
-_SPOILT = (McapError, ValueError, struct.error, zlib.error, zstandard.ZstdError, RuntimeError, MemoryError)
+_SPOILT = (
+    McapError,
+    ValueError,
+    ArithmeticError,
+    struct.error,
+    zstandard.ZstdError,
+    RuntimeError,
+    MemoryError,
+)
 
 
 class RecordingError(Exception):
@@ -63,6 +70,8 @@ class _Exact:
         self.position = 0
 
     def read(self, size: int) -> bytes:
+        if size > _LARGEST_RECORD:
+            raise ValueError(f"a length of {size} bytes")
         found = self._file.read(size)
         if len(found) < size:
             raise EndOfFile
@@ -77,7 +86,7 @@ def _records(file: IO[bytes], recording: Recording) -> Iterator[McapRecord]:
     whole_to, ended = 0, False
     try:
         for record in reader.records:
-            yield from breakup_chunk(record, validate_crc=True) if isinstance(record, Chunk) else (record,)
+            yield from _within(record) if isinstance(record, Chunk) else (record,)
             whole_to, ended = exact.position, isinstance(record, Footer)
     except InvalidMagic:
         if not ended:
@@ -91,15 +100,25 @@ def _records(file: IO[bytes], recording: Recording) -> Iterator[McapRecord]:
         recording.torn = f"is damaged behind byte {whole_to} ({error}): what follows is left out"
 
 
+def _within(chunk: Chunk) -> list[McapRecord]:
+    if chunk.uncompressed_size > _LARGEST_RECORD:
+        raise ValueError(f"a chunk of {chunk.uncompressed_size} bytes")
+    return breakup_chunk(chunk, validate_crc=True)
+
+
 def read(path: Path, wanted: Collection[Channel] = CHANNELS) -> Recording:
     """The events of the wanted channels, in the order of the file. RecordingError, worded."""
     recording = Recording(path)
     names: dict[int, tuple[Channel, str]] = {}
     formats: list[str] = []
+    found, told = 0, 0
     try:
         with path.open("rb") as file:
             for record in _records(file, recording):
+                found += isinstance(record, FileMessage)
                 match record:
+                    case Statistics():
+                        told = record.message_count
                     case Metadata() if record.name == METADATA:
                         recording.about = dict(record.metadata)
                         formats.append(recording.about.get("format", "?"))
@@ -117,6 +136,8 @@ def read(path: Path, wanted: Collection[Channel] = CHANNELS) -> Recording:
                         pass  # an index, or somebody else's
     except OSError as error:
         raise RecordingError(f"{path}: cannot be read: {error.strerror}") from None
+    if not recording.torn and found < told:  # a chunk whose very kind is spoilt is passed over without a word
+        recording.torn = f"is damaged: {told - found} of {told} messages cannot be read"
     if not formats:
         raise RecordingError(f"{path}: no recording of a drumstick: it has no metadata of that name")
     if formats[0] != FORMAT:

@@ -144,6 +144,37 @@ def test_a_spoilt_byte_costs_what_follows_and_never_more_than_a_clear_word(
         assert found[1] or len(found[0]) == 200
 
 
+def test_a_length_that_is_spoilt_is_not_waited_for(tmp_path: Path, roll: bytes) -> None:
+    spoilt = bytearray(roll)
+    at = roll.index(b"application/json") + len("application/json")
+    spoilt[at : at + 8] = struct.pack("<Q", 2**63 + 5)
+    found = _outcome(tmp_path / "a.mcap", bytes(spoilt))
+    assert found[0] == []
+    assert "is damaged behind byte" in found[1]
+
+
+@pytest.mark.parametrize(
+    ("before", "spoil", "words"),
+    [
+        (
+            41,
+            b"\x7f",
+            "20 of 200 messages cannot be read",
+        ),  # the record's kind: readers pass over what they do not know
+        (16, struct.pack("<Q", 2**63 - 1), "a chunk of 9223372036854775807 bytes"),
+        (8, b"\0\0\0\1", "crc validation failed"),
+    ],
+)
+def test_a_chunk_that_is_spoilt_is_missed(
+    tmp_path: Path, roll: bytes, before: int, spoil: bytes, words: str
+) -> None:
+    spoilt = bytearray(roll)
+    at = roll.index(b"zstd") - before  # opcode 1, length 8, times 16, size 8, checksum 4, length of "zstd" 4
+    spoilt[at : at + len(spoil)] = spoil
+    found = _outcome(tmp_path / "a.mcap", bytes(spoilt))
+    assert words in found[1]
+
+
 def test_zeros_behind_the_last_chunk_as_a_power_cut_leaves_them(tmp_path: Path) -> None:
     path = made(tmp_path / "a.mcap", [(0.1 * k, "/strike", a_strike(k)) for k in range(30)], finished=False)
     path.write_bytes(path.read_bytes() + bytes(5000))
