@@ -261,6 +261,57 @@ def test_what_cannot_be_recorded_is_said(rig: Rig, tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["there.mcap"]
 
 
+def test_a_servo_that_is_killed_meanwhile_is_followed(tmp_path: Path) -> None:
+    out = tmp_path / "a.mcap"
+    with running("haptic") as plain:
+        session = plain.client()
+        heard = Listener(session, plain.keys.strike, Strike)
+        recorder = Recorder(plain, out, "--json")
+        recorder.recorded(9000)
+        first = heard.got[0].boot
+        os.kill(plain.children()["haptic_server.servo"], signal.SIGKILL)
+        wait_for("another servo", lambda: heard.got[-1].boot != first)
+        before = len(heard.got)
+        wait_for("its strikes", lambda: len(heard.got) > before + 80)
+        status, told, said = recorder.ended(signal.SIGTERM)
+        session.close()
+    assert status == 0, said
+    assert json.loads(told)["missing"] == {}
+    strikes = [(event.publish_ns, decode(event.payload, Strike)) for event in read(out).of(channels.STRIKE)]
+    boots = list(dict.fromkeys(strike.boot for _, strike in strikes))
+    assert boots == [first, heard.got[-1].boot]
+    published = {(strike.boot, strike.seq) for strike in list(heard.got)}
+    for boot in boots:
+        own = [strike.seq for _, strike in strikes if strike.boot == boot]
+        assert own == list(range(own[0], own[-1] + 1))
+        assert {(boot, seq) for seq in own[:-2]} <= published
+    # The first of the new servo have their arrival's time; then its clock is known, and one machine has one clock.
+    apart = [publish_ns - strike.t_ns for publish_ns, strike in strikes]
+    assert np.ptp(apart[-30:]) < 1_000_000
+    assert apart[-1] == pytest.approx(apart[0], abs=5_000_000)
+
+
+def test_presence_is_recorded_as_it_comes_and_goes(tmp_path: Path) -> None:
+    out = tmp_path / "a.mcap"
+    with running("haptic", "--record", str(out)) as started:
+        session = started.client()
+        token = session.liveliness().declare_token(started.keys.alive("sound", "mine"))
+        wait_for("a recording", lambda: out.exists() and out.stat().st_size > 6_000)
+        token.undeclare()
+        size = out.stat().st_size
+        wait_for("a chunk more", lambda: out.stat().st_size > size + 5_000)
+        session.close()
+        assert started.stop() == 0
+    seen = [
+        (p.service, p.id, p.alive) for p in events(out, channels.ALIVE) if isinstance(p, channels.Presence)
+    ]
+    assert [each for each in seen if each[0] == "sound"] == [
+        ("sound", "mine", True),
+        ("sound", "mine", False),
+    ]
+    assert ("haptic", True) in [(service, alive) for service, _, alive in seen]
+
+
 def test_force_of_a_scene_that_does_not_stream_is_refused(tmp_path: Path) -> None:
     with running("haptic") as plain:
         plain.client().close()

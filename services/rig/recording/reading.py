@@ -111,11 +111,14 @@ def read(path: Path, wanted: Collection[Channel] = CHANNELS) -> Recording:
     recording = Recording(path)
     names: dict[int, tuple[Channel, str]] = {}
     formats: list[str] = []
+    declared: set[int] = set()
     found, told = 0, 0
     try:
         with path.open("rb") as file:
             for record in _records(file, recording):
-                found += isinstance(record, FileMessage)
+                if isinstance(record, FileChannel):
+                    declared.add(record.id)
+                found += isinstance(record, FileMessage) and record.channel_id in declared
                 match record:
                     case Statistics():
                         told = record.message_count
