@@ -43,6 +43,8 @@ _OUT = typer.Option(help="Also write figures (PNG, SVG), tables (CSV) and analys
 _SWEEP = typer.Option(
     help="NAME=LOW:HIGH:COUNT[:log], with --out: sweep this parameter instead of the usual ones; twice: a plane."
 )
+_RECORD = typer.Option(help="Also record what the rig does into this new MCAP file.")
+_RECORD_FORCE = typer.Option("--record-force", help="Also the contacts' force, of a scene that streams it.")
 _POSE = "You hold a real arm in its neutral pose now, so that its encoders may be reset (docs/phantom.md)."
 _DEVICE = typer.Option(
     help="simulated, pointer (mouse or touch on the panel), openhaptics, or replay:FILE (CSV with t_s and z_m)."
@@ -65,6 +67,8 @@ Device = Annotated[str, _DEVICE]
 Fresh = Annotated[bool, _FRESH]
 PresetName = Annotated[str, typer.Argument(help="1 to 60 letters, digits, spaces, _ . or -")]
 PoseIsHeld = Annotated[bool, typer.Option("--pose-is-held", help=_POSE)]
+Record = Annotated[Path | None, _RECORD]
+RecordForce = Annotated[bool, _RECORD_FORCE]
 SceneName = Annotated[str, typer.Argument(help="A shipped scene or a .toml file.")]
 
 
@@ -93,6 +97,8 @@ def _run(
     also: list[str] | None = None,
     audio_rate: int = 48000,
     audio_block: int = 128,
+    record: Path | None = None,
+    record_force: bool = False,
 ) -> None:
     from rig import checks, folder
     from rig.plan import Options
@@ -130,6 +136,8 @@ def _run(
             fresh,
             tuple(also or ()),
             part,
+            record,
+            record_force,
         ),
         scene,
         duration,
@@ -154,6 +162,8 @@ def up_command(
     prefix: Prefix = "/drumstick",
     panel_port: PanelPort = 8080,
     fresh: Fresh = False,
+    record: Record = None,
+    record_force: RecordForce = False,
     as_json: Json = False,
 ) -> None:
     """Play: force loop, sound and panel together, until Ctrl-C."""
@@ -162,6 +172,7 @@ def up_command(
         pose_is_held=pose_is_held, audio=audio, audio_rate=audio_rate, audio_block=audio_block,
         connect=connect, listen=listen, osc_in=osc_in, osc_out=osc_out, prefix=prefix, panel_port=panel_port,
         fresh=fresh,
+        record=record, record_force=record_force,
     )  # fmt: skip
 
 
@@ -178,12 +189,15 @@ def haptic_command(
     osc_out: OscOut = None,
     prefix: Prefix = "/drumstick",
     fresh: Fresh = False,
+    record: Record = None,
+    record_force: RecordForce = False,
     as_json: Json = False,
 ) -> None:
     """Only the force loop and its gateway."""
     _run(
         frozenset({"haptic"}), rig, duration, as_json, scene=scene, device=device, pose_is_held=pose_is_held,
         connect=connect, listen=listen, osc_in=osc_in, osc_out=osc_out, prefix=prefix, fresh=fresh,
+        record=record, record_force=record_force,
     )  # fmt: skip
 
 
@@ -245,11 +259,14 @@ def simulate_command(
 def render_command(
     scene: SceneName,
     out: Annotated[Path, typer.Option(help="The WAV file to write.")],
-    duration: Annotated[float, typer.Option(help="Seconds of sound.")] = 3.0,
+    duration: Annotated[
+        float | None, typer.Option(help="Seconds of sound; 3, or all of a recording, if not given.")
+    ] = None,
     strikes: Annotated[
         Path | None,
         typer.Option(
-            help="Strikes to play: CSV with t_s, x, y, speed_m_per_s. Without it, one at half radius."
+            help="Strikes to play: CSV with t_s, x, y, speed_m_per_s, or a recording (.mcap). Without it, one at half"
+            " radius."
         ),
     ] = None,
     roll: Annotated[bool, typer.Option("--roll", help="Play what the scene's own stick does.")] = False,
@@ -268,7 +285,9 @@ def render_command(
 
     checks.duration(duration)
     checks.finite(rate, "--rate", 22050.0, 192000.0, "Hz")
-    render(scene, Wishes(out, duration, strikes, roll, rate, spectrogram, modes), as_json)
+    seconds = 3.0 if duration is None else duration
+    wishes = Wishes(out, seconds, strikes, roll, rate, spectrogram, modes)
+    render(scene, wishes, as_json, whole=duration is None)
 
 
 @app.command("analyse")
@@ -304,6 +323,51 @@ def doctor_command(rig: RigName = "main", as_json: Json = False) -> None:
     from rig.doctor import doctor
 
     raise typer.Exit(doctor(as_json, rig))
+
+
+@app.command("record")
+def record_command(
+    out: Annotated[Path, typer.Option(help="The new MCAP file; one that exists is never overwritten.")],
+    force: Annotated[
+        bool, typer.Option("--force", help="Also the contacts' force, of a scene that streams it.")
+    ] = False,
+    duration: Annotated[float | None, typer.Option(help="Stop after this many seconds.")] = None,
+    rig: RigName = "main",
+    connect: Connect = None,
+    as_json: Json = False,
+) -> None:
+    """Record a running rig: strikes, parameters, state, meters; until Ctrl-C."""
+    from rig import checks
+    from rig.record import record
+
+    checks.duration(duration)
+    record(*checks.wire(rig, connect), out, force, duration, as_json)
+
+
+@app.command("replay")
+def replay_command(
+    file: Annotated[
+        Path, typer.Argument(help="A recording, .mcap; one that was cut off plays as far as it goes.")
+    ],
+    speed: Annotated[float, typer.Option(help="Times the recorded speed; a contact keeps its length.")] = 1.0,
+    loop: Annotated[bool, typer.Option("--loop", help="Again and again, until Ctrl-C.")] = False,
+    await_sound: Annotated[
+        bool, typer.Option("--await-sound", help="Begin when a sound server of this rig is there.")
+    ] = False,
+    rig: RigName = "main",
+    connect: Connect = None,
+    listen: Listen = DEFAULT_ROUTER,
+    osc_out: OscOut = None,
+    prefix: Prefix = "/drumstick",
+    as_json: Json = False,
+) -> None:
+    """Play a recording over Zenoh and OSC, in the haptic server's place."""
+    from rig import checks
+    from rig.replay import checked_wishes, replay
+
+    _, keys = checks.wire(rig, connect)
+    out = osc_out or ["127.0.0.1:9101"]
+    replay(keys, checked_wishes(file, speed, loop, await_sound, listen, connect, out, prefix), as_json)
 
 
 @app.command("panic")

@@ -7,6 +7,8 @@ from pathlib import Path
 from protocol.keys import DEFAULT_ROUTER
 
 HAPTIC, SOUND, PANEL = "haptic", "sound", "panel"
+RECORD = "record"
+NOT_ESSENTIAL = frozenset({RECORD})  # whose end never ends a rig
 
 
 @dataclass(frozen=True)
@@ -30,6 +32,8 @@ class Options:
     fresh: bool = False  # start from the scene, not from the last good set
     also: tuple[str, ...] = ()  # further rigs whose drums the sound server plays
     parts: frozenset[str] = field(default_factory=lambda: frozenset({HAPTIC, SOUND, PANEL}))
+    record: Path | None = None  # the MCAP file to record into
+    record_force: bool = False  # also the contacts' force
 
     @property
     def router(self) -> str:
@@ -73,4 +77,8 @@ def commands(options: Options) -> dict[str, list[str]]:
     if PANEL in options.parts:
         token = ["--token-file", str(options.folder / "panel-token")]
         plan["panel"] = [*python, "web_panel", *rig, *router, "--port", str(options.panel_port), *token]
+    if options.record is not None:
+        plan[RECORD] = [*python, "rig.recording", *rig, *router, "--out", str(options.record)]
+        if options.record_force:
+            plan[RECORD].append("--force")
     return plan

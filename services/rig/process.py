@@ -28,10 +28,17 @@ def _die_with_parent() -> None:
 
 
 class Service:
-    """A child that should be running."""
+    """A child that should be running.
 
-    def __init__(self, name: str, command: Sequence[str], say: Callable[[str], None]) -> None:
+    One that is not `essential` never ends the others: when it ended by itself, or cannot run here (now or when it is
+    started again), that is said once and it stays away; when it crashed it is started again like any other.
+    """
+
+    def __init__(
+        self, name: str, command: Sequence[str], say: Callable[[str], None], essential: bool = True
+    ) -> None:
         self.name = name
+        self.essential = essential
         self.restarts = 0
         self.fault_status: int | None = None
         self.last_line = ""
@@ -42,6 +49,7 @@ class Service:
         self._delay_s = _FIRST_DELAY_S
         self._started_at = 0.0
         self._restart_at = 0.0
+        self._gone = False  # not essential, and over
 
     def start(self) -> None:
         """Start the child in a process group of its own: Ctrl-C reaches only the supervisor."""
@@ -80,7 +88,7 @@ class Service:
         """Pass on what the child printed; restart it if it died."""
         self._read()
         if self._process is None:
-            if self.fault_status is None and now >= self._restart_at:
+            if self.fault_status is None and not self._gone and now >= self._restart_at:
                 self.restarts += 1
                 self.start()
             return
@@ -88,6 +96,10 @@ class Service:
         if status is None:
             return
         self._close()
+        if not self.essential and status in (0, *_REAL_FAULTS):
+            self._gone = True
+            self._say(f"[{self.name}] ended with status {status}; the rig plays on without it")
+            return
         # Only at the first start: a port that is taken while a service restarts must not end the others, force first.
         if status in _REAL_FAULTS and self.restarts == 0:
             self.fault_status = status

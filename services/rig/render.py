@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rig import scene_file
 from rig.fault import lacking, wrong
+from rig.record import SUFFIX
 
 if TYPE_CHECKING:
     import numpy as np
@@ -26,7 +27,7 @@ _ONE_STRIKE_S = 0.05  # when the one strike falls that is played without --strik
 
 
 class Wishes(NamedTuple):
-    """What is to be rendered; `strikes` is a CSV file, `roll` asks for what the scene's own stick would play."""
+    """What is to be rendered; `strikes` is a CSV file or a recording, `roll`: what the scene's own stick plays."""
 
     out: Path
     duration_s: float
@@ -97,8 +98,6 @@ def rolled(scene: "Scene", duration_s: float) -> list["Blow"]:
 def _strikes(scene: "Scene", wishes: Wishes) -> list["Blow"]:
     from sound_server.calibrate import blow_at
 
-    if wishes.strikes is not None and wishes.roll:
-        wrong("--strikes and --roll: give one of the two")
     if wishes.strikes is not None:
         return _read(wishes.strikes, scene)
     if wishes.roll:
@@ -106,13 +105,26 @@ def _strikes(scene: "Scene", wishes: Wishes) -> list["Blow"]:
     return [blow_at(scene, scene.strike.full_scale_m_per_s / 2.0, 0.5, 0.0, _ONE_STRIKE_S)]
 
 
-def _presses(name: str, scene: "Scene", wishes: Wishes) -> list["Press"]:
-    # A roll of a scene that streams: by its forces, not by its strikes.
-    from rig.streamed_roll import presses
+class Score(NamedTuple):
+    """What is played: strikes by their half-sine, contacts by their forces; how long that lasts, if it tells."""
 
-    if not (wishes.roll and wishes.strikes is None and scene.drum.excitation == "streamed"):
-        return []
-    return list(presses(scene, wishes.duration_s, scene_file.gesture(name, scene)))
+    blows: "list[Blow]"
+    presses: "list[Press]"
+    length_s: float | None = None
+
+
+def _score(name: str, scene: "Scene", wishes: Wishes) -> Score:
+    if wishes.strikes is not None and wishes.roll:
+        wrong("--strikes and --roll: give one of the two")
+    if wishes.strikes is not None and wishes.strikes.suffix == SUFFIX:
+        from rig.recorded_strikes import played
+
+        return Score(*played(wishes.strikes, scene))
+    if wishes.roll and scene.drum.excitation == "streamed":  # by its forces, not by its strikes
+        from rig.streamed_roll import presses
+
+        return Score([], list(presses(scene, wishes.duration_s, scene_file.gesture(name, scene))))
+    return Score(_strikes(scene, wishes), [])
 
 
 def _write(scene: "Scene", blows: Iterable["Blow"], presses: list["Press"], wishes: Wishes) -> Written:
@@ -189,12 +201,15 @@ def _draw(scene: "Scene", sound: "npt.NDArray[np.float32]", wishes: Wishes) -> l
     return rows
 
 
-def render(scene: str, wishes: Wishes, as_json: bool) -> None:
-    """Write the file and say what is in it. Raises Stop."""
-    _check_pictures(wishes)
+def render(scene: str, wishes: Wishes, as_json: bool, whole: bool = False) -> None:
+    """Write the file and say what is in it; `whole`: a recording from end to end. Raises Stop."""
     loaded = scene_file.load(scene)
-    presses = _presses(scene, loaded, wishes)
-    blows = [] if presses else [blow for blow in _strikes(loaded, wishes) if blow.t_s < wishes.duration_s]
+    score = _score(scene, loaded, wishes)
+    if whole and score.length_s is not None:
+        wishes = wishes._replace(duration_s=score.length_s)
+    _check_pictures(wishes)
+    blows = [blow for blow in score.blows if blow.t_s < wishes.duration_s]
+    presses = [press for press in score.presses if press.first_tick < wishes.duration_s * press.rate_Hz]
     written = _write(loaded, blows, presses, wishes)
     strikes = len(blows) + sum(float(press.forces_N[-1]) == 0.0 for press in presses)  # 0 N closes a contact
     modes = _draw(loaded, written.sound, wishes)

@@ -10,9 +10,10 @@ from typing import Any
 from haptic_server import files
 from protocol.keys import Keys
 from rig import folder, ports, scene_file
-from rig.fault import OURS, Stop
-from rig.plan import HAPTIC, PANEL, SOUND, Options, commands
+from rig.fault import OURS, Stop, wrong
+from rig.plan import HAPTIC, NOT_ESSENTIAL, PANEL, SOUND, Options, commands
 from rig.process import Service
+from rig.record import check_out
 from rig.terminal import Terminal
 from rig.watch import Watch, host_and_port
 
@@ -28,7 +29,9 @@ class Rig:
         self._options = options
         self._scene = scene
         self._terminal = terminal
-        self._services = [Service(n, c, terminal.say) for n, c in commands(options).items()]
+        self._services = [
+            Service(n, c, terminal.say, n not in NOT_ESSENTIAL) for n, c in commands(options).items()
+        ]
         self._watch = Watch(options.router, Keys(options.rig))
         self._stopping = False
         self._played_s = 0.0
@@ -118,6 +121,7 @@ class Rig:
             "sound": meter.sink if meter else None,
             "strikes_played": meter.played if meter else None,
             "xruns": self._watch.xruns if meter else None,
+            "recording": str(self._options.record) if self._options.record else None,
             "restarts": {s.name: s.restarts for s in self._services},
         }
 
@@ -145,9 +149,18 @@ def _words(summary: dict[str, Any]) -> str:
 
 def up(options: Options, scene: str, duration_s: float | None, as_json: bool) -> None:
     """Run the chosen parts of a rig; prints a summary at the end. Raises Stop."""
+    if options.record is not None:
+        check_out(options.record, "--record")
+    elif options.record_force:
+        wrong("--record-force: give --record FILE.mcap too")
     with ExitStack() as held:
         if HAPTIC in options.parts:
             loaded = scene_file.load(scene)
+            if options.record_force and loaded.drum.excitation != "streamed":
+                wrong(
+                    f"--record-force: the scene {loaded.name!r} does not stream its force: play one with"
+                    ' [drum] excitation = "streamed", or leave it out'
+                )
             held.enter_context(folder.claim(options.folder, options.rig))
             block = options.folder / files.BLOCK
             block.unlink(missing_ok=True)  # an earlier run's: whoever made it is dead, we hold the lock

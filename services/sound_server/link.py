@@ -14,15 +14,14 @@ from typing import Any, cast
 import zenoh
 
 from drumstick.scene import Scene, SceneError, from_tables
+from protocol.clock import HapticClock, asked_clock
 from protocol.keys import Keys
-from protocol.messages import ENCODING, Clock, Meter, decode, encode
+from protocol.messages import ENCODING, Meter, encode
 from sound_server.complaints import Complaints
-from sound_server.haptic_clock import HapticClock, RoundTrip, clock_from
 from sound_server.stream.hearing import Hearing
 
 _RING = 256
 _QUERY_S = 0.5
-_ROUND_TRIPS = 5
 
 
 class Link:
@@ -54,20 +53,7 @@ class Link:
 
     def clock(self) -> HapticClock | None:
         """The haptic machine's clock, from five round trips; None when nobody answers."""
-        trips: list[RoundTrip] = []
-        for _ in range(_ROUND_TRIPS):
-            sent = time.monotonic_ns()
-            payload = self._ask(self.keys.clock)
-            received = time.monotonic_ns()
-            if payload is None:
-                break
-            try:
-                answer = decode(payload, Clock)
-            except ValueError as error:
-                self._complaints.complain(f"clock ignored: {error}")
-                break
-            trips.append(RoundTrip(sent, received, answer.boot, answer.t_ns))
-        return clock_from(trips)
+        return asked_clock(lambda: self._ask(self.keys.clock), self._complaints.complain)
 
     def _ask(self, key: str) -> bytes | None:
         try:

@@ -7,10 +7,10 @@ replaced, from any thread.
 from collections import OrderedDict
 from collections.abc import Callable
 
+from protocol.clock import HapticClock
 from protocol.messages import Strike, decode
 from sound_server.complaints import Complaints
 from sound_server.events import StrikeRing
-from sound_server.haptic_clock import HapticClock
 
 _TOO_LATE_NS = 50_000_000
 # A strike that is due later than this beyond its latency comes from a clock that was mapped wrongly.
@@ -62,7 +62,7 @@ class StrikeDesk:
         """One message. Never raises for anything that a network can deliver."""
         try:
             strike = decode(payload, Strike)
-            _check(strike)
+            check(strike)
         except ValueError as error:
             self.bad += 1
             self._complaints.complain(f"strike ignored: {error}")
@@ -97,7 +97,8 @@ class StrikeDesk:
         return max(due_ns, 1)
 
 
-def _check(strike: Strike) -> None:
+def check(strike: Strike) -> None:
+    """ValueError, worded, for a strike that no stick can make."""
     if not 0.0 <= strike.peak_estimate_N <= _MOST_N:
         raise ValueError(f"peak force {strike.peak_estimate_N:g} N is outside 0 .. {_MOST_N:g} N")
     if not 0.0 <= strike.contact_estimate_s <= _LONGEST_S:

@@ -35,6 +35,7 @@ def _tool(name: str) -> ModuleType:
         "measured_page",
         "mesh_page",
         "methods_page",
+        "recordings_page",
         "scenes_page",
         "servo_page",
         "sounds_page",

@@ -3,16 +3,13 @@
 import signal
 import subprocess
 import sys
-import wave
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 from haptic_side import HapticSide, drum, sounding, wait_for
-
-RATE = 48000
+from wav_heard import RATE, onsets_s, sound_in
 
 
 @pytest.fixture
@@ -20,24 +17,6 @@ def side(free_port: Callable[[], int]) -> Iterator[HapticSide]:
     opened = HapticSide(free_port(), drum())
     yield opened
     opened.close()
-
-
-def sound_in(path: Path) -> npt.NDArray[np.float64]:
-    with wave.open(str(path)) as file:
-        assert file.getframerate() == RATE
-        return np.frombuffer(file.readframes(file.getnframes()), "<i2").reshape(-1, 2) / 32767.0
-
-
-def onsets_s(sound: npt.NDArray[np.float64], apart_s: float) -> npt.NDArray[np.float64]:
-    """When blows begin: where the loudness of a millisecond, after a pause, leaves that of the ring before."""
-    power = (sound**2).sum(axis=1)
-    loud = np.flatnonzero(power > 1e-6 * power.max())
-    found = [loud[0]]
-    for place in loud:
-        before = power[max(place - round(apart_s * RATE / 2), found[-1] + 1) : place]
-        if place - found[-1] > apart_s * RATE / 2 and before.size and before.max() < 1e-6 * power.max():
-            found.append(place)
-    return np.array(found) / RATE
 
 
 def test_strikes_become_sound_once_each_and_the_file_is_finished(side: HapticSide, tmp_path: Path) -> None:

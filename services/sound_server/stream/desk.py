@@ -11,9 +11,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from protocol.clock import HapticClock
 from protocol.messages import CONTACT_PIECE_S, Contact, Strike, decode
 from sound_server.complaints import Complaints
-from sound_server.haptic_clock import HapticClock
 from sound_server.stream.feed import Feed, Forces
 from sound_server.stream.timeline import Stream
 from sound_server.strikes import Once
@@ -75,7 +75,7 @@ class ContactDesk:
         """One message. Never raises for anything that a network can deliver."""
         try:
             contact = decode(payload, Contact)
-            forces = _checked(contact)
+            forces = checked_forces(contact)
         except ValueError as error:
             self.refused += 1
             self._complaints.complain(f"contact ignored: {error}")
@@ -144,7 +144,8 @@ class ContactDesk:
                 self._complaints.complain("contact dropped: 256 pieces are waiting for the audio already")
 
 
-def _checked(contact: Contact) -> Forces:
+def checked_forces(contact: Contact) -> Forces:
+    """The forces, N, float32; ValueError, worded, for a piece that no servo can tell."""
     low, high = _RATES_HZ
     if not low <= contact.rate_Hz <= high:
         raise ValueError(f"rate of {contact.rate_Hz:g} Hz is outside {low:g} .. {high:g} Hz")

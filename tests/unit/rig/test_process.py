@@ -54,3 +54,34 @@ time.sleep(60)
     finally:
         part.ask_to_stop()
         assert part.wait_stopped(time.monotonic() + 20.0)
+
+
+def test_what_is_not_essential_stays_away_when_it_cannot_run_and_that_is_said_once() -> None:
+    said: list[str] = []
+    for status in (0, 2, 3):
+        part = Service("record", [sys.executable, "-c", f"raise SystemExit({status})"], said.append, False)
+        part.start()
+        line = f"[record] ended with status {status}; the rig plays on without it"
+        look_until(part, lambda line=line: line in said)
+        for seconds in range(60):
+            part.look(time.monotonic() + seconds)
+        assert said.count(line) == 1
+        assert (part.fault_status, part.restarts, part.pid) == (None, 0, None)
+        assert part.wait_stopped(time.monotonic())
+
+
+def test_what_is_not_essential_is_started_again_after_a_crash(tmp_path: Path) -> None:
+    code = f"""
+import os, pathlib, signal
+mark = pathlib.Path({str(tmp_path / "mark")!r})
+if not mark.exists():
+    mark.touch()
+    os.kill(os.getpid(), signal.SIGKILL)
+raise SystemExit(3)
+"""
+    said: list[str] = []
+    part = Service("record", [sys.executable, "-c", code], said.append, essential=False)
+    part.start()
+    look_until(part, lambda: any("status 3; the rig plays on" in line for line in said))
+    assert "[record] was ended by SIGKILL; restarting" in said
+    assert (part.restarts, part.fault_status) == (1, None)

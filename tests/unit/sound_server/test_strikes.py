@@ -6,11 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from protocol.clock import HapticClock
 from protocol.messages import Strike, encode
 from realtime.ring import drain
 from sound_server.complaints import Complaints
 from sound_server.events import EVENT, RING_SLOTS, StrikeRing
-from sound_server.haptic_clock import HapticClock
 from sound_server.strikes import Once, StrikeDesk
 
 MS = 1_000_000

@@ -1,0 +1,44 @@
+"""python -m rig.recording: the service of `drumstick up --record`. Status 3: the disk took no more."""
+
+import argparse
+import sys
+from itertools import chain
+from pathlib import Path
+
+from protocol.keys import Keys
+from rig.fault import Stop, lacking
+from rig.record import recorded, words
+
+_MOST_PARTS = 10_000
+
+
+def _free(out: Path) -> Path:
+    # After this service was killed and started again: the recording goes on in a file beside the first one.
+    parts = (out.with_name(f"{out.stem}-{part}{out.suffix}") for part in range(2, _MOST_PARTS))
+    found = next((path for path in chain([out], parts) if not path.exists()), None)
+    if found is None:
+        lacking(f"{out}: {_MOST_PARTS} parts are there already: move them away")
+    return found
+
+
+def main() -> int:
+    """Record until SIGTERM."""
+    parser = argparse.ArgumentParser(prog="rig.recording", description=__doc__)
+    parser.add_argument("--rig", required=True)
+    parser.add_argument("--connect", required=True, help="the rig's Zenoh router")
+    parser.add_argument("--out", type=Path, required=True, help="FILE.mcap; FILE-2.mcap if that exists")
+    parser.add_argument("--force", action="store_true", help="also the force of every contact")
+    given = parser.parse_args()
+    try:
+        out = _free(given.out)
+        print(f"recording into {out}", file=sys.stderr, flush=True)
+        result = recorded(given.connect, Keys(given.rig), out, force=given.force, wait=True)
+    except Stop as stop:
+        print(stop, file=sys.stderr, flush=True)
+        return stop.status
+    print(words(result), file=sys.stderr, flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

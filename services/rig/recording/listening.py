@@ -1,0 +1,164 @@
+"""The recorder's own Zenoh session: everything that is recorded, heard and queued for the writing thread.
+
+Each subscription ends in a ring channel that a thread of its own empties, and all of them into one queue: neither a
+slow disk nor a busy writer holds up anything outside this process. What finds the queue full is counted by topic.
+"""
+
+import queue
+import threading
+import time
+from collections import Counter
+from typing import Any, NamedTuple
+
+import zenoh
+
+from protocol.clock import HapticClock, asked_clock
+from protocol.keys import Keys
+from protocol.session import client_config, open_client
+from realtime.stop import StopRequest
+from rig.recording import channels
+from rig.recording.channels import Channel, Presence
+
+_RING = 4096
+_QUEUED = 100_000  # a minute of everything at its busiest
+_QUERY_S = 0.5
+
+
+class Heard(NamedTuple):
+    """One sample: its channel, the last part of its key, its payload, when it came (monotonic ns)."""
+
+    channel: Channel
+    name: str
+    payload: bytes
+    heard_ns: int
+
+
+class Came(NamedTuple):
+    """A liveliness token that appeared or went."""
+
+    presence: Presence
+    heard_ns: int
+
+
+class NewClock(NamedTuple):
+    """A measurement of the haptic machine's clock."""
+
+    clock: HapticClock
+    heard_ns: int
+
+
+class NewScene(NamedTuple):
+    """What the `scene` query answered, in a start of the servo."""
+
+    payload: bytes
+    boot: int
+    heard_ns: int
+
+
+Item = Heard | Came | NewClock | NewScene
+
+
+class Listening:
+    """Of one rig. `open` and `close` belong to the main thread, and so do the questions; `items` to the writing one."""
+
+    def __init__(self, endpoint: str, keys: Keys) -> None:
+        self._endpoint = endpoint
+        self._keys = keys
+        self._session: zenoh.Session | None = None
+        self._readers: list[threading.Thread] = []
+        self.items: queue.Queue[Item] = queue.Queue(_QUEUED)
+        self.overrun: Counter[str] = Counter()  # by topic: found the queue full
+
+    def open(self, stop: StopRequest | None) -> bool:
+        """Join the rig's router; with `stop` wait for it until that is set. Whether there is one."""
+        if stop is not None:
+            self._session = open_client(self._endpoint, lambda: not stop.is_set())
+            return self._session is not None
+        try:
+            self._session = zenoh.open(client_config(self._endpoint))
+        except zenoh.ZError:
+            return False
+        return True
+
+    @property
+    def session(self) -> zenoh.Session:
+        """The session, once it is open."""
+        assert self._session is not None
+        return self._session
+
+    def listen(self, force: bool) -> None:
+        """Subscribe to all that is recorded; with `force` also to `contact`, which makes the rig stream."""
+        keys = self._keys
+        heard = {
+            keys.strike: channels.STRIKE,
+            keys.release: channels.RELEASE,
+            keys.state: channels.STATE,
+            keys.meter: channels.METER,
+            keys.param("*"): channels.PARAM,
+        }
+        if force:
+            heard[keys.contact] = channels.CONTACT
+        for key, channel in heard.items():
+            subscriber = self.session.declare_subscriber(key, zenoh.handlers.RingChannel(_RING))
+            self._read_by_thread(subscriber, channel)
+        tokens = self.session.liveliness().declare_subscriber(
+            keys.alive("*", "*"), zenoh.handlers.RingChannel(_RING), history=True
+        )
+        self._read_by_thread(tokens, channels.ALIVE)
+
+    def _read_by_thread(self, subscriber: Any, channel: Channel) -> None:
+        def read() -> None:
+            while True:
+                try:
+                    sample: zenoh.Sample = subscriber.recv()
+                except zenoh.ZError:  # the session was closed
+                    return
+                self._put(channel, _item(channel, sample, time.monotonic_ns()))
+
+        reader = threading.Thread(target=read, name=f"record{channel.topic}", daemon=True)
+        reader.start()
+        self._readers.append(reader)
+
+    def _put(self, channel: Channel, item: Item) -> None:
+        try:
+            self.items.put_nowait(item)
+        except queue.Full:
+            self.overrun[channel.topic] += 1
+
+    def scene(self) -> bytes | None:
+        """The scene's JSON; None when nobody answers. Blocks up to 0.5 s, as every question."""
+        return next((sample.payload.to_bytes() for sample in self._asked(self._keys.scene)), None)
+
+    def clock(self, complain: Any) -> HapticClock | None:
+        """The haptic machine's clock; None when nobody answers."""
+        key = self._keys.clock
+        return asked_clock(lambda: next((s.payload.to_bytes() for s in self._asked(key)), None), complain)
+
+    def ask_params(self) -> None:
+        """Queue the readback of every parameter, as if it had just been published."""
+        for sample in self._asked(self._keys.param("*")):
+            self._put(channels.PARAM, _item(channels.PARAM, sample, time.monotonic_ns()))
+
+    def _asked(self, key: str) -> list[zenoh.Sample]:
+        try:
+            replies = list(self.session.get(key, timeout=_QUERY_S))
+        except zenoh.ZError:  # the router is away: no answer
+            return []
+        return [reply.ok for reply in replies if reply.ok is not None]
+
+    def close(self) -> None:
+        """Leave; when it returns, everything heard is in `items`. Without it the process would not end."""
+        if self._session is not None:
+            self._session.close()
+            self._session = None
+        for reader in self._readers:
+            reader.join()
+
+
+def _item(channel: Channel, sample: zenoh.Sample, heard_ns: int) -> Item:
+    key = str(sample.key_expr)
+    if channel is channels.ALIVE:
+        service, ident = key.rsplit("/", 2)[1:]
+        here = sample.kind == zenoh.SampleKind.PUT
+        return Came(Presence(service=service, id=ident, alive=here), heard_ns)
+    return Heard(channel, key.rpartition("/")[2], sample.payload.to_bytes(), heard_ns)

@@ -1,0 +1,146 @@
+"""In the haptic server's place on Zenoh: answers what it answers, publishes what it publishes, takes no sets.
+
+`put` belongs to the playing thread. Queries arrive on zenoh's threads, which only queue them; one worker answers.
+"""
+
+from __future__ import annotations
+
+import json
+import queue
+import secrets
+import sys
+import threading
+import time
+from collections.abc import Callable, Mapping
+
+import zenoh
+
+from protocol import messages
+from protocol.keys import Keys
+from protocol.messages import Clock, Message, RefusalReply
+from rig.recording import channels
+from rig.recording.channels import Channel
+
+_QUEUED_QUERIES = 256
+_ASK_S = 0.5
+
+
+def new_boot() -> int:
+    """Tells this start from every other, as a servo's boot does: 48 bits of time and chance."""
+    return (int(time.time()) << 16 | secrets.randbits(16)) & 0xFFFFFFFFFFFF
+
+
+def present(session: zenoh.Session, key: str) -> list[str]:
+    """The liveliness tokens of that key there are now. Blocks up to half a second."""
+    replies = session.liveliness().get(key, timeout=_ASK_S)
+    return [str(reply.ok.key_expr) for reply in replies if reply.ok is not None]
+
+
+class StandIn:
+    """Of one rig. `scene`: JSON; `what`: said to who would set something; `on_panic` is called on the worker."""
+
+    def __init__(
+        self,
+        session: zenoh.Session,
+        keys: Keys,
+        boot: int,
+        scene: bytes,
+        what: str,
+        on_panic: Callable[[], None],
+        health: Callable[[], Mapping[str, object]],
+    ) -> None:
+        self._session, self._keys, self._boot, self._scene = session, keys, boot, scene
+        self._what, self._on_panic, self._health = what, on_panic, health
+        self._encoding = zenoh.Encoding(messages.ENCODING)
+        self._json = zenoh.Encoding.APPLICATION_JSON
+        self._queries: queue.Queue[zenoh.Query | None] = queue.Queue(_QUEUED_QUERIES)
+        self._readbacks: dict[str, bytes] = {}
+        self._publishers = {
+            channel: session.declare_publisher(key, encoding=self._encoding)
+            for channel, key in (
+                (channels.STRIKE, keys.strike),
+                (channels.RELEASE, keys.release),
+                (channels.CONTACT, keys.contact),
+                (channels.STATE, keys.state),
+            )
+        }
+        asked = (
+            keys.set_many,
+            keys.set_one("*"),
+            keys.param("*"),
+            keys.scene,
+            keys.clock,
+            keys.doctor,
+            keys.panic,
+        )
+        self._queryables = [session.declare_queryable(key, self._receive) for key in asked]
+        self._token = session.liveliness().declare_token(keys.alive("haptic", f"{boot:x}"))
+        self._worker = threading.Thread(target=self._answer_all, name="queries", daemon=True)
+        self._worker.start()
+
+    def put(self, channel: Channel, name: str, message: Message) -> None:
+        """Publish one message; a readback is also what `param/NAME` answers from now on."""
+        payload = messages.encode(message)
+        if channel is channels.PARAM:
+            self._readbacks[name] = payload
+            self._session.put(self._keys.param(name), payload, encoding=self._encoding)
+        else:
+            self._publishers[channel].put(payload)
+
+    def close(self) -> None:
+        """Stop answering. The caller closes the session."""
+        self._queries.put(None)
+        self._worker.join(2.0)
+
+    def _receive(self, query: zenoh.Query) -> None:
+        try:
+            self._queries.put_nowait(query)
+        except queue.Full:
+            self._refuse(query, "too many queries at once: ask again")
+
+    def _answer_all(self) -> None:
+        while (query := self._queries.get()) is not None:
+            try:
+                self._answer(query)
+            except ValueError as error:
+                self._refuse(query, str(error))
+            except Exception as error:  # noqa: BLE001  one question that fails must not silence all that come after it
+                print(
+                    f"replay: {query.key_expr} could not be answered: {error!r}", file=sys.stderr, flush=True
+                )
+                self._refuse(query, f"a fault of the replay: {error}")
+            else:
+                query.drop()  # not left to the collector: until then the asker waits for more
+
+    def _answer(self, query: zenoh.Query) -> None:
+        key, keys = str(query.key_expr), self._keys
+        if key == keys.set_many or key.startswith(keys.set_one("")):
+            raise ValueError(f"this is {self._what}: nothing can be set")
+        if key.startswith(keys.param("")):
+            self._answer_param(query, key.removeprefix(keys.param("")))
+        elif key == keys.scene:
+            query.reply(keys.scene, self._scene, encoding=self._json)
+        elif key == keys.clock:
+            clock = Clock(boot=self._boot, t_ns=time.monotonic_ns())
+            query.reply(keys.clock, messages.encode(clock), encoding=self._encoding)
+        elif key == keys.doctor:
+            query.reply(keys.doctor, json.dumps(self._health()), encoding=self._json)
+        elif key == keys.panic:
+            self._on_panic()
+            query.reply(keys.panic, messages.encode(Message()), encoding=self._encoding)
+        else:
+            raise ValueError(f"{key}: name one key; wildcards are for param/* only")
+
+    def _answer_param(self, query: zenoh.Query, name: str) -> None:
+        known = dict(self._readbacks)
+        found = known if name in ("*", "**") else {n: p for n, p in known.items() if n == name}
+        if not found:
+            raise ValueError(
+                f"{name}: no such parameter in this recording; it has {', '.join(sorted(known))}"
+            )
+        for each, payload in found.items():
+            query.reply(self._keys.param(each), payload, encoding=self._encoding)
+
+    def _refuse(self, query: zenoh.Query, reason: str) -> None:
+        query.reply_err(messages.encode(RefusalReply(reason=reason)), encoding=self._encoding)
+        query.drop()
