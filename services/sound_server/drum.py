@@ -129,6 +129,7 @@ class Drum:
         control: Record = self._engine.control[0]
         interpolator_ms = 1e3 * TAPS / 2 * control["divisor"] / control["rate_Hz"]
         clock, now = self._desk.clock, time.monotonic_ns()
+        told = self._desk.punctuality.told()
         return Meter(
             id=self._id,
             t_ns=clock.haptic(now) if clock else now,
@@ -143,4 +144,7 @@ class Drum:
             duplicates=self._desk.duplicates + self._contacts.duplicates,
             underflows=self._contacts.underflows,
             refused=self._desk.bad + self._contacts.refused,
+            arrival_ms=round(told.arrival_ms, 3),
+            jitter_ms=round(told.jitter_ms, 3),
+            unpunctual=told.unpunctual,
         )

@@ -14,7 +14,7 @@ from typing import Any, cast
 import zenoh
 
 from drumstick.scene import Scene, SceneError, from_tables
-from protocol.clock import HapticClock, asked_clock
+from protocol.clock import ClockMap, HapticClock, asked_clock
 from protocol.keys import Keys
 from protocol.messages import ENCODING, Meter, encode
 from sound_server.complaints import Complaints
@@ -34,6 +34,7 @@ class Link:
         self._readers: list[threading.Thread] = []
         self._token: zenoh.LivelinessToken | None = None
         self._contacts: Hearing | None = None
+        self._clock_map = ClockMap()
 
     def scene(self) -> Scene | None:
         """The haptic server's scene; None when nobody answers, or with nonsense (logged). Blocks up to 0.5 s."""
@@ -53,7 +54,7 @@ class Link:
 
     def clock(self) -> HapticClock | None:
         """The haptic machine's clock, from five round trips; None when nobody answers."""
-        return asked_clock(lambda: self._ask(self.keys.clock), self._complaints.complain)
+        return asked_clock(self._clock_map, lambda: self._ask(self.keys.clock), self._complaints.complain)
 
     def _ask(self, key: str) -> bytes | None:
         try:

@@ -11,6 +11,7 @@ from protocol.clock import HapticClock
 from protocol.messages import Strike, decode
 from sound_server.complaints import Complaints
 from sound_server.events import StrikeRing
+from sound_server.punctuality import Punctuality
 
 _TOO_LATE_NS = 50_000_000
 # A strike that is due later than this beyond its latency comes from a clock that was mapped wrongly.
@@ -53,6 +54,7 @@ class StrikeDesk:
         self.note: Callable[[Strike], None] | None = None
         self.clock: HapticClock | None = None
         self.latency_s = 0.0
+        self.punctuality = Punctuality()
         self.played = 0
         self.late = 0
         self.duplicates = 0
@@ -89,7 +91,9 @@ class StrikeDesk:
         if clock is None or clock.boot != strike.boot:
             return 0
         latency_ns = round(self.latency_s * 1e9)
-        due_ns = clock.ours(strike.t_ns) + latency_ns
+        contact_ns = clock.ours(strike.t_ns)
+        due_ns = contact_ns + latency_ns
+        self.punctuality.note(now_ns - contact_ns, latency_ns)
         if now_ns > due_ns + _TOO_LATE_NS:
             return None
         if latency_ns == 0 or due_ns > now_ns + latency_ns + _IMPLAUSIBLE_NS:

@@ -179,6 +179,9 @@ class Meter(Message, array_like=True, frozen=True, kw_only=True):
     duplicates: int
     underflows: int = 0  # of a streamed force: gaps that had to be bridged
     refused: int = 0  # messages that held nonsense
+    arrival_ms: float = 0.0  # from a contact to its strike's arrival, median of the newest
+    jitter_ms: float = 0.0  # between the slowest and the quickest twentieth of them
+    unpunctual: int = 0  # came after the instant at which they should have sounded
 
 
 _encoder = msgspec.msgpack.Encoder()

@@ -65,6 +65,7 @@ class Listening:
         self._endpoint = endpoint
         self._keys = keys
         self._session: zenoh.Session | None = None
+        self._clock_map = ClockMap()
         self._readers: list[threading.Thread] = []
         self.items: queue.Queue[Item] = queue.Queue(_QUEUED)
         self.overrun: Counter[str] = Counter()  # by topic: found the queue full
@@ -132,7 +133,11 @@ class Listening:
     def clock(self, complain: Any) -> HapticClock | None:
         """The haptic machine's clock; None when nobody answers."""
         key = self._keys.clock
-        return asked_clock(lambda: next((s.payload.to_bytes() for s in self._asked(key)), None), complain)
+
+        def answer() -> bytes | None:
+            return next((sample.payload.to_bytes() for sample in self._asked(key)), None)
+
+        return asked_clock(self._clock_map, answer, complain)
 
     def ask_params(self) -> None:
         """Queue the readback of every parameter, as if it had just been published."""

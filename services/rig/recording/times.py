@@ -38,7 +38,7 @@ class TimeLine:
         """
         known = self.clock
         if known is not None and known.boot == clock.boot:
-            apart = abs(clock.offset_ns - known.offset_ns)
+            apart = abs(clock.offset_ns - (known.haptic(clock.at_ns) - clock.at_ns))
             if apart <= clock.error_ns + known.error_ns and clock.error_ns >= known.error_ns // 4:
                 return False
         self.clock = clock
