@@ -4,7 +4,7 @@ import json
 import signal
 import sys
 import time
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -87,12 +87,12 @@ def _say(words: str) -> None:
     print(f"replay: {words}", file=sys.stderr, flush=True)
 
 
-def _await_sound(session: "zenoh.Session", keys: Keys, stop: StopRequest) -> None:
+def _await_sound(session: "zenoh.Session", keys: Keys, enough: Callable[[], bool]) -> None:
     from rig.replaying.stand_in import present
 
     _say(f"waiting for a sound server of rig {keys.rig!r}")
-    while not stop.is_set() and not present(session, keys.alive("sound", "*")):
-        stop.wait(_LOOK_S)
+    while not enough() and not present(session, keys.alive("sound", "*")):
+        time.sleep(_LOOK_S)
 
 
 def replay(keys: Keys, wishes: Wishes, as_json: bool) -> None:
@@ -137,7 +137,7 @@ def _played(
     player = Player(cues, retelling, stand_in, osc, keys.rig, panic.is_set)
     try:
         if wishes.await_sound:
-            _await_sound(session, keys, stop)
+            _await_sound(session, keys, lambda: stop.is_set() or panic.is_set())
         begun = time.monotonic()
         end = player.play(stop, wishes.loop, _LEAD_S)
         lasted_s = max(time.monotonic() - begun - _LEAD_S, 0.0)

@@ -188,6 +188,23 @@ def test_it_answers_as_a_rig_does_and_panic_ends_it(free_port: Callable[[], int]
         session.close()
 
 
+@pytest.mark.parametrize("by_panic", [True, False])
+def test_waiting_for_a_sound_server_can_be_ended(
+    free_port: Callable[[], int], tmp_path: Path, by_panic: bool
+) -> None:
+    recorded = a_roll(tmp_path / "a.mcap", drum())
+    with replaying(recorded, "--await-sound", "--json", port=free_port()) as replay:
+        session = replay.client()
+        strikes = Listener(session, replay.keys.strike, Strike)
+        if by_panic:
+            ask(session, replay.keys.panic)
+        status, told, said = replay.ended(None if by_panic else signal.SIGINT)
+        session.close()
+    assert (status, json.loads(told)["end"]) == (0, "panic" if by_panic else "stopped")
+    assert "waiting for a sound server of rig 'main'" in said
+    assert strikes.got == []
+
+
 def _osc(receiver: socket.socket, until: Callable[[], bool]) -> list[tuple[str, list[object]]]:
     receiver.settimeout(0.2)
     found: list[tuple[str, list[object]]] = []

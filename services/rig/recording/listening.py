@@ -8,6 +8,7 @@ import queue
 import threading
 import time
 from collections import Counter
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import zenoh
@@ -130,7 +131,7 @@ class Listening:
         """The scene's JSON; None when nobody answers. Blocks up to 0.5 s, as every question."""
         return next((sample.payload.to_bytes() for sample in self._asked(self._keys.scene)), None)
 
-    def clock(self, complain: Any) -> HapticClock | None:
+    def clock(self, complain: Callable[[str], None]) -> HapticClock | None:
         """The haptic machine's clock; None when nobody answers."""
         key = self._keys.clock
 
