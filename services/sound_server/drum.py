@@ -23,7 +23,6 @@ from sound_server.stream.desk import ContactDesk
 from sound_server.strikes import StrikeDesk
 from sound_server.upsample import TAPS
 
-_CLOCK_EVERY_S = 10.0
 _PATIENCE_S = 2.0
 _RETRY_S = 0.25
 _TURN_S = 0.1
@@ -63,8 +62,8 @@ class Drum:
             if not self._catch_up():
                 self._other_boot.set()
         elif time.monotonic() >= self._next_clock:
-            self._next_clock = time.monotonic() + _CLOCK_EVERY_S
             self._desk.clock = self._contacts.clock = self._link.clock() or self._desk.clock
+            self._next_clock = time.monotonic() + self._link.clock_pause_s
         self._link.tell(self._meter())
 
     def _find(self) -> bool:
@@ -73,7 +72,7 @@ class Drum:
             self._link.listen(keys.strike, self._desk.take)
             self._link.listen(keys.state, self._heard_state)
             self._link.announce(self._id)
-            self._next_clock = time.monotonic() + _CLOCK_EVERY_S
+            self._next_clock = time.monotonic() + self._link.clock_pause_s
             return True
         if self._silent_after is not None and time.monotonic() > self._silent_after:
             logging.info("rig %s does not answer; waiting for it", self._link.keys.rig)

@@ -56,6 +56,11 @@ class Link:
         """The haptic machine's clock, from five round trips; None when nobody answers."""
         return asked_clock(self._clock_map, lambda: self._ask(self.keys.clock), self._complaints.complain)
 
+    @property
+    def clock_pause_s(self) -> float:
+        """When to ask for the clock again."""
+        return self._clock_map.pause_s
+
     def _ask(self, key: str) -> bytes | None:
         try:
             for reply in self._session.get(key, timeout=_QUERY_S):

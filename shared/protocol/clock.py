@@ -16,6 +16,7 @@ from typing import NamedTuple
 from protocol.messages import Clock, decode
 
 _ROUND_TRIPS = 5
+_SHORTEST_PAUSE_S, _LONGEST_PAUSE_S = 0.5, 10.0
 _KEPT_NS = 120_000_000_000
 # Quartz is off by less, two of them together.
 _MOST_DRIFT = 300e-6
@@ -88,6 +89,14 @@ class ClockMap:
             self._trips.append(trip)
         while self._trips and self._trips[-1].received_ns - self._trips[0].received_ns > _KEPT_NS:
             self._trips.popleft()
+
+    @property
+    def pause_s(self) -> float:
+        """When to compare again: soon at first, while a drift is not known, then every ten seconds."""
+        if not self._trips:
+            return _SHORTEST_PAUSE_S
+        compared_s = (self._trips[-1].received_ns - self._trips[0].sent_ns) * 1e-9
+        return min(max(compared_s, _SHORTEST_PAUSE_S), _LONGEST_PAUSE_S)
 
     def clock(self) -> HapticClock | None:
         """The best that the trips say, as of the newest; None without any."""

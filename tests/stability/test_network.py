@@ -75,7 +75,7 @@ class Line:
         return round((self._weather.least_ms + jitter) * MS)
 
     def measure(self, now_ns: int) -> None:
-        """Five round trips, as the sound server asks for every ten seconds."""
+        """Five round trips, as the sound server asks for them."""
         trips: list[RoundTrip] = []
         for _ in range(5):
             there = now_ns + self._delay()
@@ -107,7 +107,7 @@ class Line:
             now_ns, name, payload, contact_ns = heapq.heappop(arrivals)
             while now_ns >= next_clock_ns:
                 self.measure(next_clock_ns)
-                next_clock_ns += 10 * S
+                next_clock_ns += round(self._clock.pause_s * S)
             self.played.now_ns = now_ns
             if name // 2 not in seen:
                 seen.add(name // 2)
@@ -151,7 +151,7 @@ def test_every_strike_once_at_its_instant_or_counted(
 
 
 def test_a_roll_keeps_its_rhythm_over_a_shaky_network() -> None:
-    """Without the scene's latency the jitter of the network is heard; with it, none of it."""
+    """Without the scene's latency the jitter of the network is heard; with it, what the clocks are unsure of."""
     at_once, evened = Line(STAGE_WLAN, 0.0, 50e-6, seed=3), Line(STAGE_WLAN, 0.1, 50e-6, seed=3)
     for line in (at_once, evened):
         line.run(seconds=120)
@@ -164,7 +164,7 @@ def test_a_roll_keeps_its_rhythm_over_a_shaky_network() -> None:
         return wrong[round(0.95 * len(wrong))] - wrong[round(0.05 * len(wrong))]
 
     assert unevenness_ms(at_once) > 15.0
-    assert unevenness_ms(evened) < 2.0
+    assert unevenness_ms(evened) < 4.0
 
 
 def test_drift_that_is_not_taken_out_would_show() -> None:

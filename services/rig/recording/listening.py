@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import zenoh
 
-from protocol.clock import HapticClock, asked_clock
+from protocol.clock import ClockMap, HapticClock, asked_clock
 from protocol.keys import Keys
 from protocol.session import client_config, open_client
 from realtime.stop import StopRequest
