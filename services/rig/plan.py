@@ -4,7 +4,9 @@ import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from protocol.identity import Identity
 from protocol.keys import DEFAULT_ROUTER
+from protocol.session import Public
 
 HAPTIC, SOUND, PANEL = "haptic", "sound", "panel"
 
@@ -28,6 +30,10 @@ class Options:
     audio_block: int = 128  # frames
     also: tuple[str, ...] = ()  # further rigs whose drums the sound server plays
     parts: frozenset[str] = field(default_factory=lambda: frozenset({HAPTIC, SOUND, PANEL}))
+    osc_host: str = "127.0.0.1"
+    osc_allow: tuple[str, ...] = ()  # networks that may send OSC; empty: loopback
+    public: Public | None = None  # where other machines come in
+    identity: Identity | None = None  # of clients, when they go to another machine
 
     @property
     def router(self) -> str:
@@ -44,17 +50,20 @@ def commands(options: Options) -> dict[str, list[str]]:
     """Name -> command line, in the order of starting."""
     python = [sys.executable, "-m"]
     rig = ["--rig", options.rig]
-    router = ["--connect", options.router]
+    router = ["--connect", options.router, *(options.identity.options() if options.identity else [])]
     folder = ["--run-dir", str(options.folder)]
     plan: dict[str, list[str]] = {}
     if HAPTIC in options.parts:
         plan["servo"] = [*python, "haptic_server.servo", *folder, "--device", options.device]
         if options.pose_is_held:
             plan["servo"].append("--pose-is-held")
-        osc = ["--osc-in", f"127.0.0.1:{options.osc_in}", "--prefix", options.prefix]
+        osc = ["--osc-in", f"{options.osc_host}:{options.osc_in}", "--prefix", options.prefix]
+        osc += [] if options.osc_out else ["--no-osc-out"]
         for target in options.osc_out:
             osc += ["--osc-out", target]
-        zenoh = router if options.connect else ["--listen", options.listen]
+        for network in options.osc_allow:
+            osc += ["--osc-allow", network]
+        zenoh = router if options.connect else ["--listen", options.listen, *_public(options.public)]
         plan["gateway"] = [*python, "haptic_server.gateway", *folder, *rig, *osc, *zenoh]
     if SOUND in options.parts:
         drums = ["--rig", ",".join((options.rig, *options.also))]
@@ -71,3 +80,10 @@ def commands(options: Options) -> dict[str, list[str]]:
         token = ["--token-file", str(options.folder / "panel-token")]
         plan["panel"] = [*python, "web_panel", *rig, *router, "--port", str(options.panel_port), *token]
     return plan
+
+
+def _public(public: Public | None) -> list[str]:
+    if public is None:
+        return []
+    admitted = ["--admit", ",".join(public.roles), "--carry", ",".join(public.rigs)]
+    return ["--public", public.endpoint, *admitted, *public.identity.options()]

@@ -8,6 +8,7 @@ from typing import Any
 
 import msgspec
 
+from protocol.identity import Identity
 from protocol.keys import Keys
 from protocol.messages import Readback, RefusalReply, SetReply, decode
 from protocol.session import client_config
@@ -17,12 +18,16 @@ _ANSWER_WITHIN_S = 2.0
 
 
 @contextmanager
-def _session(endpoint: str) -> Generator[Any]:
+def _session(endpoint: str, identity: Identity | None = None) -> Generator[Any]:
     import zenoh
 
     try:
-        session = zenoh.open(client_config(endpoint))
+        session = zenoh.open(client_config(endpoint, identity))
     except zenoh.ZError:
+        from protocol import handshake
+
+        if identity is not None and (why := handshake.why_refused(endpoint, identity)) is not None:
+            lacking(why.words)
         lacking(
             f"no rig answers at {endpoint}: start one with `drumstick up`, or name its router with --connect"
         )
@@ -40,13 +45,17 @@ def _ask(session: Any, key: str, payload: bytes | None = None) -> list[Any]:
             wrong(decode(reply.err.payload.to_bytes(), RefusalReply).reason)
         replies.append(reply.ok)
     if not replies:
-        lacking(f"nobody answers {key}: is a rig of that name running? (--rig)")
+        lacking(
+            f"nobody answers {key}: is a rig of that name running, and may we ask it? (--rig, --rig-file)"
+        )
     return replies
 
 
-def params_get(endpoint: str, keys: Keys, names: list[str], as_json: bool) -> None:
+def params_get(
+    endpoint: str, keys: Keys, names: list[str], as_json: bool, identity: Identity | None = None
+) -> None:
     """Print what the servo uses."""
-    with _session(endpoint) as session:
+    with _session(endpoint, identity) as session:
         values: dict[str, float] = {}
         for name in names or ["*"]:
             for sample in _ask(session, keys.param(name)):
@@ -56,7 +65,9 @@ def params_get(endpoint: str, keys: Keys, names: list[str], as_json: bool) -> No
     print(json.dumps(values) if as_json else "\n".join(f"{n} = {v:g}" for n, v in sorted(values.items())))
 
 
-def params_set(endpoint: str, keys: Keys, pairs: list[str], as_json: bool) -> None:
+def params_set(
+    endpoint: str, keys: Keys, pairs: list[str], as_json: bool, identity: Identity | None = None
+) -> None:
     """Set values, NAME=VALUE, all or none; print the readback."""
     changes: dict[str, float] = {}
     for pair in pairs:
@@ -67,7 +78,7 @@ def params_set(endpoint: str, keys: Keys, pairs: list[str], as_json: bool) -> No
             wrong(
                 f"{pair!r}: write NAME=NUMBER, e.g. dv_pls=0.3" if equals else f"{pair!r}: write NAME=NUMBER"
             )
-    with _session(endpoint) as session:
+    with _session(endpoint, identity) as session:
         payload = msgspec.msgpack.encode([1, changes])
         reply = decode(_ask(session, keys.set_many, payload)[0].payload.to_bytes(), SetReply)
     if as_json:
@@ -77,12 +88,14 @@ def params_set(endpoint: str, keys: Keys, pairs: list[str], as_json: bool) -> No
     print("\n".join(f"{n} = {v:g}{waits}" for n, v in reply.values.items()))
 
 
-def params_watch(endpoint: str, keys: Keys, duration_s: float | None) -> None:
+def params_watch(
+    endpoint: str, keys: Keys, duration_s: float | None, identity: Identity | None = None
+) -> None:
     """Print every accepted change, one line each, until Ctrl-C or for `duration_s`."""
     import zenoh
 
     end = None if duration_s is None else time.monotonic() + duration_s
-    with _session(endpoint) as session:
+    with _session(endpoint, identity) as session:
         changes = session.declare_subscriber(keys.param("*"), zenoh.handlers.RingChannel(256))
         while end is None or time.monotonic() < end:
             while (sample := changes.try_recv()) is not None:
@@ -92,8 +105,8 @@ def params_watch(endpoint: str, keys: Keys, duration_s: float | None) -> None:
             time.sleep(0.05)
 
 
-def panic(endpoint: str, keys: Keys) -> None:
+def panic(endpoint: str, keys: Keys, identity: Identity | None = None) -> None:
     """Zero force, latched."""
-    with _session(endpoint) as session:
+    with _session(endpoint, identity) as session:
         _ask(session, keys.panic)
     print("panic: zero force; clear it on the haptic machine with: drumstick arm")

@@ -8,13 +8,14 @@ from contextlib import ExitStack
 from typing import Any
 
 from haptic_server import files
+from protocol.endpoint import host_and_port
 from protocol.keys import Keys
 from rig import folder, ports, scene_file
 from rig.fault import OURS, Stop
 from rig.plan import HAPTIC, PANEL, SOUND, Options, commands
 from rig.process import Service
 from rig.terminal import Terminal
-from rig.watch import Watch, host_and_port
+from rig.watch import Watch
 
 _LOOK_S = 0.05
 _STOP_WITHIN_S = 4.0
@@ -29,7 +30,7 @@ class Rig:
         self._scene = scene
         self._terminal = terminal
         self._services = [Service(n, c, terminal.say) for n, c in commands(options).items()]
-        self._watch = Watch(options.router, Keys(options.rig))
+        self._watch = Watch(options.router, Keys(options.rig), options.identity)
         self._stopping = False
         self._played_s = 0.0
         self._strikes_before = 0
@@ -157,9 +158,12 @@ def up(options: Options, scene: str, duration_s: float | None, as_json: bool) ->
             if gesture is not None:
                 folder.put_text(options.folder / files.GESTURE, gesture)
             scene = loaded.name
-            ports.require_free_udp("127.0.0.1", options.osc_in, "OSC port", "--osc-in")
+            ports.require_free_udp(options.osc_host, options.osc_in, "OSC port", "--osc-in")
             if options.is_router:
                 ports.require_free_tcp(*host_and_port(options.router), "Zenoh port", "--listen")
+            if options.public is not None:
+                public = host_and_port(options.public.endpoint)
+                ports.require_free_tcp(*public, "public Zenoh port", "zenoh.public of the rig file")
         if PANEL in options.parts:
             ports.require_free_tcp("127.0.0.1", options.panel_port, "panel port", "--panel-port")
         rig = Rig(options, scene, Terminal())

@@ -261,7 +261,7 @@ def test_help_imports_nothing_heavy() -> None:
         "from rig.command import main\n"
         "try: main()\n"
         "except SystemExit: pass\n"
-        "print(sorted({'numba','numpy','zenoh','viser','sounddevice','msgspec'} & set(sys.modules)))"
+        "print(sorted({'numba','numpy','zenoh','viser','sounddevice','msgspec','cryptography'} & set(sys.modules)))"
     )
     told = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True

@@ -60,6 +60,7 @@ class Wire:
         self._json = zenoh.Encoding.APPLICATION_JSON
         self._queries: queue.Queue[zenoh.Query | None] = queue.Queue(_QUEUED_QUERIES)
         self._waiting: list[_Waiting] = []
+        self.refused = 0
         self._strike = session.declare_publisher(keys.strike, encoding=self._encoding)
         self._release = session.declare_publisher(keys.release, encoding=self._encoding)
         self._state = session.declare_publisher(keys.state, encoding=self._encoding)
@@ -206,5 +207,6 @@ class Wire:
         waiting.query.drop()
 
     def _refuse(self, query: zenoh.Query, reason: str) -> None:
+        self.refused += 1
         query.reply_err(messages.encode(messages.RefusalReply(reason=reason)), encoding=self._encoding)
         query.drop()
