@@ -27,24 +27,25 @@ def _rule(ident: str, flow: str, messages: tuple[str, ...], keys: list[str]) -> 
 
 
 def _rules(name: str, role: Role, rigs: Sequence[str]) -> list[Rule]:
-    # Ingress is what comes from the role's owner, egress what goes to him. A publisher that is told of no subscriber
-    # sends nothing, so declarations go to those who may put.
+    # Ingress is what comes from the role's owner, egress what goes to him.
+    def below(tails: tuple[str, ...]) -> list[str]:
+        return [f"drumstick/{rig}/{tail}" for rig in rigs for tail in tails]
+
+    # A publisher that is told of no subscriber sends nothing. Whoever may put is told of all of them, or he would not
+    # learn of one who listens to `drumstick/**`; of a subscriber only his pattern is told.
+    subscribers = list(_EVERY_KEY) if role.tells else []
     wanted = (
-        ("hears", "ingress", ("declare_subscriber",), role.hears),
-        ("is told", "egress", ("put",), role.hears),
-        ("asks", "ingress", ("query",), role.asks),
-        ("is answered", "egress", ("reply", "declare_queryable"), role.asks),
-        ("tells", "ingress", ("put",), role.tells),
-        ("is heard", "egress", ("declare_subscriber",), role.tells),
-        ("is seen", "ingress", ("liveliness_token",), role.is_seen_as),
-        ("sees", "ingress", ("liveliness_query", "declare_liveliness_subscriber"), role.sees),
-        ("is shown", "egress", ("liveliness_token",), role.sees),
+        ("hears", "ingress", ("declare_subscriber",), below(role.hears)),
+        ("is told", "egress", ("put",), below(role.hears)),
+        ("asks", "ingress", ("query",), below(role.asks)),
+        ("is answered", "egress", ("reply", "declare_queryable"), below(role.asks)),
+        ("tells", "ingress", ("put",), below(role.tells)),
+        ("is heard", "egress", ("declare_subscriber",), subscribers),
+        ("is seen", "ingress", ("liveliness_token",), below(role.is_seen_as)),
+        ("sees", "ingress", ("liveliness_query", "declare_liveliness_subscriber"), below(role.sees)),
+        ("is shown", "egress", ("liveliness_token",), below(role.sees)),
     )
-    return [
-        _rule(f"{name} {what}", flow, messages, [f"drumstick/{rig}/{tail}" for rig in rigs for tail in tails])
-        for what, flow, messages, tails in wanted
-        if tails
-    ]
+    return [_rule(f"{name} {what}", flow, messages, keys) for what, flow, messages, keys in wanted if keys]
 
 
 def access_control(rigs: Sequence[str], roles: Sequence[str]) -> dict[str, object]:
