@@ -285,11 +285,11 @@ def servo_test_command(
 
 
 @app.command("doctor")
-def doctor_command(rig: RigName = "main", as_json: Json = False) -> None:
-    """What this machine has and lacks for playing; the rig's last fault here, drawn."""
+def doctor_command(rig: RigNameOrFile = None, rig_file: RigFile = None, as_json: Json = False) -> None:
+    """What this machine has and lacks for playing; the rig's last fault here, drawn; whom it turned away."""
     from rig.doctor import doctor
 
-    raise typer.Exit(doctor(as_json, rig))
+    raise typer.Exit(doctor(as_json, rig, rig_file))
 
 
 @app.command("panic")

@@ -110,3 +110,9 @@ def panic(endpoint: str, keys: Keys, identity: Identity | None = None) -> None:
     with _session(endpoint, identity) as session:
         _ask(session, keys.panic)
     print("panic: zero force; clear it on the haptic machine with: drumstick arm")
+
+
+def health(endpoint: str, keys: Keys, identity: Identity | None = None) -> dict[str, Any]:
+    """What the gateway tells about itself. Raises Stop when it does not answer."""
+    with _session(endpoint, identity) as session:
+        return json.loads(_ask(session, keys.doctor)[0].payload.to_bytes())

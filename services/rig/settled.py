@@ -10,7 +10,7 @@ from typing import NamedTuple
 from protocol.endpoint import host_and_port, is_every_address, is_loopback, is_tls
 from protocol.identity import Identity
 from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, Keys
-from protocol.roles import HAPTIC
+from protocol.roles import HAPTIC, ROLES
 from protocol.session import Public
 from rig import checks, identity_check
 from rig.fault import wrong
@@ -85,6 +85,16 @@ def far_end(
         roles = (*_REMOTE_ROLES, "listener") if only_reads else _REMOTE_ROLES
         _tell(identity_check.require_client(identity, roles, "this command"))
     return end, Keys(_rig(file, rig)), identity
+
+
+def fitness(rig_file: Path) -> list[str]:
+    """Warnings about this machine's certificate, whatever its role. Raises Stop when it is fit for nothing."""
+    file = load(rig_file)
+    if file.identity is None:
+        return []
+    if file.public is not None:
+        return identity_check.require_listener(file.identity)
+    return identity_check.require_client(file.identity, (HAPTIC, *ROLES), "a rig")
 
 
 def _rig(file: RigFile, rig: str | None) -> str:

@@ -15,7 +15,7 @@ _EVERY_MESSAGE = (
     "liveliness_token", "liveliness_query", "declare_liveliness_subscriber",
 )  # fmt: skip
 # `**` stands for no part that begins with @: advanced publishers keep their caches below such a one.
-_EVERY_KEY = ("**", "**/@adv/**")
+_EVERY_KEY: list[str] = ["**", "**/@adv/**"]
 
 Rule = dict[str, object]
 
@@ -33,7 +33,7 @@ def _rules(name: str, role: Role, rigs: Sequence[str]) -> list[Rule]:
 
     # A publisher that is told of no subscriber sends nothing. Whoever may put is told of all of them, or he would not
     # learn of one who listens to `drumstick/**`; of a subscriber only his pattern is told.
-    subscribers = list(_EVERY_KEY) if role.tells else []
+    subscribers = _EVERY_KEY if role.tells else []
     wanted = (
         ("hears", "ingress", ("declare_subscriber",), below(role.hears)),
         ("is told", "egress", ("put",), below(role.hears)),
@@ -55,7 +55,7 @@ def access_control(rigs: Sequence[str], roles: Sequence[str]) -> dict[str, objec
     """
     for rig in rigs:
         checked_rig(rig)
-    rules = [_rule(f"local {flow}", flow, _EVERY_MESSAGE, list(_EVERY_KEY)) for flow in ("ingress", "egress")]
+    rules = [_rule(f"local {flow}", flow, _EVERY_MESSAGE, _EVERY_KEY) for flow in ("ingress", "egress")]
     subjects: list[Rule] = [{"id": "local", "link_protocols": ["tcp"]}]
     policies: list[Rule] = [{"rules": ["local ingress", "local egress"], "subjects": ["local"]}]
     for name in roles:
