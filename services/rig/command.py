@@ -115,9 +115,10 @@ def _run(
     )  # fmt: skip
     host, port = ends.osc_bind
     options = Options(
-        ends.rig, folder.run_folder(ends.rig), device, pose_is_held, audio, ends.connect, ends.listen, port,
-        ends.osc_targets, prefix, panel_port, audio_rate, audio_block, tuple(also or ()), part, host,
-        ends.osc_allow, ends.public, ends.identity,
+        ends.rig, folder.run_folder(ends.rig), device=device, pose_is_held=pose_is_held, audio=audio,
+        connect=ends.connect, listen=ends.listen, osc_in=port, osc_out=ends.osc_targets, prefix=prefix,
+        panel_port=panel_port, audio_rate=audio_rate, audio_block=audio_block, also=tuple(also or ()),
+        parts=part, osc_host=host, osc_allow=ends.osc_allow, public=ends.public, identity=ends.identity,
     )  # fmt: skip
     up(options, scene, duration, as_json)
 

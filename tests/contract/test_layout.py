@@ -19,6 +19,7 @@ FORBIDDEN = [
     ("shared/protocol/keys.py", "import realtime.ring", "protocol imports only drumstick"),
     ("services/sound_server/step.py", "import haptic_server.block", "Services never import one another"),
     ("services/web_panel/__init__.py", "import rig", "Nothing imports rig"),
+    ("shared/protocol/identity.py", "import cryptography", "Only rig makes and reads certificates"),
     ("services/sound_server/step.py", "import os", "The kernels of the services do no I/O"),
 ]
 

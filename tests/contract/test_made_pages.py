@@ -34,6 +34,7 @@ def _tool(name: str) -> ModuleType:
         "mesh_page",
         "methods_page",
         "scenes_page",
+        "security_page",
         "servo_page",
         "sounds_page",
         "stick_page",

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 import zenoh
-from rig_process import free_port
+from rig_process import free_port, wait_for
 
 from keyring import Keyring
 from protocol import session as sessions
@@ -308,7 +308,7 @@ def test_local_processes_may_do_everything_and_advanced_publishers_too(keyring: 
         assert (key("strike"), b"s", "put") in gateway.put
 
 
-def test_what_is_longer_than_a_message_may_be_ends_the_link_and_no_other(
+def test_what_is_longer_than_a_message_may_be_is_not_taken_and_disturbs_nobody(
     keyring: Keyring,
 ) -> None:
     with (
@@ -322,3 +322,46 @@ def test_what_is_longer_than_a_message_may_be_ends_the_link_and_no_other(
         settle(local)
         assert [len(payload) for _, payload, _ in gateway.put] == [1]
         assert list(local.get(key("clock"), timeout=2.0))
+
+
+@pytest.mark.parametrize("mode", ["router", "peer"])
+@pytest.mark.parametrize("name", ["listener", "sound", "stranger"])
+def test_who_says_to_be_a_router_or_a_peer_may_do_no_more(
+    gateway: Gateway, keyring: Keyring, mode: str, name: str
+) -> None:
+    # A router tells of others behind it; its link has the same certificate, and the same rules.
+    behind = f"tcp/127.0.0.1:{free_port()}"
+    config = client_config(gateway.public, keyring.identity(name))
+    config.insert_json5("mode", f'"{mode}"')
+    config.insert_json5("listen/endpoints", f'["{behind}"]')
+    heard: list[str] = []
+    with zenoh.open(config) as false, zenoh.open(client_config(behind)) as client:
+        wait_for("the link", lambda: name in [link.auth_identifier for link in gateway.session.info.links()])
+        queryables = [
+            s.declare_queryable(key("**"), lambda q: q.reply(q.key_expr, b"forged")) for s in (false, client)
+        ]
+        tokens = [s.liveliness().declare_token(key("alive/haptic/1")) for s in (false, client)]
+        for session in (false, client):
+            session.declare_subscriber("**", lambda sample: heard.append(sample.payload.to_string()))
+        time.sleep(0.3)
+        gateway.put.clear()
+        gateway.asked.clear()
+        for session in (false, client):
+            for tail in TAILS:
+                session.put(key(tail), b"forged")
+                list(session.get(key(tail), payload=b"1", timeout=0.3))
+            session.get("**", timeout=0.3)
+        for tail in TAILS:
+            gateway.session.put(key(tail), b"told")
+        time.sleep(0.3)
+        row = EVERYBODY[name]
+        assert {where for where, payload, _ in gateway.put if payload == b"forged"} <= {
+            key(tail) for tail in of(row.tells, *TAILS)
+        }
+        assert set(gateway.asked) <= {key(tail) for tail in of(row.asks, *TAILS)}
+        assert "told" not in heard  # `**` is in nobody's row
+        replies = list(gateway.session.get(key("panic"), target=zenoh.QueryTarget.ALL, timeout=2.0))
+        assert [r.ok.payload.to_bytes() for r in replies if r.ok is not None] == [b"gateway"]
+        seen = list(gateway.session.liveliness().get(key("alive/haptic/*"), timeout=2.0))
+        assert [reply for reply in seen if reply.ok is not None] == []
+        assert len(queryables) == len(tokens) == 2
