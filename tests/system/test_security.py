@@ -22,7 +22,7 @@ import zenoh
 from rig_process import DRUMSTICK, LOOPBACK, Listener, Rig, ask, bound, free_port, wait_for
 
 from drumstick.scene import from_tables
-from keyring import Keyring
+from made_keys import Keyring
 from protocol.identity import Identity
 from protocol.keys import Keys
 from protocol.messages import Meter, Readback, Release, State, Strike, decode
@@ -390,3 +390,19 @@ def test_a_second_rig_at_the_same_public_listener_says_so(stage: Stage, local: z
     assert done.returncode == 3, done.stderr
     assert f"public Zenoh port 127.0.0.1:{stage.port}: Address already in use" in done.stderr
     assert "choose another with zenoh.public of the rig file" in done.stderr
+
+
+def test_a_service_that_is_refused_says_why_and_ends(
+    stage: Stage, local: zenoh.Session, tmp_path: Path
+) -> None:
+    assert stage.doctor(local)["public"]["is_open"]
+    theirs = Keyring(tmp_path / "foreign").identity("sound")
+    file = tmp_path / "rig.toml"
+    file.write_text(
+        f'[zenoh]\nconnect = "{stage.endpoint}"\n[keys]\nauthority = "{theirs.authority}"\n'
+        f'certificate = "{theirs.certificate}"\nprivate_key = "{theirs.private_key}"\n'
+    )
+    command = [*DRUMSTICK, "sound", "--audio", "null", "--rig", stage.rig.name, "--rig-file", str(file)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 3, done.stderr
+    assert f"{stage.endpoint} cannot be joined: its certificate is not of our authority" in done.stderr

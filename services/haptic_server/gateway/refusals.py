@@ -5,7 +5,8 @@ certificates of no admitted role. Zenoh lets ten failed handshakes through in a 
 us. What a role's owner tries beyond his rights is refused without a trace: Zenoh tells that only in a log that tells of
 every permitted message as well.
 
-Zenoh logs to the process's standard output; that is turned into a pipe here, and a thread of its own reads it.
+Zenoh logs to the process's standard output; that is turned into a pipe here, and a thread of its own reads it. Who sets
+RUST_LOG gets the log that he asks for, by way of ours, and these counters count what of it is a refusal.
 """
 
 import logging

@@ -15,7 +15,7 @@ import pytest
 import zenoh
 from rig_process import free_port, wait_for
 
-from keyring import Keyring
+from made_keys import Keyring
 from protocol import session as sessions
 from protocol.access import access_control
 from protocol.identity import Identity

@@ -9,7 +9,7 @@ import pytest
 import zenoh
 from rig_process import free_port
 
-from keyring import Keyring
+from made_keys import Keyring
 from protocol.handshake import why_refused
 from protocol.identity import Identity
 from protocol.roles import ROLES

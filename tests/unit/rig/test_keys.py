@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from keyring import Keyring
+from made_keys import Keyring
 from protocol.identity import Identity
 from protocol.roles import HAPTIC, ROLES
 from rig import certificates, identity_check, keys

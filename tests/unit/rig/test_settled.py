@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from keyring import Keyring
+from made_keys import Keyring
 from protocol.keys import DEFAULT_ROUTER
 from protocol.roles import ROLES
 from rig.fault import GIVEN, Stop
