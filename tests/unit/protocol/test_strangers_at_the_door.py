@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 import zenoh
-from rig_process import free_port
+from rig_process import free_port, wait_for
 
 from made_keys import Keyring
 from protocol.handshake import why_refused
@@ -142,12 +142,12 @@ def test_a_link_ends_when_its_certificate_does(router: zenoh.Session, keyring: K
     short = keyring.identity("sound", days=8.0 / 86400.0)
     lost = threading.Event()
     with zenoh.open(client_config(f"tls/127.0.0.1:{port}", short)) as session:
-        assert [link.auth_identifier for link in router.info.links()].count("sound") == 1
+        wait_for("the link", lambda: "sound" in [link.auth_identifier for link in router.info.links()])
         listener = session.info.declare_link_events_listener(
             lambda event: lost.set() if event.kind == zenoh.SampleKind.DELETE else None
         )
         assert lost.wait(60.0)
-        assert [link.auth_identifier for link in router.info.links()].count("sound") == 0
+        wait_for("its end", lambda: "sound" not in [link.auth_identifier for link in router.info.links()])
         listener.undeclare()
 
 
