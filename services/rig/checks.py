@@ -18,7 +18,7 @@ def rig_name(name: str) -> None:
 
 def endpoint(connect: str | None, option: str = "--connect") -> str:
     """The Zenoh endpoint, or the default one."""
-    from rig.watch import host_and_port
+    from protocol.endpoint import host_and_port
 
     try:
         host_and_port(connect or DEFAULT_ROUTER)
@@ -39,15 +39,15 @@ def port(number: int, option: str) -> None:
         wrong(f"{option} {number}: a port is 1 .. 65535")
 
 
-def target(text: str) -> str:
+def target(text: str, option: str = "--osc-out") -> str:
     """host:port of an OSC listener."""
     host, _, number = text.rpartition(":")
     if not host or not number.isdecimal() or not 1 <= int(number) <= 65535:
-        wrong(f"--osc-out {text!r}: write host:port, e.g. 127.0.0.1:9101")
+        wrong(f"{option} {text!r}: write host:port, e.g. 127.0.0.1:9101")
     try:
         socket.getaddrinfo(host, int(number), socket.AF_INET, socket.SOCK_DGRAM)
     except (OSError, UnicodeError):
-        wrong(f"--osc-out {text!r}: no IPv4 address is known for {host!r}; write one, e.g. 127.0.0.1:9101")
+        wrong(f"{option} {text!r}: no IPv4 address is known for {host!r}; write one, e.g. 127.0.0.1:9101")
     return text
 
 

@@ -6,7 +6,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from protocol.keys import DEFAULT_ROUTER
+from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER
 from rig.fault import LACKING, Stop
 
 app = typer.Typer(
@@ -22,11 +22,14 @@ presets = typer.Typer(no_args_is_help=True, help="Sets of parameters by name, ke
 app.add_typer(scenes, name="scene")
 app.add_typer(params, name="params")
 app.add_typer(presets, name="preset")
+keys = typer.Typer(no_args_is_help=True, help="Certificates: who may speak to a rig from another machine.")
+app.add_typer(keys, name="keys")
 
 _SCENE = typer.Option(help="A shipped scene or a .toml file.")
 _RIG = typer.Option(help="Name of the rig on the wire.")
 _CONNECT = typer.Option(help="Zenoh router to use, e.g. tcp/127.0.0.1:7447.")
-_LISTEN = typer.Option(help="Without --connect this rig is the Zenoh router itself, at this endpoint.")
+_LISTEN_WORDS = "Without --connect this rig is the Zenoh router itself, at this loopback endpoint."
+_RIG_FILE = typer.Option("--rig-file", help="Who the rig is on the network, and who may speak to it (TOML).")
 _DURATION = typer.Option(help="Stop after this many seconds of play.")
 _JSON = typer.Option("--json", help="Print one JSON object and nothing else on stdout.")
 _AUDIO = typer.Option(help="auto, null, wav:FILE, or part of an audio device's name.")
@@ -35,7 +38,7 @@ _AUDIO_RATE = typer.Option(
 )
 _AUDIO_BLOCK = typer.Option(help="Frames a block, 16 to 8192: shorter is sooner heard and sooner late.")
 _PANEL_PORT = typer.Option(help="TCP port of the technician's page, on 127.0.0.1.")
-_OSC_IN = typer.Option(help="UDP port to hear OSC at, on 127.0.0.1.")
+_OSC_IN_WORDS = "UDP port to hear OSC at, on 127.0.0.1 or where the rig file says."
 _OSC_OUT = typer.Option(help="host:port that gets the strikes as OSC; may be repeated.")
 _PREFIX = typer.Option(help="First part of every OSC address.")
 _FRESH = typer.Option("--fresh", help="Start with the scene's parameters, not with those of last time.")
@@ -53,14 +56,19 @@ _DEVICE = typer.Option(
 Scene = Annotated[str, _SCENE]
 RigName = Annotated[str, _RIG]
 Connect = Annotated[str | None, _CONNECT]
-Listen = Annotated[str, _LISTEN]
 Duration = Annotated[float | None, _DURATION]
+# What a rig file may say too: not given is not the same as given the default.
+RigFile = Annotated[Path | None, _RIG_FILE]
+RigNameOrFile = Annotated[
+    str | None, typer.Option(help="Name of the rig on the wire.", show_default=DEFAULT_RIG)
+]
+ListenOrFile = Annotated[str | None, typer.Option(help=_LISTEN_WORDS, show_default=DEFAULT_ROUTER)]
+OscInOrFile = Annotated[int | None, typer.Option(help=_OSC_IN_WORDS, show_default="9100")]
 Json = Annotated[bool, _JSON]
 Audio = Annotated[str, _AUDIO]
 AudioRate = Annotated[int, _AUDIO_RATE]
 AudioBlock = Annotated[int, _AUDIO_BLOCK]
 PanelPort = Annotated[int, _PANEL_PORT]
-OscIn = Annotated[int, _OSC_IN]
 OscOut = Annotated[list[str] | None, _OSC_OUT]
 Prefix = Annotated[str, _PREFIX]
 Device = Annotated[str, _DEVICE]
@@ -79,7 +87,8 @@ Also = Annotated[
 
 def _run(
     part: frozenset[str],
-    rig: str,
+    rig_file: Path | None,
+    rig: str | None,
     duration: float | None,
     as_json: bool,
     *,
@@ -88,8 +97,8 @@ def _run(
     pose_is_held: bool = False,
     audio: str = "auto",
     connect: str | None = None,
-    listen: str = DEFAULT_ROUTER,
-    osc_in: int = 9100,
+    listen: str | None = None,
+    osc_in: int | None = None,
     osc_out: list[str] | None = None,
     prefix: str = "/drumstick",
     panel_port: int = 8080,
@@ -102,47 +111,30 @@ def _run(
 ) -> None:
     from rig import checks, folder
     from rig.plan import Options
+    from rig.settled import settle
     from rig.up import up
 
-    for name in (rig, *(also or ())):
+    for name in also or ():
         checks.rig_name(name)
-    checks.endpoint(connect)
-    checks.endpoint(listen, "--listen")
-    checks.port(osc_in, "--osc-in")
     checks.port(panel_port, "--panel-port")
     checks.finite(audio_rate, "--audio-rate", 22050.0, 192000.0, "Hz")
     checks.finite(audio_block, "--audio-block", 16.0, 8192.0, "frames")
     checks.duration(duration)
     checks.prefix(prefix)
     checks.device(device)
-    targets = tuple(checks.target(t) for t in osc_out or ["127.0.0.1:9101"])
-    run = folder.run_folder(rig)
-    up(
-        Options(
-            rig,
-            run,
-            folder.state_folder(rig),
-            device,
-            pose_is_held,
-            audio,
-            connect,
-            listen,
-            osc_in,
-            targets,
-            prefix,
-            panel_port,
-            audio_rate,
-            audio_block,
-            fresh,
-            tuple(also or ()),
-            part,
-            record,
-            record_force,
-        ),
-        scene,
-        duration,
-        as_json,
-    )
+    ends = settle(
+        part, rig_file, rig=rig, connect=connect, listen=listen, osc_in=osc_in, osc_out=osc_out
+    )  # fmt: skip
+    host, port = ends.osc_bind
+    options = Options(
+        ends.rig, folder.run_folder(ends.rig), folder.state_folder(ends.rig), device=device,
+        pose_is_held=pose_is_held, audio=audio, connect=ends.connect, listen=ends.listen, osc_in=port,
+        osc_out=ends.osc_targets, prefix=prefix, panel_port=panel_port, audio_rate=audio_rate,
+        audio_block=audio_block, fresh=fresh, also=tuple(also or ()), parts=part, record=record,
+        record_force=record_force, osc_host=host, osc_allow=ends.osc_allow, public=ends.public,
+        identity=ends.identity,
+    )  # fmt: skip
+    up(options, scene, duration, as_json)
 
 
 @app.command("up")
@@ -154,10 +146,11 @@ def up_command(
     audio: Audio = "auto",
     audio_rate: AudioRate = 48000,
     audio_block: AudioBlock = 128,
-    rig: RigName = "main",
+    rig: RigNameOrFile = None,
+    rig_file: RigFile = None,
     connect: Connect = None,
-    listen: Listen = DEFAULT_ROUTER,
-    osc_in: OscIn = 9100,
+    listen: ListenOrFile = None,
+    osc_in: OscInOrFile = None,
     osc_out: OscOut = None,
     prefix: Prefix = "/drumstick",
     panel_port: PanelPort = 8080,
@@ -168,7 +161,7 @@ def up_command(
 ) -> None:
     """Play: force loop, sound and panel together, until Ctrl-C."""
     _run(
-        frozenset({"haptic", "sound", "panel"}), rig, duration, as_json, scene=scene, device=device,
+        frozenset({"haptic", "sound", "panel"}), rig_file, rig, duration, as_json, scene=scene, device=device,
         pose_is_held=pose_is_held, audio=audio, audio_rate=audio_rate, audio_block=audio_block,
         connect=connect, listen=listen, osc_in=osc_in, osc_out=osc_out, prefix=prefix, panel_port=panel_port,
         fresh=fresh,
@@ -182,10 +175,11 @@ def haptic_command(
     duration: Duration = None,
     device: Device = "simulated",
     pose_is_held: PoseIsHeld = False,
-    rig: RigName = "main",
+    rig: RigNameOrFile = None,
+    rig_file: RigFile = None,
     connect: Connect = None,
-    listen: Listen = DEFAULT_ROUTER,
-    osc_in: OscIn = 9100,
+    listen: ListenOrFile = None,
+    osc_in: OscInOrFile = None,
     osc_out: OscOut = None,
     prefix: Prefix = "/drumstick",
     fresh: Fresh = False,
@@ -195,9 +189,9 @@ def haptic_command(
 ) -> None:
     """Only the force loop and its gateway."""
     _run(
-        frozenset({"haptic"}), rig, duration, as_json, scene=scene, device=device, pose_is_held=pose_is_held,
-        connect=connect, listen=listen, osc_in=osc_in, osc_out=osc_out, prefix=prefix, fresh=fresh,
-        record=record, record_force=record_force,
+        frozenset({"haptic"}), rig_file, rig, duration, as_json, scene=scene, device=device,
+        pose_is_held=pose_is_held, connect=connect, listen=listen, osc_in=osc_in, osc_out=osc_out, prefix=prefix,
+        fresh=fresh, record=record, record_force=record_force,
     )  # fmt: skip
 
 
@@ -207,14 +201,15 @@ def sound_command(
     audio_rate: AudioRate = 48000,
     audio_block: AudioBlock = 128,
     duration: Duration = None,
-    rig: RigName = "main",
+    rig: RigNameOrFile = None,
+    rig_file: RigFile = None,
     connect: Connect = None,
     also: Also = None,
     as_json: Json = False,
 ) -> None:
     """Only the sound server; each rig's scene comes from its haptic server."""
     _run(
-        frozenset({"sound"}), rig, duration, as_json, audio=audio, connect=connect, also=also,
+        frozenset({"sound"}), rig_file, rig, duration, as_json, audio=audio, connect=connect, also=also,
         audio_rate=audio_rate, audio_block=audio_block,
     )  # fmt: skip
 
@@ -223,12 +218,13 @@ def sound_command(
 def panel_command(
     panel_port: PanelPort = 8080,
     duration: Duration = None,
-    rig: RigName = "main",
+    rig: RigNameOrFile = None,
+    rig_file: RigFile = None,
     connect: Connect = None,
     as_json: Json = False,
 ) -> None:
     """Only the technician's page."""
-    _run(frozenset({"panel"}), rig, duration, as_json, connect=connect, panel_port=panel_port)
+    _run(frozenset({"panel"}), rig_file, rig, duration, as_json, connect=connect, panel_port=panel_port)
 
 
 @app.command("simulate")
@@ -318,11 +314,11 @@ def servo_test_command(
 
 
 @app.command("doctor")
-def doctor_command(rig: RigName = "main", as_json: Json = False) -> None:
-    """What this machine has and lacks for playing; the rig's last fault here, drawn."""
+def doctor_command(rig: RigNameOrFile = None, rig_file: RigFile = None, as_json: Json = False) -> None:
+    """What this machine has and lacks for playing; the rig's last fault here, drawn; whom it turned away."""
     from rig.doctor import doctor
 
-    raise typer.Exit(doctor(as_json, rig))
+    raise typer.Exit(doctor(as_json, rig, rig_file))
 
 
 @app.command("record")
@@ -332,16 +328,19 @@ def record_command(
         bool, typer.Option("--force", help="Also the contacts' force, of a scene that streams it.")
     ] = False,
     duration: Annotated[float | None, typer.Option(help="Stop after this many seconds.")] = None,
-    rig: RigName = "main",
+    rig: RigNameOrFile = None,
+    rig_file: RigFile = None,
     connect: Connect = None,
     as_json: Json = False,
 ) -> None:
     """Record a running rig: strikes, parameters, state, meters; until Ctrl-C."""
     from rig import checks
     from rig.record import record
+    from rig.settled import far_end
 
     checks.duration(duration)
-    record(*checks.wire(rig, connect), out, force, duration, as_json)
+    endpoint, rig_keys, identity = far_end(rig_file, rig, connect, only_reads=True)
+    record(endpoint, rig_keys, out, force, duration, as_json, identity)
 
 
 @app.command("replay")
@@ -356,7 +355,7 @@ def replay_command(
     ] = False,
     rig: RigName = "main",
     connect: Connect = None,
-    listen: Listen = DEFAULT_ROUTER,
+    listen: Annotated[str, typer.Option(help=_LISTEN_WORDS)] = DEFAULT_ROUTER,
     osc_out: OscOut = None,
     prefix: Prefix = "/drumstick",
     as_json: Json = False,
@@ -371,11 +370,13 @@ def replay_command(
 
 
 @app.command("panic")
-def panic_command(rig: RigName = "main", connect: Connect = None) -> None:
+def panic_command(rig: RigNameOrFile = None, rig_file: RigFile = None, connect: Connect = None) -> None:
     """Zero force at once, latched."""
-    from rig import checks, remote
+    from rig import remote
+    from rig.settled import far_end
 
-    remote.panic(*checks.wire(rig, connect))
+    endpoint, rig_keys, identity = far_end(rig_file, rig, connect)
+    remote.panic(endpoint, rig_keys, identity)
 
 
 @app.command("arm")
@@ -422,61 +423,120 @@ def scene_cost(scene: SceneName, as_json: Json = False) -> None:
 @params.command("get")
 def params_get(
     names: Annotated[list[str] | None, typer.Argument(help="Wire names; none means all.")] = None,
-    rig: RigName = "main",
+    rig: RigNameOrFile = None,
+    rig_file: RigFile = None,
     connect: Connect = None,
     as_json: Json = False,
 ) -> None:
     """What the servo uses now."""
-    from rig import checks, remote
+    from rig import remote
+    from rig.settled import far_end
 
-    remote.params_get(*checks.wire(rig, connect), names or [], as_json)
+    endpoint, rig_keys, identity = far_end(rig_file, rig, connect, only_reads=True)
+    remote.params_get(endpoint, rig_keys, names or [], as_json, identity)
 
 
 @params.command("set")
 def params_set(
     pairs: Annotated[list[str], typer.Argument(help="NAME=VALUE ..., all accepted or none.")],
-    rig: RigName = "main",
+    rig: RigNameOrFile = None,
+    rig_file: RigFile = None,
     connect: Connect = None,
     as_json: Json = False,
 ) -> None:
     """Set parameters while it plays."""
-    from rig import checks, remote
+    from rig import remote
+    from rig.settled import far_end
 
-    remote.params_set(*checks.wire(rig, connect), pairs, as_json)
+    endpoint, rig_keys, identity = far_end(rig_file, rig, connect)
+    remote.params_set(endpoint, rig_keys, pairs, as_json, identity)
 
 
 @params.command("watch")
-def params_watch(rig: RigName = "main", connect: Connect = None, duration: Duration = None) -> None:
+def params_watch(
+    rig: RigNameOrFile = None, rig_file: RigFile = None, connect: Connect = None, duration: Duration = None
+) -> None:
     """Print every accepted change."""
-    from rig import checks, remote
+    from rig import remote
+    from rig.settled import far_end
 
-    remote.params_watch(*checks.wire(rig, connect), duration)
+    endpoint, rig_keys, identity = far_end(rig_file, rig, connect, only_reads=True)
+    remote.params_watch(endpoint, rig_keys, duration, identity)
+
+
+@keys.command("make")
+def keys_make(
+    out: Annotated[Path, typer.Option(help="A new folder; it gets one folder for each machine to carry.")],
+    rig: RigNameOrFile = None,
+    host: Annotated[
+        list[str] | None,
+        typer.Option(help="Name or address by which others reach the haptic machine; may be repeated."),
+    ] = None,
+    days: Annotated[int, typer.Option(help="How long the certificates are valid, 1 to 825.")] = 365,
+    renew: Annotated[
+        str | None, typer.Option(help="Make only this role's certificate anew, by the authority in --out.")
+    ] = None,
+) -> None:
+    """A small authority, and a certificate for each role: haptic, sound, panel, technician, listener."""
+    from rig import checks
+    from rig import keys as rig_keys
+
+    checks.finite(days, "--days", 1.0, rig_keys.LONGEST_DAYS, "days")
+    if renew is None:
+        rig_keys.make(out, rig, host or [], days)
+    else:
+        rig_keys.renew(out, renew, host or [], days)
+
+
+@keys.command("show")
+def keys_show(
+    folder: Annotated[Path, typer.Argument(help="A folder that `keys make` made, or one of its folders.")],
+    as_json: Json = False,
+) -> None:
+    """Who each certificate is for, and until when."""
+    from rig import keys as rig_keys
+
+    rig_keys.show(folder, as_json)
 
 
 @presets.command("save")
-def preset_save(name: PresetName, rig: RigName = "main", connect: Connect = None) -> None:
+def preset_save(
+    name: PresetName, rig: RigNameOrFile = None, rig_file: RigFile = None, connect: Connect = None
+) -> None:
     """Keep the parameters as they are now, on the haptic machine."""
-    from rig import checks, remote
+    from rig import remote
+    from rig.settled import far_end
 
-    remote.preset_save(*checks.wire(rig, connect), name)
+    endpoint, rig_keys, identity = far_end(rig_file, rig, connect)
+    remote.preset_save(endpoint, rig_keys, name, identity)
 
 
 @presets.command("load")
 def preset_load(
-    name: PresetName, rig: RigName = "main", connect: Connect = None, as_json: Json = False
+    name: PresetName,
+    rig: RigNameOrFile = None,
+    rig_file: RigFile = None,
+    connect: Connect = None,
+    as_json: Json = False,
 ) -> None:
     """Set everything that the preset holds, or nothing."""
-    from rig import checks, remote
+    from rig import remote
+    from rig.settled import far_end
 
-    remote.preset_load(*checks.wire(rig, connect), name, as_json)
+    endpoint, rig_keys, identity = far_end(rig_file, rig, connect)
+    remote.preset_load(endpoint, rig_keys, name, as_json, identity)
 
 
 @presets.command("list")
-def preset_list(rig: RigName = "main", connect: Connect = None, as_json: Json = False) -> None:
+def preset_list(
+    rig: RigNameOrFile = None, rig_file: RigFile = None, connect: Connect = None, as_json: Json = False
+) -> None:
     """Every preset of the rig."""
-    from rig import checks, remote
+    from rig import remote
+    from rig.settled import far_end
 
-    remote.preset_list(*checks.wire(rig, connect), as_json)
+    endpoint, rig_keys, identity = far_end(rig_file, rig, connect)
+    remote.preset_list(endpoint, rig_keys, as_json, identity)
 
 
 def _leave(status: int, message: str) -> NoReturn:

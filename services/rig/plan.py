@@ -4,7 +4,9 @@ import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from protocol.identity import Identity
 from protocol.keys import DEFAULT_ROUTER
+from protocol.session import Public
 
 HAPTIC, SOUND, PANEL = "haptic", "sound", "panel"
 RECORD = "record"
@@ -34,6 +36,10 @@ class Options:
     parts: frozenset[str] = field(default_factory=lambda: frozenset({HAPTIC, SOUND, PANEL}))
     record: Path | None = None  # the MCAP file to record into
     record_force: bool = False  # also the contacts' force
+    osc_host: str = "127.0.0.1"
+    osc_allow: tuple[str, ...] = ()  # networks that may send OSC; empty: loopback
+    public: Public | None = None  # where other machines come in
+    identity: Identity | None = None  # of clients, when they go to another machine
 
     @property
     def router(self) -> str:
@@ -50,17 +56,20 @@ def commands(options: Options) -> dict[str, list[str]]:
     """Name -> command line, in the order of starting."""
     python = [sys.executable, "-m"]
     rig = ["--rig", options.rig]
-    router = ["--connect", options.router]
+    router = ["--connect", options.router, *(options.identity.options() if options.identity else [])]
     folder = ["--run-dir", str(options.folder)]
     plan: dict[str, list[str]] = {}
     if HAPTIC in options.parts:
         plan["servo"] = [*python, "haptic_server.servo", *folder, "--device", options.device]
         if options.pose_is_held:
             plan["servo"].append("--pose-is-held")
-        osc = ["--osc-in", f"127.0.0.1:{options.osc_in}", "--prefix", options.prefix]
+        osc = ["--osc-in", f"{options.osc_host}:{options.osc_in}", "--prefix", options.prefix]
+        osc += [] if options.osc_out else ["--no-osc-out"]
         for target in options.osc_out:
             osc += ["--osc-out", target]
-        zenoh = router if options.connect else ["--listen", options.listen]
+        for network in options.osc_allow:
+            osc += ["--osc-allow", network]
+        zenoh = router if options.connect else ["--listen", options.listen, *_public(options.public)]
         kept = ["--state-dir", str(options.state), *(["--fresh"] if options.fresh else [])]
         plan["gateway"] = [*python, "haptic_server.gateway", *folder, *rig, *osc, *zenoh, *kept]
     if SOUND in options.parts:
@@ -82,3 +91,10 @@ def commands(options: Options) -> dict[str, list[str]]:
         if options.record_force:
             plan[RECORD].append("--force")
     return plan
+
+
+def _public(public: Public | None) -> list[str]:
+    if public is None:
+        return []
+    admitted = ["--admit", ",".join(public.roles), "--carry", ",".join(public.rigs)]
+    return ["--public", public.endpoint, *admitted, *public.identity.options()]

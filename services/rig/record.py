@@ -7,6 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from protocol.identity import Identity
 from protocol.keys import Keys
 from realtime.stop import StopRequest
 from rig.fault import lacking, wrong
@@ -36,6 +37,7 @@ def recorded(
     duration_s: float | None = None,
     wait: bool = False,
     say: Callable[[str], None] | None = None,
+    identity: Identity | None = None,
 ) -> "Result":
     """Record until SIGINT, SIGTERM or SIGHUP, or for `duration_s`. Raises Stop, also when the disk took no more.
 
@@ -47,7 +49,7 @@ def recorded(
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, stop.ask)
     try:
-        result = Recorder(endpoint, keys, out, force, wait, say or to_stderr).run(stop, duration_s)
+        result = Recorder(endpoint, keys, out, force, wait, say or to_stderr, identity).run(stop, duration_s)
     except FileExistsError:
         wrong(f"{out}: exists already; recordings are never overwritten: give another name")
     except NoRig as error:
@@ -85,9 +87,15 @@ def _counted(counts: dict[str, int]) -> str:
 
 
 def record(
-    endpoint: str, keys: Keys, out: Path, force: bool, duration_s: float | None, as_json: bool
+    endpoint: str,
+    keys: Keys,
+    out: Path,
+    force: bool,
+    duration_s: float | None,
+    as_json: bool,
+    identity: Identity | None = None,
 ) -> None:
     """Record a rig that runs, and say what there is in the file. Raises Stop."""
     check_out(out, "--out")
-    result = recorded(endpoint, keys, out, force=force, duration_s=duration_s)
+    result = recorded(endpoint, keys, out, force=force, duration_s=duration_s, identity=identity)
     print(json.dumps(asdict(result)) if as_json else words(result))

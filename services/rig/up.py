@@ -8,14 +8,15 @@ from contextlib import ExitStack
 from typing import Any
 
 from haptic_server import files
+from protocol.endpoint import host_and_port
 from protocol.keys import Keys
 from rig import folder, ports, scene_file
-from rig.fault import OURS, Stop, wrong
+from rig.fault import OURS, Stop, lacking, wrong
 from rig.plan import HAPTIC, NOT_ESSENTIAL, PANEL, SOUND, Options, commands
 from rig.process import Service
 from rig.record import check_out
 from rig.terminal import Terminal
-from rig.watch import Watch, host_and_port
+from rig.watch import Watch
 
 _LOOK_S = 0.05
 _STOP_WITHIN_S = 4.0
@@ -32,7 +33,7 @@ class Rig:
         self._services = [
             Service(n, c, terminal.say, n not in NOT_ESSENTIAL) for n, c in commands(options).items()
         ]
-        self._watch = Watch(options.router, Keys(options.rig))
+        self._watch = Watch(options.router, Keys(options.rig), options.identity)
         self._stopping = False
         self._played_s = 0.0
         self._strikes_before = 0
@@ -147,6 +148,17 @@ def _words(summary: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
+def _require_admission(options: Options) -> None:
+    # A listener that is not there yet is waited for; one that refuses this certificate will not change its mind.
+    if options.identity is None or options.connect is None:
+        return
+    from protocol.handshake import why_refused
+
+    why = why_refused(options.connect, options.identity)
+    if why is not None and why.somebody_is_there:
+        lacking(why.words)
+
+
 def up(options: Options, scene: str, duration_s: float | None, as_json: bool) -> None:
     """Run the chosen parts of a rig; prints a summary at the end. Raises Stop."""
     if options.record is not None:
@@ -170,9 +182,13 @@ def up(options: Options, scene: str, duration_s: float | None, as_json: bool) ->
             if gesture is not None:
                 folder.put_text(options.folder / files.GESTURE, gesture)
             scene = loaded.name
-            ports.require_free_udp("127.0.0.1", options.osc_in, "OSC port", "--osc-in")
+            ports.require_free_udp(options.osc_host, options.osc_in, "OSC port", "--osc-in")
             if options.is_router:
                 ports.require_free_tcp(*host_and_port(options.router), "Zenoh port", "--listen")
+            if options.public is not None:
+                public = host_and_port(options.public.endpoint)
+                ports.require_free_tcp(*public, "public Zenoh port", "zenoh.public of the rig file")
+        _require_admission(options)
         if PANEL in options.parts:
             ports.require_free_tcp("127.0.0.1", options.panel_port, "panel port", "--panel-port")
         rig = Rig(options, scene, Terminal())

@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from typing import Any
 
+from protocol.endpoint import host_and_port, is_tls
+from protocol.identity import Identity
 from protocol.keys import Keys
 from protocol.messages import Meter, State, decode
-from protocol.session import client_config
+from protocol.session import client_config, open_client
 from rig.ports import listens
-
-_PROTOCOLS = ("tcp", "tls")
 
 
 class Watch:
     """A Zenoh client that opens when the router is there."""
 
-    def __init__(self, endpoint: str, keys: Keys) -> None:
+    def __init__(self, endpoint: str, keys: Keys, identity: Identity | None = None) -> None:
         self._endpoint = endpoint
+        self._identity = identity
         self._keys = keys
         self._session: Any = None
+        self._opening: threading.Thread | None = None
+        self._closing = threading.Event()
         self._subscribers: list[Any] = []
         self.state: State | None = None
         self.unreadable = 0
@@ -55,19 +59,37 @@ class Watch:
         self._worst_us = max(self._worst_us, message.lateness_worst_us)
 
     def _open(self) -> None:
-        host, port = host_and_port(self._endpoint)
-        if not listens(host, port):
+        if is_tls(self._endpoint):
+            # Not tried like a loopback port: each connection that is no handshake holds others up for 0.1 s.
+            if self._opening is None:
+                self._opening = threading.Thread(target=self._open_over_tls, name="watch", daemon=True)
+                self._opening.start()
+            return
+        if not listens(*host_and_port(self._endpoint)):
             return
         import zenoh
 
         try:
-            self._session = zenoh.open(client_config(self._endpoint))
+            self._subscribe(zenoh.open(client_config(self._endpoint)))
         except zenoh.ZError:
             return  # the router went away again: the next look tries once more
+
+    def _open_over_tls(self) -> None:
+        # A thread of its own, because it waits; the services themselves say why they are refused.
+        session = open_client(
+            self._endpoint, lambda: not self._closing.is_set(), self._identity, tell=lambda _: None
+        )
+        if session is not None:
+            self._subscribe(session)
+
+    def _subscribe(self, session: Any) -> None:
+        import zenoh
+
         self._subscribers = [
-            (self._session.declare_subscriber(self._keys.state, zenoh.handlers.RingChannel(64)), State),
-            (self._session.declare_subscriber(self._keys.meter, zenoh.handlers.RingChannel(64)), Meter),
+            (session.declare_subscriber(self._keys.state, zenoh.handlers.RingChannel(64)), State),
+            (session.declare_subscriber(self._keys.meter, zenoh.handlers.RingChannel(64)), Meter),
         ]
+        self._session = session
 
     @property
     def meter(self) -> Meter | None:
@@ -96,15 +118,9 @@ class Watch:
 
     def close(self) -> None:
         """Leave; without it the process would not end."""
+        self._closing.set()
+        if self._opening is not None:
+            self._opening.join()
         if self._session is not None:
             self._session.close()
             self._session = None
-
-
-def host_and_port(endpoint: str) -> tuple[str, int]:
-    """127.0.0.1, 7447 of tcp/127.0.0.1:7447; ValueError for anything else."""
-    protocol, _, address = endpoint.partition("/")
-    host, _, port = address.rpartition(":")
-    if protocol not in _PROTOCOLS or not host or not port.isdecimal() or not 1 <= int(port) <= 65535:
-        raise ValueError(f"{endpoint!r} is not a Zenoh endpoint like tcp/127.0.0.1:7447")
-    return host.removeprefix("[").removesuffix("]"), int(port)

@@ -4,6 +4,7 @@ import argparse
 import sys
 from collections.abc import Callable
 
+from protocol.identity import add_options, identity_of
 from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, checked_rig
 
 MOST_RIGS = 8  # half the places on the stage: each drum may be followed by its next
@@ -29,7 +30,7 @@ def _rigs(text: str) -> tuple[str, ...]:
 
 
 def read() -> argparse.Namespace:
-    """rigs, connect, audio, rate, block. Ends the process with status 2 when they are wrong."""
+    """rigs, connect, audio, rate, block, identity. Ends the process with status 2 when they are wrong."""
     parser = argparse.ArgumentParser(prog="sound_server", description="Plays the drum of a rig's scene.")
     parser.add_argument(
         "--rig",
@@ -50,11 +51,19 @@ def read() -> argparse.Namespace:
     parser.add_argument(
         "--awaited", action="store_true", help="the device was there before: play for nobody until it is back"
     )
-    return parser.parse_args()
+    add_options(parser)
+    given = parser.parse_args()
+    try:
+        given.identity = identity_of(given)
+    except ValueError as error:
+        parser.error(str(error))
+    return given
 
 
 def again(wanted: argparse.Namespace, audio: str) -> list[str]:
     """The command line that serves the same rigs through the device `audio`, which is awaited."""
     same = ["--rig", ",".join(wanted.rigs), "--connect", wanted.connect]
+    if wanted.identity is not None:
+        same += wanted.identity.options()
     sound = ["--audio", audio, "--rate", str(wanted.rate), "--block", str(wanted.block), "--awaited"]
     return [sys.executable, "-m", "sound_server", *same, *sound]

@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Sequence
 
+from protocol.identity import Identity
 from protocol.keys import Keys
 from protocol.session import open_client
 from realtime.stop import StopRequest
@@ -28,15 +29,25 @@ class DeviceLost(Exception):
 class Server:
     """`run` returns when `stop` is set; the sink stays open. Each of `rigs` has a drum of its own."""
 
-    def __init__(self, rigs: Sequence[str], router: str, sink: Sink, stop: StopRequest) -> None:
+    def __init__(
+        self,
+        rigs: Sequence[str],
+        router: str,
+        sink: Sink,
+        stop: StopRequest,
+        identity: Identity | None = None,
+    ) -> None:
         self._rigs = rigs
         self._router = router
         self._sink = sink
         self._stop = stop
+        self._identity = identity
 
     def run(self) -> None:
         """Serve until stopped. Raises DeviceLost."""
-        session = open_client(self._router, lambda: not self._stop.is_set() and not self._sink.lost)
+        session = open_client(
+            self._router, lambda: not self._stop.is_set() and not self._sink.lost, self._identity
+        )
         if session is None:
             self._check_device()
             return

@@ -9,6 +9,7 @@ import signal
 import sys
 from pathlib import Path
 
+from protocol.identity import add_options, identity_of
 from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, checked_rig
 from web_panel.port import free_port
 from web_panel.visitor_token import TokenFileError, token_of
@@ -20,7 +21,13 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--connect", default=DEFAULT_ROUTER, metavar="ENDPOINT", help="the Zenoh router")
     parser.add_argument("--port", type=int, default=8080, help="0: any free port")
     parser.add_argument("--token-file", type=Path, required=True, metavar="FILE", help="made when missing")
-    return parser.parse_args()
+    add_options(parser)
+    given = parser.parse_args()
+    try:
+        given.identity = identity_of(given)
+    except ValueError as error:
+        parser.error(str(error))
+    return given
 
 
 def _end(status: int, words: str) -> int:
@@ -45,7 +52,7 @@ def main() -> int:
     except ImportError as error:
         return _end(3, f"{error}; install haptic-drumstick[panel]")
     try:
-        serve(given.rig, given.connect, port, token, lambda: not told)
+        serve(given.rig, given.connect, port, token, lambda: not told, given.identity)
     except GuardError as error:
         return _end(1, str(error))
     return 0

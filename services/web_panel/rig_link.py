@@ -10,6 +10,7 @@ from collections.abc import Callable
 import msgspec
 import zenoh
 
+from protocol.identity import Identity
 from protocol.keys import Keys
 from protocol.messages import ENCODING, VERSION, Pointer, encode
 from protocol.session import open_client
@@ -30,10 +31,11 @@ class RigLink:
     `point` is for viser's thread and does not block.
     """
 
-    def __init__(self, rig: str, endpoint: str, mirror: Mirror) -> None:
+    def __init__(self, rig: str, endpoint: str, mirror: Mirror, identity: Identity | None = None) -> None:
         self.keys = Keys(rig)
         self._mirror = mirror
         self._endpoint = endpoint
+        self._identity = identity
         self._session: zenoh.Session | None = None
         self._listener: Listener | None = None
         self._closing = threading.Event()
@@ -44,7 +46,7 @@ class RigLink:
         self._opening.start()
 
     def _open(self) -> None:
-        session = open_client(self._endpoint, lambda: not self._closing.is_set())
+        session = open_client(self._endpoint, lambda: not self._closing.is_set(), self._identity)
         if session is None:
             return
         self._token = session.liveliness().declare_token(self.keys.alive("panel", secrets.token_hex(4)))

@@ -4,6 +4,7 @@ import sys
 import time
 from collections.abc import Callable
 
+from protocol.identity import Identity
 from web_panel.admission import Admission
 from web_panel.client_message import ClientMessages
 from web_panel.guard import GuardError as GuardError
@@ -18,10 +19,17 @@ from web_panel.wishes import Wishes
 _PERIOD_S = 1.0 / 15.0
 
 
-def serve(rig: str, endpoint: str, port: int, token: str, keep_on: Callable[[], bool]) -> None:
+def serve(
+    rig: str,
+    endpoint: str,
+    port: int,
+    token: str,
+    keep_on: Callable[[], bool],
+    identity: Identity | None = None,
+) -> None:
     """Serve until `keep_on` says no; prints the address when it can be visited. Raises GuardError. Main thread."""
     messages, mirror = ClientMessages(), Mirror()
-    link = RigLink(rig, endpoint, mirror)
+    link = RigLink(rig, endpoint, mirror, identity)
     server = start(Admission(token, port), messages, PointerDoor(link.point))
     wishes = Wishes(link.set_one)
     try:

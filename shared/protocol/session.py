@@ -1,17 +1,44 @@
 """How a Zenoh session is configured: fixed endpoints, no scouting, no gossip; one router, else clients.
 
 zenoh's default configuration opens multicast and listens on every interface; none of that is wanted on a
-stage. Imports zenoh only when called.
+stage. A router listens on a loopback address for this machine's processes; on a public one only over TLS, for
+certificates of the rig's authority, each with the rights of its role. Imports zenoh only when called.
 """
 
 from __future__ import annotations
 
 import json
+import logging
+import socket
+import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
+
+from protocol.access import access_control
+from protocol.endpoint import host_and_port, is_tls
+from protocol.identity import Identity, as_client, as_listener
 
 if TYPE_CHECKING:
     import zenoh
+
+_log = logging.getLogger("zenoh")
+_REFUSED_AGAIN_S = 3.0  # each failed handshake holds up everybody else's joining for 0.1 s
+_TURN_S = 0.1
+# Nothing here is larger than a scene's text; Zenoh's own limit is 1 GB, in the memory of the receiver.
+_LARGEST_MESSAGE_BYTES = 4_000_000
+# A reply that finds a full queue waits so long for its reader, and then closes the link.
+_SLOW_READER_US = 1_000_000
+# A network that is not there yet: the public listener is tried again.
+_TRIED_AGAIN = "#exit_on_failure=false;retry_period_init_ms=500;retry_period_max_ms=2000"
+
+
+class Public(NamedTuple):
+    """A listener for other machines: where (tls/...), as whom, for which rigs, who is admitted."""
+
+    endpoint: str
+    identity: Identity
+    rigs: tuple[str, ...]
+    roles: tuple[str, ...]
 
 
 def _config(settings: dict[str, object]) -> zenoh.Config:
@@ -29,52 +56,113 @@ def _config(settings: dict[str, object]) -> zenoh.Config:
     return config
 
 
-def client_config(endpoint: str) -> zenoh.Config:
-    """A client of the router at `endpoint`, e.g. tcp/127.0.0.1:7447.
+def client_config(endpoint: str, identity: Identity | None = None) -> zenoh.Config:
+    """A client of the router at `endpoint`, e.g. tcp/127.0.0.1:7447; with `identity`, one that shows its certificate.
 
-    Opening it fails after half a second without one;
+    Opening it fails after half a second without a router, over TLS after one second;
     once open, it returns to a router that went away, for ever."""
+    # Over TLS a try that is refused costs others: fewer of them.
+    timeout_ms, first_ms = (1000, 500) if is_tls(endpoint) else (500, 100)
     return _config(
         {
             "mode": "client",
             "connect/endpoints": [endpoint],
             "listen/endpoints": [],
-            "connect/timeout_ms": 500,
+            "connect/timeout_ms": timeout_ms,
             "connect/exit_on_failure": True,
-            "connect/retry": {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5},
+            "connect/retry": {
+                "period_init_ms": first_ms,
+                "period_max_ms": 500,
+                "period_increase_factor": 1.5,
+            },
+            **({} if identity is None else as_client(identity)),
         }
     )
 
 
-def open_client(endpoint: str, keep_trying: Callable[[], bool]) -> zenoh.Session | None:
+def open_client(
+    endpoint: str,
+    keep_trying: Callable[[], bool],
+    identity: Identity | None = None,
+    tell: Callable[[str], None] = _log.warning,
+) -> zenoh.Session | None:
     """Open a client session, waiting for the router while `keep_trying()`; None when it said no.
 
-    Any ordinary thread; blocks half a second at a time, so that a stop signal is heard. (With zenoh's own
-    endless timeout `open` would not return to Python.) Close the session before the process ends, or the exit
-    hangs.
+    Any ordinary thread; blocks a second at a time (over TLS up to three), so that a stop signal is heard. (With zenoh's
+    own endless timeout `open` would not return to Python.) `tell` hears, once, why a TLS router refuses us. Close the
+    session before the process ends, or the exit hangs.
     """
     import zenoh
 
+    told = None
     while keep_trying():
         try:
-            return zenoh.open(client_config(endpoint))
+            return zenoh.open(client_config(endpoint, identity))
         except zenoh.ZError:
-            continue
+            if identity is None or not is_tls(endpoint):
+                continue
+        from protocol.handshake import why_refused
+
+        why = why_refused(endpoint, identity)
+        if why is not None and why.words != told:
+            tell(why.words)
+            told = why.words
+        if why is not None and why.somebody_is_there:
+            _wait(_REFUSED_AGAIN_S, keep_trying)
     return None
 
 
-def router_config(listen: str) -> zenoh.Config:
-    """A router that listens at `listen` only; zenoh.open raises ZError when the address is taken."""
-    return _config({"mode": "router", "listen/endpoints": [listen], "listen/exit_on_failure": True})
+def _wait(seconds: float, keep_trying: Callable[[], bool]) -> None:
+    end = time.monotonic() + seconds
+    while time.monotonic() < end and keep_trying():
+        time.sleep(_TURN_S)
 
 
-def open_router(listen: str) -> zenoh.Session:
-    """Open the rig's router; OSError, worded, when the address is taken or no address at all."""
+def router_config(listen: str, public: Public | None = None) -> zenoh.Config:
+    """A router that listens at `listen`, and at a public endpoint if given.
+
+    zenoh.open raises ZError when `listen` is taken; a public endpoint that cannot be had is tried again for ever, so
+    that a network which is not there yet stops no local play. With one, every message passes the access rules;
+    `listen` must then be a loopback address over TCP, because whoever comes in there may do everything.
+    """
+    settings: dict[str, object] = {
+        "mode": "router",
+        "listen/endpoints": [listen],
+        "listen/exit_on_failure": True,
+    }
+    if public is not None:
+        settings |= {
+            **as_listener(public.identity),
+            "listen/endpoints": [listen, public.endpoint + _TRIED_AGAIN],
+            "listen/timeout_ms": -1,
+            "access_control": access_control(public.rigs, public.roles),
+            "transport/link/rx/max_message_size": _LARGEST_MESSAGE_BYTES,
+            "transport/link/tx/queue/congestion_control/block/wait_before_close": _SLOW_READER_US,
+        }
+    return _config(settings)
+
+
+def open_router(listen: str, public: Public | None = None) -> zenoh.Session:
+    """Open the rig's router; OSError, worded, when `listen` is taken or no address at all."""
     import zenoh
 
+    if public is not None:
+        _require_free(listen)  # Zenoh would wait for it for ever, as it is to wait for the public one
     try:
-        return zenoh.open(router_config(listen))
+        return zenoh.open(router_config(listen, public))
     except zenoh.ZError as error:
         raise OSError(
             f"Zenoh cannot listen at {listen} (taken by another rig?): {str(error)[:160]}"
         ) from None
+
+
+def _require_free(endpoint: str) -> None:
+    host, port = host_and_port(endpoint)
+    with socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET) as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind((host, port))
+        except OSError as error:
+            raise OSError(
+                f"Zenoh cannot listen at {endpoint} (taken by another rig?): {error.strerror}"
+            ) from None

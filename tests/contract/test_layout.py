@@ -20,6 +20,7 @@ FORBIDDEN = [
     ("services/sound_server/step.py", "import haptic_server.block", "Services never import one another"),
     ("services/web_panel/__init__.py", "import rig", "Nothing imports rig"),
     ("services/rig/replaying/cues.py", "import haptic_server.records", "Recording and replaying meet"),
+    ("shared/protocol/identity.py", "import cryptography", "Only rig makes and reads certificates"),
     ("services/sound_server/step.py", "import os", "The kernels of the services do no I/O"),
 ]
 

@@ -37,6 +37,7 @@ def _tool(name: str) -> ModuleType:
         "methods_page",
         "recordings_page",
         "scenes_page",
+        "security_page",
         "servo_page",
         "sounds_page",
         "stick_page",

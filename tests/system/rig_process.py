@@ -1,5 +1,6 @@
 """A real `drumstick` command as a child of the test, on ports and under a rig name of its own."""
 
+import contextlib
 import json
 import os
 import shutil
@@ -191,3 +192,21 @@ def is_alive(pid: int) -> bool:
     except FileNotFoundError:
         return False
     return state != "Z"
+
+
+LOOPBACK = ("7F", "00000000000000000000000001000000")  # how /proc/net ends 127.x.x.x, and ::1
+
+
+def bound(pid: int) -> list[str]:
+    """address:port, as /proc/net writes them, of the process's internet sockets at this end."""
+    inodes = set()
+    for entry in Path(f"/proc/{pid}/fd").iterdir():
+        with contextlib.suppress(FileNotFoundError):
+            name = os.readlink(entry)
+            if name.startswith("socket:["):
+                inodes.add(name[8:-1])
+    rows = [
+        line.split() for kind in ("tcp", "tcp6", "udp", "udp6") if (net := Path(f"/proc/net/{kind}")).exists()
+        for line in net.read_text().splitlines()[1:]
+    ]  # fmt: skip
+    return [row[1] for row in rows if row[9] in inodes]

@@ -6,23 +6,28 @@ import logging
 import signal
 import sys
 from collections.abc import Mapping
+from ipaddress import ip_network
 from pathlib import Path
 
 from drumstick.law import law_of
 from drumstick.parameters import values_of
 from drumstick.scene import as_tables, parse
 from haptic_server import files, limits
+from haptic_server.gateway import door
 from haptic_server.gateway.contacts import contacts_of
 from haptic_server.gateway.link import rehearse, wait_for_servo
-from haptic_server.gateway.osc.front import OscFront
+from haptic_server.gateway.osc.front import LOOPBACK, OscFront
 from haptic_server.gateway.pointing import Pointing
 from haptic_server.gateway.presets import Presets
+from haptic_server.gateway.refusals import Refusals
 from haptic_server.gateway.relay import Relay
 from haptic_server.gateway.settings import ParameterDesk
 from haptic_server.gateway.wire import Wire
 from haptic_server.presets.store import PresetStore
+from protocol.identity import add_options, identity_of
 from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, Keys
-from protocol.session import open_client, open_router
+from protocol.roles import ROLES, checked_roles
+from protocol.session import Public, open_client, open_router
 from realtime.stop import StopRequest
 
 _log = logging.getLogger("gateway")
@@ -45,12 +50,39 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument(
         "--osc-out", type=_address, action="append", help="host:port to send OSC to; may repeat"
     )
+    parser.add_argument("--no-osc-out", action="store_const", dest="osc_out", const=[], help="send to nobody")
     parser.add_argument("--prefix", default="/drumstick")
     parser.add_argument("--state-dir", type=Path, required=True, help="where presets are kept")
     parser.add_argument(
         "--fresh", action="store_true", help="start from the scene, not from the last good set"
     )
-    return parser.parse_args()
+    parser.add_argument(
+        "--osc-allow", type=ip_network, action="append", help="network that may send OSC; may repeat"
+    )
+    parser.add_argument("--public", help="also listen here for other machines, over TLS")
+    parser.add_argument("--admit", type=_names, default=tuple(ROLES), help="roles that may come in there")
+    parser.add_argument("--carry", type=_names, default=(), help="rigs whose keys they may use")
+    add_options(parser)
+    given = parser.parse_args()
+    try:
+        given.identity = identity_of(given)
+        given.public = _public(given)
+    except ValueError as error:
+        parser.error(str(error))
+    return given
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(name for name in text.split(",") if name)
+
+
+def _public(given: argparse.Namespace) -> Public | None:
+    if given.public is None:
+        return None
+    if given.identity is None:
+        raise ValueError("--public needs --authority, --certificate and --private-key")
+    rigs = given.carry or (given.rig,)
+    return Public(given.public, given.identity, rigs, checked_roles(given.admit))
 
 
 def main() -> int:
@@ -70,8 +102,14 @@ def main() -> int:
     scene_values = values_of(law_of(scene), desk.table)
     presets = Presets(PresetStore(given.state_dir), desk, scene.name, scene_values)
     try:
-        targets = given.osc_out or [("127.0.0.1", 9101)]
-        osc = OscFront(given.osc_in, targets, given.prefix, desk, presets.load)
+        osc = OscFront(
+            given.osc_in,
+            [("127.0.0.1", 9101)] if given.osc_out is None else given.osc_out,
+            given.prefix,
+            desk,
+            presets.load,
+            given.osc_allow or LOOPBACK,
+        )
     except ValueError as error:
         _log.error("%s", error)
         return 2
@@ -81,11 +119,14 @@ def main() -> int:
             "OSC port %s:%d cannot be opened: %s; choose another with --osc-in", host, port, error.strerror
         )
         return 3
+    refusals = Refusals()
+    if given.public is not None:
+        refusals.follow_zenoh()
     try:
         session = (
-            open_client(given.connect, lambda: not stop.is_set())
+            open_client(given.connect, lambda: not stop.is_set(), given.identity)
             if given.connect
-            else open_router(given.listen)
+            else open_router(given.listen, given.public)
         )
     except OSError as error:
         _log.error("%s", error)
@@ -96,10 +137,13 @@ def main() -> int:
         contacts = contacts_of(scene, session, keys, given.run_dir, lambda: link.boot)
 
         def health() -> Mapping[str, object]:
-            told = {} if contacts is None else {"contact": contacts.counters()}
+            told: dict[str, object] = {} if contacts is None else {"contact": contacts.counters()}
+            if given.public is not None:
+                told["public"] = door.told(session, given.public, refusals)
             return {
                 "servo": json.loads((given.run_dir / files.GRANTED).read_text()),
                 "osc": dict(osc.counters),
+                "queries_refused": wire.refused,
                 **told,
             }
 

@@ -36,6 +36,7 @@ class Questions:
     ) -> None:
         self._answer = answer
         self._settle = settle
+        self.refused = 0
         self._queries: queue.Queue[zenoh.Query | None] = queue.Queue(_MOST_QUEUED)
         self._thread = threading.Thread(target=self._answer_all, name=name, daemon=True)
         self._thread.start()
@@ -45,7 +46,7 @@ class Questions:
         try:
             self._queries.put_nowait(query)
         except queue.Full:
-            refuse(query, "too many queries at once: ask again")
+            self._refuse(query, "too many queries at once: ask again")
 
     def close(self) -> None:
         """Stop answering."""
@@ -70,10 +71,14 @@ class Questions:
             if self._answer(query):
                 query.drop()  # not left to the collector: until then the asker waits for more
         except ValueError as error:  # a Refusal and a PresetError are
-            refuse(query, str(error))
+            self._refuse(query, str(error))
         except Exception as error:  # noqa: BLE001  one question that fails must not silence all that come after it
             _log.error("query %s could not be answered: %r", query.key_expr, error)
-            refuse(query, f"a fault of the gateway: {error}")
+            self._refuse(query, f"a fault of the gateway: {error}")
+
+    def _refuse(self, query: zenoh.Query, reason: str) -> None:
+        self.refused += 1
+        refuse(query, reason)
 
 
 def refuse(query: zenoh.Query, reason: str) -> None:

@@ -90,6 +90,11 @@ class Wire:
         ]
         self._token = session.liveliness().declare_token(keys.alive("haptic", f"{boot():x}"))
 
+    @property
+    def refused(self) -> int:
+        """Queries that were refused, for whatever reason."""
+        return self._questions.refused + self._writes.refused
+
     def put_strike(self, strike: messages.Strike) -> None:
         """Publish one strike."""
         self._strike.put(messages.encode(strike))

@@ -5,6 +5,7 @@ import sys
 from itertools import chain
 from pathlib import Path
 
+from protocol.identity import add_options, identity_of
 from protocol.keys import Keys
 from rig.fault import Stop, lacking
 from rig.record import recorded, words
@@ -28,11 +29,18 @@ def main() -> int:
     parser.add_argument("--connect", required=True, help="the rig's Zenoh router")
     parser.add_argument("--out", type=Path, required=True, help="FILE.mcap; FILE-2.mcap if that exists")
     parser.add_argument("--force", action="store_true", help="also the force of every contact")
+    add_options(parser)
     given = parser.parse_args()
+    try:
+        identity = identity_of(given)
+    except ValueError as error:
+        parser.error(str(error))
     try:
         out = _free(given.out)
         print(f"recording into {out}", file=sys.stderr, flush=True)
-        result = recorded(given.connect, Keys(given.rig), out, force=given.force, wait=True)
+        result = recorded(
+            given.connect, Keys(given.rig), out, force=given.force, wait=True, identity=identity
+        )
     except Stop as stop:
         print(stop, file=sys.stderr, flush=True)
         return stop.status

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import zenoh
 
 from protocol.clock import ClockMap, HapticClock, asked_clock
+from protocol.identity import Identity
 from protocol.keys import Keys
 from protocol.session import client_config, open_client
 from realtime.stop import StopRequest
@@ -62,9 +63,10 @@ Item = Heard | Came | NewClock | NewScene
 class Listening:
     """Of one rig. `open` and `close` belong to the main thread, and so do the questions; `items` to the writing one."""
 
-    def __init__(self, endpoint: str, keys: Keys) -> None:
+    def __init__(self, endpoint: str, keys: Keys, identity: Identity | None = None) -> None:
         self._endpoint = endpoint
         self._keys = keys
+        self._identity = identity
         self._session: zenoh.Session | None = None
         self._clock_map = ClockMap()
         self._readers: list[threading.Thread] = []
@@ -74,10 +76,10 @@ class Listening:
     def open(self, stop: StopRequest | None) -> bool:
         """Join the rig's router; with `stop` wait for it until that is set. Whether there is one."""
         if stop is not None:
-            self._session = open_client(self._endpoint, lambda: not stop.is_set())
+            self._session = open_client(self._endpoint, lambda: not stop.is_set(), self._identity)
             return self._session is not None
         try:
-            self._session = zenoh.open(client_config(self._endpoint))
+            self._session = zenoh.open(client_config(self._endpoint, self._identity))
         except zenoh.ZError:
             return False
         return True

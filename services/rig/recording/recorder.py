@@ -15,6 +15,7 @@ from typing import Any, cast
 
 from drumstick.parameters import table_of
 from drumstick.scene import Scene, SceneError, from_tables
+from protocol.identity import Identity
 from protocol.keys import Keys
 from protocol.messages import Message, Meter, decode
 from realtime.stop import StopRequest
@@ -86,7 +87,14 @@ class Recorder:
     """Writes one file. `wait`: for a rig that is not there yet, and without insisting on a scene that streams."""
 
     def __init__(
-        self, endpoint: str, keys: Keys, out: Path, force: bool, wait: bool, say: Callable[[str], None]
+        self,
+        endpoint: str,
+        keys: Keys,
+        out: Path,
+        force: bool,
+        wait: bool,
+        say: Callable[[str], None],
+        identity: Identity | None = None,
     ) -> None:
         self._keys = keys
         self._endpoint = endpoint
@@ -94,7 +102,7 @@ class Recorder:
         self._force = force
         self._wait = wait
         self._say = say
-        self._listening = Listening(endpoint, keys)
+        self._listening = Listening(endpoint, keys, identity)
         self._line = TimeLine(wall_minus_monotonic_ns())
         self._gaps = Gaps()
         self._ended = threading.Event()

@@ -1,0 +1,140 @@
+"""What the command line and the rig file say together. The command line wins; what neither says stays on loopback."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from protocol.endpoint import host_and_port, is_every_address, is_loopback, is_tls
+from protocol.identity import Identity
+from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, Keys
+from protocol.roles import HAPTIC, ROLES
+from protocol.session import Public
+from rig import checks, identity_check
+from rig.fault import wrong
+from rig.plan import HAPTIC as HAPTIC_PART
+from rig.plan import PANEL, SOUND
+from rig.rig_file import RigFile, load
+
+_OSC_HOST, _OSC_PORT = "127.0.0.1", 9100
+_OSC_TARGETS = ("127.0.0.1:9101",)
+_REMOTE_ROLES = ("technician", "panel")
+_ROLES_OF = {HAPTIC_PART: (HAPTIC,), SOUND: ("sound",), PANEL: ("panel",)}
+
+
+class Settled(NamedTuple):
+    """Where a rig listens, connects and sends, and as whom."""
+
+    rig: str
+    connect: str | None
+    listen: str
+    public: Public | None
+    identity: Identity | None  # of clients: None where they stay on loopback
+    osc_bind: tuple[str, int]
+    osc_targets: tuple[str, ...]
+    osc_allow: tuple[str, ...]  # empty: loopback
+
+
+def settle(
+    parts: frozenset[str],
+    rig_file: Path | None,
+    *,
+    rig: str | None = None,
+    connect: str | None = None,
+    listen: str | None = None,
+    osc_in: int | None = None,
+    osc_out: Sequence[str] | None = None,
+) -> Settled:
+    """For the services in `parts`. Raises Stop; tells on stderr which certificates end soon."""
+    file = RigFile() if rig_file is None else load(rig_file)
+    name = _rig(file, rig)
+    end = connect or file.connect
+    checks.endpoint(end)
+    at = listen or DEFAULT_ROUTER
+    checks.endpoint(at, "--listen")
+    if osc_in is not None:
+        checks.port(osc_in, "--osc-in")
+    host, port = file.osc_bind or (_OSC_HOST, _OSC_PORT)
+    targets = (
+        tuple(osc_out) if osc_out else file.osc_targets if file.osc_targets is not None else _OSC_TARGETS
+    )
+    for target in targets:
+        checks.target(target, "--osc-out" if osc_out else f"{rig_file}: osc.targets:")
+    return Settled(
+        name,
+        end,
+        at,
+        _public(file, name, at) if HAPTIC_PART in parts and end is None else None,
+        _identity(file, end, parts),
+        (host, osc_in or port),
+        targets,
+        file.osc_allow or (),
+    )
+
+
+def far_end(
+    rig_file: Path | None, rig: str | None, connect: str | None, *, only_reads: bool = False
+) -> tuple[str, Keys, Identity | None]:
+    """Endpoint, keys and identity of a command that talks to a running rig. Raises Stop."""
+    file = RigFile() if rig_file is None else load(rig_file)
+    end = checks.endpoint(connect or file.connect)
+    identity = file.identity if is_tls(end) else None
+    if identity is not None:
+        roles = (*_REMOTE_ROLES, "listener") if only_reads else _REMOTE_ROLES
+        _tell(identity_check.require_client(identity, roles, "this command"))
+    return end, Keys(_rig(file, rig)), identity
+
+
+def fitness(rig_file: Path) -> list[str]:
+    """Warnings about this machine's certificate, whatever its role. Raises Stop when it is fit for nothing."""
+    file = load(rig_file)
+    if file.identity is None:
+        return []
+    if file.public is not None:
+        return identity_check.require_listener(file.identity)
+    return identity_check.require_client(file.identity, (HAPTIC, *ROLES), "a rig")
+
+
+def _rig(file: RigFile, rig: str | None) -> str:
+    name = rig or file.name or DEFAULT_RIG
+    checks.rig_name(name)
+    return name
+
+
+def _identity(file: RigFile, connect: str | None, parts: frozenset[str]) -> Identity | None:
+    if connect is None or not is_tls(connect) or file.identity is None:
+        return None
+    if len(parts) > 1:
+        wrong(
+            f"{connect}: over TLS each part needs a certificate of its own: start drumstick haptic, sound or panel,"
+            " each with its rig file"
+        )
+    (part,) = parts
+    _tell(identity_check.require_client(file.identity, _ROLES_OF[part], f"drumstick {part}"))
+    return file.identity
+
+
+def _public(file: RigFile, rig: str, listen: str) -> Public | None:
+    inner, inner_port = host_and_port(listen)
+    if is_tls(listen) or not is_loopback(inner):
+        wrong(
+            f"--listen {listen}: whoever comes in there may do everything, so it must be a loopback address over TCP,"
+            f" e.g. {DEFAULT_ROUTER}; other machines come in by zenoh.public of a rig file (docs/security.md)"
+        )
+    if file.public is None or file.identity is None:
+        return None
+    host, port = host_and_port(file.public)
+    if port == inner_port and (is_every_address(host) or host == inner):
+        wrong(
+            f"zenoh.public {file.public}: port {port} is that of --listen {listen}, and this address includes it;"
+            f" take another, e.g. {port + 1}"
+        )
+    _tell(identity_check.require_listener(file.identity))
+    return Public(file.public, file.identity, (rig, *file.also), file.roles)
+
+
+def _tell(warnings: list[str]) -> None:
+    for words in warnings:
+        print(f"drumstick: {words}", file=sys.stderr)

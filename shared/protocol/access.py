@@ -1,0 +1,68 @@
+"""The access rules of the rig's router, in Zenoh's own form, made from the table of roles.
+
+Local processes come in over plain TCP on a loopback address and may do everything. Everybody else comes in over TLS
+with a certificate of the rig's authority, and may do what its common name's role may. Nothing else is permitted: a
+link that is neither, or a certificate of another name, gets nothing through.
+"""
+
+from collections.abc import Sequence
+
+from protocol.keys import checked_rig
+from protocol.roles import ROLES, Role
+
+_EVERY_MESSAGE = (
+    "put", "delete", "declare_subscriber", "query", "reply", "declare_queryable",
+    "liveliness_token", "liveliness_query", "declare_liveliness_subscriber",
+)  # fmt: skip
+# `**` stands for no part that begins with @: advanced publishers keep their caches below such a one.
+_EVERY_KEY: list[str] = ["**", "**/@adv/**"]
+
+Rule = dict[str, object]
+
+
+def _rule(ident: str, flow: str, messages: tuple[str, ...], keys: list[str]) -> Rule:
+    return {
+        "id": ident, "permission": "allow", "flows": [flow], "messages": list(messages), "key_exprs": keys,
+    }  # fmt: skip
+
+
+def _rules(name: str, role: Role, rigs: Sequence[str]) -> list[Rule]:
+    # Ingress is what comes from the role's owner, egress what goes to him.
+    def below(tails: tuple[str, ...]) -> list[str]:
+        return [f"drumstick/{rig}/{tail}" for rig in rigs for tail in tails]
+
+    # A publisher that is told of no subscriber sends nothing. Whoever may put is told of all of them, or he would not
+    # learn of one who listens to `drumstick/**`; of a subscriber only his pattern is told.
+    subscribers = _EVERY_KEY if role.tells else []
+    wanted = (
+        ("hears", "ingress", ("declare_subscriber",), below(role.hears)),
+        ("is told", "egress", ("put",), below(role.hears)),
+        ("asks", "ingress", ("query",), below(role.asks)),
+        ("is answered", "egress", ("reply", "declare_queryable"), below(role.asks)),
+        ("tells", "ingress", ("put",), below(role.tells)),
+        ("is heard", "egress", ("declare_subscriber",), subscribers),
+        ("is seen", "ingress", ("liveliness_token",), below(role.is_seen_as)),
+        ("sees", "ingress", ("liveliness_query", "declare_liveliness_subscriber"), below(role.sees)),
+        ("is shown", "egress", ("liveliness_token",), below(role.sees)),
+    )
+    return [_rule(f"{name} {what}", flow, messages, keys) for what, flow, messages, keys in wanted if keys]
+
+
+def access_control(rigs: Sequence[str], roles: Sequence[str]) -> dict[str, object]:
+    """Zenoh's `access_control` for a router that carries `rigs` and admits `roles`.
+
+    Every policy names only rules and subjects that are here: what else it named, Zenoh would pass over in silence.
+    """
+    for rig in rigs:
+        checked_rig(rig)
+    rules = [_rule(f"local {flow}", flow, _EVERY_MESSAGE, _EVERY_KEY) for flow in ("ingress", "egress")]
+    subjects: list[Rule] = [{"id": "local", "link_protocols": ["tcp"]}]
+    policies: list[Rule] = [{"rules": ["local ingress", "local egress"], "subjects": ["local"]}]
+    for name in roles:
+        own = _rules(name, ROLES[name], rigs)
+        rules += own
+        subjects.append({"id": name, "link_protocols": ["tls"], "cert_common_names": [name]})
+        policies.append({"rules": [rule["id"] for rule in own], "subjects": [name]})
+    return {
+        "enabled": True, "default_permission": "deny", "rules": rules, "subjects": subjects, "policies": policies,
+    }  # fmt: skip

@@ -1,0 +1,59 @@
+"""Who may do what over the network: one table, by the common name of a certificate.
+
+The router's access rules, the certificates that `drumstick keys make` makes, the page docs/security.md and the tests
+are derived from it. What is not in a role's row is refused. Names of keys are those below `drumstick/<rig>/`.
+"""
+
+from dataclasses import dataclass
+
+HAPTIC = "haptic"  # the haptic machine itself: the public listener's own certificate
+
+
+@dataclass(frozen=True)
+class Role:
+    """What the owner of one kind of certificate may do; everything else is refused."""
+
+    words: str
+    hears: tuple[str, ...] = ()  # may subscribe
+    asks: tuple[str, ...] = ()  # may query
+    tells: tuple[str, ...] = ()  # may put
+    is_seen_as: tuple[str, ...] = ()  # may declare these liveliness tokens
+    sees: tuple[str, ...] = ()  # may look for these liveliness tokens
+
+
+ROLES: dict[str, Role] = {
+    "sound": Role(
+        "a machine that plays the drum",
+        hears=("strike", "release", "contact", "state", "meter", "param/*"),
+        asks=("scene", "clock"),
+        tells=("meter", "membrane"),
+        is_seen_as=("alive/sound/*",),
+    ),
+    "panel": Role(
+        "the technician's page, run on another machine",
+        hears=("strike", "state", "meter", "membrane", "param/*", "preset", "lease"),
+        asks=("set", "set/*", "param/*", "preset", "preset/*", "lease", "scene", "doctor", "panic"),
+        tells=("pointer",),
+        is_seen_as=("alive/panel/*",),
+        sees=("alive/pointer/*",),
+    ),
+    "technician": Role(
+        "`drumstick params` and `drumstick panic` from another machine",
+        hears=("state", "meter", "param/*", "preset", "lease"),
+        asks=("set", "set/*", "param/*", "preset", "preset/*", "lease", "scene", "doctor", "panic"),
+    ),
+    "listener": Role(
+        "programs that only follow the play: light, video, recording",
+        hears=("strike", "release", "state", "meter", "param/*", "preset", "lease"),
+        asks=("param/*", "preset", "scene", "clock"),
+        sees=("alive/*/*",),
+    ),
+}
+
+
+def checked_roles(names: list[str] | tuple[str, ...]) -> tuple[str, ...]:
+    """The names, each once, when each is a role that may come in; else ValueError."""
+    for name in names:
+        if name not in ROLES:
+            raise ValueError(f"{name!r} is no role; there is {', '.join(ROLES)}")
+    return tuple(dict.fromkeys(names))

@@ -1,0 +1,45 @@
+"""Certificates for tests: an authority in a folder, and whatever it is asked to make, good or bad."""
+
+from collections.abc import Sequence
+from datetime import datetime, timedelta
+from pathlib import Path
+
+from protocol.identity import Identity
+from rig import certificates
+
+
+class Keyring:
+    """One authority. `identity` makes a new certificate at each call."""
+
+    def __init__(self, folder: Path, name: str = "test") -> None:
+        self._folder = folder
+        self._authority = certificates.new_authority(name, certificates.present())
+        folder.mkdir(mode=0o700, exist_ok=True)
+        self.authority = self._put("ca.pem", self._authority.certificate_pem)
+        self._made = 0
+
+    def _put(self, name: str, content: bytes) -> Path:
+        path = self._folder / name
+        path.write_bytes(content)
+        path.chmod(0o600)
+        return path
+
+    def identity(
+        self, role: str, hosts: Sequence[str] = (), days: float = 1.0, begun: datetime | None = None
+    ) -> Identity:
+        self._made += 1
+        begun = begun or certificates.present()
+        pair = certificates.new_pair(self._authority, role, hosts, begun, days)
+        name = f"{self._made}-{role}"
+        return Identity(
+            self.authority,
+            self._put(f"{name}.pem", pair.certificate_pem),
+            self._put(f"{name}.key", pair.key_pem),
+        )
+
+    def listener(self) -> Identity:
+        return self.identity("haptic", ("127.0.0.1", "localhost"))
+
+    def ended(self, role: str) -> Identity:
+        """A certificate that ended yesterday."""
+        return self.identity(role, days=1.0, begun=certificates.present() - timedelta(days=2))

@@ -1,0 +1,367 @@
+"""Each role over a real TLS link: all that its row of the table says, and nothing else.
+
+The test's router stands for the gateway: it answers on every key, hears every key and puts on every key. A role's work
+is then tried on every key in every way that Zenoh has. The same again with rules that guard only one direction, because
+a client that plays fair does not even send what nobody may hear: a forger's does.
+"""
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+import pytest
+import zenoh
+from rig_process import free_port, wait_for
+
+from made_keys import Keyring
+from protocol import session as sessions
+from protocol.access import access_control
+from protocol.identity import Identity
+from protocol.roles import HAPTIC, ROLES, Role
+from protocol.session import Public, client_config, open_client, open_router
+
+RIG = "r"
+TAILS = (
+    "strike", "release", "contact", "state", "meter", "membrane", "pointer", "scene", "clock", "doctor", "panic",
+    "set", "set/m", "param/m", "preset", "anything",
+)  # fmt: skip
+TOKENS = ("alive/haptic/1", "alive/sound/1", "alive/panel/1", "alive/pointer/1", "alive/listener/1")
+NOBODY = Role("a certificate of the authority that is of no role")
+EVERYBODY = {**ROLES, HAPTIC: NOBODY, "stranger": NOBODY}
+EVERY_MESSAGE = [
+    "put", "delete", "declare_subscriber", "query", "reply", "declare_queryable", "liveliness_token",
+    "liveliness_query", "declare_liveliness_subscriber",
+]  # fmt: skip
+
+
+def key(tail: str, rig: str = RIG) -> str:
+    return f"drumstick/{rig}/{tail}"
+
+
+def of(tails: tuple[str, ...], *concrete: str) -> set[str]:
+    """The concrete names that a row's patterns stand for."""
+    patterns = [zenoh.KeyExpr(tail) for tail in tails]
+    return {name for name in concrete if any(p.includes(zenoh.KeyExpr(name)) for p in patterns)}
+
+
+@dataclass
+class Gateway:
+    """A router with a public listener that hears and answers everything, and notes it."""
+
+    session: zenoh.Session
+    local: str
+    public: str
+    put: list[tuple[str, bytes, str]] = field(default_factory=list)  # tail, payload, put or delete
+    asked: list[str] = field(default_factory=list)
+
+    def begin(self) -> None:
+        self.session.declare_subscriber(
+            "drumstick/**",
+            lambda sample: self.put.append(
+                (
+                    str(sample.key_expr),
+                    sample.payload.to_bytes(),
+                    "put" if sample.kind == zenoh.SampleKind.PUT else "delete",
+                )
+            ),
+        )
+        for rig in (RIG, "other"):
+            for tail in TAILS:
+                self._answer(key(tail, rig))
+
+    def _answer(self, own: str) -> None:
+        def answer(query: zenoh.Query) -> None:
+            self.asked.append(own)
+            query.reply(own, b"gateway")
+            query.drop()
+
+        self.session.declare_queryable(own, answer)
+
+
+@pytest.fixture(scope="module")
+def keyring(tmp_path_factory: pytest.TempPathFactory) -> Keyring:
+    return Keyring(tmp_path_factory.mktemp("keys"))
+
+
+@contextmanager
+def gateway_of(
+    keyring: Keyring, roles: tuple[str, ...] = tuple(ROLES), rules: Any = access_control
+) -> Iterator[Gateway]:
+    local, public = f"tcp/127.0.0.1:{free_port()}", f"tls/127.0.0.1:{free_port()}"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sessions, "access_control", rules)
+        opened = open_router(local, Public(public, keyring.listener(), (RIG,), roles))
+    with opened as session:
+        gateway = Gateway(session, local, public)
+        gateway.begin()
+        yield gateway
+
+
+def unguarded(direction: str) -> Any:
+    """Rules that let everything pass in one direction, so that only the other one refuses."""
+
+    def rules(rigs: Any, roles: Any) -> dict[str, object]:
+        acl: Any = access_control(rigs, roles)
+        acl["rules"].append(
+            {"id": "open", "permission": "allow", "flows": [direction], "messages": EVERY_MESSAGE, "key_exprs": ["**"]}
+        )  # fmt: skip
+        acl["subjects"].append({"id": "all", "link_protocols": ["tls"]})
+        acl["policies"].append({"rules": ["open"], "subjects": ["all"]})
+        return acl
+
+    return rules
+
+
+@pytest.fixture(scope="module", params=["as it is", "only what comes in is guarded"])
+def gateway(request: pytest.FixtureRequest, keyring: Keyring) -> Iterator[Gateway]:
+    rules = access_control if request.param == "as it is" else unguarded("egress")
+    with gateway_of(keyring, rules=rules) as made:
+        yield made
+
+
+@contextmanager
+def client_of(gateway: Gateway, identity: Identity) -> Iterator[zenoh.Session]:
+    with zenoh.open(client_config(gateway.public, identity)) as session:
+        yield session
+
+
+def settle(session: zenoh.Session, name: str = "local") -> None:
+    """Until everything that `session` sent before has been dealt with: a link keeps the order of one priority.
+
+    Who may ask nothing has nothing to wait for but time; then a refusal that comes later would not be seen.
+    """
+    asks = of(EVERYBODY[name].asks, *TAILS) if name in EVERYBODY else {"clock"}
+    if not asks:
+        time.sleep(0.3)
+        return
+    replies = list(session.get(key(min(asks)), payload=b"1", timeout=5.0))
+    assert [reply.ok is not None for reply in replies] == [True]
+
+
+@pytest.mark.parametrize("name", EVERYBODY)
+def test_puts_and_deletes_only_where_its_row_says_so(gateway: Gateway, keyring: Keyring, name: str) -> None:
+    with client_of(gateway, keyring.identity(name)) as session:
+        gateway.put.clear()
+        marked = name.encode()
+        publishers = [session.declare_publisher(key(tail)) for tail in TAILS]
+        settle(session, name)
+        for publisher in publishers:
+            publisher.put(marked)
+        for tail in TAILS:
+            session.put(key(tail), marked)
+            session.put(key(tail, "other"), marked)
+            session.delete(key(tail))
+        settle(session, name)
+        told = [
+            (where, kind) for where, payload, kind in gateway.put if payload == marked or kind == "delete"
+        ]
+    expected = {(key(tail), "put") for tail in of(EVERYBODY[name].tells, *TAILS)}
+    assert set(told) == expected
+    assert len(told) == 2 * len(expected)  # by put, and by a declared publisher
+
+
+@pytest.mark.parametrize("name", EVERYBODY)
+def test_is_answered_only_where_its_row_says_so(gateway: Gateway, keyring: Keyring, name: str) -> None:
+    with client_of(gateway, keyring.identity(name)) as session:
+        settle(session, name)
+        gateway.asked.clear()
+        answered: set[str] = set()
+        for rig in (RIG, "other"):
+            for asked in (*TAILS, "*", "**", "set/*", "param/*", "p$*"):
+                replies = list(session.get(key(asked, rig), payload=b"1", timeout=2.0))
+                answered |= {str(reply.ok.key_expr) for reply in replies if reply.ok is not None}
+        everywhere = list(session.get("**", timeout=2.0))
+        assert [reply for reply in everywhere if reply.ok is not None] == []
+    expected = {key(tail) for tail in of(EVERYBODY[name].asks, *TAILS)}
+    assert answered == expected
+    assert set(gateway.asked) == expected  # nothing else reached the gateway at all
+
+
+@pytest.mark.parametrize("name", EVERYBODY)
+def test_answers_nobodys_queries(gateway: Gateway, keyring: Keyring, name: str) -> None:
+    with client_of(gateway, keyring.identity(name)) as session:
+        queryables = [
+            session.declare_queryable(pattern, lambda query: query.reply(query.key_expr, b"forged"))
+            for pattern in (*(key(tail) for tail in TAILS), key("**"), key("new"))
+        ]
+        settle(session, name)
+        with zenoh.open(client_config(gateway.local)) as local:
+            for asker in (gateway.session, local):
+                for tail in (*TAILS, "new"):
+                    replies = list(asker.get(key(tail), target=zenoh.QueryTarget.ALL, timeout=2.0))
+                    got = [r.ok.payload.to_bytes() for r in replies if r.ok is not None]
+                    assert got == ([] if tail == "new" else [b"gateway"]), tail
+        for queryable in queryables:
+            queryable.undeclare()
+
+
+@pytest.mark.parametrize("name", EVERYBODY)
+def test_is_seen_only_as_what_it_is(gateway: Gateway, keyring: Keyring, name: str) -> None:
+    with client_of(gateway, keyring.identity(name)) as session:
+        tokens = [session.liveliness().declare_token(key(tail)) for tail in TOKENS]
+        settle(session, name)
+        replies = list(gateway.session.liveliness().get("drumstick/**", timeout=2.0))
+        seen = {str(reply.ok.key_expr) for reply in replies if reply.ok is not None}
+        assert seen == {key(tail) for tail in of(EVERYBODY[name].is_seen_as, *TOKENS)}
+        assert len(tokens) == len(TOKENS)
+
+
+@pytest.fixture(scope="module", params=["as it is", "only what goes out is guarded"])
+def leaky(request: pytest.FixtureRequest, keyring: Keyring) -> Iterator[Gateway]:
+    """As `gateway`, with what goes out as the last guard."""
+    rules = access_control if request.param == "as it is" else unguarded("ingress")
+    with gateway_of(keyring, rules=rules) as made:
+        yield made
+
+
+@pytest.mark.parametrize("name", EVERYBODY)
+def test_hears_only_what_its_row_says(leaky: Gateway, keyring: Keyring, name: str) -> None:
+    heard: list[str] = []
+    with client_of(leaky, keyring.identity(name)) as session:
+        for pattern in (
+            *(key(tail) for tail in TAILS),
+            *(key(tail, "other") for tail in TAILS),
+            "drumstick/**",
+            "**",
+        ):
+            session.declare_subscriber(pattern, lambda sample: heard.append(str(sample.key_expr)))
+        settle(session, name)
+        with zenoh.open(client_config(leaky.local)) as local:
+            for source in (leaky.session, local):
+                for tail in TAILS:
+                    source.put(key(tail), b"told")
+                    source.put(key(tail, "other"), b"told")
+            settle(local)
+        settle(session, name)
+    assert set(heard) == {key(tail) for tail in of(EVERYBODY[name].hears, *TAILS)}
+
+
+@pytest.mark.parametrize("name", EVERYBODY)
+def test_sees_only_the_tokens_that_its_row_says(leaky: Gateway, keyring: Keyring, name: str) -> None:
+    shown: list[str] = []
+    tokens = [leaky.session.liveliness().declare_token(key(tail)) for tail in TOKENS]
+    try:
+        with client_of(leaky, keyring.identity(name)) as session:
+            asked: set[str] = set()
+            for pattern in (*(key(tail) for tail in TOKENS), key("alive/*/*"), key("alive/pointer/*"), "**"):
+                session.liveliness().declare_subscriber(
+                    pattern, lambda sample: shown.append(str(sample.key_expr)), history=True
+                )
+                replies = list(session.liveliness().get(pattern, timeout=2.0))
+                asked |= {str(reply.ok.key_expr) for reply in replies if reply.ok is not None}
+            settle(session, name)
+            expected = {key(tail) for tail in of(EVERYBODY[name].sees, *TOKENS)}
+            assert asked == expected
+            assert set(shown) == expected
+    finally:
+        for token in tokens:
+            token.undeclare()
+
+
+def test_a_role_that_is_not_admitted_may_do_nothing(keyring: Keyring) -> None:
+    with (
+        gateway_of(keyring, roles=("sound",)) as gateway,
+        client_of(gateway, keyring.identity("panel")) as session,
+    ):
+        assert list(session.get(key("panic"), timeout=2.0)) == []
+        session.put(key("pointer"), b"x")
+        settle(session, "stranger")
+        assert gateway.put == []
+        assert gateway.asked == []
+
+
+def test_local_processes_may_do_everything_and_advanced_publishers_too(keyring: Keyring) -> None:
+    import zenoh.ext
+
+    heard: list[bytes] = []
+    with gateway_of(keyring) as gateway:
+        one = open_client(gateway.local, lambda: True)
+        two = open_client(gateway.local, lambda: True)
+        assert one is not None
+        assert two is not None
+        with one, two:
+            publisher = zenoh.ext.declare_advanced_publisher(
+                one,
+                key("state"),
+                cache=zenoh.ext.CacheConfig(3),
+                sample_miss_detection=zenoh.ext.MissDetectionConfig(),
+                publisher_detection=True,
+            )
+            publisher.put(b"before")
+            settle(one)
+            subscriber = zenoh.ext.declare_advanced_subscriber(
+                two,
+                key("state"),
+                lambda sample: heard.append(sample.payload.to_bytes()),
+                history=zenoh.ext.HistoryConfig(detect_late_publishers=True),
+            )
+            settle(two)
+            settle(one)
+            one.put(key("strike"), b"s")
+            assert list(two.get(key("panic"), timeout=2.0))
+            settle(one)
+            assert b"before" in heard
+            subscriber.undeclare()
+            publisher.undeclare()
+        assert (key("strike"), b"s", "put") in gateway.put
+
+
+def test_what_is_longer_than_a_message_may_be_is_not_taken_and_disturbs_nobody(
+    keyring: Keyring,
+) -> None:
+    with (
+        gateway_of(keyring) as gateway,
+        zenoh.open(client_config(gateway.local)) as local,
+        client_of(gateway, keyring.identity("sound")) as session,
+    ):
+        session.put(key("meter"), b"m")
+        settle(session, "sound")
+        session.put(key("meter"), bytes(5_000_000), congestion_control=zenoh.CongestionControl.BLOCK)
+        settle(local)
+        assert [len(payload) for _, payload, _ in gateway.put] == [1]
+        assert list(local.get(key("clock"), timeout=2.0))
+
+
+@pytest.mark.parametrize("mode", ["router", "peer"])
+@pytest.mark.parametrize("name", ["listener", "sound", "stranger"])
+def test_who_says_to_be_a_router_or_a_peer_may_do_no_more(
+    gateway: Gateway, keyring: Keyring, mode: str, name: str
+) -> None:
+    # A router tells of others behind it; its link has the same certificate, and the same rules.
+    behind = f"tcp/127.0.0.1:{free_port()}"
+    config = client_config(gateway.public, keyring.identity(name))
+    config.insert_json5("mode", f'"{mode}"')
+    config.insert_json5("listen/endpoints", f'["{behind}"]')
+    heard: list[str] = []
+    with zenoh.open(config) as false, zenoh.open(client_config(behind)) as client:
+        wait_for("the link", lambda: name in [link.auth_identifier for link in gateway.session.info.links()])
+        queryables = [
+            s.declare_queryable(key("**"), lambda q: q.reply(q.key_expr, b"forged")) for s in (false, client)
+        ]
+        tokens = [s.liveliness().declare_token(key("alive/haptic/1")) for s in (false, client)]
+        for session in (false, client):
+            session.declare_subscriber("**", lambda sample: heard.append(sample.payload.to_string()))
+        time.sleep(0.3)
+        gateway.put.clear()
+        gateway.asked.clear()
+        for session in (false, client):
+            for tail in TAILS:
+                session.put(key(tail), b"forged")
+                list(session.get(key(tail), payload=b"1", timeout=0.3))
+            session.get("**", timeout=0.3)
+        for tail in TAILS:
+            gateway.session.put(key(tail), b"told")
+        time.sleep(0.3)
+        row = EVERYBODY[name]
+        assert {where for where, payload, _ in gateway.put if payload == b"forged"} <= {
+            key(tail) for tail in of(row.tells, *TAILS)
+        }
+        assert set(gateway.asked) <= {key(tail) for tail in of(row.asks, *TAILS)}
+        assert "told" not in heard  # `**` is in nobody's row
+        replies = list(gateway.session.get(key("panic"), target=zenoh.QueryTarget.ALL, timeout=2.0))
+        assert [r.ok.payload.to_bytes() for r in replies if r.ok is not None] == [b"gateway"]
+        seen = list(gateway.session.liveliness().get(key("alive/haptic/*"), timeout=2.0))
+        assert [reply for reply in seen if reply.ok is not None] == []
+        assert len(queryables) == len(tokens) == 2

@@ -1,0 +1,208 @@
+"""Who does not get in at the public listener, who gets in and may do nothing, and what either is told."""
+
+import socket
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import zenoh
+from rig_process import free_port, wait_for
+
+from made_keys import Keyring
+from protocol.handshake import why_refused
+from protocol.identity import Identity
+from protocol.roles import ROLES
+from protocol.session import Public, client_config, open_client, open_router
+
+RIG = "r"
+
+
+@pytest.fixture(scope="module")
+def keyring(tmp_path_factory: pytest.TempPathFactory) -> Keyring:
+    return Keyring(tmp_path_factory.mktemp("keys"))
+
+
+@pytest.fixture(scope="module")
+def foreign(tmp_path_factory: pytest.TempPathFactory) -> Keyring:
+    """Another authority, of another rig."""
+    return Keyring(tmp_path_factory.mktemp("foreign"))
+
+
+@pytest.fixture(scope="module")
+def port() -> int:
+    return free_port()
+
+
+@pytest.fixture(scope="module")
+def router(keyring: Keyring, port: int) -> Iterator[zenoh.Session]:
+    public = Public(f"tls/127.0.0.1:{port}", keyring.listener(), (RIG,), tuple(ROLES))
+    with open_router(f"tcp/127.0.0.1:{free_port()}", public) as session:
+        session.declare_queryable(
+            f"drumstick/{RIG}/scene", lambda query: query.reply(query.key_expr, b"scene")
+        )
+        yield session
+
+
+def is_let_in(endpoint: str, identity: Identity | None) -> bool:
+    try:
+        zenoh.open(client_config(endpoint, identity)).close()
+    except zenoh.ZError:
+        return False
+    return True
+
+
+def words_of(endpoint: str, identity: Identity) -> str:
+    refused = why_refused(endpoint, identity)
+    assert refused is not None
+    assert refused.somebody_is_there
+    return refused.words
+
+
+@pytest.mark.usefixtures("router")
+def test_a_certificate_of_the_authority_gets_in(keyring: Keyring, port: int) -> None:
+    mine = keyring.identity("sound")
+    assert why_refused(f"tls/127.0.0.1:{port}", mine) is None
+    session = open_client(f"tls/127.0.0.1:{port}", lambda: True, mine)
+    assert session is not None
+    with session:
+        assert [r.ok is not None for r in session.get(f"drumstick/{RIG}/scene", timeout=5.0)] == [True]
+
+
+@pytest.mark.usefixtures("router")
+def test_nobody_without_a_certificate(keyring: Keyring, port: int) -> None:
+    assert not is_let_in(f"tls/127.0.0.1:{port}", None)
+    assert not is_let_in(f"tcp/127.0.0.1:{port}", None)  # plain TCP at the port of TLS
+    config = client_config(f"tls/127.0.0.1:{port}")
+    config.insert_json5("transport/link/tls/root_ca_certificate", f'"{keyring.authority}"')
+    with pytest.raises(zenoh.ZError):
+        zenoh.open(config)
+
+
+@pytest.mark.usefixtures("router")
+def test_nobody_with_another_authoritys_certificate(keyring: Keyring, foreign: Keyring, port: int) -> None:
+    theirs = foreign.identity("sound")._replace(authority=keyring.authority)
+    assert not is_let_in(f"tls/127.0.0.1:{port}", theirs)
+    assert "our certificate is not of its authority" in words_of(f"tls/127.0.0.1:{port}", theirs)
+
+
+@pytest.mark.usefixtures("router")
+def test_nobody_whose_certificate_has_ended(keyring: Keyring, port: int) -> None:
+    old = keyring.ended("sound")
+    assert not is_let_in(f"tls/127.0.0.1:{port}", old)
+    assert "our certificate is out of date there" in words_of(f"tls/127.0.0.1:{port}", old)
+
+
+@pytest.mark.usefixtures("router")
+def test_we_do_not_speak_to_another_authoritys_listener(
+    keyring: Keyring, foreign: Keyring, port: int
+) -> None:
+    mine = keyring.identity("sound")._replace(authority=foreign.authority)
+    assert not is_let_in(f"tls/127.0.0.1:{port}", mine)
+    assert "its certificate is not of our authority" in words_of(f"tls/127.0.0.1:{port}", mine)
+
+
+def test_we_do_not_speak_to_a_host_of_another_name(keyring: Keyring) -> None:
+    port = free_port()
+    elsewhere = Public(f"tls/127.0.0.2:{port}", keyring.listener(), (RIG,), tuple(ROLES))
+    with open_router(f"tcp/127.0.0.1:{free_port()}", elsewhere):
+        mine = keyring.identity("sound")
+        assert not is_let_in(elsewhere.endpoint, mine)
+        assert "its certificate is not for the name 127.0.0.2" in words_of(elsewhere.endpoint, mine)
+
+
+@pytest.mark.parametrize("role", ["sound", "listener"])
+def test_a_clients_certificate_makes_no_listener(keyring: Keyring, role: str) -> None:
+    # A stolen one cannot stand in for the haptic machine: neither by its use nor by its (missing) names.
+    port = free_port()
+    false = Public(f"tls/127.0.0.1:{port}", keyring.identity(role), (RIG,), tuple(ROLES))
+    with open_router(f"tcp/127.0.0.1:{free_port()}", false):
+        mine = keyring.identity("panel")
+        assert not is_let_in(f"tls/127.0.0.1:{port}", mine)
+        assert "its certificate" in words_of(f"tls/127.0.0.1:{port}", mine)
+
+
+def test_a_listeners_certificate_that_has_ended(keyring: Keyring, tmp_path: Path) -> None:
+    from datetime import timedelta
+
+    from rig import certificates
+
+    port = free_port()
+    old = keyring.identity(
+        "haptic", ("127.0.0.1",), days=1.0, begun=certificates.present() - timedelta(days=2)
+    )
+    public = Public(f"tls/127.0.0.1:{port}", old, (RIG,), tuple(ROLES))
+    with open_router(f"tcp/127.0.0.1:{free_port()}", public):
+        mine = keyring.identity("sound")
+        assert not is_let_in(f"tls/127.0.0.1:{port}", mine)
+        assert "its certificate is out of date" in words_of(f"tls/127.0.0.1:{port}", mine)
+
+
+def test_a_link_ends_when_its_certificate_does(router: zenoh.Session, keyring: Keyring, port: int) -> None:
+    short = keyring.identity("sound", days=8.0 / 86400.0)
+    lost = threading.Event()
+    with zenoh.open(client_config(f"tls/127.0.0.1:{port}", short)) as session:
+        wait_for("the link", lambda: "sound" in [link.auth_identifier for link in router.info.links()])
+        listener = session.info.declare_link_events_listener(
+            lambda event: lost.set() if event.kind == zenoh.SampleKind.DELETE else None
+        )
+        assert lost.wait(60.0)
+        wait_for("its end", lambda: "sound" not in [link.auth_identifier for link in router.info.links()])
+        listener.undeclare()
+
+
+def test_a_silent_or_absent_listener_is_told_as_such(keyring: Keyring) -> None:
+    mine = keyring.identity("sound")
+    refused = why_refused(f"tls/127.0.0.1:{free_port()}", mine)
+    assert refused is not None
+    assert not refused.somebody_is_there
+    with socket.create_server(("127.0.0.1", 0)) as mute:
+        refused = why_refused(f"tls/127.0.0.1:{mute.getsockname()[1]}", mine)
+    assert refused is not None
+    assert "nobody who speaks TLS answers" in refused.words
+    gone = mine._replace(private_key=mine.private_key.with_name("none.key"))
+    refused = why_refused(f"tls/127.0.0.1:{free_port()}", gone)
+    assert refused is not None
+    assert "our own certificate, key or authority cannot be used" in refused.words
+
+
+@pytest.mark.usefixtures("router")
+def test_who_is_refused_hears_why_once_and_can_stop_waiting(
+    keyring: Keyring, foreign: Keyring, port: int
+) -> None:
+    theirs = foreign.identity("sound")._replace(authority=keyring.authority)
+    told: list[str] = []
+    asked = 0
+
+    def keep_trying() -> bool:
+        nonlocal asked
+        asked += 1
+        return asked < 60  # two or three tries: it looks ten times a second while it waits
+
+    assert open_client(f"tls/127.0.0.1:{port}", keep_trying, theirs, told.append) is None
+    assert len(told) == 1
+    assert "our certificate is not of its authority" in told[0]
+
+
+def test_a_public_listener_that_cannot_be_had_stops_no_local_play(keyring: Keyring) -> None:
+    local, port = f"tcp/127.0.0.1:{free_port()}", free_port()
+    public = Public(f"tls/127.0.0.1:{port}", keyring.listener(), (RIG,), tuple(ROLES))
+    blocker = socket.create_server(("127.0.0.1", port))
+    with open_router(local, public) as router:
+        router.declare_queryable(f"drumstick/{RIG}/scene", lambda query: query.reply(query.key_expr, b"s"))
+        with zenoh.open(client_config(local)) as client:
+            assert [r.ok is not None for r in client.get(f"drumstick/{RIG}/scene", timeout=5.0)] == [True]
+        blocker.close()
+        late = open_client(f"tls/127.0.0.1:{port}", lambda: True, keyring.identity("sound"), lambda _: None)
+        assert late is not None  # it was tried again
+        late.close()
+
+
+def test_a_loopback_port_that_is_taken_is_told_although_the_public_one_is_waited_for(
+    keyring: Keyring,
+) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as blocker:
+        taken = f"tcp/127.0.0.1:{blocker.getsockname()[1]}"
+        public = Public(f"tls/127.0.0.1:{free_port()}", keyring.listener(), (RIG,), tuple(ROLES))
+        with pytest.raises(OSError, match="taken by another rig"):
+            open_router(taken, public)
