@@ -17,7 +17,7 @@ EVERY_TAIL = {
         *(getattr(KEYS, name) for name, member in vars(Keys).items() if isinstance(member, property)),
         KEYS.set_one("*"),
         KEYS.param("*"),
-        *(KEYS.alive(service, "*") for service in ("sound", "panel", "pointer")),
+        *(KEYS.alive(service, "*") for service in ("sound", "panel", "pointer", "*")),
     )
 }
 NOT_YET = {"membrane"}  # a frame of the drum's surface: its key is promised, and nobody puts there yet

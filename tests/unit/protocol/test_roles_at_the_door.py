@@ -25,7 +25,7 @@ from protocol.session import Public, client_config, open_client, open_router
 RIG = "r"
 TAILS = (
     "strike", "release", "contact", "state", "meter", "membrane", "pointer", "scene", "clock", "doctor", "panic",
-    "set", "set/m", "param/m", "preset", "anything",
+    "set", "set/m", "param/m", "preset", "preset/load", "lease", "anything",
 )  # fmt: skip
 TOKENS = ("alive/haptic/1", "alive/sound/1", "alive/panel/1", "alive/pointer/1", "alive/listener/1")
 NOBODY = Role("a certificate of the authority that is of no role")
