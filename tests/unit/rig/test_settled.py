@@ -36,7 +36,8 @@ def plan_of(ends: Settled, parts: frozenset[str]) -> dict[str, list[str]]:
     return commands(
         Options(
             ends.rig, Path("/run"), Path("/state"), connect=ends.connect, listen=ends.listen, osc_in=port,
-            osc_out=ends.osc_targets, parts=parts, osc_host=host, osc_allow=ends.osc_allow, public=ends.public, identity=ends.identity,
+            osc_out=ends.osc_targets, parts=parts, osc_host=host, osc_allow=ends.osc_allow,
+            public=ends.public, identity=ends.identity,
         )
     )  # fmt: skip
 
