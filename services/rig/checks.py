@@ -1,11 +1,12 @@
 """Command-line values, checked with one clear line each. Raises Stop with status 2."""
 
+import importlib.util
 import math
 import socket
 from pathlib import Path
 
 from protocol.keys import DEFAULT_ROUTER, Keys, checked_rig
-from rig.fault import wrong
+from rig.fault import lacking, wrong
 
 
 def rig_name(name: str) -> None:
@@ -49,6 +50,33 @@ def target(text: str) -> str:
     except (OSError, UnicodeError):
         wrong(f"--osc-out {text!r}: no IPv4 address is known for {host!r}; write one, e.g. 127.0.0.1:9101")
     return text
+
+
+def oscquery(text: str | None, announce: bool) -> tuple[str, int] | None:
+    """Host and port to serve OSCQuery at, when asked for; the packages that this takes are there."""
+    if text is None:
+        if announce:
+            wrong("--oscquery-announce: there is nothing to announce without --oscquery [HOST:]PORT")
+        return None
+    host, colon, number = text.rpartition(":")
+    host = host if colon else "127.0.0.1"
+    if not host or not number.isdecimal() or not 1 <= int(number) <= 65535:
+        wrong(
+            f"--oscquery {text!r}: write [host:]port, a port being 1 .. 65535, e.g. 9102 or 192.168.1.5:9102"
+        )
+    try:
+        found = socket.getaddrinfo(host, int(number), socket.AF_INET, socket.SOCK_STREAM)
+    except (OSError, UnicodeError):
+        wrong(f"--oscquery {text!r}: no IPv4 address is known for {host!r}; write one, e.g. 127.0.0.1:9102")
+    installed("--oscquery", "oscquery", "websockets", "zeroconf")
+    return str(found[0][4][0]), int(number)
+
+
+def installed(option: str, extra: str, *packages: str) -> None:
+    """Stop with status 3 unless these packages, which `extra` brings, can be imported."""
+    missing = [name for name in packages if importlib.util.find_spec(name) is None]
+    if missing:
+        lacking(f"{option} needs {', '.join(missing)}: install haptic-drumstick[{extra}]")
 
 
 def prefix(text: str) -> None:

@@ -38,6 +38,13 @@ _PANEL_PORT = typer.Option(help="TCP port of the technician's page, on 127.0.0.1
 _OSC_IN = typer.Option(help="UDP port to hear OSC at, on 127.0.0.1.")
 _OSC_OUT = typer.Option(help="host:port that gets the strikes as OSC; may be repeated.")
 _PREFIX = typer.Option(help="First part of every OSC address.")
+_OSCQUERY = typer.Option(
+    metavar="[HOST:]PORT",
+    help="Also describe the OSC addresses to other programs (OSCQuery), at this TCP port.",
+)
+_OSCQUERY_ANNOUNCE = typer.Option(
+    "--oscquery-announce", help="Announce OSCQuery by multicast DNS, though only this machine can reach it."
+)
 _FRESH = typer.Option("--fresh", help="Start with the scene's parameters, not with those of last time.")
 _OUT = typer.Option(help="Also write figures (PNG, SVG), tables (CSV) and analysis.json into this folder.")
 _SWEEP = typer.Option(
@@ -61,6 +68,8 @@ PanelPort = Annotated[int, _PANEL_PORT]
 OscIn = Annotated[int, _OSC_IN]
 OscOut = Annotated[list[str] | None, _OSC_OUT]
 Prefix = Annotated[str, _PREFIX]
+OscQuery = Annotated[str | None, _OSCQUERY]
+OscQueryAnnounce = Annotated[bool, _OSCQUERY_ANNOUNCE]
 Device = Annotated[str, _DEVICE]
 Fresh = Annotated[bool, _FRESH]
 PresetName = Annotated[str, typer.Argument(help="1 to 60 letters, digits, spaces, _ . or -")]
@@ -93,6 +102,8 @@ def _run(
     also: list[str] | None = None,
     audio_rate: int = 48000,
     audio_block: int = 128,
+    oscquery: str | None = None,
+    oscquery_announce: bool = False,
 ) -> None:
     from rig import checks, folder
     from rig.plan import Options
@@ -109,6 +120,7 @@ def _run(
     checks.duration(duration)
     checks.prefix(prefix)
     checks.device(device)
+    query = checks.oscquery(oscquery, oscquery_announce)
     targets = tuple(checks.target(t) for t in osc_out or ["127.0.0.1:9101"])
     run = folder.run_folder(rig)
     up(
@@ -130,6 +142,8 @@ def _run(
             fresh,
             tuple(also or ()),
             part,
+            query,
+            oscquery_announce,
         ),
         scene,
         duration,
@@ -154,6 +168,8 @@ def up_command(
     prefix: Prefix = "/drumstick",
     panel_port: PanelPort = 8080,
     fresh: Fresh = False,
+    oscquery: OscQuery = None,
+    oscquery_announce: OscQueryAnnounce = False,
     as_json: Json = False,
 ) -> None:
     """Play: force loop, sound and panel together, until Ctrl-C."""
@@ -161,7 +177,7 @@ def up_command(
         frozenset({"haptic", "sound", "panel"}), rig, duration, as_json, scene=scene, device=device,
         pose_is_held=pose_is_held, audio=audio, audio_rate=audio_rate, audio_block=audio_block,
         connect=connect, listen=listen, osc_in=osc_in, osc_out=osc_out, prefix=prefix, panel_port=panel_port,
-        fresh=fresh,
+        fresh=fresh, oscquery=oscquery, oscquery_announce=oscquery_announce,
     )  # fmt: skip
 
 
@@ -178,12 +194,15 @@ def haptic_command(
     osc_out: OscOut = None,
     prefix: Prefix = "/drumstick",
     fresh: Fresh = False,
+    oscquery: OscQuery = None,
+    oscquery_announce: OscQueryAnnounce = False,
     as_json: Json = False,
 ) -> None:
     """Only the force loop and its gateway."""
     _run(
         frozenset({"haptic"}), rig, duration, as_json, scene=scene, device=device, pose_is_held=pose_is_held,
         connect=connect, listen=listen, osc_in=osc_in, osc_out=osc_out, prefix=prefix, fresh=fresh,
+        oscquery=oscquery, oscquery_announce=oscquery_announce,
     )  # fmt: skip
 
 

@@ -30,6 +30,8 @@ class Options:
     fresh: bool = False  # start from the scene, not from the last good set
     also: tuple[str, ...] = ()  # further rigs whose drums the sound server plays
     parts: frozenset[str] = field(default_factory=lambda: frozenset({HAPTIC, SOUND, PANEL}))
+    oscquery: tuple[str, int] | None = None  # where OSCQuery is served
+    oscquery_announce: bool = False
 
     @property
     def router(self) -> str:
@@ -40,6 +42,13 @@ class Options:
     def is_router(self) -> bool:
         """Whether this rig's own gateway is the Zenoh router."""
         return HAPTIC in self.parts and self.connect is None
+
+
+def _extras(options: Options) -> list[str]:
+    if options.oscquery is None:
+        return []
+    host, port = options.oscquery
+    return ["--oscquery", f"{host}:{port}", *(["--oscquery-announce"] if options.oscquery_announce else [])]
 
 
 def commands(options: Options) -> dict[str, list[str]]:
@@ -58,7 +67,9 @@ def commands(options: Options) -> dict[str, list[str]]:
             osc += ["--osc-out", target]
         zenoh = router if options.connect else ["--listen", options.listen]
         kept = ["--state-dir", str(options.state), *(["--fresh"] if options.fresh else [])]
-        plan["gateway"] = [*python, "haptic_server.gateway", *folder, *rig, *osc, *zenoh, *kept]
+        plan["gateway"] = [
+            *python, "haptic_server.gateway", *folder, *rig, *osc, *zenoh, *kept, *_extras(options)
+        ]  # fmt: skip
     if SOUND in options.parts:
         drums = ["--rig", ",".join((options.rig, *options.also))]
         audio = [

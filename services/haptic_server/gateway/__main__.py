@@ -13,8 +13,9 @@ from drumstick.parameters import values_of
 from drumstick.scene import as_tables, parse
 from haptic_server import files, limits
 from haptic_server.gateway.contacts import contacts_of
+from haptic_server.gateway.extras import Extras, Lacking
 from haptic_server.gateway.link import rehearse, wait_for_servo
-from haptic_server.gateway.osc.front import OscFront
+from haptic_server.gateway.osc.front import LOOPBACK, OscFront
 from haptic_server.gateway.pointing import Pointing
 from haptic_server.gateway.presets import Presets
 from haptic_server.gateway.relay import Relay
@@ -50,6 +51,10 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument(
         "--fresh", action="store_true", help="start from the scene, not from the last good set"
     )
+    parser.add_argument("--oscquery", type=_address, help="[host:]port to serve OSCQuery at")
+    parser.add_argument(
+        "--oscquery-announce", action="store_true", help="over multicast DNS, even on loopback"
+    )
     return parser.parse_args()
 
 
@@ -71,10 +76,14 @@ def main() -> int:
     presets = Presets(PresetStore(given.state_dir), desk, scene.name, scene_values)
     try:
         targets = given.osc_out or [("127.0.0.1", 9101)]
-        osc = OscFront(given.osc_in, targets, given.prefix, desk, presets.load)
+        extras = Extras(given)
+        osc = OscFront(given.osc_in, [*targets, *extras.targets], given.prefix, desk, presets.load)
     except ValueError as error:
         _log.error("%s", error)
         return 2
+    except Lacking as error:
+        _log.error("%s", error)
+        return 3
     except OSError as error:
         host, port = given.osc_in
         _log.error(
@@ -82,6 +91,7 @@ def main() -> int:
         )
         return 3
     try:
+        extras.open(desk, osc.endpoint, LOOPBACK)
         session = (
             open_client(given.connect, lambda: not stop.is_set())
             if given.connect
@@ -89,6 +99,7 @@ def main() -> int:
         )
     except OSError as error:
         _log.error("%s", error)
+        extras.close()
         osc.close()
         return 3
     if session is not None:
@@ -101,6 +112,7 @@ def main() -> int:
                 "servo": json.loads((given.run_dir / files.GRANTED).read_text()),
                 "osc": dict(osc.counters),
                 **told,
+                **extras.counters(),
             }
 
         if desk.revision == 0 and not given.fresh:  # nobody has set anything since the servo started
@@ -121,6 +133,7 @@ def main() -> int:
             last_good.close()
             wire.close()
             session.close()
+    extras.close()
     osc.close()
     return 0
 

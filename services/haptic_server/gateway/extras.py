@@ -1,0 +1,68 @@
+"""What a gateway has only when asked for it: OSCQuery. Without that nothing of it is imported or opened."""
+
+import argparse
+from collections.abc import Sequence
+
+from haptic_server.gateway.desk import Desk
+from haptic_server.gateway.osc.inbound import Network
+from haptic_server.gateway.osc.targets import Endpoint
+
+
+class Lacking(OSError):
+    """A package is not installed, or a port is taken: what, and what to do."""
+
+
+class Extras:
+    """Of the options of one gateway. The constructor and `open` raise Lacking. Main thread."""
+
+    def __init__(self, given: argparse.Namespace) -> None:
+        self._given = given
+        self._inlet = self._query = self._announcement = None
+        if given.oscquery is not None:
+            try:
+                from haptic_server.gateway.oscquery import server
+            except ImportError as error:
+                raise _lacking("--oscquery", error) from None
+            self._server = server
+            self._inlet = server.Inlet(given.osc_in[0])
+
+    @property
+    def targets(self) -> list[Endpoint]:
+        """What the OSC front is to send to besides its targets."""
+        return [] if self._inlet is None else [self._inlet.endpoint]
+
+    def open(self, desk: Desk, front: Endpoint, allow: Sequence[Network]) -> None:
+        """Serve what was asked for; `front` is where OSC is heard, `allow` are the sources that may use it."""
+        if self._inlet is None:
+            return
+        given = self._given
+        try:
+            self._query = self._server.OscQuery(
+                given.oscquery, given.rig, given.prefix, desk, front, self._inlet, allow
+            )
+        except OSError as error:
+            host, port = given.oscquery
+            raise Lacking(
+                f"OSCQuery port {host}:{port} cannot be opened: {error.strerror}; choose another with --oscquery"
+            ) from None
+        if given.oscquery_announce or not self._query.is_on_loopback:
+            from haptic_server.gateway.oscquery.announce import Announcement
+
+            try:
+                self._announcement = Announcement(given.rig, self._query.endpoint, front)
+            except ImportError as error:
+                raise _lacking("announcing OSCQuery", error) from None
+
+    def counters(self) -> dict[str, dict[str, int]]:
+        """For `doctor`."""
+        return {} if self._query is None else {"oscquery": self._query.counters}
+
+    def close(self) -> None:
+        """End all of it. Idempotent."""
+        for each in (self._announcement, self._query, self._inlet):
+            if each is not None:
+                each.close()
+
+
+def _lacking(what: str, error: ImportError) -> Lacking:
+    return Lacking(f"{what}: {error}; install haptic-drumstick[oscquery]")
