@@ -2,6 +2,8 @@
 
 import http.client
 import json
+import socket
+import struct
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -67,3 +69,21 @@ def served(desk: FakeDesk, *targets: Client) -> Iterator[tuple[OscQuery, OscFron
     finally:
         query.close()
         front.close()
+
+
+def connected_deaf(port: int) -> socket.socket:
+    """A WebSocket client that never reads."""
+    deaf = socket.socket()
+    deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+    deaf.connect(("127.0.0.1", port))
+    deaf.sendall(
+        b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
+        b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n"
+    )
+    return deaf
+
+
+def frame(payload: bytes) -> bytes:
+    """A masked text frame, by a mask of zeros."""
+    assert len(payload) < 126
+    return struct.pack("!BB4x", 0x81, 0x80 | len(payload)) + payload

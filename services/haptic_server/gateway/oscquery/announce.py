@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 OSCJSON, OSC = "_oscjson._tcp.local.", "_osc._udp.local."
 _ANY = "0.0.0.0"
-_JOIN_S = 5.0
+_JOIN_S = 2.0
 
 _log = logging.getLogger("gateway")
 
@@ -67,7 +67,7 @@ class Announcement:
         self._thread.start()
 
     def close(self) -> None:
-        """Say good-bye and close the sockets; waits five seconds at most. Idempotent."""
+        """Say good-bye and close the sockets; waits two seconds at most. Idempotent."""
         self._stop.set()
         self._thread.join(_JOIN_S)
 

@@ -40,6 +40,7 @@ class Client:
         self._listened: set[str] = set()  # addresses of the tree, so no more than it has
         self._waiting: asyncio.Queue[bytes] = asyncio.Queue(MOST_WAITING)
         self._mistakes = 0
+        self._is_cut = False
 
     def listens(self, address: str) -> bool:
         """Whether this client wants what is sent to `address`."""
@@ -47,9 +48,12 @@ class Client:
 
     def push(self, packet: bytes) -> None:
         """Send soon; a client for whom too much waits is cut off."""
+        if self._is_cut:
+            return
         try:
             self._waiting.put_nowait(packet)
         except asyncio.QueueFull:
+            self._is_cut = True
             self._count("slow")
             self._connection.transport.abort()
 

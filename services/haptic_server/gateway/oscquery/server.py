@@ -36,6 +36,7 @@ QUESTIONS_A_SECOND = (
     200,
     400,
 )  # of one source, of all: a tree of 40 nodes costs the interpreter about 0.3 ms
+_KEPT_BYTES = 1 << 16  # by the system, for each client
 _OPEN_WITHIN_S = 5.0
 _CLOSE_WITHIN_S = 1.0
 _JOIN_S = 3.0
@@ -81,6 +82,8 @@ class OscQuery:
         self._tcp = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         try:
             self._tcp.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            # The system would keep megabytes for a client that does not read: minutes of what is no longer so.
+            self._tcp.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _KEPT_BYTES)
             self._tcp.bind((numeric(bind[0]), bind[1]))
             self._tcp.listen(MOST_CONNECTIONS)
         except BaseException:

@@ -2,7 +2,6 @@
 
 import json
 import socket
-import struct
 import threading
 from collections.abc import Iterator
 
@@ -17,7 +16,7 @@ from haptic_server.gateway.oscquery import server as servers
 from haptic_server.gateway.oscquery.inlet import Inlet
 from haptic_server.gateway.oscquery.server import OscQuery
 from osc_bench import BOUND_S, FakeDesk, built, client
-from oscquery_bench import get, listening, served, told, until
+from oscquery_bench import connected_deaf, frame, get, listening, served, told, until
 
 PATH = "/drumstick/param/dv_pls"
 
@@ -277,7 +276,7 @@ def test_a_flood_of_questions_is_answered_only_so_often(
 
 
 def test_a_slow_reader_is_dropped_and_the_others_served(port: int, query: OscQuery, front: OscFront) -> None:
-    with connect_deaf(port) as deaf, listening(port, "/drumstick/error") as listener:
+    with connected_deaf(port) as deaf, listening(port, "/drumstick/error") as listener:
         pinged(listener)
         deaf.sendall(frame(json.dumps({"COMMAND": "LISTEN", "DATA": "/drumstick/error"}).encode()))
         until("both", lambda: query.counters["clients"] == 2)
@@ -302,24 +301,6 @@ def test_a_slow_reader_is_dropped_and_the_others_served(port: int, query: OscQue
         assert query.counters["slow"] == 1
         until("one client", lambda: query.counters["clients"] == 1)
         pinged(listener)
-
-
-def connect_deaf(port: int) -> socket.socket:
-    """A WebSocket client that never reads."""
-    deaf = socket.socket()
-    deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-    deaf.connect(("127.0.0.1", port))
-    deaf.sendall(
-        b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
-        b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n"
-    )
-    return deaf
-
-
-def frame(payload: bytes) -> bytes:
-    """A masked text frame, by a mask of zeros."""
-    assert len(payload) < 126
-    return struct.pack("!BB4x", 0x81, 0x80 | len(payload)) + payload
 
 
 def test_close_ends_everything_and_may_be_called_twice(desk: FakeDesk) -> None:
