@@ -3,6 +3,7 @@
 import importlib.util
 import math
 import socket
+import sys
 from pathlib import Path
 
 from protocol.keys import DEFAULT_ROUTER, Keys, checked_rig
@@ -70,6 +71,21 @@ def oscquery(text: str | None, announce: bool) -> tuple[str, int] | None:
         wrong(f"--oscquery {text!r}: no IPv4 address is known for {host!r}; write one, e.g. 127.0.0.1:9102")
     installed("--oscquery", "oscquery", "websockets", "zeroconf")
     return str(found[0][4][0]), int(number)
+
+
+def midi(port: str, note: int, channel: int) -> None:
+    """A MIDI port's name, a note and a channel; the package that this takes is there."""
+    if not port.strip() or not port.isprintable():
+        wrong(f"--midi-out {port!r}: write part of a port's name, virtual, or list to see the ports")
+    if not 0 <= note <= 127:
+        wrong(f"--midi-note {note}: must be 0 .. 127 (38 is the snare of General MIDI)")
+    if not 1 <= channel <= 16:
+        wrong(f"--midi-channel {channel}: must be 1 .. 16 (10 is for percussion in General MIDI)")
+    if port == "virtual" and sys.platform == "win32":
+        lacking(
+            "--midi-out virtual: Windows cannot make MIDI ports; make one with a loopback driver and name it"
+        )
+    installed("--midi-out", "midi", "rtmidi2")
 
 
 def installed(option: str, extra: str, *packages: str) -> None:

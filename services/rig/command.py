@@ -45,6 +45,12 @@ _OSCQUERY = typer.Option(
 _OSCQUERY_ANNOUNCE = typer.Option(
     "--oscquery-announce", help="Announce OSCQuery by multicast DNS, though only this machine can reach it."
 )
+_MIDI_OUT = typer.Option(
+    metavar="NAME",
+    help="Also play the strikes as MIDI: part of a port's name, virtual, or list to see the ports.",
+)
+_MIDI_NOTE = typer.Option(help="MIDI note of a strike, 0 to 127.")
+_MIDI_CHANNEL = typer.Option(help="MIDI channel of strikes, 1 to 16.")
 _FRESH = typer.Option("--fresh", help="Start with the scene's parameters, not with those of last time.")
 _OUT = typer.Option(help="Also write figures (PNG, SVG), tables (CSV) and analysis.json into this folder.")
 _SWEEP = typer.Option(
@@ -70,6 +76,9 @@ OscOut = Annotated[list[str] | None, _OSC_OUT]
 Prefix = Annotated[str, _PREFIX]
 OscQuery = Annotated[str | None, _OSCQUERY]
 OscQueryAnnounce = Annotated[bool, _OSCQUERY_ANNOUNCE]
+MidiOut = Annotated[str | None, _MIDI_OUT]
+MidiNote = Annotated[int, _MIDI_NOTE]
+MidiChannel = Annotated[int, _MIDI_CHANNEL]
 Device = Annotated[str, _DEVICE]
 Fresh = Annotated[bool, _FRESH]
 PresetName = Annotated[str, typer.Argument(help="1 to 60 letters, digits, spaces, _ . or -")]
@@ -104,6 +113,9 @@ def _run(
     audio_block: int = 128,
     oscquery: str | None = None,
     oscquery_announce: bool = False,
+    midi_out: str | None = None,
+    midi_note: int = 38,
+    midi_channel: int = 10,
 ) -> None:
     from rig import checks, folder
     from rig.plan import Options
@@ -121,6 +133,13 @@ def _run(
     checks.prefix(prefix)
     checks.device(device)
     query = checks.oscquery(oscquery, oscquery_announce)
+    if midi_out is not None:
+        checks.midi(midi_out, midi_note, midi_channel)
+    if midi_out == "list":
+        from rig.midi_ports import show
+
+        show(as_json)
+        return
     targets = tuple(checks.target(t) for t in osc_out or ["127.0.0.1:9101"])
     run = folder.run_folder(rig)
     up(
@@ -144,6 +163,9 @@ def _run(
             part,
             query,
             oscquery_announce,
+            midi_out,
+            midi_note,
+            midi_channel,
         ),
         scene,
         duration,
@@ -170,6 +192,9 @@ def up_command(
     fresh: Fresh = False,
     oscquery: OscQuery = None,
     oscquery_announce: OscQueryAnnounce = False,
+    midi_out: MidiOut = None,
+    midi_note: MidiNote = 38,
+    midi_channel: MidiChannel = 10,
     as_json: Json = False,
 ) -> None:
     """Play: force loop, sound and panel together, until Ctrl-C."""
@@ -178,6 +203,7 @@ def up_command(
         pose_is_held=pose_is_held, audio=audio, audio_rate=audio_rate, audio_block=audio_block,
         connect=connect, listen=listen, osc_in=osc_in, osc_out=osc_out, prefix=prefix, panel_port=panel_port,
         fresh=fresh, oscquery=oscquery, oscquery_announce=oscquery_announce,
+        midi_out=midi_out, midi_note=midi_note, midi_channel=midi_channel,
     )  # fmt: skip
 
 
@@ -196,6 +222,9 @@ def haptic_command(
     fresh: Fresh = False,
     oscquery: OscQuery = None,
     oscquery_announce: OscQueryAnnounce = False,
+    midi_out: MidiOut = None,
+    midi_note: MidiNote = 38,
+    midi_channel: MidiChannel = 10,
     as_json: Json = False,
 ) -> None:
     """Only the force loop and its gateway."""
@@ -203,6 +232,7 @@ def haptic_command(
         frozenset({"haptic"}), rig, duration, as_json, scene=scene, device=device, pose_is_held=pose_is_held,
         connect=connect, listen=listen, osc_in=osc_in, osc_out=osc_out, prefix=prefix, fresh=fresh,
         oscquery=oscquery, oscquery_announce=oscquery_announce,
+        midi_out=midi_out, midi_note=midi_note, midi_channel=midi_channel,
     )  # fmt: skip
 
 

@@ -32,6 +32,9 @@ class Options:
     parts: frozenset[str] = field(default_factory=lambda: frozenset({HAPTIC, SOUND, PANEL}))
     oscquery: tuple[str, int] | None = None  # where OSCQuery is served
     oscquery_announce: bool = False
+    midi_out: str | None = None  # part of a port's name, or "virtual"
+    midi_note: int = 38
+    midi_channel: int = 10
 
     @property
     def router(self) -> str:
@@ -45,10 +48,16 @@ class Options:
 
 
 def _extras(options: Options) -> list[str]:
-    if options.oscquery is None:
-        return []
-    host, port = options.oscquery
-    return ["--oscquery", f"{host}:{port}", *(["--oscquery-announce"] if options.oscquery_announce else [])]
+    words: list[str] = []
+    if options.oscquery is not None:
+        host, port = options.oscquery
+        words += ["--oscquery", f"{host}:{port}"]
+    if options.oscquery_announce:
+        words.append("--oscquery-announce")
+    if options.midi_out is not None:
+        words += [f"--midi-out={options.midi_out}", "--midi-note", str(options.midi_note)]
+        words += ["--midi-channel", str(options.midi_channel)]
+    return words
 
 
 def commands(options: Options) -> dict[str, list[str]]:

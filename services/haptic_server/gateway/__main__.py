@@ -55,6 +55,9 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument(
         "--oscquery-announce", action="store_true", help="over multicast DNS, even on loopback"
     )
+    parser.add_argument("--midi-out", help="part of the name of the MIDI port to play, or virtual")
+    parser.add_argument("--midi-note", type=int, default=38, help="0 .. 127")
+    parser.add_argument("--midi-channel", type=int, default=10, help="1 .. 16")
     return parser.parse_args()
 
 
@@ -128,7 +131,7 @@ def main() -> int:
         presets.on_news = news
         try:
             pointing = Pointing(session, keys, link)
-            Relay(given.rig, link, desk, wire, osc, pointing, contacts, last_good).run(stop)
+            Relay(given.rig, link, desk, wire, osc, pointing, contacts, last_good, extras.midi).run(stop)
         finally:
             last_good.close()
             wire.close()

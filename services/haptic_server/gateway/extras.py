@@ -1,4 +1,4 @@
-"""What a gateway has only when asked for it: OSCQuery. Without that nothing of it is imported or opened."""
+"""What a gateway has only when asked for it: OSCQuery, MIDI. Without that nothing of it is imported or opened."""
 
 import argparse
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ class Extras:
 
     def __init__(self, given: argparse.Namespace) -> None:
         self._given = given
-        self._inlet = self._query = self._announcement = None
+        self._inlet = self._query = self._announcement = self.midi = None
         if given.oscquery is not None:
             try:
                 from haptic_server.gateway.oscquery import server
@@ -25,6 +25,13 @@ class Extras:
                 raise _lacking("--oscquery", error) from None
             self._server = server
             self._inlet = server.Inlet(given.osc_in[0])
+        if given.midi_out is not None:
+            from haptic_server.gateway.midi.encoding import Voice
+            from haptic_server.gateway.midi.process import PortProcess, command
+            from haptic_server.gateway.midi.sender import MidiSender
+
+            port = PortProcess(command(given.midi_out, f"drumstick {given.rig}"))
+            self.midi = MidiSender(Voice(given.midi_note, given.midi_channel), port)
 
     @property
     def targets(self) -> list[Endpoint]:
@@ -55,11 +62,12 @@ class Extras:
 
     def counters(self) -> dict[str, dict[str, int]]:
         """For `doctor`."""
-        return {} if self._query is None else {"oscquery": self._query.counters}
+        told = {"oscquery": self._query, "midi": self.midi}
+        return {name: each.counters for name, each in told.items() if each is not None}
 
     def close(self) -> None:
         """End all of it. Idempotent."""
-        for each in (self._announcement, self._query, self._inlet):
+        for each in (self.midi, self._announcement, self._query, self._inlet):
             if each is not None:
                 each.close()
 

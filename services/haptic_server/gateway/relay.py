@@ -20,6 +20,7 @@ from protocol.messages import Release, State, Strike
 from realtime.stop import StopRequest
 
 if TYPE_CHECKING:
+    from haptic_server.gateway.midi.sender import MidiSender
     from haptic_server.gateway.osc.front import OscFront
 
 _log = logging.getLogger("gateway")
@@ -41,6 +42,7 @@ class Relay:
         pointing: Pointing | None = None,
         contacts: Contacts | None = None,
         last_good: LastGood | None = None,
+        midi: MidiSender | None = None,
     ) -> None:
         self._rig = rig
         self._link = link
@@ -50,6 +52,7 @@ class Relay:
         self._pointing = pointing
         self._contacts = contacts
         self._last_good = last_good
+        self._midi = midi
         self._lease_of = ""
         self._started_ns = 0
         self._next_state_ns = 0
@@ -98,6 +101,8 @@ class Relay:
             )
             if fresh:
                 self._osc.strike(strike)
+                if self._midi is not None:
+                    self._midi.strike(strike)
             self._wire.put_strike(strike)
             return
         release = Release(
@@ -111,6 +116,8 @@ class Relay:
         )
         if fresh:
             self._osc.release(release)
+            if self._midi is not None:
+                self._midi.release()
         self._wire.put_release(release)
 
     def _echo(self, echoes: list[Echo], *, pending: bool) -> None:
@@ -147,6 +154,8 @@ class Relay:
         )
         self._tell_pending(pending)
         self._tell_lease()
+        if self._midi is not None:
+            self._midi.status(words)
         if status["status"] == FAULT and self._last_good is not None:
             self._last_good.fault(int(status["fault"]), now_ns)
         if int(status["refused"]) != self._refused:
