@@ -57,7 +57,7 @@ class MidiSender:
         self._queue: deque[_Event] = deque(maxlen=MOST_QUEUED)
         self._changed = threading.Condition()
         self._is_silenced = self._must_silence = self._closing = False
-        self._sounds = False
+        self._sounds = self._was_open = False
         self._controls: dict[int, bytes] = {}
         self._counts: Counter[str] = Counter()
         self._thread = threading.Thread(target=self._run, name="midi", daemon=True)
@@ -121,11 +121,12 @@ class MidiSender:
             self._port.close()
 
     def _look(self) -> None:
-        was_open = self._port.is_open
         news = self._port.look(self._now())
         if news:
             _log.warning("midi: %s", news)
-        if self._port.is_open and not was_open:
+        is_new = self._port.is_open and not self._was_open
+        self._was_open = self._port.is_open
+        if is_new:
             self._controls.clear()  # who listens now has not heard any of them
             self._sounds = False
 
