@@ -1,11 +1,17 @@
 """What a gateway has only when asked for it: OSCQuery, MIDI. Without that nothing of it is imported or opened."""
 
+from __future__ import annotations
+
 import argparse
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from haptic_server.gateway.desk import Desk
 from haptic_server.gateway.osc.inbound import Network
 from haptic_server.gateway.osc.targets import Endpoint
+
+if TYPE_CHECKING:
+    from haptic_server.gateway.oscquery.inlet import Inlet
 
 
 class Lacking(OSError):
@@ -25,13 +31,6 @@ class Extras:
                 raise _lacking("--oscquery", error) from None
             self._server = server
             self._inlet = server.Inlet(given.osc_in[0])
-        if given.midi_out is not None:
-            from haptic_server.gateway.midi.encoding import Voice
-            from haptic_server.gateway.midi.process import PortProcess, command
-            from haptic_server.gateway.midi.sender import MidiSender
-
-            port = PortProcess(command(given.midi_out, f"drumstick {given.rig}"))
-            self.midi = MidiSender(Voice(given.midi_note, given.midi_channel), port)
 
     @property
     def targets(self) -> list[Endpoint]:
@@ -40,12 +39,16 @@ class Extras:
 
     def open(self, desk: Desk, front: Endpoint, allow: Sequence[Network]) -> None:
         """Serve what was asked for; `front` is where OSC is heard, `allow` are the sources that may use it."""
-        if self._inlet is None:
-            return
+        if self._inlet is not None:
+            self._open_query(self._inlet, desk, front, allow)
+        if self._given.midi_out is not None:
+            self._open_midi()
+
+    def _open_query(self, inlet: Inlet, desk: Desk, front: Endpoint, allow: Sequence[Network]) -> None:
         given = self._given
         try:
             self._query = self._server.OscQuery(
-                given.oscquery, given.rig, given.prefix, desk, front, self._inlet, allow
+                given.oscquery, given.rig, given.prefix, desk, front, inlet, allow
             )
         except OSError as error:
             host, port = given.oscquery
@@ -59,6 +62,15 @@ class Extras:
                 self._announcement = Announcement(given.rig, self._query.endpoint, front)
             except ImportError as error:
                 raise _lacking("announcing OSCQuery", error) from None
+
+    def _open_midi(self) -> None:
+        from haptic_server.gateway.midi.encoding import Voice
+        from haptic_server.gateway.midi.process import PortProcess, command
+        from haptic_server.gateway.midi.sender import MidiSender
+
+        given = self._given
+        port = PortProcess(command(given.midi_out, f"drumstick {given.rig}"))
+        self.midi = MidiSender(Voice(given.midi_note, given.midi_channel), port)
 
     def counters(self) -> dict[str, dict[str, int]]:
         """For `doctor`."""

@@ -6,6 +6,8 @@ import threading
 from collections.abc import Iterator
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from pythonosc.osc_message import OscMessage
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
@@ -323,3 +325,22 @@ def test_a_fault_of_ours_is_told_once_and_answered(
     assert get(port, f"{PATH}?VALUE")[0] == 200
     told_lines = [record for record in caplog.records if "a fault in" in record.message]
     assert 1 <= len(told_lines) < 3
+
+
+COMMANDS = st.builds(
+    lambda command, data: json.dumps({"COMMAND": command, "DATA": data}),
+    st.sampled_from(("LISTEN", "IGNORE", "PATH_ADDED")),
+    st.recursive(st.none() | st.floats() | st.text(max_size=30), lambda inner: st.lists(inner, max_size=3)),
+).filter(lambda command: len(command) <= 1000)  # longer ones end the connection, see above
+
+
+@given(st.lists(st.binary(max_size=200) | st.text(max_size=200) | COMMANDS, max_size=20))
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=50)
+def test_no_message_ends_the_server(port: int, front: OscFront, messages: list[bytes | str]) -> None:
+    with listening(port, PATH) as listener:
+        for message in messages:
+            listener.send(message)
+        pinged(listener)
+        front.readback("dv_pls", 0.5, 0.25)
+        while received(listener) != (PATH, [0.5]):
+            pass
