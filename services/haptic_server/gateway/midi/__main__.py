@@ -17,6 +17,9 @@ from haptic_server.gateway.midi.encoding import MESSAGE_BYTES
 from haptic_server.gateway.midi.library import RtMidi
 
 _LOOK_EVERY_S = 1.0
+_LEAVE_WITHIN_S = (
+    0.25  # JACK takes messages once a block, of 85 ms at most as a rule, and those of a closed port never
+)
 
 
 def _own_output() -> IO[str]:
@@ -87,8 +90,9 @@ def main() -> int:
         os._exit(0)
     carrier = Carrier(given.port, given.client, library)
     _carry(carrier, library, told)
+    carrier.silence()
+    time.sleep(_LEAVE_WITHIN_S)
     carrier.close()
-    time.sleep(0.05)  # JACK's ring of messages is emptied by its next block
     told.flush()
     os._exit(0)
 

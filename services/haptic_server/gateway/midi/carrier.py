@@ -90,12 +90,15 @@ class Carrier:
             return self._gone(f"{self._name}: {error}; trying again")
         return None
 
-    def close(self) -> None:
-        """End every note that was begun, and let go of the port."""
+    def silence(self) -> None:
+        """End every note that was begun."""
         for channel, note in sorted(self._sounding):
             self.send(bytes((NOTE_OFF | channel, note, RELEASE_VELOCITY)))
         for channel in sorted(self._channels):
             self.send(bytes((CONTROL | channel, ALL_NOTES_OFF, 0)))
+
+    def close(self) -> None:
+        """Let go of the port, and of what has not left it yet."""
         self._gone("")
 
     def _open(self) -> Report:

@@ -118,13 +118,15 @@ def test_a_virtual_port_has_the_clients_name_and_stays() -> None:
 
 
 @pytest.mark.parametrize("ended", [b"\x99\x26\x00", b"\x89\x26\x40"])
-def test_close_ends_what_sounds_and_nothing_that_has_ended(ended: bytes) -> None:
+def test_silence_ends_what_sounds_and_nothing_that_has_ended(ended: bytes) -> None:
     system = FakeSystem("Synth")
     carrier = Carrier("synth", "drumstick", FakeLibrary(system))
     carrier.look()
     for message in (b"\x99\x26\x40", b"\x99\x28\x40", ended, b"\x90\x00\x01", b"\xb1\x10\x40"):
         carrier.send(message)
     system.sent.clear()
+    carrier.silence()
+    assert system.holder is not None
     carrier.close()
     assert system.sent == [
         (0x80, 0, 64), (0x89, 40, 64), (0xB0, 123, 0), (0xB1, 123, 0), (0xB9, 123, 0),
