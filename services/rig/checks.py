@@ -1,11 +1,13 @@
 """Command-line values, checked with one clear line each. Raises Stop with status 2."""
 
+import importlib.util
 import math
 import socket
+import sys
 from pathlib import Path
 
 from protocol.keys import DEFAULT_ROUTER, Keys, checked_rig
-from rig.fault import wrong
+from rig.fault import lacking, wrong
 
 
 def rig_name(name: str) -> None:
@@ -49,6 +51,48 @@ def target(text: str, option: str = "--osc-out") -> str:
     except (OSError, UnicodeError):
         wrong(f"{option} {text!r}: no IPv4 address is known for {host!r}; write one, e.g. 127.0.0.1:9101")
     return text
+
+
+def oscquery(text: str | None, announce: bool) -> tuple[str, int] | None:
+    """Host and port to serve OSCQuery at, when asked for; the packages that this takes are there."""
+    if text is None:
+        if announce:
+            wrong("--oscquery-announce: there is nothing to announce without --oscquery [HOST:]PORT")
+        return None
+    host, colon, number = text.rpartition(":")
+    host = host if colon else "127.0.0.1"
+    if not host or not number.isdecimal() or not 1 <= int(number) <= 65535:
+        wrong(
+            f"--oscquery {text!r}: write [host:]port, a port being 1 .. 65535, e.g. 9102 or 192.168.1.5:9102"
+        )
+    try:
+        found = socket.getaddrinfo(host, int(number), socket.AF_INET, socket.SOCK_STREAM)
+    except (OSError, UnicodeError):
+        wrong(f"--oscquery {text!r}: no IPv4 address is known for {host!r}; write one, e.g. 127.0.0.1:9102")
+    installed("--oscquery", "oscquery", "websockets", "zeroconf")
+    return str(found[0][4][0]), int(number)
+
+
+def midi(port: str, note: int, channel: int) -> None:
+    """A MIDI port's name, a note and a channel; the package that this takes is there."""
+    if not port.strip() or not port.isprintable():
+        wrong(f"--midi-out {port!r}: write part of a port's name, virtual, or list to see the ports")
+    if not 0 <= note <= 127:
+        wrong(f"--midi-note {note}: must be 0 .. 127 (38 is the snare of General MIDI)")
+    if not 1 <= channel <= 16:
+        wrong(f"--midi-channel {channel}: must be 1 .. 16 (10 is for percussion in General MIDI)")
+    if port == "virtual" and sys.platform == "win32":
+        lacking(
+            "--midi-out virtual: Windows cannot make MIDI ports; make one with a loopback driver and name it"
+        )
+    installed("--midi-out", "midi", "rtmidi2")
+
+
+def installed(option: str, extra: str, *packages: str) -> None:
+    """Stop with status 3 unless these packages, which `extra` brings, can be imported."""
+    missing = [name for name in packages if importlib.util.find_spec(name) is None]
+    if missing:
+        lacking(f"{option} needs {', '.join(missing)}: install haptic-drumstick[{extra}]")
 
 
 def prefix(text: str) -> None:

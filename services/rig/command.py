@@ -41,6 +41,19 @@ _PANEL_PORT = typer.Option(help="TCP port of the technician's page, on 127.0.0.1
 _OSC_IN_WORDS = "UDP port to hear OSC at, on 127.0.0.1 or where the rig file says."
 _OSC_OUT = typer.Option(help="host:port that gets the strikes as OSC; may be repeated.")
 _PREFIX = typer.Option(help="First part of every OSC address.")
+_OSCQUERY = typer.Option(
+    metavar="[HOST:]PORT",
+    help="Also describe the OSC addresses to other programs (OSCQuery), at this TCP port.",
+)
+_OSCQUERY_ANNOUNCE = typer.Option(
+    "--oscquery-announce", help="Announce OSCQuery by multicast DNS, though only this machine can reach it."
+)
+_MIDI_OUT = typer.Option(
+    metavar="NAME",
+    help="Also play the strikes as MIDI: part of a port's name, virtual, or list to see the ports.",
+)
+_MIDI_NOTE = typer.Option(help="MIDI note of a strike, 0 to 127.")
+_MIDI_CHANNEL = typer.Option(help="MIDI channel of strikes, 1 to 16.")
 _FRESH = typer.Option("--fresh", help="Start with the scene's parameters, not with those of last time.")
 _OUT = typer.Option(help="Also write figures (PNG, SVG), tables (CSV) and analysis.json into this folder.")
 _SWEEP = typer.Option(
@@ -71,6 +84,11 @@ AudioBlock = Annotated[int, _AUDIO_BLOCK]
 PanelPort = Annotated[int, _PANEL_PORT]
 OscOut = Annotated[list[str] | None, _OSC_OUT]
 Prefix = Annotated[str, _PREFIX]
+OscQuery = Annotated[str | None, _OSCQUERY]
+OscQueryAnnounce = Annotated[bool, _OSCQUERY_ANNOUNCE]
+MidiOut = Annotated[str | None, _MIDI_OUT]
+MidiNote = Annotated[int, _MIDI_NOTE]
+MidiChannel = Annotated[int, _MIDI_CHANNEL]
 Device = Annotated[str, _DEVICE]
 Fresh = Annotated[bool, _FRESH]
 PresetName = Annotated[str, typer.Argument(help="1 to 60 letters, digits, spaces, _ . or -")]
@@ -108,6 +126,11 @@ def _run(
     audio_block: int = 128,
     record: Path | None = None,
     record_force: bool = False,
+    oscquery: str | None = None,
+    oscquery_announce: bool = False,
+    midi_out: str | None = None,
+    midi_note: int = 38,
+    midi_channel: int = 10,
 ) -> None:
     from rig import checks, folder
     from rig.plan import Options
@@ -122,6 +145,14 @@ def _run(
     checks.duration(duration)
     checks.prefix(prefix)
     checks.device(device)
+    query = checks.oscquery(oscquery, oscquery_announce)
+    if midi_out is not None:
+        checks.midi(midi_out, midi_note, midi_channel)
+    if midi_out == "list":
+        from rig.midi_ports import show
+
+        show(as_json)
+        return
     ends = settle(
         part, rig_file, rig=rig, connect=connect, listen=listen, osc_in=osc_in, osc_out=osc_out
     )  # fmt: skip
@@ -132,7 +163,8 @@ def _run(
         osc_out=ends.osc_targets, prefix=prefix, panel_port=panel_port, audio_rate=audio_rate,
         audio_block=audio_block, fresh=fresh, also=tuple(also or ()), parts=part, record=record,
         record_force=record_force, osc_host=host, osc_allow=ends.osc_allow, public=ends.public,
-        identity=ends.identity,
+        identity=ends.identity, oscquery=query, oscquery_announce=oscquery_announce, midi_out=midi_out,
+        midi_note=midi_note, midi_channel=midi_channel,
     )  # fmt: skip
     up(options, scene, duration, as_json)
 
@@ -157,6 +189,11 @@ def up_command(
     fresh: Fresh = False,
     record: Record = None,
     record_force: RecordForce = False,
+    oscquery: OscQuery = None,
+    oscquery_announce: OscQueryAnnounce = False,
+    midi_out: MidiOut = None,
+    midi_note: MidiNote = 38,
+    midi_channel: MidiChannel = 10,
     as_json: Json = False,
 ) -> None:
     """Play: force loop, sound and panel together, until Ctrl-C."""
@@ -164,8 +201,9 @@ def up_command(
         frozenset({"haptic", "sound", "panel"}), rig_file, rig, duration, as_json, scene=scene, device=device,
         pose_is_held=pose_is_held, audio=audio, audio_rate=audio_rate, audio_block=audio_block,
         connect=connect, listen=listen, osc_in=osc_in, osc_out=osc_out, prefix=prefix, panel_port=panel_port,
-        fresh=fresh,
-        record=record, record_force=record_force,
+        fresh=fresh, record=record, record_force=record_force,
+        oscquery=oscquery, oscquery_announce=oscquery_announce,
+        midi_out=midi_out, midi_note=midi_note, midi_channel=midi_channel,
     )  # fmt: skip
 
 
@@ -185,6 +223,11 @@ def haptic_command(
     fresh: Fresh = False,
     record: Record = None,
     record_force: RecordForce = False,
+    oscquery: OscQuery = None,
+    oscquery_announce: OscQueryAnnounce = False,
+    midi_out: MidiOut = None,
+    midi_note: MidiNote = 38,
+    midi_channel: MidiChannel = 10,
     as_json: Json = False,
 ) -> None:
     """Only the force loop and its gateway."""
@@ -192,6 +235,8 @@ def haptic_command(
         frozenset({"haptic"}), rig_file, rig, duration, as_json, scene=scene, device=device,
         pose_is_held=pose_is_held, connect=connect, listen=listen, osc_in=osc_in, osc_out=osc_out, prefix=prefix,
         fresh=fresh, record=record, record_force=record_force,
+        oscquery=oscquery, oscquery_announce=oscquery_announce,
+        midi_out=midi_out, midi_note=midi_note, midi_channel=midi_channel,
     )  # fmt: skip
 
 

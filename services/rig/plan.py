@@ -40,6 +40,11 @@ class Options:
     osc_allow: tuple[str, ...] = ()  # networks that may send OSC; empty: loopback
     public: Public | None = None  # where other machines come in
     identity: Identity | None = None  # of clients, when they go to another machine
+    oscquery: tuple[str, int] | None = None  # where OSCQuery is served
+    oscquery_announce: bool = False
+    midi_out: str | None = None  # part of a port's name, or "virtual"
+    midi_note: int = 38
+    midi_channel: int = 10
 
     @property
     def router(self) -> str:
@@ -50,6 +55,19 @@ class Options:
     def is_router(self) -> bool:
         """Whether this rig's own gateway is the Zenoh router."""
         return HAPTIC in self.parts and self.connect is None
+
+
+def _extras(options: Options) -> list[str]:
+    words: list[str] = []
+    if options.oscquery is not None:
+        host, port = options.oscquery
+        words += ["--oscquery", f"{host}:{port}"]
+    if options.oscquery_announce:
+        words.append("--oscquery-announce")
+    if options.midi_out is not None:
+        words += [f"--midi-out={options.midi_out}", "--midi-note", str(options.midi_note)]
+        words += ["--midi-channel", str(options.midi_channel)]
+    return words
 
 
 def commands(options: Options) -> dict[str, list[str]]:
@@ -71,7 +89,9 @@ def commands(options: Options) -> dict[str, list[str]]:
             osc += ["--osc-allow", network]
         zenoh = router if options.connect else ["--listen", options.listen, *_public(options.public)]
         kept = ["--state-dir", str(options.state), *(["--fresh"] if options.fresh else [])]
-        plan["gateway"] = [*python, "haptic_server.gateway", *folder, *rig, *osc, *zenoh, *kept]
+        plan["gateway"] = [
+            *python, "haptic_server.gateway", *folder, *rig, *osc, *zenoh, *kept, *_extras(options)
+        ]  # fmt: skip
     if SOUND in options.parts:
         drums = ["--rig", ",".join((options.rig, *options.also))]
         audio = [

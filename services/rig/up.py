@@ -183,6 +183,8 @@ def up(options: Options, scene: str, duration_s: float | None, as_json: bool) ->
                 folder.put_text(options.folder / files.GESTURE, gesture)
             scene = loaded.name
             ports.require_free_udp(options.osc_host, options.osc_in, "OSC port", "--osc-in")
+            if options.oscquery is not None:
+                ports.require_free_tcp(*options.oscquery, "OSCQuery port", "--oscquery")
             if options.is_router:
                 ports.require_free_tcp(*host_and_port(options.router), "Zenoh port", "--listen")
             if options.public is not None:

@@ -25,11 +25,16 @@ _PREFIX = re.compile(r"(/[A-Za-z0-9_.-]{1,32}){1,4}")
 
 @dataclass(frozen=True)
 class Sent:
-    """An address that the rig sends: path behind the prefix, type tags, meaning."""
+    """An address that the rig sends: path behind the prefix, type tags, meaning.
+
+    `ranges` and `units`, where given, have one entry for each argument: its limits or None, its SI unit or "".
+    """
 
     path: str
     types: str
     words: str
+    ranges: tuple[tuple[float, float] | None, ...] = ()
+    units: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -45,20 +50,30 @@ STRIKE = Sent(
     "/strike",
     "ifffff",
     "seq, x, y (-1..1 of the radius), speed m/s, level 0..1, expected peak force N; at the contact",
+    (None, (-1.0, 1.0), (-1.0, 1.0), None, (0.0, 1.0), None),
+    ("", "", "", "m/s", "", "N"),
 )
-RELEASE = Sent("/release", "iffff", "seq, exit speed m/s, impulse N s, peak force N, contact time s")
-LEVEL = Sent("/level", "f", "level of the last strike, 0..1")
-X = Sent("/x", "f", "where the last strike fell, -1..1 of the radius")
-Y = Sent("/y", "f", "where the last strike fell, -1..1 of the radius")
-GATE = Sent("/gate", "i", "1 while the stick is in the head, else 0")
+RELEASE = Sent(
+    "/release",
+    "iffff",
+    "seq, exit speed m/s, impulse N s, peak force N, contact time s",
+    units=("", "m/s", "N s", "N", "s"),
+)
+LEVEL = Sent("/level", "f", "level of the last strike, 0..1", ((0.0, 1.0),))
+X = Sent("/x", "f", "where the last strike fell, -1..1 of the radius", ((-1.0, 1.0),))
+Y = Sent("/y", "f", "where the last strike fell, -1..1 of the radius", ((-1.0, 1.0),))
+GATE = Sent("/gate", "i", "1 while the stick is in the head, else 0", ((0, 1),))
 PARAM = Sent("/param/NAME", "f", "a parameter as the servo uses it, in SI units")
-PARAM_NORM = Sent("/param/NAME/norm", "f", "the same as 0..1 of its range")
+PARAM_NORM = Sent("/param/NAME/norm", "f", "the same as 0..1 of its range", ((0.0, 1.0),))
 ALIVE = Sent("/alive", "ssi", "rig, state (ready, playing, panic, fault: why), strikes so far; once a second")
 ERROR = Sent("/error", "ss", "the address that was refused, why")
 PONG = Sent("/pong", "", "the arguments of the ping")
 PRESET = Sent("/preset", "s", "the preset that was loaded, by whomever")
 LEASE = Sent(
-    "/lease", "sf", "who alone may set now and for how many seconds, when that changes; nobody: empty, 0"
+    "/lease",
+    "sf",
+    "who alone may set now and for how many seconds, when that changes; nobody: empty, 0",
+    units=("", "s"),
 )
 SENT = (STRIKE, RELEASE, LEVEL, X, Y, GATE, PARAM, PARAM_NORM, ALIVE, ERROR, PONG, PRESET, LEASE)
 

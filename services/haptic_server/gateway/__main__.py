@@ -15,6 +15,7 @@ from drumstick.scene import as_tables, parse
 from haptic_server import files, limits
 from haptic_server.gateway import door
 from haptic_server.gateway.contacts import contacts_of
+from haptic_server.gateway.extras import Extras, Lacking
 from haptic_server.gateway.link import rehearse, wait_for_servo
 from haptic_server.gateway.osc.front import LOOPBACK, OscFront
 from haptic_server.gateway.pointing import Pointing
@@ -62,6 +63,13 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--public", help="also listen here for other machines, over TLS")
     parser.add_argument("--admit", type=_names, default=tuple(ROLES), help="roles that may come in there")
     parser.add_argument("--carry", type=_names, default=(), help="rigs whose keys they may use")
+    parser.add_argument("--oscquery", type=_address, help="[host:]port to serve OSCQuery at")
+    parser.add_argument(
+        "--oscquery-announce", action="store_true", help="over multicast DNS, even on loopback"
+    )
+    parser.add_argument("--midi-out", help="part of the name of the MIDI port to play, or virtual")
+    parser.add_argument("--midi-note", type=int, default=38, help="0 .. 127")
+    parser.add_argument("--midi-channel", type=int, default=10, help="1 .. 16")
     add_options(parser)
     given = parser.parse_args()
     try:
@@ -102,17 +110,16 @@ def main() -> int:
     scene_values = values_of(law_of(scene), desk.table)
     presets = Presets(PresetStore(given.state_dir), desk, scene.name, scene_values)
     try:
-        osc = OscFront(
-            given.osc_in,
-            [("127.0.0.1", 9101)] if given.osc_out is None else given.osc_out,
-            given.prefix,
-            desk,
-            presets.load,
-            given.osc_allow or LOOPBACK,
-        )
+        targets = [("127.0.0.1", 9101)] if given.osc_out is None else given.osc_out
+        allow = given.osc_allow or LOOPBACK
+        extras = Extras(given)
+        osc = OscFront(given.osc_in, [*targets, *extras.targets], given.prefix, desk, presets.load, allow)
     except ValueError as error:
         _log.error("%s", error)
         return 2
+    except Lacking as error:
+        _log.error("%s", error)
+        return 3
     except OSError as error:
         host, port = given.osc_in
         _log.error(
@@ -123,6 +130,7 @@ def main() -> int:
     if given.public is not None:
         refusals.follow_zenoh()
     try:
+        extras.open(desk, osc.endpoint, allow)
         session = (
             open_client(given.connect, lambda: not stop.is_set(), given.identity)
             if given.connect
@@ -130,6 +138,7 @@ def main() -> int:
         )
     except OSError as error:
         _log.error("%s", error)
+        extras.close()
         osc.close()
         return 3
     if session is not None:
@@ -145,6 +154,7 @@ def main() -> int:
                 "osc": dict(osc.counters),
                 "queries_refused": wire.refused,
                 **told,
+                **extras.counters(),
             }
 
         if desk.revision == 0 and not given.fresh:  # nobody has set anything since the servo started
@@ -160,11 +170,12 @@ def main() -> int:
         presets.on_news = news
         try:
             pointing = Pointing(session, keys, link)
-            Relay(given.rig, link, desk, wire, osc, pointing, contacts, last_good).run(stop)
+            Relay(given.rig, link, desk, wire, osc, pointing, contacts, last_good, extras.midi).run(stop)
         finally:
             last_good.close()
             wire.close()
             session.close()
+    extras.close()
     osc.close()
     return 0
 

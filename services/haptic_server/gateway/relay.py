@@ -24,6 +24,7 @@ from protocol.messages import Release, State, Strike
 from realtime.stop import StopRequest
 
 if TYPE_CHECKING:
+    from haptic_server.gateway.midi.sender import MidiSender
     from haptic_server.gateway.osc.front import OscFront
 
 _log = logging.getLogger("gateway")
@@ -46,6 +47,7 @@ class Relay:
         pointing: Pointing | None = None,
         contacts: Contacts | None = None,
         last_good: LastGood | None = None,
+        midi: MidiSender | None = None,
     ) -> None:
         self._rig = rig
         self._link = link
@@ -55,6 +57,7 @@ class Relay:
         self._pointing = pointing
         self._contacts = contacts
         self._last_good = last_good
+        self._midi = midi
         self._lease_of = ""
         self._started_ns = 0
         self._next_state_ns = 0
@@ -108,6 +111,8 @@ class Relay:
             self._wire.put_strike(strike)
             if fresh:
                 self._osc.strike(strike)
+                if self._midi is not None:
+                    self._midi.strike(strike)
             return
         release = Release(
             boot=self._link.boot,
@@ -121,6 +126,8 @@ class Relay:
         self._wire.put_release(release)
         if fresh:
             self._osc.release(release)
+            if self._midi is not None:
+                self._midi.release()
 
     def _echo(self, echoes: list[Echo], *, pending: bool) -> None:
         self._wire.put_echoes(echoes, self._desk.live_revision, pending)
@@ -156,6 +163,8 @@ class Relay:
         )
         self._tell_pending(pending)
         self._tell_lease()
+        if self._midi is not None:
+            self._midi.status(words)
         if status["status"] == FAULT and self._last_good is not None:
             self._last_good.fault(int(status["fault"]), now_ns)
         if int(status["refused"]) != self._refused:

@@ -6,6 +6,7 @@ import pytest
 
 from rig import checks, folder, ports
 from rig.fault import GIVEN, LACKING, Stop
+from rig.plan import Options, commands
 
 
 @pytest.fixture
@@ -62,3 +63,59 @@ def test_a_target_whose_name_nobody_knows() -> None:
 
 def test_nothing_listens_at_a_name_nobody_knows() -> None:
     assert not ports.listens("nosuch.invalid", 7447)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("9102", ("127.0.0.1", 9102)),
+        ("127.0.0.1:1", ("127.0.0.1", 1)),
+        ("localhost:65535", ("127.0.0.1", 65535)),
+    ],
+)
+def test_where_oscquery_is_served(text: str, expected: tuple[str, int]) -> None:
+    assert checks.oscquery(text, False) == expected
+    assert checks.oscquery(None, False) is None
+
+
+@pytest.mark.parametrize(
+    "text", ["", "x", "0", "65536", "-1", ":9102", "127.0.0.1:", "127.0.0.1:x", "9102 ", "²"]
+)
+def test_where_oscquery_cannot_be_served(text: str) -> None:
+    with pytest.raises(Stop, match="write \\[host:\\]port") as stop:
+        checks.oscquery(text, False)
+    assert stop.value.status == GIVEN
+
+
+@pytest.mark.parametrize(("port", "note", "channel"), [
+    ("", 38, 10), (" ", 38, 10), ("a\nb", 38, 10), ("x", -1, 10), ("x", 128, 10), ("x", 38, 0), ("x", 38, 17),
+])  # fmt: skip
+def test_midi_that_cannot_be(port: str, note: int, channel: int) -> None:
+    with pytest.raises(Stop, match="--midi-") as stop:
+        checks.midi(port, note, channel)
+    assert stop.value.status == GIVEN
+    checks.midi("x", 0, 16)
+
+
+def test_windows_makes_no_virtual_ports(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.platform", "win32")
+    with pytest.raises(Stop, match="loopback driver") as stop:
+        checks.midi("virtual", 38, 10)
+    assert stop.value.status == LACKING
+
+
+def test_an_extra_that_is_not_installed() -> None:
+    with pytest.raises(Stop, match=r"--x needs no_such_package: install haptic-drumstick\[extra\]") as stop:
+        checks.installed("--x", "extra", "json", "no_such_package")
+    assert stop.value.status == LACKING
+
+
+def test_extras_are_words_of_the_gateway_only_when_asked_for(runtime: Path) -> None:
+    plain = commands(Options("r", runtime, runtime))["gateway"]
+    assert not [word for word in plain if "oscquery" in word or "midi" in word]
+    asked = Options("r", runtime, runtime, oscquery=("127.0.0.1", 9102), midi_out="--x", midi_note=40)
+    words = commands(asked)["gateway"]
+    assert words[: len(plain)] == plain
+    assert words[len(plain):] == [
+        "--oscquery", "127.0.0.1:9102", "--midi-out=--x", "--midi-note", "40", "--midi-channel", "10",
+    ]  # fmt: skip

@@ -1,0 +1,88 @@
+"""What a gateway has only when asked for it: OSCQuery, MIDI. Without that nothing of it is imported or opened."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from haptic_server.gateway.desk import Desk
+from haptic_server.gateway.osc.inbound import Network
+from haptic_server.gateway.osc.targets import Endpoint
+
+if TYPE_CHECKING:
+    from haptic_server.gateway.oscquery.inlet import Inlet
+
+
+class Lacking(OSError):
+    """A package is not installed, or a port is taken: what, and what to do."""
+
+
+class Extras:
+    """Of the options of one gateway. The constructor and `open` raise Lacking. Main thread."""
+
+    def __init__(self, given: argparse.Namespace) -> None:
+        self._given = given
+        self._inlet = self._query = self._announcement = self.midi = None
+        if given.oscquery is not None:
+            try:
+                from haptic_server.gateway.oscquery import server
+            except ImportError as error:
+                raise _lacking("--oscquery", error) from None
+            self._server = server
+            self._inlet = server.Inlet(given.osc_in[0])
+
+    @property
+    def targets(self) -> list[Endpoint]:
+        """What the OSC front is to send to besides its targets."""
+        return [] if self._inlet is None else [self._inlet.endpoint]
+
+    def open(self, desk: Desk, front: Endpoint, allow: Sequence[Network]) -> None:
+        """Serve what was asked for; `front` is where OSC is heard, `allow` are the sources that may use it."""
+        if self._inlet is not None:
+            self._open_query(self._inlet, desk, front, allow)
+        if self._given.midi_out is not None:
+            self._open_midi()
+
+    def _open_query(self, inlet: Inlet, desk: Desk, front: Endpoint, allow: Sequence[Network]) -> None:
+        given = self._given
+        try:
+            self._query = self._server.OscQuery(
+                given.oscquery, given.rig, given.prefix, desk, front, inlet, allow
+            )
+        except OSError as error:
+            host, port = given.oscquery
+            raise Lacking(
+                f"OSCQuery port {host}:{port} cannot be opened: {error.strerror}; choose another with --oscquery"
+            ) from None
+        if given.oscquery_announce or not self._query.is_on_loopback:
+            from haptic_server.gateway.oscquery.announce import Announcement
+
+            try:
+                self._announcement = Announcement(given.rig, self._query.endpoint, front)
+            except ImportError as error:
+                raise _lacking("announcing OSCQuery", error) from None
+
+    def _open_midi(self) -> None:
+        from haptic_server.gateway.midi.encoding import Voice
+        from haptic_server.gateway.midi.process import PortProcess, command
+        from haptic_server.gateway.midi.sender import MidiSender
+
+        given = self._given
+        port = PortProcess(command(given.midi_out, f"drumstick {given.rig}"))
+        self.midi = MidiSender(Voice(given.midi_note, given.midi_channel), port)
+
+    def counters(self) -> dict[str, dict[str, int]]:
+        """For `doctor`."""
+        told = {"oscquery": self._query, "midi": self.midi}
+        return {name: each.counters for name, each in told.items() if each is not None}
+
+    def close(self) -> None:
+        """End all of it. Idempotent."""
+        for each in (self.midi, self._announcement, self._query, self._inlet):
+            if each is not None:
+                each.close()
+
+
+def _lacking(what: str, error: ImportError) -> Lacking:
+    return Lacking(f"{what}: {error}; install haptic-drumstick[oscquery]")

@@ -1,0 +1,101 @@
+"""python -m haptic_server.gateway.midi: MIDI messages from standard input to a port, until the input ends.
+
+Standard output gets a line of JSON whenever the port comes or goes; with --list, one with the ports that there are.
+"""
+
+import argparse
+import json
+import os
+import select
+import signal
+import sys
+import time
+from typing import IO, NoReturn
+
+from haptic_server.gateway.midi.carrier import Carrier, Report
+from haptic_server.gateway.midi.encoding import MESSAGE_BYTES
+from haptic_server.gateway.midi.library import RtMidi
+
+_LOOK_EVERY_S = 1.0
+_LEAVE_WITHIN_S = (
+    0.25  # JACK takes messages once a block, of 85 ms at most as a rule, and those of a closed port never
+)
+
+
+def _own_output() -> IO[str]:
+    # The libraries print to both: neither may get between the lines of JSON.
+    told = os.fdopen(os.dup(1), "w", buffering=1)
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    os.dup2(nowhere, 2)
+    return told
+
+
+def _tell(told: IO[str], report: Report | None) -> None:
+    if report is not None:
+        told.write(json.dumps(report._asdict()) + "\n")
+
+
+def _carry(carrier: Carrier, library: RtMidi, told: IO[str]) -> None:
+    look_at, partial = float("-inf"), b""
+    last: Report | None = None
+    while True:
+        if time.monotonic() >= look_at:
+            look_at = time.monotonic() + _LOOK_EVERY_S
+            report = carrier.look()
+            if report != last and report is not None:
+                _tell(told, report)
+                last = report
+        if library.jack is not None and library.jack.ended.is_set():
+            _end(told, Report(False, "JACK has ended; waiting for it"))
+        if not select.select([0], [], [], _LOOK_EVERY_S)[0]:
+            continue
+        chunk = os.read(0, 4096)
+        if not chunk:
+            return
+        partial += chunk
+        whole = len(partial) - len(partial) % MESSAGE_BYTES
+        for at in range(0, whole, MESSAGE_BYTES):
+            gone = carrier.send(partial[at : at + MESSAGE_BYTES])
+            if gone is not None:
+                _tell(told, gone)
+                last = gone
+        partial = partial[whole:]
+
+
+def _end(told: IO[str], report: Report) -> NoReturn:
+    # At once: JACK's library waits for a server that has ended when its clients are closed.
+    _tell(told, report)
+    told.flush()
+    os._exit(0)
+
+
+def main() -> int:
+    """Until the input ends; exit status 3 without the library."""
+    parser = argparse.ArgumentParser(prog="haptic_server.gateway.midi", description=__doc__)
+    parser.add_argument("--port", help="part of the port's name, or virtual")
+    parser.add_argument("--client", default="drumstick")
+    parser.add_argument("--list", action="store_true")
+    given = parser.parse_args()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    told = _own_output()
+    try:
+        library = RtMidi(given.client)
+    except ImportError as error:
+        _tell(told, Report(False, f"{error}; install haptic-drumstick[midi]"))
+        return 3
+    if given.list:
+        told.write(json.dumps({"ports": library.names()}) + "\n")
+        told.flush()
+        os._exit(0)
+    carrier = Carrier(given.port, given.client, library)
+    _carry(carrier, library, told)
+    carrier.silence()
+    time.sleep(_LEAVE_WITHIN_S)
+    carrier.close()
+    told.flush()
+    os._exit(0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,134 @@
+"""Holds one MIDI port through the library: finds it by a part of its name, notices when it goes, takes it again.
+
+For the process that has the library (`python -m haptic_server.gateway.midi`); one thread.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
+
+from haptic_server.gateway.midi.encoding import ALL_NOTES_OFF, CONTROL, NOTE_OFF, NOTE_ON, RELEASE_VELOCITY
+
+VIRTUAL = "virtual"
+
+
+class Output(Protocol):
+    """What is needed of rtmidi2.MidiOut: a client of one MIDI system, with at most one port open."""
+
+    @property
+    def ports(self) -> Sequence[str]:
+        """Names of the ports that can be opened now."""
+        ...
+
+    def open_port(self, port: int, /) -> object:
+        """By its number in `ports`."""
+        ...
+
+    def open_virtual_port(self, port_name: str, /) -> object:
+        """Make a port that others can connect to."""
+        ...
+
+    def send_raw(self, *message: int) -> object:
+        """One message."""
+        ...
+
+    def close_port(self) -> object:
+        """Let go of it."""
+        ...
+
+
+class Library(Protocol):
+    """The MIDI systems of this machine."""
+
+    def outputs(self) -> Sequence[Output]:
+        """A new client of each one that runs now."""
+        ...
+
+
+class Report(NamedTuple):
+    """Whether the port is open, and words for the log."""
+
+    open: bool
+    words: str
+
+
+class Carrier:
+    """Of the port whose name has `wanted` in it (letters in any case), or of a virtual port named `client`."""
+
+    def __init__(self, wanted: str, client: str, library: Library) -> None:
+        self._wanted = wanted
+        self._client = client
+        self._library = library
+        self._output: Output | None = None
+        self._name = ""
+        self._sounding: set[tuple[int, int]] = set()
+        self._channels: set[int] = set()
+
+    def look(self) -> Report | None:
+        """Open the port if it is there, notice if it has gone; None when nothing has changed."""
+        try:
+            if self._output is None:
+                return self._open()
+            if self._wanted != VIRTUAL and self._name not in self._output.ports:
+                return self._gone(f"{self._name} is away; waiting for it")
+        except (RuntimeError, OSError) as error:  # what the library's drivers raise
+            return self._gone(f"{self._name or self._wanted}: {error}; trying again")
+        return None
+
+    def send(self, message: bytes) -> Report | None:
+        """One message of three bytes; a report when the port has gone."""
+        if self._output is None:
+            return None
+        kind, channel = message[0] & 0xF0, message[0] & 0x0F
+        self._channels.add(channel)
+        if kind == NOTE_ON and message[2]:
+            self._sounding.add((channel, message[1]))
+        elif kind in (NOTE_ON, NOTE_OFF):
+            self._sounding.discard((channel, message[1]))
+        try:
+            self._output.send_raw(*message)
+        except (RuntimeError, OSError) as error:
+            return self._gone(f"{self._name}: {error}; trying again")
+        return None
+
+    def silence(self) -> None:
+        """End every note that was begun."""
+        for channel, note in sorted(self._sounding):
+            self.send(bytes((NOTE_OFF | channel, note, RELEASE_VELOCITY)))
+        for channel in sorted(self._channels):
+            self.send(bytes((CONTROL | channel, ALL_NOTES_OFF, 0)))
+
+    def close(self) -> None:
+        """Let go of the port, and of what has not left it yet."""
+        self._gone("")
+
+    def _open(self) -> Report:
+        outputs = self._library.outputs()
+        if not outputs:
+            return Report(False, "no MIDI system runs here (ALSA's sequencer, JACK); waiting for one")
+        if self._wanted == VIRTUAL:
+            outputs[0].open_virtual_port(self._client)
+            return self._opened(outputs[0], self._client)
+        there: list[str] = []
+        for output in outputs:
+            names = list(output.ports)
+            there += names
+            for number, name in enumerate(names):
+                if self._wanted.casefold() in name.casefold():
+                    output.open_port(number)
+                    return self._opened(output, name)
+        listed = ", ".join(there) or "none"
+        return Report(
+            False, f"no port has {self._wanted!r} in its name (there are: {listed}); waiting for it"
+        )
+
+    def _opened(self, output: Output, name: str) -> Report:
+        self._output, self._name = output, name
+        return Report(True, f"strikes go to {name}")
+
+    def _gone(self, words: str) -> Report:
+        if self._output is not None:
+            self._output.close_port()
+        self._output = None
+        self._sounding.clear()
+        self._channels.clear()
+        return Report(False, words)

@@ -1,0 +1,61 @@
+"""Strikes and releases as MIDI 1.0 channel messages, three bytes each. Pure; any thread.
+
+Velocity is 1 + round(126 level): it is linear in the speed, and never 0, which would be a note off. x and y of -1 .. 1
+become the general purpose controllers 16 and 17, 64 being the middle.
+"""
+
+import math
+from dataclasses import dataclass
+
+MESSAGE_BYTES = 3
+NOTE_OFF, NOTE_ON, CONTROL = 0x80, 0x90, 0xB0
+X_CONTROLLER, Y_CONTROLLER, ALL_NOTES_OFF = 16, 17, 123
+RELEASE_VELOCITY = 64  # what MIDI says for who does not measure it
+DEFAULT_NOTE, DEFAULT_CHANNEL = 38, 10  # acoustic snare, on the channel of percussion (General MIDI)
+
+
+def velocity(level: float) -> int:
+    """1 .. 127 of a level, which is clipped to 0 .. 1; ValueError when it is not finite."""
+    if not math.isfinite(level):
+        raise ValueError(f"level {level} is no finite number")
+    return 1 + round(126.0 * min(max(level, 0.0), 1.0))
+
+
+def controller_value(place: float) -> int:
+    """0 .. 127 of a place, which is clipped to -1 .. 1; ValueError when it is not finite."""
+    if not math.isfinite(place):
+        raise ValueError(f"place {place} is no finite number")
+    return round(127.0 * (min(max(place, -1.0), 1.0) + 1.0) / 2.0)
+
+
+@dataclass(frozen=True)
+class Voice:
+    """Which note on which channel: 0 .. 127, and 1 .. 16 as musicians count."""
+
+    note: int = DEFAULT_NOTE
+    channel: int = DEFAULT_CHANNEL
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.note <= 127:
+            raise ValueError(f"MIDI note {self.note}: must be 0 .. 127")
+        if not 1 <= self.channel <= 16:
+            raise ValueError(f"MIDI channel {self.channel}: must be 1 .. 16")
+
+    def _message(self, kind: int, first: int, second: int) -> bytes:
+        return bytes((kind | (self.channel - 1), first, second))
+
+    def on(self, level: float) -> bytes:
+        """The note begins."""
+        return self._message(NOTE_ON, self.note, velocity(level))
+
+    def off(self) -> bytes:
+        """The note ends."""
+        return self._message(NOTE_OFF, self.note, RELEASE_VELOCITY)
+
+    def control(self, controller: int, place: float) -> bytes:
+        """A controller takes a value."""
+        return self._message(CONTROL, controller, controller_value(place))
+
+    def silence(self) -> bytes:
+        """The note ends, and whatever else sounds on the channel."""
+        return self.off() + self._message(CONTROL, ALL_NOTES_OFF, 0)

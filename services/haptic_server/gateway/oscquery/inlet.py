@@ -1,0 +1,85 @@
+"""Sockets inside this machine that join OSCQuery to the OSC front, which knows them as a target and as senders.
+
+What the rig sends reaches OSCQuery as it reaches a DAW, and what a WebSocket client writes is heard as UDP is: same
+scan, same allowances, same answers. Neither side waits for the other: a full socket buffer drops.
+"""
+
+import socket
+import struct
+import sys
+
+from haptic_server.gateway.osc.prescan import MAX_BYTES
+from haptic_server.gateway.osc.targets import Endpoint
+
+_SO_RXQ_OVFL = (
+    40  # Linux: how many datagrams the full buffer has dropped comes along with each one that it did not
+)
+_ROOM_BYTES = 1 << 20
+_AT_ONCE = 256
+
+
+def _inner_host(front: str) -> str:
+    # The front may hear at one address only; where it hears at all of them, loopback is one.
+    numeric = socket.gethostbyname(front)
+    return "127.0.0.1" if numeric == "0.0.0.0" else numeric
+
+
+class Inlet:
+    """One UDP socket, bound where the front can reach it. One thread at a time; never blocks.
+
+    The constructor raises OSError. Give `endpoint` to the front as a target, then `join` the front.
+    """
+
+    def __init__(self, front_host: str) -> None:
+        self._udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            self._udp.setblocking(False)
+            self._udp.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _ROOM_BYTES)
+            if sys.platform == "linux":
+                self._udp.setsockopt(socket.SOL_SOCKET, _SO_RXQ_OVFL, 1)
+            self._host = _inner_host(front_host)
+            self._udp.bind((self._host, 0))
+        except BaseException:
+            self._udp.close()
+            raise
+        self.dropped = 0
+
+    @property
+    def endpoint(self) -> Endpoint:
+        """Where it can be sent to."""
+        host, port = self._udp.getsockname()
+        return str(host), int(port)
+
+    def fileno(self) -> int:
+        """For select."""
+        return self._udp.fileno()
+
+    def join(self, front_port: int) -> None:
+        """From now on only the front is heard."""
+        self._udp.connect((self._host, front_port))
+
+    def send(self, datagram: bytes) -> bool:
+        """To the front; False when it could not be sent."""
+        try:
+            self._udp.send(datagram)
+        except OSError:
+            return False
+        return True
+
+    def take(self) -> list[bytes]:
+        """What has arrived since the last call, at most 256 datagrams."""
+        taken: list[bytes] = []
+        while len(taken) < _AT_ONCE:
+            try:
+                datagram, told, _, _ = self._udp.recvmsg(MAX_BYTES + 1, 64)
+            except OSError:  # nothing there, or an ICMP refusal of something sent earlier
+                break
+            for level, kind, counted in told:
+                if (level, kind) == (socket.SOL_SOCKET, _SO_RXQ_OVFL):
+                    self.dropped = int(struct.unpack("=I", counted[:4])[0])
+            taken.append(datagram)
+        return taken
+
+    def close(self) -> None:
+        """Idempotent."""
+        self._udp.close()

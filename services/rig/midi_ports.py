@@ -1,0 +1,27 @@
+"""`--midi-out list`: which MIDI ports there are. The library is asked in a process of its own, which it may end."""
+
+import json
+import subprocess
+import sys
+
+from rig.fault import lacking
+
+_ANSWER_WITHIN_S = 20.0
+
+
+def show(as_json: bool) -> None:
+    """Print the ports, one a line. Stop when the library does not answer."""
+    command = [sys.executable, "-m", "haptic_server.gateway.midi", "--list", "--client", "drumstick list"]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=_ANSWER_WITHIN_S, check=False)
+    except subprocess.TimeoutExpired:
+        lacking(f"the MIDI system does not answer within {_ANSWER_WITHIN_S:.0f} s")
+    if done.returncode != 0:
+        lacking(f"the MIDI library ended with status {done.returncode}: {done.stdout.strip() or 'no word'}")
+    ports: list[str] = json.loads(done.stdout)["ports"]
+    if as_json:
+        print(json.dumps({"ports": ports}))
+    elif ports:
+        print("\n".join(ports))
+    else:
+        print("no MIDI port is there; --midi-out virtual makes one where a MIDI system runs", file=sys.stderr)

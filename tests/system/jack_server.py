@@ -1,0 +1,49 @@
+"""A JACK server with the dummy driver: real-time audio and MIDI without a sound card."""
+
+import subprocess
+import sys
+import uuid
+from pathlib import Path
+
+import pytest
+
+# A client of its own for every look: PortAudio sees a JACK server only when it starts.
+LOOK = "import sounddevice; print([api['name'] for api in sounddevice.query_hostapis()])"
+
+
+class Jack:
+    """A JACK server under a name of its own; `environment` leads clients to it and to no other."""
+
+    def __init__(self, environment: dict[str, str], folder: Path) -> None:
+        self.log = folder / "jackd.log"
+        name = f"test-{uuid.uuid4().hex[:8]}"
+        self.environment = environment | {
+            "JACK_DEFAULT_SERVER": name,
+            "JACK_NO_AUDIO_RESERVATION": "1",
+            "JACK_NO_START_SERVER": "1",
+        }
+        self._name = name
+        self.start()
+
+    def start(self) -> None:
+        with self.log.open("ab") as log:
+            self.process = subprocess.Popen(
+                ["jackd", "-n", self._name, "-r", "-d", "dummy", "-r", "48000", "-p", "128"],
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                env=self.environment,
+            )
+
+    def is_up(self) -> bool:
+        assert self.process.poll() is None, self.log.read_text()
+        look = subprocess.run(
+            [sys.executable, "-c", LOOK], capture_output=True, text=True, env=self.environment, check=False
+        )
+        if "PortAudio library not found" in look.stderr:
+            pytest.skip("PortAudio not found: sudo apt-get install libportaudio2")
+        return "JACK" in look.stdout
+
+    def close(self) -> None:
+        # Never kill it: JACK's registry has room for eight servers, and only one that ends by itself leaves it.
+        self.process.terminate()
+        self.process.wait(20.0)

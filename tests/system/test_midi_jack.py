@@ -1,0 +1,181 @@
+"""Strikes as MIDI through a real MIDI system: JACK's dummy server, the library, and a listener of another process."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from jack_server import Jack
+from rig_process import DRUMSTICK, Listener, Rig, ask, running, wait_for
+
+from haptic_server.gateway.midi.encoding import controller_value, velocity
+from protocol.messages import Strike
+
+pytestmark = pytest.mark.needs("jackd")
+PORT = "drum machine"
+
+
+class Heard:
+    """The messages that came to a JACK MIDI port."""
+
+    def __init__(self, environment: dict[str, str]) -> None:
+        self.messages: list[tuple[int, bytes]] = []
+        self.process = subprocess.Popen(
+            [sys.executable, str(Path(__file__).with_name("midi_listener.py")), PORT],
+            stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=environment,
+        )  # fmt: skip
+        self.listens = threading.Event()
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+        assert self.listens.wait(20.0)
+
+    def _read(self) -> None:
+        assert self.process.stdout is not None
+        for line in self.process.stdout:
+            if line.strip() == "listens":
+                self.listens.set()
+                continue
+            at_ns, _, message = line.partition(" ")
+            self.messages.append((int(at_ns), bytes.fromhex(message.strip())))
+
+    def kinds(self, kind: int) -> list[bytes]:
+        return [message for _, message in self.messages if message[0] & 0xF0 == kind]
+
+    def close(self) -> None:
+        self.process.kill()
+        self.process.wait()
+        self._reader.join(5.0)
+        assert self.process.stdout is not None
+        self.process.stdout.close()
+
+
+@pytest.fixture
+def jack(own_folders: dict[str, str], tmp_path: Path) -> Iterator[Jack]:
+    started = Jack(own_folders, tmp_path)
+    try:
+        wait_for("JACK", started.is_up)
+        yield started
+    finally:
+        started.close()
+
+
+@contextmanager
+def listening(jack: Jack) -> Iterator[Heard]:
+    heard = Heard(jack.environment)
+    try:
+        yield heard
+    finally:
+        heard.close()
+
+
+@contextmanager
+def playing(jack: Jack, monkeypatch: pytest.MonkeyPatch, *options: str) -> Iterator[Rig]:
+    for variable in ("JACK_DEFAULT_SERVER", "JACK_NO_AUDIO_RESERVATION", "JACK_NO_START_SERVER"):
+        monkeypatch.setenv(variable, jack.environment[variable])
+    with running("haptic", "--scene", "roll", *options) as rig:
+        yield rig
+
+
+def test_notes_follow_strikes(jack: Jack, monkeypatch: pytest.MonkeyPatch) -> None:
+    with (
+        listening(jack) as heard,
+        playing(
+            jack, monkeypatch, "--midi-out", "DRUM mach", "--midi-note", "40", "--midi-channel", "3"
+        ) as rig,
+    ):
+        session = rig.client()
+        strikes = Listener(session, rig.keys.strike, Strike)
+        wait_for("notes", lambda: heard.kinds(0x90))
+        for dv in (0.1, 0.3, 0.15, 0.25):
+            ask(session, rig.keys.set_one("dv_pls"), dv)
+            count = len(strikes.got)
+            wait_for("more strikes", lambda count=count: len(strikes.got) > count + 5)
+        told = [velocity(strike.level) for strike in strikes.got]
+        wait_for("their notes", lambda: heard.kinds(0x90)[-1][2] == told[-1])
+        session.close()
+        assert rig.stop() == 0
+        notes = heard.kinds(0x90)
+        assert {(note[0], note[1]) for note in notes} == {(0x92, 40)}
+        played = bytes(note[2] for note in notes)
+        assert len(set(told)) > 4
+        assert bytes(told) in played  # the same, in the same order, none left out
+        assert len(heard.kinds(0x80)) in (len(notes), len(notes) + 1)  # the last one again, at the end
+        assert heard.messages[-1][1] == bytes((0xB2, 123, 0))
+        controls = {message[1]: message[2] for message in heard.kinds(0xB0)[:2]}
+        assert controls.keys() == {16, 17}
+        places = {(controller_value(strike.x), controller_value(strike.y)) for strike in strikes.got}
+        moved = [message[2] for message in heard.kinds(0xB0) if message[1] == 16]
+        assert {x for x, _ in places} <= set(moved)
+        assert f"strikes go to listener:{PORT}" in rig.said
+
+
+def test_panic_ends_every_note(jack: Jack, monkeypatch: pytest.MonkeyPatch) -> None:
+    with listening(jack) as heard, playing(jack, monkeypatch, "--midi-out", PORT) as rig:
+        session = rig.client()
+        wait_for("notes", lambda: len(heard.kinds(0x90)) > 5)
+        ask(session, rig.keys.panic)
+        wait_for("all notes off", lambda: (0xB9, 123, 0) in [tuple(m) for _, m in heard.messages])
+        counters = json.loads(ask(session, rig.keys.doctor))["midi"]
+        assert counters["notes"] >= 5
+        assert counters["open"] == 1
+        session.close()
+
+
+def test_a_killed_gateway_leaves_no_note_and_comes_back(jack: Jack, monkeypatch: pytest.MonkeyPatch) -> None:
+    with listening(jack) as heard, playing(jack, monkeypatch, "--midi-out", PORT) as rig:
+        wait_for("notes", lambda: len(heard.kinds(0x90)) > 5)
+        os.kill(rig.children()["haptic_server.gateway"], signal.SIGKILL)
+        wait_for("all notes off", lambda: (0xB9, 123, 0) in [tuple(m) for _, m in heard.messages])
+        count = len(heard.kinds(0x90))
+        wait_for("notes again", lambda: len(heard.kinds(0x90)) > count + 5)
+
+
+def test_a_port_that_goes_is_awaited_and_told_once(jack: Jack, monkeypatch: pytest.MonkeyPatch) -> None:
+    with playing(jack, monkeypatch, "--midi-out", PORT) as rig:
+        wait_for("word of it", lambda: "waiting for it" in rig.said)
+        for _ in range(2):
+            with listening(jack) as heard:
+                wait_for("notes", lambda heard=heard: len(heard.kinds(0x90)) > 5)
+            said = len(rig.lines)
+            wait_for("word of it", lambda said=said: any("is away" in line for line in rig.lines[said:]))
+        jack.close()
+        wait_for("the process to see it", lambda: rig.process.poll() is None)
+        jack.start()
+        wait_for("JACK", jack.is_up)
+        with listening(jack) as heard:
+            wait_for("notes", lambda: len(heard.kinds(0x90)) > 5)
+        assert rig.stop() == 0
+    told = [line for line in rig.lines if "midi:" in line]
+    assert len([line for line in told if "strikes go to" in line]) == 3
+    assert len([line for line in told if "away" in line or "waiting" in line]) <= 4, told
+
+
+def test_a_virtual_port_can_be_connected_to(jack: Jack, monkeypatch: pytest.MonkeyPatch) -> None:
+    with playing(jack, monkeypatch, "--midi-out", "virtual") as rig:
+        wait_for("the port", lambda: f"strikes go to drumstick {rig.name}" in rig.said)
+        look = (
+            "from haptic_server.gateway.midi.jack import Jack\n"
+            "assert Jack().runs('look')\n"
+            "import os, rtmidi2\n"
+            "print(rtmidi2.MidiIn('look', api=rtmidi2.API_UNIX_JACK).ports, flush=True)\n"
+            "os._exit(0)\n"
+        )
+        done = subprocess.run(
+            [sys.executable, "-c", look], capture_output=True, text=True, env=jack.environment, check=True
+        )
+        assert f"drumstick {rig.name}" in done.stdout
+
+
+def test_ports_are_listed(jack: Jack) -> None:
+    with listening(jack):
+        done = subprocess.run(
+            [*DRUMSTICK, "up", "--midi-out", "list", "--json"],
+            capture_output=True, text=True, env=jack.environment, check=True, timeout=60,
+        )  # fmt: skip
+        assert json.loads(done.stdout) == {"ports": [f"listener:{PORT}"]}

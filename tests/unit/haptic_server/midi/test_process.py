@@ -1,0 +1,142 @@
+"""The pipe to the process that has the library: what goes down it, and processes that end, hang or wait."""
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from haptic_server.gateway.midi import process as processes
+from haptic_server.gateway.midi.process import PortProcess, command
+from osc_bench import BOUND_S, Time
+
+OPENED = "import sys, os, json; print(json.dumps({'open': True, 'words': 'strikes go to X'}), flush=True)\n"
+KEEPS = OPENED + "open(sys.argv[1], 'ab').write(sys.stdin.buffer.read())\n"
+NOTE = b"\x99\x26\x40"
+
+
+@pytest.fixture
+def made() -> Iterator[Callable[..., PortProcess]]:
+    ports: list[PortProcess] = []
+
+    def make(script: str, *words: str) -> PortProcess:
+        ports.append(PortProcess([sys.executable, "-c", script, *words]))
+        return ports[-1]
+
+    yield make
+    for port in ports:
+        port.close()
+
+
+def look_until(port: PortProcess, what: Callable[[], object], now: Callable[[], float]) -> list[str]:
+    """Everything that `look` told on the way."""
+    told: list[str] = []
+    end = time.monotonic() + BOUND_S
+    while not what():
+        assert time.monotonic() < end, told
+        news = port.look(now())
+        told += [news] if news else []
+        time.sleep(0.002)
+    return told
+
+
+def test_messages_arrive_whole_and_in_order(made: Callable[..., PortProcess], tmp_path: Path) -> None:
+    port = made(KEEPS, str(tmp_path / "sent"))
+    assert not port.is_open
+    assert not port.send(NOTE)
+    assert look_until(port, lambda: port.is_open, Time()) == ["strikes go to X"]
+    for velocity in range(128):
+        assert port.send(bytes((0x99, 38, velocity)))
+    port.close()
+    assert (tmp_path / "sent").read_bytes() == b"".join(bytes((0x99, 38, v)) for v in range(128))
+    assert not port.is_open
+    port.close()
+
+
+def test_a_process_that_ends_is_told_once_and_started_again_in_a_while(
+    made: Callable[..., PortProcess],
+) -> None:
+    now = Time()
+    port = made("raise SystemExit(7)")
+    told = look_until(port, lambda: port._process is None and port._start_at_s > now(), now)
+    told += look_until(port, lambda: port._process is None and port._start_at_s > now(), now)
+    assert told == ["the MIDI library ended with status 7; trying again"]
+    for _ in range(3):
+        now.s += processes.RETRY_S
+        port.look(now())
+        assert port._process is not None
+        assert look_until(port, lambda: port._process is None, now) == []
+
+
+def test_a_process_that_aborts_after_it_was_open(made: Callable[..., PortProcess]) -> None:
+    now = Time()
+    port = made(OPENED + "sys.stdin.buffer.read(3); os.abort()")
+    look_until(port, lambda: port.is_open, now)
+    assert port.send(NOTE)
+    told = look_until(port, lambda: not port.is_open, now)
+    assert told == ["the MIDI library ended with status -6; trying again"]
+    now.s += processes.RETRY_S
+    assert look_until(port, lambda: port.is_open, now) == ["strikes go to X"]
+
+
+def test_a_process_that_hangs_is_ended(made: Callable[..., PortProcess]) -> None:
+    now = Time()
+    port = made(OPENED + "import time; time.sleep(1000)")
+    look_until(port, lambda: port.is_open, now)
+    sent = 0
+    while port.send(NOTE * 100):
+        sent += 1
+        assert sent < 100_000
+    assert not port.is_open
+    assert look_until(port, lambda: port._process is None, now) == [
+        "the MIDI library ended with status -9; trying again"
+    ]
+
+
+def test_a_port_that_waits_is_told_once_until_it_was_open(made: Callable[..., PortProcess]) -> None:
+    says = (
+        "import json, sys\n"
+        "for open, words in ((0, 'a'), (0, 'b'), (1, 'c'), (0, 'd'), (0, 'e'), (1, 'f')):\n"
+        "    print(json.dumps({'open': bool(open), 'words': words}), flush=True)\n"
+        "    sys.stdin.buffer.read(3) if open else None\n"
+        "    __import__('time').sleep(0.05)\n"
+        "sys.stdin.buffer.read()\n"
+    )
+    port = made(says)
+    told = look_until(port, lambda: port.is_open, Time())
+    assert port.send(NOTE)
+    told += look_until(port, lambda: not port.is_open, Time())
+    told += look_until(port, lambda: port.is_open, Time())
+    assert told == ["a", "c", "d", "f"]
+
+
+def test_close_does_not_wait_for_ever(
+    made: Callable[..., PortProcess], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(processes, "_END_WITHIN_S", 0.05)
+    port = made(OPENED + "import time; time.sleep(1000)")
+    look_until(port, lambda: port.is_open, Time())
+    child = port._process
+    assert child is not None
+    port.close()
+    assert child.returncode == -9
+
+
+def test_the_real_process_without_any_midi_system(
+    made: Callable[..., PortProcess], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if Path("/dev/snd/seq").exists():
+        pytest.skip("this machine has an ALSA sequencer: this is for one without")
+    monkeypatch.setenv("JACK_DEFAULT_SERVER", "no-such-server")
+    monkeypatch.setenv("JACK_NO_START_SERVER", "1")
+    port = PortProcess(command("x", "drumstick test"))
+    try:
+        told: list[str] = []
+        told += look_until(port, lambda: told or port._told_away, Time())
+        assert told == ["no MIDI system runs here (ALSA's sequencer, JACK); waiting for one"]
+        assert port._process is not None
+        child = port._process
+    finally:
+        port.close()
+    assert child.returncode == 0
