@@ -2,8 +2,9 @@
 
 A stand-in servo strikes at 1 kHz for a minute into a real block; the real gateway carries the strikes to an OSC port
 and to a Zenoh subscriber; a bare datagram sent by the servo itself goes to a third listener. Each has a process of its
-own. Microseconds from the tick to the listener, and what was lost. Then the ceiling: strikes a second to 1, 10 and 50
-subscribers, doubled until some are lost.
+own. Microseconds from the tick to the listener, and what was lost. The same for a roll of 25 Hz. How soon telemetry is
+back after a router's return. Then the ceiling: strikes a second to 1, 10 and 50 subscribers, doubled until some get
+lost.
 """
 
 import argparse
@@ -19,7 +20,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 HERE = Path(__file__).parent
-sys.path.insert(0, str(HERE))
+sys.path[:0] = [str(HERE), str(HERE.parent / "tests" / "system")]
 
 import numpy as np
 import numpy.typing as npt
@@ -178,6 +179,32 @@ def ceiling(subscribers: int, seconds: float) -> list[dict[str, object]]:
     return rows
 
 
+def returns_s(runs: int) -> dict[str, float]:
+    """A router of its own is killed and started again after two seconds: from then until telemetry is heard again."""
+    from lone_router import lone_router
+    from rig_process import Listener, running, wait_for
+
+    from protocol.messages import State
+    from protocol.session import open_client
+
+    took: list[float] = []
+    with lone_router() as router, running("haptic", "--scene", "roll", "--connect", router.endpoint) as rig:
+        session = open_client(router.endpoint, lambda: True)
+        assert session is not None
+        states = Listener(session, rig.keys.state, State)
+        wait_for("telemetry", lambda: states.got)
+        for _ in range(runs):
+            router.kill()
+            time.sleep(2.0)
+            heard = len(states.got)
+            router.start()
+            begun = time.monotonic()
+            wait_for("telemetry", lambda heard=heard: len(states.got) > heard)
+            took.append(time.monotonic() - begun)
+        session.close()
+    return {"runs": runs, "median_s": round(float(np.median(took)), 3), "worst_s": round(max(took), 3)}
+
+
 def main() -> None:
     """Measure and store."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -188,6 +215,8 @@ def main() -> None:
     print(json.dumps(told["latency"]), flush=True)
     told["roll"] = latency(25.0, 6.0 if quick else 40.0)
     print(json.dumps(told["roll"]), flush=True)
+    told["router_returns"] = returns_s(2 if quick else 10)
+    print(json.dumps(told["router_returns"]), flush=True)
     told["ceiling"] = {str(n): ceiling(n, 1.0 if quick else 3.0) for n in SUBSCRIBERS}
     if not quick:
         RESULT.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")

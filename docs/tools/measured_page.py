@@ -103,6 +103,65 @@ def _month() -> list[str]:
     ]
 
 
+def _wire() -> list[str]:
+    found, fuzz = read("wire"), read("osc_fuzz")
+    lines = [
+        "",
+        "## What the wire adds",
+        "",
+        "`python benchmarks/wire.py`: from the tick that saw the contact to a listener in another process, less what witnesses saw the host",
+        f"stall; a bare datagram, sent by the striking process itself at the same tick, is the baseline. {where(found)}",
+        "",
+        "| strikes | bare datagram p50, p99 us | OSC p50, p99 us | above bare | Zenoh p50, p99 us | above bare | lost |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for name, words in (("latency", "1 kHz for a minute"), ("roll", "25 Hz")):
+        row = found[name]
+        cells = {k: f"{row[k]['p50_us']:.0f}, {row[k]['p99_us']:.0f}" for k in ("bare", "osc", "zenoh")}
+        lost = sum(row[kind]["lost"] for kind in ("osc", "zenoh"))
+        lines.append(
+            f"| {words} | {cells['bare']} | {cells['osc']} | {row['osc_above_bare_p50_us']:.0f} | {cells['zenoh']} |"
+            f" {row['zenoh_above_bare_p50_us']:.0f} | {lost} of {row['strikes']} |"
+        )
+    back = found["router_returns"]
+    lines += [
+        "",
+        f"A router of its own, killed and started again: telemetry is back {back['median_s']:.2f} s later, at worst {back['worst_s']:.2f} s"
+        f" ({back['runs']} times).",
+        "",
+        "The ceiling, each rate for three seconds: what share of the strikes did not arrive, and how long half of them took.",
+        "",
+        "| subscribers | strikes a second | lost over Zenoh | lost over OSC | p50 ms |",
+        "|---|---|---|---|---|",
+    ]
+    for subscribers, rows in found["ceiling"].items():
+        lines += [
+            f"| {subscribers} | {row['rate_Hz']} | {row['lost_share']:.2%} | {row['lost_osc_share']:.2%} |"
+            f" {row['p50_us'] / 1e3:.1f} |"
+            for row in rows
+        ]
+    rig = fuzz["rig"]
+    lines += [
+        "",
+        "What the gateway cannot carry at once waits in the block's ring, 16,384 events; what finds that full is dropped and counted",
+        "(`ring_dropped` of the state). Zenoh drops for a subscriber whose transport is full, OSC what a socket's buffer does not take",
+        "(`send_full` in `doctor`): nobody who is slow holds anybody else up, and nothing ever holds the force loop up.",
+        "",
+        "## Broken OSC messages",
+        "",
+        f"`python benchmarks/osc_fuzz.py`: {rig['messages']:,} mutants, {rig['messages_per_s']:,} a second, against a playing rig. {where(fuzz)}",
+        "",
+        f"{rig['unanswered']} of {rig['pings']:,} pings between them stayed without an answer; the longest wait for one was"
+        f" {rig['wait_worst_ms']:.0f} ms, half took less than {rig['wait_p50_ms']:.1f} ms, a hundredth more than {rig['wait_p99_ms']:.1f} ms.",
+        f"The gateway's memory went from {rig['resident_MB'][1]:.0f} to {rig['resident_MB'][-1]:.0f} MB, the log got"
+        f" {rig['lines_in_the_log']} lines, nothing was restarted.",
+    ]
+    for key, words in (("scsynth", "the same messages"), ("scsynth_mutants_only", "the mutants alone")):
+        if fuzz[key] is not None:
+            lines.append(f"SuperCollider's server 3.13 given {words}: after {fuzz[key]['bore']} it {fuzz[key]['then']}.")
+    return lines
+
+
 def page() -> str:
     """The whole page."""
     starts, sound = read("start_and_restart"), read("sound_cost")
@@ -137,7 +196,7 @@ def page() -> str:
         f" {row['ns_per_junction_and_step']:.2f} | {row['ratio_to_numpy_slices']:.2f} | {row['f01_error_cents']:+.2f} |"
         for name, row in sound["rows"].items()
     ]
-    return "\n".join([*lines, *_streamed(), *_ticks(), *_lateness(), *_month(), ""])
+    return "\n".join([*lines, *_streamed(), *_ticks(), *_lateness(), *_month(), *_wire(), ""])
 
 
 if __name__ == "__main__":
