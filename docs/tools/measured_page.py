@@ -158,7 +158,9 @@ def _wire() -> list[str]:
     ]
     for key, words in (("scsynth", "the same messages"), ("scsynth_mutants_only", "the mutants alone")):
         if fuzz[key] is not None:
-            lines.append(f"SuperCollider's server 3.13 given {words}: after {fuzz[key]['bore']} it {fuzz[key]['then']}.")
+            lines.append(
+                f"SuperCollider's server 3.13 given {words}: after {fuzz[key]['bore']} it {fuzz[key]['then']}."
+            )
     return lines
 
 
