@@ -126,7 +126,7 @@ def _wire() -> list[str]:
     back = found["router_returns"]
     lines += [
         "",
-        f"A router of its own, killed and started again: telemetry is back {back['median_s']:.2f} s later, at worst {back['worst_s']:.2f} s"
+        f"A router of its own, killed and its process started again (Python and all): telemetry is back {back['median_s']:.2f} s later, at worst {back['worst_s']:.2f} s"
         f" ({back['runs']} times).",
         "",
         "The ceiling, each rate for three seconds: what share of the strikes did not arrive, and how long half of them took.",

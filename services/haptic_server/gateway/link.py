@@ -22,7 +22,7 @@ from realtime.stop import StopRequest
 
 _log = logging.getLogger("gateway")
 _EVENTS_AT_ONCE = 512
-_LOOK_NS = 250_000  # the servo must not make a system call to wake anybody
+_LOOK_NS = 150_000  # the servo must not make a system call to wake anybody
 STALE_NS = 100_000_000
 
 

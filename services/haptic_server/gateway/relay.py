@@ -1,8 +1,7 @@
 """The relay: carries events, readbacks and status from the block to the wires. Its own thread; ordinary Python.
 
-Compiled code looks for events four times a millisecond; the rest is seen to every second one, and streamed forces
-twice in each. An event goes out over Zenoh first, which the sound server hears, then as one OSC message, then as that
-one's mirrors.
+Compiled code looks for events every 150 us; the rest is seen to every 2 ms, with streamed forces every 0.5 ms. An event
+goes out over Zenoh first, which the sound server hears, then as one OSC message, then as that one's mirrors.
 """
 
 from __future__ import annotations
