@@ -154,7 +154,7 @@ def _wire() -> list[str]:
         f"{rig['unanswered']} of {rig['pings']:,} pings between them stayed without an answer; the longest wait for one was"
         f" {rig['wait_worst_ms']:.0f} ms, half took less than {rig['wait_p50_ms']:.1f} ms, a hundredth more than {rig['wait_p99_ms']:.1f} ms.",
         f"The gateway's memory went from {rig['resident_MB'][1]:.0f} to {rig['resident_MB'][-1]:.0f} MB, the log got"
-        f" {rig['lines_in_the_log']} lines, nothing was restarted.",
+        f" {rig['lines_in_the_log']} lines, {rig['restarts']} processes were restarted.",
     ]
     for key, words in (("scsynth", "the same messages"), ("scsynth_mutants_only", "the mutants alone")):
         if fuzz[key] is not None:
