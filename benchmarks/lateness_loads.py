@@ -47,6 +47,8 @@ class Gateway:
             "haptic_server.gateway",
             "--run-dir",
             str(run_dir),
+            "--state-dir",
+            str(run_dir / "state"),
             "--rig",
             self.rig,
         ]

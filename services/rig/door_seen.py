@@ -32,7 +32,7 @@ def findings(rig_file: Path, rig: str | None) -> list[Finding]:
     found = "; ".join(warnings) or f"{rig_file}: its certificate is good"
     own = Finding("rig file", not warnings, False, found)
     try:
-        told = remote.health(*settled.far_end(rig_file, rig, None))
+        told = remote.health(settled.far_end(rig_file, rig, None))
     except Stop as stop:
         return [own, Finding("rig", False, False, str(stop), "only a running rig tells whom it turned away")]
     return [own, *_told(told)]

@@ -7,10 +7,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from protocol.identity import Identity
-from protocol.keys import Keys
 from realtime.stop import StopRequest
 from rig.fault import lacking, wrong
+from rig.settled import FarEnd
 
 if TYPE_CHECKING:
     from rig.recording.recorder import Result
@@ -29,15 +28,13 @@ def check_out(out: Path, option: str) -> None:
 
 
 def recorded(
-    endpoint: str,
-    keys: Keys,
+    end: FarEnd,
     out: Path,
     *,
     force: bool = False,
     duration_s: float | None = None,
     wait: bool = False,
     say: Callable[[str], None] | None = None,
-    identity: Identity | None = None,
 ) -> "Result":
     """Record until SIGINT, SIGTERM or SIGHUP, or for `duration_s`. Raises Stop, also when the disk took no more.
 
@@ -49,7 +46,7 @@ def recorded(
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, stop.ask)
     try:
-        result = Recorder(endpoint, keys, out, force, wait, say or to_stderr, identity).run(stop, duration_s)
+        result = Recorder(end, out, force, wait, say or to_stderr).run(stop, duration_s)
     except FileExistsError:
         wrong(f"{out}: exists already; recordings are never overwritten: give another name")
     except NoRig as error:
@@ -86,16 +83,8 @@ def _counted(counts: dict[str, int]) -> str:
     return ", ".join(f"{n} of {topic}" for topic, n in sorted(counts.items()))
 
 
-def record(
-    endpoint: str,
-    keys: Keys,
-    out: Path,
-    force: bool,
-    duration_s: float | None,
-    as_json: bool,
-    identity: Identity | None = None,
-) -> None:
+def record(end: FarEnd, out: Path, force: bool, duration_s: float | None, as_json: bool) -> None:
     """Record a rig that runs, and say what there is in the file. Raises Stop."""
     check_out(out, "--out")
-    result = recorded(endpoint, keys, out, force=force, duration_s=duration_s, identity=identity)
+    result = recorded(end, out, force=force, duration_s=duration_s)
     print(json.dumps(asdict(result)) if as_json else words(result))

@@ -74,17 +74,25 @@ def settle(
     )
 
 
+class FarEnd(NamedTuple):
+    """A running rig as a command reaches it: the router's endpoint, its keys, and as whom we come in."""
+
+    endpoint: str
+    keys: Keys
+    identity: Identity | None = None  # None on loopback
+
+
 def far_end(
     rig_file: Path | None, rig: str | None, connect: str | None, *, only_reads: bool = False
-) -> tuple[str, Keys, Identity | None]:
-    """Endpoint, keys and identity of a command that talks to a running rig. Raises Stop."""
+) -> FarEnd:
+    """Of a command that talks to a running rig. Raises Stop."""
     file = RigFile() if rig_file is None else load(rig_file)
     end = checks.endpoint(connect or file.connect)
     identity = file.identity if is_tls(end) else None
     if identity is not None:
         roles = (*_REMOTE_ROLES, "listener") if only_reads else _REMOTE_ROLES
         _tell(identity_check.require_client(identity, roles, "this command"))
-    return end, Keys(_rig(file, rig)), identity
+    return FarEnd(end, Keys(_rig(file, rig)), identity)
 
 
 def fitness(rig_file: Path) -> list[str]:

@@ -9,6 +9,7 @@ from protocol.identity import add_options, identity_of
 from protocol.keys import Keys
 from rig.fault import Stop, lacking
 from rig.record import recorded, words
+from rig.settled import FarEnd
 
 _MOST_PARTS = 10_000
 
@@ -32,15 +33,13 @@ def main() -> int:
     add_options(parser)
     given = parser.parse_args()
     try:
-        identity = identity_of(given)
+        end = FarEnd(given.connect, Keys(given.rig), identity_of(given))
     except ValueError as error:
         parser.error(str(error))
     try:
         out = _free(given.out)
         print(f"recording into {out}", file=sys.stderr, flush=True)
-        result = recorded(
-            given.connect, Keys(given.rig), out, force=given.force, wait=True, identity=identity
-        )
+        result = recorded(end, out, force=given.force, wait=True)
     except Stop as stop:
         print(stop, file=sys.stderr, flush=True)
         return stop.status

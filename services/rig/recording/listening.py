@@ -14,12 +14,11 @@ from typing import Any, NamedTuple
 import zenoh
 
 from protocol.clock import ClockMap, HapticClock, asked_clock
-from protocol.identity import Identity
-from protocol.keys import Keys
 from protocol.session import client_config, open_client
 from realtime.stop import StopRequest
 from rig.recording import channels
 from rig.recording.channels import Channel, Presence
+from rig.settled import FarEnd
 
 _RING = 4096
 _QUEUED = 100_000  # a minute of everything at its busiest
@@ -63,10 +62,9 @@ Item = Heard | Came | NewClock | NewScene
 class Listening:
     """Of one rig. `open` and `close` belong to the main thread, and so do the questions; `items` to the writing one."""
 
-    def __init__(self, endpoint: str, keys: Keys, identity: Identity | None = None) -> None:
-        self._endpoint = endpoint
-        self._keys = keys
-        self._identity = identity
+    def __init__(self, end: FarEnd) -> None:
+        self._end = end
+        self._keys = end.keys
         self._session: zenoh.Session | None = None
         self._clock_map = ClockMap()
         self._readers: list[threading.Thread] = []
@@ -76,10 +74,10 @@ class Listening:
     def open(self, stop: StopRequest | None) -> bool:
         """Join the rig's router; with `stop` wait for it until that is set. Whether there is one."""
         if stop is not None:
-            self._session = open_client(self._endpoint, lambda: not stop.is_set(), self._identity)
+            self._session = open_client(self._end.endpoint, lambda: not stop.is_set(), self._end.identity)
             return self._session is not None
         try:
-            self._session = zenoh.open(client_config(self._endpoint, self._identity))
+            self._session = zenoh.open(client_config(self._end.endpoint, self._end.identity))
         except zenoh.ZError:
             return False
         return True

@@ -15,8 +15,6 @@ from typing import Any, cast
 
 from drumstick.parameters import table_of
 from drumstick.scene import Scene, SceneError, from_tables
-from protocol.identity import Identity
-from protocol.keys import Keys
 from protocol.messages import Message, Meter, decode
 from realtime.stop import StopRequest
 from rig.recording import channels
@@ -24,6 +22,7 @@ from rig.recording.filing import CLOCK_METADATA, SCENE_ATTACHMENT, Filing
 from rig.recording.gaps import Gaps
 from rig.recording.listening import Came, Heard, Item, Listening, NewClock, NewScene
 from rig.recording.times import TimeLine, wall_minus_monotonic_ns
+from rig.settled import FarEnd
 
 _TURN_S = 0.1
 _CLOCK_EVERY_S = 10.0
@@ -88,21 +87,19 @@ class Recorder:
 
     def __init__(
         self,
-        endpoint: str,
-        keys: Keys,
+        end: FarEnd,
         out: Path,
         force: bool,
         wait: bool,
         say: Callable[[str], None],
-        identity: Identity | None = None,
     ) -> None:
-        self._keys = keys
-        self._endpoint = endpoint
+        self._keys = end.keys
+        self._endpoint = end.endpoint
         self._out = out
         self._force = force
         self._wait = wait
         self._say = say
-        self._listening = Listening(endpoint, keys, identity)
+        self._listening = Listening(end)
         self._line = TimeLine(wall_minus_monotonic_ns())
         self._gaps = Gaps()
         self._ended = threading.Event()

@@ -1,0 +1,66 @@
+"""The commands about machines: whether this one is fit, and the certificates of all."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rig.commands.options import (
+    Json,
+    RigFile,
+    RigNameOrFile,
+    Scene,
+)
+
+
+def servo_test_command(
+    scene: Scene = "roll",
+    seconds: Annotated[float, typer.Option(help="How long to watch the loop.")] = 10.0,
+    as_json: Json = False,
+) -> None:
+    """Ten seconds of the force loop: how late it is, and whether this machine is fit for it."""
+    from rig import checks
+    from rig.servo_test import servo_test
+
+    checks.finite(seconds, "--seconds", 0.5, 3600.0, "s")
+    servo_test(scene, seconds, as_json)
+
+
+def doctor_command(rig: RigNameOrFile = None, rig_file: RigFile = None, as_json: Json = False) -> None:
+    """What this machine has and lacks for playing; the rig's last fault here, drawn; whom it turned away."""
+    from rig.doctor import doctor
+
+    raise typer.Exit(doctor(as_json, rig, rig_file))
+
+
+def keys_make(
+    out: Annotated[Path, typer.Option(help="A new folder; it gets one folder for each machine to carry.")],
+    rig: RigNameOrFile = None,
+    host: Annotated[
+        list[str] | None,
+        typer.Option(help="Name or address by which others reach the haptic machine; may be repeated."),
+    ] = None,
+    days: Annotated[int, typer.Option(help="How long the certificates are valid, 1 to 825.")] = 365,
+    renew: Annotated[
+        str | None, typer.Option(help="Make only this role's certificate anew, by the authority in --out.")
+    ] = None,
+) -> None:
+    """A small authority, and a certificate for each role: haptic, sound, panel, technician, listener."""
+    from rig import checks
+    from rig import keys as rig_keys
+
+    checks.finite(days, "--days", 1.0, rig_keys.LONGEST_DAYS, "days")
+    if renew is None:
+        rig_keys.make(out, rig, host or [], days)
+    else:
+        rig_keys.renew(out, renew, host or [], days)
+
+
+def keys_show(
+    folder: Annotated[Path, typer.Argument(help="A folder that `keys make` made, or one of its folders.")],
+    as_json: Json = False,
+) -> None:
+    """Who each certificate is for, and until when."""
+    from rig import keys as rig_keys
+
+    rig_keys.show(folder, as_json)

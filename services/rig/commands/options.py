@@ -1,0 +1,86 @@
+"""What the commands may be given: one annotated type for each option that several of them share."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER
+
+_SCENE = typer.Option(help="A shipped scene or a .toml file.")
+_RIG = typer.Option(help="Name of the rig on the wire.")
+_CONNECT = typer.Option(help="Zenoh router to use, e.g. tcp/127.0.0.1:7447.")
+_LISTEN_WORDS = "Without --connect this rig is the Zenoh router itself, at this loopback endpoint."
+_RIG_FILE = typer.Option("--rig-file", help="Who the rig is on the network, and who may speak to it (TOML).")
+_DURATION = typer.Option(help="Stop after this many seconds of play.")
+_JSON = typer.Option("--json", help="Print one JSON object and nothing else on stdout.")
+_AUDIO = typer.Option(help="auto, null, wav:FILE, or part of an audio device's name.")
+_AUDIO_RATE = typer.Option(
+    help="Frames a second, 22050 to 192000; a device that has only one rate keeps its own."
+)
+_AUDIO_BLOCK = typer.Option(help="Frames a block, 16 to 8192: shorter is sooner heard and sooner late.")
+_PANEL_PORT = typer.Option(help="TCP port of the technician's page, on 127.0.0.1.")
+_OSC_IN_WORDS = "UDP port to hear OSC at, on 127.0.0.1 or where the rig file says."
+_OSC_OUT = typer.Option(help="host:port that gets the strikes as OSC; may be repeated.")
+_PREFIX = typer.Option(help="First part of every OSC address.")
+_OSCQUERY = typer.Option(
+    metavar="[HOST:]PORT",
+    help="Also describe the OSC addresses to other programs (OSCQuery), at this TCP port.",
+)
+_OSCQUERY_ANNOUNCE = typer.Option(
+    "--oscquery-announce", help="Announce OSCQuery by multicast DNS, though only this machine can reach it."
+)
+_MIDI_OUT = typer.Option(
+    metavar="NAME",
+    help="Also play the strikes as MIDI: part of a port's name, virtual, or list to see the ports.",
+)
+_MIDI_NOTE = typer.Option(help="MIDI note of a strike, 0 to 127.")
+_MIDI_CHANNEL = typer.Option(help="MIDI channel of strikes, 1 to 16.")
+_FRESH = typer.Option("--fresh", help="Start with the scene's parameters, not with those of last time.")
+_OUT = typer.Option(help="Also write figures (PNG, SVG), tables (CSV) and analysis.json into this folder.")
+_SWEEP = typer.Option(
+    help="NAME=LOW:HIGH:COUNT[:log], with --out: sweep this parameter instead of the usual ones; twice: a plane."
+)
+_RECORD = typer.Option(help="Also record what the rig does into this new MCAP file.")
+_RECORD_FORCE = typer.Option("--record-force", help="Also the contacts' force, of a scene that streams it.")
+_POSE = "You hold a real arm in its neutral pose now, so that its encoders may be reset (docs/phantom.md)."
+_DEVICE = typer.Option(
+    help="simulated, pointer (mouse or touch on the panel), openhaptics, or replay:FILE (CSV with t_s and z_m)."
+)
+
+Scene = Annotated[str, _SCENE]
+RigName = Annotated[str, _RIG]
+Connect = Annotated[str | None, _CONNECT]
+Duration = Annotated[float | None, _DURATION]
+# What a rig file may say too: not given is not the same as given the default.
+RigFile = Annotated[Path | None, _RIG_FILE]
+RigNameOrFile = Annotated[
+    str | None, typer.Option(help="Name of the rig on the wire.", show_default=DEFAULT_RIG)
+]
+ListenOrFile = Annotated[str | None, typer.Option(help=_LISTEN_WORDS, show_default=DEFAULT_ROUTER)]
+OscInOrFile = Annotated[int | None, typer.Option(help=_OSC_IN_WORDS, show_default="9100")]
+Json = Annotated[bool, _JSON]
+Audio = Annotated[str, _AUDIO]
+AudioRate = Annotated[int, _AUDIO_RATE]
+AudioBlock = Annotated[int, _AUDIO_BLOCK]
+PanelPort = Annotated[int, _PANEL_PORT]
+OscOut = Annotated[list[str] | None, _OSC_OUT]
+Prefix = Annotated[str, _PREFIX]
+OscQuery = Annotated[str | None, _OSCQUERY]
+OscQueryAnnounce = Annotated[bool, _OSCQUERY_ANNOUNCE]
+MidiOut = Annotated[str | None, _MIDI_OUT]
+MidiNote = Annotated[int, _MIDI_NOTE]
+MidiChannel = Annotated[int, _MIDI_CHANNEL]
+Device = Annotated[str, _DEVICE]
+Fresh = Annotated[bool, _FRESH]
+PresetName = Annotated[str, typer.Argument(help="1 to 60 letters, digits, spaces, _ . or -")]
+PoseIsHeld = Annotated[bool, typer.Option("--pose-is-held", help=_POSE)]
+Record = Annotated[Path | None, _RECORD]
+RecordForce = Annotated[bool, _RECORD_FORCE]
+SceneName = Annotated[str, typer.Argument(help="A shipped scene or a .toml file.")]
+Also = Annotated[
+    list[str] | None, typer.Option(help="Another rig whose drum to play as well; may be repeated.")
+]
+Listen = Annotated[str, typer.Option(help=_LISTEN_WORDS)]
+Figures = Annotated[Path | None, _OUT]
+Sweeps = Annotated[list[str] | None, _SWEEP]

@@ -1,0 +1,153 @@
+"""The commands for a rig that runs: its parameters and presets, panic, arm, and what it does as a recording."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from protocol.keys import DEFAULT_ROUTER
+from rig.commands.options import (
+    Connect,
+    Duration,
+    Json,
+    Listen,
+    OscOut,
+    Prefix,
+    PresetName,
+    RigFile,
+    RigName,
+    RigNameOrFile,
+)
+
+
+def record_command(
+    out: Annotated[Path, typer.Option(help="The new MCAP file; one that exists is never overwritten.")],
+    force: Annotated[
+        bool, typer.Option("--force", help="Also the contacts' force, of a scene that streams it.")
+    ] = False,
+    duration: Annotated[float | None, typer.Option(help="Stop after this many seconds.")] = None,
+    rig: RigNameOrFile = None,
+    rig_file: RigFile = None,
+    connect: Connect = None,
+    as_json: Json = False,
+) -> None:
+    """Record a running rig: strikes, parameters, state, meters; until Ctrl-C."""
+    from rig import checks
+    from rig.record import record
+    from rig.settled import far_end
+
+    checks.duration(duration)
+    record(far_end(rig_file, rig, connect, only_reads=True), out, force, duration, as_json)
+
+
+def replay_command(
+    file: Annotated[
+        Path, typer.Argument(help="A recording, .mcap; one that was cut off plays as far as it goes.")
+    ],
+    speed: Annotated[float, typer.Option(help="Times the recorded speed; a contact keeps its length.")] = 1.0,
+    loop: Annotated[bool, typer.Option("--loop", help="Again and again, until Ctrl-C.")] = False,
+    await_sound: Annotated[
+        bool, typer.Option("--await-sound", help="Begin when a sound server of this rig is there.")
+    ] = False,
+    rig: RigName = "main",
+    connect: Connect = None,
+    listen: Listen = DEFAULT_ROUTER,
+    osc_out: OscOut = None,
+    prefix: Prefix = "/drumstick",
+    as_json: Json = False,
+) -> None:
+    """Play a recording over Zenoh and OSC, in the haptic server's place."""
+    from rig import checks
+    from rig.replay import checked_wishes, replay
+
+    _, keys = checks.wire(rig, connect)
+    out = osc_out or ["127.0.0.1:9101"]
+    replay(keys, checked_wishes(file, speed, loop, await_sound, listen, connect, out, prefix), as_json)
+
+
+def panic_command(rig: RigNameOrFile = None, rig_file: RigFile = None, connect: Connect = None) -> None:
+    """Zero force at once, latched."""
+    from rig import remote
+    from rig.settled import far_end
+
+    remote.panic(far_end(rig_file, rig, connect))
+
+
+def arm_command(rig: RigName = "main") -> None:
+    """Clear a panic or a fault; only on the haptic machine."""
+    from rig import arm, checks
+
+    checks.rig_name(rig)
+    arm.arm(rig)
+
+
+def params_get(
+    names: Annotated[list[str] | None, typer.Argument(help="Wire names; none means all.")] = None,
+    rig: RigNameOrFile = None,
+    rig_file: RigFile = None,
+    connect: Connect = None,
+    as_json: Json = False,
+) -> None:
+    """What the servo uses now."""
+    from rig import remote
+    from rig.settled import far_end
+
+    remote.params_get(far_end(rig_file, rig, connect, only_reads=True), names or [], as_json)
+
+
+def params_set(
+    pairs: Annotated[list[str], typer.Argument(help="NAME=VALUE ..., all accepted or none.")],
+    rig: RigNameOrFile = None,
+    rig_file: RigFile = None,
+    connect: Connect = None,
+    as_json: Json = False,
+) -> None:
+    """Set parameters while it plays."""
+    from rig import remote
+    from rig.settled import far_end
+
+    remote.params_set(far_end(rig_file, rig, connect), pairs, as_json)
+
+
+def params_watch(
+    rig: RigNameOrFile = None, rig_file: RigFile = None, connect: Connect = None, duration: Duration = None
+) -> None:
+    """Print every accepted change."""
+    from rig import remote
+    from rig.settled import far_end
+
+    remote.params_watch(far_end(rig_file, rig, connect, only_reads=True), duration)
+
+
+def preset_save(
+    name: PresetName, rig: RigNameOrFile = None, rig_file: RigFile = None, connect: Connect = None
+) -> None:
+    """Keep the parameters as they are now, on the haptic machine."""
+    from rig import remote
+    from rig.settled import far_end
+
+    remote.preset_save(far_end(rig_file, rig, connect), name)
+
+
+def preset_load(
+    name: PresetName,
+    rig: RigNameOrFile = None,
+    rig_file: RigFile = None,
+    connect: Connect = None,
+    as_json: Json = False,
+) -> None:
+    """Set everything that the preset holds, or nothing."""
+    from rig import remote
+    from rig.settled import far_end
+
+    remote.preset_load(far_end(rig_file, rig, connect), name, as_json)
+
+
+def preset_list(
+    rig: RigNameOrFile = None, rig_file: RigFile = None, connect: Connect = None, as_json: Json = False
+) -> None:
+    """Every preset of the rig."""
+    from rig import remote
+    from rig.settled import far_end
+
+    remote.preset_list(far_end(rig_file, rig, connect, only_reads=True), as_json)
