@@ -16,10 +16,24 @@ from drumstick.scene import parse
 from haptic_server.gateway.lease import Holder, Lease
 from haptic_server.gateway.osc.front import OscFront
 from haptic_server.presets.preset import PresetError
-from protocol.messages import SetReply
+from protocol.messages import Release, SetReply, Strike
 from protocol.requests import ANYBODY, Claim
 
 BOUND_S = 5.0
+STRIKE = Strike(
+    boot=1,
+    seq=9,
+    t_ns=5,
+    x=0.5,
+    y=-0.25,
+    z_speed_m_per_s=1.5,
+    level=0.75,
+    peak_estimate_N=12.5,
+    contact_estimate_s=0.005,
+)
+RELEASE = Release(
+    boot=1, seq=9, t_ns=6, exit_speed_m_per_s=1.25, impulse_N_s=0.03125, peak_N=13.0, contact_s=0.0078125
+)
 
 
 class FakeDesk:

@@ -9,8 +9,7 @@ from contextlib import contextmanager
 import pytest
 
 from haptic_server.gateway.osc.front import OscFront
-from osc_bench import BOUND_S, Client, FakeDesk, client
-from protocol.messages import Release, Strike
+from osc_bench import BOUND_S, RELEASE, STRIKE, Client, FakeDesk, client
 
 pytestmark = [pytest.mark.needs("oscdump", "oscsend"), pytest.mark.timeout(60)]
 
@@ -75,32 +74,16 @@ def _rig(desk: FakeDesk) -> Iterator[tuple[OscFront, Dump]]:
 
 def test_oscdump_prints_a_strike_and_a_release_with_the_right_types() -> None:
     with _rig(FakeDesk()) as (front, dump):
-        front.strike(
-            Strike(
-                boot=1,
-                seq=42,
-                t_ns=5,
-                x=0.5,
-                y=-0.25,
-                z_speed_m_per_s=1.5,
-                level=0.75,
-                peak_estimate_N=12.5,
-                contact_estimate_s=0.005,
-            )
-        )
+        front.strike(STRIKE)
         _, types, *values = dump.line("/drumstick/strike")
         assert types == "ifffff"
-        assert [float(v) for v in values] == [42, 0.5, -0.25, 1.5, 0.75, 12.5]
+        assert [float(v) for v in values] == [9, 0.5, -0.25, 1.5, 0.75, 12.5]
         assert dump.line("/drumstick/level") == ["/drumstick/level", "f", "0.750000"]
         assert dump.line("/drumstick/gate") == ["/drumstick/gate", "i", "1"]
-        front.release(
-            Release(
-                boot=1, seq=42, t_ns=6, exit_speed_m_per_s=1.25, impulse_N_s=0.5, peak_N=13.0, contact_s=0.25
-            )
-        )
+        front.release(RELEASE)
         _, types, *values = dump.line("/drumstick/release")
         assert types == "iffff"
-        assert [float(v) for v in values] == [42, 1.25, 0.5, 13.0, 0.25]
+        assert [float(v) for v in values] == pytest.approx([9, 1.25, 0.03125, 13.0, 0.0078125], abs=1e-6)
         assert dump.line("/drumstick/gate") == ["/drumstick/gate", "i", "0"]
 
 

@@ -11,25 +11,10 @@ from pathlib import Path
 import pytest
 
 from haptic_server.gateway.osc.front import OscFront
-from osc_bench import FakeDesk, client
-from protocol.messages import Release, Strike
+from osc_bench import RELEASE, STRIKE, FakeDesk, client
 
 pytestmark = pytest.mark.timeout(120)
 _PATIENCE_S = 60.0
-STRIKE = Strike(
-    boot=1,
-    seq=42,
-    t_ns=5,
-    x=0.5,
-    y=-0.25,
-    z_speed_m_per_s=1.5,
-    level=0.75,
-    peak_estimate_N=12.5,
-    contact_estimate_s=0.005,
-)
-RELEASE = Release(
-    boot=1, seq=42, t_ns=6, exit_speed_m_per_s=1.25, impulse_N_s=0.5, peak_N=13.0, contact_s=0.25
-)
 
 # netreceive -> oscparse -> print; and, every fifth of a second, 0.5 -> oscformat -> netsend.
 PD_PATCH = """#N canvas 0 0 600 300 12;
@@ -126,7 +111,7 @@ def test_strikes_are_heard_and_a_parameter_is_set(program, tmp_path: Path) -> No
     try:
         with _listening(program(tmp_path, heard_at, front.endpoint[1]), environment) as lines:
             end = time.monotonic() + _PATIENCE_S
-            wanted = ("strike 42 0.5 -0.25 1.5 0.75 12.5", "release 42 1.25 0.5 13 0.25", "gate 0")
+            wanted = ("strike 9 0.5 -0.25 1.5 0.75 12.5", "release 9 1.25 0.03125 13 0.0078125", "gate 0")
 
             def printed(words: str) -> bool:
                 # Pd prints "drumstick: drumstick strike ...", SuperCollider an address and 13.0 for 13.

@@ -9,8 +9,7 @@ from collections.abc import Iterator
 
 import pytest
 import zenoh
-from pythonosc.osc_message import OscMessage
-from pythonosc.osc_message_builder import OscMessageBuilder
+from osc_port import receive, send
 from rig_process import (
     DRUMSTICK,
     Listener,
@@ -42,31 +41,6 @@ def rig() -> Iterator[Rig]:
 @pytest.fixture
 def strikes(rig: Rig, session: zenoh.Session) -> Listener:
     return Listener(session, rig.keys.strike, Strike)
-
-
-@pytest.fixture
-def osc(rig: Rig) -> Iterator[socket.socket]:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sock:
-        sock.bind(("127.0.0.1", rig.osc_out))
-        sock.settimeout(5.0)
-        yield sock
-
-
-def send(sock: socket.socket, rig: Rig, address: str, *args: object) -> None:
-    message = OscMessageBuilder(address)
-    for arg in args:
-        message.add_arg(arg)
-    sock.sendto(message.build().dgram, ("127.0.0.1", rig.osc_in))
-
-
-def receive(sock: socket.socket, address: str, value: float | None = None) -> list[object]:
-    """The next message at `address`, or the next one whose first argument is `value`."""
-    end = time.monotonic() + 10.0
-    while time.monotonic() < end:
-        message = OscMessage(sock.recv(2048))
-        if message.address == address and (value is None or message.params[0] == pytest.approx(value)):
-            return list(message.params)
-    raise AssertionError(f"no {address} {'' if value is None else value} came")
 
 
 def settle(session: zenoh.Session, rig: Rig, **changes: float) -> None:

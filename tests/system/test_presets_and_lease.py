@@ -11,8 +11,7 @@ from pathlib import Path
 import msgspec
 import pytest
 import zenoh
-from pythonosc.osc_message import OscMessage
-from pythonosc.osc_message_builder import OscMessageBuilder
+from osc_port import receive, send
 from rig_process import DRUMSTICK, Listener, Rig, ask, running, wait_for
 
 from protocol.messages import (
@@ -32,28 +31,6 @@ from protocol.messages import (
 def rig() -> Iterator[Rig]:
     with running("haptic", "--scene", "roll") as started:
         yield started
-
-
-@pytest.fixture
-def osc(rig: Rig) -> Iterator[socket.socket]:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sock:
-        sock.bind(("127.0.0.1", rig.osc_out))
-        sock.settimeout(10.0)
-        yield sock
-
-
-def say(sock: socket.socket, rig: Rig, address: str, *args: object) -> None:
-    message = OscMessageBuilder(address)
-    for arg in args:
-        message.add_arg(arg)
-    sock.sendto(message.build().dgram, ("127.0.0.1", rig.osc_in))
-
-
-def heard(sock: socket.socket, address: str) -> list[object]:
-    while True:
-        message = OscMessage(sock.recv(2048))
-        if message.address == address:
-            return list(message.params)
 
 
 def value_of(session: zenoh.Session, rig: Rig, name: str) -> float:
@@ -87,8 +64,8 @@ def test_saved_and_loaded_over_every_wire(rig: Rig, session: zenoh.Session, osc:
     assert json.loads(told.stdout)["values"]["k_hand"] == 22.0
     wait_for("the readback", lambda: value_of(session, rig, "k_hand") == 22.0)
 
-    say(osc, rig, "/drumstick/preset/load", "by zenoh")
-    assert heard(osc, "/drumstick/preset") == ["by zenoh"]
+    send(osc, rig, "/drumstick/preset/load", "by zenoh")
+    assert receive(osc, "/drumstick/preset") == ["by zenoh"]
     wait_for("the readback", lambda: value_of(session, rig, "k_hand") == 31.0)
 
     listed = json.loads(drumstick(rig, "preset", "list", "--json").stdout)["presets"]
@@ -108,8 +85,8 @@ def test_what_cannot_be_loaded_changes_nothing(rig: Rig, session: zenoh.Session,
     assert "letters, digits" in refusal(session, rig.keys.preset_load, [1, "../last"])
     assert "letters, digits" in refusal(session, rig.keys.preset_save, [1, "a/b"])
     assert "expected a name" in refusal(session, rig.keys.preset_load, [1, 3])
-    say(osc, rig, "/drumstick/preset/load", "nowhere")
-    address, why = heard(osc, "/drumstick/error")
+    send(osc, rig, "/drumstick/preset/load", "nowhere")
+    address, why = receive(osc, "/drumstick/error")
     assert address == "/drumstick/preset/load"
     assert "no preset 'nowhere'" in str(why)
     wrong = drumstick(rig, "preset", "load", "nowhere")
@@ -127,14 +104,14 @@ def test_one_technician_at_a_time(rig: Rig, session: zenoh.Session, osc: socket.
     assert reply.ok is not None
     assert decode(reply.ok.payload.to_bytes(), Lease).name == "Ada"
     wait_for("the others to see it", lambda: shown.got and shown.got[-1].name == "Ada")
-    assert heard(osc, "/drumstick/lease")[0] == "Ada"
+    assert receive(osc, "/drumstick/lease")[0] == "Ada"
 
     before = value_of(session, rig, "dv_pls")
     assert "Ada is tuning" in refusal(other, rig.keys.set_one("dv_pls"), [1, 0.27])
     assert "Ada is tuning" in refusal(other, rig.keys.set_many, [1, {"dv_pls": 0.27}, {"lease": "Ada"}])
     assert "Ada is tuning" in refusal(other, rig.keys.preset_load, [1, "by zenoh"])
-    say(osc, rig, "/drumstick/param/dv_pls", 0.27)
-    assert "Ada is tuning" in str(heard(osc, "/drumstick/error")[1])
+    send(osc, rig, "/drumstick/param/dv_pls", 0.27)
+    assert "Ada is tuning" in str(receive(osc, "/drumstick/error")[1])
     refused = drumstick(rig, "params", "set", "dv_pls=0.27")
     assert (refused.returncode, "Ada is tuning" in refused.stderr) == (2, True)
     assert value_of(session, rig, "dv_pls") == before
@@ -149,12 +126,12 @@ def test_one_technician_at_a_time(rig: Rig, session: zenoh.Session, osc: socket.
 
 
 def test_the_lease_by_osc(rig: Rig, session: zenoh.Session, osc: socket.socket) -> None:
-    say(osc, rig, "/drumstick/lease", "desk")
-    assert heard(osc, "/drumstick/lease") == ["desk", pytest.approx(5.0)]
+    send(osc, rig, "/drumstick/lease", "desk")
+    assert receive(osc, "/drumstick/lease") == ["desk", pytest.approx(5.0)]
     assert "desk is tuning" in refusal(session, rig.keys.set_one("dv_pls"), [1, 0.3])
-    say(osc, rig, "/drumstick/param/dv_pls", 0.29)
-    assert heard(osc, "/drumstick/param/dv_pls") == [pytest.approx(0.29)]
-    say(osc, rig, "/drumstick/lease", "")
+    send(osc, rig, "/drumstick/param/dv_pls", 0.29)
+    assert receive(osc, "/drumstick/param/dv_pls") == [pytest.approx(0.29)]
+    send(osc, rig, "/drumstick/lease", "")
     wait_for("its end", lambda: decode(ask(session, rig.keys.lease), Lease).name == "")
     ask(session, rig.keys.set_many, {"dv_pls": 0.3})
 

@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from haptic_server.gateway.lease import Holder
 from haptic_server.gateway.presets import Presets
-from haptic_server.gateway.questions import Questions, payload_of, refuse
 from haptic_server.gateway.settings import Echo, ParameterDesk
 from protocol import messages
 from protocol.keys import Keys
+from protocol.questions import Questions, payload_of, refuse
 from protocol.requests import Claim, requested_text, requested_value, requested_values
 
 if TYPE_CHECKING:

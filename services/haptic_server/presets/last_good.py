@@ -31,10 +31,12 @@ class LastGood:
         preset_of: Callable[[Mapping[str, float]], Preset],
         values: Mapping[str, float],
     ) -> None:
-        """`values`: what holds now and counts as good."""
+        """`values`: what holds now and counts as good. Not written: something older may be kept, for `--fresh`."""
         self._store = store
         self._preset_of = preset_of
-        self._good = self._newest = self._written = dict(values)
+        self._good = dict(values)
+        self._newest: dict[str, float] | None = None  # nobody has set anything yet
+        self._written: dict[str, float] | None = None
         self._since_ns = -PROBATION_NS
         self._said_s = -_COMPLAIN_S
         self._wanted = threading.Event()
@@ -44,7 +46,7 @@ class LastGood:
 
     def note(self, values: Mapping[str, float], now_ns: int) -> None:
         """The servo uses these values since `now_ns`."""
-        if now_ns - self._since_ns >= PROBATION_NS:
+        if self._newest is not None and now_ns - self._since_ns >= PROBATION_NS:
             self._good = self._newest
         self._newest, self._since_ns = dict(values), now_ns
         self._wanted.set()
@@ -53,7 +55,9 @@ class LastGood:
         """The servo stands still because of this fault."""
         if kind not in _OF_MOTION:
             return
-        if now_ns - self._since_ns < PROBATION_NS and self._newest != self._good:
+        if self._newest is None or self._newest == self._good:
+            return
+        if now_ns - self._since_ns < PROBATION_NS:
             _log.warning("a fault soon after a set: the next start uses the set before it")
             self._newest = self._good
             self._wanted.set()
@@ -74,7 +78,7 @@ class LastGood:
 
     def _write(self) -> None:
         values = self._newest
-        if values == self._written:
+        if values is None or values == self._written:
             return
         try:
             self._store.save_last(self._preset_of(values))

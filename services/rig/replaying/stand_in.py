@@ -6,10 +6,7 @@
 from __future__ import annotations
 
 import json
-import queue
 import secrets
-import sys
-import threading
 import time
 from collections.abc import Callable, Mapping
 
@@ -17,11 +14,11 @@ import zenoh
 
 from protocol import messages
 from protocol.keys import Keys
-from protocol.messages import Clock, Message, RefusalReply
+from protocol.messages import Clock, Message
+from protocol.questions import Questions
 from rig.recording import channels
 from rig.recording.channels import Channel
 
-_QUEUED_QUERIES = 256
 _ASK_S = 0.5
 
 
@@ -53,7 +50,7 @@ class StandIn:
         self._what, self._on_panic, self._health = what, on_panic, health
         self._encoding = zenoh.Encoding(messages.ENCODING)
         self._json = zenoh.Encoding.APPLICATION_JSON
-        self._queries: queue.Queue[zenoh.Query | None] = queue.Queue(_QUEUED_QUERIES)
+        self._questions = Questions("queries", self._answer)
         self._readbacks: dict[str, bytes] = {}
         self._publishers = {
             channel: session.declare_publisher(key, encoding=self._encoding)
@@ -73,10 +70,8 @@ class StandIn:
             keys.doctor,
             keys.panic,
         )
-        self._queryables = [session.declare_queryable(key, self._receive) for key in asked]
+        self._queryables = [session.declare_queryable(key, self._questions.receive) for key in asked]
         self._token = session.liveliness().declare_token(keys.alive("haptic", f"{boot:x}"))
-        self._worker = threading.Thread(target=self._answer_all, name="queries", daemon=True)
-        self._worker.start()
 
     def put(self, channel: Channel, name: str, message: Message) -> None:
         """Publish one message; a readback is also what `param/NAME` answers from now on."""
@@ -89,30 +84,9 @@ class StandIn:
 
     def close(self) -> None:
         """Stop answering. The caller closes the session."""
-        self._queries.put(None)
-        self._worker.join(2.0)
+        self._questions.close()
 
-    def _receive(self, query: zenoh.Query) -> None:
-        try:
-            self._queries.put_nowait(query)
-        except queue.Full:
-            self._refuse(query, "too many queries at once: ask again")
-
-    def _answer_all(self) -> None:
-        while (query := self._queries.get()) is not None:
-            try:
-                self._answer(query)
-            except ValueError as error:
-                self._refuse(query, str(error))
-            except Exception as error:  # noqa: BLE001  one question that fails must not silence all that come after it
-                print(
-                    f"replay: {query.key_expr} could not be answered: {error!r}", file=sys.stderr, flush=True
-                )
-                self._refuse(query, f"a fault of the replay: {error}")
-            else:
-                query.drop()  # not left to the collector: until then the asker waits for more
-
-    def _answer(self, query: zenoh.Query) -> None:
+    def _answer(self, query: zenoh.Query) -> bool:
         key, keys = str(query.key_expr), self._keys
         if key == keys.set_many or key.startswith(keys.set_one("")):
             raise ValueError(f"this is {self._what}: nothing can be set")
@@ -130,6 +104,7 @@ class StandIn:
             query.reply(keys.panic, messages.encode(Message()), encoding=self._encoding)
         else:
             raise ValueError(f"{key}: name one key; wildcards are for param/* only")
+        return True
 
     def _answer_param(self, query: zenoh.Query, name: str) -> None:
         known = dict(self._readbacks)
@@ -140,7 +115,3 @@ class StandIn:
             )
         for each, payload in found.items():
             query.reply(self._keys.param(each), payload, encoding=self._encoding)
-
-    def _refuse(self, query: zenoh.Query, reason: str) -> None:
-        query.reply_err(messages.encode(RefusalReply(reason=reason)), encoding=self._encoding)
-        query.drop()

@@ -156,3 +156,14 @@ def test_what_the_servo_refuses_is_no_longer_claimed(bench: Bench) -> None:
     bench.tick(200)
     bench.echoes()
     assert bench.desk.values()["dv_pls"] == 0.2
+
+
+def test_a_flood_of_panics_is_one_line_in_the_log(bench: Bench, caplog: pytest.LogCaptureFixture) -> None:
+    for _ in range(1000):
+        bench.desk.panic("a flood")
+    assert caplog.text.count("panic from a flood") == 1
+    bench.tick(1)
+    bench.desk.saw(True)
+    bench.desk.saw(False)  # somebody armed
+    bench.desk.panic("another")
+    assert caplog.text.count("panic from") == 2

@@ -6,7 +6,7 @@ a client that plays fair does not even send what nobody may hear: a forger's doe
 """
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
@@ -41,6 +41,14 @@ def key(tail: str, rig: str = RIG) -> str:
     return f"drumstick/{rig}/{tail}"
 
 
+def at_once(note: Callable[[zenoh.Sample], None]) -> Any:
+    """`note`, called by the thread that receives: what was sent before a reply has then been noted before that reply.
+
+    Without it Zenoh hands each subscriber's samples to a thread of its own, which may come to them at any later time.
+    """
+    return zenoh.handlers.Callback(note, indirect=False)
+
+
 def of(tails: tuple[str, ...], *concrete: str) -> set[str]:
     """The concrete names that a row's patterns stand for."""
     patterns = [zenoh.KeyExpr(tail) for tail in tails]
@@ -60,11 +68,13 @@ class Gateway:
     def begin(self) -> None:
         self.session.declare_subscriber(
             "drumstick/**",
-            lambda sample: self.put.append(
-                (
-                    str(sample.key_expr),
-                    sample.payload.to_bytes(),
-                    "put" if sample.kind == zenoh.SampleKind.PUT else "delete",
+            at_once(
+                lambda sample: self.put.append(
+                    (
+                        str(sample.key_expr),
+                        sample.payload.to_bytes(),
+                        "put" if sample.kind == zenoh.SampleKind.PUT else "delete",
+                    )
                 )
             ),
         )
@@ -232,7 +242,7 @@ def test_hears_only_what_its_row_says(leaky: Gateway, keyring: Keyring, name: st
             "drumstick/**",
             "**",
         ):
-            session.declare_subscriber(pattern, lambda sample: heard.append(str(sample.key_expr)))
+            session.declare_subscriber(pattern, at_once(lambda sample: heard.append(str(sample.key_expr))))
         settle(session, name)
         with zenoh.open(client_config(leaky.local)) as local:
             for source in (leaky.session, local):
@@ -253,7 +263,7 @@ def test_sees_only_the_tokens_that_its_row_says(leaky: Gateway, keyring: Keyring
             asked: set[str] = set()
             for pattern in (*(key(tail) for tail in TOKENS), key("alive/*/*"), key("alive/pointer/*"), "**"):
                 session.liveliness().declare_subscriber(
-                    pattern, lambda sample: shown.append(str(sample.key_expr)), history=True
+                    pattern, at_once(lambda sample: shown.append(str(sample.key_expr))), history=True
                 )
                 replies = list(session.liveliness().get(pattern, timeout=2.0))
                 asked |= {str(reply.ok.key_expr) for reply in replies if reply.ok is not None}

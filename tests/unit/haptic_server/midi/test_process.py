@@ -123,18 +123,18 @@ def test_close_does_not_wait_for_ever(
     assert child.returncode == -9
 
 
-def test_the_real_process_without_any_midi_system(
+def test_the_real_process_waits_for_what_is_not_there(
     made: Callable[..., PortProcess], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    if Path("/dev/snd/seq").exists():
-        pytest.skip("this machine has an ALSA sequencer: this is for one without")
     monkeypatch.setenv("JACK_DEFAULT_SERVER", "no-such-server")
     monkeypatch.setenv("JACK_NO_START_SERVER", "1")
-    port = PortProcess(command("x", "drumstick test"))
+    port = PortProcess(command("no such port", "drumstick test"))
     try:
         told: list[str] = []
         told += look_until(port, lambda: told or port._told_away, Time())
-        assert told == ["no MIDI system runs here (ALSA's sequencer, JACK); waiting for one"]
+        # Which of the two depends on whether this machine has ALSA's sequencer.
+        assert told[0].startswith(("no MIDI system runs here", "no port has 'no such port' in its name"))
+        assert len(told) == 1
         assert port._process is not None
         child = port._process
     finally:

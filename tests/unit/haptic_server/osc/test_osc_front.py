@@ -7,25 +7,10 @@ import threading
 import pytest
 
 from haptic_server.gateway.osc.front import OscFront
-from osc_bench import BOUND_S, FakeDesk, built, client, no_preset, opened_front, tell
+from osc_bench import BOUND_S, RELEASE, STRIKE, FakeDesk, built, client, no_preset, opened_front, tell
 from protocol import osc
-from protocol.messages import Release, Strike
 
 P = "/drumstick"
-STRIKE = Strike(
-    boot=1,
-    seq=9,
-    t_ns=5,
-    x=0.5,
-    y=-0.25,
-    z_speed_m_per_s=1.5,
-    level=0.75,
-    peak_estimate_N=12.5,
-    contact_estimate_s=0.005,
-)
-RELEASE = Release(
-    boot=1, seq=9, t_ns=6, exit_speed_m_per_s=1.25, impulse_N_s=0.03125, peak_N=13.0, contact_s=0.0078125
-)
 
 
 def test_a_strike_and_its_mirrors_reach_every_target() -> None:

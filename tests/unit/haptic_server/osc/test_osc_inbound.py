@@ -241,3 +241,17 @@ def test_a_lease_belongs_to_the_port_that_took_it() -> None:
         assert tell(front, a, built(P + "/lease", "")) == [("/drumstick/lease", ["", 0.0])]
         front.hear(built(P + "/param/dv_pls", 0.625), b.endpoint)
         assert desk.sets[-1][0] == {"dv_pls": 0.625}
+
+
+def test_presets_are_capped_for_each_sender() -> None:
+    desk, time = FakeDesk(), Time()
+    with client() as a, client() as b, opened_front(desk, now=time) as front:
+        for _ in range(50):
+            front.hear(built(P + "/preset/load", "slow"), a.endpoint)
+        assert len(desk.sets) == 5
+        assert "more than 5 presets in a second" in str(a.waiting()[-1])
+        front.hear(built(P + "/preset/load", "slow"), b.endpoint)
+        assert len(desk.sets) == 6
+        time.s += 1.0
+        front.hear(built(P + "/preset/load", "slow"), a.endpoint)
+        assert len(desk.sets) == 7

@@ -44,10 +44,20 @@ def test_what_is_noted_is_on_the_disk_soon(tmp_path: Path) -> None:
 
 def test_nothing_is_written_where_nothing_was_set(tmp_path: Path) -> None:
     store = PresetStore(tmp_path)
+    LastGood(store, _preset, START).close()
+    assert _kept(store) is None
+    store.save_last(_preset({"dv_pls": 0.3}))
+    LastGood(store, _preset, START).close()
+    assert _kept(store) == {"dv_pls": 0.3}
+
+
+def test_going_back_to_where_it_began_is_kept_too(tmp_path: Path) -> None:
+    store = PresetStore(tmp_path)
+    store.save_last(_preset({"dv_pls": 0.3}))  # of last time, restored or left out
     keeper = LastGood(store, _preset, START)
     keeper.note(START, 0)
     keeper.close()
-    assert _kept(store) is None
+    assert _kept(store) == START
 
 
 def test_the_end_does_not_forget_the_newest(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from protocol import messages
 if TYPE_CHECKING:
     import zenoh
 
-_log = logging.getLogger("gateway")
+_log = logging.getLogger(__name__)
 _MOST_QUEUED = 256
 _SETTLE_PERIOD_S = 0.005
 
@@ -74,7 +74,7 @@ class Questions:
             self._refuse(query, str(error))
         except Exception as error:  # noqa: BLE001  one question that fails must not silence all that come after it
             _log.error("query %s could not be answered: %r", query.key_expr, error)
-            self._refuse(query, f"a fault of the gateway: {error}")
+            self._refuse(query, f"a fault of ours: {error}")
 
     def _refuse(self, query: zenoh.Query, reason: str) -> None:
         self.refused += 1

@@ -1,0 +1,151 @@
+"""Presets on the desk: one set through the envelope, and what is restored at a start."""
+
+import dataclasses
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+
+from drumstick.law import law_of
+from drumstick.parameters import Refusal, values_of
+from drumstick.scene import Scene, parse, shipped_text
+from haptic_server import block as blocks
+from haptic_server.gateway.link import ServoLink
+from haptic_server.gateway.presets import Presets
+from haptic_server.gateway.settings import ParameterDesk
+from haptic_server.presets.preset import PresetError
+from haptic_server.presets.store import PresetStore
+from protocol.requests import ANYBODY, Claim
+
+ROLL = parse(shipped_text("roll"), "roll")
+TOM = parse(shipped_text("cor-roll"), "cor-roll")
+
+
+class Bench:
+    """A gateway's desk and presets in a folder; `scene` may be another one than the last time."""
+
+    def __init__(self, folder: Path, scene: Scene = ROLL) -> None:
+        run = folder / f"run {scene.name}"
+        run.mkdir(exist_ok=True)
+        self.block = blocks.create(run, law_of(scene))
+        self.desk = ParameterDesk(scene, ServoLink(run, law_of(scene)))
+        self.store = PresetStore(folder / "state")
+        given = values_of(law_of(scene), self.desk.table)
+        self.presets = Presets(self.store, self.desk, scene.name, given, now=lambda: "now")
+        self.news: list[tuple[str, str]] = []
+        self.presets.on_news = lambda what, name: self.news.append((what, name))
+
+    def keep(self, changes: Mapping[str, float]) -> None:
+        """As if the servo had used these for a while."""
+        self.desk.set(changes, "test")
+        keeper = self.presets.keep_last()
+        keeper.note(self.desk.accepted_values(), 0)
+        keeper.close()
+
+
+def test_what_is_saved_is_what_was_accepted_last(tmp_path: Path) -> None:
+    bench = Bench(tmp_path)
+    bench.desk.set({"dv_pls": 0.3, "k_hand": 30.0}, "test")
+    saved = bench.presets.save("slow", "test")
+    assert (saved.values["dv_pls"], saved.values["k_hand"]) == (0.3, 30.0)
+    assert "z_h0" not in saved.values
+    bench.desk.set({"dv_pls": 0.2, "k_hand": 20.0}, "test")
+    loaded = bench.presets.load("slow", "test", ANYBODY)
+    assert loaded.reply.revision == bench.desk.revision == 3
+    assert bench.desk.accepted_values()["dv_pls"] == 0.3
+    assert bench.news == [("saved", "slow"), ("loaded", "slow")]
+
+
+def test_a_preset_of_another_scene_is_refused_whole(tmp_path: Path) -> None:
+    other = Bench(tmp_path, TOM)
+    other.presets.save("cor", "test")
+    bench = Bench(tmp_path)
+    before = bench.desk.accepted_values()
+    with pytest.raises(Refusal, match=r"preset cor is of the scene cor-roll: .*gamma.* not in roll"):
+        bench.presets.load("cor", "test", ANYBODY)
+    assert bench.desk.accepted_values() == before
+    assert bench.news == []
+
+
+def test_the_envelope_and_the_lease_hold_for_presets_too(tmp_path: Path) -> None:
+    bench = Bench(tmp_path)
+    found = bench.presets.save("wild", "test")
+    bench.store.save(dataclasses.replace(found, values={**found.values, "m": 1e-4, "dv_pls": 10.0}))
+    with pytest.raises(Refusal, match="limit"):
+        bench.presets.load("wild", "test", ANYBODY)
+    bench.presets.save("tame", "test")
+    bench.desk.take_lease("mine", "Ada", 5.0)
+    with pytest.raises(Refusal, match="Ada is tuning"):
+        bench.presets.load("tame", "test", ANYBODY)
+    assert bench.presets.load("tame", "test", Claim("mine")).note == ""
+
+
+def test_an_older_version_is_told_once_in_the_log(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    bench = Bench(tmp_path)
+    bench.presets.save("slow", "test")
+    place = bench.store.save(bench.presets.save("slow", "test"))
+    place.write_bytes(b"")
+    for _ in range(10):
+        assert "is used" in bench.presets.load("slow", "test", ANYBODY).note
+    assert caplog.text.count("is used") == 1
+
+
+def test_the_last_good_set_is_taken_up_again(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    Bench(tmp_path).keep({"dv_pls": 0.3})
+    again = Bench(tmp_path)
+    again.presets.restore()
+    assert again.desk.accepted_values()["dv_pls"] == 0.3
+    assert "as it was at now: dv_pls 0.3" in caplog.text
+
+
+def test_what_nobody_changed_is_not_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    Bench(tmp_path).presets.restore()
+    assert caplog.text == ""
+    bench = Bench(tmp_path)
+    bench.keep({"dv_pls": 0.3})
+    bench.keep({"dv_pls": 0.2})
+    again = Bench(tmp_path)
+    again.presets.restore()
+    assert again.desk.revision == 0
+    assert caplog.text == ""
+
+
+def test_a_scene_that_was_changed_since_is_played_as_it_is_written(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    Bench(tmp_path).keep({"dv_pls": 0.3})
+    text = shipped_text("roll").replace("k_coll_N_per_m = 5000", "k_coll_N_per_m = 5500")
+    changed = parse(text, "roll")
+    assert changed != ROLL
+    again = Bench(tmp_path, changed)
+    again.presets.restore()
+    assert again.desk.revision == 0
+    assert "the scene was changed since" in caplog.text
+
+
+def test_another_scenes_last_set_is_left_alone(tmp_path: Path) -> None:
+    Bench(tmp_path).keep({"dv_pls": 0.3})
+    other = Bench(tmp_path, TOM)
+    other.presets.restore()
+    assert other.desk.revision == 0
+
+
+def test_one_that_is_damaged_or_no_longer_allowed_does_not_stop_the_start(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    bench = Bench(tmp_path)
+    bench.keep({"dv_pls": 0.3})
+    found = bench.store.load_last()
+    assert found is not None
+    bench.store.save_last(dataclasses.replace(found.preset, values={"m": 1e-4, "dv_pls": 10.0}))
+    Bench(tmp_path).presets.restore()
+    assert "the last good set cannot be" in caplog.text
+    caplog.clear()
+    for file in (tmp_path / "state").glob("last.*"):
+        file.write_bytes(b"rubbish")
+    with pytest.raises(PresetError):
+        bench.store.load_last()
+    again = Bench(tmp_path)
+    again.presets.restore()
+    assert again.desk.revision == 0
+    assert "not a preset of this version" in caplog.text
