@@ -164,6 +164,28 @@ def _wire() -> list[str]:
     return lines
 
 
+def _door() -> list[str]:
+    found = read("door")
+    lines = [
+        "",
+        "## The public listener",
+        "",
+        f"`python benchmarks/door.py`: from a put to a callback, both in one Python process, {found['messages']:,} messages; over loopback TCP, and over",
+        f"TLS through the door with the certificate of a listener. {where(found)}",
+        "",
+        "| | loopback p50, p99 us | through the door p50, p99 us | lost |",
+        "|---|---|---|---|",
+    ]
+    for name, row in found["rows"].items():
+        cells = [f"{row[way]['p50_us']:.0f}, {row[way]['p99_us']:.0f}" for way in ("loopback", "door")]
+        lines.append(f"| {name} | {' | '.join(cells)} | {sum(row[way]['lost'] for way in row)} |")
+    return [
+        *lines,
+        "",
+        f"Of {found['knocked']} handshakes that failed, Zenoh told of {found['refused_and_counted']}: ten a second at most.",
+    ]
+
+
 def page() -> str:
     """The whole page."""
     starts, sound = read("start_and_restart"), read("sound_cost")
@@ -198,7 +220,7 @@ def page() -> str:
         f" {row['ns_per_junction_and_step']:.2f} | {row['ratio_to_numpy_slices']:.2f} | {row['f01_error_cents']:+.2f} |"
         for name, row in sound["rows"].items()
     ]
-    return "\n".join([*lines, *_streamed(), *_ticks(), *_lateness(), *_month(), *_wire(), ""])
+    return "\n".join([*lines, *_streamed(), *_ticks(), *_lateness(), *_month(), *_wire(), *_door(), ""])
 
 
 if __name__ == "__main__":

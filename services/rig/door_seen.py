@@ -1,4 +1,4 @@
-"""What `drumstick doctor --rig-file` finds: this machine's certificate, and whom the running rig turned away."""
+"""What `drumstick doctor --rig-file` finds: this machine's certificate, and what the running rig turned away."""
 
 from __future__ import annotations
 
@@ -32,15 +32,14 @@ def findings(rig_file: Path, rig: str | None) -> list[Finding]:
     found = "; ".join(warnings) or f"{rig_file}: its certificate is good"
     own = Finding("rig file", not warnings, False, found)
     try:
-        told = remote.health(settled.far_end(rig_file, rig, None))
+        gateway, public = remote.health(settled.far_end(rig_file, rig, None))
     except Stop as stop:
         return [own, Finding("rig", False, False, str(stop), "only a running rig tells whom it turned away")]
-    return [own, *_told(told)]
+    return [own, *_told(gateway, public)]
 
 
-def _told(health: dict[str, Any]) -> list[Finding]:
-    public: dict[str, Any] | None = health.get("public")
-    by_osc = health["osc"].get("source", 0)
+def _told(gateway: dict[str, Any], public: dict[str, Any] | None) -> list[Finding]:
+    by_osc = gateway["osc"].get("source", 0)
     osc = Finding(
         "OSC strangers", not by_osc, False, f"{by_osc} messages refused", "osc.allow names who is heard"
     )
@@ -48,8 +47,12 @@ def _told(health: dict[str, Any]) -> list[Finding]:
         return [Finding("public listener", True, False, "none: loopback only"), osc]
     here = ", ".join(f"{name} {n}x" for name, n in sorted(public["present"].items())) or "nobody"
     failed, roleless = public["handshakes_refused"], public["without_role"]
-    words = f"{public['endpoint']}; here now: {here}; refused {failed} handshakes, {roleless} without a role"
-    good = bool(public["is_open"]) and not failed and not roleless
+    beyond = ", ".join(f"{role} {n}x" for role, n in sorted(public["beyond_role"].items())) or "none"
+    words = (
+        f"{public['endpoint']}; here now: {here}; refused {failed} handshakes, {roleless} without a role;"
+        f" messages beyond the sender's role: {beyond}"
+    )
+    good = bool(public["is_open"]) and not failed and not roleless and not public["beyond_role"]
     last = (
         f"last: {public['last']}"
         if public["last"]

@@ -9,7 +9,7 @@ from protocol.keys import DEFAULT_ROUTER
 from protocol.session import Public
 
 HAPTIC, SOUND, PANEL = "haptic", "sound", "panel"
-RECORD = "record"
+RECORD, DOOR = "record", "door"
 NOT_ESSENTIAL = frozenset({RECORD})  # whose end never ends a rig
 
 
@@ -87,11 +87,19 @@ def commands(options: Options) -> dict[str, list[str]]:
             osc += ["--osc-out", target]
         for network in options.osc_allow:
             osc += ["--osc-allow", network]
-        zenoh = router if options.connect else ["--listen", options.listen, *_public(options.public)]
+        zenoh = router if options.connect else ["--listen", options.listen]
         kept = ["--state-dir", str(options.state), *(["--fresh"] if options.fresh else [])]
         plan["gateway"] = [
             *python, "haptic_server.gateway", *folder, *rig, *osc, *zenoh, *kept, *_extras(options)
         ]  # fmt: skip
+        if options.public is not None:
+            plan[DOOR] = [
+                *python,
+                "haptic_server.door",
+                "--connect",
+                options.router,
+                *_public(options.public),
+            ]
     if SOUND in options.parts:
         drums = ["--rig", ",".join((options.rig, *options.also))]
         audio = [
@@ -113,8 +121,6 @@ def commands(options: Options) -> dict[str, list[str]]:
     return plan
 
 
-def _public(public: Public | None) -> list[str]:
-    if public is None:
-        return []
+def _public(public: Public) -> list[str]:
     admitted = ["--admit", ",".join(public.roles), "--carry", ",".join(public.rigs)]
     return ["--public", public.endpoint, *admitted, *public.identity.options()]

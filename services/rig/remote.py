@@ -141,7 +141,9 @@ def panic(end: FarEnd) -> None:
     print("panic: zero force; clear it on the haptic machine with: drumstick arm")
 
 
-def health(end: FarEnd) -> dict[str, Any]:
-    """What the gateway tells about itself. Raises Stop when it does not answer."""
+def health(end: FarEnd) -> tuple[dict[str, Any], dict[str, Any] | None]:
+    """What the gateway tells about itself, and the public listener if there is one. Stop when the gateway is silent."""
     with _session(end) as session:
-        return json.loads(_ask(session, end.keys.doctor)[0].payload.to_bytes())
+        gateway = json.loads(_ask(session, end.keys.doctor)[0].payload.to_bytes())
+        told = [reply.ok for reply in session.get(end.keys.door, timeout=_ANSWER_WITHIN_S) if reply.ok]
+        return gateway, json.loads(told[0].payload.to_bytes()) if told else None

@@ -41,6 +41,7 @@ ZENOH = (
     Use("scene", "query", None),
     Use("clock", "query", messages.Clock),
     Use("doctor", "query", None),
+    Use("door", "query", None),
     Use("panic", "query", messages.Message),
     Use("pointer", "put", messages.Pointer),
     Use("meter", "put", messages.Meter),

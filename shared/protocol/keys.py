@@ -73,6 +73,11 @@ class Keys:
         return self._key("doctor")
 
     @property
+    def door(self) -> str:
+        """The public listener as JSON: who is in by which role, what was turned away. Nobody answers without one."""
+        return self._key("door")
+
+    @property
     def panic(self) -> str:
         """Zero force at once, latched; cleared only on the haptic machine."""
         return self._key("panic")

@@ -61,6 +61,7 @@ ROLES: dict[str, Role] = {
             "lease",
             "scene",
             "doctor",
+            "door",
             "panic",
         ),
     ),

@@ -9,13 +9,12 @@ from __future__ import annotations
 
 import json
 import logging
-import socket
 import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 from protocol.access import access_control
-from protocol.endpoint import host_and_port, is_tls
+from protocol.endpoint import is_tls
 from protocol.identity import Identity, as_client, as_listener
 
 if TYPE_CHECKING:
@@ -118,51 +117,44 @@ def _wait(seconds: float, keep_trying: Callable[[], bool]) -> None:
         time.sleep(_TURN_S)
 
 
-def router_config(listen: str, public: Public | None = None) -> zenoh.Config:
-    """A router that listens at `listen`, and at a public endpoint if given.
-
-    zenoh.open raises ZError when `listen` is taken; a public endpoint that cannot be had is tried again for ever, so
-    that a network which is not there yet stops no local play. With one, every message passes the access rules;
-    `listen` must then be a loopback address over TCP, because whoever comes in there may do everything.
-    """
-    settings: dict[str, object] = {
-        "mode": "router",
-        "listen/endpoints": [listen],
-        "listen/exit_on_failure": True,
-    }
-    if public is not None:
-        settings |= {
-            **as_listener(public.identity),
-            "listen/endpoints": [listen, public.endpoint + _TRIED_AGAIN],
-            "listen/timeout_ms": -1,
-            "access_control": access_control(public.rigs, public.roles),
-            "transport/link/rx/max_message_size": _LARGEST_MESSAGE_BYTES,
-            "transport/link/tx/queue/congestion_control/block/wait_before_close": _SLOW_READER_US,
-        }
-    return _config(settings)
+def router_config(listen: str) -> zenoh.Config:
+    """The rig's router, at `listen`: a loopback address over TCP, because whoever comes in there may do everything."""
+    return _config({"mode": "router", "listen/endpoints": [listen], "listen/exit_on_failure": True})
 
 
-def open_router(listen: str, public: Public | None = None) -> zenoh.Session:
+def open_router(listen: str) -> zenoh.Session:
     """Open the rig's router; OSError, worded, when `listen` is taken or no address at all."""
     import zenoh
 
-    if public is not None:
-        _require_free(listen)  # Zenoh would wait for it for ever, as it is to wait for the public one
     try:
-        return zenoh.open(router_config(listen, public))
+        return zenoh.open(router_config(listen))
     except zenoh.ZError as error:
         raise OSError(
             f"Zenoh cannot listen at {listen} (taken by another rig?): {str(error)[:160]}"
         ) from None
 
 
-def _require_free(endpoint: str) -> None:
-    host, port = host_and_port(endpoint)
-    with socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET) as probe:
-        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            probe.bind((host, port))
-        except OSError as error:
-            raise OSError(
-                f"Zenoh cannot listen at {endpoint} (taken by another rig?): {error.strerror}"
-            ) from None
+def open_door(router: str, public: Public) -> zenoh.Session:
+    """Open a second router, for other machines, that passes on to the one at `router` what the access rules permit.
+
+    Either side may come later, and go and return: a network that is not there yet stops no local play.
+    """
+    import zenoh
+
+    return zenoh.open(
+        _config(
+            {
+                "mode": "router",
+                **as_listener(public.identity),
+                "listen/endpoints": [public.endpoint + _TRIED_AGAIN],
+                "listen/timeout_ms": -1,
+                "connect/endpoints": [router],
+                "connect/timeout_ms": -1,
+                "connect/exit_on_failure": False,
+                "connect/retry": {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5},
+                "access_control": access_control(public.rigs, public.roles),
+                "transport/link/rx/max_message_size": _LARGEST_MESSAGE_BYTES,
+                "transport/link/tx/queue/congestion_control/block/wait_before_close": _SLOW_READER_US,
+            }
+        )
+    )

@@ -5,6 +5,7 @@ All on loopback addresses; what tells local processes from others is TLS, not th
 
 import contextlib
 import json
+import os
 import signal
 import socket
 import subprocess
@@ -92,6 +93,9 @@ class Stage:
     def doctor(self, session: zenoh.Session) -> dict[str, Any]:
         return json.loads(ask(session, self.keys.doctor))
 
+    def door(self, session: zenoh.Session) -> dict[str, Any]:
+        return json.loads(ask(session, self.keys.door))
+
 
 @pytest.fixture(scope="module")
 def stage(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stage]:
@@ -115,8 +119,7 @@ def status(stage: Stage, local: zenoh.Session) -> str:
     return wait_for("a state", lambda: states.got[-1].status if states.got else None)
 
 
-@pytest.mark.usefixtures("local")
-def test_a_listener_follows_the_play_and_can_change_nothing(stage: Stage) -> None:
+def test_a_listener_follows_the_play_and_can_change_nothing(stage: Stage, local: zenoh.Session) -> None:
     with stage.client("listener") as session:
         strikes = Listener(session, stage.keys.strike, Strike)
         releases = Listener(session, stage.keys.release, Release)
@@ -128,11 +131,13 @@ def test_a_listener_follows_the_play_and_can_change_nothing(stage: Stage) -> Non
         assert list(session.get(stage.keys.panic, timeout=2.0)) == []
         assert list(session.get(stage.keys.set_one("dv_pls"), payload=b"0.3", timeout=2.0)) == []
         assert list(session.get(stage.keys.doctor, timeout=2.0)) == []
+        assert stage.door(local)["beyond_role"] == {"listener": 3}
         session.put(stage.keys.strike, b"forged")
         before = len(strikes.got)
         wait_for(
             "more strikes", lambda: len(strikes.got) > before + 10
         )  # it was not stopped, and not deceived
+        wait_for("the forgery in the count", lambda: stage.door(local)["beyond_role"] == {"listener": 4})
         assert readbacks.got == []
 
 
@@ -182,7 +187,7 @@ def test_the_real_panel_comes_in_and_is_seen(stage: Stage, local: zenoh.Session)
             return [str(reply.ok.key_expr) for reply in replies if reply.ok is not None]
 
         wait_for("the panel's token", tokens)
-        assert stage.doctor(local)["public"]["present"].get("panel", 0) >= 1
+        assert stage.door(local)["present"].get("panel", 0) >= 1
     finally:
         panel.terminate()
         panel.wait(20.0)
@@ -205,7 +210,7 @@ def test_a_sound_server_on_another_machine_plays_into_a_file(
 
 
 def test_who_is_turned_away_is_counted_and_told(stage: Stage, local: zenoh.Session, tmp_path: Path) -> None:
-    before = stage.doctor(local)["public"]
+    before = stage.door(local)
     assert before["is_open"] is True
     foreign = Keyring(tmp_path / "foreign").identity("sound")
     with pytest.raises(zenoh.ZError):
@@ -215,16 +220,14 @@ def test_who_is_turned_away_is_counted_and_told(stage: Stage, local: zenoh.Sessi
     after = wait_for(
         "the count",
         lambda: (
-            now
-            if (now := stage.doctor(local)["public"])["handshakes_refused"] > before["handshakes_refused"]
-            else None
+            now if (now := stage.door(local))["handshakes_refused"] > before["handshakes_refused"] else None
         ),
     )
     assert "UnknownIssuer" in after["last"]
     # The haptic machine's own certificate is of the authority, and of no role.
     with stage.client("haptic") as session:
         assert list(session.get(stage.keys.panic, timeout=2.0)) == []
-    assert stage.doctor(local)["public"]["without_role"] == before["without_role"] + 1
+    assert stage.door(local)["without_role"] == before["without_role"] + 1
     assert any("public listener: refused" in line for line in stage.rig.lines)
     told = stage.command("doctor", role="technician")
     assert f"public listener: {stage.endpoint}; here now: " in told
@@ -306,7 +309,7 @@ def test_a_recorded_panic_over_tls_cannot_be_played_again(stage: Stage, local: z
     wait_for("play after arming", lambda: status(stage, local) == "playing")
     recorded = bytes(relay.sent)
     assert len(recorded) > 1000  # a handshake with a certificate, and what followed
-    before = stage.doctor(local)["public"]["handshakes_refused"]
+    before = stage.door(local)["handshakes_refused"]
     with socket.create_connection(("127.0.0.1", stage.port)) as thief:
         with contextlib.suppress(OSError):  # refused while it is still sending
             thief.sendall(recorded)
@@ -314,7 +317,7 @@ def test_a_recorded_panic_over_tls_cannot_be_played_again(stage: Stage, local: z
         with contextlib.suppress(OSError):
             while thief.recv(65536):
                 pass
-    wait_for("the refusal", lambda: stage.doctor(local)["public"]["handshakes_refused"] > before)
+    wait_for("the refusal", lambda: stage.door(local)["handshakes_refused"] > before)
     assert status(stage, local) == "playing"
 
 
@@ -371,19 +374,37 @@ def test_frozen_and_flooding_clients_take_no_strike_from_local_ones(
     assert heard_of_made(stage, local, 2.0) >= 0.98
 
 
+def test_a_door_that_is_killed_comes_back_and_no_strike_is_missed_at_home(
+    stage: Stage, local: zenoh.Session
+) -> None:
+    at_home = Listener(local, stage.keys.strike, Strike)
+    with stage.client("listener") as session:
+        far = Listener(session, stage.keys.strike, Strike)
+        wait_for("strikes here and there", lambda: len(at_home.got) > 5 and len(far.got) > 5)
+        os.kill(stage.rig.children()["haptic_server.door"], signal.SIGKILL)
+        seen = len(far.got)
+        wait_for("strikes through the new door", lambda: len(far.got) > seen + 5)
+    seqs = [strike.seq for strike in at_home.got]
+    assert seqs == list(range(seqs[0], seqs[0] + len(seqs)))
+    forced = [strike.seq for strike in far.got]
+    assert len(set(forced)) == len(forced)
+
+
 def test_only_the_public_listener_is_added_to_the_sockets(stage: Stage, local: zenoh.Session) -> None:
     assert status(stage, local)
     children = stage.rig.children()
     assert bound(children["haptic_server.servo"]) == []
-    ports = {address.partition(":")[2] for address in bound(children["haptic_server.gateway"])}
-    assert ports >= {f"{stage.port:04X}", f"{stage.rig.zenoh_port:04X}", f"{stage.rig.osc_in:04X}"}
-    assert all(
-        address.partition(":")[0].endswith(LOOPBACK) for address in bound(children["haptic_server.gateway"])
-    )
+    at_home = bound(children["haptic_server.gateway"])
+    ports = {address.partition(":")[2] for address in at_home}
+    assert ports >= {f"{stage.rig.zenoh_port:04X}", f"{stage.rig.osc_in:04X}"}
+    assert all(address.partition(":")[0].endswith(LOOPBACK) for address in at_home)
+    # The door: its listener, its clients' links, and one end of the link to the gateway.
+    ports = [address.partition(":")[2] for address in bound(children["haptic_server.door"])]
+    assert len([port for port in ports if port != f"{stage.port:04X}"]) == 1
 
 
 def test_a_second_rig_at_the_same_public_listener_says_so(stage: Stage, local: zenoh.Session) -> None:
-    wait_for("the first one's listener", lambda: stage.doctor(local)["public"]["is_open"])
+    wait_for("the first one's listener", lambda: stage.door(local)["is_open"])
     other = [*DRUMSTICK, "haptic", "--rig-file", str(stage.file("haptic")), "--rig", f"{stage.rig.name}-2"]
     ports = ["--listen", f"tcp/127.0.0.1:{free_port()}", "--osc-in", str(free_port(socket.SOCK_DGRAM))]
     done = subprocess.run([*other, *ports], capture_output=True, text=True, timeout=60, check=False)
@@ -395,7 +416,7 @@ def test_a_second_rig_at_the_same_public_listener_says_so(stage: Stage, local: z
 def test_a_service_that_is_refused_says_why_and_ends(
     stage: Stage, local: zenoh.Session, tmp_path: Path
 ) -> None:
-    assert stage.doctor(local)["public"]["is_open"]
+    assert stage.door(local)["is_open"]
     theirs = Keyring(tmp_path / "foreign").identity("sound")
     file = tmp_path / "rig.toml"
     file.write_text(

@@ -13,22 +13,19 @@ from drumstick.law import law_of
 from drumstick.parameters import values_of
 from drumstick.scene import as_tables, parse
 from haptic_server import files, limits
-from haptic_server.gateway import door
 from haptic_server.gateway.contacts import contacts_of
 from haptic_server.gateway.extras import Extras, Lacking
 from haptic_server.gateway.link import rehearse, wait_for_servo
 from haptic_server.gateway.osc.front import LOOPBACK, OscFront
 from haptic_server.gateway.pointing import Pointing
 from haptic_server.gateway.presets import Presets
-from haptic_server.gateway.refusals import Refusals
 from haptic_server.gateway.relay import Relay
 from haptic_server.gateway.settings import ParameterDesk
 from haptic_server.gateway.wire import Wire
 from haptic_server.presets.store import PresetStore
 from protocol.identity import add_options, identity_of
 from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, Keys
-from protocol.roles import ROLES, checked_roles
-from protocol.session import Public, open_client, open_router
+from protocol.session import open_client, open_router
 from realtime.stop import StopRequest
 
 _log = logging.getLogger("gateway")
@@ -60,9 +57,6 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument(
         "--osc-allow", type=ip_network, action="append", help="network that may send OSC; may repeat"
     )
-    parser.add_argument("--public", help="also listen here for other machines, over TLS")
-    parser.add_argument("--admit", type=_names, default=tuple(ROLES), help="roles that may come in there")
-    parser.add_argument("--carry", type=_names, default=(), help="rigs whose keys they may use")
     parser.add_argument("--oscquery", type=_address, help="[host:]port to serve OSCQuery at")
     parser.add_argument(
         "--oscquery-announce", action="store_true", help="over multicast DNS, even on loopback"
@@ -74,23 +68,9 @@ def _arguments() -> argparse.Namespace:
     given = parser.parse_args()
     try:
         given.identity = identity_of(given)
-        given.public = _public(given)
     except ValueError as error:
         parser.error(str(error))
     return given
-
-
-def _names(text: str) -> tuple[str, ...]:
-    return tuple(name for name in text.split(",") if name)
-
-
-def _public(given: argparse.Namespace) -> Public | None:
-    if given.public is None:
-        return None
-    if given.identity is None:
-        raise ValueError("--public needs --authority, --certificate and --private-key")
-    rigs = given.carry or (given.rig,)
-    return Public(given.public, given.identity, rigs, checked_roles(given.admit))
 
 
 def main() -> int:
@@ -126,15 +106,12 @@ def main() -> int:
             "OSC port %s:%d cannot be opened: %s; choose another with --osc-in", host, port, error.strerror
         )
         return 3
-    refusals = Refusals()
-    if given.public is not None:
-        refusals.follow_zenoh()
     try:
         extras.open(desk, osc.endpoint, allow)
         session = (
             open_client(given.connect, lambda: not stop.is_set(), given.identity)
             if given.connect
-            else open_router(given.listen, given.public)
+            else open_router(given.listen)
         )
     except OSError as error:
         _log.error("%s", error)
@@ -147,8 +124,6 @@ def main() -> int:
 
         def health() -> Mapping[str, object]:
             told: dict[str, object] = {} if contacts is None else {"contact": contacts.counters()}
-            if given.public is not None:
-                told["public"] = door.told(session, given.public, refusals)
             return {
                 "servo": json.loads((given.run_dir / files.GRANTED).read_text()),
                 "osc": dict(osc.counters),

@@ -20,11 +20,12 @@ from protocol import session as sessions
 from protocol.access import access_control
 from protocol.identity import Identity
 from protocol.roles import HAPTIC, ROLES, Role
-from protocol.session import Public, client_config, open_client, open_router
+from protocol.session import Public, client_config, open_client, open_door, open_router
 
 RIG = "r"
 TAILS = (
-    "strike", "release", "contact", "state", "meter", "membrane", "pointer", "scene", "clock", "doctor", "panic",
+    "strike", "release", "contact", "state", "meter", "membrane", "pointer", "scene", "clock", "doctor", "door",
+    "panic",
     "set", "set/m", "param/m", "preset", "preset/load", "lease", "anything",
 )  # fmt: skip
 _TRIES = 20
@@ -57,9 +58,10 @@ def of(tails: tuple[str, ...], *concrete: str) -> set[str]:
 
 @dataclass
 class Gateway:
-    """A router with a public listener that hears and answers everything, and notes it."""
+    """A router with a door for others beside it that hears and answers everything, and notes it."""
 
     session: zenoh.Session
+    door: zenoh.Session
     local: str
     public: str
     put: list[tuple[str, bytes, str]] = field(default_factory=list)  # tail, payload, put or delete
@@ -103,11 +105,11 @@ def gateway_of(
     local, public = f"tcp/127.0.0.1:{free_port()}", f"tls/127.0.0.1:{free_port()}"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sessions, "access_control", rules)
-        opened = open_router(local, Public(public, keyring.listener(), (RIG,), roles))
-    with opened as session:
-        gateway = Gateway(session, local, public)
-        gateway.begin()
-        yield gateway
+        admitted = Public(public, keyring.listener(), (RIG,), roles)
+        with open_router(local) as session, open_door(local, admitted) as door:
+            gateway = Gateway(session, door, local, public)
+            gateway.begin()
+            yield gateway
 
 
 def unguarded(direction: str) -> Any:
@@ -352,7 +354,7 @@ def test_who_says_to_be_a_router_or_a_peer_may_do_no_more(
     config.insert_json5("listen/endpoints", f'["{behind}"]')
     heard: list[str] = []
     with zenoh.open(config) as false, zenoh.open(client_config(behind)) as client:
-        wait_for("the link", lambda: name in [link.auth_identifier for link in gateway.session.info.links()])
+        wait_for("the link", lambda: name in [link.auth_identifier for link in gateway.door.info.links()])
         queryables = [
             s.declare_queryable(key("**"), lambda q: q.reply(q.key_expr, b"forged")) for s in (false, client)
         ]

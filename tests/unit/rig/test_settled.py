@@ -73,13 +73,15 @@ def test_local_sound_and_panel_go_by_loopback_though_there_is_a_public_listener(
     tmp_path: Path, ring: Keyring
 ) -> None:
     plan = plan_of(settle(ALL, rig_file(tmp_path, ring, "haptic")), ALL)
-    gateway = plan["gateway"]
-    assert gateway[gateway.index("--public") + 1] == "tls/0.0.0.0:7448"
-    assert gateway[gateway.index("--admit") + 1] == ",".join(ROLES)
-    assert gateway[gateway.index("--carry") + 1] == "stage"
-    assert "--private-key" in gateway
-    for name in ("sound", "panel"):
+    door = plan["door"]
+    assert door[door.index("--public") + 1] == "tls/0.0.0.0:7448"
+    assert door[door.index("--admit") + 1] == ",".join(ROLES)
+    assert door[door.index("--carry") + 1] == "stage"
+    assert "--private-key" in door
+    assert "--private-key" not in plan["gateway"]
+    for name in ("sound", "panel", "door"):
         assert plan[name][plan[name].index("--connect") + 1] == DEFAULT_ROUTER
+    for name in ("sound", "panel"):
         assert "--private-key" not in plan[name]
 
 

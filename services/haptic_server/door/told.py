@@ -1,4 +1,4 @@
-"""The gateway's public listener as `doctor` tells it: who is in by which role, and whom Zenoh turned away."""
+"""The public listener as `doctor` tells it: who is in by which role, and what Zenoh turned away."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import socket
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from haptic_server.gateway.refusals import Refusals
+from haptic_server.door.refusals import Refusals
 from protocol.endpoint import host_and_port, is_tls
 from protocol.session import Public
 

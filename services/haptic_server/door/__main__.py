@@ -1,0 +1,74 @@
+"""python -m haptic_server.door: a Zenoh router for other machines, over TLS, beside the gateway's own on loopback.
+
+It admits certificates of the rig's authority, each with the rights of its role, and passes on what those permit. A
+fault of Zenoh that somebody provokes from outside ends this process, not the gateway's; it is then started again. Main
+thread.
+"""
+
+import argparse
+import json
+import logging
+import signal
+import sys
+from functools import partial
+
+from haptic_server.door.refusals import Refusals
+from haptic_server.door.told import told
+from protocol.identity import add_options, identity_of
+from protocol.keys import DEFAULT_ROUTER, Keys
+from protocol.roles import ROLES, checked_roles
+from protocol.session import Public, open_door
+from realtime.stop import StopRequest
+
+_TURN_S = 1.0
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(name for name in text.split(",") if name)
+
+
+def _arguments() -> tuple[str, Public]:
+    parser = argparse.ArgumentParser(prog="haptic_server.door", description=__doc__)
+    parser.add_argument("--connect", default=DEFAULT_ROUTER, help="the gateway's own router, on loopback")
+    parser.add_argument("--public", required=True, help="where other machines come in: tls/...")
+    parser.add_argument("--admit", type=_names, default=tuple(ROLES), help="roles that may come in")
+    parser.add_argument("--carry", type=_names, required=True, help="rigs whose keys they may use")
+    add_options(parser)
+    given = parser.parse_args()
+    try:
+        identity = identity_of(given)
+        if identity is None:
+            raise ValueError("give --authority, --certificate and --private-key")
+        return given.connect, Public(given.public, identity, given.carry, checked_roles(given.admit))
+    except ValueError as error:
+        parser.error(str(error))
+
+
+def main() -> int:
+    """Listen until a signal; the network and the gateway may come and go."""
+    router, public = _arguments()
+    logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
+    stop = StopRequest()
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, stop.ask)
+    refusals = Refusals()
+    refusals.follow_zenoh()
+    with open_door(router, public) as session:
+        import zenoh
+
+        def answer(key: str, query: zenoh.Query) -> None:
+            words = json.dumps(told(session, public, refusals))
+            query.reply(key, words, encoding=zenoh.Encoding.APPLICATION_JSON)
+            query.drop()
+
+        keys = [Keys(rig).door for rig in public.rigs]
+        answering = [session.declare_queryable(key, partial(answer, key)) for key in keys]
+        while not stop.wait(_TURN_S):
+            pass
+        for each in answering:
+            each.undeclare()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,129 @@
+"""What Zenoh turned away at the public listener, counted from its own log: it keeps no such numbers itself.
+
+Three kinds are told there: handshakes that failed (no certificate, another authority's, out of date, no TLS at all),
+certificates of no admitted role, and messages beyond the sender's role. Zenoh lets ten failed handshakes through in a
+second at most. Of messages its log tells every one, permitted or not: that is why the listener has a process of its
+own, in which a full pipe holds up nobody on the haptic machine.
+
+Zenoh logs to the process's standard output; that is turned into a pipe here, and a thread of its own reads it. Who sets
+RUST_LOG gets the log that he asks for, by way of ours, and these counters count what of it is a refusal.
+"""
+
+import logging
+import os
+import re
+import sys
+import threading
+import time
+from collections import Counter
+from collections.abc import Callable
+
+_log = logging.getLogger("door")
+_RULES = "zenoh::net::routing::interceptor::access_control"
+_FILTER = f"error,zenoh_link_tls=warn,{_RULES}=trace"
+_COLOURS = re.compile(r"\x1b\[[0-9;]*m")
+_HANDSHAKE = re.compile(r"zenoh_link_tls\S*: (?P<why>.*?)\. Hint: ")
+_NO_ROLE = re.compile(r"access_control: (?P<who>[0-9a-f]+) did not match any configured ACL subject")
+_THREAD = re.compile(r"ThreadId\((?P<thread>\d+)\)")
+_CACHING = " caching permissions for "
+_CACHED = "Using cached result: "
+_OF_ROLE = re.compile(r"access_control: (?P<who>[0-9a-f]+) on \S*CertCommonName\((?P<role>[^)]*)\)")
+_BEYOND = re.compile(
+    r"(?P<who>[0-9a-f]+) (?:on \S+ )?is unauthorized to (?P<what>.+?) \(ingress\) on (?P<key>\S+)"
+)
+# For each key that is declared Zenoh asks its rules about every kind of message at once, and logs that as well.
+_KINDS_OF_MESSAGE = 9
+_MOST_KNOWN = 10_000
+_LINE_EVERY_S = 10.0
+
+
+class Refusals:
+    """Counters may be read from any thread; `take` belongs to the one that reads."""
+
+    def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
+        self._now = now
+        self._tell_at_s = float("-inf")
+        self._untold = 0
+        self._foreseen: dict[str, int] = {}  # thread -> how many lines are still no messages
+        self._role_of: dict[str, str] = {}  # Zenoh's name of a session -> role
+        self.handshakes = 0
+        self.without_role = 0
+        self.beyond_role: Counter[str] = Counter()
+        self.last = ""
+
+    def take(self, line: str) -> None:
+        """One line of Zenoh's log. Others than those about access are handed on to our own log."""
+        words = _COLOURS.sub("", line).strip()
+        if _RULES in words:
+            self._take_rule(words)
+        elif found := _HANDSHAKE.search(words):
+            self.handshakes += 1
+            self._note(f"a handshake failed: {found['why']}")
+        elif words:
+            _log.warning("%s", words)
+
+    def _take_rule(self, words: str) -> None:
+        if _CACHING in words:
+            self._foreseen[_thread_of(words)] = _KINDS_OF_MESSAGE
+        elif "authorized to" in words:
+            if found := _OF_ROLE.search(words):
+                if len(self._role_of) >= _MOST_KNOWN:  # a name that is forgotten is learnt again
+                    self._role_of.clear()
+                self._role_of[found["who"]] = found["role"]
+            if not self._was_foreseen(words) and (beyond := _BEYOND.search(words)):
+                self._note_beyond(beyond)
+        elif _NO_ROLE.search(words):
+            self.without_role += 1
+            self._note("a certificate of no admitted role came in, and may do nothing")
+
+    def _was_foreseen(self, words: str) -> bool:
+        if _CACHED in words or not self._foreseen:
+            return False
+        thread = _thread_of(words)
+        left = self._foreseen.pop(thread, 0)
+        if left > 1:
+            self._foreseen[thread] = left - 1
+        return left > 0
+
+    def _note_beyond(self, found: re.Match[str]) -> None:
+        role = self._role_of.get(found["who"], "a certificate of no role")
+        self.beyond_role[role] += 1
+        self._note(f"{role} may not {found['what'].lower()} on {found['key'][:100]}")
+
+    def _note(self, words: str) -> None:
+        self.last = words
+        self._untold += 1
+        if self._now() >= self._tell_at_s:
+            self._tell_at_s = self._now() + _LINE_EVERY_S
+            _log.warning("public listener: refused %d, last: %s", self._untold, words)
+            self._untold = 0
+
+    def counters(self) -> dict[str, object]:
+        """For `doctor`."""
+        return {
+            "handshakes_refused": self.handshakes,
+            "without_role": self.without_role,
+            "beyond_role": dict(self.beyond_role),
+            "last": self.last,
+        }
+
+    def follow_zenoh(self) -> None:
+        """Begin to read Zenoh's log. Once in a process, before its first session; standard output is gone from then."""
+        import zenoh
+
+        sys.stdout.flush()
+        inner, outer = os.pipe()
+        os.dup2(outer, 1)
+        os.close(outer)
+        zenoh.init_log_from_env_or(_FILTER)
+        threading.Thread(target=self._read, args=(inner,), name="zenoh log", daemon=True).start()
+
+    def _read(self, inner: int) -> None:
+        with os.fdopen(inner, encoding="utf-8", errors="replace") as lines:
+            for line in lines:
+                self.take(line)
+
+
+def _thread_of(words: str) -> str:
+    found = _THREAD.search(words)
+    return found["thread"] if found else ""
