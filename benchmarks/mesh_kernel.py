@@ -37,6 +37,7 @@ from sound_server.step import step
 RESULT = HERE / "results" / "mesh_kernel.json"
 ACROSS = (16, 32, 64, 128, 256)
 WINDOW_UPDATES = 4e6
+_MICROPHONES = ((0.3, 0.0, 1.0, 0.0), (-0.3, 0.0, 1.0, 0.0))  # x, y, height in radii; pan
 FLAGS = {"gcc -O3": ["-O3", "-march=native"], "gcc -O3 -ffast-math": ["-O3", "-march=native", "-ffast-math"]}
 Window = Callable[[int], None]
 
@@ -102,9 +103,11 @@ def kernels(across: int, rounds: int, libraries: dict[str, ctypes.CDLL]) -> dict
     }
 
 
-def _engine(effects: dict[str, Any]) -> Engine:
+def _engine(effects: dict[str, Any], microphones: int) -> Engine:
     scene = Scene("drum")
     scene = dataclasses.replace(scene, drum=dataclasses.replace(scene.drum, effects=effects, t60_s=20.0))
+    listen = dataclasses.replace(scene.listen, microphones=_MICROPHONES[:microphones])
+    scene = dataclasses.replace(scene, listen=listen)
     engine = new_engine(scene, RATE_HZ, StrikeRing())
     if engine.tension is not None:
         engine.tension.state["half"] = 1e-3
@@ -113,12 +116,13 @@ def _engine(effects: dict[str, Any]) -> Engine:
 
 
 def effects(rounds: int) -> dict[str, Any]:
-    """ns a step of the shipped drum with each effect; `snare` and `cavity` are a second head too."""
+    """ns a step of the shipped drum with each effect, and with microphones; `snare` and `cavity` are a second head too."""
     named: dict[str, dict[str, Any]] = {"none": {}}
     for name, table in DRUM_EFFECTS.items():
         named[name] = {name: table()}
     named["snare"]["cavity"] = DRUM_EFFECTS["cavity"]()
-    engines = {name: _engine(tables) for name, tables in named.items()}
+    engines = {name: _engine(tables, 0) for name, tables in named.items()}
+    engines |= {"one microphone": _engine({}, 1), "two microphones": _engine({}, 2)}
     for engine in engines.values():
         _steps(engine, 10)
     best = dict.fromkeys(engines, math.inf)

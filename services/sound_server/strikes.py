@@ -74,6 +74,9 @@ class StrikeDesk:
             self.duplicates += 1
             return
         if self.note is not None:
+            self._note_arrival(
+                strike, now_ns, 0
+            )  # its sound comes with its force, which has counters of its own
             self.note(strike)
             return
         onset_ns = self._onset(strike, now_ns)
@@ -87,18 +90,25 @@ class StrikeDesk:
     def _onset(self, strike: Strike, now_ns: int) -> int | None:
         # Our time at which it is to sound, 0 for at once, None for too late. Without a clock for its boot nothing can
         # be said about its age, and it is played at once.
-        clock = self.clock
-        if clock is None or clock.boot != strike.boot:
-            return 0
         latency_ns = round(self.latency_s * 1e9)
-        contact_ns = clock.ours(strike.t_ns)
+        contact_ns = self._note_arrival(strike, now_ns, latency_ns)
+        if contact_ns is None:
+            return 0
         due_ns = contact_ns + latency_ns
-        self.punctuality.note(now_ns - contact_ns, latency_ns)
         if now_ns > due_ns + _TOO_LATE_NS:
             return None
         if latency_ns == 0 or due_ns > now_ns + latency_ns + _IMPLAUSIBLE_NS:
             return 0
         return max(due_ns, 1)
+
+    def _note_arrival(self, strike: Strike, now_ns: int, latency_ns: int) -> int | None:
+        # Our time of the contact; None without a clock of its boot.
+        clock = self.clock
+        if clock is None or clock.boot != strike.boot:
+            return None
+        contact_ns = clock.ours(strike.t_ns)
+        self.punctuality.note(now_ns - contact_ns, latency_ns)
+        return contact_ns
 
 
 def check(strike: Strike) -> None:

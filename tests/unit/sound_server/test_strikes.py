@@ -154,3 +154,25 @@ def test_complaints_come_at_most_once_a_second(caplog: pytest.LogCaptureFixture)
     for _ in instants:
         complaints.complain("bad")
     assert [record.getMessage() for record in caplog.records] == ["bad", "bad (and 2 more)"]
+
+
+@pytest.mark.parametrize("is_streamed", [False, True])
+def test_how_long_strikes_took_to_come_is_told_whatever_they_sound_by(is_streamed: bool) -> None:
+    bench = Bench()
+    noted: list[Strike] = []
+    bench.desk.note = noted.append if is_streamed else None
+    for seq, took_ms in enumerate((2, 3, 4)):
+        bench.desk.take(message(seq, NOW + OFFSET - took_ms * MS), NOW)
+    told = bench.desk.punctuality.told()
+    assert told.arrival_ms == pytest.approx(3.0)
+    assert told.jitter_ms == pytest.approx(1.8)
+    assert told.unpunctual == 0
+    assert len(noted) == (3 if is_streamed else 0)
+
+
+def test_a_strike_that_comes_after_its_instant_is_unpunctual_though_it_sounds() -> None:
+    bench = Bench(latency_s=0.02)
+    for seq, took_ms in enumerate((19, 21)):
+        bench.desk.take(message(seq, NOW + OFFSET - took_ms * MS), NOW)
+    assert bench.desk.punctuality.told().unpunctual == 1
+    assert bench.desk.played == 2
