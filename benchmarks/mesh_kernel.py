@@ -116,7 +116,7 @@ def _engine(effects: dict[str, Any], microphones: int) -> Engine:
 
 
 def effects(rounds: int) -> dict[str, Any]:
-    """ns a step of the shipped drum with each effect, and with microphones; `snare` and `cavity` are a second head too."""
+    """ns a step of the shipped drum with each effect or with microphones; `snare`, `cavity` are a second head too."""
     named: dict[str, dict[str, Any]] = {"none": {}}
     for name, table in DRUM_EFFECTS.items():
         named[name] = {name: table()}
