@@ -39,7 +39,7 @@ def findings(rig_file: Path, rig: str | None) -> list[Finding]:
 
 
 def _told(gateway: dict[str, Any], public: dict[str, Any] | None) -> list[Finding]:
-    by_osc = gateway["osc"].get("source", 0)
+    by_osc = gateway.get("osc", {}).get("source", 0)  # a replay has no OSC to hear
     osc = Finding(
         "OSC strangers", not by_osc, False, f"{by_osc} messages refused", "osc.allow names who is heard"
     )

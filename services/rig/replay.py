@@ -188,10 +188,11 @@ def checked_wishes(
 ) -> Wishes:
     """The options, checked. Raises Stop."""
     from rig import checks
+    from rig.settled import require_loopback
 
     checks.finite(speed, "--speed", 0.01, 100.0, "times the recorded one")
     checks.endpoint(connect)
-    checks.endpoint(listen, "--listen")
+    require_loopback(checks.endpoint(listen, "--listen"))
     checks.prefix(prefix)
     targets = tuple(checks.target(target) for target in osc_out)
     return Wishes(file, speed, loop, await_sound, listen, connect, targets, prefix)

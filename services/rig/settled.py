@@ -20,7 +20,9 @@ from rig.rig_file import RigFile, load
 
 _OSC_HOST, _OSC_PORT = "127.0.0.1", 9100
 _OSC_TARGETS = ("127.0.0.1:9101",)
-_REMOTE_ROLES = ("technician", "panel")
+SETTERS = ("technician", "panel")
+READERS = (*SETTERS, "listener")
+FOLLOWERS = ("listener",)
 _ROLES_OF = {HAPTIC_PART: (HAPTIC,), SOUND: ("sound",), PANEL: ("panel",)}
 
 
@@ -83,14 +85,14 @@ class FarEnd(NamedTuple):
 
 
 def far_end(
-    rig_file: Path | None, rig: str | None, connect: str | None, *, only_reads: bool = False
+    rig_file: Path | None, rig: str | None, connect: str | None, *, roles: tuple[str, ...] = SETTERS
 ) -> FarEnd:
-    """Of a command that talks to a running rig. Raises Stop."""
+    """Of a command that talks to a running rig, for which a certificate of these roles is good. Raises Stop."""
     file = RigFile() if rig_file is None else load(rig_file)
     end = checks.endpoint(connect or file.connect)
+    _require_identity(end, file)
     identity = file.identity if is_tls(end) else None
     if identity is not None:
-        roles = (*_REMOTE_ROLES, "listener") if only_reads else _REMOTE_ROLES
         _tell(identity_check.require_client(identity, roles, "this command"))
     return FarEnd(end, Keys(_rig(file, rig)), identity)
 
@@ -112,8 +114,10 @@ def _rig(file: RigFile, rig: str | None) -> str:
 
 
 def _identity(file: RigFile, connect: str | None, parts: frozenset[str]) -> Identity | None:
-    if connect is None or not is_tls(connect) or file.identity is None:
+    if connect is None or not is_tls(connect):
         return None
+    _require_identity(connect, file)
+    assert file.identity is not None
     if len(parts) > 1:
         wrong(
             f"{connect}: over TLS each part needs a certificate of its own: start drumstick haptic, sound or panel,"
@@ -125,12 +129,8 @@ def _identity(file: RigFile, connect: str | None, parts: frozenset[str]) -> Iden
 
 
 def _public(file: RigFile, rig: str, listen: str) -> Public | None:
+    require_loopback(listen)
     inner, inner_port = host_and_port(listen)
-    if is_tls(listen) or not is_loopback(inner):
-        wrong(
-            f"--listen {listen}: whoever comes in there may do everything, so it must be a loopback address over TCP,"
-            f" e.g. {DEFAULT_ROUTER}; other machines come in by zenoh.public of a rig file (docs/security.md)"
-        )
     if file.public is None or file.identity is None:
         return None
     host, port = host_and_port(file.public)
@@ -141,6 +141,22 @@ def _public(file: RigFile, rig: str, listen: str) -> Public | None:
         )
     _tell(identity_check.require_listener(file.identity))
     return Public(file.public, file.identity, (rig, *file.also), file.roles)
+
+
+def _require_identity(end: str, file: RigFile) -> None:
+    if is_tls(end) and file.identity is None:
+        wrong(
+            f"{end}: over TLS this machine must show a certificate: give --rig-file with [keys] (docs/security.md)"
+        )
+
+
+def require_loopback(listen: str) -> None:
+    """Stop when others than local processes could come in at a router without access rules."""
+    if is_tls(listen) or not is_loopback(host_and_port(listen)[0]):
+        wrong(
+            f"--listen {listen}: whoever comes in there may do everything, so it must be a loopback address over TCP,"
+            f" e.g. {DEFAULT_ROUTER}; other machines come in by zenoh.public of a rig file (docs/security.md)"
+        )
 
 
 def _tell(warnings: list[str]) -> None:

@@ -197,7 +197,7 @@ def decode(payload: bytes, kind: type[_M]) -> _M:
     """Decode and check; ValueError for anything that is not a version-1 message with finite numbers."""
     try:
         message = msgspec.msgpack.decode(payload, type=kind)
-    except (msgspec.MsgspecError, UnicodeDecodeError) as error:
+    except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
         raise ValueError(f"not a {kind.__name__}: {error}") from None
     if message.version != VERSION:
         raise ValueError(f"{kind.__name__} of version {message.version}, this is version {VERSION}")

@@ -42,6 +42,7 @@ ROLES: dict[str, Role] = {
             "lease",
             "scene",
             "doctor",
+            "door",
             "panic",
         ),
         tells=("pointer",),

@@ -21,13 +21,14 @@ from collections.abc import Callable
 _log = logging.getLogger("door")
 _RULES = "zenoh::net::routing::interceptor::access_control"
 _FILTER = f"error,zenoh_link_tls=warn,{_RULES}=trace"
+_BEGIN = "\x1b[2m"  # of each of Zenoh's own lines: the colour of its time, which no name that it quotes can contain
 _COLOURS = re.compile(r"\x1b\[[0-9;]*m")
 _HANDSHAKE = re.compile(r"zenoh_link_tls\S*: (?P<why>.*?)\. Hint: ")
-_NO_ROLE = re.compile(r"access_control: (?P<who>[0-9a-f]+) did not match any configured ACL subject")
+_NO_ROLE = re.compile(r"(?P<who>[0-9a-f]+) did not match any configured ACL subject")
 _THREAD = re.compile(r"ThreadId\((?P<thread>\d+)\)")
-_CACHING = " caching permissions for "
+_CACHING = re.compile(r"ACL \((in|e)gress\): caching permissions for ")
 _CACHED = "Using cached result: "
-_OF_ROLE = re.compile(r"access_control: (?P<who>[0-9a-f]+) on \S*CertCommonName\((?P<role>[^)]*)\)")
+_OF_ROLE = re.compile(r"(?P<who>[0-9a-f]+) on \S*CertCommonName\((?P<role>[^)]*)\)")
 _BEYOND = re.compile(
     r"(?P<who>[0-9a-f]+) (?:on \S+ )?is unauthorized to (?P<what>.+?) \(ingress\) on (?P<key>\S+)"
 )
@@ -44,6 +45,7 @@ class Refusals:
         self._now = now
         self._tell_at_s = float("-inf")
         self._untold = 0
+        self._other_at_s = float("-inf")
         self._foreseen: dict[str, int] = {}  # thread -> how many lines are still no messages
         self._role_of: dict[str, str] = {}  # Zenoh's name of a session -> role
         self.handshakes = 0
@@ -52,32 +54,36 @@ class Refusals:
         self.last = ""
 
     def take(self, line: str) -> None:
-        """One line of Zenoh's log. Others than those about access are handed on to our own log."""
+        """One line of Zenoh's log. Others than those about access are handed on to our own log, one in ten seconds."""
+        if not line.startswith(_BEGIN):
+            return  # the rest of a line that quotes a name with a line break in it, which a client chose
         words = _COLOURS.sub("", line).strip()
-        if _RULES in words:
-            self._take_rule(words)
+        source, _, said = words.partition(": ")
+        if source.endswith(_RULES):
+            self._take_rule(words, said)
         elif found := _HANDSHAKE.search(words):
             self.handshakes += 1
             self._note(f"a handshake failed: {found['why']}")
-        elif words:
-            _log.warning("%s", words)
+        elif self._now() >= self._other_at_s:
+            self._other_at_s = self._now() + _LINE_EVERY_S
+            _log.warning("%s", _printable(words))
 
-    def _take_rule(self, words: str) -> None:
-        if _CACHING in words:
+    def _take_rule(self, words: str, said: str) -> None:
+        if _CACHING.match(said):
             self._foreseen[_thread_of(words)] = _KINDS_OF_MESSAGE
-        elif "authorized to" in words:
-            if found := _OF_ROLE.search(words):
+        elif _NO_ROLE.match(said):
+            self.without_role += 1
+            self._note("a certificate of no admitted role came in, and may do nothing")
+        elif "authorized to" in said:
+            if found := _OF_ROLE.match(said):
                 if len(self._role_of) >= _MOST_KNOWN:  # a name that is forgotten is learnt again
                     self._role_of.clear()
                 self._role_of[found["who"]] = found["role"]
-            if not self._was_foreseen(words) and (beyond := _BEYOND.search(words)):
+            if not self._was_foreseen(words, said) and (beyond := _BEYOND.match(said.removeprefix(_CACHED))):
                 self._note_beyond(beyond)
-        elif _NO_ROLE.search(words):
-            self.without_role += 1
-            self._note("a certificate of no admitted role came in, and may do nothing")
 
-    def _was_foreseen(self, words: str) -> bool:
-        if _CACHED in words or not self._foreseen:
+    def _was_foreseen(self, words: str, said: str) -> bool:
+        if said.startswith(_CACHED) or not self._foreseen:
             return False
         thread = _thread_of(words)
         left = self._foreseen.pop(thread, 0)
@@ -88,7 +94,7 @@ class Refusals:
     def _note_beyond(self, found: re.Match[str]) -> None:
         role = self._role_of.get(found["who"], "a certificate of no role")
         self.beyond_role[role] += 1
-        self._note(f"{role} may not {found['what'].lower()} on {found['key'][:100]}")
+        self._note(f"{role} may not {found['what'].lower()} on {_printable(found['key'])}")
 
     def _note(self, words: str) -> None:
         self.last = words
@@ -111,6 +117,7 @@ class Refusals:
         """Begin to read Zenoh's log. Once in a process, before its first session; standard output is gone from then."""
         import zenoh
 
+        os.environ.pop("NO_COLOR", None)  # colours tell its own lines from what clients put in them
         sys.stdout.flush()
         inner, outer = os.pipe()
         os.dup2(outer, 1)
@@ -122,6 +129,11 @@ class Refusals:
         with os.fdopen(inner, encoding="utf-8", errors="replace") as lines:
             for line in lines:
                 self.take(line)
+
+
+def _printable(words: str) -> str:
+    # Of what somebody else chose, as much as a line should hold.
+    return "".join(letter if letter.isprintable() else "?" for letter in words[:200])
 
 
 def _thread_of(words: str) -> str:

@@ -107,7 +107,7 @@ def main() -> int:
         )
         return 3
     try:
-        extras.open(desk, osc.endpoint, allow)
+        extras.open(desk, osc.endpoint, allow, osc.insiders)
         session = (
             open_client(given.connect, lambda: not stop.is_set(), given.identity)
             if given.connect

@@ -37,18 +37,28 @@ class Extras:
         """What the OSC front is to send to besides its targets."""
         return [] if self._inlet is None else [self._inlet.endpoint]
 
-    def open(self, desk: Desk, front: Endpoint, allow: Sequence[Network]) -> None:
-        """Serve what was asked for; `front` is where OSC is heard, `allow` are the sources that may use it."""
+    def open(self, desk: Desk, front: Endpoint, allow: Sequence[Network], insiders: set[Endpoint]) -> None:
+        """Serve what was asked for; `front` is where OSC is heard, `allow` are the sources that may use it.
+
+        `insiders` are senders that the front hears besides: whoever they speak for was admitted already.
+        """
         if self._inlet is not None:
-            self._open_query(self._inlet, desk, front, allow)
+            self._open_query(self._inlet, desk, front, allow, insiders)
         if self._given.midi_out is not None:
             self._open_midi()
 
-    def _open_query(self, inlet: Inlet, desk: Desk, front: Endpoint, allow: Sequence[Network]) -> None:
+    def _open_query(
+        self,
+        inlet: Inlet,
+        desk: Desk,
+        front: Endpoint,
+        allow: Sequence[Network],
+        insiders: set[Endpoint],
+    ) -> None:
         given = self._given
         try:
             self._query = self._server.OscQuery(
-                given.oscquery, given.rig, given.prefix, desk, front, inlet, allow
+                given.oscquery, given.rig, given.prefix, desk, front, inlet, allow, insiders
             )
         except OSError as error:
             host, port = given.oscquery

@@ -17,7 +17,7 @@ from haptic_server.gateway.pointing import Pointing
 from haptic_server.gateway.settings import Echo, ParameterDesk
 from haptic_server.gateway.wire import Wire
 from haptic_server.presets.last_good import LastGood
-from haptic_server.records import FAULT, FAULT_WORDS, PANIC, STATUS_WORDS, STRIKE
+from haptic_server.records import FAULT, FAULT_WORDS, NO_FAULT, PANIC, STATUS_WORDS, STRIKE
 from haptic_server.servo.priority import no_timer_slack
 from protocol.messages import Release, State, Strike
 from realtime.stop import StopRequest
@@ -164,8 +164,8 @@ class Relay:
         self._tell_lease()
         if self._midi is not None:
             self._midi.status(words)
-        if status["status"] == FAULT and self._last_good is not None:
-            self._last_good.fault(int(status["fault"]), now_ns)
+        if self._last_good is not None:
+            self._last_good.fault(int(status["fault"]) if status["status"] == FAULT else NO_FAULT, now_ns)
         if int(status["refused"]) != self._refused:
             self._refused = int(status["refused"])
             self._desk.refused_by_servo(int(status["refused_revision"]))

@@ -129,8 +129,9 @@ class Wire:
         self._writes.close()
 
     def _panic(self, query: zenoh.Query) -> None:
-        # At once, on zenoh's own thread: no queue stands before zero force.
-        self._desk.panic("zenoh")
+        # At once, on zenoh's own thread: no queue stands before zero force. A wildcard that only looks is refused.
+        if str(query.key_expr) == self._keys.panic:
+            self._desk.panic("zenoh")
         self._questions.receive(query)
 
     def _answer(self, query: zenoh.Query) -> bool:

@@ -38,6 +38,7 @@ class LastGood:
         self._newest: dict[str, float] | None = None  # nobody has set anything yet
         self._written: dict[str, float] | None = None
         self._since_ns = -PROBATION_NS
+        self._fault = records.NO_FAULT
         self._said_s = -_COMPLAIN_S
         self._wanted = threading.Event()
         self._closing = threading.Event()
@@ -52,8 +53,9 @@ class LastGood:
         self._wanted.set()
 
     def fault(self, kind: int, now_ns: int) -> None:
-        """The servo stands still because of this fault."""
-        if kind not in _OF_MOTION:
+        """How the servo stands, as often as it is known; a fault counts when it comes, not while it lasts."""
+        came, self._fault = kind != self._fault, kind
+        if not came or kind not in _OF_MOTION:
             return
         if self._newest is None or self._newest == self._good:
             return

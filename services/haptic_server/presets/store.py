@@ -73,8 +73,11 @@ class PresetStore:
 
     def load_last(self) -> Found | None:
         """The last good set; None when there never was one, PresetError when none is whole."""
-        if not any((self._folder / f"{_LAST}{suffix}").exists() for suffix in (_SUFFIX, _BEFORE)):
-            return None
+        try:
+            if not any((self._folder / f"{_LAST}{suffix}").exists() for suffix in (_SUFFIX, _BEFORE)):
+                return None
+        except OSError as error:  # a folder that may not be entered
+            raise PresetError(f"{self._folder} cannot be read: {error.strerror}") from None
         return self._read(self._folder, _LAST)
 
     def _write(self, folder: Path, name: str, preset: Preset) -> Path:

@@ -34,10 +34,10 @@ def record_command(
     """Record a running rig: strikes, parameters, state, meters; until Ctrl-C."""
     from rig import checks
     from rig.record import record
-    from rig.settled import far_end
+    from rig.settled import FOLLOWERS, far_end
 
     checks.duration(duration)
-    record(far_end(rig_file, rig, connect, only_reads=True), out, force, duration, as_json)
+    record(far_end(rig_file, rig, connect, roles=FOLLOWERS), out, force, duration, as_json)
 
 
 def replay_command(
@@ -90,9 +90,9 @@ def params_get(
 ) -> None:
     """What the servo uses now."""
     from rig import remote
-    from rig.settled import far_end
+    from rig.settled import READERS, far_end
 
-    remote.params_get(far_end(rig_file, rig, connect, only_reads=True), names or [], as_json)
+    remote.params_get(far_end(rig_file, rig, connect, roles=READERS), names or [], as_json)
 
 
 def params_set(
@@ -114,9 +114,9 @@ def params_watch(
 ) -> None:
     """Print every accepted change."""
     from rig import remote
-    from rig.settled import far_end
+    from rig.settled import READERS, far_end
 
-    remote.params_watch(far_end(rig_file, rig, connect, only_reads=True), duration)
+    remote.params_watch(far_end(rig_file, rig, connect, roles=READERS), duration)
 
 
 def preset_save(
@@ -148,6 +148,6 @@ def preset_list(
 ) -> None:
     """Every preset of the rig."""
     from rig import remote
-    from rig.settled import far_end
+    from rig.settled import READERS, far_end
 
-    remote.preset_list(far_end(rig_file, rig, connect, only_reads=True), as_json)
+    remote.preset_list(far_end(rig_file, rig, connect, roles=READERS), as_json)

@@ -45,5 +45,7 @@ class DurableFile:
             self._unsynced = False
 
     def close(self) -> None:
-        """Close it; write errors show earlier, in `sync`."""
-        os.close(self._fd)
+        """Close it; write errors show earlier, in `sync`. Idempotent."""
+        descriptor, self._fd = self._fd, -1
+        if descriptor >= 0:
+            os.close(descriptor)

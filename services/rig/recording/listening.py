@@ -68,6 +68,7 @@ class Listening:
         self._session: zenoh.Session | None = None
         self._clock_map = ClockMap()
         self._readers: list[threading.Thread] = []
+        self._heard: list[tuple[Any, Channel]] = []
         self.items: queue.Queue[Item] = queue.Queue(_QUEUED)
         self.overrun: Counter[str] = Counter()  # by topic: found the queue full
 
@@ -120,6 +121,7 @@ class Listening:
         reader = threading.Thread(target=read, name=f"record{channel.topic}", daemon=True)
         reader.start()
         self._readers.append(reader)
+        self._heard.append((subscriber, channel))
 
     def _put(self, channel: Channel, item: Item) -> None:
         try:
@@ -155,10 +157,19 @@ class Listening:
     def close(self) -> None:
         """Leave; when it returns, everything heard is in `items`. Without it the process would not end."""
         if self._session is not None:
+            self._empty_rings()  # they go with the session
             self._session.close()
             self._session = None
         for reader in self._readers:
             reader.join()
+
+    def _empty_rings(self) -> None:
+        for subscriber, channel in self._heard:
+            for _ in range(_RING):
+                sample: zenoh.Sample | None = subscriber.try_recv()
+                if sample is None:
+                    break
+                self._put(channel, _item(channel, sample, time.monotonic_ns()))
 
 
 def _item(channel: Channel, sample: zenoh.Sample, heard_ns: int) -> Item:

@@ -103,6 +103,11 @@ def _records(file: IO[bytes], recording: Recording) -> Iterator[McapRecord]:
 def _within(chunk: Chunk) -> list[McapRecord]:
     if chunk.uncompressed_size > _LARGEST_RECORD:
         raise ValueError(f"a chunk of {chunk.uncompressed_size} bytes")
+    if chunk.compression not in ("", "zstd"):
+        raise ValueError(f"a chunk compressed by {chunk.compression[:20]}; zstd is read, or none")
+    # What is compressed has a size of its own, and it is that one which is believed when it is taken apart.
+    if chunk.compression and zstandard.frame_content_size(chunk.data) != chunk.uncompressed_size:
+        raise ValueError(f"a chunk that is not of the {chunk.uncompressed_size} bytes that it says")
     return breakup_chunk(chunk, validate_crc=True)
 
 

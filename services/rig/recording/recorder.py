@@ -27,6 +27,7 @@ from rig.settled import FarEnd
 _TURN_S = 0.1
 _CLOCK_EVERY_S = 10.0
 _BOOT_EVERY_S = 0.5
+_ASK_AGAIN_S = 0.2  # a rig that is not there is said so at once
 _WAKE_S = 0.2  # of the writing thread, to end a chunk that is old enough
 
 
@@ -147,6 +148,7 @@ class Recorder:
                 return True
             if not self._wait:
                 raise NoRig(f"nobody answers {self._keys.scene} and {self._keys.clock} at {self._endpoint}")
+            stop.wait(_ASK_AGAIN_S)
         return False
 
     def _begin(self) -> Filing:

@@ -28,7 +28,13 @@ def _no_health() -> Mapping[str, object]:
 
 
 @pytest.fixture
-def router(tmp_path: Path) -> Iterator[zenoh.Session]:
+def panics() -> list[str]:
+    """Where panics came from."""
+    return []
+
+
+@pytest.fixture
+def router(tmp_path: Path, panics: list[str], monkeypatch: pytest.MonkeyPatch) -> Iterator[zenoh.Session]:
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
@@ -36,6 +42,7 @@ def router(tmp_path: Path) -> Iterator[zenoh.Session]:
     link = ServoLink(tmp_path, law_of(ROLL))
     session = open_router(endpoint)
     desk = ParameterDesk(ROLL, link)
+    monkeypatch.setattr(desk, "panic", panics.append)
     presets = Presets(PresetStore(tmp_path / "state"), desk, "roll", desk.values())
     wire = Wire(session, KEYS, desk, lambda: mine.boot, "{}", _no_health, presets)
     yield session
@@ -50,3 +57,12 @@ def test_a_question_that_fails_does_not_silence_the_rest(router: zenoh.Session) 
     answered = next(iter(router.get(KEYS.clock, timeout=10.0)))
     assert answered.ok is not None
     assert decode(answered.ok.payload.to_bytes(), Clock).t_ns > 0
+
+
+def test_looking_around_is_no_panic(router: zenoh.Session, panics: list[str]) -> None:
+    for pattern in ("drumstick/**", "drumstick/main/*", f"{KEYS.panic}/**"):
+        list(router.get(pattern, timeout=2.0))
+    assert panics == []
+    answered = next(iter(router.get(KEYS.panic, timeout=10.0)))
+    assert answered.ok is not None
+    assert panics == ["zenoh"]

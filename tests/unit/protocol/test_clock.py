@@ -34,6 +34,42 @@ def test_a_restart_in_between_counts_only_what_came_after() -> None:
     assert (clock.boot, clock.offset_ns) == (8, 100)
 
 
+def _trip(at_ns: int, offset_ns: int, error_ns: int, boot: int = 7) -> RoundTrip:
+    return RoundTrip(at_ns - error_ns, at_ns + error_ns, boot, at_ns + offset_ns)
+
+
+def test_a_restart_on_another_machine_is_no_drift() -> None:
+    # The other clock is 0.1 ms ahead: a drift of 100 millionths would explain that, too.
+    clock = _clock(_trip(0, 0, 1000), _trip(S, 100_000, 1000, boot=8))
+    assert clock is not None
+    assert (clock.offset_ns, clock.drift) == (100_000, 0.0)
+    assert 1000 <= clock.error_ns <= 1003
+
+
+def test_two_poor_comparisons_make_no_drift() -> None:
+    clock = _clock(_trip(0, 0, 10_000_000), _trip(S, 200_000, 10_000_000))
+    assert clock is not None
+    assert clock.drift == 0.0
+
+
+def test_a_drift_that_wanders_does_not_throw_away_what_is_known() -> None:
+    known = ClockMap()
+    for at_s in range(0, 111, 10):  # 2 millionths fast for a minute, then 2 slow
+        gained_ns = 2000 * at_s if at_s <= 60 else 2000 * (120 - at_s)
+        known.add([_trip(at_s * S, gained_ns, 500)])
+        clock = known.clock()
+        assert clock is not None
+        assert abs(clock.offset_ns - gained_ns) <= clock.error_ns
+    assert known.pause_s == 10.0
+
+
+def test_weeks_of_comparing_fill_no_memory() -> None:
+    known = ClockMap()
+    for at_s in range(0, 20_000, 10):
+        known.add([_trip(at_s * S, 0, 500)] * 5)
+    assert len(vars(known)["_trips"]) <= 65
+
+
 def test_without_answers_there_is_no_clock() -> None:
     assert _clock() is None
 
@@ -145,6 +181,12 @@ def test_five_round_trips_are_asked_for_and_one_of_them_counts() -> None:
     assert clock is not None
     assert (clock.boot, len(asked)) == (9, 5)
     assert abs(clock.offset_ns - 10**12) <= clock.error_ns
+
+
+def test_what_was_known_counts_only_while_somebody_answers() -> None:
+    known = ClockMap()
+    assert asked_clock(known, lambda: encode(Clock(boot=9, t_ns=5)), lambda _: None) is not None
+    assert asked_clock(known, lambda: None, lambda _: None) is None
 
 
 def test_nonsense_is_told_and_what_came_before_it_counts() -> None:

@@ -4,7 +4,7 @@ import math
 
 import msgspec
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocol import messages
@@ -113,3 +113,16 @@ def test_a_meter_of_before_is_still_read() -> None:
     old = [1, "id", 5, "null", 0.1, 0.1, 0.2, 0, 3.0, 7, 0, 0]
     meter = decode(msgspec.msgpack.encode(old), messages.Meter)
     assert (meter.played, meter.underflows, meter.refused) == (7, 0, 0)
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
+@settings(max_examples=5)
+@given(st.data())
+def test_nesting_without_end_behind_the_last_field_is_a_value_error(
+    kind: type[Message], data: st.DataObject
+) -> None:
+    payload = encode(data.draw(_any(kind)))
+    head = 1 if payload[0] & 0xF0 == 0x90 else 3  # of an array: of up to 15 elements, or of more
+    count = len(kind.__struct_fields__) + 1
+    with pytest.raises(ValueError, match=f"not a {kind.__name__}"):
+        decode(b"\xdc" + count.to_bytes(2, "big") + payload[head:] + b"\x91" * 2000 + b"\xc0", kind)

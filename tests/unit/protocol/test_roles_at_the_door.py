@@ -26,7 +26,7 @@ RIG = "r"
 TAILS = (
     "strike", "release", "contact", "state", "meter", "membrane", "pointer", "scene", "clock", "doctor", "door",
     "panic",
-    "set", "set/m", "param/m", "preset", "preset/load", "lease", "anything",
+    "set", "set/m", "param/m", "preset", "preset/load", "preset/save", "lease", "anything",
 )  # fmt: skip
 _TRIES = 20
 TOKENS = ("alive/haptic/1", "alive/sound/1", "alive/panel/1", "alive/pointer/1", "alive/listener/1")

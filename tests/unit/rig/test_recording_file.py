@@ -1,12 +1,16 @@
 """A recording's file: what goes in comes out, whatever tears it; and other programs can read it."""
 
+import errno
 import json
+import os
 import struct
+import tracemalloc
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import pytest
+import zstandard
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from mcap.reader import make_reader
@@ -285,3 +289,41 @@ def test_every_field_is_told_in_words_and_plain_types() -> None:
         for name, row in schema(each)["properties"].items():
             assert row["description"], name
             assert row["type"] in _TYPES, "one plain type: viewers know no unions"
+
+
+@pytest.mark.parametrize(("compression", "why"), [("zstd", "not of the 100 bytes"), ("lz4", "by lz4")])
+def test_a_chunk_that_would_fill_the_memory_is_not_taken_apart(
+    tmp_path: Path, compression: str, why: str
+) -> None:
+    path = tmp_path / "bomb.mcap"
+    filing = Filing(path, {})
+    filing.abandon()
+    size = 1 << 30
+    packed = zstandard.ZstdCompressor().compressobj(size=size)
+    zeros = bytes(1 << 20)
+    frame = b"".join(packed.compress(zeros) for _ in range(size >> 20)) + packed.flush()
+    name = compression.encode()
+    chunk = struct.pack("<QQQI", 0, 0, 100, 0) + struct.pack("<I", len(name)) + name
+    chunk += struct.pack("<Q", len(frame)) + frame
+    with path.open("ab") as file:
+        file.write(b"\x06" + struct.pack("<Q", len(chunk)) + chunk)
+    tracemalloc.start()
+    try:
+        assert why in read(path).torn
+        assert tracemalloc.get_traced_memory()[1] < 10_000_000
+    finally:
+        tracemalloc.stop()
+
+
+def test_a_disk_that_fills_at_the_very_end_is_one_failure(tmp_path: Path) -> None:
+    filing = Filing(tmp_path / "full.mcap", {})
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(os, "write", _no_room)
+        with pytest.raises(OSError, match="No space left"):
+            filing.finish()
+    filing.abandon()  # as the writing thread does then; what has its number now is another's
+    assert read(tmp_path / "full.mcap").torn
+
+
+def _no_room(_descriptor: int, _content: object) -> int:
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))

@@ -9,7 +9,7 @@ from protocol.keys import DEFAULT_ROUTER
 from protocol.roles import ROLES
 from rig.fault import GIVEN, Stop
 from rig.plan import Options, commands
-from rig.settled import Settled, far_end, settle
+from rig.settled import FOLLOWERS, READERS, Settled, far_end, settle
 
 ALL = frozenset({"haptic", "sound", "panel"})
 
@@ -130,7 +130,7 @@ def test_the_certificate_must_fit_the_part(tmp_path: Path, ring: Keyring) -> Non
         settle(ALL, path)
     with pytest.raises(Stop, match="this command needs the certificate of technician or panel"):
         far_end(path, None, None)
-    assert far_end(path, None, None, only_reads=True)[2] is not None
+    assert far_end(path, None, None, roles=READERS)[2] is not None
 
 
 def test_commands_for_a_running_rig(tmp_path: Path, ring: Keyring) -> None:
@@ -148,3 +148,27 @@ def test_an_end_that_is_near_is_told_on_stderr(
 ) -> None:
     settle(frozenset({"sound"}), rig_file(tmp_path, ring, "sound"))  # the ring's last a day
     assert "sound.pem ends in 1 days; renew it" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("listen", ["tcp/0.0.0.0:7447", "tcp/192.168.1.10:7447", "tls/127.0.0.1:7447"])
+def test_a_router_without_rules_is_for_this_machine_only(listen: str) -> None:
+    from rig.replay import checked_wishes
+
+    with pytest.raises(Stop, match="must be a loopback address over TCP"):
+        settle(ALL, None, listen=listen)
+    with pytest.raises(Stop, match="must be a loopback address over TCP"):
+        checked_wishes(Path("x.mcap"), 1.0, False, False, listen, None, [], "/drumstick")
+
+
+def test_tls_without_a_certificate_is_told_at_once() -> None:
+    with pytest.raises(Stop, match="must show a certificate"):
+        settle(frozenset({"sound"}), None, connect="tls/haptic.local:7448")
+    with pytest.raises(Stop, match="must show a certificate"):
+        far_end(None, None, "tls/haptic.local:7448")
+
+
+def test_only_who_may_follow_the_play_can_record_it(tmp_path: Path, ring: Keyring) -> None:
+    for role in ("technician", "panel"):
+        with pytest.raises(Stop, match="listener"):
+            far_end(rig_file(tmp_path, ring, role), None, None, roles=FOLLOWERS)
+    assert far_end(rig_file(tmp_path, ring, "listener"), None, None, roles=FOLLOWERS).identity is not None

@@ -77,7 +77,12 @@ def main() -> int:
     parser.add_argument("--client", default="drumstick")
     parser.add_argument("--list", action="store_true")
     given = parser.parse_args()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for number in (
+        signal.SIGINT,
+        signal.SIGTERM,
+        signal.SIGHUP,
+    ):  # the end of the pipe ends it, after the notes
+        signal.signal(number, signal.SIG_IGN)
     told = _own_output()
     try:
         library = RtMidi(given.client)

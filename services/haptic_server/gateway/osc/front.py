@@ -89,6 +89,11 @@ class OscFront:
         """Every address that is heard."""
         return self._inbound.addresses
 
+    @property
+    def insiders(self) -> set[Endpoint]:
+        """Exact senders that are heard besides the allowed sources: those of this process. Any thread may change it."""
+        return self._inbound.insiders
+
     def strike(self, strike: Strike) -> None:
         """Send /strike, and then its mirrors: the stick met the head."""
         p = self._prefix

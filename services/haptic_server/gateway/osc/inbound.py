@@ -123,6 +123,7 @@ class Inbound:
             return any(ip_address(host) in network for network in allow)
 
         self._allowed = allowed
+        self.insiders: set[Endpoint] = set()
         # Two rigs that send to each other must not answer each other's errors for ever.
         self._never_answered = {osc.address(prefix, row) for row in (osc.ERROR, osc.PONG)}
         self._actions: dict[str, _Action] = {
@@ -145,7 +146,7 @@ class Inbound:
 
     def hear(self, datagram: bytes, sender: Endpoint, now_s: float) -> None:
         """Act on one datagram, or refuse it. Never raises."""
-        if not self._allowed(sender[0]):
+        if not self._allowed(sender[0]) and sender not in self.insiders:
             self._tally.refuse("source", sender[0], "this source is not allowed", now_s)
             return
         message = prescan(datagram)
@@ -244,6 +245,7 @@ class Inbound:
         self._outlet.send([pong], [sender])
 
     def _subscribe(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
+        self._require_own_address(sender)
         endpoint = (sender[0], _port(args))
         if endpoint == self._own:
             raise Refused("arguments", "that is the rig's own port")
@@ -252,7 +254,12 @@ class Inbound:
             raise Refused("subscription", why)
 
     def _unsubscribe(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
+        self._require_own_address(sender)
         self._targets.unsubscribe(sender[0], _port(args) if args else None)
+
+    def _require_own_address(self, sender: Endpoint) -> None:
+        if sender in self.insiders:  # its address is ours, and so would be whose subscriptions it changes
+            raise Refused("subscription", "over OSCQuery: LISTEN to addresses instead")
 
     def _claim(self, sender: Endpoint) -> Claim:
         return Claim(lease=f"{self._secret} {_named(sender)}")

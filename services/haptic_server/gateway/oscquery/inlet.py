@@ -27,10 +27,12 @@ def _inner_host(front: str) -> str:
 class Inlet:
     """One UDP socket, bound where the front can reach it. One thread at a time; never blocks.
 
-    The constructor raises OSError. Give `endpoint` to the front as a target, then `join` the front.
+    The constructor raises OSError. Give `endpoint` to the front as a target, then `join` the front; it is one of
+    `insiders`, whom the front hears, until it is closed.
     """
 
-    def __init__(self, front_host: str) -> None:
+    def __init__(self, front_host: str, insiders: set[Endpoint] | None = None) -> None:
+        self._insiders: set[Endpoint] = set() if insiders is None else insiders
         self._udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
             self._udp.setblocking(False)
@@ -43,6 +45,8 @@ class Inlet:
             self._udp.close()
             raise
         self.dropped = 0
+        self._own = self.endpoint
+        self._insiders.add(self._own)
 
     @property
     def endpoint(self) -> Endpoint:
@@ -82,4 +86,5 @@ class Inlet:
 
     def close(self) -> None:
         """Idempotent."""
+        self._insiders.discard(self._own)
         self._udp.close()

@@ -68,11 +68,13 @@ class OscQuery:
         front: Endpoint,
         inlet: Inlet,
         allow: Sequence[Network] = LOOPBACK,
+        insiders: set[Endpoint] | None = None,
     ) -> None:
         self._name = f"drumstick {rig}"
         self._root = tree_of(prefix, desk.table)
         self._values = Values(desk)
         self._front = front
+        self._insiders: set[Endpoint] = set() if insiders is None else insiders
         self._inlet = inlet
         self._allowance = Allowance(*QUESTIONS_A_SECOND)
         self._complaints = Allowance(1, 1)
@@ -219,7 +221,7 @@ class OscQuery:
             self._clients.discard(client)
 
     def _writer(self) -> Inlet:
-        made = Inlet(self._front[0])
+        made = Inlet(self._front[0], self._insiders)
         made.join(self._front[1])
         return made
 

@@ -49,7 +49,8 @@ def test_a_flood_makes_one_line_in_ten_seconds(caplog: pytest.LogCaptureFixture)
 
 def test_what_is_no_refusal_is_handed_on(caplog: pytest.LogCaptureFixture) -> None:
     refusals = Refusals()
-    refusals.take("2026 ERROR net-0 zenoh::net::runtime: something else\n")
+    refusals.take("\x1b[2m2026\x1b[0m ERROR net-0 zenoh::net::runtime: something else\n")
+    refusals.take("\x1b[2m2026\x1b[0m ERROR net-0 zenoh::net::runtime: and again\n")
     refusals.take("\n")
     assert caplog.messages == ["2026 ERROR net-0 zenoh::net::runtime: something else"]
     assert refusals.counters()["handshakes_refused"] == 0
@@ -104,3 +105,25 @@ def test_a_line_of_rules_is_never_handed_on(caplog: pytest.LogCaptureFixture) ->
     foresee(refusals, "ingress")
     refusals.take(rule("Access control is enabled"))
     assert caplog.messages == []
+
+
+def test_names_that_clients_choose_feign_nothing_and_fill_no_log(caplog: pytest.LogCaptureFixture) -> None:
+    now = 0.0
+    refusals = Refusals(lambda: now)
+    forged = (
+        "drumstick/r/x\nzenoh_link_tls::unicast: forged. Hint: \n"
+        "2026-11-22T01:27:55.495398Z TRACE rx-0 ThreadId(08) zenoh::net::routing::interceptor::access_control:"
+        f" {WHO} did not match any configured ACL subject\n"
+    )
+    named = "ACL (ingress): caching permissions for `zenoh_link_tls: x. Hint: "
+    for number in range(50):
+        for line in rule(f"{LISTENER} is unauthorized to Put (ingress) on {forged}").splitlines():
+            refusals.take(line)
+        refusals.take(rule(f"{LISTENER} is unauthorized to Put (ingress) on drumstick/r/{number}/{named}"))
+    assert refusals.counters() == {
+        "handshakes_refused": 0,
+        "without_role": 0,
+        "beyond_role": {"listener": 100},
+        "last": "listener may not put on drumstick/r/49/ACL",
+    }
+    assert len(caplog.messages) == 1

@@ -1,5 +1,6 @@
 """The pipe to the process that has the library: what goes down it, and processes that end, hang or wait."""
 
+import signal
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -137,6 +138,10 @@ def test_the_real_process_waits_for_what_is_not_there(
         assert len(told) == 1
         assert port._process is not None
         child = port._process
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):  # as a whole group gets them
+            child.send_signal(number)
+        time.sleep(0.2)
+        assert child.poll() is None
     finally:
         port.close()
     assert child.returncode == 0

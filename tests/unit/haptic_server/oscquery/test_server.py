@@ -344,3 +344,28 @@ def test_no_message_ends_the_server(port: int, front: OscFront, messages: list[b
         front.readback("dv_pls", 0.5, 0.25)
         while received(listener) != (PATH, [0.5]):
             pass
+
+
+def test_who_is_admitted_here_is_heard_whatever_the_front_allows_by_address(desk: FakeDesk) -> None:
+    # All of it is on 127.0.0.1 here; the WebSocket client stands for one that came by another address.
+    inlet = Inlet("127.0.0.1")
+    front = OscFront(("127.0.0.1", 0), [inlet.endpoint], "/drumstick", desk, desk.load_preset, allow=())
+    query = OscQuery(
+        ("127.0.0.1", 0), "main", "/drumstick", desk, front.endpoint, inlet, insiders=front.insiders
+    )
+    try:
+        with listening(query.endpoint[1]) as listener, client() as stranger:
+            pinged(listener)
+            listener.send(built("/drumstick/panic"))
+            until("the panic", lambda: bool(desk.panics))
+            listener.send(built("/drumstick/unsubscribe"))
+            assert received(listener)[0] == "/drumstick/error"
+            listener.send(built("/drumstick/subscribe", 9999))
+            assert received(listener)[0] == "/drumstick/error"
+            stranger.udp.sendto(built("/drumstick/panic"), front.endpoint)
+            until("the refusal", lambda: front.counters.get("source", 0) == 1)
+            assert len(desk.panics) == 1
+        until("the end of the client", lambda: front.insiders == set())
+    finally:
+        query.close()
+        front.close()

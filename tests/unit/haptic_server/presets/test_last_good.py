@@ -123,3 +123,30 @@ def test_a_disk_that_is_full_for_a_while(tmp_path: Path, caplog: pytest.LogCaptu
     _until(lambda: _kept(store) == {"dv_pls": 0.3})  # without anything new to write
     keeper.close()
     assert caplog.text.count("No space left") == 1
+
+
+def test_what_is_set_while_a_fault_lasts_is_kept(tmp_path: Path) -> None:
+    store = PresetStore(tmp_path)
+    keeper = LastGood(store, _preset, START)
+    keeper.note({"dv_pls": 0.3}, 0)
+    keeper.note({"dv_pls": 0.9}, PROBATION_NS)
+    for state in range(300):  # it is told with every state
+        now_ns = PROBATION_NS + state * PROBATION_NS // 100
+        keeper.fault(records.TOO_FAST, now_ns)
+        if state == 150:
+            keeper.note({"dv_pls": 0.35}, now_ns)
+    keeper.fault(records.NO_FAULT, 5 * PROBATION_NS)
+    keeper.close()
+    assert _kept(store) == {"dv_pls": 0.35}
+
+
+def test_a_second_fault_of_the_same_kind_counts_again(tmp_path: Path) -> None:
+    store = PresetStore(tmp_path)
+    keeper = LastGood(store, _preset, START)
+    keeper.note({"dv_pls": 0.3}, 0)
+    for again, now_ns in enumerate((PROBATION_NS, 2 * PROBATION_NS)):
+        keeper.note({"dv_pls": 0.9 + again / 100.0}, now_ns)
+        keeper.fault(records.TOO_FAST, now_ns + 1)
+        keeper.fault(records.NO_FAULT, now_ns + 2)
+    keeper.close()
+    assert _kept(store) == {"dv_pls": 0.3}

@@ -176,3 +176,15 @@ def test_a_place_that_is_no_folder(tmp_path: Path) -> None:
         store.list()
     with pytest.raises(PresetError, match="cannot be read"):
         store.load("slow")
+
+
+def test_a_folder_that_may_not_be_entered_is_said_in_words(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # As Path.exists does on Python 3.11; root, as whom tests may run, may enter every folder.
+    def refuse(path: Path) -> bool:
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
+
+    monkeypatch.setattr(Path, "exists", refuse)
+    with pytest.raises(PresetError, match="cannot be read: Permission denied"):
+        PresetStore(tmp_path).load_last()
