@@ -6,6 +6,7 @@ from stored import read, where
 
 DOCS = Path(__file__).parent.parent
 PAGE = DOCS / "measured.md"
+CEILING_PICTURE = DOCS / "images" / "wire-ceiling.png"
 
 _NAMES = {
     "python": "starting Python itself (baseline)",
@@ -143,6 +144,8 @@ def _wire() -> list[str]:
     rig = fuzz["rig"]
     lines += [
         "",
+        "![Half of the strikes took so long, over strikes a second, for 1, 10 and 50 subscribers](images/wire-ceiling.png)",
+        "",
         "What the gateway cannot carry at once waits in the block's ring, 16,384 events; what finds that full is dropped and counted",
         "(`ring_dropped` of the state). Zenoh drops for a subscriber whose transport is full, OSC what a socket's buffer does not take",
         "(`send_full` in `doctor`): nobody who is slow holds anybody else up, and nothing ever holds the force loop up.",
@@ -223,5 +226,40 @@ def page() -> str:
     return "\n".join([*lines, *_streamed(), *_ticks(), *_lateness(), *_month(), *_wire(), *_door(), ""])
 
 
+def _draw_ceiling() -> None:
+    # How long half of the strikes took over how many came, by number of subscribers; open marks: some were lost.
+    from matplotlib.figure import Figure
+
+    from rig.figures.style import BLUE, DPI, GREEN, VERMILION, scaled
+
+    figure = Figure(figsize=(7.2, 3.8), dpi=DPI, layout="constrained")
+    axes = figure.add_subplot()
+    shown = zip(read("wire")["ceiling"].items(), ((BLUE, "o"), (GREEN, "s"), (VERMILION, "D")), strict=True)
+    for (subscribers, rows), (colour, mark) in shown:
+        rates, waits = [row["rate_Hz"] for row in rows], [row["p50_us"] / 1e3 for row in rows]
+        words = f"{subscribers} subscriber{'' if subscribers == '1' else 's'}"
+        axes.plot(rates, waits, color=colour, lw=1.2, label=words)
+        for row, rate, wait in zip(rows, rates, waits, strict=True):
+            lost = max(row["lost_share"], row["lost_osc_share"]) > 0.0
+            axes.plot(rate, wait, color=colour, marker=mark, ms=7, lw=0, mfc="white" if lost else colour)
+    axes.plot([], [], color="black", marker="o", mfc="white", lw=0, label="some were lost")
+    axes.set_xscale("log", base=2)
+    axes.set_xticks(found := [1000, 2000, 4000, 8000, 16000], [f"{rate:,}" for rate in found])
+    axes.minorticks_off()
+    scaled(axes, "y", "log")
+    axes.set_xlabel("strikes a second")
+    axes.set_ylabel("half of them took longer than, ms")
+    axes.legend(loc="lower right")
+    figure.savefig(CEILING_PICTURE)
+
+
+def draw() -> None:
+    """The picture."""
+    from rig.figures.style import styled
+
+    styled(_draw_ceiling)()
+
+
 if __name__ == "__main__":
+    draw()
     PAGE.write_text(page(), encoding="utf-8")
