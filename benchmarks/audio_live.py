@@ -25,11 +25,11 @@ sys.path.insert(0, str(HERE))
 import numpy as np
 import numpy.typing as npt
 from jack_device import RATE_HZ, dummy_device
-from machine import description
 from seldom_witness import SeldomWitnesses
 
 from drumstick.scene import parse
 from haptic_server.servo.witness import excused
+from rig.this_machine import description
 from sound_server.calibrate import blow_at, build
 from sound_server.engine import Engine
 from sound_server.events import StrikeRing

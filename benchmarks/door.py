@@ -23,12 +23,12 @@ sys.path[:0] = [
 
 import numpy as np
 import zenoh
-from machine import description
 from rig_process import free_port, wait_for
 
 from made_keys import Keyring
 from protocol.keys import Keys
 from protocol.session import client_config, open_client, open_router
+from rig.this_machine import description
 
 RESULT = Path(__file__).parent / "results" / "door.json"
 KEYS = Keys("bench")

@@ -22,13 +22,13 @@ sys.path[:0] = [str(HERE), str(HERE.parent / "tests")]
 
 import numpy as np
 from bare_mesh import RATE_HZ, BareMesh, start, timed
-from machine import description
 
 from drumstick.drum_effects import DRUM_EFFECTS
 from drumstick.scene import Scene
 from realtime.float_mode import flush_denormals, restore
 from realtime.jit import njit
 from realtime.lent import lend
+from rig.this_machine import description
 from sound_server.build import new_engine
 from sound_server.engine import Engine
 from sound_server.events import StrikeRing

@@ -4,57 +4,42 @@ Peers from Debian's packages, as they are distributed: STK's Mesh2D (11 x 11), S
 MembraneHexagon (`scsynth -N`, the same score without membranes taken off), Faust's mesh_square, compiled with
 g++ -O3 -march=native. Ours with 32 to 256 junctions across, for this processor and for one with AVX2 only. Per junction
 and sample, CPU time; everything in turn in short windows, and of each the best. Ratios: of the bests, and the median of
-the rounds' own, which tells how far the machine's noise can be in the former.
+the rounds' own, which tells how far the machine's noise can be in the former. At the end `drumstick accuracy` measures
+the peers too, and what it finds is stored beside it: it shows that where they are not installed.
 """
 
 import argparse
 import json
-import shutil
 import statistics
-import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
 
-from bare_mesh import RATE_HZ, timed
-from machine import description
-from peers import compiled
-from peers.ours import Ours
-from peers.supercollider import Membranes, shape
+from our_mesh import Ours
 
+from rig.accuracy import stored_peers
+from rig.accuracy.peers import compiled
+from rig.accuracy.peers.supercollider import shape
+from rig.accuracy.peers.windows import missing, of_library, of_supercollider, versions
+from rig.accuracy.timing import Window
+from rig.this_machine import description
 from sound_server.membrane.lattice import lattice_of
 
 RESULT = HERE / "results" / "mesh_peers.json"
 ACROSS = (32, 64, 128, 256)
 WINDOW_UPDATES = 4e6
-# Enough of them that starting scsynth is little beside them.
-MEMBRANES, SECONDS = 8, 4.0
-PACKAGES = {
-    "libstk-dev": lambda: Path("/usr/include/stk/Mesh2D.h").exists(),
-    "faust": lambda: shutil.which("faust"),
-    "supercollider-server": lambda: shutil.which("scsynth"),
-    "sc3-plugins-server": lambda: Path("/usr/lib/SuperCollider/plugins/MembraneUGens.so").exists(),
-    "g++": lambda: shutil.which("g++"),
-}
+SECONDS = 4.0
 GOALS = {"STK Mesh2D": 8.0, "SuperCollider MembraneCircle": 25.0}
 AVX2_GOAL = 1.0 / 0.3
-# Returns ns per junction and sample.
-Window = Callable[[], float]
+# Every window here returns ns per junction and sample.
 
 
-def missing() -> list[str]:
-    return [name for name, is_there in PACKAGES.items() if not is_there()]
-
-
-def in_process(library: compiled.Library) -> Window:
-    samples = max(512, round(WINDOW_UPDATES / library.junctions / 512 / 8) * 512)
-    library.run(512)
-    return lambda: timed(lambda: library.run(samples)) / samples / library.junctions * 1e9
+def per_junction(window: Window, junctions: int) -> Window:
+    return lambda: window() / junctions
 
 
 def of_ours(ours: Ours, across: int) -> Window:
@@ -62,20 +47,6 @@ def of_ours(ours: Ours, across: int) -> Window:
     steps = 2 * max(10, round(WINDOW_UPDATES / junctions / 2))
     ours.cpu_s(across, 20)
     return lambda: ours.cpu_s(across, steps) / steps / junctions * 1e9
-
-
-def of_supercollider(folder: Path, kind: str) -> Window:
-    with_them = Membranes(folder, kind, MEMBRANES, SECONDS)
-    without = Membranes(folder, "", MEMBRANES, SECONDS)
-    updates = MEMBRANES * SECONDS * RATE_HZ * shape(kind)[0]
-    least = min(without.cpu_s() for _ in range(5))
-
-    def window() -> float:
-        nonlocal least
-        least = min(least, without.cpu_s())
-        return (with_them.cpu_s() - least) / updates * 1e9
-
-    return window
 
 
 def measured(windows: dict[str, Window], rounds: int) -> dict[str, list[float]]:
@@ -99,16 +70,6 @@ def ratios(found: dict[str, list[float]], peers: list[str], ours: list[str]) -> 
             for peer in peers
         }
     return rows
-
-
-def versions() -> dict[str, str]:
-    said = subprocess.run(
-        ["dpkg-query", "-W", "-f", "${Package} ${Version}\n", "libstk-dev", *list(PACKAGES)[1:]],
-        capture_output=True,
-        text=True,
-        check=False,
-    ).stdout
-    return dict(line.split(" ", 1) for line in said.splitlines())
 
 
 def show(found: dict[str, list[float]], junctions: dict[str, int], compared: dict[str, Any]) -> None:
@@ -141,10 +102,12 @@ def main() -> None:
         if options.faust_16:
             libraries["Faust 16x16"] = compiled.faust(folder, 16)
         for label, library in libraries.items():
-            windows[label], junctions[label] = in_process(library), library.junctions
+            junctions[label] = library.junctions
+            windows[label] = per_junction(of_library(library), library.junctions)
         for kind in ("MembraneCircle", "MembraneHexagon"):
             label = f"SuperCollider {kind}"
-            windows[label], junctions[label] = of_supercollider(folder, kind), shape(kind)[0]
+            junctions[label] = shape(kind)[0]
+            windows[label] = per_junction(of_supercollider(folder, kind, SECONDS), junctions[label])
         peers = list(windows)
         for label, engine in engines.items():
             for across in ACROSS:
@@ -169,6 +132,7 @@ def main() -> None:
         "times_ours": compared,
     }
     RESULT.write_text(json.dumps(result, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    stored_peers.store(options.rounds)
 
 
 if __name__ == "__main__":

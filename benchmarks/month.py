@@ -23,8 +23,6 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from machine import description
-
 from drumstick.law import law_of
 from drumstick.scene import parse, shipped_text
 from haptic_server import block as blocks
@@ -32,6 +30,7 @@ from haptic_server.records import EVENT, PLAYING, RELEASE, STRIKE
 from haptic_server.servo import loop, memory
 from realtime import ring
 from realtime.jit import allocations
+from rig.this_machine import description
 
 RESULT = Path(__file__).parent / "results" / "month.json"
 PARTS = Path(tempfile.gettempdir()) / "drumstick-month"

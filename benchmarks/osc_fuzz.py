@@ -22,13 +22,13 @@ HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "tests"), str(HERE.parent / "tests" / "system")]
 
 import numpy as np
-from machine import description
 from osc_mutants import KILLERS, MUTANT_HOST, mutant
 from pythonosc.osc_message import OscMessage
 from pythonosc.osc_message_builder import OscMessageBuilder
 from rig_process import Rig, ask, running, wait_for
 
 from haptic_server.servo.witness import Witnesses, excused
+from rig.this_machine import description
 
 RESULT = HERE / "results" / "osc_fuzz.json"
 GROUP = 100

@@ -19,11 +19,11 @@ sys.path[:0] = [
     *(str(Path(__file__).parent.parent / p) for p in ("tests", "tests/system")),
 ]
 
-from machine import description
 from rig_process import DRUMSTICK, Listener, Rig, running, wait_for
 
 from protocol.messages import Meter
 from rig.recording.reading import read
+from rig.this_machine import description
 from streamed_engine import streamed_text
 
 RESULT = Path(__file__).parent / "results" / "recording_size.json"

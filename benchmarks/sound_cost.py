@@ -18,10 +18,9 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from machine import description
-
 from drumstick.drum import Drum, Mesh
 from drumstick.scene import Scene, parse, shipped_text
+from rig.this_machine import description
 from sound_server.cost import f01_error_cents, ringing
 
 RESULT = Path(__file__).parent / "results" / "sound_cost.json"

@@ -15,12 +15,11 @@ from typing import Any
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "tests")]
 
-from machine import description
-
 import plain_steps
 import steps
 from drumstick.law import law_type, motion_type
 from drumstick.scene import EFFECTS
+from rig.this_machine import description
 
 RESULT = HERE / "results" / "step_cost.json"
 

@@ -8,35 +8,27 @@ thread, windows of the methods in turn, the best of each.
 
 import argparse
 import json
-import math
 import sys
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "tests")]
 
 from closed_form import point_ns
-from machine import description
 
 import bounces
-import solve_ivp_stick
 from drumstick.methods.carry import ORDERS, STEPPERS
 from drumstick.simulate import Stepper
+from rig.accuracy import solve_ivp_stick
+from rig.accuracy.contacts import finite, largest_error
+from rig.accuracy.stick import ATOL_PER_RTOL, STEPS_S, TOLERANCES
+from rig.this_machine import description
 
 RESULT = HERE / "results" / "stick_methods.json"
 SWEPT = ("roll", "unilateral")
-STEPS_S = tuple(float(f"{x:.3g}") for x in 1e-3 / np.sqrt(10.0) ** np.arange(7))
-TOLERANCES = (1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 TICKS_Hz = (1000.0, 10_000.0)
 LENGTHS = (1, 8, 25, 100)  # contacts
-
-
-def finite(value: float) -> float | None:
-    """JSON has no infinity: null."""
-    return value if math.isfinite(value) else None
 
 
 def against_scipy(rounds: int) -> dict[str, Any]:
@@ -54,8 +46,8 @@ def against_scipy(rounds: int) -> dict[str, Any]:
             "exact_us": min(ours) * 1e6,
             "solve_ivp_us": min(theirs) * 1e6,
             "ratio": min(theirs) / min(ours),
-            "exact_error": bounces.error(bounces.contacts(name), true),
-            "solve_ivp_error": bounces.error(bounces.played_by_scipy(name).contacts, true),
+            "exact_error": largest_error(bounces.contacts(name), true),
+            "solve_ivp_error": largest_error(bounces.played_by_scipy(name).contacts, true),
         }
         print(name, rows[name])
     return rows
@@ -75,7 +67,7 @@ def steppers(name: str, rounds: int) -> dict[str, Any]:
                 stepper = Stepper(method, dt_s, locates)
                 window = bounces.Window(name, stepper, copies=max(1, int(dt_s * 2e5)))
                 spent = min(window() for _ in range(rounds))
-                wrong = finite(bounces.error(bounces.contacts(name, stepper), true))
+                wrong = finite(largest_error(bounces.contacts(name, stepper), true))
                 row = {"method": method, "locates": locates, "dt_s": dt_s, "error": wrong}
                 rows.append(row | {"us_per_s": spent * bounces_per_s * 1e6})
     best = min(exact() for _ in range(rounds))
@@ -84,7 +76,7 @@ def steppers(name: str, rounds: int) -> dict[str, Any]:
         "bounces_per_s": bounces_per_s,
         "exact": {
             "us_per_s": best * bounces_per_s * 1e6,
-            "error": bounces.error(bounces.contacts(name), true),
+            "error": largest_error(bounces.contacts(name), true),
         },
         "steppers": rows,
     }
@@ -94,7 +86,7 @@ def scipy_tolerances(name: str, rounds: int) -> list[dict[str, Any]]:
     window, true = bounces.Window(name), bounces.reference(name)
     rows: list[dict[str, Any]] = []
     for rtol in TOLERANCES:
-        atol = rtol * 1e-2
+        atol = rtol * ATOL_PER_RTOL
         ours, theirs = [], []
         for _ in range(rounds):
             theirs.append(bounces.scipy_window(name, rtol, atol))
@@ -106,7 +98,7 @@ def scipy_tolerances(name: str, rounds: int) -> list[dict[str, Any]]:
                 "rtol": rtol,
                 "us": min(theirs) * 1e6,
                 "ratio": min(theirs) / min(ours),
-                "error": bounces.error(found, true),
+                "error": largest_error(found, true),
             }
         )
     return rows

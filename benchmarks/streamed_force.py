@@ -21,8 +21,6 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from machine import description
-
 from drumstick.law import law_of
 from drumstick.scene import Scene, parse, shipped_text
 from haptic_server import block as blocks
@@ -32,6 +30,7 @@ from haptic_server.servo import loop, memory
 from protocol.messages import CONTACT_PIECE_S, encode
 from realtime import ring
 from realtime.atomics import poke
+from rig.this_machine import description
 from sound_server.build import new_engine
 from sound_server.calibrate import blow_at
 from sound_server.complaints import Complaints

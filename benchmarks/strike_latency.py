@@ -22,10 +22,10 @@ sys.path.insert(0, str(HERE))
 import numpy as np
 from audio_live import Work, idle, sorting
 from jack_device import RATE_HZ, dummy_device
-from machine import description
 
 from drumstick.scene import Scene
 from protocol.messages import Strike, encode
+from rig.this_machine import description
 from sound_server.calibrate import blow_at, build
 from sound_server.complaints import Complaints
 from sound_server.events import StrikeRing

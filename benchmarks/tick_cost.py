@@ -24,8 +24,6 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from machine import description
-
 from drumstick import exact
 from drumstick.law import law_of
 from drumstick.scene import Scene, parse, shipped_text
@@ -36,6 +34,7 @@ from haptic_server.servo import loop, memory
 from haptic_server.servo.memory import Servo
 from realtime.clock import now_ns
 from realtime.jit import njit
+from rig.this_machine import description
 
 RESULT = Path(__file__).parent / "results" / "tick_cost.json"
 TARGET_NS = 300.0  # of a tick without effects

@@ -1,32 +1,26 @@
 """Speed from encoder counts, noise against lag: python benchmarks/velocity_estimate.py.
 
 The servo's estimate (haptic_server.servo.velocity) against the plain difference, fixed windows and a first-order
-low-pass of the difference, which live here only. A device of 0.03 mm counts at 1 kHz: held still with the noise of a
+low-pass of the difference (rig.accuracy.filters). A device of 0.03 mm counts at 1 kHz: held still with the noise of a
 quarter count, moved evenly at 0.45 to 0.55 m/s, and through a blow at 0.5 m/s on the head of set E, computed exactly.
 64 phases of count and tick.
 """
 
 import json
-import math
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from machine import description
 
 from drumstick import exact
 from drumstick.law import law_of, thrown
 from drumstick.scene import Scene
 from drumstick.stick import Stick
 from drumstick.trajectory import onward
-from haptic_server.servo.velocity import LONGEST, TRACK, follow
-from realtime.jit import Record, njit
+from haptic_server.servo.velocity import LONGEST
+from rig.accuracy.filters import ADAPTIVE, Samples, told
+from rig.this_machine import description
 
 RESULT = Path(__file__).parent / "results" / "velocity_estimate.json"
 T, COUNT_M, NOISE_COUNTS = 1e-3, 3e-5, 0.25
@@ -35,53 +29,20 @@ STICK = Stick(0.075, 3500.0, 2.5, 0.0, 0.0, 0.0, "unilateral")
 HEIGHT_M, FINE = 0.03, 50  # where the blow begins; instants of the true motion to a tick
 LONGEST_LAG_S = 0.02
 
-Samples = npt.NDArray[np.float64]
+
+def _by(name: str) -> Callable[[Samples], Samples]:
+    # The filter's slack is one count, as the servo gives it.
+    return lambda z: told(name, z, T, COUNT_M)
 
 
-@njit()
-def _followed(track: Record, z: Samples, period_s: float, slack_m: float, out: Samples) -> None:
-    for i in range(len(z)):
-        out[i] = follow(track, i * period_s, z[i], slack_m)
-
-
-def adaptive(z: Samples) -> Samples:
-    """The servo's own, shape as z; its slack is one count, as the servo gives it."""
-    track, out = np.zeros(1, TRACK), np.empty_like(z)
-    _followed(track[0], z, T, COUNT_M, out)
-    return out
-
-
-def window(length: int) -> Callable[[Samples], Samples]:
-    """The mean speed over so many ticks; 1 is the plain difference."""
-
-    def estimate(z: Samples) -> Samples:
-        before = np.concatenate((np.full(length, z[0]), z[:-length]))
-        return (z - before) / (length * T)
-
-    return estimate
-
-
-def low_pass(cutoff_Hz: float) -> Callable[[Samples], Samples]:
-    """The plain difference through a first-order low-pass."""
-    share = 1.0 - math.exp(-2.0 * math.pi * cutoff_Hz * T)
-
-    def estimate(z: Samples) -> Samples:
-        steps, out, speed = window(1)(z), np.empty_like(z), 0.0
-        for i, step in enumerate(steps):
-            speed += share * (step - speed)
-            out[i] = speed
-        return out
-
-    return estimate
-
-
+# By the words that the page shows.
 ESTIMATORS: dict[str, Callable[[Samples], Samples]] = {
-    f"adaptive window, up to {LONGEST - 1} ticks (the servo's)": adaptive,
-    "plain difference": window(1),
-    "fixed window, 4 ticks": window(4),
-    "fixed window, 15 ticks": window(LONGEST - 1),
-    "low-pass, 100 Hz": low_pass(100.0),
-    "low-pass, 20 Hz": low_pass(20.0),
+    f"adaptive window, up to {LONGEST - 1} ticks (the servo's)": _by(ADAPTIVE),
+    "plain difference": _by("difference"),
+    "fixed window, 4 ticks": _by("window of 4"),
+    f"fixed window, {LONGEST - 1} ticks": _by(f"window of {LONGEST - 1}"),
+    "low-pass, 100 Hz": _by("low-pass 100 Hz"),
+    "low-pass, 20 Hz": _by("low-pass 20 Hz"),
 }
 
 

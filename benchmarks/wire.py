@@ -24,10 +24,10 @@ sys.path[:0] = [str(HERE), str(HERE.parent / "tests" / "system")]
 
 import numpy as np
 import numpy.typing as npt
-from machine import description
 from wire_servo import WARM_S
 
 from haptic_server.servo.witness import Witnesses, excused
+from rig.this_machine import description
 
 RESULT = HERE / "results" / "wire.json"
 GOAL_US = 350.0

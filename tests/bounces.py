@@ -10,22 +10,20 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 import mp_stick
-import solve_ivp_stick
 from drumstick import exact, stepping
 from drumstick.law import Records, law_of, thrown
 from drumstick.methods.carry import STEPPERS
 from drumstick.scene import Scene, parse, shipped_text
 from drumstick.simulate import Stepper, simulate
 from realtime.jit import Record, njit
+from rig.accuracy import solve_ivp_stick
+from rig.accuracy.contacts import Contacts, largest_error
 
 THROW_M_PER_S = 0.4
 COPIES = 200  # throws in one window of a compiled method: about a millisecond
 _LONGEST_S = 1.0
-
-Contacts = npt.NDArray[np.float64]
 
 
 def _shipped(name: str, pulse: dict[str, Any] | None = None, **stick: Any) -> Scene:
@@ -74,13 +72,6 @@ def played_by_scipy(name: str) -> solve_ivp_stick.Played:
 def reference(name: str) -> Contacts:
     """t_in, v_in, t_out, v_out of the case's contacts to the last digit, shape (bounces, 4)."""
     return mp_stick.contacts(CASES[name].scene, played_by_scipy(name), THROW_M_PER_S)
-
-
-def error(found: Contacts, true: Contacts) -> float:
-    """The largest relative error of any instant or speed; inf if contacts are missing."""
-    if len(found) < len(true):
-        return float("inf")
-    return float(np.max(np.abs(found[: len(true)] / true - 1.0)))
 
 
 def contacts(name: str, stepper: Stepper | None = None) -> Contacts:
@@ -149,4 +140,4 @@ def error_after(name: str, count: int) -> float:
     scene = CASES[name].scene
     true = mp_stick.contacts(scene, solve_ivp_stick.play(scene, count, THROW_M_PER_S), THROW_M_PER_S)
     found = simulate(scene, float(true[-1, 2]) * 1.02, THROW_M_PER_S).contacts[:, :4]
-    return error(found, true)
+    return largest_error(found, true)

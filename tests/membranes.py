@@ -66,6 +66,19 @@ class Membrane:
             found -= 0.5 * order_4 * float(np.sum(self.mass * self.bend(u) * self.bend(before)))
         return found
 
+    def energy_with_momentum(
+        self, u: npt.NDArray[Any], before: npt.NDArray[Any], tau: float, rho: float, eta: float
+    ) -> float:
+        """What never grows where quick modes lose more; without losses it is `energy`.
+
+        With b = 1 + rho - (1 + eta) q and r = rho (1 - eta q) a step is u+ = b u - r u-. By it the form
+        <u+, (1 + r) u+> + <u, (1 + r) u> - 2 <u+, b u> loses <d, (1 - r) d>, where d = u+ - u-.
+        """
+        v, w = u.astype(np.float64), before.astype(np.float64)
+        sizes = float(np.sum(self.mass * (v - w) ** 2))
+        own = self.product(v, v) + self.product(w, w)
+        return 0.25 * ((1.0 + rho) * sizes + tau * (2.0 * (1.0 + eta) * self.product(v, w) - rho * eta * own))
+
 
 def _of_tension(tension: Tension, stretch: float) -> float:
     state = tension.state[0]
@@ -93,7 +106,11 @@ def energy(engine: Engine) -> float:
     membrane = Membrane(engine.head, float(control["own_gain"]))
     u, before = engine.head.planes[at], engine.head.planes[1 - at]
     order_4 = float(control["order_4"]) * float(control["held_back"])
-    found = membrane.energy(u, before, float(control["tau"]), order_4)
+    if engine.internal_loss is None:
+        found = membrane.energy(u, before, float(control["tau"]), order_4)
+    else:
+        rho, eta = (float(gain) for gain in engine.internal_loss.gains)
+        found = membrane.energy_with_momentum(u, before, float(control["tau"]), rho, eta)
     if engine.tension is not None:
         found += _of_tension(engine.tension, membrane.product(u, before))
     if engine.cavity is not None:

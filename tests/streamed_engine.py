@@ -5,12 +5,10 @@ import dataclasses
 import numpy as np
 
 from drumstick.scene import Scene, shipped_text
-from realtime.jit import Record, njit
-from realtime.lent import lend
+from realtime.jit import Record
+from rig.accuracy.blows import pressed
 from sound_server.build import new_engine
-from sound_server.engine import Engine
 from sound_server.events import StrikeRing
-from sound_server.stream import playing
 from sound_server.stream.feed import Feed
 
 MS = 1_000_000
@@ -28,20 +26,6 @@ def streamed(latency_s: float = 0.0) -> Scene:
 def streamed_text(name: str = "roll") -> str:
     """A shipped scene that streams, as TOML."""
     return shipped_text(name).replace("[drum]", '[drum]\nexcitation = "streamed"')
-
-
-@njit()
-def _block(engine: Engine, start_ns: int, out: np.ndarray) -> None:
-    lent = lend(engine)
-    control: Record = lent.control[0]
-    playing.take(lent, start_ns, out.shape[0] * control.divisor)
-    for i in range(out.shape[0]):
-        control.forces = 0
-        playing.press(lent)
-        out[i] = 0.0
-        for k in range(control.forces):
-            entry = lent.forces[k]
-            out[i] += entry.step / (lent.head.weights[entry.junction] * control.force_gain)
 
 
 class Player:
@@ -76,7 +60,7 @@ class Player:
         end_ns = self.now_ns + span_ns
         while self.now_ns < end_ns:
             out = np.zeros(_STEPS)
-            _block(self.engine, self.now_ns, out)
+            pressed(self.engine, self.now_ns, out)
             self.now_ns += round(_STEPS * self.step_s * 1e9)
             found.append(out)
         self.sounds += found

@@ -189,6 +189,74 @@ def _door() -> list[str]:
     ]
 
 
+def _looking() -> list[str]:
+    found = read("panel_cost")
+    audio, rows = found["audio_ns"], found["share_of_core"]
+    block_us = found["block_frames"] / 48.0 * 1e3
+    lines = [
+        "",
+        "## What looking costs",
+        "",
+        "`python benchmarks/panel_cost.py`: CPU time of the panel and of the sound server while a roll plays, each with its",
+        f"children, over {found['window_s']:g} s; one browser looks, whose own time is not counted. {where(found)}",
+        "",
+        "| looked at | panel, of a core | sound server, of a core |",
+        "|---|---|---|",
+    ]
+    lines += [
+        f"| {name} | {row['web_panel']:.1%} | {row['sound_server']:.1%} |" for name, row in rows.items()
+    ]
+    lines += [
+        "",
+        'Every view but "nobody" has the picture beside it, with the head as it moves. What the audio thread has to do for it:',
+        "",
+        "| what | ns | of a block |",
+        "|---|---|---|",
+    ]
+    lines += [f"| {name} | {ns:.0f} | {ns / 1e3 / block_us:.4%} |" for name, ns in audio.items()]
+    return lines
+
+
+def _panel() -> list[str]:
+    found = read("panel_latency")
+    names = {
+        "force": "the first contact with another force begins",
+        "used": "the servo uses it (its readback on the wire)",
+        "shown": "the page shows the readback",
+        "foreseen": "the page shows what it would do",
+    }
+    lines = [
+        "",
+        "## From the page to the force",
+        "",
+        f"`python benchmarks/panel_latency.py`: {found['moves']} steps of the slider of K_coll, by key, on the real rig in a real browser, all on the",
+        f"same two cores (and the desktop's picture of the drum drawn without a graphics card); the goal is {found['goal_ms']:.0f} ms at the median. The stick has to rise above the head and come down again in it."
+        f" {where(found)}",
+        "",
+        "| page | from the key until | p50 ms | p90 ms | longest ms |",
+        "|---|---|---|---|---|",
+    ]
+    lines += [
+        f"| {size} | {names[name]} | {row['p50']:.0f} | {row['p90']:.0f} | {row['max']:.0f} |"
+        for size, rows in found["rows_ms"].items()
+        for name, row in rows.items()
+    ]
+    lines += ["", "| share of a core | panel | what computes for it |", "|---|---|---|"]
+    for name, shares in found["share_of_core"].items():
+        cells = " | ".join(
+            f"{shares[which]:.1%}" if which in shares else "–" for which in ("panel", "computing")
+        )
+        lines.append(f"| {name} | {cells} |")
+    one = found["one_prediction_ms"]
+    memory = found["resident_MB"]
+    return [
+        *lines,
+        "",
+        f"One prediction takes {one['p50']:.1f} ms of its time at the median, {one['max']:.1f} ms at most, over {one['values']} values of dv_pls.",
+        f"The panel takes {memory['panel']:.0f} MB of memory, what computes for it {memory['computing']:.0f} MB.",
+    ]
+
+
 def page() -> str:
     """The whole page."""
     starts, sound = read("start_and_restart"), read("sound_cost")
@@ -223,7 +291,20 @@ def page() -> str:
         f" {row['ns_per_junction_and_step']:.2f} | {row['ratio_to_numpy_slices']:.2f} | {row['f01_error_cents']:+.2f} |"
         for name, row in sound["rows"].items()
     ]
-    return "\n".join([*lines, *_streamed(), *_ticks(), *_lateness(), *_month(), *_wire(), *_door(), ""])
+    return "\n".join(
+        [
+            *lines,
+            *_streamed(),
+            *_ticks(),
+            *_lateness(),
+            *_month(),
+            *_wire(),
+            *_door(),
+            *_panel(),
+            *_looking(),
+            "",
+        ]
+    )
 
 
 def _draw_ceiling() -> None:

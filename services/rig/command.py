@@ -26,6 +26,7 @@ _COMMANDS: _Commands = (
     ("simulate", offline.simulate_command),
     ("render", offline.render_command),
     ("analyse", offline.analyse_command),
+    ("accuracy", offline.accuracy_command),
     ("servo-test", machine.servo_test_command),
     ("doctor", machine.doctor_command),
     ("record", running.record_command),

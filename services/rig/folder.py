@@ -24,10 +24,19 @@ def found_folder(rig: str) -> Path | None:
     return folder if folder is not None and folder.is_dir() and not folder.is_symlink() else None
 
 
+def _states() -> Path:
+    base = os.environ.get("XDG_STATE_HOME")
+    return Path(base) if base else Path.home() / ".local" / "state"
+
+
 def state_folder(rig: str) -> Path:
     """Where presets are kept; not made before something is."""
-    base = os.environ.get("XDG_STATE_HOME")
-    return (Path(base) if base else Path.home() / ".local" / "state") / "drumstick" / rig
+    return _states() / "drumstick" / rig
+
+
+def accuracy_folder() -> Path:
+    """Where `drumstick accuracy` keeps its newest result; not made before there is one."""
+    return _states() / "drumstick-accuracy"
 
 
 def run_folder(rig: str) -> Path:

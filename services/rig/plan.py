@@ -7,6 +7,8 @@ from pathlib import Path
 from protocol.identity import Identity
 from protocol.keys import DEFAULT_ROUTER
 from protocol.session import Public
+from rig.accuracy import store
+from rig.folder import accuracy_folder
 
 HAPTIC, SOUND, PANEL = "haptic", "sound", "panel"
 RECORD, DOOR = "record", "door"
@@ -88,7 +90,7 @@ def commands(options: Options) -> dict[str, list[str]]:
         for network in options.osc_allow:
             osc += ["--osc-allow", network]
         zenoh = router if options.connect else ["--listen", options.listen]
-        kept = ["--state-dir", str(options.state), *(["--fresh"] if options.fresh else [])]
+        kept = ["--state-dir", str(options.state), *(["--fresh"] if options.fresh else []), "--supervised"]
         plan["gateway"] = [
             *python, "haptic_server.gateway", *folder, *rig, *osc, *zenoh, *kept, *_extras(options)
         ]  # fmt: skip
@@ -112,8 +114,10 @@ def commands(options: Options) -> dict[str, list[str]]:
         ]
         plan["sound"] = [*python, "sound_server", *drums, *router, *audio]
     if PANEL in options.parts:
-        token = ["--token-file", str(options.folder / "panel-token")]
-        plan["panel"] = [*python, "web_panel", *rig, *router, "--port", str(options.panel_port), *token]
+        its_own = ["--token-file", str(options.folder / "panel-token")]
+        its_own += ["--accuracy-shipped", str(store.SHIPPED)]
+        its_own += ["--accuracy-own", str(accuracy_folder() / store.FILE)]
+        plan["panel"] = [*python, "web_panel", *rig, *router, "--port", str(options.panel_port), *its_own]
     if options.record is not None:
         plan[RECORD] = [*python, "rig.recording", *rig, *router, "--out", str(options.record)]
         if options.record_force:

@@ -50,6 +50,7 @@ class Service:
         self._started_at = 0.0
         self._restart_at = 0.0
         self._gone = False  # not essential, and over
+        self._is_first = True  # never restarted since it was started
 
     def start(self) -> None:
         """Start the child in a process group of its own: Ctrl-C reaches only the supervisor."""
@@ -64,6 +65,13 @@ class Service:
         assert self._process.stdout is not None
         os.set_blocking(self._process.stdout.fileno(), False)
         self._started_at = time.monotonic()
+
+    def start_anew(self) -> None:
+        """Start it as at the very first time, after it was stopped: it may find that it cannot run now."""
+        self.fault_status = None
+        self._is_first = True
+        self._delay_s = _FIRST_DELAY_S
+        self.start()
 
     @property
     def pid(self) -> int | None:
@@ -90,6 +98,7 @@ class Service:
         if self._process is None:
             if self.fault_status is None and not self._gone and now >= self._restart_at:
                 self.restarts += 1
+                self._is_first = False
                 self.start()
             return
         status = self._process.poll()
@@ -101,7 +110,7 @@ class Service:
             self._say(f"[{self.name}] ended with status {status}; the rig plays on without it")
             return
         # Only at the first start: a port that is taken while a service restarts must not end the others, force first.
-        if status in _REAL_FAULTS and self.restarts == 0:
+        if status in _REAL_FAULTS and self._is_first:
             self.fault_status = status
             return
         if now - self._started_at > _STEADY_AFTER_S:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rig import scene_file
 from rig.fault import lacking, wrong
+from rig.playable import playable
 from rig.record import SUFFIX
 
 if TYPE_CHECKING:
@@ -210,7 +211,8 @@ def render(scene: str, wishes: Wishes, as_json: bool, whole: bool = False) -> No
     _check_pictures(wishes)
     blows = [blow for blow in score.blows if blow.t_s < wishes.duration_s]
     presses = [press for press in score.presses if press.first_tick < wishes.duration_s * press.rate_Hz]
-    written = _write(loaded, blows, presses, wishes)
+    with playable():
+        written = _write(loaded, blows, presses, wishes)
     strikes = len(blows) + sum(float(press.forces_N[-1]) == 0.0 for press in presses)  # 0 N closes a contact
     modes = _draw(loaded, written.sound, wishes)
     if as_json:

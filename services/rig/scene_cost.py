@@ -9,6 +9,7 @@ from typing import Any
 
 from drumstick.scene import Scene
 from rig import scene_file
+from rig.playable import playable
 
 _TICKS = 20_000
 _REPEATS = 5
@@ -109,13 +110,19 @@ def _tiers(scene: Scene) -> dict[str, Scene]:
     def meshed(accuracy: str) -> Scene:
         return dataclasses.replace(scene, modal=None, mesh=dataclasses.replace(scene.mesh, accuracy=accuracy))
 
+    from sound_server.fitting import fitted
+
     own = {} if scene.modal is None else {"modal": scene}
+    if scene.mesh.accuracy == "auto":
+        own["auto"] = fitted(scene, _DEVICE_RATE_Hz).scene  # of which the pitch is measured too
     return {accuracy: meshed(accuracy) for accuracy in ACCURACIES} | own
 
 
 def _sound(scene: Scene, step: Step) -> dict[str, Any]:
     from sound_server import cost
+    from sound_server.fitting import fitted
 
+    fit = fitted(scene, _DEVICE_RATE_Hz, again=True)
     rows: dict[str, Any] = {}
     for accuracy, tried in _tiers(scene).items():
         step(f"drum: {accuracy}")
@@ -131,11 +138,12 @@ def _sound(scene: Scene, step: Step) -> dict[str, Any]:
             "mesh_rate_Hz": round(runs[0].steps * _DEVICE_RATE_Hz / _FRAMES),
             "f01_error_cents": cost.f01_error_cents(longer, _DEVICE_RATE_Hz),
         }
-    effects = {name: {"ns_per_sample": ns} for name, ns in _drum_effects(scene, step).items()}
+    effects = {name: {"ns_per_sample": ns} for name, ns in _drum_effects(fit.scene, step).items()}
     return {
         "device_rate_Hz": _DEVICE_RATE_Hz,
         "accuracy": scene.mesh.accuracy if scene.modal is None else "modal",
         "tiers": rows,
+        "chosen": fit.words,
         "effects": effects,
     }
 
@@ -190,11 +198,15 @@ def _shown(found: dict[str, Any]) -> Iterator[str]:
             f" {row['junctions']:11d} {row['f01_error_cents']:+12.3f} cents"
         )
     yield "* what this scene asks for"
+    if sound["chosen"]:
+        yield f"  {sound['chosen']}"
     for name, row in sound["effects"].items():
         yield f"  {name:20s} {row['ns_per_sample']:+12.0f} ns a sample"
 
 
 def cost(scene: str, as_json: bool) -> None:
     """Measure and print. Raises Stop."""
-    found = measure(scene_file.load(scene))
+    loaded = scene_file.load(scene)
+    with playable():
+        found = measure(loaded)
     print(json.dumps(found) if as_json else "\n".join(_shown(found)))

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from rig.fault import wrong
+from rig.laid_out import LaidOut
 
 if TYPE_CHECKING:
     from drumstick.scene import Scene
@@ -73,6 +74,12 @@ def gesture(scene: str, loaded: Scene) -> str | None:
             f"{scene}: hand.gesture_file: {name}: cannot be read: {error.strerror}; it must lie beside the scene"
         )
     return text
+
+
+def laid_out(scene: str) -> LaidOut:
+    """The scene and its gesture, both checked, ready for a run folder. Raises Stop."""
+    loaded = load(scene)
+    return LaidOut(loaded.name, read(scene).text, gesture(scene, loaded))
 
 
 def load(scene: str):

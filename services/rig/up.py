@@ -12,6 +12,7 @@ from protocol.endpoint import host_and_port
 from protocol.keys import Keys
 from rig import folder, ports, scene_file
 from rig.fault import OURS, Stop, lacking, wrong
+from rig.laid_out import LaidOut
 from rig.plan import HAPTIC, NOT_ESSENTIAL, PANEL, SOUND, Options, commands
 from rig.process import Service
 from rig.record import check_out
@@ -26,9 +27,10 @@ _READY_WITHIN_S = 120.0  # the very first start compiles every kernel
 class Rig:
     """The running services of one command."""
 
-    def __init__(self, options: Options, scene: str, terminal: Terminal) -> None:
+    def __init__(self, options: Options, scene: LaidOut, terminal: Terminal) -> None:
         self._options = options
         self._scene = scene
+        self._scene_before: LaidOut | None = None
         self._terminal = terminal
         self._services = [
             Service(n, c, terminal.say, n not in NOT_ESSENTIAL) for n, c in commands(options).items()
@@ -69,12 +71,49 @@ class Rig:
         self._stopping = True
 
     def _look(self, now: float) -> None:
+        self._follow_scene()
         for service in self._services:
             service.look(now)
+            if service.fault_status is not None and self._scene_before is not None:
+                self._terminal.say(
+                    f"the scene {self._scene.name} cannot be played here: back to the one before"
+                )
+                back, self._scene_before = self._scene_before, None
+                self._play(back)
+                return
             if service.fault_status is not None:
                 said = "" if service.last_line else f"{service.name} ended with status {service.fault_status}"
                 raise Stop(service.fault_status, said)  # what it said is on the terminal already
         self._watch.look()
+
+    def _follow_scene(self) -> None:
+        # Somebody asked the gateway for another scene.
+        if HAPTIC not in self._options.parts:
+            return
+        wanted = self._options.folder / files.WANTED
+        try:
+            name = wanted.read_text(encoding="utf-8")
+        except FileNotFoundError:
+            return
+        wanted.unlink(missing_ok=True)
+        self._terminal.say(f"another scene: {name}")
+        self._scene_before = self._scene
+        self._play(scene_file.laid_out(name))
+
+    def _play(self, scene: LaidOut) -> None:
+        """Stop the force, then start gateway and servo with `scene`; with the present one where a panic is latched."""
+        haptic = [s for s in self._services if s.name in ("gateway", "servo")]
+        # The gateway first, so that no panic can come that the servo would not know of.
+        for service in reversed(haptic):
+            service.ask_to_stop()
+            service.wait_stopped(time.monotonic() + _STOP_WITHIN_S)
+        if self._scene.is_held(self._options.folder):
+            self._terminal.say("a panic or a fault is latched: the scene stays; drumstick arm first")
+        else:
+            self._scene = scene
+            scene.put(self._options.folder)
+        for service in haptic:
+            service.start_anew()
 
     def _is_ready(self) -> bool:
         parts = self._options.parts
@@ -109,7 +148,7 @@ class Rig:
         """How it went, with units in the names; null where a service was not part of it."""
         state, meter = self._watch.state, self._watch.meter
         return {
-            "scene": self._scene,
+            "scene": self._scene.name,
             "rig": self._options.rig,
             "duration_s": round(self._played_s, 3),
             "strikes": self._watch.strikes - self._strikes_before if state else None,
@@ -165,6 +204,7 @@ def up(options: Options, scene: str, duration_s: float | None, as_json: bool) ->
         check_out(options.record, "--record")
     elif options.record_force:
         wrong("--record-force: give --record FILE.mcap too")
+    laid = LaidOut(scene)
     with ExitStack() as held:
         if HAPTIC in options.parts:
             loaded = scene_file.load(scene)
@@ -174,14 +214,10 @@ def up(options: Options, scene: str, duration_s: float | None, as_json: bool) ->
                     ' [drum] excitation = "streamed", or leave it out'
                 )
             held.enter_context(folder.claim(options.folder, options.rig))
-            block = options.folder / files.BLOCK
-            block.unlink(missing_ok=True)  # an earlier run's: whoever made it is dead, we hold the lock
-            held.callback(block.unlink, missing_ok=True)
-            folder.put_text(options.folder / files.SCENE, scene_file.read(scene).text)
-            gesture = scene_file.gesture(scene, loaded)
-            if gesture is not None:
-                folder.put_text(options.folder / files.GESTURE, gesture)
-            scene = loaded.name
+            laid = scene_file.laid_out(scene)
+            laid.put(options.folder)
+            held.callback((options.folder / files.BLOCK).unlink, missing_ok=True)
+            (options.folder / files.WANTED).unlink(missing_ok=True)
             ports.require_free_udp(options.osc_host, options.osc_in, "OSC port", "--osc-in")
             if options.oscquery is not None:
                 ports.require_free_tcp(*options.oscquery, "OSCQuery port", "--oscquery")
@@ -193,7 +229,7 @@ def up(options: Options, scene: str, duration_s: float | None, as_json: bool) ->
         _require_admission(options)
         if PANEL in options.parts:
             ports.require_free_tcp("127.0.0.1", options.panel_port, "panel port", "--panel-port")
-        rig = Rig(options, scene, Terminal())
+        rig = Rig(options, laid, Terminal())
         rig.run(duration_s)
         summary = rig.summary()
     print(json.dumps(summary) if as_json else _words(summary), file=sys.stdout)

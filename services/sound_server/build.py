@@ -13,16 +13,18 @@ from sound_server.events import EVENT, StrikeRing
 from sound_server.excitation import FORCES, POOL, PULSE
 from sound_server.membrane.heads import aligned, ears_on, head_of
 from sound_server.membrane.scheme import tuned
+from sound_server.membrane.surface import Places, of_modes, on_mesh
 from sound_server.membrane.sweep import Head
 from sound_server.microphones import microphones_of
 from sound_server.push import FORCE
+from sound_server.shown import shown_of
 from sound_server.step_numbers import Numbers
 from sound_server.stream.timeline import stream_of
 from sound_server.tiers import divisor_for
 from sound_server.upsample import TAPS, interpolator
 
 
-def _common(rate_Hz: int, divisor: int, strikes: StrikeRing) -> dict[str, Any]:
+def _common(divisor: int, strikes: StrikeRing, places: Places) -> dict[str, Any]:
     # What every engine has, whatever renders its head.
     return {
         "meters": cast(Records, np.zeros(1, METERS)),
@@ -32,7 +34,12 @@ def _common(rate_Hz: int, divisor: int, strikes: StrikeRing) -> dict[str, Any]:
         "pending": cast(Records, np.zeros(PENDING, EVENT)),
         "ring_cells": strikes.cells,
         "ring_slots": strikes.slots,
+        "shown": shown_of(places.places, places.shares),
     }
+
+
+class Unplayable(ValueError):
+    """No engine can be made of this scene; says why."""
 
 
 def _of_mesh(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
@@ -48,7 +55,7 @@ def _of_mesh(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     size = lattice.weights.size
     ears, ear_gains = ears_on(scene, head, 1.0)
     return Engine(
-        **_common(rate_Hz, divisor, strikes),
+        **_common(divisor, strikes, on_mesh(head)),
         control=numbers.control(scene, rate_Hz, divisor),
         head=head,
         forces=cast(Records, np.zeros(FORCES, FORCE)),
@@ -67,7 +74,7 @@ def _of_mesh(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
 
 
 def _of_modes(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
-    from sound_server.modal.modes import bank_of, divisor_below
+    from sound_server.modal.modes import bank_of, divisor_below, highest_zero
 
     divisor = divisor_below(scene, rate_Hz)
     step_s = divisor / rate_Hz
@@ -76,7 +83,7 @@ def _of_modes(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     fields["rate_Hz"], fields["divisor"] = rate_Hz, divisor
     fields["output_gain"], fields["asleep"], fields["looked"] = 1.0, 1, -1
     return Engine(
-        **_common(rate_Hz, divisor, strikes),
+        **_common(divisor, strikes, of_modes(highest_zero(scene, 1.0 / step_s))),
         control=control,
         head=cast(Head, None),  # for compiled code: nothing of a mesh
         forces=cast(Records, np.zeros(0, FORCE)),
@@ -88,8 +95,20 @@ def _of_modes(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
 
 
 def new_engine(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
-    """An engine at rest with output gain 1 and no pitch glide yet; `calibrate.build` gives a calibrated one."""
-    return (_of_mesh if scene.modal is None else _of_modes)(scene, rate_Hz, strikes)
+    """An engine at rest, fed from `strikes`, its gain still 1. Raises Unplayable."""
+    try:
+        return (_of_mesh if scene.modal is None else _of_modes)(scene, rate_Hz, strikes)
+    except ImportError as error:
+        raise Unplayable(
+            f"the drum of {scene.name} needs {error.name}: install haptic-drumstick[sound]"
+        ) from error
+    except (ValueError, ArithmeticError) as error:
+        # What each effect may be is checked when the scene is read; that together they leave a wave no room, here.
+        named = ", ".join(scene.drum.effects) or "no effects"
+        raise Unplayable(
+            f"the drum of {scene.name} cannot be computed at {rate_Hz} Hz with {named} ({error}): make the effects"
+            " weaker, or the mesh finer"
+        ) from error
 
 
 def size_of(engine: Engine) -> int:

@@ -8,9 +8,10 @@ from drumstick import contact
 from drumstick.law import law_of
 from drumstick.scene import Scene
 from realtime.jit import Record
-from sound_server.build import new_engine
+from sound_server.build import Unplayable, new_engine
 from sound_server.engine import Engine
 from sound_server.events import StrikeRing
+from sound_server.fitting import fitted
 from sound_server.render import Blow, render_all
 from sound_server.step_numbers import GLIDE_ROOM
 
@@ -49,7 +50,9 @@ def _gain(scene: Scene, rate_Hz: int, half: float, press: float) -> float:
     render_all(trial, out, len(out), 0)
     peak = float(np.abs(out).max()) / small
     if not 0.0 < peak < np.inf:
-        raise ArithmeticError(f"calibration: a full-scale strike gave a peak of {peak}")
+        raise Unplayable(
+            f"the drum of {scene.name} cannot be computed: a full-scale strike gave a peak of {peak}"
+        )
     return PEAK_OF_FULL_SCALE / peak
 
 
@@ -119,7 +122,9 @@ def _press(scene: Scene, rate_Hz: int, half: float) -> float:
 
 
 def build(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
-    """A calibrated engine at rest, fed from `strikes`. Any thread; blocks some ten milliseconds."""
+    """A calibrated engine at rest, fed from `strikes`. Any thread; blocks some ten milliseconds, and for as long as
+    `fitted` does."""
+    scene = fitted(scene, rate_Hz).scene
     engine = new_engine(scene, rate_Hz, strikes)
     half = 0.0
     if engine.tension is not None and scene.drum.effects["tension"].glide_cents > 0.0:

@@ -12,16 +12,18 @@ from drumstick.scene import Scene
 from protocol.messages import Meter, State, decode
 from realtime.jit import Record
 from realtime.stop import StopRequest
-from sound_server.build import words
+from sound_server.build import Unplayable, words
 from sound_server.calibrate import build
 from sound_server.complaints import Complaints
 from sound_server.engine import Engine
 from sound_server.events import StrikeRing
+from sound_server.fitting import fitted
 from sound_server.link import Link
 from sound_server.sinks.sink import Sink
 from sound_server.stream.desk import ContactDesk
 from sound_server.strikes import StrikeDesk
 from sound_server.upsample import TAPS
+from sound_server.viewing import Viewing
 
 _PATIENCE_S = 2.0
 _RETRY_S = 0.25
@@ -39,10 +41,12 @@ class Drum:
         self._complaints = complaints
         self._desk = StrikeDesk(StrikeRing(), complaints, self._heard_boot)
         self._contacts = ContactDesk(complaints, self._heard_boot)
+        self._viewing = Viewing(link.publisher, link.keys, ident, self._haptic_ns)
         self._boot: int | None = None  # the boot whose clock and scene are in use
         self._heard: int | None = None  # the boot of the newest message
         self._other_boot = threading.Event()
         self._scene: Scene | None = None
+        self._unplayable: Scene | None = None
         self._engine: Engine | None = None
         self._place = 0
         self._next_clock = 0.0
@@ -53,8 +57,11 @@ class Drum:
         while not self._stop.is_set() and self._scene is None:
             if not self._find():
                 self._stop.wait(_RETRY_S)
+        viewing = threading.Thread(target=self._viewing.run, args=(self._stop,), name="viewing", daemon=True)
+        viewing.start()
         while not self._stop.wait(_TURN_S):
             self._turn()
+        viewing.join()
 
     def _turn(self) -> None:
         if self._other_boot.is_set():
@@ -74,7 +81,11 @@ class Drum:
             self._link.announce(self._id)
             self._next_clock = time.monotonic() + self._link.clock_pause_s
             return True
-        if self._silent_after is not None and time.monotonic() > self._silent_after:
+        if (
+            self._unplayable is None
+            and self._silent_after is not None
+            and time.monotonic() > self._silent_after
+        ):
             logging.info("rig %s does not answer; waiting for it", self._link.keys.rig)
             self._silent_after = None
         return False
@@ -88,8 +99,15 @@ class Drum:
             return False
         self._boot = clock.boot if clock else self._heard
         self._desk.clock = self._contacts.clock = clock
-        if scene != self._scene:
-            self._play(scene)
+        if scene not in (self._scene, self._unplayable):
+            try:
+                self._play(scene)
+            except Unplayable as error:
+                # The drum before goes on, if there was one; what is wrong with this one does not change by trying.
+                logging.error("%s", error)
+                self._unplayable = scene
+        if self._engine is None:
+            return False
         self._link.hear_contacts(self._contacts.take if self._desk.note is not None else None)
         return True
 
@@ -97,7 +115,8 @@ class Drum:
         # The new drum enters before strikes go to it, and the old one leaves only when the strikes that it had still
         # to wait for have sounded: none is lost, and nothing clicks.
         ring = StrikeRing()
-        engine = build(scene, self._sink.rate_Hz, ring)
+        fit = fitted(scene, self._sink.rate_Hz)
+        engine = build(fit.scene, self._sink.rate_Hz, ring)
         if engine.stream is not None:
             self._desk.note = self._contacts.note  # a contact sounds once: as it comes, or by its strike
         place = self._sink.stage.enter(engine)
@@ -109,7 +128,9 @@ class Drum:
         if engine.stream is None:
             self._desk.note = None
         self._scene, self._engine, self._place = scene, engine, place
-        logging.info("%s at %d Hz: %s, %s", self._sink.words, self._sink.rate_Hz, scene.name, words(engine))
+        told = "; ".join(filter(None, (words(engine), fit.words)))
+        self._viewing.show(fit.scene, engine, told)
+        logging.info("%s at %d Hz: %s, %s", self._sink.words, self._sink.rate_Hz, scene.name, told)
 
     def _heard_boot(self, boot: int) -> None:
         self._heard = boot
@@ -122,16 +143,20 @@ class Drum:
         except ValueError as error:
             self._complaints.complain(f"state ignored: {error}")
 
+    def _haptic_ns(self, here_ns: int) -> int:
+        # By the haptic machine's clock, while it is known.
+        clock = self._desk.clock
+        return clock.haptic(here_ns) if clock else here_ns
+
     def _meter(self) -> Meter:
         assert self._engine is not None
         peaks: Record = self._engine.meters[0]
         control: Record = self._engine.control[0]
         interpolator_ms = 1e3 * TAPS / 2 * control["divisor"] / control["rate_Hz"]
-        clock, now = self._desk.clock, time.monotonic_ns()
         told = self._desk.punctuality.told()
         return Meter(
             id=self._id,
-            t_ns=clock.haptic(now) if clock else now,
+            t_ns=self._haptic_ns(time.monotonic_ns()),
             sink=self._sink.words,
             peak_left=float(peaks["peak_left"]),
             peak_right=float(peaks["peak_right"]),

@@ -20,6 +20,7 @@ from sound_server.effects.tension import Tension
 from sound_server.membrane.sweep import Head
 from sound_server.microphones import Microphones
 from sound_server.modal.bank import Bank
+from sound_server.shown import Shown
 from sound_server.stream.timeline import Stream
 
 PENDING = 256
@@ -77,6 +78,7 @@ class Engine(NamedTuple):
     pending: Records
     ring_cells: npt.NDArray[np.int64]
     ring_slots: Records
+    shown: Shown
     modal: Bank | None = None
     microphones: Microphones | None = None
     bend: npt.NDArray[np.float32] | None = None

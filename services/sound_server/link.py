@@ -108,6 +108,12 @@ class Link:
         except zenoh.ZError as error:
             self._complaints.complain(f"meter not sent: {error}")
 
+    def publisher(self, key: str) -> zenoh.Publisher:
+        """For what is put only while somebody listens. It ends with the session."""
+        return self._session.declare_publisher(
+            key, encoding=zenoh.Encoding(ENCODING), congestion_control=zenoh.CongestionControl.DROP
+        )
+
     def close(self) -> None:
         """Wait for the readers, which end with the session."""
         if self._contacts is not None:

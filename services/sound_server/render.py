@@ -18,6 +18,7 @@ from sound_server.events import StrikeRing
 from sound_server.excitation import POOL, begin
 from sound_server.limiter import limit, limited
 from sound_server.modal import bank
+from sound_server.shown import show_sound, show_surface
 from sound_server.step import step
 from sound_server.stream import playing
 from sound_server.stream.offline import Press, Score
@@ -94,6 +95,8 @@ def render_block(engine: Engine, out: npt.NDArray[np.float32], block_start_ns: i
     fall = math.exp(-frames / (_PEAK_FALL_S * control.rate_Hz))
     meters.peak_left = max(limited(peak_left), fall * meters.peak_left)
     meters.peak_right = max(limited(peak_right), fall * meters.peak_right)
+    show_surface(engine, frames)
+    show_sound(engine, out)
     meters.frames += frames
     meters.begun = control.begun
 

@@ -22,7 +22,8 @@ def order_of(scene: Scene) -> int:
     return 4 if fourth and not any(name in scene.drum.effects for name in _SECOND_ORDER_ONLY) else 2
 
 
-def _across(scene: Scene, mesh_rate_Hz: float) -> float:
+def across_of(scene: Scene, mesh_rate_Hz: float) -> float:
+    """Junctions across the head at this rate."""
     scheme = scheme_for(scene)
     return J01 / math.pi * math.sqrt(scheme.tau) / 2.0 * mesh_rate_Hz / scene.drum.f01_Hz
 
@@ -33,9 +34,10 @@ def scheme_for(scene: Scene) -> Scheme:
     return scheme_of(topology, order_of(scene), scene.mesh.courant == "lossless" and topology.shifted)
 
 
-def _updates_per_s(scene: Scene, rate_Hz: int, divisor: int) -> float:
+def updates_per_s(scene: Scene, rate_Hz: int, divisor: int) -> float:
+    """Junctions computed in a second."""
     junctions = (
-        math.pi / 4.0 * _across(scene, rate_Hz / divisor) ** 2 / TOPOLOGIES[scene.mesh.topology].row_height
+        math.pi / 4.0 * across_of(scene, rate_Hz / divisor) ** 2 / TOPOLOGIES[scene.mesh.topology].row_height
     )
     return junctions * rate_Hz / divisor * (2.0 if order_of(scene) == 4 else 1.0)
 
@@ -55,8 +57,8 @@ def divisor_for(scene: Scene, rate_Hz: int) -> int:
         divisor = divisor if scene.mesh.rate_Hz > 0.0 else _LARGEST_DIVISOR
         fewest = scene.mesh.junctions_across
     most = scene.mesh.cpu_budget * _UPDATES_PER_S
-    while divisor > 1 and _across(scene, rate_Hz / divisor) < fewest:
+    while divisor > 1 and across_of(scene, rate_Hz / divisor) < fewest:
         divisor -= 1
-    while divisor < _LARGEST_DIVISOR and _updates_per_s(scene, rate_Hz, divisor) > most:
+    while divisor < _LARGEST_DIVISOR and updates_per_s(scene, rate_Hz, divisor) > most:
         divisor += 1
     return divisor

@@ -21,6 +21,11 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--connect", default=DEFAULT_ROUTER, metavar="ENDPOINT", help="the Zenoh router")
     parser.add_argument("--port", type=int, default=8080, help="0: any free port")
     parser.add_argument("--token-file", type=Path, required=True, metavar="FILE", help="made when missing")
+    words = "a result of `drumstick accuracy`"
+    parser.add_argument("--accuracy-shipped", type=Path, metavar="FILE", help=f"{words}, for comparison")
+    parser.add_argument(
+        "--accuracy-own", type=Path, metavar="FILE", help=f"{words}, this machine's, once it is there"
+    )
     add_options(parser)
     given = parser.parse_args()
     try:
@@ -48,11 +53,13 @@ def main() -> int:
     except (OSError, OverflowError) as error:
         return _end(3, f"port {given.port} of 127.0.0.1 is not free: {error}")
     try:
+        from web_panel.accuracy_results import Files
         from web_panel.serving import GuardError, serve
     except ImportError as error:
         return _end(3, f"{error}; install haptic-drumstick[panel]")
     try:
-        serve(given.rig, given.connect, port, token, lambda: not told, given.identity)
+        files = Files(given.accuracy_shipped, given.accuracy_own)
+        serve(given.rig, given.connect, port, token, lambda: not told, given.identity, files)
     except GuardError as error:
         return _end(1, str(error))
     return 0

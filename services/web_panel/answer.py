@@ -1,6 +1,6 @@
 """What the haptic server says to a wish: taken, refused, or nothing at all."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from protocol.messages import PresetReply, Readback, RefusalReply, SetReply, decode
 
@@ -9,9 +9,10 @@ NO_ANSWER = "no answer from the haptic server; the value shown is what it last s
 
 @dataclass(frozen=True)
 class Answer:
-    """`readback` when taken; else `reason` says why not, and `refused` whether somebody said no or nobody answered."""
+    """`readbacks` when values were taken; else `reason` says why not, and `refused` whether somebody said no or nobody
+    answered. A readback that is pending is not what the servo uses, but what it will."""
 
-    readback: Readback | None = None
+    readbacks: dict[str, Readback] = field(default_factory=dict[str, Readback])
     reason: str = ""
     refused: bool = False
     note: str = ""  # what else to know of what was taken
@@ -24,9 +25,14 @@ class Answer:
     @property
     def words(self) -> str:
         """What to show beside the control; empty when taken and nothing more need be known."""
+        return self.words_about("")
+
+    def words_about(self, value: str) -> str:
+        """As `words`, naming the value, with its unit, that was asked for."""
         if self.taken:
             return self.note
-        return f"{'Refused' if self.refused else 'Not confirmed'}: {self.reason}"
+        verdict = "Refused" if self.refused else "Not confirmed"
+        return f"{verdict}{f', {value}' if value else ''}: {self.reason}"
 
 
 def refused(payload: bytes) -> Answer:
@@ -39,26 +45,35 @@ def refused(payload: bytes) -> Answer:
 
 
 def loaded(payload: bytes) -> Answer:
-    """From the payload of a reply to `preset/load`: readbacks come by themselves, the note is for the technician."""
+    """From the payload of a reply to `preset/load`: the values it brought, and the note for the technician."""
     try:
-        note = decode(payload, PresetReply).note
+        reply = decode(payload, PresetReply)
     except ValueError:
-        return Answer(
-            reason="the haptic server's answer could not be read; the values shown are what it uses"
-        )
-    return Answer(note=note)
+        return _UNREADABLE
+    return Answer(_readbacks(reply), note=reply.note)
 
 
 def accepted(name: str, payload: bytes) -> Answer:
     """From the payload of a reply to `set/<name>`: a Readback."""
     try:
-        return Answer(readback=decode(payload, Readback))
+        return Answer({name: decode(payload, Readback)})
     except ValueError:
-        pass  # perhaps the reply to a set of several, which carries the same facts
+        return all_accepted(payload)  # a reply to a set of several carries the same facts
+
+
+def all_accepted(payload: bytes) -> Answer:
+    """From the payload of a reply to `set`."""
     try:
-        reply = decode(payload, SetReply)
-        return Answer(
-            readback=Readback(value=reply.values[name], revision=reply.revision, pending=reply.pending)
-        )
-    except (ValueError, KeyError):
-        return Answer(reason="the haptic server's answer could not be read; the value shown is what it uses")
+        return Answer(_readbacks(decode(payload, SetReply)))
+    except ValueError:
+        return _UNREADABLE
+
+
+def _readbacks(reply: SetReply | PresetReply) -> dict[str, Readback]:
+    return {
+        name: Readback(value=value, revision=reply.revision, pending=reply.pending)
+        for name, value in reply.values.items()
+    }
+
+
+_UNREADABLE = Answer(reason="the haptic server's answer could not be read; the values shown are what it uses")

@@ -1,4 +1,5 @@
-"""What a browser may send over the websocket: a new value for one of our own controls, and where its camera is.
+"""What a browser may send over the websocket: a new value for one of our own controls, one of our keys, and where its
+camera is.
 
 viser itself would let a client overwrite any attribute of any control (`update_cb: []` removes it for everyone), send
 NaN, and ask for a public share address. So nothing passes that is not described here. Pure, but for the table of
@@ -56,10 +57,12 @@ def is_click(value: object) -> bool:
 
 
 class ClientMessages:
-    """Decides about each frame; `controls` maps a control's id to the check of its value."""
+    """Decides about each frame; `controls` maps a control's id to the check of its value, `keys` are the ids of the
+    keyboard's commands."""
 
     def __init__(self) -> None:
         self.controls: dict[str, Check] = {}
+        self.keys: set[str] = set()
         self.refused = 0
 
     def admits(self, frame: object) -> bool:
@@ -80,6 +83,9 @@ class ClientMessages:
             return False
         message = cast(dict[object, object], given)
         kind = message.get("type")
+        if kind == "CommandTriggerMessage":
+            uuid = message.get("uuid")
+            return set(message) == {"type", "uuid"} and isinstance(uuid, str) and uuid in self.keys
         if kind == "GuiUpdateMessage":
             return self._value_of_a_control(message)
         return kind == "ViewerCameraMessage" and _is_camera(message)

@@ -1,7 +1,7 @@
 """One parameter on the page: its readback in large, and a slider that asks for another value.
 
-The slider belongs to whoever holds it: while a wish is unanswered, or accepted but waiting for the stick to be above
-the head, it stays where it was put; at any other time it stands at the readback.
+The slider belongs to whoever holds it: while a wish is unanswered it stays where it was put. Then it stands at what was
+accepted and waits for the stick to be above the head, at any other time at the readback.
 """
 
 import math
@@ -12,11 +12,11 @@ from drumstick.parameters import Parameter, Refusal
 from protocol.messages import Readback
 from web_panel import markup
 from web_panel.answer import Answer
+from web_panel.changes import Changes
 from web_panel.client_message import ClientMessages, is_number
 from web_panel.guard import control_id
 from web_panel.travel import Travel, travel_around
-from web_panel.wishes import Wishes
-from web_panel.wording import hint_of
+from web_panel.wording import hint_of, measured
 
 
 class Control:
@@ -27,7 +27,7 @@ class Control:
         server: viser.ViserServer,
         folder: viser.GuiFolderHandle,
         messages: ClientMessages,
-        wishes: Wishes,
+        changes: Changes,
         parameter: Parameter,
         scene_value: float,
         large: bool,
@@ -36,11 +36,10 @@ class Control:
         self._server = server
         self._folder = folder
         self._messages = messages
-        self._wishes = wishes
+        self._changes = changes
         self._large = large
         self._reason = ""
         self._asked: float | None = None
-        self._latches_at: int | None = None
         self._content = markup.control(parameter, None, "", large)
         with folder:
             self._words = server.gui.add_html(self._content)
@@ -79,35 +78,29 @@ class Control:
         try:
             checked = self.parameter.check(value)
         except Refusal as refusal:
-            self._wishes.refuse(self.parameter.name, value, str(refusal))
+            self._changes.refuse(self.parameter.name, value, str(refusal))
             return
         if inside:
-            self._wishes.want(self.parameter.name, checked)
+            self._changes.want_one(self.parameter.name, checked, event.client_id)
         else:
-            self._wishes.refuse(self.parameter.name, value, "that position is off the slider")
+            self._changes.refuse(self.parameter.name, value, "that position is off the slider")
 
     def note_answer(self, value: float, answer: Answer) -> None:
         """Take the answer to the wish for `value`; a newer wish may be under way."""
-        self._reason = answer.words
-        if self._asked != value:
-            return
-        if answer.readback is not None and answer.readback.pending:
-            self._latches_at = answer.readback.revision
-        else:
-            self._asked = self._latches_at = None
+        self._reason = answer.words_about(measured(value, self.parameter.quantity.unit))
+        if self._asked == value:
+            self._asked = None
 
-    def show(self, readback: Readback | None) -> None:
-        """Write what changed to the page."""
-        if readback is not None:
-            if (
-                self._latches_at is not None
-                and readback.revision >= self._latches_at
-                and not readback.pending
-            ):
-                self._asked = self._latches_at = None
-            if self._asked is None:
-                self._stand_at(readback.value)
-        content = markup.control(self.parameter, readback, self._reason, self._large)
+    def show(self, readback: Readback | None, setpoint: Readback | None) -> None:
+        """Write what changed to the page; `setpoint`: accepted, but not taken by the servo yet."""
+        asked = self._asked
+        if asked is None and setpoint is not None:
+            asked = setpoint.value
+        if self._asked is None and readback is not None:
+            self._stand_at(readback.value if asked is None else asked)
+        content = markup.control(
+            self.parameter, readback, self._reason, self._large, asked, waits=setpoint is not None
+        )
         if content != self._content:
             self._content = self._words.content = content
 

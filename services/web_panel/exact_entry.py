@@ -4,9 +4,9 @@ import viser
 
 from drumstick.parameters import Parameter, Refusal
 from web_panel import markup
+from web_panel.changes import Changes
 from web_panel.client_message import ClientMessages, is_click, is_short_text
 from web_panel.guard import control_id
-from web_panel.wishes import Wishes
 from web_panel.wording import measured, range_of
 
 _MAX_TEXT = 40
@@ -24,11 +24,11 @@ class ExactEntry:
         server: viser.ViserServer,
         folder: viser.GuiFolderHandle,
         messages: ClientMessages,
-        wishes: Wishes,
+        changes: Changes,
         table: dict[str, Parameter],
     ) -> None:
         self._messages = messages
-        self._wishes = wishes
+        self._changes = changes
         self._table = table
         self._chosen_row = next(iter(table.values()))
         with folder:
@@ -71,7 +71,7 @@ class ExactEntry:
             self._say(f"{self._text.value!r} is not a number", alarm=True)
         else:
             self._say(f"asked for {parameter.name} = {measured(value, parameter.quantity.unit)}", alarm=False)
-            self._wishes.want(parameter.name, value)
+            self._changes.want_one(parameter.name, value, event.client_id)
 
     def _say(self, words: str, alarm: bool) -> None:
         self._words.content = markup.line(words, "exact", alarm)

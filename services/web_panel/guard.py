@@ -13,6 +13,7 @@ import logging
 import os
 import queue
 import threading
+import time
 from collections.abc import Awaitable, Callable
 from http import HTTPStatus
 from typing import Any, NoReturn, cast
@@ -25,6 +26,7 @@ from websockets.http11 import Request, Response
 
 from web_panel.admission import Admission
 from web_panel.client_message import CAMERA_AT_FIRST, MAX_FRAME_BYTES, ClientMessages
+from web_panel.pace import Pace
 from web_panel.pointer_door import PATH as POINTER_PATH
 from web_panel.pointer_door import PointerDoor
 
@@ -44,6 +46,7 @@ class _Wire:
         self._connection = connection
         self._messages = messages
         self._greeted = False
+        self._pace = Pace(time.monotonic())
 
     @property
     def subprotocol(self) -> str | None:
@@ -55,7 +58,9 @@ class _Wire:
             return CAMERA_AT_FIRST
         while True:
             frame = await self._connection.recv()
-            if isinstance(frame, bytes) and self._messages.admits(frame):
+            if not self._pace.allows(time.monotonic()):
+                await self._connection.close(1008, "too many messages")
+            elif isinstance(frame, bytes) and self._messages.admits(frame):
                 return frame
 
     async def send(self, frame: bytes) -> None:
@@ -224,4 +229,9 @@ def control_id(
     handle: viser.GuiInputHandle[Any] | viser.GuiButtonHandle | viser.GuiButtonGroupHandle,
 ) -> str:
     """The id by which browsers name this control."""
+    return handle._impl.uuid  # pyright: ignore[reportPrivateUsage]
+
+
+def key_id(handle: viser.CommandHandle) -> str:
+    """The id by which browsers name this key."""
     return handle._impl.uuid  # pyright: ignore[reportPrivateUsage]

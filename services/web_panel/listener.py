@@ -17,11 +17,12 @@ import zenoh
 from drumstick.parameters import table_of
 from drumstick.scene import SceneError, from_tables
 from protocol.keys import Keys
-from protocol.messages import Lease, Message, Meter, PresetNews, Readback, State, Strike, decode
+from protocol.messages import Lease, Message, Meter, PresetNews, Readback, State, decode
 from web_panel.mirror import SILENT_AFTER_S, Mirror
+from web_panel.question import Question
+from web_panel.watching import Watching
 
 _M = TypeVar("_M", bound=Message)
-_TIMEOUT_S = 1.0
 _SCENE_AGAIN_S = 1.0
 _READBACKS_AGAIN_S = 0.5
 # Rings: a full queue of one subscription would stop every other one of the session.
@@ -32,22 +33,17 @@ class _PresetRow(msgspec.Struct):
     name: str
 
 
-class _Question:
-    """A query under way, polled and never waited for."""
+class _Limits(msgspec.Struct):
+    # As drumstick.envelope.Limits; a number that is left out has no limit.
+    max_force_N: float  # noqa: N815
+    max_speed_m_per_s: float
+    stiffness_N_per_m: float | msgspec.UnsetType = msgspec.UNSET  # noqa: N815
+    lag_s: float | msgspec.UnsetType = msgspec.UNSET
+    damping_N_s_per_m: float | msgspec.UnsetType = msgspec.UNSET  # noqa: N815
 
-    def __init__(self, session: zenoh.Session, key: str) -> None:
-        # With a ring channel zenoh drops replies that were not fetched when the query ends.
-        self._replies = session.get(key, timeout=_TIMEOUT_S)
-        self.heard: list[zenoh.Sample] = []
 
-    def ended(self) -> bool:
-        try:
-            while (reply := self._replies.try_recv()) is not None:
-                if reply.ok is not None:
-                    self.heard.append(reply.ok)
-        except zenoh.ZError:
-            return True  # how zenoh says that every reply is in
-        return False
+class _Health(msgspec.Struct):
+    limits: _Limits | None = None
 
 
 class Listener:
@@ -59,18 +55,20 @@ class Listener:
         self._mirror = mirror
         self._subscribers = {
             key: session.declare_subscriber(key, zenoh.handlers.RingChannel(_DEPTH))
-            for key in (keys.state, keys.strike, keys.meter, keys.param("*"), keys.preset, keys.lease)
+            for key in (keys.state, keys.meter, keys.param("*"), keys.preset, keys.lease)
         }
-        self._follows_pointer = session.liveliness().declare_subscriber(
-            keys.alive("pointer", "*"), zenoh.handlers.RingChannel(_DEPTH), history=True
+        self._present = session.liveliness().declare_subscriber(
+            keys.alive("*", "*"), zenoh.handlers.RingChannel(_DEPTH), history=True
         )
-        self._scene: _Question | None = None
-        self._readbacks: _Question | None = None
-        self._presets: _Question | None = None
-        self._lease: _Question | None = None
+        self.watching = Watching(session, keys, mirror, self._read)
+        self._scene: Question | None = None
+        self._readbacks: Question | None = None
+        self._presets: Question | None = None
+        self._lease: Question | None = None
+        self._doctor: Question | None = None
         self._scene_asked_at = self._readbacks_asked_at = float("-inf")
         self._revision_explained = -1
-        self._presets_stale = self._lease_stale = True
+        self._presets_stale = self._lease_stale = self._limits_stale = True
         self.scene_stale = True
         self.readbacks_stale = True
         self._complained: set[str] = set()
@@ -80,17 +78,18 @@ class Listener:
         mirror = self._mirror
         mirror.connected = True
         self._take(self._keys.state, State, lambda _, state: self._take_state(state, now))
-        self._take(self._keys.strike, Strike, lambda _, strike: self._take_strike(strike))
         self._take(self._keys.meter, Meter, lambda _, meter: mirror.note_meter(meter, now))
         self._take(self._keys.param("*"), Readback, mirror.note_readback)
         self._take(self._keys.preset, PresetNews, self._take_news)
         self._take(self._keys.lease, Lease, self._take_lease)
         self._take_tokens()
+        self.watching.poll(now)
         self._follow_scene(now)
         if mirror.scene is not None:
             self._follow_readbacks(now)
             self._follow_presets()
             self._follow_lease()
+            self._follow_limits()
 
     def _take(self, key: str, kind: type[_M], note: Callable[[str, _M], None]) -> None:
         while (sample := self._subscribers[key].try_recv()) is not None:
@@ -99,11 +98,9 @@ class Listener:
     def _read(self, sample: zenoh.Sample, kind: type[_M], note: Callable[[str, _M], None]) -> None:
         key = str(sample.key_expr)
         try:
-            message = decode(sample.payload.to_bytes(), kind)
+            note(key.rpartition("/")[2], decode(sample.payload.to_bytes(), kind))
         except ValueError as error:
             self._complain(key, str(error))
-            return
-        note(key.rpartition("/")[2], message)
 
     def _complain(self, key: str, words: str) -> None:
         # Once for each key: a foreign program that publishes rubbish must not fill the log.
@@ -115,18 +112,20 @@ class Listener:
         mirror = self._mirror
         if mirror.state is None or state.boot != mirror.state.boot or now - mirror.state_at > SILENT_AFTER_S:
             self.scene_stale = self.readbacks_stale = self._presets_stale = self._lease_stale = True
+            self._limits_stale = True
             self._scene_asked_at = self._readbacks_asked_at = float("-inf")
             self._revision_explained = -1
             mirror.readbacks.clear()  # a new start counts revisions from 0 again
+            mirror.setpoints.clear()
         mirror.note_state(state, now)
 
     def _take_tokens(self) -> None:
-        while (sample := self._follows_pointer.try_recv()) is not None:
-            here = sample.kind == zenoh.SampleKind.PUT
-            (self._mirror.pointed.add if here else self._mirror.pointed.discard)(str(sample.key_expr))
-
-    def _take_strike(self, strike: Strike) -> None:
-        self._mirror.strike = strike
+        mirror = self._mirror
+        while (sample := self._present.try_recv()) is not None:
+            *_, service, instance = str(sample.key_expr).split("/")
+            for told in (mirror.present, mirror.pointed) if service == "pointer" else (mirror.present,):
+                here = sample.kind == zenoh.SampleKind.PUT
+                (told.add if here else told.discard)(f"{service}/{instance}")
 
     def _take_news(self, _: str, news: PresetNews) -> None:
         self._presets_stale = True
@@ -138,7 +137,7 @@ class Listener:
         if self._presets is None:
             if self._presets_stale:
                 self._presets_stale = False
-                self._presets = _Question(self._session, self._keys.preset)
+                self._presets = Question(self._session, self._keys.preset)
         elif self._presets.ended():
             for sample in self._presets.heard:
                 self._read_presets(sample)
@@ -156,11 +155,29 @@ class Listener:
         if self._lease is None:
             if self._lease_stale:
                 self._lease_stale = False
-                self._lease = _Question(self._session, self._keys.lease)
+                self._lease = Question(self._session, self._keys.lease)
         elif self._lease.ended():
             for sample in self._lease.heard:
                 self._read(sample, Lease, self._take_lease)
             self._lease = None
+
+    def _follow_limits(self) -> None:
+        if self._doctor is None:
+            if self._limits_stale:
+                self._limits_stale = False
+                self._doctor = Question(self._session, self._keys.doctor)
+        elif self._doctor.ended():
+            for sample in self._doctor.heard:
+                self._read_limits(sample)
+            self._doctor = None
+
+    def _read_limits(self, sample: zenoh.Sample) -> None:
+        try:
+            limits = msgspec.json.decode(sample.payload.to_bytes(), type=_Health).limits
+        except (msgspec.MsgspecError, UnicodeDecodeError) as error:
+            self._complain(str(sample.key_expr), f"the limits cannot be read: {error}")
+            return
+        self._mirror.limits = msgspec.to_builtins(limits) if limits is not None else {}
 
     def _follow_scene(self, now: float) -> None:
         if self._scene is not None and self._scene.ended():
@@ -168,7 +185,7 @@ class Listener:
                 self._read_scene(sample)
             self._scene = None
         if self.scene_stale and self._scene is None and now - self._scene_asked_at >= _SCENE_AGAIN_S:
-            self._scene = _Question(self._session, self._keys.scene)
+            self._scene = Question(self._session, self._keys.scene)
             self._scene_asked_at = now
 
     def _read_scene(self, sample: zenoh.Sample) -> None:
@@ -195,7 +212,7 @@ class Listener:
             and self._readbacks is None
             and now - self._readbacks_asked_at >= _READBACKS_AGAIN_S
         ):
-            self._readbacks = _Question(self._session, self._keys.param("*"))
+            self._readbacks = Question(self._session, self._keys.param("*"))
             self._readbacks_asked_at = now
 
     def _missed(self, state: State) -> bool:

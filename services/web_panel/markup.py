@@ -5,10 +5,12 @@ from html import escape
 from drumstick.parameters import Parameter
 from drumstick.scene import Scene
 from protocol.messages import Readback, State, Strike
+from web_panel.page_script import page_script
 from web_panel.style import CSS
-from web_panel.wording import Notice, figure, microseconds, readback_note, steady
+from web_panel.wording import Forecast, Notice, figure, hint_of, measured, microseconds, readback_note, steady
 
-STYLE = f"<style>{CSS}</style>"
+# The script in an attribute: a browser runs it although the piece is put into the page as text (see pad).
+STYLE = f'<style onload="{escape(page_script())}">{CSS}</style>'
 
 
 def symbol(text: str) -> str:
@@ -80,19 +82,60 @@ def health(scene: Scene | None, state: State | None, sound: str) -> str:
     )
 
 
-def control(parameter: Parameter, readback: Readback | None, reason: str, large: bool) -> str:
-    """Name and readback; below, what the parameter does, or why something was refused, or what is awaited."""
+def sets(words: str, on: str) -> str:
+    """Which of A and B is on; the style lights its button by the mark."""
+    return f'<div class="dr" data-part="sets"><div class="dr-small" data-on="{escape(on)}">{escape(words)}</div></div>'
+
+
+def prediction(forecast: Forecast) -> str:
+    """What the value under the thumb would do; in red when the envelope would refuse it."""
+    numbers = "".join(
+        f"<span>{symbol(label)} <b>{escape(value)}</b> {escape(unit)}</span>"
+        for label, value, unit in forecast.numbers
+    )
+    refused = ""
+    if forecast.refusal:
+        refused = f'<div class="dr-alarm">The envelope would refuse this: {escape(forecast.refusal)}</div>'
+    return (
+        f'<div class="dr" data-part="prediction"><div class="dr-fore{" dr-out" if refused else ""}">'
+        f"<i>{escape(forecast.about)}, computed:</i>{numbers}<u>{escape(forecast.verdict)}</u>{refused}</div></div>"
+    )
+
+
+def control(
+    parameter: Parameter,
+    readback: Readback | None,
+    reason: str,
+    large: bool,
+    setpoint: float | None = None,
+    waits: bool = False,
+) -> str:
+    """Name, readback, and beside it what was asked for while that is another; below, what the parameter does, or why
+    something was refused, or what is awaited.
+    """
     q = parameter.quantity
     value = figure(readback.value) if readback is not None else "–"
     unit = "" if q.unit == "1" else q.unit
     kind, note = "dr-note", q.words
     if reason:
         kind, note = "dr-note dr-refused", reason
-    elif waits := readback_note(readback):
-        kind, note = "dr-note dr-waits", waits
+    elif waiting := readback_note(readback, waits):
+        kind, note = "dr-note dr-waits", waiting
+    asked = ""
+    if setpoint is not None and readback is not None and setpoint != readback.value:
+        asked = f'<s data-part="setpoint">→ {escape(measured(setpoint, q.unit))}</s>'
+    name = q.symbol or parameter.name
+    told = {
+        "param": parameter.name,
+        "label": name,
+        "hint": hint_of(parameter),
+        "scale": q.scale,
+        "unit": unit,
+    }
+    data = " ".join(f'data-{key}="{escape(words)}"' for key, words in told.items())
     return (
-        f'<div class="dr-c {"dr-big" if large else "dr-more"}" data-param="{escape(parameter.name)}">'
-        f'<div class="dr-row"><div class="dr-name">{symbol(q.symbol or parameter.name)}</div>'
+        f'<div class="dr-c {"dr-big" if large else "dr-more"}" {data}>'
+        f'<div class="dr-row"><div class="dr-name">{symbol(name)}</div>{asked}'
         f'<div class="dr-val" data-part="readback">{escape(value)}<u>{escape(unit)}</u></div></div>'
         f'<div class="{kind}" data-part="note">{escape(note)}</div></div>'
     )

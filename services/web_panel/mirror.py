@@ -2,10 +2,11 @@
 
 from collections import deque
 from dataclasses import dataclass, field
+from typing import Any
 
 from drumstick.parameters import Parameter
 from drumstick.scene import Scene
-from protocol.messages import Meter, Readback, State, Strike
+from protocol.messages import Cost, Membrane, Meter, Readback, Release, Spectrum, State, Strike
 
 SILENT_AFTER_S = 1.0  # State comes 30 times a second
 METER_LIFE_S = 3.0
@@ -20,12 +21,27 @@ class Mirror:
     scenes_seen: int = 0
     table: dict[str, Parameter] = field(default_factory=dict[str, Parameter])
     readbacks: dict[str, Readback] = field(default_factory=dict[str, Readback])
+    # Accepted, but the servo takes them only when the stick is above the head.
+    setpoints: dict[str, Readback] = field(default_factory=dict[str, Readback])
+    limits: dict[str, float] = field(default_factory=dict[str, float])  # of the envelope; empty: not told
     state: State | None = None
     state_at: float = 0.0
     new_states: deque[tuple[float, State]] = field(
         default_factory=lambda: deque[tuple[float, State]](maxlen=64)
     )
     strike: Strike | None = None
+    new_strikes: deque[tuple[float, Strike]] = field(
+        default_factory=lambda: deque[tuple[float, Strike]](maxlen=256)
+    )
+    # Heard only while somebody looks (watching); None when it was not heard lately.
+    new_releases: deque[tuple[float, Release]] = field(
+        default_factory=lambda: deque[tuple[float, Release]](maxlen=256)
+    )
+    membrane: Membrane | None = None
+    spectrum: Spectrum | None = None
+    costs: dict[str, Cost] = field(default_factory=dict[str, Cost])  # by accuracy
+    doctor: dict[str, Any] | None = None
+    present: set[str] = field(default_factory=set[str])  # service/id of every liveliness token
     presets: tuple[str, ...] = ()
     lease_of: str = ""  # who alone may set
     pointed: set[str] = field(default_factory=set[str])  # tokens of servos whose stick follows a pointer
@@ -45,6 +61,17 @@ class Mirror:
         self.state, self.state_at = state, now
         self.new_states.append((now, state))
 
+    def note_strike(self, strike: Strike, now: float) -> None:
+        """Take a strike."""
+        self.strike = strike
+        self.new_strikes.append((now, strike))
+
+    def forget_news(self) -> None:
+        """What is new has been looked at."""
+        self.new_states.clear()
+        self.new_strikes.clear()
+        self.new_releases.clear()
+
     def note_meter(self, meter: Meter, now: float) -> None:
         """Take a sound server's meter; those not heard lately are forgotten."""
         self.meters[meter.id] = (now, meter)
@@ -58,6 +85,7 @@ class Mirror:
         self.scene, self.table = scene, table
         self.scenes_seen += 1
         self.readbacks.clear()
+        self.setpoints.clear()
 
     def note_readback(self, name: str, readback: Readback) -> None:
         """Take a value, unless a newer one is known. Of one revision, the one that waits no more is the newer: an
@@ -65,6 +93,22 @@ class Mirror:
         known = self.readbacks.get(name)
         if known is None or (readback.revision, not readback.pending) >= (known.revision, not known.pending):
             self.readbacks[name] = readback
+        waiting = self.setpoints.get(name)
+        if waiting is not None and not readback.pending and readback.revision >= waiting.revision:
+            del self.setpoints[name]
+
+    def note_accepted(self, name: str, readback: Readback) -> None:
+        """Take what the haptic server answered to a set: what it uses now, or what it will."""
+        if not readback.pending:
+            self.note_readback(name, readback)
+            return
+        known = self.readbacks.get(name)
+        if known is None or known.pending or known.revision < readback.revision:
+            self.setpoints[name] = readback
+
+    def standing(self) -> dict[str, float]:
+        """What was accepted last of every parameter, as far as this panel knows."""
+        return {name: (self.setpoints.get(name) or known).value for name, known in self.readbacks.items()}
 
     def living_meters(self, now: float) -> list[Meter]:
         """Those of the sound servers heard lately, by id."""

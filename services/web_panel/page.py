@@ -1,28 +1,38 @@
-"""The whole page, from top to bottom: condition, PANIC, three numbers, the two main controls, a trace, the rest."""
+"""The whole page, from top to bottom: condition, PANIC, three numbers, the two main controls, the rest, a view."""
 
 import asyncio
 import queue
+import time
 from collections.abc import Callable
 
 import viser
 
 from web_panel import markup
 from web_panel.answer import Answer
+from web_panel.changes import Changes
 from web_panel.client_message import ClientMessages, is_click
 from web_panel.drum_view import DrumView
+from web_panel.foresight import Foresight
 from web_panel.guard import control_id
+from web_panel.keyboard import add_key
+from web_panel.lease_door import LeaseDoor
+from web_panel.lease_folder import LeaseFolder
 from web_panel.mirror import Mirror
 from web_panel.pad import pad
+from web_panel.prediction import Prediction
+from web_panel.scene_folder import SceneFolder
 from web_panel.shelf import Doors, Shelf
+from web_panel.steps_row import StepsRow
 from web_panel.style import MARK_PANIC
-from web_panel.trace import Trace
 from web_panel.tuning import Tuning
-from web_panel.wishes import Wishes
+from web_panel.views import Sources, Views
 from web_panel.wording import notice_of, sound_words
 
 _WIDTH_PX = 600.0
-_ORDER_PAD = 9.0
-_ORDER_TUNING, _ORDER_PRESETS, _ORDER_TRACE, _ORDER_HEALTH, _ORDER_MORE = 10.0, 15.0, 20.0, 30.0, 40.0
+_ORDER_PAD, _ORDER_PREDICTION = 9.0, 9.5
+_ORDER_TUNING, _ORDER_STEPS, _ORDER_PRESETS, _ORDER_LEASE, _ORDER_SCENE = 10.0, 12.0, 15.0, 16.0, 17.0
+_ORDER_HEALTH, _ORDER_MORE, _ORDER_VIEWS = 30.0, 40.0, 50.0
+_PANIC_FOR_S = 60.0  # longer than another scene takes to start, unless its kernels are new to this machine
 _PANIC_HINT = (
     "Zero force at once, until it is cleared at the haptic machine. A network and a browser stand between this "
     "button and the stick: it is no substitute for the switch at the device."
@@ -36,12 +46,16 @@ class Page:
         self,
         server: viser.ViserServer,
         messages: ClientMessages,
-        wishes: Wishes,
+        changes: Changes,
         panic: Callable[[], Answer],
         presets: Doors,
+        load_scene: Callable[[str, int | None], Answer],
+        lease: LeaseDoor,
+        prediction: Prediction,
+        sources: Sources,
         rig: str,
     ) -> None:
-        self._server, self._messages, self._wishes, self._panic = server, messages, wishes, panic
+        self._server, self._messages, self._changes, self._panic = server, messages, changes, panic
         self._panic_answers: queue.SimpleQueue[Answer] = queue.SimpleQueue()
         self._scene_shown = 0
         self._tuning: Tuning | None = None
@@ -58,18 +72,30 @@ class Page:
         button = gui.add_button("PANIC", color="red", hint=_PANIC_HINT)
         messages.controls[control_id(button)] = is_click
         button.on_click(self._on_panic)
+        add_key(server, messages, "Panic", "Zero force at once, latched", "escape", None, self._raise_panic)
         self._panic_line = Text(gui.add_html(""))
         self._tiles = Text(gui.add_html(""))
         self._pad = Text(gui.add_html("", order=_ORDER_PAD))
         self._absent = Text(gui.add_html("", order=_ORDER_TUNING))
         self._lease = Text(gui.add_html("", order=_ORDER_TUNING))
+        self._steps = StepsRow(server, messages, changes, _ORDER_STEPS)
         self._shelf = Shelf(server, messages, presets, _ORDER_PRESETS)
-        self._trace = Trace(server, _ORDER_TRACE)
+        self._lease_folder = LeaseFolder(server, messages, lease, _ORDER_LEASE)
+        self._scene_folder = SceneFolder(server, messages, load_scene, _ORDER_SCENE)
+        self._foresight = Foresight(server, prediction, _ORDER_PREDICTION)
         self._health = Text(gui.add_html("", order=_ORDER_HEALTH))
         self._drum = DrumView(server)
+        self.views = Views(server, messages, sources, _ORDER_VIEWS)
 
     async def _on_panic(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
-        self._panic_answers.put(await asyncio.to_thread(self._panic))
+        await self._raise_panic(event.client_id)
+
+    async def _raise_panic(self, client: int | None) -> None:
+        # Until somebody confirms it: a gateway that is just starting, for another scene, hears it when it is there.
+        end = time.monotonic() + _PANIC_FOR_S
+        while not (answer := await asyncio.to_thread(self._panic)).taken and time.monotonic() < end:
+            self._panic_answers.put(answer)
+        self._panic_answers.put(answer)
 
     def show(self, mirror: Mirror, now: float) -> None:
         """Write what changed since the last call."""
@@ -81,21 +107,27 @@ class Page:
         self._pad.say(pad() if mirror.pointed else "")
         self._show_panic()
         self._show_tuning(mirror)
-        tuner = f"{mirror.lease_of} is tuning: until they stop, the values are theirs to set."
-        self._lease.say(markup.line(tuner if mirror.lease_of else "", "lease"))
+        self._lease.say(markup.line(self._lease_folder.notice(mirror.lease_of), "lease"))
+        self._lease_folder.show()
+        self._scene_folder.show(mirror)
+        self._steps.show(mirror.table, mirror.standing())
+        self._foresight.show(mirror, bool(self._server.get_clients()), now)
         self._shelf.show(mirror)
-        self._trace.show(mirror, now)
-        self._drum.show(mirror)
-        mirror.new_states.clear()
+        self.views.show(mirror, now)
+
+    def show_picture(self, mirror: Mirror, now: float) -> None:
+        """Move the picture, and note what is new for the views: oftener than the rest is written."""
+        self._drum.show(mirror, now)
+        self.views.take(mirror, now)
+        mirror.forget_news()
 
     def _show_panic(self) -> None:
         while not self._panic_answers.empty():
             answer = self._panic_answers.get()
             words = (
-                ""
-                if answer.taken
-                else f"PANIC was not confirmed: {answer.reason}. Use the switch at the device."
+                f"PANIC was not confirmed: {answer.reason}. Use the switch at the device; it is asked again."
             )
+            words = "" if answer.taken else words
             self._panic_line.say(markup.line(words, "panic", alarm=True))
 
     def _show_tuning(self, mirror: Mirror) -> None:
@@ -106,7 +138,7 @@ class Page:
             self._tuning = Tuning(
                 self._server,
                 self._messages,
-                self._wishes,
+                self._changes,
                 mirror.scene,
                 mirror.table,
                 _ORDER_TUNING,

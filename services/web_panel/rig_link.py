@@ -12,21 +12,27 @@ import zenoh
 
 from protocol.identity import Identity
 from protocol.keys import Keys
-from protocol.messages import ENCODING, VERSION, Pointer, encode
+from protocol.messages import ENCODING, VERSION, LeaseRequest, Pointer, encode
 from protocol.session import open_client
-from web_panel.answer import NO_ANSWER, Answer, accepted, loaded, refused
+from web_panel.answer import NO_ANSWER, Answer, accepted, all_accepted, loaded, refused
 from web_panel.listener import Listener
 from web_panel.mirror import Mirror
+from web_panel.wishes import Wish
 
 _TIMEOUT_S = 2.0
 _SAVE_TIMEOUT_S = 5.0
+_LEASE_TIMEOUT_S = 1.0
 _PANIC_TRIES = 3
 _PANIC_TIMEOUT_S = 0.5
 _NO_ROUTER = "not connected to the rig yet: nothing was sent"
 
 
+def _claimed(given: object, lease: str) -> bytes:
+    return msgspec.msgpack.encode([VERSION, given, {"lease": lease}] if lease else [VERSION, given])
+
+
 class RigLink:
-    """One session with one rig. `poll` belongs to the main thread; `set_one` and `panic` block, for any other.
+    """One session with one rig. `poll` belongs to the main thread; `set` and all below it block, for any other.
 
     `point` is for viser's thread and does not block.
     """
@@ -72,6 +78,11 @@ class RigLink:
         if self._listener is not None:
             self._listener.poll(now)
 
+    def watch(self, needs: frozenset[str]) -> None:
+        """Hear what is looked at (watching), and no more than that."""
+        if self._listener is not None:
+            self._listener.watching.want(needs)
+
     def point(self, pointer: Pointer) -> None:
         """Tell where a pointer wants the stick; nobody answers, and only a rig that follows one listens."""
         if self._session is not None:
@@ -82,14 +93,29 @@ class RigLink:
         if self._listener is not None:
             self._listener.readbacks_stale = True
 
-    def set_one(self, name: str, value: float) -> Answer:
-        """Ask for one value and wait for the answer, 2 s at most."""
-        payload = msgspec.msgpack.encode([VERSION, value])
-        return self._ask(self.keys.set_one(name), payload, _TIMEOUT_S, lambda reply: accepted(name, reply))
+    def set(self, wish: Wish) -> Answer:
+        """Ask for the wish's values as one set and wait for the answer, 2 s at most."""
+        if not wish.purpose:
+            ((name, value),) = wish.values.items()
+            payload = _claimed(value, wish.lease)
+            return self._ask(
+                self.keys.set_one(name), payload, _TIMEOUT_S, lambda reply: accepted(name, reply)
+            )
+        payload = _claimed(wish.values, wish.lease)
+        return self._ask(self.keys.set_many, payload, _TIMEOUT_S, all_accepted)
 
-    def load_preset(self, name: str) -> Answer:
+    def load_preset(self, name: str, lease: str) -> Answer:
         """Ask for a whole preset and wait for the answer, 2 s at most."""
-        return self._ask(self.keys.preset_load, msgspec.msgpack.encode([VERSION, name]), _TIMEOUT_S, loaded)
+        return self._ask(self.keys.preset_load, _claimed(name, lease), _TIMEOUT_S, loaded)
+
+    def load_scene(self, name: str, lease: str) -> Answer:
+        """Ask for another scene, and wait until that is admitted, 2 s at most."""
+        return self._ask(self.keys.scene_load, _claimed(name, lease), _TIMEOUT_S, lambda _: Answer())
+
+    def take_lease(self, who: str, name: str, seconds: float) -> Answer:
+        """Take, renew or (0 s) give back the writer's lease; waits for the answer, 1 s at most."""
+        request = encode(LeaseRequest(who=who, name=name, seconds=seconds))
+        return self._ask(self.keys.lease, request, _LEASE_TIMEOUT_S, lambda _: Answer())
 
     def save_preset(self, name: str) -> Answer:
         """Have the present values kept, which takes as long as the disk, 5 s at most."""

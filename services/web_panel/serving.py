@@ -1,22 +1,31 @@
-"""Guard, page, Zenoh and wishes, joined and run."""
+"""Guard, page, Zenoh, changes, lease and prediction, joined and run."""
 
 import sys
 import time
 from collections.abc import Callable
 
 from protocol.identity import Identity
+from web_panel.accuracy_results import NO_FILES, Files
 from web_panel.admission import Admission
+from web_panel.changes import Changes
 from web_panel.client_message import ClientMessages
+from web_panel.computing.computer import Computer
 from web_panel.guard import GuardError as GuardError
 from web_panel.guard import start
+from web_panel.lease_door import LeaseDoor
 from web_panel.mirror import Mirror
 from web_panel.page import Page
 from web_panel.pointer_door import PointerDoor
+from web_panel.prediction import Prediction
 from web_panel.rig_link import RigLink
 from web_panel.shelf import Doors
-from web_panel.wishes import Wishes
+from web_panel.views import Sources
 
-_PERIOD_S = 1.0 / 15.0
+_PICTURE_S = 1.0 / 30.0
+_TURNS_A_PAGE = 2  # pictures for each time that the rest is written
+_ALONE_S = (
+    0.5  # nobody looks: the panel only keeps up with the rig, and the page is written when somebody comes
+)
 
 
 def serve(
@@ -26,29 +35,58 @@ def serve(
     token: str,
     keep_on: Callable[[], bool],
     identity: Identity | None = None,
+    accuracy: Files = NO_FILES,
 ) -> None:
     """Serve until `keep_on` says no; prints the address when it can be visited. Raises GuardError. Main thread."""
     messages, mirror = ClientMessages(), Mirror()
     link = RigLink(rig, endpoint, mirror, identity)
     server = start(Admission(token, port), messages, PointerDoor(link.point))
-    wishes = Wishes(link.set_one)
+    lease = LeaseDoor(link.take_lease)
+    # Two, so that nobody who drags waits for a plot's second of theory; each starts its process when first asked.
+    for_wishes, for_plots = Computer(), Computer()
+    prediction = Prediction(for_wishes)
+    changes = Changes(link.set, link.load_preset, lease.secret_of, prediction.ask)
     try:
-        page = Page(server, messages, wishes, link.panic, Doors(link.load_preset, link.save_preset), rig)
+        presets = Doors(changes.load, link.save_preset)
+        page = Page(
+            server,
+            messages,
+            changes,
+            link.panic,
+            presets,
+            lambda name, client: link.load_scene(name, lease.secret_of(client)),
+            lease,
+            prediction,
+            Sources(for_plots, accuracy),
+            rig,
+        )
         link.start()
-        wishes.start()
+        changes.start()
+        lease.start()
         page.show(mirror, time.monotonic())
         print(f"panel: http://127.0.0.1:{port}/?token={token}", file=sys.stderr, flush=True)
+        turn = 0
         while keep_on():
-            time.sleep(_PERIOD_S)
+            seen = page.views.follow()
+            time.sleep(_PICTURE_S if seen else _ALONE_S)
+            link.watch(page.views.needs)
             link.poll(time.monotonic())
-            while not wishes.answers.empty():
-                name, value, answer = wishes.answers.get()
-                if answer.readback is not None:
-                    mirror.note_readback(name, answer.readback)
+            for wish, answer in changes.take_answers(mirror, time.monotonic()):
+                if answer.taken:
                     link.check_again()
+                ((name, value),) = wish.values.items()
                 page.note_answer(name, value, answer)
-            page.show(mirror, time.monotonic())
+            if not seen:
+                mirror.forget_news()
+                continue
+            page.show_picture(mirror, time.monotonic())
+            turn += 1
+            if turn % _TURNS_A_PAGE == 0:
+                page.show(mirror, time.monotonic())
     finally:
-        wishes.close()
+        for_wishes.close()
+        for_plots.close()
+        changes.close()
+        lease.close()
         link.close()
         server.stop()

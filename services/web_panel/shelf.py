@@ -18,9 +18,9 @@ _LONGEST_NAME = 60
 
 
 class Doors(NamedTuple):
-    """What the haptic server is asked, on a thread that may wait: each takes a preset's name."""
+    """What the haptic server is asked, on a thread that may wait: by a preset's name, and the browser that loads."""
 
-    load: Callable[[str], Answer]
+    load: Callable[[str, int | None], Answer]
     save: Callable[[str], Answer]
 
 
@@ -60,7 +60,7 @@ class Shelf:
 
     async def _load(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
         name = self._chosen
-        answer = await asyncio.to_thread(self._doors.load, name)
+        answer = await asyncio.to_thread(self._doors.load, name, event.client_id)
         self._outcomes.put((answer.words or f"{name}: loaded", not answer.taken))
 
     async def _save(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:

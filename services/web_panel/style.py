@@ -28,6 +28,7 @@ CSS = """
 .dr-small{font-size:.92em;color:#a9b0ba;margin:.1em 0 .3em}
 .dr-small b{color:#e8eaed;font-weight:600}
 [data-part="exact-title"]{margin-top:.8em}
+[data-part="steps"]{margin-top:.5em}
 .dr-alarm,.dr-small .dr-alarm{color:#ff9b9b}
 .dr-c{padding:.5em .75em 0;font-variant-numeric:tabular-nums}
 .dr-row{display:flex;align-items:baseline;justify-content:space-between;gap:.6em;line-height:1.15}
@@ -41,6 +42,14 @@ CSS = """
 .dr-note{font-size:.95em;color:#a9b0ba;line-height:1.3}
 .dr-note.dr-waits{color:#f4d47a}
 .dr-note.dr-refused{color:#ff9b9b;font-weight:500}
+.dr-row s{text-decoration:none;color:#f4d47a;font-size:1.15em;font-weight:600;margin-left:auto;white-space:nowrap}
+.dr-big .dr-row s{font-size:1.5em}
+.dr-fore{display:flex;flex-wrap:wrap;align-items:baseline;gap:.1em .9em;color:#c9ced6;font-size:1em}
+.dr-fore i,.dr-fore u{font-style:normal;text-decoration:none;font-size:.92em;color:#a9b0ba}
+.dr-fore b{font-size:1.35em;font-weight:650;color:#86cdf7}
+.dr-fore sub{line-height:0}
+.dr-fore .dr-alarm{flex-basis:100%}
+.dr-out b{color:#ff9b9b}
 
 .dr-pad{position:relative;height:11em;margin:.2em 0 .5em;border-radius:.6em;border:2px solid #38a3e0;cursor:crosshair;
  background:linear-gradient(#202a33 0%,#23282e 55%,#3a3226 100%);display:flex;flex-direction:column;
@@ -71,6 +80,22 @@ div:has(> .dr-panic) + div .mantine-Button-root{height:3.6rem !important;backgro
 div:has(> .dr-panic) + div .mantine-Button-root:hover{background:#ff3b3b !important}
 div:has(> .dr-panic) + div .mantine-Button-label{font-size:1.9rem;font-weight:800 !important;
  letter-spacing:.12em;color:#fff}
+.dr-table{border-collapse:collapse;width:100%;font-size:1em;color:#e8eaed;margin:.2em 0 .4em}
+.dr-table th{text-align:right;font-weight:400;color:#a9b0ba;padding:.15em .3em;border-bottom:1px solid #33363c}
+.dr-table td{text-align:right;padding:.2em .3em;white-space:nowrap}
+.dr-table th:first-child,.dr-table td:first-child{text-align:left;white-space:normal}
+[data-part="view"] .dr-small{font-size:1.15em;color:#e8eaed;margin-top:.4em}
+/* rows of buttons: for a finger */
+.mantine-Button-root[data-size="compact-xs"]{height:2.1rem;font-size:.95rem;padding:0 .55rem}
+.mantine-Button-root[data-size="compact-xs"]{height:2.3rem !important;font-size:1rem}
+.mantine-TextInput-input{height:2.2rem !important;font-size:1rem}
+div:has(> .dr [data-on="A"]) + div .mantine-Button-root:nth-of-type(1),
+div:has(> .dr [data-on="B"]) + div .mantine-Button-root:nth-of-type(2){background:#1f6f9f !important;color:#fff}
+div:has(> .dr [data-on="A"]) + div .mantine-Button-root:nth-of-type(1):hover,
+div:has(> .dr [data-on="B"]) + div .mantine-Button-root:nth-of-type(2):hover{background:#38a3e0 !important}
+:focus-visible,.mantine-Slider-thumb:focus-visible{outline:3px solid #f2b63d !important;outline-offset:2px}
+@media (hover:hover){div:has(> .dr-panic) + div .mantine-Button-label::after{content:"Esc";font-size:.9rem;
+ font-weight:500;letter-spacing:0;border:1px solid;border-radius:.25rem;padding:.05rem .35rem;margin-left:.8rem}}
 .uplot{font-family:inherit}
 .u-legend{font-size:.9em;color:#c9ced6}
 /* on a phone the page covers the picture; out of view, viser does not draw it */

@@ -6,11 +6,11 @@ from drumstick.law import law_of
 from drumstick.parameters import Parameter, values_of
 from drumstick.scene import Scene
 from web_panel.answer import Answer
+from web_panel.changes import Changes
 from web_panel.client_message import ClientMessages
 from web_panel.control import Control
 from web_panel.exact_entry import ExactEntry
 from web_panel.mirror import Mirror
-from web_panel.wishes import Wishes
 
 FIRST = ("dv_pls", "k_coll")
 
@@ -22,7 +22,7 @@ class Tuning:
         self,
         server: viser.ViserServer,
         messages: ClientMessages,
-        wishes: Wishes,
+        changes: Changes,
         scene: Scene,
         table: dict[str, Parameter],
         order: float,
@@ -35,8 +35,10 @@ class Tuning:
         for name in sorted(table, key=lambda name: FIRST.index(name) if name in FIRST else len(FIRST)):
             large = name in FIRST
             folder = self._first if large else self._more
-            self._controls[name] = Control(server, folder, messages, wishes, table[name], values[name], large)
-        self._exact = ExactEntry(server, self._more, messages, wishes, table)
+            self._controls[name] = Control(
+                server, folder, messages, changes, table[name], values[name], large
+            )
+        self._exact = ExactEntry(server, self._more, messages, changes, table)
 
     def remove(self) -> None:
         """Take the controls off the page."""
@@ -54,4 +56,4 @@ class Tuning:
     def show(self, mirror: Mirror) -> None:
         """Write what changed to the page."""
         for name, control in self._controls.items():
-            control.show(mirror.readbacks.get(name))
+            control.show(mirror.readbacks.get(name), mirror.setpoints.get(name))

@@ -1,21 +1,43 @@
-"""What technicians want set, one after another: for each parameter the newest value wins while an older one waits."""
+"""What technicians want set, one after another: of each parameter the newest value wins while an older one waits."""
 
 import queue
 import threading
 from collections.abc import Callable
+from dataclasses import dataclass, field
 
 from web_panel.answer import Answer
 
+_WHOLE = "*"  # no parameter's name
+
+
+@dataclass(frozen=True)
+class Wish:
+    """Values to be set as one, SI units, by wire name.
+
+    `lease` is the secret of who wishes, if they hold the writer's lease; `purpose` names what asked for a whole set.
+    `before`: what held when it was wished.
+    """
+
+    values: dict[str, float]
+    lease: str = ""
+    purpose: str = ""
+    before: dict[str, float] = field(default_factory=dict[str, float])
+
+    @property
+    def name(self) -> str:
+        """Of the one parameter that a control sets; of whole sets there is at most one waiting."""
+        return _WHOLE if self.purpose else next(iter(self.values))
+
 
 class Wishes:
-    """One thread asks, so no two sets of one parameter ever pass each other. `want` never blocks, any thread."""
+    """One thread asks, so no two sets ever pass each other. `want` never blocks, any thread."""
 
-    def __init__(self, ask: Callable[[str, float], Answer]) -> None:
+    def __init__(self, ask: Callable[[Wish], Answer]) -> None:
         self._ask = ask
-        self._wanted: dict[str, float] = {}
+        self._wanted: dict[str, Wish] = {}
         self._changed = threading.Condition()
         self._ended = False
-        self.answers: queue.SimpleQueue[tuple[str, float, Answer]] = queue.SimpleQueue()
+        self.answers: queue.SimpleQueue[tuple[Wish, Answer]] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="wishes", daemon=True)
 
     def start(self) -> None:
@@ -29,25 +51,25 @@ class Wishes:
             self._changed.notify()
         self._thread.join()
 
-    def want(self, name: str, value: float) -> None:
-        """Ask for this value as soon as possible. The answer comes by `answers`."""
+    def want(self, wish: Wish) -> None:
+        """Ask for this as soon as possible; the answer comes by `answers`."""
         with self._changed:
-            self._wanted[name] = value
+            if wish.name == _WHOLE:
+                self._wanted.pop(_WHOLE, None)  # it comes after every value that was wished before it
+            self._wanted[wish.name] = wish
             self._changed.notify()
 
-    def refuse(self, name: str, value: float, reason: str) -> None:
+    def refuse(self, wish: Wish, reason: str) -> None:
         """Answer a wish that need not be sent."""
-        self.answers.put((name, value, Answer(reason=reason, refused=True)))
+        self.answers.put((wish, Answer(reason=reason, refused=True)))
 
     def _run(self) -> None:
         while (wish := self._next()) is not None:
-            name, value = wish
-            self.answers.put((name, value, self._ask(name, value)))
+            self.answers.put((wish, self._ask(wish)))
 
-    def _next(self) -> tuple[str, float] | None:
+    def _next(self) -> Wish | None:
         with self._changed:
             self._changed.wait_for(lambda: self._ended or self._wanted)
             if self._ended:
                 return None
-            name = next(iter(self._wanted))
-            return name, self._wanted.pop(name)
+            return self._wanted.pop(next(iter(self._wanted)))

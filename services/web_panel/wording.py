@@ -7,6 +7,7 @@ from typing import Literal
 from drumstick.declare import Quantity
 from drumstick.parameters import Parameter
 from protocol.messages import Meter, Readback, State
+from web_panel.computing.questions import Foreseen
 
 Mood = Literal["wait", "good", "busy", "bad"]
 
@@ -60,7 +61,7 @@ def range_of(quantity: Quantity) -> str:
 def hint_of(parameter: Parameter) -> str:
     """Words, unit, range, equation, and when it takes effect: what a control says when pointed at."""
     q = parameter.quantity
-    parts = [f"{q.words}.", f"Wire name {parameter.name}, {range_of(q)}."]
+    parts = [f"{q.words}.", f"Wire name {parameter.name}, {range_of(q)}; the envelope may allow less."]
     if q.equation:
         parts.append(f"Equation {q.equation}.")
     if parameter.effect:
@@ -70,11 +71,11 @@ def hint_of(parameter: Parameter) -> str:
     return " ".join(parts)
 
 
-def readback_note(readback: Readback | None) -> str:
-    """What must be said beside a readback; empty when it simply holds."""
+def readback_note(readback: Readback | None, waits: bool = False) -> str:
+    """What must be said beside a readback, with `waits` of a set accepted but not taken yet; empty when it holds."""
     if readback is None:
         return "not heard yet"
-    return "waits until the stick is above the head" if readback.pending else ""
+    return "waits until the stick is above the head" if readback.pending or waits else ""
 
 
 def notice_of(connected: bool, state: State | None, silence_s: float | None) -> Notice:
@@ -126,3 +127,46 @@ def sound_words(meters: list[Meter]) -> str:
         f"load {100.0 * meter.load:.0f} %, latency {meter.latency_ms:.1f} ms"
         for meter in meters
     )
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """A prediction in words: `about` names the values that the servo does not use (yet), `verdict` says what becomes of
+    the roll, `numbers` are label, value and unit."""
+
+    about: str
+    numbers: tuple[tuple[str, str, str], ...]
+    verdict: str
+    refusal: str
+
+
+_ENDS = {
+    "captured": "no roll: the stick comes to rest in the head",
+    "left": "no roll: the stick leaves, or its speed grows without end",
+    "unsettled": "no steady roll: the strokes do not repeat",
+    "endless": "no steady roll: the scene's noise or chaos never repeats",
+    "": "no roll can be computed for these values",
+}
+
+
+def foreseen_words(foreseen: Foreseen, other: dict[str, float], table: dict[str, Parameter]) -> Forecast:
+    """What the exact motion will do; `other`: the values that differ from the readbacks."""
+    told = [
+        f"{table[n].quantity.symbol or n} {measured(v, table[n].quantity.unit)}" for n, v in other.items()
+    ]
+    about = f"With {', '.join(told)}" if told else "These values"
+    rate, speed, multiplier = foreseen.rate_Hz, foreseen.v_lc_m_per_s, foreseen.multiplier
+    if rate is None or speed is None or multiplier is None:
+        return Forecast(about, (), _ENDS[foreseen.end], foreseen.refusal)
+    numbers = (("roll", steady(rate, 1), "Hz"), ("v_lc", steady(speed, 2), "m/s"))
+    return Forecast(about, numbers, _stability(multiplier, foreseen.period), foreseen.refusal)
+
+
+def _stability(multiplier: float, period: int) -> str:
+    if abs(multiplier) >= 1.0:
+        return "unstable: a small departure grows"
+    strokes = (
+        1 if multiplier == 0.0 else max(1, math.ceil(math.log(0.1) / math.log(abs(multiplier)))) * period
+    )
+    kinds = "" if period == 1 else f"{period} strokes by turns, "
+    return f"{kinds}stable, a disturbance falls to a tenth in {strokes} stroke{'s' if strokes > 1 else ''}"

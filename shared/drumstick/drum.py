@@ -34,10 +34,11 @@ class Drum:
 class Mesh:
     """How finely the membrane is computed: the mesh rate is the device rate over a whole number."""
 
-    accuracy: Literal["draft", "standard", "fine"] = choice(
+    accuracy: Literal["draft", "standard", "fine", "auto"] = choice(
         "standard",
-        ("draft", "standard", "fine"),
-        "draft: rate/4, standard: rate/3, fine: rate/2 and fourth order where the drum's effects allow it",
+        ("draft", "standard", "fine", "auto"),
+        "draft: rate/4, standard: rate/3, fine: rate/2 and fourth order where the drum's effects allow it; "
+        "auto: the truest that fits cpu_budget on the machine that plays",
     )
     topology: Literal["triangular", "rectilinear"] = choice(
         "triangular", ("triangular", "rectilinear"), "Six neighbours or four; rectilinear is for comparison"

@@ -3,7 +3,7 @@
 from collections.abc import Collection
 from typing import Any, cast
 
-from drumstick.drum import Drum, Listen
+from drumstick.drum import Drum, Listen, Mesh
 from drumstick.drum_effects import DRUM_EFFECTS
 from drumstick.reading import Reader
 
@@ -44,6 +44,16 @@ def check_renderer(reader: Reader, drum: Drum, named: Collection[str]) -> None:
     for name in drum.effects:
         if name not in MODAL_EFFECTS:
             reader.refuse(f"drum.effects.{name}", "needs [mesh]: [modal] is for a linear head by itself")
+
+
+def check_mesh(reader: Reader, mesh: Mesh, named: Collection[str]) -> None:
+    """What accuracy = "auto" chooses is not said by hand, and is there to be chosen."""
+    if mesh.accuracy == "auto":
+        if "modal" in named:
+            reader.refuse("mesh.accuracy", '"auto" is for a mesh: the scene has [modal] instead')
+        for key in ("rate_Hz", "junctions_across"):
+            if getattr(mesh, key) > 0.0:
+                reader.refuse(f"mesh.{key}", 'is what accuracy = "auto" chooses: leave one of them out')
 
 
 def check_listen(reader: Reader, listen: Listen, named: Collection[str]) -> None:

@@ -11,7 +11,7 @@ from importlib import resources
 from typing import Any, cast
 
 from drumstick.drum import Drum, Listen, Mesh, Modal
-from drumstick.drum_tables import check_drum, check_listen, check_renderer, drum_of, named_tables
+from drumstick.drum_tables import check_drum, check_listen, check_mesh, check_renderer, drum_of, named_tables
 from drumstick.effects.chaos import Chaos
 from drumstick.effects.cor_pulse import CorPulse
 from drumstick.effects.hysteretic_spring import HystereticSpring
@@ -147,6 +147,7 @@ def parse(text: str, source: str) -> Scene:
     drum = values.get("drum", Drum())
     check_drum(reader, drum)
     check_renderer(reader, drum, given)
+    check_mesh(reader, values.get("mesh", Mesh()), given)
     check_listen(reader, values.get("listen", Listen()), given)
     if reader.mistakes:
         raise SceneError(reader.mistakes)
@@ -171,6 +172,7 @@ def from_tables(tables: Mapping[str, Any]) -> Scene:
     check_drum(reader, values["drum"])
     named = ("modal",) if values.get("modal") else ()
     check_renderer(reader, values["drum"], named)
+    check_mesh(reader, values["mesh"], named)
     check_listen(reader, values["listen"], named)
     if reader.mistakes:
         raise SceneError(reader.mistakes)

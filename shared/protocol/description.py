@@ -39,12 +39,16 @@ ZENOH = (
     Use("preset_save", "query", messages.PresetNews, "[1, name], or a JSON text"),
     Use("lease", "put and query", messages.Lease, "LeaseRequest, or nothing"),
     Use("scene", "query", None),
+    Use("scene_load", "query", messages.Message, _NAME),
     Use("clock", "query", messages.Clock),
     Use("doctor", "query", None),
     Use("door", "query", None),
     Use("panic", "query", messages.Message),
     Use("pointer", "put", messages.Pointer),
     Use("meter", "put", messages.Meter),
+    Use("membrane", "put", messages.Membrane),
+    Use("spectrum", "put", messages.Spectrum),
+    Use("cost", "put", messages.Cost),
     Use("alive", "token", None),
 )
 

@@ -53,6 +53,21 @@ class Keys:
         return self._key("meter")
 
     @property
+    def membrane(self) -> str:
+        """The head's surface, 30 times a second; put by the sound server while somebody subscribes."""
+        return self._key("membrane")
+
+    @property
+    def spectrum(self) -> str:
+        """The spectrum of what the drum sounds, 4 times a second; put by the sound server while somebody subscribes."""
+        return self._key("spectrum")
+
+    @property
+    def cost(self) -> str:
+        """What the drum costs at each accuracy, once a second; put by the sound server while somebody subscribes."""
+        return self._key("cost")
+
+    @property
     def pointer(self) -> str:
         """Where a pointer wants the simulated stick, best effort, at 60 Hz. Heard while `alive/pointer/ID` is there."""
         return self._key("pointer")
@@ -61,6 +76,11 @@ class Keys:
     def scene(self) -> str:
         """The scene as JSON tables."""
         return self._key("scene")
+
+    @property
+    def scene_load(self) -> str:
+        """Play another shipped scene: the force goes to zero, and the servo starts anew. Refused in a panic."""
+        return self._key("scene/load")
 
     @property
     def clock(self) -> str:

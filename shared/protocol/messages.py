@@ -184,6 +184,47 @@ class Meter(Message, array_like=True, frozen=True, kw_only=True):
     unpunctual: int = 0  # came after the instant at which they should have sounded
 
 
+class Membrane(Message, array_like=True, frozen=True, kw_only=True):
+    """The head's surface. `heights`: int16, little-endian, times unit_m is m, up is positive: the centre, then ring by
+    ring from inside, each from +x anticlockwise. Ring i of `rings` lies at i / (rings + 1) of the radius; the rim
+    rests. t_ns: when it was taken.
+    """
+
+    id: str
+    t_ns: int
+    rings: int
+    spokes: int
+    unit_m: float
+    heights: bytes
+
+
+class Spectrum(Message, array_like=True, frozen=True, kw_only=True):
+    """What the drum sounded last. `levels`: float32, little-endian, dB of full scale, from 0 Hz to top_Hz in equal
+    steps, each the loudest of its step; over the last window_s.
+    """
+
+    id: str
+    t_ns: int
+    top_Hz: float  # noqa: N815
+    window_s: float
+    levels: bytes
+
+
+class Cost(Message, array_like=True, frozen=True, kw_only=True):
+    """What the drum is or could be rendered with: `accuracy` is "now", or one that a scene may ask for. `words` say
+    what renders it now. share: of the computing that it takes now; cents: the rms error of the first twenty modes,
+    the lowest being in tune. A bank of modes tells only "now".
+    """
+
+    id: str
+    words: str
+    accuracy: str
+    mesh_rate_Hz: float  # noqa: N815
+    across: float
+    share: float
+    cents: float
+
+
 _encoder = msgspec.msgpack.Encoder()
 _M = TypeVar("_M", bound=Message)
 

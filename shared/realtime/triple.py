@@ -29,9 +29,14 @@ def clear(cells: npt.NDArray[np.int64], slots: Records, record: Record) -> None:
 @njit()
 def publish(cells: npt.NDArray[np.int64], slots: Records, record: Record) -> None:
     """Offer `record` as the newest (one writer)."""
-    mine = cells[WRITER]
-    slots[mine] = record
-    store_release(cells, WRITER, exchange(cells, BETWEEN, mine + FRESH) % FRESH)
+    slots[cells[WRITER]] = record
+    offer(cells)
+
+
+@njit()
+def offer(cells: npt.NDArray[np.int64]) -> None:
+    """Offer what the writer wrote into slots[cells[WRITER]] in place; that slot is then another (one writer)."""
+    store_release(cells, WRITER, exchange(cells, BETWEEN, cells[WRITER] + FRESH) % FRESH)
 
 
 @njit()

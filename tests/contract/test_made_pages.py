@@ -31,7 +31,9 @@ def _tool(name: str) -> ModuleType:
 @pytest.mark.parametrize(
     "name",
     [
+        "accuracy_page",
         "zenoh_page",
+        "hard_cases_page",
         "measured_page",
         "mesh_page",
         "methods_page",
@@ -75,6 +77,13 @@ def test_the_sounds_are_those_of_the_shipped_scenes() -> None:
         assert (rate_Hz, sound.shape) == (48_000, (round(48_000 * stored[name]["duration_s"]), 2))
         assert abs(sound).max() == pytest.approx(stored[name]["peak"], abs=2e-3)
     assert sum(path.stat().st_size for path in tool.SOUNDS.iterdir()) < 6_000_000
+
+
+def test_the_pictures_of_accuracy_are_those_of_its_result_and_of_the_code() -> None:
+    tool = _tool("accuracy_page")
+    assert tool.stale_pictures() == [], "run: .venv/bin/python docs/tools/accuracy_page.py"
+    shown = re.findall(r"images/(accuracy-[\w-]+\.png)", tool.PAGE.read_text(encoding="utf-8"))
+    assert sorted(shown) == sorted(path.name for path in (tool.DOCS / "images").glob("accuracy-*"))
 
 
 def test_the_pictures_of_the_stick_are_those_of_its_page_and_of_the_code() -> None:

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import zenoh
 
 from drumstick.law import law_of
@@ -15,19 +16,25 @@ from drumstick.scene import Scene, as_tables
 from protocol.keys import Keys
 from protocol.messages import (
     Clock,
+    Cost,
     Lease,
+    Membrane,
+    Message,
     Meter,
     Pointer,
     PresetNews,
     PresetReply,
     Readback,
     RefusalReply,
+    Release,
+    SetReply,
+    Spectrum,
     State,
     Strike,
     decode,
     encode,
 )
-from protocol.requests import requested_text, requested_value
+from protocol.requests import requested_text, requested_value, requested_values
 from protocol.session import router_config
 
 
@@ -63,6 +70,7 @@ class FakeRig:
         self.losing = False  # the readbacks of `latch` get lost
         self.pending: dict[str, float] = {}
         self.sets: list[tuple[str, float]] = []
+        self.whole_sets: list[dict[str, float]] = []
         self.panics = 0
         self.presets: dict[str, dict[str, float]] = {}
         self.lease_of = ""
@@ -80,13 +88,18 @@ class FakeRig:
             (k.clock, self._answer_clock),
             (k.param("*"), self._answer_readbacks),
             (k.set_one("*"), self._answer_set),
+            (k.set_many, self._answer_set_many),
             (k.panic, self._answer_panic),
             (k.preset, self._answer_presets),
             (k.preset_load, self._answer_load),
             (k.preset_save, self._answer_save),
             (k.lease, self._answer_lease),
+            (k.doctor, self._answer_doctor),
         ):
             self._session.declare_queryable(key, answer)
+        self._watched = {
+            key: self._session.declare_publisher(key) for key in (k.membrane, k.spectrum, k.cost, k.release)
+        }
         self.pointers: list[Pointer] = []
         self._session.declare_subscriber(
             k.pointer, lambda sample: self.pointers.append(decode(sample.payload.to_bytes(), Pointer))
@@ -173,9 +186,22 @@ class FakeRig:
                 self.sets.append((name, value))
                 if name in self.refuse:
                     raise Refusal(self.refuse[name])
-                query.reply(query.key_expr, encode(self._accept(name, value)))
+                taken = self._accept(name, value)
+                if taken.pending:  # the answer tells what will hold
+                    taken = Readback(value=value, revision=taken.revision, pending=True)
+                query.reply(query.key_expr, encode(taken))
             except ValueError as error:
                 query.reply_err(encode(RefusalReply(reason=str(error))))
+
+    def _answer_set_many(self, query: zenoh.Query) -> None:
+        assert query.payload is not None
+        with self._lock:
+            values, _ = requested_values(query.payload.to_bytes())
+            self.whole_sets.append(values)
+            for name, value in values.items():
+                self._accept(name, value)
+            reply = SetReply(values=values, revision=self.revision, pending=bool(self.pending))
+            query.reply(self.keys.set_many, encode(reply))
 
     def _answer_presets(self, query: zenoh.Query) -> None:
         listed = [{"name": n, "scene": "roll", "saved_at": "now", "trouble": ""} for n in self.presets]
@@ -209,6 +235,21 @@ class FakeRig:
         self.lease_of = name
         self._session.put(self.keys.lease, encode(Lease(name=name, left_s=5.0 if name else 0.0)))
 
+    def _answer_doctor(self, query: zenoh.Query) -> None:
+        query.reply(self.keys.doctor, json.dumps({"lateness": {"bin_us": 10.0, "ticks": [5000, 700, 0, 3]}}))
+
+    def watched(self) -> set[str]:
+        """What somebody subscribes to of what is put only then: the last parts of the keys."""
+        return {
+            key.rpartition("/")[2]
+            for key, publisher in self._watched.items()
+            if publisher.matching_status.matching
+        }
+
+    def _tell(self, key: str, message: Message) -> None:
+        if key.rpartition("/")[2] in self.watched():
+            self._watched[key].put(encode(message))
+
     def _answer_panic(self, query: zenoh.Query) -> None:
         self.panics += 1
         self.status = "panic"
@@ -223,11 +264,42 @@ class FakeRig:
                 self._session.put(self.keys.strike, encode(self._strike()))
                 self._session.put(self.keys.state, encode(self._state()))
                 self._session.put(self.keys.meter, encode(self._meter()))
+                self._tell(self.keys.release, self._release())
+                self._tell(self.keys.membrane, self._membrane())
+                self._tell(self.keys.spectrum, self._spectrum())
+                for accuracy, share in (("now", 1.0), ("fine", 4.0)):
+                    self._tell(self.keys.cost, self._cost(accuracy, share))
 
     def _strike(self) -> Strike:
         return Strike(
             boot=self.boot, seq=self.strikes, t_ns=time.monotonic_ns(), x=0.3, y=0.2, z_speed_m_per_s=0.63,
             level=0.31, peak_estimate_N=5.4, contact_estimate_s=0.0055,
+        )  # fmt: skip
+
+    def _release(self) -> Release:
+        return Release(
+            boot=self.boot, seq=self.strikes, t_ns=time.monotonic_ns(), exit_speed_m_per_s=0.43, impulse_N_s=0.015,
+            peak_N=5.4, contact_s=0.0055,
+        )  # fmt: skip
+
+    def _membrane(self) -> Membrane:
+        heights = np.zeros(1 + 8 * 24, "<i2")
+        heights[: 1 + 24] = 1000 * (self.strikes % 9 - 4)
+        return Membrane(
+            id="s1", t_ns=time.monotonic_ns(), rings=8, spokes=24, unit_m=1e-6, heights=heights.tobytes()
+        )
+
+    def _spectrum(self) -> Spectrum:
+        levels = np.full(240, -80.0, "<f4")
+        levels[30] = -12.0
+        return Spectrum(
+            id="s1", t_ns=time.monotonic_ns(), top_Hz=1200.0, window_s=0.34, levels=levels.tobytes()
+        )
+
+    def _cost(self, accuracy: str, share: float) -> Cost:
+        return Cost(
+            id="s1", words="mesh of 66.7 junctions across", accuracy=accuracy, mesh_rate_Hz=16000.0, across=66.7,
+            share=share, cents=0.4,
         )  # fmt: skip
 
     def _state(self) -> State:

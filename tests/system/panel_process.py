@@ -52,16 +52,18 @@ class PanelProcess:
             raise AssertionError("the panel did not end when told to") from None
 
 
-def arguments(endpoint: str, port: int, token_file: Path, rig: str = "main") -> list[str]:
+def arguments(endpoint: str, port: int, token_file: Path, rig: str = "main", *more: str) -> list[str]:
     given = ["--rig", rig, "--connect", endpoint, "--port", str(port), "--token-file", str(token_file)]
-    return [sys.executable, "-m", "web_panel", *given]
+    return [sys.executable, "-m", "web_panel", *given, *more]
 
 
 @contextmanager
-def panel(endpoint: str, port: int, token_file: Path, rig: str = "main") -> Generator[PanelProcess]:
-    """The panel, ready; stopped at the end unless the test did so."""
+def panel(
+    endpoint: str, port: int, token_file: Path, rig: str = "main", *more: str
+) -> Generator[PanelProcess]:
+    """The panel, ready, with `more` arguments; stopped at the end unless the test did so."""
     process = subprocess.Popen(
-        arguments(endpoint, port, token_file, rig),
+        arguments(endpoint, port, token_file, rig, *more),
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,

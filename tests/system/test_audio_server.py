@@ -8,8 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import zenoh
 from haptic_side import HapticSide, drum, sounding, wait_for
 from wav_heard import RATE, onsets_s, sound_in
+
+from protocol.messages import Cost, Membrane, Message, Spectrum, decode
 
 
 @pytest.fixture
@@ -198,3 +201,44 @@ def test_options_out_of_range_are_a_wrong_request(option: tuple[str, str]) -> No
     )
     assert run.returncode == 2
     assert option[0] in run.stderr.splitlines()[-1]
+
+
+def test_the_drum_is_shown_to_whoever_subscribes(side: HapticSide, tmp_path: Path) -> None:
+    """Its surface in the haptic machine's time, what it sounded, and what its mesh costs."""
+    heard: dict[str, list[Message]] = {}
+    with sounding(side.endpoint, "null", tmp_path) as sound:
+        side.meter("a sink", lambda m: m.sink == "null")
+        for key, kind in (
+            (side.keys.membrane, Membrane),
+            (side.keys.spectrum, Spectrum),
+            (side.keys.cost, Cost),
+        ):
+
+            def note(sample: zenoh.Sample, kind: type[Message] = kind) -> None:
+                heard.setdefault(kind.__name__, []).append(decode(sample.payload.to_bytes(), kind))
+
+            side.session.declare_subscriber(key, note)
+        rested = wait_for("a head at rest", lambda: heard.get("Membrane"))[0]
+        assert isinstance(rested, Membrane)
+        assert not np.frombuffer(rested.heights, "<i2").any()
+        assert abs(rested.t_ns - side.now_ns()) < 10_000_000_000
+
+        def moved() -> bool:
+            side.strike()
+            return any(m.unit_m > 0.0 for m in heard["Membrane"] if isinstance(m, Membrane))
+
+        wait_for("a head that moves", moved)
+
+        def pitch() -> float:
+            for m in heard.get("Spectrum", []):
+                assert isinstance(m, Spectrum)
+                levels = np.frombuffer(m.levels, "<f4")
+                if levels.max() > -60.0:
+                    return float(np.argmax(levels) / len(levels) * m.top_Hz)
+            return 0.0
+
+        assert wait_for("a spectrum", pitch) == pytest.approx(150.0, abs=10.0)
+        costs = wait_for("the costs", lambda: len(heard.get("Cost", [])) >= 4 and heard["Cost"][:4])
+        assert [m.accuracy for m in costs if isinstance(m, Cost)] == ["now", "draft", "standard", "fine"]
+        assert [round(m.across) for m in costs if isinstance(m, Cost)][:3] == [67, 50, 67]
+        assert sound.stop(signal.SIGTERM) == 0

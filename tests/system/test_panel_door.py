@@ -10,16 +10,12 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import pytest
-import viser
-import zstandard
 from fake_rig import FakeRig, wait_until
 from panel_process import PanelProcess, arguments, panel
+from panel_wire import Visitor, dial_port
 from websockets.exceptions import ConnectionClosed, InvalidStatus
-from websockets.sync.client import connect
 from websockets.sync.connection import Connection
-from websockets.typing import Origin, Subprotocol
 
 from drumstick.scene import parse, shipped_text
 
@@ -47,14 +43,7 @@ def get(served: PanelProcess, path: str, **headers: str) -> http.client.HTTPResp
 
 
 def dial(served: PanelProcess, origin: str | None = None, path: str = "/", **headers: str) -> Connection:
-    return connect(
-        f"ws://127.0.0.1:{served.port}{path}",
-        origin=None if origin is None else Origin(origin),
-        additional_headers=headers,
-        subprotocols=[Subprotocol(f"viser-v{viser.__version__}")],
-        open_timeout=10,
-        max_size=None,
-    )
+    return dial_port(served.port, origin, path, **headers)
 
 
 def test_pages(served: PanelProcess) -> None:
@@ -179,43 +168,9 @@ def test_it_listens_on_loopback_only(served: PanelProcess) -> None:
         socket.create_connection((own, served.port), timeout=5).close()
 
 
-class Hostile:
-    """A program with the token at the websocket: it reads what the page is made of, and may send anything."""
-
-    def __init__(self, socket: Connection) -> None:
-        self._socket = socket
-        self.parts: dict[str, dict[str, Any]] = {}
-        self.updates: list[dict[str, Any]] = []
-
-    def read(self) -> None:
-        frame = self._socket.recv(timeout=10)
-        assert isinstance(frame, bytes)
-        size = int.from_bytes(frame[8:16], "little")
-        batch = msgspec.msgpack.decode(zstandard.ZstdDecompressor().decompress(frame[16 : 16 + size]))
-        for message in batch["messages"]:
-            if message["type"] == "GuiUpdateMessage":
-                self.updates.append(message)
-            elif "uuid" in message:
-                self.parts[message["uuid"]] = message
-
-    def find(self, kind: str, label: str) -> str:
-        """The id of a part of the page, once it is there."""
-        while True:
-            for uuid, message in self.parts.items():
-                if message["type"] == kind and message["props"].get("label") == label:
-                    return uuid
-            self.read()
-
-    def send(self, **message: Any) -> None:
-        self._socket.send(msgspec.msgpack.encode(message))
-
-    def update(self, uuid: str, **updates: Any) -> None:
-        self.send(type="GuiUpdateMessage", uuid=uuid, updates=updates)
-
-
 def test_what_a_hostile_client_sends_goes_nowhere(rig: FakeRig, served: PanelProcess) -> None:
     with dial(served, f"http://127.0.0.1:{served.port}", Cookie=served.cookie) as wire:
-        hostile = Hostile(wire)
+        hostile = Visitor(wire)
         slider = hostile.find("GuiSliderMessage", "Δv_pls")
         button = hostile.find("GuiButtonMessage", "PANIC")
         wire.send("text")
@@ -244,6 +199,38 @@ def test_what_a_hostile_client_sends_goes_nowhere(rig: FakeRig, served: PanelPro
         assert served.process.poll() is None
     assert served.stop() == 0
     assert served.further_lines() == []
+
+
+def read_on(socket: Connection) -> None:
+    """For ever, or until it raises."""
+    while True:
+        socket.recv(timeout=10)
+
+
+def pour(visitor: Visitor, uuid: str) -> None:
+    """Ten thousand messages, and then on until the connection ends."""
+    for number in range(10_000):
+        visitor.update(uuid, value=1e9 + number)
+    while True:
+        visitor.read()
+
+
+def test_floods_and_giants_leave_the_honest_user_his_page(rig: FakeRig, served: PanelProcess) -> None:
+    """A megabyte in one frame, and ten thousand messages at once, end their own connection only."""
+    own = f"http://127.0.0.1:{served.port}"
+    with dial(served, own, Cookie=served.cookie) as wire, dial(served, own, Cookie=served.cookie) as flood:
+        honest, hostile = Visitor(wire), Visitor(flood)
+        slider = honest.find("GuiSliderMessage", "Δv_pls")
+        with dial(served, own, Cookie=served.cookie) as giant:
+            giant.send(b"\x00" * 1_000_000)
+            with pytest.raises(ConnectionClosed):
+                read_on(giant)
+        with pytest.raises(ConnectionClosed, match="too many messages"):
+            pour(hostile, slider)
+        honest.update(slider, value=0.3)
+        wait_until(lambda: rig.sets, "the honest user's wish")
+        assert rig.sets == [("dv_pls", 0.3)]
+    assert served.process.poll() is None
 
 
 def test_a_taken_port_is_said_in_one_line(rig: FakeRig, tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import zenoh
-from browser import chromium, visitor
+from browser import chromium, part, visitor
 from playwright.sync_api import expect
 from rig_process import (
     DRUMSTICK,
@@ -85,7 +85,7 @@ def test_the_browser_changes_the_roll_and_shows_the_servos_value(
         page.goto(page_address)
         slider = page.get_by_role("slider").first
         slider.wait_for(timeout=60_000)
-        expect(page.get_by_text("Playing")).to_be_visible(timeout=60_000)
+        expect(part(page, "notice")).to_contain_text("Playing", timeout=60_000)
         slider.focus()
         page.keyboard.press("End")
         echo = wait_for("the echo", lambda: next((e for e in echoes.got if e.value > 0.9), None))

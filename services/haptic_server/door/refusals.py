@@ -26,7 +26,7 @@ _COLOURS = re.compile(r"\x1b\[[0-9;]*m")
 _HANDSHAKE = re.compile(r"zenoh_link_tls\S*: (?P<why>.*?)\. Hint: ")
 _NO_ROLE = re.compile(r"(?P<who>[0-9a-f]+) did not match any configured ACL subject")
 _THREAD = re.compile(r"ThreadId\((?P<thread>\d+)\)")
-_CACHING = re.compile(r"ACL \((in|e)gress\): caching permissions for ")
+_CACHING = re.compile(r"ACL \((in|e)gress\): caching permissions for `(?P<key>.*)` \.\.\.$")
 _CACHED = "Using cached result: "
 _OF_ROLE = re.compile(r"(?P<who>[0-9a-f]+) on \S*CertCommonName\((?P<role>[^)]*)\)")
 _BEYOND = re.compile(
@@ -46,7 +46,9 @@ class Refusals:
         self._tell_at_s = float("-inf")
         self._untold = 0
         self._other_at_s = float("-inf")
-        self._foreseen: dict[str, int] = {}  # thread -> how many lines are still no messages
+        self._foreseen: dict[
+            str, tuple[str, int]
+        ] = {}  # thread -> how many lines on which key are still no messages
         self._role_of: dict[str, str] = {}  # Zenoh's name of a session -> role
         self.handshakes = 0
         self.without_role = 0
@@ -69,8 +71,8 @@ class Refusals:
             _log.warning("%s", _printable(words))
 
     def _take_rule(self, words: str, said: str) -> None:
-        if _CACHING.match(said):
-            self._foreseen[_thread_of(words)] = _KINDS_OF_MESSAGE
+        if found := _CACHING.match(said):
+            self._foreseen[_thread_of(words)] = found["key"], _KINDS_OF_MESSAGE
         elif _NO_ROLE.match(said):
             self.without_role += 1
             self._note("a certificate of no admitted role came in, and may do nothing")
@@ -86,10 +88,12 @@ class Refusals:
         if said.startswith(_CACHED) or not self._foreseen:
             return False
         thread = _thread_of(words)
-        left = self._foreseen.pop(thread, 0)
+        key, left = self._foreseen.pop(thread, ("", 0))
+        if not left or not said.endswith(f" on {key}"):
+            return False
         if left > 1:
-            self._foreseen[thread] = left - 1
-        return left > 0
+            self._foreseen[thread] = key, left - 1
+        return True
 
     def _note_beyond(self, found: re.Match[str]) -> None:
         role = self._role_of.get(found["who"], "a certificate of no role")

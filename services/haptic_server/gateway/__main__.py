@@ -20,6 +20,7 @@ from haptic_server.gateway.osc.front import LOOPBACK, OscFront
 from haptic_server.gateway.pointing import Pointing
 from haptic_server.gateway.presets import Presets
 from haptic_server.gateway.relay import Relay
+from haptic_server.gateway.scene_door import SceneDoor
 from haptic_server.gateway.settings import ParameterDesk
 from haptic_server.gateway.wire import Wire
 from haptic_server.presets.store import PresetStore
@@ -56,6 +57,9 @@ def _arguments() -> argparse.Namespace:
     )
     parser.add_argument(
         "--osc-allow", type=ip_network, action="append", help="network that may send OSC; may repeat"
+    )
+    parser.add_argument(
+        "--supervised", action="store_true", help="whoever starts this changes scenes when asked"
     )
     parser.add_argument("--oscquery", type=_address, help="[host:]port to serve OSCQuery at")
     parser.add_argument(
@@ -126,6 +130,8 @@ def main() -> int:
             told: dict[str, object] = {} if contacts is None else {"contact": contacts.counters()}
             return {
                 "servo": json.loads((given.run_dir / files.GRANTED).read_text()),
+                "lateness": link.lateness(),
+                "limits": json.loads((given.run_dir / files.LIMITS).read_text()),
                 "osc": dict(osc.counters),
                 "queries_refused": wire.refused,
                 **told,
@@ -135,7 +141,10 @@ def main() -> int:
         if desk.revision == 0 and not given.fresh:  # nobody has set anything since the servo started
             presets.restore()
         last_good = presets.keep_last()
-        wire = Wire(session, keys, desk, lambda: link.boot, json.dumps(as_tables(scene)), health, presets)
+        scenes = SceneDoor(given.run_dir, given.supervised)
+        wire = Wire(
+            session, keys, desk, lambda: link.boot, json.dumps(as_tables(scene)), health, presets, scenes
+        )
 
         def news(what: str, name: str) -> None:
             wire.put_news(what, name)

@@ -104,6 +104,12 @@ class ServoLink:
         triple.read_into(self.block.status_cells, self.block.status, self._status)
         return self._status[0]
 
+    def lateness(self) -> dict[str, object]:
+        """For `doctor`: how many ticks were how late since the servo started, in bins of 10 us, up to the last one."""
+        filled = np.flatnonzero(self.block.lateness)
+        counts = self.block.lateness[: filled[-1] + 1 if len(filled) else 0]
+        return {"bin_us": blocks.LATENESS_BIN_NS / 1e3, "ticks": [int(count) for count in counts]}
+
     def lateness_p99_us(self) -> float:
         """The 99th percentile of the ticks' lateness since the servo started, to 10 us."""
         counts: npt.NDArray[np.int64] = np.cumsum(self.block.lateness)

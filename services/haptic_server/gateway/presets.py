@@ -85,12 +85,10 @@ class Presets:
     def restore(self) -> None:
         """Take up the last good set of this scene, and say in one line what became of it. Never raises."""
         try:
-            found = self._store.load_last()
+            found = self._store.load_last(self._scene_name)
             if found is None:
                 return
             last = found.preset
-            if last.scene != self._scene_name:
-                return
             if last.before != self._scene_values:
                 _log.warning(
                     "the scene was changed since: its own parameters are used, not those of last time"

@@ -89,6 +89,13 @@ class ParameterDesk:
         with self._lock:
             return self._lease.holder(self._now())
 
+    def require_quiet(self, claim: Claim) -> None:
+        """Raise Refusal where no other scene may be started: while somebody else holds the lease, and in a panic."""
+        with self._lock:
+            self._lease.require(claim.lease, self._now())
+            if self._panicked:
+                raise Refusal("a panic is latched: type `drumstick arm` on the haptic machine first")
+
     def set(self, changes: Mapping[str, float], source: str, claim: Claim = ANYBODY) -> SetReply:
         """Accept all of `changes` or raise Refusal; the servo takes them when the stick is above the head.
 

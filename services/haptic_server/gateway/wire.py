@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from haptic_server.gateway.lease import Holder
 from haptic_server.gateway.presets import Presets
+from haptic_server.gateway.scene_door import SceneDoor
 from haptic_server.gateway.settings import Echo, ParameterDesk
 from protocol import messages
 from protocol.keys import Keys
@@ -49,6 +50,7 @@ class Wire:
         scene_json: str,
         health: Callable[[], Mapping[str, object]],
         presets: Presets,
+        scenes: SceneDoor,
     ) -> None:
         import zenoh
 
@@ -61,6 +63,7 @@ class Wire:
         self._encoding = zenoh.Encoding(messages.ENCODING)
         self._json = zenoh.Encoding.APPLICATION_JSON
         self._presets = presets
+        self._scenes = scenes
         self._waiting: list[_Waiting] = []
         self._strike = session.declare_publisher(keys.strike, encoding=self._encoding)
         self._release = session.declare_publisher(keys.release, encoding=self._encoding)
@@ -77,6 +80,7 @@ class Wire:
                         keys.set_one("*"),
                         keys.param("*"),
                         keys.scene,
+                        keys.scene_load,
                         keys.clock,
                         keys.doctor,
                         keys.lease,
@@ -147,7 +151,9 @@ class Wire:
             return self._set(query, {key.removeprefix(keys.set_one("")): value}, claim, key)
         if key == keys.preset_load:
             return self._load(query, *requested_text(payload))
-        if key.startswith(keys.param("")):
+        if key == keys.scene_load:
+            self._load_scene(query, *requested_text(payload))
+        elif key.startswith(keys.param("")):
             self._ask(query, key.removeprefix(keys.param("")))
         elif key == keys.scene:
             query.reply(keys.scene, self._scene_json, encoding=self._json)
@@ -174,6 +180,11 @@ class Wire:
         else:
             holder = self._desk.lease_holder()
         return messages.Lease(name=holder.name, left_s=holder.left_s)
+
+    def _load_scene(self, query: zenoh.Query, name: str, claim: Claim) -> None:
+        self._desk.require_quiet(claim)
+        self._scenes.ask_for(name)
+        query.reply(self._keys.scene_load, messages.encode(messages.Message()), encoding=self._encoding)
 
     def _save(self, query: zenoh.Query) -> bool:
         name, _ = requested_text(payload_of(query))

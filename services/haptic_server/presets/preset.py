@@ -34,9 +34,14 @@ class Preset:
     before: Mapping[str, float]
 
 
+def is_name(name: str) -> bool:
+    """Whether it can be that of a file on every system."""
+    return _NAME.fullmatch(name) is not None
+
+
 def checked_name(name: str) -> str:
     """The name, when it can be that of a file on every system; PresetError says what is allowed."""
-    if not _NAME.fullmatch(name):
+    if not is_name(name):
         raise PresetError(
             f"preset name {name[:80]!r}: use 1 to 60 letters, digits, spaces, _ . or -, no space or dot at either end"
         )

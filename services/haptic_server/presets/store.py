@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from haptic_server.presets.preset import Preset, PresetError, checked_name, from_bytes, to_bytes
+from haptic_server.presets.preset import Preset, PresetError, checked_name, from_bytes, is_name, to_bytes
 
 _SUFFIX, _BEFORE = ".preset", ".preset.before"
 _NAMED = "presets"
@@ -68,17 +68,29 @@ class PresetStore:
         return Listed(name, found.preset.scene, found.preset.saved_at, found.note)
 
     def save_last(self, preset: Preset) -> Path:
-        """Keep as the last good set."""
+        """Keep as the last good set. What another scene had there is laid aside under that scene's name."""
+        try:
+            aside = from_bytes((self._folder / f"{_LAST}{_SUFFIX}").read_bytes())
+        except (PresetError, OSError):
+            aside = None  # none, or none that is worth keeping
+        if aside is not None and aside.scene != preset.scene and is_name(_last_of(aside.scene)):
+            self._write(self._folder, _last_of(aside.scene), aside)
         return self._write(self._folder, _LAST, preset)
 
-    def load_last(self) -> Found | None:
-        """The last good set; None when there never was one, PresetError when none is whole."""
+    def load_last(self, scene: str | None = None) -> Found | None:
+        """The last good set, or that of one scene; None when there never was one, PresetError when none is whole."""
+        found = self._found(_LAST)
+        if scene is None or (found is not None and found.preset.scene == scene):
+            return found
+        return self._found(_last_of(scene)) if is_name(_last_of(scene)) else None
+
+    def _found(self, name: str) -> Found | None:
         try:
-            if not any((self._folder / f"{_LAST}{suffix}").exists() for suffix in (_SUFFIX, _BEFORE)):
+            if not any((self._folder / f"{name}{suffix}").exists() for suffix in (_SUFFIX, _BEFORE)):
                 return None
         except OSError as error:  # a folder that may not be entered
             raise PresetError(f"{self._folder} cannot be read: {error.strerror}") from None
-        return self._read(self._folder, _LAST)
+        return self._read(self._folder, name)
 
     def _write(self, folder: Path, name: str, preset: Preset) -> Path:
         file, before = folder / f"{name}{_SUFFIX}", folder / f"{name}{_BEFORE}"
@@ -130,6 +142,10 @@ class PresetStore:
         if troubles:
             raise PresetError("; ".join(troubles))
         raise PresetError(f"no preset {name!r} in {folder}")
+
+
+def _last_of(scene: str) -> str:
+    return f"{_LAST} of {scene}"
 
 
 def _is_whole(file: Path) -> bool:

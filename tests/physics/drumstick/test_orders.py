@@ -7,6 +7,7 @@ import stick_cases
 from drumstick.methods.carry import ORDERS, STEPPERS
 from drumstick.scene import Scene
 from drumstick.simulate import COLUMNS, Stepper, simulate
+from stability.catalogue import shows
 
 T_IN, V_IN = COLUMNS.index("t_in_s"), COLUMNS.index("v_in_m_per_s")
 CASES = {row["case"]: row for row in stick_cases.rows("limit_cycles.csv")}
@@ -49,6 +50,7 @@ def test_without_it_every_method_is_of_order_one(method: str) -> None:
     assert _slope(errors, STEPS_S) == pytest.approx(1.0, abs=0.2)
 
 
+@shows("contact of a few steps")
 def test_at_the_same_step_location_is_worth_orders_of_magnitude() -> None:
     scene = stick_cases.cycle_scene(CASES["A_stick_X"])
     located = _error(scene, Stepper("rk4", 1e-5), 0.4)
@@ -56,6 +58,7 @@ def test_at_the_same_step_location_is_worth_orders_of_magnitude() -> None:
     assert located < 1e-10 < 1e-6 < unlocated
 
 
+@shows("contact of a few steps")
 def test_a_coarse_step_without_location_gives_energy_and_located_midpoint_does_not() -> None:
     """An undamped head at half of its radian: a stick that is found deep in it has been given that spring's energy."""
     stick = stick_cases.Stick(0.015, 5000.0, 0.0, 20.0, 0.0, -0.02, "paper")

@@ -5,9 +5,10 @@ import pytest
 
 import bounces
 import mp_stick
-import solve_ivp_stick
 import stick_cases
 from drumstick.simulate import Stepper
+from rig.accuracy import solve_ivp_stick
+from rig.accuracy.contacts import largest_error
 
 ROUNDS, MOST_ROUNDS = 6, 60
 CYCLES = {row["case"]: row for row in stick_cases.rows("limit_cycles.csv")}
@@ -45,8 +46,8 @@ def test_exact_is_a_thousand_times_faster_than_solve_ivp_and_no_less_exact(case:
     assert _times_faster(case, 1000.0) >= 1000.0
     assert len(bounces.contacts(case)) >= asked.bounces
     true = bounces.reference(case)
-    exact = bounces.error(bounces.contacts(case), true)
-    assert exact <= bounces.error(bounces.played_by_scipy(case).contacts, true)
+    exact = largest_error(bounces.contacts(case), true)
+    assert exact <= largest_error(bounces.played_by_scipy(case).contacts, true)
     assert exact < 1e-13
 
 
@@ -54,12 +55,12 @@ def test_exact_is_a_thousand_times_faster_than_solve_ivp_and_no_less_exact(case:
 def test_exact_is_faster_than_rk4_that_is_as_exact(case: str) -> None:
     """Every step of rk4 with event location either costs more or errs more; where both err by 1e-12, much more."""
     true = bounces.reference(case)
-    exact = bounces.error(bounces.contacts(case), true)
+    exact = largest_error(bounces.contacts(case), true)
     exact_s = min(bounces.Window(case)() for _ in range(ROUNDS))
     first_good = None
     for dt in RK4_STEPS_S:
         stepper = Stepper("rk4", float(dt))
-        wrong = bounces.error(bounces.contacts(case, stepper), true)
+        wrong = largest_error(bounces.contacts(case, stepper), true)
         window = bounces.Window(case, stepper, copies=20)
         spent = min(window() for _ in range(3))
         assert wrong > exact or spent > exact_s

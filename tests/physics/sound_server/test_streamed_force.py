@@ -17,6 +17,7 @@ from realtime import ring
 from realtime.atomics import poke
 from sound_server.complaints import Complaints
 from sound_server.stream.desk import ContactDesk
+from stability.catalogue import shows
 from streamed_engine import MS, Player, streamed_text
 
 STREAMED = '[drum]\nexcitation = "streamed"\n'
@@ -40,6 +41,7 @@ class Line:
         self.random = np.random.default_rng(2)
         self.on_the_way: list[tuple[int, bytes]] = []
         self.impulses: list[float] = []
+        self.arrived: list[tuple[int, np.ndarray]] = []
 
     def run(self, ms: int) -> np.ndarray:
         """The mean force over each step of the mesh meanwhile."""
@@ -52,6 +54,7 @@ class Line:
             for piece in self.pieces.of(9, samples[:count], now + AHEAD_NS):
                 delay = int(self.random.integers(200_000, 200_000 + self.jitter_ns))
                 self.on_the_way.append((now + delay, encode(piece)))
+                self.arrived.append((now + delay, np.frombuffer(piece.forces, "<f4")))
             count = ring.drain(self.servo.block.ring_cells, self.servo.block.events, events)
             taken = events[:count]
             self.impulses += taken["b"][taken["kind"] == RELEASE].tolist()
@@ -75,6 +78,18 @@ def arm() -> memory.Servo:
     )
 
 
+def _held_on_arrival(arrived: list[tuple[int, np.ndarray]]) -> float:
+    # The naive player: a piece's samples from its arrival on, a tick each, until the next one comes.
+    total, following = 0.0, sorted(at for at, _ in arrived)
+    for at, forces in arrived:
+        later = [other for other in following if other > at]
+        room = (later[0] - at) / MS if later else float("inf")
+        for tick, force in enumerate(forces):
+            total += float(force) * 1e-3 * min(max(room - tick, 0.0), 1.0)
+    return total
+
+
+@shows("streamed force that jitters")
 @pytest.mark.parametrize("servo_of", [roll, arm])
 def test_every_impulse_arrives(servo_of) -> None:
     line = Line(servo_of(), jitter_ns=1 * MS)
@@ -91,6 +106,7 @@ def test_every_impulse_arrives(servo_of) -> None:
     assert line.player.state["underflows"] == 0
     assert line.player.state["late"] == line.desk.late == 0
     assert line.desk.played == len(line.impulses)
+    assert abs(_held_on_arrival(line.arrived) / sum(line.impulses) - 1.0) > 0.02
 
 
 def test_the_rhythm_is_that_of_the_contacts_whatever_the_network_does() -> None:
@@ -106,6 +122,7 @@ def test_the_rhythm_is_that_of_the_contacts_whatever_the_network_does() -> None:
     assert np.ptp(intervals_ms) < 0.2
 
 
+@shows("streamed force that jitters", "ours")
 def test_a_network_worse_than_the_delay_is_heard_counted_and_survived() -> None:
     line = Line(roll(), jitter_ns=12 * MS)
     sound = line.run(2000)

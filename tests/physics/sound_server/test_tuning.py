@@ -12,6 +12,7 @@ from sound_server.membrane.heads import head_of
 from sound_server.membrane.lattice import J01, TOPOLOGIES, Lattice
 from sound_server.membrane.scheme import Scheme, even_losses, rising_losses, scheme_of, tuned
 from sound_server.membrane.sweep import Head, sweep
+from sound_server.outlook import rms_cents
 
 # The first twenty modes of the ideal membrane: zeros of the Bessel functions J_m, twice for m > 0 (cosine and sine).
 _ZEROS = sorted((zero, m) for m in range(12) for zero in jn_zeros(m, 6))[:20]
@@ -120,3 +121,13 @@ def test_rising_losses_meet_both_ends_and_the_square_between() -> None:
 
 def test_bessel_zero_of_the_tuning() -> None:
     assert pytest.approx(MODES[0], abs=1e-6) == J01
+
+
+@pytest.mark.parametrize(
+    "scheme", [*KINDS.values(), *(Scheme(TOPOLOGIES["triangular"], tau) for tau in (2.3, 1.2, 0.4))]
+)
+@pytest.mark.parametrize("across", [24.0, 32.0, 44.0])
+def test_the_outlook_tells_the_error_that_the_kernel_has(scheme: Scheme, across: float) -> None:
+    """Also where effects leave a wave less room than the textbook's tau = 2."""
+    found = math.sqrt(np.mean(cents_off(scheme, across, 20) ** 2))
+    assert rms_cents(scheme, across) == pytest.approx(found, rel=0.15)

@@ -205,6 +205,11 @@ def _in_agreement(tables: dict[str, Any]) -> dict[str, Any]:
         linear = {k: v for k, v in tables["drum"].effects.items() if k in MODAL_EFFECTS}
         tables["drum"] = dataclasses.replace(tables["drum"], effects=linear, excitation="analytic")
         above = ()
+    # What is chosen by itself is not said by hand.
+    mesh = tables["mesh"]
+    if mesh.accuracy == "auto":
+        chosen = dataclasses.replace(mesh, rate_Hz=0.0, junctions_across=0.0)
+        tables["mesh"] = chosen if tables["modal"] is None else dataclasses.replace(mesh, accuracy="draft")
     tables["listen"] = dataclasses.replace(listen, microphones=above)
     # Wires lie on a second head.
     if "snare" in tables["drum"].effects:

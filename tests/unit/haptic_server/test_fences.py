@@ -18,6 +18,7 @@ from haptic_server.servo import loop
 from haptic_server.servo.guard import STALL_FAULT_S, STALL_PAUSE_S
 from live_sets import PERIOD_NS, T
 from realtime import triple
+from stability.catalogue import shows
 
 PLANTS = ("stick", "phantom")
 TABLE = parameters.table_of(live_sets.roll())
@@ -155,6 +156,7 @@ def _in_head(plant: str) -> tuple[live_sets.memory.Servo, int]:
     return servo, now
 
 
+@shows("stall", "ours")
 @pytest.mark.parametrize("stall_ms", [4, 6, 10, 19, 21, 50, 500])
 def test_a_stall_of_an_arm_is_a_pause_and_then_a_fault(stall_ms: int) -> None:
     servo, now = _in_head("phantom")
@@ -204,6 +206,7 @@ def test_a_clock_that_goes_back_is_a_fault_of_an_arm() -> None:
     assert servo.player["force_N"][0] == 0.0
 
 
+@shows("NaN from the device", "ours")
 @pytest.mark.parametrize("field", ["k_coll", "r_in", "m"])
 @pytest.mark.parametrize("value", [math.nan, math.inf])
 def test_a_force_that_is_no_number_is_a_fault_on_the_same_tick(field: str, value: float) -> None:

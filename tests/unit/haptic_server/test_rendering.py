@@ -30,11 +30,12 @@ from haptic_server.records import (
     set_type,
 )
 from haptic_server.servo import loop, memory
-from haptic_server.servo.fall import fall
 from realtime import triple
 from realtime.atomics import add_to, poke
 from realtime.jit import allocations
+from rig.accuracy.filters import ADAPTIVE, fall, filter_of
 from sampled_arm import PERIOD_NS, ask_once, events_of, render_once, servo_of
+from stability.catalogue import shows
 
 SECOND = 1000
 T = PERIOD_NS * 1e-9
@@ -134,6 +135,7 @@ FAULTS: dict[str, tuple[dict[str, float], int]] = {
 }
 
 
+@shows("NaN from the device", "ours")
 @pytest.mark.parametrize("name", FAULTS)
 def test_a_fault_is_zero_force_on_the_same_tick_and_latched(
     pushing: tuple[memory.Servo, int], name: str
@@ -161,6 +163,7 @@ def test_only_arm_ends_a_fault_and_only_above_the_head(pushing: tuple[memory.Ser
     assert np.max(servo.trace["force_N"]) > 0.3
 
 
+@shows("stall", "ours")
 def test_a_stall_of_ten_milliseconds_is_a_pause_not_a_fault(pushing: tuple[memory.Servo, int]) -> None:
     servo, now = pushing
     assert _force(servo, now + 10 * PERIOD_NS, 0.010) == 0.0
@@ -237,15 +240,18 @@ friction_N = 0.0
 {device}
 """
     servo = servo_of(parse(text, "fall"))
-    return [fall(servo, 0.3, phase / 16.0, guarded) for phase in range(16)]
+    own = filter_of(ADAPTIVE, T)[0]
+    return [fall(servo, own, 0.3, phase / 16.0, guarded) for phase in range(16)]
 
 
+@shows("late device", "ours")
 @pytest.mark.parametrize("k", [500.0, 1000.0, 2000.0])
 def test_with_prediction_the_head_gives_back_what_the_design_says(k: float) -> None:
     design = contact.beta_unilateral(0.075, k, 2.5)
     assert np.mean(_falls(k, 2.5, guarded=False)) == pytest.approx(design, rel=0.02)
 
 
+@shows("late device", "naive")
 @pytest.mark.parametrize("k", [500.0, 1000.0, 2000.0])
 def test_without_prediction_lag_is_negative_damping(k: float) -> None:
     """R_eff = R_in - K T/2 in the closed form, to 2 % (the estimate of v is late as well)."""
@@ -255,6 +261,7 @@ def test_without_prediction_lag_is_negative_damping(k: float) -> None:
     assert found > contact.beta_unilateral(0.075, k, 2.5) * 1.05
 
 
+@shows("head stiffer than the device")
 def test_what_the_envelope_refuses_would_have_given_energy_and_the_guard_takes_it_back() -> None:
     """3500 N/m with a tick of delay at 1 kHz: a rebound faster than the blow."""
     late = "delay_ticks = 1"
@@ -267,13 +274,18 @@ def test_what_the_envelope_refuses_would_have_given_energy_and_the_guard_takes_i
         envelope.require(law_of(played), limits)
 
 
+@shows("pulse sampled at ticks")
 def test_a_pulse_gives_its_whole_speed_at_any_rate() -> None:
     """h0 = m dv (1 - exp(-T/tau))/T: sampled at 1 kHz, a pulse of 2 ms would otherwise give 27 % too much."""
     for rate_hz in (500, 1000, 4000):
         played = sampled_arm.scene("hold")
         servo = servo_of(played)
-        given = _delivered(servo, 1.0 / rate_hz)
-        assert given == pytest.approx(servo.law[0]["m"] * 0.06, rel=1e-6)
+        given, whole = _delivered(servo, 1.0 / rate_hz), servo.law[0]["m"] * 0.06
+        assert given == pytest.approx(whole, rel=1e-6)
+        # The naive force is the pulse's value at each tick.
+        ticks = np.arange(round(0.1 * rate_hz)) / rate_hz
+        naive = whole / 0.004 * np.sum(np.exp(-ticks / 0.004)) / rate_hz
+        assert naive > whole * (1.0 + 0.45 / rate_hz / 0.004)
 
 
 def _delivered(servo: memory.Servo, period_s: float) -> float:
@@ -284,6 +296,7 @@ def _delivered(servo: memory.Servo, period_s: float) -> float:
     return total
 
 
+@shows("parameter jump in contact", "ours")
 def test_k_coll_is_latched_above_the_head_only(pushing: tuple[memory.Servo, int]) -> None:
     servo, now = pushing
     wanted = np.zeros(1, set_type(servo.law.dtype))

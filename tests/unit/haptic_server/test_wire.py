@@ -4,19 +4,23 @@ import socket
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
+import msgspec
 import pytest
 import zenoh
 
 from drumstick.law import law_of
+from drumstick.parameters import Refusal
 from drumstick.scene import parse, shipped_text
 from haptic_server import block as blocks
+from haptic_server import files
 from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.presets import Presets
+from haptic_server.gateway.scene_door import SceneDoor
 from haptic_server.gateway.settings import ParameterDesk
 from haptic_server.gateway.wire import Wire
 from haptic_server.presets.store import PresetStore
 from protocol.keys import Keys
-from protocol.messages import Clock, RefusalReply, decode
+from protocol.messages import Clock, LeaseRequest, RefusalReply, decode, encode
 from protocol.session import open_router
 
 ROLL = parse(shipped_text("roll"), "roll")
@@ -42,9 +46,15 @@ def router(tmp_path: Path, panics: list[str], monkeypatch: pytest.MonkeyPatch) -
     link = ServoLink(tmp_path, law_of(ROLL))
     session = open_router(endpoint)
     desk = ParameterDesk(ROLL, link)
-    monkeypatch.setattr(desk, "panic", panics.append)
+    raise_panic = desk.panic
+
+    def noted(source: str) -> None:
+        panics.append(source)
+        raise_panic(source)
+
+    monkeypatch.setattr(desk, "panic", noted)
     presets = Presets(PresetStore(tmp_path / "state"), desk, "roll", desk.values())
-    wire = Wire(session, KEYS, desk, lambda: mine.boot, "{}", _no_health, presets)
+    wire = Wire(session, KEYS, desk, lambda: mine.boot, "{}", _no_health, presets, SceneDoor(tmp_path, True))
     yield session
     wire.close()
     session.close()
@@ -66,3 +76,35 @@ def test_looking_around_is_no_panic(router: zenoh.Session, panics: list[str]) ->
     answered = next(iter(router.get(KEYS.panic, timeout=10.0)))
     assert answered.ok is not None
     assert panics == ["zenoh"]
+
+
+def ask_for(router: zenoh.Session, name: object) -> str:
+    """What is said against another scene; "" nothing."""
+    reply = next(iter(router.get(KEYS.scene_load, payload=msgspec.msgpack.encode([1, name]), timeout=10.0)))
+    return decode(reply.err.payload.to_bytes(), RefusalReply).reason if reply.err is not None else ""
+
+
+def test_another_scene_is_admitted_by_its_name_alone(router: zenoh.Session, tmp_path: Path) -> None:
+    wanted = tmp_path / files.WANTED
+    for wrong in ("../tom", "", "tom.toml", "x" * 5000):
+        assert "no scene" in ask_for(router, wrong)
+    assert "expected a name" in ask_for(router, 3)
+    assert not wanted.exists()
+    assert ask_for(router, "tom") == ""
+    assert wanted.read_text() == "tom"
+
+
+def test_no_other_scene_beside_a_lease_or_a_panic(router: zenoh.Session, tmp_path: Path) -> None:
+    request = encode(LeaseRequest(who="secret", name="Ada"))
+    assert next(iter(router.get(KEYS.lease, payload=request, timeout=10.0))).ok is not None
+    assert "Ada is tuning" in ask_for(router, "tom")
+    given_back = encode(LeaseRequest(who="secret", name="Ada", seconds=0.0))
+    assert next(iter(router.get(KEYS.lease, payload=given_back, timeout=10.0))).ok is not None
+    assert next(iter(router.get(KEYS.panic, timeout=10.0))).ok is not None
+    assert "drumstick arm" in ask_for(router, "tom")
+    assert not (tmp_path / files.WANTED).exists()
+
+
+def test_who_is_not_looked_after_says_so(tmp_path: Path) -> None:
+    with pytest.raises(Refusal, match="not started by `drumstick`"):
+        SceneDoor(tmp_path, False).ask_for("tom")

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from protocol import messages
 from protocol.messages import VERSION, Message, decode, encode
+from stability.catalogue import shows
 
 KINDS = [
     kind
@@ -71,6 +72,7 @@ def test_a_damaged_message_is_a_value_error(kind: type[Message], data: st.DataOb
                 assert not isinstance(number, float) or math.isfinite(number)
 
 
+@shows("NaN in a message", "ours")
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
 @pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf])
 def test_a_number_that_is_not_finite_is_refused(kind: type[Message], number: float) -> None:
@@ -115,6 +117,7 @@ def test_a_meter_of_before_is_still_read() -> None:
     assert (meter.played, meter.underflows, meter.refused) == (7, 0, 0)
 
 
+@shows("message that never ends", "ours")
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
 @settings(max_examples=5)
 @given(st.data())

@@ -24,9 +24,9 @@ from protocol.session import Public, client_config, open_client, open_door, open
 
 RIG = "r"
 TAILS = (
-    "strike", "release", "contact", "state", "meter", "membrane", "pointer", "scene", "clock", "doctor", "door",
-    "panic",
-    "set", "set/m", "param/m", "preset", "preset/load", "preset/save", "lease", "anything",
+    "strike", "release", "contact", "state", "meter", "membrane", "spectrum", "cost", "pointer", "scene",
+    "scene/load", "clock", "doctor", "door", "panic", "set", "set/m", "param/m", "preset", "preset/load",
+    "preset/save", "lease", "anything",
 )  # fmt: skip
 _TRIES = 20
 TOKENS = ("alive/haptic/1", "alive/sound/1", "alive/panel/1", "alive/pointer/1", "alive/listener/1")
@@ -40,6 +40,12 @@ EVERY_MESSAGE = [
 
 def key(tail: str, rig: str = RIG) -> str:
     return f"drumstick/{rig}/{tail}"
+
+
+def seen_by(session: zenoh.Session) -> set[str]:
+    """The liveliness tokens that a session finds."""
+    replies = list(session.liveliness().get("drumstick/**", timeout=2.0))
+    return {str(reply.ok.key_expr) for reply in replies if reply.ok is not None}
 
 
 def at_once(note: Callable[[zenoh.Sample], None]) -> Any:
@@ -220,9 +226,7 @@ def test_is_seen_only_as_what_it_is(gateway: Gateway, keyring: Keyring, name: st
     with client_of(gateway, keyring.identity(name)) as session:
         tokens = [session.liveliness().declare_token(key(tail)) for tail in TOKENS]
         settle(session, name)
-        replies = list(gateway.session.liveliness().get("drumstick/**", timeout=2.0))
-        seen = {str(reply.ok.key_expr) for reply in replies if reply.ok is not None}
-        assert seen == {key(tail) for tail in of(EVERYBODY[name].is_seen_as, *TOKENS)}
+        assert seen_by(gateway.session) == {key(tail) for tail in of(EVERYBODY[name].is_seen_as, *TOKENS)}
         assert len(tokens) == len(TOKENS)
 
 
@@ -261,6 +265,7 @@ def test_sees_only_the_tokens_that_its_row_says(leaky: Gateway, keyring: Keyring
     shown: list[str] = []
     tokens = [leaky.session.liveliness().declare_token(key(tail)) for tail in TOKENS]
     try:
+        wait_for("the tokens at the door", lambda: seen_by(leaky.door) == {key(tail) for tail in TOKENS})
         with client_of(leaky, keyring.identity(name)) as session:
             asked: set[str] = set()
             for pattern in (*(key(tail) for tail in TOKENS), key("alive/*/*"), key("alive/pointer/*"), "**"):

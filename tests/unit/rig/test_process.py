@@ -85,3 +85,31 @@ raise SystemExit(3)
     look_until(part, lambda: any("status 3; the rig plays on" in line for line in said))
     assert "[record] was ended by SIGKILL; restarting" in said
     assert (part.restarts, part.fault_status) == (1, None)
+
+
+def test_started_anew_it_may_find_that_it_cannot_run_now(tmp_path: Path) -> None:
+    # Runs, is stopped, and at its next first start lacks something.
+    marker = tmp_path / "started"
+    code = f"""
+import pathlib, time
+marker = pathlib.Path({str(marker)!r})
+if marker.exists():
+    raise SystemExit(2)
+marker.touch()
+print("playing", flush=True)
+time.sleep(60)
+"""
+    said: list[str] = []
+    part = service(code, said)
+    part.start()
+    look_until(part, lambda: part.last_line == "playing")
+    part.ask_to_stop()
+    assert part.wait_stopped(time.monotonic() + 20.0)
+    part.start_anew()
+    look_until(part, lambda: part.fault_status is not None)
+    assert (part.fault_status, part.restarts) == (2, 0)
+    marker.unlink()
+    part.start_anew()
+    assert part.fault_status is None
+    part.ask_to_stop()
+    assert part.wait_stopped(time.monotonic() + 20.0)

@@ -18,6 +18,7 @@ from sound_server.events import StrikeRing
 from sound_server.stream.desk import ContactDesk
 from sound_server.stream.timeline import PIECE, RING_SLOTS, stream_of
 from sound_server.strikes import StrikeDesk
+from stability.catalogue import shows
 from streamed_engine import MS, streamed
 
 NOW = 5_000_000_000
@@ -79,6 +80,7 @@ def test_without_a_latency_of_the_scenes_it_is_three_pieces_and_a_block() -> Non
     assert starts == [NOW + 8_666_667, NOW + 10_666_667]
 
 
+@shows("streamed force that jitters", "ours")
 @given(st.randoms(use_true_random=False), st.lists(st.integers(1, 5), min_size=1, max_size=30))
 def test_loss_repetition_and_order_change_nothing_but_what_was_lost(random, sizes: list[int]) -> None:
     sent: list[tuple[int, list[float]]] = []

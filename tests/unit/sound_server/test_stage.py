@@ -14,6 +14,7 @@ from sound_server.events import StrikeRing
 from sound_server.limiter import limited
 from sound_server.render import render_all
 from sound_server.stage import EMPTY, GONE, LEAVING, PLACES, PLAYING, Stage, StageFull, mix
+from stability.catalogue import shows
 
 RATE = 48_000
 BLOCK = 128
@@ -76,6 +77,7 @@ def _cut_off(stage: Stage, place: int) -> None:
     stage.boards.states[place] = GONE
 
 
+@shows("another drum in every block")
 @pytest.mark.parametrize(("end", "clicks"), [(Stage.leave, False), (_cut_off, True)])
 def test_a_drum_leaves_without_a_click(end: Callable[[Stage, int], None], clicks: bool) -> None:
     """The naive way, dropping it between two blocks, is heard by the same measure."""

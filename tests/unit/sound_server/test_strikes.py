@@ -12,6 +12,7 @@ from realtime.ring import drain
 from sound_server.complaints import Complaints
 from sound_server.events import EVENT, RING_SLOTS, StrikeRing
 from sound_server.strikes import Once, StrikeDesk
+from stability.catalogue import shows
 
 MS = 1_000_000
 NOW = 5_000_000_000
@@ -39,6 +40,7 @@ class Bench:
         return [int(event["onset_ns"]) for event in out[: drain(self.ring.cells, self.ring.slots, out)]]
 
 
+@shows("strikes late, lost and doubled", "ours")
 def test_a_strike_is_played_once_however_often_it_comes() -> None:
     bench = Bench()
     for seq in (1, 2, 2, 1, 3):
@@ -93,6 +95,7 @@ def test_a_full_ring_drops_and_says_so(caplog: pytest.LogCaptureFixture) -> None
     assert "256 are waiting" in caplog.text
 
 
+@shows("force that is no number", "ours")
 @pytest.mark.parametrize(
     "change",
     [

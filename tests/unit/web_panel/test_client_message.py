@@ -57,6 +57,20 @@ def test_no_attribute_but_the_value_can_be_written(messages: ClientMessages, upd
     assert not messages.admits(frame({"type": "GuiUpdateMessage", "uuid": "slider", "updates": updates}))
 
 
+def test_only_our_own_keys_pass(messages: ClientMessages) -> None:
+    messages.keys.add("panic key")
+    assert messages.admits(frame({"type": "CommandTriggerMessage", "uuid": "panic key"}))
+    for wrong in (
+        {"uuid": "another"},
+        {"uuid": ["panic key"]},
+        {"uuid": None},
+        {},
+        {"uuid": "panic key", "removed": True},
+        {"uuid": "slider"},
+    ):
+        assert not messages.admits(frame({"type": "CommandTriggerMessage", **wrong}))
+
+
 def test_unknown_controls_and_extra_fields_are_refused(messages: ClientMessages) -> None:
     assert not messages.admits(update(0.2, "unknown"))
     assert not messages.admits(update(0.2, excluded_self_client=3))

@@ -28,6 +28,14 @@ def test_a_control_shows_the_readback_and_then_one_note() -> None:
     assert row.quantity.words in plain
     waiting = markup.control(row, Readback(value=5000.0, revision=1, pending=True), "", large=True)
     assert "waits until the stick is above the head" in waiting
+    accepted = markup.control(
+        row, Readback(value=5000.0, revision=1), "", large=True, setpoint=6000.0, waits=True
+    )
+    assert 'data-part="setpoint">→ 6000 N/m<' in accepted
+    assert "waits until the stick is above the head" in accepted
+    assert "setpoint" not in markup.control(
+        row, Readback(value=5000.0, revision=1), "", large=True, setpoint=5000.0
+    )
     refused = markup.control(
         row, Readback(value=5000.0, revision=1, pending=True), "Refused: too much", large=True
     )

@@ -53,6 +53,24 @@ def test_an_older_readback_never_replaces_a_newer_one() -> None:
     assert mirror.readbacks["dv_pls"] == Readback(value=0.3, revision=5)
 
 
+def test_what_waits_is_the_setpoint_and_not_the_readback() -> None:
+    mirror = Mirror()
+    mirror.note_readback("dv_pls", Readback(value=0.2, revision=4))
+    mirror.note_accepted("dv_pls", Readback(value=0.3, revision=5, pending=True))
+    assert mirror.readbacks["dv_pls"].value == 0.2
+    assert mirror.standing() == {"dv_pls": 0.3}
+    mirror.note_readback("dv_pls", Readback(value=0.2, revision=4, pending=True))
+    assert mirror.setpoints["dv_pls"].value == 0.3
+    mirror.note_readback("dv_pls", Readback(value=0.3, revision=5))
+    assert mirror.setpoints == {}
+    assert mirror.standing() == {"dv_pls": 0.3}
+    # The publication was quicker than the answer.
+    mirror.note_accepted("dv_pls", Readback(value=0.3, revision=5, pending=True))
+    assert mirror.setpoints == {}
+    mirror.note_accepted("dv_pls", Readback(value=0.4, revision=6))
+    assert mirror.readbacks["dv_pls"].value == 0.4
+
+
 def test_the_same_scene_again_keeps_the_values() -> None:
     mirror = Mirror()
     roll, paper = (parse(shipped_text(name), name) for name in ("roll", "paper-roll"))

@@ -5,20 +5,20 @@ import pytest
 
 from protocol.messages import Readback
 from web_panel.answer import Answer
-from web_panel.wishes import Wishes
+from web_panel.wishes import Wish, Wishes
 
 
 class Asked:
     """A haptic server that answers when told to."""
 
     def __init__(self) -> None:
-        self.seen: queue.SimpleQueue[tuple[str, float]] = queue.SimpleQueue()
+        self.seen: queue.SimpleQueue[dict[str, float]] = queue.SimpleQueue()
         self.go = threading.Semaphore(0)
 
-    def __call__(self, name: str, value: float) -> Answer:
-        self.seen.put((name, value))
+    def __call__(self, wish: Wish) -> Answer:
+        self.seen.put(wish.values)
         assert self.go.acquire(timeout=10)
-        return Answer(readback=Readback(value=value, revision=1))
+        return Answer({name: Readback(value=value, revision=1) for name, value in wish.values.items()})
 
 
 @pytest.fixture
@@ -26,20 +26,39 @@ def asked() -> Asked:
     return Asked()
 
 
+def one(name: str, value: float) -> Wish:
+    return Wish({name: value})
+
+
 def test_the_newest_value_wins_and_parameters_do_not_starve_each_other(asked: Asked) -> None:
     wishes = Wishes(asked)
     wishes.start()
-    wishes.want("dv_pls", 0.1)
-    assert asked.seen.get(timeout=10) == ("dv_pls", 0.1)
+    wishes.want(one("dv_pls", 0.1))
+    assert asked.seen.get(timeout=10) == {"dv_pls": 0.1}
     for value in (0.2, 0.3):
-        wishes.want("dv_pls", value)
-    wishes.want("k_coll", 1.0)
-    wishes.want("dv_pls", 0.4)
+        wishes.want(one("dv_pls", value))
+    wishes.want(one("k_coll", 1.0))
+    wishes.want(one("dv_pls", 0.4))
     asked.go.release(3)
-    assert asked.seen.get(timeout=10) == ("dv_pls", 0.4)
-    assert asked.seen.get(timeout=10) == ("k_coll", 1.0)
-    answers = [wishes.answers.get(timeout=10)[:2] for _ in range(3)]
-    assert answers == [("dv_pls", 0.1), ("dv_pls", 0.4), ("k_coll", 1.0)]
+    assert asked.seen.get(timeout=10) == {"dv_pls": 0.4}
+    assert asked.seen.get(timeout=10) == {"k_coll": 1.0}
+    answers = [wishes.answers.get(timeout=10)[0].values for _ in range(3)]
+    assert answers == [{"dv_pls": 0.1}, {"dv_pls": 0.4}, {"k_coll": 1.0}]
+    wishes.close()
+    assert asked.seen.empty()
+
+
+def test_a_whole_set_comes_after_what_was_wished_before_it(asked: Asked) -> None:
+    wishes = Wishes(asked)
+    wishes.start()
+    wishes.want(one("tau", 0.1))
+    assert asked.seen.get(timeout=10) == {"tau": 0.1}
+    wishes.want(Wish({"dv_pls": 0.1, "k_coll": 1.0}, purpose="A"))
+    wishes.want(one("dv_pls", 0.3))
+    wishes.want(Wish({"dv_pls": 0.2, "k_coll": 2.0}, purpose="B"))
+    asked.go.release(3)
+    assert asked.seen.get(timeout=10) == {"dv_pls": 0.3}
+    assert asked.seen.get(timeout=10) == {"dv_pls": 0.2, "k_coll": 2.0}
     wishes.close()
     assert asked.seen.empty()
 
@@ -47,9 +66,9 @@ def test_the_newest_value_wins_and_parameters_do_not_starve_each_other(asked: As
 def test_it_ends_while_something_waits(asked: Asked) -> None:
     wishes = Wishes(asked)
     wishes.start()
-    wishes.want("dv_pls", 0.1)
+    wishes.want(one("dv_pls", 0.1))
     asked.seen.get(timeout=10)
-    wishes.want("dv_pls", 0.2)
+    wishes.want(one("dv_pls", 0.2))
     threading.Timer(0.05, asked.go.release).start()
     wishes.close()
     assert asked.seen.empty()
@@ -57,5 +76,5 @@ def test_it_ends_while_something_waits(asked: Asked) -> None:
 
 def test_a_wish_refused_here_is_not_sent(asked: Asked) -> None:
     wishes = Wishes(asked)
-    wishes.refuse("dv_pls", 99.0, "too much")
-    assert wishes.answers.get(timeout=1) == ("dv_pls", 99.0, Answer(reason="too much", refused=True))
+    wishes.refuse(one("dv_pls", 99.0), "too much")
+    assert wishes.answers.get(timeout=1) == (one("dv_pls", 99.0), Answer(reason="too much", refused=True))

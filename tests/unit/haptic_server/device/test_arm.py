@@ -16,6 +16,7 @@ from haptic_server.device.simulated import Simulated
 from haptic_server.records import RELEASE, STRIKE
 from haptic_server.servo import loop
 from haptic_server.servo.velocity import LONGEST, TRACK, follow, forget
+from stability.catalogue import shows
 
 RESOLUTION = 3e-5
 T = 1e-3
@@ -114,6 +115,7 @@ def _quantised(z: np.ndarray) -> np.ndarray:
     return np.round(z / RESOLUTION) * RESOLUTION
 
 
+@shows("speed from encoder counts", "ours")
 def test_a_steady_speed_is_found_to_a_fraction_of_one_count_per_tick() -> None:
     """A plain difference would be off by up to 30 mm/s; the long window brings that down by its length."""
     t = np.arange(400) * T
@@ -123,6 +125,7 @@ def test_a_steady_speed_is_found_to_a_fraction_of_one_count_per_tick() -> None:
         assert np.sqrt(np.mean((found - speed) ** 2)) < 0.2 * RESOLUTION / T
 
 
+@shows("speed from encoder counts", "ours")
 def test_a_turn_is_seen_within_a_few_ticks() -> None:
     """In a contact at 15 g's the window shrinks: the lag in speed is that of one or two ticks, not of sixteen."""
     t = np.arange(300) * T

@@ -100,6 +100,15 @@ def test_threads_that_log_at_once_are_kept_apart() -> None:
     assert refusals.beyond_role == {"listener": 1}
 
 
+def test_a_key_of_which_nothing_was_foreseen_hides_no_refusal_of_another() -> None:
+    """A session without a role declares a key: its permissions are none, and Zenoh says nothing more of them."""
+    refusals = Refusals(lambda: 0.0)
+    refusals.take(rule("ACL (ingress): caching permissions for `drumstick/r/a` ..."))
+    for number in range(9):
+        refusals.take(rule(f"{LISTENER} is unauthorized to Put (ingress) on drumstick/r/{number}/a"))
+    assert refusals.beyond_role == {"listener": 9}
+
+
 def test_a_line_of_rules_is_never_handed_on(caplog: pytest.LogCaptureFixture) -> None:
     refusals = Refusals(lambda: 0.0)
     foresee(refusals, "ingress")

@@ -10,6 +10,7 @@ from haptic_server.gateway.osc.front import OscFront
 from haptic_server.gateway.osc.targets import MOST_SUBSCRIPTIONS
 from osc_bench import FakeDesk, Time, built, client, no_preset, opened_front, tell
 from protocol import osc
+from stability.catalogue import shows
 
 P = "/drumstick"
 
@@ -127,6 +128,7 @@ def test_errors_are_capped_for_each_source_but_ping_and_panic_never() -> None:
         assert len(tell(front, bad, wrong)) == 1
 
 
+@shows("flood of nonsense", "ours")
 def test_errors_to_many_sources_are_bounded_together() -> None:
     time = Time()
     with client() as target, opened_front(FakeDesk(), target, now=time) as front:
@@ -147,6 +149,7 @@ def test_answers_to_a_flood_of_questions_go_to_the_asker_only() -> None:
         assert to_target == 200
 
 
+@shows("flood of nonsense", "ours")
 def test_a_flood_writes_at_most_one_line_a_second(caplog: pytest.LogCaptureFixture) -> None:
     time = Time()
     with client() as a, opened_front(FakeDesk(), now=time) as front, caplog.at_level(logging.WARNING):

@@ -8,6 +8,7 @@ from osc_mutants import KILLERS, MUTANT_HOST, mutant
 
 from haptic_server.gateway.osc.front import OscFront
 from osc_bench import FakeDesk, Time, built, client, opened_front, tell
+from stability.catalogue import shows
 
 P = "/drumstick"
 
@@ -24,6 +25,7 @@ def _assert_serves(front: OscFront, desk: FakeDesk, time: Time) -> None:
         assert (len(desk.sets), len(desk.panics)) == (sets + 1, panics + 1)
 
 
+@shows("message that never ends", "ours")
 def test_twenty_thousand_mutants() -> None:
     chance, desk, time = random.Random(20070827), FakeDesk(), Time()
     with opened_front(desk, now=time) as front:

@@ -10,6 +10,7 @@ from pythonosc.osc_message_builder import OscMessageBuilder
 
 from haptic_server.gateway.osc.prescan import LONGEST_ADDRESS, MAX_BYTES, Message, Unreadable, prescan
 from protocol import osc
+from stability.catalogue import shows
 
 _ADDRESSES = st.text("abcXYZ019_.-+!$%&'()/:;<=>@\\^`|~\"", min_size=0, max_size=60).map(lambda s: "/" + s)
 _ARGUMENTS = st.lists(
@@ -111,6 +112,7 @@ _HOSTILE = {
 }
 
 
+@shows("message that never ends", "ours")
 @pytest.mark.parametrize("name", _HOSTILE)
 def test_hostile_datagrams_are_refused_with_the_reason(name: str) -> None:
     datagram, why = _HOSTILE[name]

@@ -1,5 +1,6 @@
 """Preset files: every byte counts, and whatever happens to a file, what was saved before it is still there."""
 
+import dataclasses
 import errno
 import os
 from pathlib import Path
@@ -188,3 +189,26 @@ def test_a_folder_that_may_not_be_entered_is_said_in_words(
     monkeypatch.setattr(Path, "exists", refuse)
     with pytest.raises(PresetError, match="cannot be read: Permission denied"):
         PresetStore(tmp_path).load_last()
+
+
+def test_each_scene_has_its_last_good_set(tmp_path: Path) -> None:
+    store = PresetStore(tmp_path)
+    roll, tom = (
+        dataclasses.replace(FIRST, scene=scene, values={"m": m}) for scene, m in (("roll", 0.1), ("tom", 0.2))
+    )
+    store.save_last(roll)
+    assert store.load_last("tom") is None
+    store.save_last(tom)
+    later = dataclasses.replace(tom, values={"m": 0.3})
+    store.save_last(later)
+    for scene, kept in (("roll", roll), ("tom", later)):
+        found = store.load_last(scene)
+        assert found is not None
+        assert found.preset == kept
+    odd = dataclasses.replace(roll, scene="a/b")  # a name that no file can have: the newest only
+    store.save_last(odd)
+    found = store.load_last("a/b")
+    assert found is not None
+    assert found.preset == odd
+    store.save_last(tom)
+    assert store.load_last("a/b") is None

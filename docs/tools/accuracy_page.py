@@ -1,0 +1,111 @@
+"""Writes docs/accuracy-and-time.md and its pictures from the shipped result: python docs/tools/accuracy_page.py.
+
+The result is services/rig/accuracy/shipped.json: `drumstick accuracy --out DIR` in full, DIR/accuracy.json copied there. The words are in accuracy.template.md, its numbers come from the result.
+"""
+
+import hashlib
+import io
+import json
+from pathlib import Path
+from typing import Any
+
+from matplotlib.figure import Figure
+from PIL import Image
+from PIL.PngImagePlugin import PngInfo
+from stored import where
+
+import rig.figures
+from rig.accuracy.choices import choices
+from rig.accuracy.store import shipped
+from rig.figures.accuracy import FIGURES
+from rig.figures.style import drawn_png
+
+DOCS = Path(__file__).parent.parent
+IMAGES = DOCS / "images"
+PAGE = DOCS / "accuracy-and-time.md"
+TEMPLATE = Path(__file__).parent / "accuracy.template.md"
+_COLOURS = 240
+_SOURCES = ("accuracy", "style")
+_MADE_FROM = "made from"
+
+
+def _digest(part: dict[str, Any]) -> str:
+    made_from = hashlib.sha256(json.dumps(part, sort_keys=True).encode())
+    for name in _SOURCES:
+        made_from.update((Path(rig.figures.__file__).parent / f"{name}.py").read_bytes())
+    return made_from.hexdigest()
+
+
+def _made_from(path: Path) -> object:
+    if not path.exists():
+        return None
+    with Image.open(path) as picture:
+        return picture.info.get(_MADE_FROM)
+
+
+def stale_pictures() -> list[str]:
+    """Names of pictures that are missing or were made from something else than the code and the result say now."""
+    found, stale = shipped(), []
+    for name, part, _ in FIGURES:
+        path = IMAGES / f"{name}.png"
+        if _made_from(path) != _digest(found[part]):
+            stale.append(name)
+    return stale
+
+
+def _save(figure: Figure, path: Path, digest: str) -> None:
+    info = PngInfo()
+    info.add_text(_MADE_FROM, digest)
+    drawn = Image.open(io.BytesIO(drawn_png(figure))).convert("RGB")
+    drawn.quantize(_COLOURS).save(path, optimize=True, pnginfo=info)
+
+
+def _table(found: dict[str, Any]) -> str:
+    rows = [f"| {want} | {choose} | {costs} |" for want, choose, costs in choices(found)]
+    return "\n".join(["| if you want | choose | it costs |", "|---|---|---|", *rows])
+
+
+def _numbers(found: dict[str, Any]) -> dict[str, Any]:
+    stick = {(row["method"], row["locates"], row["dt_s"]): row for row in found["stick"]["rows"]}
+    exact = next(row for row in found["stick"]["rows"] if row["method"] == "exact")
+    own = found["servo"]["rows"][0]["filter"]
+    servo = {
+        (row["k_coll"], row["rate_Hz"], row["delay_ticks"], row["predictor"]): row
+        for row in found["servo"]["rows"]
+        if row["filter"] == own
+    }
+    none = found["effects"]["none"]
+    return {
+        "where": where(found),
+        "minutes": found["machine"]["seconds"] / 60.0,
+        "table": _table(found),
+        "exact_us": exact["ns_per_s"] / 1e3,
+        "rk4_seen": stick["rk4", True, 1e-4],
+        "rk4_unseen": stick["rk4", False, 1e-4],
+        "off": servo[3500.0, 1000, 1, "off"],
+        "lead": servo[3500.0, 1000, 1, "lead"],
+        "none": none,
+        "staircase": min(
+            (row for row in found["mesh"]["rows"] if row["rim"] == "none"), key=lambda row: row["across"]
+        ),
+        "analytic": next(row for row in found["excitation"]["rows"] if row["kind"] == "analytic"),
+    }
+
+
+def page() -> str:
+    """The page's text."""
+    return TEMPLATE.read_text(encoding="utf-8").format(**_numbers(shipped()))
+
+
+def main() -> None:
+    """Write the page and what pictures are stale."""
+    found = shipped()
+    stale = stale_pictures()
+    for name, part, draw in FIGURES:
+        if name in stale:
+            _save(draw(found[part]), IMAGES / f"{name}.png", _digest(found[part]))
+    PAGE.write_text(page(), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

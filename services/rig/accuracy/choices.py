@@ -1,0 +1,165 @@
+"""If you want this, choose that, it costs so much: read off a result of `drumstick accuracy`. Pure."""
+
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+Row = dict[str, Any]
+SCHEMES = {
+    "limit": "triangular, at its limit",
+    "fourth": "triangular, fourth order",
+    "lossless": "triangular, the textbook’s tau = 2",
+    "rectilinear": "rectilinear",
+}
+_SMALL = 0.02  # of the coefficient of restitution: nobody's hand can tell
+_LITTLE = 0.01  # of the energy before the contact
+_FAR = 1e-6
+
+
+class Choice(NamedTuple):
+    """One line of the table, in words."""
+
+    want: str
+    choose: str
+    costs: str
+
+
+def _cheapest(rows: list[Row], cost: str, good: Callable[[Row], bool]) -> Row | None:
+    fitting = [row for row in rows if row[cost] is not None and good(row)]
+    return min(fitting, key=lambda row: row[cost]) if fitting else None
+
+
+def _within(row: Row, key: str, limit: float) -> bool:
+    return row[key] is not None and abs(row[key]) <= limit
+
+
+def _of_stick(found: Row) -> Iterator[Choice]:
+    rows = found["rows"]
+    exact = next(row for row in rows if row["method"] == "exact")
+    yield Choice(
+        "the stick’s motion itself", "`exact`", f"{exact['ns_per_s'] / 1e3:.2g} µs for a second of it"
+    )
+    step = _cheapest(
+        [row for row in rows if row["dt_s"] is not None],
+        "ns_per_s",
+        lambda row: _within(row, "error_contacts", _FAR),
+    )
+    if step is not None:
+        times = step["ns_per_s"] / exact["ns_per_s"]
+        chosen = f"`{step['method']}`, steps of {1e6 * step['dt_s']:.3g} µs, events located"
+        yield Choice("a time step, to a millionth", chosen, f"{times:.2g} times `exact`")
+
+
+def _is_close(row: Row) -> bool:
+    return abs(row["restitution"]["mean"] - row["design"]) <= _SMALL
+
+
+def _adds_little(row: Row) -> bool:
+    return row["energy"] <= _LITTLE
+
+
+def _of_servo(found: Row) -> Iterator[Choice]:
+    own = found["rows"][0]["filter"]  # the servo's; the others are what one might have taken instead
+    rows = [
+        row for row in found["rows"] if row["passes_envelope"] and row["filter"] == own and not row["missed"]
+    ]
+    wishes: tuple[tuple[str, Callable[[Row], bool]], ...] = (
+        (f"a rebound within {_SMALL:g} of the design, at the hardest head", _is_close),
+        (f"at most {100.0 * _LITTLE:g} % of energy out of the rendering, at the hardest head", _adds_little),
+    )
+    for wanted, good in wishes:
+        fitting = [row for row in rows if good(row)]
+        if fitting:
+            hardest = max(row["k_coll"] for row in fitting)
+            best = min(
+                (row for row in fitting if row["k_coll"] == hardest), key=lambda row: row["share_of_core"]
+            )
+            how = "led by its lag" if best["predictor"] == "lead" else "position as it is measured"
+            delay = f", {best['delay_ticks']} ticks late" if best["delay_ticks"] else ""
+            chosen = f"K_coll {hardest:g} N/m at {best['rate_Hz']:g} Hz, {how}{delay}"
+            yield Choice(wanted, chosen, f"{100.0 * best['share_of_core']:.2g} % of a core")
+
+
+def mesh_words(row: Row) -> str:
+    """What a row of the mesh's table is, in words."""
+    if row["renderer"] == "modal":
+        return f"`[modal]`, {row['junctions']} modes"
+    if row["renderer"] != "mesh":
+        return str(row["renderer"])
+    return f"{SCHEMES[row['scheme']]}, {row['across']:.0f} across at {row['rate_Hz'] / 1e3:.3g} kHz"
+
+
+def _of_mesh(found: Row) -> Iterator[Choice]:
+    def costs(row: Row) -> str:
+        share = 1e-7 * row["ns_per_sample"] * found["device_rate_Hz"]
+        return f"{row['ns_per_sample']:.0f} ns a sample, {share:.2g} % of a core"
+
+    rows = [
+        row
+        for row in found["rows"]
+        if row["renderer"] == "mesh" and row["precision"] == "float32" and row["rim"] == "weights"
+    ]
+    for cents in (10.0, 1.0):
+        best = _cheapest(rows, "ns_per_sample", lambda row, most=cents: _within(row, "rms_cents", most))
+        if best is not None:
+            yield Choice(
+                f"twenty modes within {cents:g} cent{'s' * (cents != 1.0)}", mesh_words(best), costs(best)
+            )
+    wide = _cheapest(
+        rows, "ns_per_sample", lambda row: row["bandwidth_Hz"] is not None and row["bandwidth_Hz"] >= 3000.0
+    )
+    if wide is not None:
+        yield Choice("10 cents of dispersion only above 3 kHz", mesh_words(wide), costs(wide))
+    modal = _cheapest(found["rows"], "ns_per_sample", lambda row: row["renderer"] == "modal")
+    if modal is not None:
+        yield Choice("every mode exact up to its top, a linear drum", mesh_words(modal), costs(modal))
+
+
+def _of_excitation(found: Row) -> Iterator[Choice]:
+    for row in found["rows"]:
+        if row["kind"] == "analytic":
+            yield Choice(
+                "strikes, as soon as they are felt",
+                '`excitation = "analytic"`',
+                f"{row['latency_ms']:.2g} ms, {row['bytes_per_strike']:.0f} bytes a strike",
+            )
+    streamed = [row for row in found["rows"] if row["kind"] == "streamed" and row["rate_Hz"] == 1000.0]
+    for row in streamed:
+        yield Choice(
+            "presses, flams and buzz as they are played",
+            '`excitation = "streamed"` at 1 kHz',
+            f"{row['latency_ms']:.2g} ms, {row['bytes_per_strike']:.0f} bytes a strike,"
+            f" {row['sound_error_dB_quarter']:.0f} dB of error below 250 Hz",
+        )
+
+
+def _of_effects(found: Row) -> Iterator[Choice]:
+    by_hand = found["none"]["over_by_hand"]
+    none_ns = next(row["ns_per_sample"] for row in found["sample"] if row["effect"] == "none")
+    yield Choice(
+        "a drum and nothing else",
+        "no table of effects",
+        f"{none_ns:.0f} ns a sample; its step {by_hand:.3g} of one written by hand",
+    )
+    for row in found["sample"]:
+        if row["effect"] not in ("none", "all"):
+            changes = (
+                "" if row["changes_dB"] is None else f"; changes the sound by {row['changes_dB']:.0f} dB"
+            )
+            share = row["added_ns"] / none_ns
+            yield Choice(
+                f"`{row['effect']}`",
+                f"`[drum.effects.{row['effect']}]`",
+                f"{row['added_ns']:+.0f} ns a sample ({100.0 * share:+.0f} %){changes}",
+            )
+
+
+def choices(found: Row) -> list[Choice]:
+    """Of all parts that the result has, in their order."""
+    readers = {
+        "stick": _of_stick,
+        "servo": _of_servo,
+        "mesh": _of_mesh,
+        "excitation": _of_excitation,
+        "effects": _of_effects,
+    }
+    return [choice for part, read in readers.items() if found.get(part) for choice in read(found[part])]

@@ -1,0 +1,42 @@
+"""`drumstick accuracy`: measure, keep, draw, and say what to choose."""
+
+import json
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from rig import folder
+from rig.accuracy import store
+from rig.accuracy.choices import choices
+from rig.accuracy.run import run
+from rig.fault import lacking
+from rig.figures import ready
+
+
+def accuracy(quick: bool, as_json: bool, out: Path | None) -> None:
+    """The result into `out`, or where the panel looks for it, with its figures. Raises Stop."""
+    if find_spec("scipy") is None:
+        lacking("accuracy needs scipy; install haptic-drumstick[sound]")
+    where = folder.accuracy_folder() if out is None else out
+    ready.require_folder(where)
+    found = run(quick)
+    store.keep(found, where)
+    written = [store.FILE]
+    if line := ready.missing_matplotlib():
+        print(f"no figures: they need matplotlib; type: {line}", file=sys.stderr)
+    else:
+        from rig.figures.accuracy import write
+
+        written += write(found, where)
+    if as_json:
+        print(json.dumps(found, allow_nan=False))
+        return
+    table = Table("if you want", "choose", "it costs", box=None, header_style="bold", pad_edge=False)
+    for choice in choices(found):
+        table.add_row(*(escape(words.replace("`", "")) for words in choice))
+    Console().print(table)
+    print(f"\nwritten to {where}: {', '.join(written)}")

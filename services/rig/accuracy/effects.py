@@ -1,0 +1,51 @@
+"""What the effects cost and what they change: of the drum a sample, of the stick a tick; and what composing costs."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from drumstick.drum_effects import DRUM_EFFECTS
+from drumstick.scene import EFFECTS
+from rig.accuracy import drum_effects, stick_effects
+from rig.accuracy.by_hand import Race
+from rig.accuracy.job import Job
+from rig.accuracy.timing import in_turn
+
+_ROUNDS, _QUICK_ROUNDS = 40, 12
+
+
+def _none(rounds: int) -> dict[str, float]:
+    # ns of a step of the default drum, told for each of the device's samples that it lasts.
+    race = Race(drum_effects.drum_with())
+    composed, hand = race.windows
+    ns = in_turn({"composed": composed, "by hand": hand}, rounds)
+    race.check()
+    divisor = int(race.engine.control["divisor"][0])
+    return {
+        "ns_per_sample": ns["composed"] / divisor,
+        "by_hand_ns": ns["by hand"] / divisor,
+        "over_by_hand": ns["composed"] / ns["by hand"],
+    }
+
+
+def jobs(quick: bool, found: dict[str, Any]) -> Iterator[Job]:
+    """Notes sample, tick and none. Seconds with warm kernels; those that are not compiled yet take seconds each.
+
+    Quick leaves out effects whose kernels no shipped scene has and that would compile for long.
+    """
+    rounds = _QUICK_ROUNDS if quick else _ROUNDS
+    sample, tick = (
+        (drum_effects.QUICK, stick_effects.QUICK) if quick else (tuple(DRUM_EFFECTS), tuple(EFFECTS))
+    )
+
+    def of_samples() -> None:
+        found["sample"] = drum_effects.sample_rows(sample, rounds)
+
+    def of_ticks() -> None:
+        found["tick"] = list(stick_effects.tick_rows(tick, rounds))
+
+    def of_none() -> None:
+        found["none"] = _none(rounds)
+
+    yield Job("a drum without effects, composed and by hand", of_none)
+    yield Job("effects of the drum", of_samples)
+    yield Job("effects of the stick", of_ticks)

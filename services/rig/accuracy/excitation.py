@@ -1,0 +1,116 @@
+"""What excites the drum: a strike's half-sine, or the servo's force as a stream; how true, how late, at what cost.
+
+Errors are against the blow as the contact law has it (rig.accuracy.blows), on the mean over places between two ticks;
+of the sound below a quarter and below half of the servo's rate, beyond which a servo knows nothing. The half-sine has
+no rate: its sound is judged in the bands of the scene's own servo. Latency is from the contact to its force in the
+mesh on the audio's own time line, in blocks of 128 samples at 48 kHz, the network left out: a half-sine waits half a
+tick and half a block on the mean, a stream as long as the sound server delays it.
+
+The force of a damped contact peaks before its middle, a half-sine's there: a third of a millisecond of lateness is most
+of the half-sine's error. `magnitude_error_dB` leaves time out: of the spectrum's magnitudes below half of the rate.
+"""
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from rig.accuracy import blows, wire_cost
+from rig.accuracy.blows import Numbers
+from rig.accuracy.job import Job
+from rig.accuracy.timing import CHAIN, Window, chain, in_turn
+from sound_server.render import render
+
+RATES_HZ = (500.0, 1000.0, 2000.0, 4000.0)
+_DEVICE_RATE_HZ = 48_000
+_HEARD_S = 0.5
+_BEGIN_S = 0.05
+_PLACES, _QUICK_PLACES = 8, 2
+_ROUNDS, _QUICK_ROUNDS = 30, 8
+
+
+def _level_dB(off: Numbers, wanted: Numbers) -> float | None:  # noqa: N802
+    ratio = float(np.linalg.norm(off) / np.linalg.norm(wanted))
+    return 20.0 * math.log10(ratio) if ratio > 0.0 else None
+
+
+def _mean_dB(levels: list[float | None]) -> float | None:  # noqa: N802
+    # Of the errors' powers.
+    found = [10.0 ** (level / 10.0) for level in levels if level is not None]
+    return 10.0 * math.log10(float(np.mean(found))) if found else None
+
+
+def _spectrum(rate_Hz: float | None, at_s: float, half_sine: bool) -> Any:
+    # Of the sound of a blow at at_s: a half-sine, or a stream of the true force at this rate.
+    if half_sine:
+        sound = render(blows.scene(False), [blows.strike(at_s)], _HEARD_S, _DEVICE_RATE_HZ)
+    else:
+        press = blows.press_of(blows.true_impulse(), at_s, rate_Hz or blows.FINE_RATE_HZ)
+        sound = render(blows.scene(True), [], _HEARD_S, _DEVICE_RATE_HZ, [press])
+    return np.fft.rfft(sound[:, 0])
+
+
+def errors(rate_Hz: float, half_sine: bool, places: int) -> dict[str, float | None]:
+    """force_error_dB, sound_error_dB_quarter and _half, magnitude_error_dB, in the bands of a servo of rate_Hz."""
+    f_Hz = np.fft.rfftfreq(round(_HEARD_S * _DEVICE_RATE_HZ), 1.0 / _DEVICE_RATE_HZ)
+    of_force: list[float | None] = []
+    quarter: list[float | None] = []
+    half: list[float | None] = []
+    magnitude: list[float | None] = []
+    for k in range(places):
+        place = (k + 0.5) / places
+        forces = blows.forces_at(place, rate_Hz)
+        of_force.append(
+            _level_dB((forces.half_sine if half_sine else forces.streamed) - forces.true, forces.true)
+        )
+        at_s = (math.floor(_BEGIN_S * rate_Hz) + place) / rate_Hz
+        wanted = _spectrum(None, at_s, False)
+        got = _spectrum(rate_Hz, at_s, half_sine)
+        for found, top_Hz in ((quarter, rate_Hz / 4.0), (half, rate_Hz / 2.0)):
+            found.append(_level_dB((got - wanted)[f_Hz < top_Hz], wanted[f_Hz < top_Hz]))
+        known = f_Hz < rate_Hz / 2.0
+        magnitude.append(_level_dB((np.abs(got) - np.abs(wanted))[known], wanted[known]))
+    return {
+        "force_error_dB": _mean_dB(of_force),
+        "sound_error_dB_quarter": _mean_dB(quarter),
+        "sound_error_dB_half": _mean_dB(half),
+        "magnitude_error_dB": _mean_dB(magnitude),
+    }
+
+
+def _row(rate_Hz: float | None, places: int) -> dict[str, Any]:
+    servo_Hz = rate_Hz or float(blows.scene(False).servo.rate_Hz)
+    waits_s = 0.5 / servo_Hz + 0.5 * wire_cost.BLOCK_S
+    return {
+        "kind": "analytic" if rate_Hz is None else "streamed",
+        "rate_Hz": rate_Hz,
+        **errors(servo_Hz, rate_Hz is None, places),
+        "latency_ms": 1e3 * (waits_s if rate_Hz is None else wire_cost.streaming_delay_s()),
+        "bytes_per_strike": wire_cost.bytes_of(rate_Hz),
+    }
+
+
+def jobs(quick: bool, found: dict[str, Any]) -> Iterator[Job]:
+    """Notes rows. `ns_per_strike` is of the gateway and the sound server, its ratio to the chain of the same rounds."""
+    rows: list[dict[str, Any]] = []
+    found["rows"] = rows
+    places = _QUICK_PLACES if quick else _PLACES
+
+    def of(rate_Hz: float | None) -> Job:
+        words = "a half-sine" if rate_Hz is None else f"the force at {rate_Hz:g} Hz"
+        return Job(f"excitation: {words}", lambda: rows.append(_row(rate_Hz, places)))
+
+    def cost() -> None:
+        windows: dict[str, Window] = {CHAIN: chain()}
+        for row in rows:
+            rate_Hz = row["rate_Hz"]
+            windows[str(rate_Hz)] = wire_cost.analytic() if rate_Hz is None else wire_cost.streamed(rate_Hz)
+        ns = in_turn(windows, _QUICK_ROUNDS if quick else _ROUNDS)
+        for row in rows:
+            spent = ns[str(row["rate_Hz"])]
+            row |= {"ns_per_strike": spent, "ratio": spent / ns[CHAIN]}
+
+    for rate_Hz in (None, *RATES_HZ):
+        yield of(rate_Hz)
+    yield Job("excitation: strikes and pieces on the wire", cost)

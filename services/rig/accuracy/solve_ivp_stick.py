@@ -1,0 +1,142 @@
+"""The stick as a user of scipy would simulate it: `solve_ivp` with terminal events, restarted at every one of them.
+
+Equations (1), (2) and (4) written down once more, without anything of ours but the scene's numbers: it is the baseline
+for cost and error, here and in tests. What makes scipy quick is done: no event that is not needed, plain floats instead
+of numpy's. Importing it raises ImportError where scipy is not installed. Any thread; blocks while it computes.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from scipy import integrate
+
+from drumstick.effects.pulse import Pulse
+from drumstick.scene import Scene
+
+METHOD, RTOL, ATOL = "DOP853", 1e-10, 1e-12
+LONGEST_S = 1.0  # no flight and no contact of the cases lasts longer
+# What ends a stretch of motion: z = 0 on the way down or up, the deepest point, a push that falls or rises through 0.
+ENTRY, RELEASE, TURN, LOOSEN, RESUME = range(5)
+
+Event = Callable[[float, Sequence[float]], float]
+_integrate: Any = integrate  # scipy publishes no types
+
+
+class State(NamedTuple):
+    """Time (s), height (m), speed (m/s), the pulse's acceleration (m/s^2)."""
+
+    t: float
+    z: float
+    v: float
+    p: float
+
+
+class Stretch(NamedTuple):
+    """One call of solve_ivp: did a pulse fire before it, which equation it solved, what ended it, after how long."""
+
+    fired: bool
+    in_contact: bool
+    ended_by: int
+    duration_s: float
+
+
+class Played(NamedTuple):
+    """The contacts, shape (count, 5), the first columns of drumstick.simulate.COLUMNS; the stretches between events."""
+
+    contacts: npt.NDArray[np.float64]
+    stretches: list[Stretch]
+
+
+class Case:
+    """A scene with or without a `pulse` whose overlap is `add`; no other effect."""
+
+    def __init__(self, scene: Scene, rtol: float = RTOL, atol: float = ATOL) -> None:
+        stick = scene.stick
+        self.m, self.k_coll, self.r_in = stick.m_kg, stick.k_coll_N_per_m, stick.r_in_N_s_per_m
+        self.k_hand, self.r_out, self.z_ss = stick.k_hand_N_per_m, stick.r_out_N_s_per_m, stick.z_ss_m
+        self.pushes_only = stick.release == "unilateral"
+        if set(scene.effects) - {"pulse"}:
+            raise ValueError(f"this baseline knows no effect but the pulse, not {', '.join(scene.effects)}")
+        pulse = scene.effects.get("pulse", Pulse(dv_m_per_s=0.0, trigger="exit"))
+        assert pulse.overlap == "add"
+        self.tau, self.kick, self.trigger = (
+            pulse.tau_s,
+            pulse.sign * pulse.dv_m_per_s / pulse.tau_s,
+            pulse.trigger,
+        )
+        self.rtol, self.atol = rtol, atol
+        self.stretches: list[Stretch] = []
+        self._fired = False
+
+    def push(self, z: float, v: float) -> float:
+        """Force of the head, N; the hand's R_out of equation (1) is still there inside."""
+        return -self.k_coll * z - (self.r_in - self.r_out) * v
+
+    def fire(self, state: State, when: str) -> State:
+        """Add a pulse if it fires now."""
+        self._fired = self.trigger == when
+        return state._replace(p=state.p + self.kick) if self._fired else state
+
+    def go(self, state: State, in_contact: bool, *ends: int) -> tuple[State, int]:
+        """On to the first of these ends; which one it was."""
+        m, k, r, rest = self.m, self.k_hand, self.r_out, self.k_hand * self.z_ss
+        if in_contact:
+            k, r = k + self.k_coll, self.r_in
+        start, p, tau = state.t, state.p, self.tau
+
+        def motion(t: float, y: npt.NDArray[np.float64]) -> tuple[float, float]:
+            z, v = y.tolist()
+            return v, (rest - k * z - r * v) / m + p * math.exp(-(t - start) / tau)
+
+        found: Any = _integrate.solve_ivp(
+            motion, (state.t, state.t + LONGEST_S), (state.z, state.v), method=METHOD, rtol=self.rtol, atol=self.atol,
+            events=[self._event(end) for end in ends],
+        )  # fmt: skip
+        if found.status != 1:
+            raise RuntimeError(f"nothing happened within {LONGEST_S} s from {state}")
+        t, (z, v) = float(found.t[-1]), found.y[:, -1].tolist()
+        which = ends[next(i for i, times in enumerate(found.t_events) if len(times))]
+        self.stretches.append(Stretch(self._fired, in_contact, which, t - start))
+        self._fired = False
+        return State(t, z, v, p * math.exp(-(t - start) / tau)), which
+
+    def _event(self, end: int) -> Event:
+        if end in (ENTRY, RELEASE):
+            return _terminal(lambda t, y: y[0], -1 if end == ENTRY else 1)
+        if end == TURN:
+            return _terminal(lambda t, y: y[1], 1)
+        return _terminal(lambda t, y: self.push(y[0], y[1]), -1 if end == LOOSEN else 1)
+
+
+def _terminal(event: Event, direction: int) -> Event:
+    event.terminal, event.direction = True, direction  # pyright: ignore[reportFunctionMemberAccess]
+    return event
+
+
+def _through_the_head(case: Case, state: State) -> State:
+    if case.trigger == "turn":
+        state = case.fire(case.go(state, True, TURN)[0], "turn")
+    if not case.pushes_only:
+        return case.go(state, True, RELEASE)[0]
+    end = RESUME
+    while end != RELEASE:
+        in_contact = end == RESUME
+        state, end = case.go(state, in_contact, LOOSEN if in_contact else RESUME, RELEASE)
+    return state
+
+
+def play(scene: Scene, count: int, v0: float = 0.4, rtol: float = RTOL, atol: float = ATOL) -> Played:
+    """The first `count` contacts of a stick thrown upward from z = 0 at v0 m/s. RuntimeError when one does not come."""
+    case = Case(scene, rtol, atol)
+    state = State(0.0, 0.0, v0, 0.0)
+    rows: list[tuple[float, ...]] = []
+    while len(rows) < count:
+        entry, _ = case.go(state, False, ENTRY)
+        state = _through_the_head(case, case.fire(entry._replace(z=0.0), "entry"))
+        out = case.fire(state._replace(z=0.0), "exit")
+        rows.append((entry.t, entry.v, state.t, state.v, out.v + out.p * case.tau))
+        state = out
+    return Played(np.array(rows), case.stretches)

@@ -1,0 +1,26 @@
+"""Results of `drumstick accuracy`: the file that a run leaves, and the one that comes with the package."""
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+from rig.fault import lacking
+
+FILE = "accuracy.json"
+SHIPPED = Path(__file__).parent / "shipped.json"
+
+
+def keep(found: dict[str, Any], out: Path) -> None:
+    """Write the result into the folder, whole or not at all. Raises Stop."""
+    beside = out / f".{FILE}.{os.getpid()}"
+    try:
+        beside.write_text(json.dumps(found, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        beside.replace(out / FILE)
+    except OSError as error:
+        lacking(f"{out}: cannot be written: {error.strerror}")
+
+
+def shipped() -> dict[str, Any]:
+    """A full run on a named machine, measured by whoever made this version; docs/accuracy-and-time.md shows it."""
+    return json.loads(SHIPPED.read_text(encoding="utf-8"))

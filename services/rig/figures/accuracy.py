@@ -1,0 +1,293 @@
+"""The six figures of `drumstick accuracy`: each an error, or what is gained, over what it costs on this machine."""
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from rig.figures.style import (
+    BLUE,
+    DPI,
+    GREEN,
+    GREY,
+    HEIGHT_IN,
+    INK,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    WIDTH_IN,
+    legend_below,
+    save,
+    sheet,
+    styled,
+)
+
+Row = dict[str, Any]
+_LEAST = 1e-16  # errors below rounding are drawn there
+_LEAST_CENTS = 1e-2
+_METHODS = {
+    "semi_implicit_euler": (VERMILION, "o", "semi-implicit Euler"),
+    "verlet": (ORANGE, "s", "velocity Verlet"),
+    "implicit_midpoint": (GREEN, "^", "implicit midpoint"),
+    "rk4": (BLUE, "D", "Runge–Kutta 4"),
+    "solve_ivp": (PURPLE, "v", "scipy, DOP853"),
+}
+_SCHEMES = {
+    "limit": (BLUE, "o", "triangular, at its limit"),
+    "fourth": (GREEN, "^", "triangular, fourth order"),
+    "lossless": (ORANGE, "s", "triangular, τ = 2"),
+    "rectilinear": (VERMILION, "D", "rectilinear"),
+}
+
+
+def _drawn(rows: Iterable[Row], x: str, y: str) -> tuple[list[float], list[float]]:
+    there = sorted((row[x], abs(row[y])) for row in rows if row[x] is not None and row[y] is not None)
+    return [at for at, _ in there], [value for _, value in there]
+
+
+def _log(axes: Axes) -> None:
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.grid(visible=True, which="major", color=GREY, alpha=0.25, linewidth=0.6)
+
+
+@styled
+def stick(found: Row) -> Figure:
+    """Error of the first ten contacts over the time that a second of the stick takes."""
+    figure, axes = sheet(
+        "The stick: a time step buys accuracy by the decade, the exact motion has it all",
+        "CPU time for one second of the stick, µs",
+        "largest relative error of the first ten contacts",
+        height_in=HEIGHT_IN + 0.7,
+    )
+    _log(axes)
+    for method, (colour, marker, words) in _METHODS.items():
+        for locates, line, face in ((True, "-", colour), (False, ":", "white")):
+            rows = [row for row in found["rows"] if row["method"] == method and row["locates"] == locates]
+            ns, error = _drawn(rows, "ns_per_s", "error_contacts")
+            if ns:
+                axes.plot(
+                    [1e-3 * each for each in ns], [max(each, _LEAST) for each in error], line,
+                    color=colour, marker=marker, markersize=4.5, markerfacecolor=face, label=words if locates else None,
+                )  # fmt: skip
+    axes.plot(
+        [], [], ":", color=INK, marker="o", markersize=4.5, markerfacecolor="white", label="events unseen"
+    )
+    exact = next(row for row in found["rows"] if row["method"] == "exact")
+    axes.axvline(
+        1e-3 * exact["ns_per_s"], color=INK, linewidth=1.2, linestyle="--", label="exact: rounding only"
+    )
+    legend_below(figure, 3)
+    return figure
+
+
+@styled
+def servo(found: Row) -> Figure:
+    """Energy that the rendering adds over the servo's rate, led by its lag and not, for a softer and a harder head."""
+    own = [row for row in found["rows"] if row["filter"] == found["rows"][0]["filter"]]
+    stiffnesses = sorted({row["k_coll"] for row in own})
+    shown = sorted({stiffnesses[len(stiffnesses) // 2], stiffnesses[-1]})
+    figure = Figure(figsize=(WIDTH_IN, HEIGHT_IN + 0.4), dpi=DPI, layout="constrained")
+    panes: Any = figure.subplots(1, len(shown), sharey=True, squeeze=False)
+    for at, k_coll in enumerate(shown):
+        axes: Axes = panes[0][at]
+        axes.set_title(f"K_coll {k_coll:g} N/m")
+        _log(axes)
+        rates: dict[float, float] = {}
+        for predictor, colour, words in (("off", VERMILION, "as measured"), ("lead", BLUE, "led by its lag")):
+            for delay, line in ((0, "-"), (1, "--"), (2, ":")):
+                rows = sorted(
+                    (
+                        row for row in own
+                        if (row["k_coll"], row["predictor"], row["delay_ticks"]) == (k_coll, predictor, delay)
+                    ),
+                    key=lambda row: row["rate_Hz"],
+                )  # fmt: skip
+                rates |= {row["rate_Hz"]: 100.0 * row["share_of_core"] for row in rows if not delay}
+                label = f"{words}, {delay} ticks late" if at == 0 and rows else None
+                x, y = [row["rate_Hz"] for row in rows], [row["energy"] for row in rows]
+                axes.plot(x, [abs(each) for each in y], line, color=colour, linewidth=1.4, label=label)
+                for adds, face in ((True, colour), (False, "white")):
+                    dots = [(at, abs(each)) for at, each in zip(x, y, strict=True) if (each > 0.0) == adds]
+                    axes.plot(
+                        [at for at, _ in dots], [each for _, each in dots], "o",
+                        color=colour, markerfacecolor=face, markersize=4.5,
+                    )  # fmt: skip
+        axes.set_xticks(
+            list(rates), [f"{rate:g} Hz\n{share:.2g} %" for rate, share in rates.items()], fontsize=8
+        )
+        axes.set_xticks([], minor=True)
+        axes.set_xlabel("rate of the force loop, and its share of a core")
+    panes[0][0].set_ylabel("energy that a contact adds, of that before it")
+    panes[0][0].plot([], [], "o", color=INK, markerfacecolor="white", markersize=4.5, label="takes energy")
+    figure.suptitle(
+        "The servo: what sampling adds, a higher rate or leading the position takes away",
+        x=0.01, ha="left", fontsize=10.5,
+    )  # fmt: skip
+    legend_below(figure, 3)
+    return figure
+
+
+def _over_cost(axes: Axes, rows: list[Row], y: str, least: float) -> None:
+    for scheme, (colour, marker, words) in _SCHEMES.items():
+        own = [row for row in rows if row["scheme"] == scheme and row["precision"] == "float32"]
+        ns, value = _drawn([row for row in own if row["rim"] != "none"], "ns_per_sample", y)
+        if ns:
+            axes.plot(
+                ns,
+                [max(each, least) for each in value],
+                color=colour,
+                marker=marker,
+                markersize=5,
+                label=words,
+            )
+        ns, value = _drawn([row for row in own if row["rim"] == "none"], "ns_per_sample", y)
+        if ns and y != "rms_cents":  # relative to a lowest mode that is itself far off: it would flatter
+            axes.plot(
+                ns,
+                value,
+                ":",
+                color=colour,
+                marker=marker,
+                markersize=4,
+                markerfacecolor="white",
+                label=f"{words}, plain rim",
+            )
+
+
+@styled
+def pitch(found: Row) -> Figure:
+    """Error of the first twenty modes over the time of a sample: schemes, a bank of modes, other programs."""
+    figure, axes = sheet(
+        "The drum’s pitch: what a sample costs, and how true its modes are",
+        "CPU time of one sample at the device, ns",
+        "rms error of the first twenty modes, cents",
+        height_in=HEIGHT_IN + 0.6,
+    )
+    _log(axes)
+    _over_cost(axes, found["rows"], "rms_cents", _LEAST_CENTS)
+    for row in found["rows"]:
+        if row["renderer"] == "mesh" or row["rms_cents"] is None or row["ns_per_sample"] is None:
+            continue
+        is_modal = row["renderer"] == "modal"
+        cents = max(row["rms_cents"], _LEAST_CENTS)
+        axes.plot(
+            row["ns_per_sample"],
+            cents,
+            "*" if is_modal else "X",
+            color=PURPLE if is_modal else INK,
+            markersize=9,
+        )
+        words = (
+            f"{row['junctions']} modes"
+            if is_modal
+            else row["renderer"] + ("" if row["measured"] else ", stored")
+        )
+        axes.annotate(
+            words, (row["ns_per_sample"], cents), xytext=(7, 4), textcoords="offset points", fontsize=8
+        )
+    legend_below(figure, 3)
+    return figure
+
+
+@styled
+def bandwidth(found: Row) -> Figure:
+    """Up to where dispersion stays below 10 cents, over the time of a sample."""
+    figure, axes = sheet(
+        "The drum’s brightness: how far up a mesh is in tune",
+        "CPU time of one sample at the device, ns",
+        "dispersion below 10 cents up to, Hz",
+        height_in=HEIGHT_IN + 0.4,
+    )
+    _log(axes)
+    _over_cost(axes, [row for row in found["rows"] if row["renderer"] == "mesh"], "bandwidth_Hz", 1.0)
+    legend_below(figure, 3)
+    return figure
+
+
+@styled
+def excitation(found: Row) -> Figure:
+    """Error of the sound against the contact law's own blow: by one message, and streamed at each rate."""
+    figure, axes = sheet(
+        "The blow: told at once by one message, or sample by sample and later",
+        "error of the sound against the exact blow, dB; further left is truer",
+        "",
+    )
+    axes.grid(visible=True, axis="x", color=GREY, alpha=0.25, linewidth=0.6)
+    rows = list(reversed(found["rows"]))
+    for key, colour, face, words in (
+        ("magnitude_error_dB", INK, "white", "magnitudes alone, whatever the delay"),
+        ("sound_error_dB_half", SKY, SKY, "below half of the force loop’s rate"),
+        ("sound_error_dB_quarter", BLUE, BLUE, "below a quarter of it"),
+    ):
+        there = [(row[key], at) for at, row in enumerate(rows) if row.get(key) is not None]
+        axes.plot(
+            [value for value, _ in there], [at for _, at in there], "o",
+            color=colour, markerfacecolor=face, markersize=7, label=words,
+        )  # fmt: skip
+    axes.set_yticks(range(len(rows)), [_blow_words(row) for row in rows])
+    axes.set_ylim(-0.6, len(rows) - 0.4)
+    legend_below(figure, 1)
+    return figure
+
+
+def _blow_words(row: Row) -> str:
+    name = row["kind"] if row["rate_Hz"] is None else f"{row['kind']}, {row['rate_Hz']:g} Hz"
+    return f"{name}\n{row['latency_ms']:.1f} ms, {row['bytes_per_strike']:.0f} bytes"
+
+
+def _bars(axes: Axes, rows: list[Row], key: str, unit: str, words: Callable[[Row], str]) -> None:
+    rows = sorted((row for row in rows if row["effect"] not in ("all", "none")), key=lambda row: row[key])
+    axes.barh([row["effect"] for row in rows], [row[key] for row in rows], color=BLUE, height=0.6)
+    most = max((row[key] for row in rows), default=1.0)
+    for at, row in enumerate(rows):
+        axes.text(max(row[key], 0.0) + 0.01 * most, at, " " + words(row), va="center", fontsize=8)
+    axes.set_xlim(right=1.6 * most)
+    axes.set_xlabel(unit)
+
+
+@styled
+def effects(found: Row) -> Figure:
+    """What each effect adds to a sample and to a tick, and what leaving it out changes."""
+    figure = Figure(figsize=(WIDTH_IN, HEIGHT_IN + 1.6), dpi=DPI, layout="constrained")
+    both: Any = figure.subplots(2, 1, height_ratios=(len(found["sample"]) + 1, len(found["tick"]) + 1))
+
+    def of_sample(row: Row) -> str:
+        heard = "" if row["changes_dB"] is None else f", {row['changes_dB']:.0f} dB of the sound"
+        return f"{row['added_ns']:+.0f} ns{heard}"
+
+    def of_tick(row: Row) -> str:
+        if row["rate_Hz"] is None:
+            return f"{row['added_ns']:+.0f} ns"
+        without = row["rate_without_Hz"]
+        beside = "no roll without" if without is None else f"{without:.1f} Hz without"
+        return f"{row['added_ns']:+.0f} ns; a roll of {row['rate_Hz']:.1f} Hz, {beside}"
+
+    both[0].set_title("The drum’s effects: what each adds, and what of the sound goes without it")
+    _bars(both[0], found["sample"], "added_ns", "ns a sample at the device", of_sample)
+    both[1].set_title("The stick’s effects: what each adds, and the roll with and without it")
+    _bars(both[1], found["tick"], "added_ns", "ns a tick of the force loop", of_tick)
+    return figure
+
+
+FIGURES: tuple[tuple[str, str, Callable[[Row], Figure]], ...] = (
+    ("accuracy-stick", "stick", stick),
+    ("accuracy-servo", "servo", servo),
+    ("accuracy-pitch", "mesh", pitch),
+    ("accuracy-bandwidth", "mesh", bandwidth),
+    ("accuracy-excitation", "excitation", excitation),
+    ("accuracy-effects", "effects", effects),
+)
+
+
+def write(found: Row, out: Path) -> list[str]:
+    """Draw what the result has, as PNG; returns the names. Raises OSError."""
+    written: list[str] = []
+    for name, part, draw in FIGURES:
+        if found.get(part):
+            save(draw(found[part]), out / f"{name}.png")
+            written.append(f"{name}.png")
+    return written

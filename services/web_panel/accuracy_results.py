@@ -1,0 +1,66 @@
+"""What `drumstick accuracy` found: the result that comes with the package, and this machine's own. Reads files."""
+
+import json
+import math
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from web_panel.plots.joined import Pair
+
+_MOST_BYTES = 20_000_000
+# Of the mesh's rows: what a scene can have. Rows of the stick have none of these keys.
+_PLAYED = {"measured": True, "renderer": "mesh", "rim": "weights", "precision": "float32"}
+_DRAWN = {
+    "pitch": ("mesh", "ns_per_sample", "rms_cents"),
+    "stick": ("stick", "ns_per_s", "error_contacts"),
+}
+
+
+class Files(NamedTuple):
+    """Where the two results lie; None: nowhere."""
+
+    shipped: Path | None = None
+    own: Path | None = None
+
+
+NO_FILES = Files()
+
+
+class Result(NamedTuple):
+    """Which machine and when, in words; cost (ns) and error of the mesh's pitch (cents) and of the stick (relative)."""
+
+    words: str
+    pitch: Pair
+    stick: Pair
+
+
+def read(path: Path | None) -> Result | None:
+    """The result; None where there is none, or a file that is no such result."""
+    if path is None:
+        return None
+    try:
+        if path.stat().st_size > _MOST_BYTES:
+            return None
+        found = json.loads(path.read_text(encoding="utf-8"))
+        machine = found["machine"]
+        words = f"{machine['processor']}, {machine['date']}" + (", quick" if machine["quick"] else "")
+        pairs = {name: _pair(found, *where) for name, where in _DRAWN.items()}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError, OverflowError):
+        return None
+    return Result(words[:200], **pairs)
+
+
+def _pair(found: Any, part: str, cost: str, error: str) -> Pair:
+    # What was measured here, by rising cost; on logarithmic scales only what is more than nothing.
+    points: list[tuple[float, float]] = []
+    for row in found[part]["rows"]:
+        x, y = row[cost], row[error]
+        is_own = all(row.get(key, value) == value for key, value in _PLAYED.items())
+        if is_own and x is not None and y is not None:
+            at = float(x), abs(float(y))
+            if all(math.isfinite(value) and value > 0.0 for value in at):
+                points.append(at)
+    points.sort()
+    return np.array([x for x, _ in points]), np.array([y for _, y in points])

@@ -1,0 +1,31 @@
+"""What a set of values would do to the roll, and whether the envelope would take them. Pure."""
+
+from collections.abc import Mapping
+
+from drumstick import envelope
+from drumstick.analysis.lap import scratch_of
+from drumstick.analysis.settling import settle
+from drumstick.analysis.unpulsed import NEVER_REPEATING
+from drumstick.law import law_of
+from drumstick.parameters import Refusal, table_of, with_changes
+from drumstick.scene import Scene
+from web_panel.computing.questions import Foreseen
+
+
+def foresee(scene: Scene, values: Mapping[str, float], limits: Mapping[str, float]) -> Foreseen:
+    """`values` by wire names, SI; `limits` as envelope.Limits has them, or empty: those of the scene's guard."""
+    try:
+        law = with_changes(law_of(scene), table_of(scene), values)
+    except Refusal as refusal:
+        return Foreseen(refusal=str(refusal))
+    why = ""
+    try:
+        envelope.require(law, envelope.Limits(**limits) if limits else envelope.Limits.of(scene.guard))
+    except Refusal as refusal:
+        why = str(refusal)
+    if any(name in scene.effects for name in NEVER_REPEATING):
+        return Foreseen("endless", refusal=why)
+    end, cycle = settle(law, scratch_of(scene), scene.hand.throw_m_per_s)
+    if cycle is None:
+        return Foreseen(end, refusal=why)
+    return Foreseen(end, cycle.v_e_m_per_s, cycle.rate_Hz, cycle.multiplier, cycle.period, why)

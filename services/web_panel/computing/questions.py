@@ -1,0 +1,73 @@
+"""What the panel asks the process that computes, and what that answers: one JSON object a line, `type` says which."""
+
+from typing import Any, Literal
+
+import msgspec
+
+
+class Foresee(msgspec.Struct, frozen=True, tag="foresee"):
+    """A scene as tables, the values that would hold (wire names, SI), and what device and scene allow; {}: the scene's
+    own guard. Answered by Foreseen."""
+
+    scene: dict[str, Any]
+    values: dict[str, float]
+    limits: dict[str, float]
+
+
+class FindTheory(msgspec.Struct, frozen=True, tag="theory"):
+    """A scene as tables, and what the servo uses (wire names, SI). Answered by Theory."""
+
+    scene: dict[str, Any]
+    values: dict[str, float]
+
+
+class TimeTicks(msgspec.Struct, frozen=True, tag="ticks"):
+    """A scene as tables. Answered by Ticks."""
+
+    scene: dict[str, Any]
+
+
+class Foreseen(msgspec.Struct, frozen=True, tag="foreseen"):
+    """What a stick thrown with these values ends in, by the exact motion. `refusal` is not empty when the envelope
+    would not accept them. v_lc is the speed after the strongest contact of the cycle; the dominant multiplier says how
+    a small departure grows (above 1) or dies away.
+    """
+
+    end: Literal["cycle", "captured", "left", "unsettled", "endless", ""] = ""
+    v_lc_m_per_s: float | None = None
+    rate_Hz: float | None = None  # noqa: N815
+    multiplier: float | None = None
+    period: int = 0
+    refusal: str = ""
+
+
+Curve = tuple[list[float], list[float]]
+_NO_CURVE: Curve = ([], [])
+
+
+class Theory(msgspec.Struct, frozen=True, tag="theory"):
+    """rising, falling: z (mm) and v (m/s) of the fastest stable cycle; mapped: v_E and the next v_E (m/s); stable: the
+    fixed points, twice. Each empty where there is none, as with effects whose motion never repeats.
+    """
+
+    rising: Curve = _NO_CURVE
+    falling: Curve = _NO_CURVE
+    mapped: Curve = _NO_CURVE
+    stable: Curve = _NO_CURVE
+
+
+class Ticks(msgspec.Struct, frozen=True, tag="ticks"):
+    """ns a tick on this machine: with all effects ("all"), without each, without any ("none")."""
+
+    ns: dict[str, float]
+    rate_Hz: float  # noqa: N815
+
+
+class Trouble(msgspec.Struct, frozen=True, tag="trouble"):
+    """There is no answer; `why`, in words."""
+
+    why: str
+
+
+Question = Foresee | FindTheory | TimeTicks
+Answer = Foreseen | Theory | Ticks | Trouble

@@ -1,0 +1,60 @@
+"""What theory says of the roll that is played: its cycle in the phase plane, its return map. Pure; blocks for a second.
+
+Everything is of the exact motion, with the values that the servo uses now.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+
+from drumstick.analysis import lap
+from drumstick.analysis.fixed_points import fixed_points
+from drumstick.analysis.lap import scratch_of
+from drumstick.analysis.return_map import OF_V_E, ReturnMap
+from drumstick.analysis.unpulsed import NEVER_REPEATING
+from drumstick.law import Records, law_of
+from drumstick.parameters import Z_H0, table_of, with_changes
+from drumstick.scene import Scene
+from drumstick.trajectory import onward
+from web_panel.computing.questions import Curve, Theory
+
+Numbers = npt.NDArray[np.float64]
+
+_POINTS, _SPEEDS = 240, 80
+_WIDEST = 1.6  # of the fastest stable cycle
+
+
+def live_law(scene: Scene, values: Mapping[str, float]) -> Records:
+    """The scene's law with the servo's own values, shape (1,). Raises Refusal. z_h0 is another view of z_ss."""
+    table = table_of(scene)
+    return with_changes(law_of(scene), table, {k: v for k, v in values.items() if k != Z_H0 and k in table})
+
+
+def _in_order(z_mm: Numbers, v: Numbers) -> Curve:
+    # By rising height: on the way up, and on the way down, the height changes one way only.
+    order = np.argsort(z_mm, kind="stable")
+    return z_mm[order].tolist(), v[order].tolist()
+
+
+def theory_of(scene: Scene, values: Mapping[str, float]) -> Theory:
+    """Of the scene with these values, by wire names, in SI. Raises Refusal."""
+    if any(name in scene.effects for name in NEVER_REPEATING):
+        return Theory()
+    law, scratch = live_law(scene, values), scratch_of(scene)
+    stable = [cycle for cycle in fixed_points(law, scratch) if cycle.stable]
+    single = [cycle.v_e_m_per_s for cycle in stable if cycle.period == 1]
+    rising: Curve = ([], [])
+    falling: Curve = ([], [])
+    if stable:
+        cycle = stable[-1]
+        lap.place(law[0], scratch[1:], scratch[:1], cycle.states[-1])
+        path = onward(law, scratch[:1], cycle.period / cycle.rate_Hz, _POINTS)
+        z_mm, up = 1e3 * path.z_m, path.v_m_per_s >= 0.0
+        rising = _in_order(z_mm[up], path.v_m_per_s[up])
+        falling = _in_order(z_mm[~up], path.v_m_per_s[~up])
+    fastest = stable[-1].v_e_m_per_s if stable else scene.hand.throw_m_per_s
+    one = ReturnMap(law, scratch, 1, lap.PATIENCE)
+    speeds = np.linspace(0.0, _WIDEST * fastest, _SPEEDS)[1:]
+    mapped = [(float(v), float(one.told[0, lap.V_E])) for v in speeds if one.at(float(v), OF_V_E)]
+    return Theory(rising, falling, ([v for v, _ in mapped], [after for _, after in mapped]), (single, single))

@@ -1,0 +1,17 @@
+"""How many messages a page may send. Pure."""
+
+_PER_S = 250.0  # a page moves a slider 20 times a second, and its camera 60 times
+_AT_ONCE = 1000.0
+
+
+class Pace:
+    """Of one connection: 250 messages a second, and as many more at once as it has saved up, 1000 at most."""
+
+    def __init__(self, now_s: float) -> None:
+        self._left, self._at_s = _AT_ONCE, now_s
+
+    def allows(self, now_s: float) -> bool:
+        """One more message."""
+        self._left = min(_AT_ONCE, self._left + _PER_S * (now_s - self._at_s)) - 1.0
+        self._at_s = now_s
+        return self._left >= 0.0

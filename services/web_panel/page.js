@@ -1,0 +1,85 @@
+// What viser leaves out for keyboards and screen readers: names of sliders and fields, folders that open by key. Runs
+// once, for the whole page. PANIC is also sent by viser's way of keys: a button's click waits behind other controls'
+// messages for up to 50 ms, and is lost when one of them follows within that time.
+((style) => {
+  if (document.body.dataset.drumstick) return;
+  document.body.dataset.drumstick = "ready";
+  const put = (part, name, value) => {
+    if (value && part.getAttribute(name) !== value) part.setAttribute(name, value);
+  };
+  const spoken = (slider, control) => {
+    const at = Number(slider.getAttribute("aria-valuenow"));
+    const value = control.dataset.scale === "log" ? Number((10 ** at).toPrecision(3)) : at;
+    return `${value} ${control.dataset.unit}`.trim();
+  };
+  const nameSliders = () => {
+    let control = null;
+    for (const part of document.querySelectorAll("[data-param], [role=slider]")) {
+      if (part.dataset.param) control = part;
+      else if (control) {
+        put(part, "aria-label", control.dataset.label);
+        put(part, "aria-description", control.dataset.hint);
+        put(part, "aria-valuetext", spoken(part, control));
+      }
+    }
+  };
+  const nameFields = () => {
+    for (const label of document.querySelectorAll("label[for]")) {
+      const field = label.closest("[class*=Flex-root]")?.querySelector("input[type=text], input:not([type])");
+      if (field && !field.closest("[class*=NumberInput]")) put(field, "aria-label", label.textContent);
+    }
+  };
+  const openByKey = (event) => {
+    if (event.key !== "Enter" && event.key !== " ") return;
+    event.preventDefault();
+    event.currentTarget.click();
+  };
+  const nameFolders = () => {
+    for (const icon of document.querySelectorAll(".tabler-icon-chevron-down, .tabler-icon-chevron-up")) {
+      const head = icon.parentElement;
+      if (!head.className.includes("Paper-root")) continue;
+      if (!head.hasAttribute("tabindex")) head.addEventListener("keydown", openByKey);
+      put(head, "tabindex", "0");
+      put(head, "role", "button");
+      put(head, "aria-expanded", String(icon.classList.contains("tabler-icon-chevron-up")));
+    }
+  };
+  const nameIcons = () => {
+    const names = { "list-search": "Commands and their keys", adjustments: "Connection" };
+    for (const [icon, name] of Object.entries(names)) {
+      const button = document.querySelector(`button:has(.tabler-icon-${icon})`);
+      if (button) put(button, "aria-label", name);
+    }
+  };
+  const nameAll = () => {
+    nameSliders();
+    nameFields();
+    nameFolders();
+    nameIcons();
+  };
+  let waits = false;
+  const soon = () => {
+    if (waits) return;
+    waits = true;
+    setTimeout(() => {
+      waits = false;
+      nameAll();
+    }, 50);
+  };
+  new MutationObserver(soon).observe(document.body, {
+    subtree: true,
+    childList: true,
+    attributes: true,
+    attributeFilter: ["aria-valuenow"],
+  });
+  document.addEventListener(
+    "click",
+    (event) => {
+      if (!event.target.closest?.("div:has(> .dr-panic) + div button")) return;
+      const key = { key: "Escape", code: "Escape", bubbles: true };
+      document.documentElement.dispatchEvent(new KeyboardEvent("keydown", key));
+    },
+    true,
+  );
+  nameAll();
+})(this)

@@ -1,0 +1,55 @@
+"""The spectrum of what the drum sounds, with the frequencies of an ideal membrane's modes marked."""
+
+import numpy as np
+import viser
+import viser.uplot
+
+from protocol.messages import Spectrum
+from web_panel.history import History
+from web_panel.mirror import Mirror
+from web_panel.plots.joined import joined
+from web_panel.plots.look import AMBER, BLUE, FAINT, GREY, LEGEND, axis, dots, line
+from web_panel.sounding import FLOOR_dB, TOP_dB, levels_of, marks
+from web_panel.watching import SPECTRUM
+
+_PERIOD_S = 0.2
+
+
+class SpectrumView:
+    """Four times a second, from the sound server's own output of this drum. Main thread."""
+
+    needs = frozenset({SPECTRUM})
+
+    def __init__(self, gui: viser.GuiApi, order: float) -> None:
+        self._drawn: Spectrum | None = None
+        self._drawn_at = float("-inf")
+        self._plot = gui.add_uplot(
+            (np.array([0.0, 1000.0]), *(np.full(2, FLOOR_dB) for _ in range(3))),
+            (
+                viser.uplot.Series(label="Hz"),
+                line("ideal membrane’s modes", "dB", FAINT, 1.5),
+                line("heard", "dB", BLUE, 1.5),
+                dots("f01", "dB", AMBER, 9.0),
+            ),
+            scales={"x": viser.uplot.Scale(time=False), "dB": viser.uplot.Scale(range=(FLOOR_dB, TOP_dB))},
+            axes=(axis("x", 2, GREY, "frequency, Hz"), axis("dB", 3, GREY, "level, dB of full scale")),
+            legend=LEGEND,
+            height=320,
+            padding=(8, 16, 0, 0),
+            order=order,
+        )  # fmt: skip
+
+    def show(self, mirror: Mirror, history: History, now: float) -> None:
+        """Redraw when something new was heard."""
+        heard, scene = mirror.spectrum, mirror.scene
+        if heard is None or heard is self._drawn or scene is None or now - self._drawn_at < _PERIOD_S:
+            return
+        self._drawn, self._drawn_at = heard, now
+        f_Hz, levels = levels_of(heard)
+        f01_Hz = scene.drum.f01_Hz
+        own = np.array([f01_Hz]), np.interp([f01_Hz], f_Hz, levels)
+        self._plot.data = joined((marks(f01_Hz, heard.top_Hz), (f_Hz, levels)), (own,))
+
+    def remove(self) -> None:
+        """Take it off the page."""
+        self._plot.remove()

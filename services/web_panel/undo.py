@@ -1,0 +1,66 @@
+"""What was changed, step by step, and the way back. Pure; the main thread's.
+
+A drag is accepted many times a second and is one step: a change of the same value that follows within a second belongs
+to the step before it.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+MOST_STEPS = 100
+_SAME_GESTURE_S = 1.0
+
+
+@dataclass
+class Step:
+    """Values before and after one change, SI units, by wire name: the same names in both."""
+
+    before: dict[str, float]
+    after: dict[str, float]
+
+
+@dataclass
+class History:
+    """Steps that were accepted, the newest last, and those taken back since. Times are seconds of one clock."""
+
+    back: list[Step] = field(default_factory=list[Step])
+    forth: list[Step] = field(default_factory=list[Step])
+    _noted_at: float = float("-inf")
+
+    def note(self, before: Mapping[str, float], after: Mapping[str, float], now: float) -> None:
+        """A change was accepted; one that changes nothing is none."""
+        names = [name for name in after if name in before]
+        last = self.back[-1] if self.back else None
+        goes_on = (
+            len(names) == 1
+            and last is not None
+            and last.after.keys() == set(names)
+            and now - self._noted_at < _SAME_GESTURE_S
+        )
+        self._noted_at = now
+        if last is not None and goes_on:
+            last.after = {name: after[name] for name in names}
+            if last.after == last.before:
+                self.back.pop()
+            return
+        if any(before[name] != after[name] for name in names):
+            step = Step({name: before[name] for name in names}, {name: after[name] for name in names})
+            self.back = [*self.back[-MOST_STEPS + 1 :], step]
+            self.forth.clear()
+
+    def undone(self, values: Mapping[str, float]) -> None:
+        """These values, of the newest step back, were accepted: it can be done again now."""
+        if self.back and self.back[-1].before == values:
+            self.forth.append(self.back.pop())
+        self._noted_at = float("-inf")
+
+    def redone(self, values: Mapping[str, float]) -> None:
+        """These values, of the step undone last, were accepted."""
+        if self.forth and self.forth[-1].after == values:
+            self.back.append(self.forth.pop())
+        self._noted_at = float("-inf")
+
+    def clear(self) -> None:
+        """Another scene: its values are not these."""
+        self.back.clear()
+        self.forth.clear()

@@ -1,0 +1,102 @@
+"""Hard cases of the servo."""
+
+from stability.case import Case
+
+CASES = (
+    Case(
+        "head stiffer than the device",
+        "servo",
+        hard="3500 N/m on 75 g at 1 kHz with a tick of delay: the force lags by a tick and a half.",
+        naive="The plain law gives the arm back 1.3 times the speed of its blow, at every phase of the tick.",
+        ours="The envelope refuses the set, at the gateway and in the servo; the guard's energy account"
+        " holds back what"
+        " still comes through.",
+        bound="Naive: 1.3, as measured. Ours: 1.1, what the account's slack of 1 % and a tick of unseen"
+        " motion allow.",
+    ),
+    Case(
+        "late device",
+        "servo",
+        hard="Position comes at ticks, force is held until the next: a late spring is a negative damper,"
+        " R_in - K T/2.",
+        naive="Without prediction the rebound is that of the smaller damping, at least a twentieth too fast.",
+        ours="Position is led by T/2 and the device's delay: the rebound is the design's.",
+        bound="2 % of the closed form, the mean of 16 phases of the tick.",
+    ),
+    Case(
+        "speed from encoder counts",
+        "servo",
+        hard="A count of 0.03 mm in a tick is 30 mm/s, and noise flips the count.",
+        naive="The difference of two positions buzzes with 0.05 N and more on a stick that lies still;"
+        " filtered until it is"
+        " calm, it is late by a large part of the contact.",
+        ours="A window as long as a straight line explains the counts: calm at rest, short in a blow.",
+        bound="Calmer by 4 (7 was measured); 12 % of the blow's speed, of which half a tick's lag is 10 %.",
+    ),
+    Case(
+        "NaN from the device",
+        "servo",
+        hard="NaN is neither below nor above anything.",
+        naive="Limits in reject form let it pass, the head has no force any more and no fault; a filter"
+        " never recovers.",
+        ours="Inputs are tested in accept form: zero force and a latched fault on the same tick; armed"
+        " again, it plays on.",
+        bound="No numbers: force 0.0, the fault's code.",
+    ),
+    Case(
+        "stall",
+        "servo",
+        hard="The machine stands still for 1 to 30 ms in mid-contact, and the hand goes on.",
+        naive="Over the usual period the way of a stall is a speed of metres per second: a kick beyond the"
+        " motor's limit.",
+        ours="The span is measured; beyond 5 ms no force until the stick was above the head, beyond 20 ms a"
+        " fault.",
+        bound="The device's force, the slew of 20 N a tick, and what spring and true speed ask for.",
+    ),
+    Case(
+        "parameter jump in contact",
+        "servo",
+        hard="A change of K_coll by dK in the head adds dK z^2/2 to the stick.",
+        naive="Three times the stiffness at the deepest point: out at the root of three times the speed.",
+        ours="What shapes the contact is latched above the head only; an arm's energy account counts the"
+        " rest.",
+        bound="Naive: 1.6 times, below the root of 3 by the hand's part. Ours: the same bytes as without"
+        " the change.",
+    ),
+    Case(
+        "negative damping behind a clamp",
+        "servo",
+        hard="R_in = -5 N s/m with a limit of 8 N: every single force is allowed.",
+        naive="A clamp alone: the arm hammers for ever, a twentieth of the time at the limit, ever higher.",
+        ours="The envelope judges the whole set: refused in words.",
+        bound="A simulation of ten seconds; half of what it was measured to do.",
+    ),
+    Case(
+        "pulse sampled at ticks",
+        "servo",
+        hard="tau = 4 ms against ticks of 0.25 to 2 ms.",
+        naive="The pulse's value at each tick, held, gives up to 27 % too much speed, by another share at"
+        " another rate.",
+        ours="The held force is the pulse's mean over the tick: m dv at any rate.",
+        bound="Naive: T/(2 tau), its first order. Ours: 1e-6, what is left of the pulse after 0.1 s.",
+    ),
+    Case(
+        "month of ticks",
+        "servo",
+        hard="2.6e9 ticks; clocks and counters beyond 2^31, 2^32, 2^53.",
+        naive="Milliseconds in 32 bits wrap after 24.9 days, float32 seconds stand still after hours, a sum"
+        " of periods drifts.",
+        ours="int64 nanoseconds and counts; the stick does not know how late it is: the same bytes as on"
+        " the first day.",
+        bound="To the last bit, and strikes within 2 ns of the cycle in 40 digits: written in whole ns, one"
+        " to spare.",
+    ),
+    Case(
+        "set of another thread",
+        "servo",
+        hard="A set of parameters arrives from another process while a tick reads it.",
+        naive="Copied in place it is half old and half new for as long as the writer is held up.",
+        ours="A triple buffer: the writer writes where nobody reads, and an exchange shows it whole.",
+        bound="No numbers: none torn, of ten million; and one that is stopped half way.",
+    ),
+)

@@ -1,0 +1,216 @@
+"""The drum's energy: constant without losses, never growing with any effect, under every blow at full scale."""
+
+import dataclasses
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from drumstick.drum_effects import DRUM_EFFECTS, AirLoss, Cavity, InternalLoss, Muffle, Snare, Tension
+from drumstick.scene import Scene
+from membranes import energy
+from sound_server.build import new_engine
+from sound_server.calibrate import blow_at, build, full_scale
+from sound_server.engine import Engine
+from sound_server.events import StrikeRing
+from sound_server.membrane.scheme import Losses
+from sound_server.render import Blow, render, render_all
+from stability.catalogue import shows
+
+RATE = 48000
+SMALL = {"f01_Hz": 600.0}
+# Every effect that keeps energy, or takes it, and their meetings; each a type of engine, compiled once for the suite.
+DRUMS: dict[str, dict[str, object]] = {
+    "plain": {},
+    "tension": {"tension": Tension(300.0)},
+    "cavity": {"cavity": Cavity(depth_m=0.1, f01_Hz=700.0, t60_s=60.0)},
+    "snare": {"cavity": Cavity(depth_m=0.1, f01_Hz=700.0, t60_s=2.0), "snare": Snare(press=0.05)},
+    "muffle": {"muffle": Muffle(((0.5, 0.2, 0.3),), 0.01)},
+}
+
+
+def scene_of(effects: dict[str, object], t60_s: float = math.inf, **drum: float) -> Scene:
+    scene = Scene("drum")
+    changed = dataclasses.replace(scene.drum, effects=effects, t60_s=t60_s, **{**SMALL, **drum})
+    return dataclasses.replace(scene, drum=changed)
+
+
+def struck(scene: Scene, blows: list[tuple[float, float, float]]) -> Engine:
+    """A drum after these blows (x, y, share of full scale), when their forces have ended."""
+    ring = StrikeRing()
+    engine = build(scene, RATE, ring)
+    blow = full_scale(scene)
+    for x, y, share in blows:
+        ring.push(0, x, y, share * blow.peak_N, blow.contact_s)
+    out = np.zeros((round((blow.contact_s + 0.001) * RATE), 2), np.float32)
+    render_all(engine, out, 128, 0)
+    return engine
+
+
+def play(engine: Engine, samples: int) -> None:
+    render_all(engine, np.zeros((samples, 2), np.float32), 128, 0)
+
+
+@shows("hundred million steps", "ours")
+@pytest.mark.parametrize(
+    ("effects", "accuracy", "topology"),
+    [
+        ("plain", "standard", "triangular"),
+        ("plain", "fine", "triangular"),
+        ("plain", "standard", "rectilinear"),
+        ("tension", "standard", "triangular"),
+    ],
+)
+def test_without_losses_energy_stays(effects: str, accuracy: str, topology: str) -> None:
+    """A million samples. What is left is float32's rounding."""
+    scene = scene_of(DRUMS[effects])
+    scene = dataclasses.replace(
+        scene, mesh=dataclasses.replace(scene.mesh, accuracy=accuracy, topology=topology)
+    )
+    engine = struck(scene, [(0.3, 0.2, 1.0)])
+    first = energy(engine)
+    for _ in range(10):
+        play(engine, 100_000)
+        assert energy(engine) == pytest.approx(first, rel=5e-4)
+    assert not engine.head.planes[:, engine.head.weights == 0.0].any()
+
+
+@shows("hundred million steps", "ours")
+@pytest.mark.slow
+def test_ten_million_samples_of_the_shipped_drum() -> None:
+    engine = struck(scene_of({}, f01_Hz=150.0), [(0.3, 0.2, 1.0)])
+    first = energy(engine)
+    for _ in range(10):
+        play(engine, 1_000_000)
+    assert energy(engine) == pytest.approx(first, rel=1e-3)
+
+
+@shows("air between the heads", "ours")
+def test_two_heads_share_their_energy_and_keep_it() -> None:
+    """The second head's own losses are 60 s; within 0.02 s they take 0.5 % at most."""
+    engine = struck(scene_of(DRUMS["cavity"]), [(0.0, 0.0, 1.0)])
+    assert engine.cavity is not None
+    first, moved = energy(engine), 0.0
+    for _ in range(100):
+        play(engine, 10)
+        assert energy(engine) == pytest.approx(first, rel=5e-3)
+        moved = max(moved, float(np.abs(engine.cavity.head.planes).max()))
+    assert moved > 0.01 * float(np.abs(engine.head.planes).max())
+
+
+@shows("effects that meet", "ours")
+@pytest.mark.parametrize("name", ["plain", "tension", "cavity", "snare", "muffle"])
+def test_energy_never_grows(name: str) -> None:
+    """With losses of its own or its effects', from step to step; rounding is all that may add.
+
+    Every pair of effects, in every scheme: tests/stability/effects/test_every_pair.py.
+    """
+    engine = struck(scene_of(DRUMS[name], t60_s=0.5), [(0.3, 0.2, 1.0), (-0.4, 0.1, 0.5)])
+    last = first = energy(engine)
+    for _ in range(300):
+        play(engine, int(engine.control["divisor"][0]))
+        now = energy(engine)
+        assert now <= last + 1e-6 * first
+        last = now
+    assert last < 0.999 * first
+
+
+EFFECTS = st.fixed_dictionaries(
+    {},
+    optional={
+        "air_loss": st.builds(AirLoss, st.floats(0.02, 60.0)),
+        "internal_loss": st.builds(InternalLoss, st.floats(0.001, 0.4), st.floats(2100.0, 20000.0)),
+        "muffle": st.builds(Muffle, st.just(((0.4, 0.1, 0.4), (0.9, 0.0, 0.3))), st.floats(0.001, 10.0)),
+        "tension": st.builds(Tension, st.floats(0.0, 1200.0)),
+        "snare": st.builds(
+            Snare,
+            st.integers(1, 40),
+            st.floats(20.0, 2000.0),
+            st.floats(0.005, 10.0),
+            st.floats(0.001, 1.0),
+        ),
+        "cavity": st.builds(
+            Cavity,
+            st.floats(0.02, 2.0),
+            st.floats(0.05, 2.0),
+            st.floats(150.0, 2000.0),
+            st.floats(0.02, 60.0),
+        ),
+    },
+)
+
+
+@shows("effects that meet", "ours")
+@settings(max_examples=25, suppress_health_check=[HealthCheck.too_slow], deadline=None)
+@given(EFFECTS, st.floats(150.0, 2000.0), st.floats(0.5, 60.0), st.floats(0.1, 30.0))
+def test_any_effects_together_decay(
+    effects: dict[str, object], f01_Hz: float, t60_s: float, share: float
+) -> None:
+    """Any values of the tables, up to thirty times full scale: what is in the drum only becomes less."""
+    full = {name: effects.get(name) or DRUM_EFFECTS[name]() for name in DRUM_EFFECTS}
+    full["internal_loss"] = effects.get("internal_loss", InternalLoss(0.4, 2100.0))
+    scene = scene_of(full, t60_s=t60_s, f01_Hz=f01_Hz)
+    ring = StrikeRing()
+    engine = new_engine(scene, RATE, ring)
+    assert engine.tension is not None
+    assert engine.snare is not None
+    engine.tension.state["half"] = 1.0
+    engine.snare.state["eta_0"] = 0.01
+    blow = full_scale(scene)
+    ring.push(0, 0.3, -0.2, share * blow.peak_N, blow.contact_s)
+    play(engine, round((blow.contact_s + 0.001) * RATE))
+    # Of everything together: the first head's own share goes to and fro between it and the others.
+    held = [energy(engine)]
+    for _ in range(6):
+        play(engine, 1000)
+        held.append(energy(engine))
+    assert np.isfinite(held).all()
+    assert all(after <= max(before, 1e-30) * 1.001 for before, after in itertools.pairwise(held)), held
+
+
+@shows("strong internal loss")
+@pytest.mark.parametrize("naive", [False, True])
+@pytest.mark.parametrize("air_t60_s", [0.02, 0.06, 0.3])
+def test_strong_losses_leave_less_room_for_quick_modes(
+    naive: bool, air_t60_s: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """q may go to 2 (1 + rho)/(1 + eta (1 + rho)). The limit that holds for rho = 1 alone lets the quickest grow."""
+    if naive:
+        monkeypatch.setattr(Losses, "most", property(lambda losses: 4.0 / (1.0 + 2.0 * losses.eta)))
+    effects: dict[str, object] = {"internal_loss": InternalLoss(0.4, 2100.0), "air_loss": AirLoss(air_t60_s)}
+    engine = struck(scene_of(effects, t60_s=1.0, f01_Hz=150.0), [(0.3, -0.2, 1.0)])
+    heights: list[float] = []
+    for _ in range(2):
+        play(engine, 8000)
+        heights.append(float(np.sum(engine.head.planes.astype(float) ** 2)))
+    assert (heights[1] < heights[0]) == (not naive)
+
+
+def test_a_pitch_glide_is_as_far_as_the_scene_says() -> None:
+    """The mean pull over the first period raises the pitch by the cents asked for; at rest nothing is left of it."""
+    for cents in (20.0, 120.0):
+        scene = scene_of({"tension": Tension(cents)}, t60_s=0.3, f01_Hz=200.0)
+        engine = struck(scene, [(0.5, 0.0, 1.0)])
+        assert engine.tension is not None
+        tau, pulls = float(engine.control["tau"][0]), list[float]()
+        for _ in range(round(RATE / 200.0 / float(engine.control["divisor"][0]))):
+            play(engine, int(engine.control["divisor"][0]))
+            pulls.append(float(engine.tension.state["pull"][0]))
+        assert 600.0 * math.log2(1.0 + np.mean(pulls) / tau) == pytest.approx(cents, rel=0.2)
+        play(engine, RATE)
+        assert abs(float(engine.tension.state["pull"][0])) < 1e-6 * tau
+
+
+@shows("blow of a million newtons", "ours")
+@pytest.mark.parametrize("f01_Hz", [20.0, 150.0, 2000.0])
+def test_blows_in_any_place_at_any_speed_never_exceed_full_scale(f01_Hz: float) -> None:
+    scene = scene_of({}, t60_s=60.0, f01_Hz=f01_Hz)
+    places = np.random.default_rng(2).uniform(-1.5, 1.5, (40, 2))
+    strikes = [blow_at(scene, 20.0, float(x), float(y), 0.005 * i) for i, (x, y) in enumerate(places)]
+    clicks = [Blow(0.004 * i, 0.3, 0.1, 1e4, 0.0) for i in range(40)]
+    sound = render(scene, [*strikes, *clicks], 0.4, RATE)
+    assert np.isfinite(sound).all()
+    assert 0.5 < np.abs(sound).max() <= 1.0

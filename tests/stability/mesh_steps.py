@@ -1,0 +1,74 @@
+"""A drum stepped by itself: the shipped step in a compiled loop, without interpolator, limiter and clock."""
+
+import dataclasses
+import math
+
+import numpy as np
+
+from drumstick.scene import Scene
+from realtime.float_mode import flush_denormals, restore
+from realtime.jit import Record, njit
+from realtime.lent import lend
+from sound_server.build import new_engine
+from sound_server.engine import Engine
+from sound_server.events import StrikeRing
+from sound_server.step import step
+
+RATE = 48_000
+
+
+@njit()
+def _taken(engine: Engine, steps: int, flushes: bool) -> float:
+    lent, top, mode = lend(engine), 0.0, 0
+    if flushes:
+        mode = flush_denormals()
+    for _ in range(steps):
+        left, right = step(lent)
+        top = max(top, abs(left), abs(right))
+    if flushes:
+        restore(mode)
+    return top
+
+
+def take(engine: Engine, steps: int, flushes: bool = True) -> float:
+    """So many steps, in the audio float mode if it `flushes`; the largest thing that the pickups have heard."""
+    return _taken(engine, steps, flushes)
+
+
+def drum_of(
+    effects: dict[str, object],
+    t60_s: float = math.inf,
+    f01_Hz: float = 600.0,
+    mesh: dict[str, object] | None = None,
+    **drum: object,
+) -> Scene:
+    """A drum, small if nothing else is asked, without losses of its own unless `t60_s` is given."""
+    scene = Scene("drum")
+    changed = dataclasses.replace(scene.drum, effects=effects, t60_s=t60_s, f01_Hz=f01_Hz, **drum)
+    return dataclasses.replace(scene, drum=changed, mesh=dataclasses.replace(scene.mesh, **(mesh or {})))
+
+
+def engine_of(scene: Scene) -> Engine:
+    """Its engine at rest and awake; a glide that is half its most at a stretch of 1, wires that lie on."""
+    engine = new_engine(scene, RATE, StrikeRing())
+    engine.control["asleep"] = 0
+    if engine.tension is not None:
+        engine.tension.state["half"] = 1.0
+    if engine.snare is not None:
+        engine.snare.state["eta_0"] = 0.01
+    return engine
+
+
+def strike(
+    engine: Engine, peak_N: float, x: float = 0.3, y: float = 0.2, steps: float = 6.0, age: float = 0.0
+) -> None:
+    """A blow from the next step on, as long as so many steps, of which `age` are over."""
+    pulse: Record = engine.pulses[int(engine.control["begun"][0]) % len(engine.pulses)]
+    pulse["x"], pulse["y"], pulse["age"], pulse["duration"], pulse["peak"] = x, y, age, steps, peak_N
+    engine.control["begun"] += 1
+    engine.control["asleep"] = 0
+
+
+def height(engine: Engine) -> float:
+    """The largest displacement of the first head."""
+    return float(np.abs(engine.head.planes).max())

@@ -1,0 +1,288 @@
+"""The page in a real browser tunes a rig of real processes."""
+
+import re
+import subprocess
+import time
+from collections.abc import Iterator
+
+import pytest
+import zenoh
+from browser import NARROW, chromium, note, part, readback, slider, visitor
+from playwright.sync_api import Browser, Page, expect
+from rig_process import DRUMSTICK, Listener, Rig, ask, running, wait_for
+
+from haptic_server import files
+from protocol.messages import Lease, Meter, Readback, State, Strike, decode
+from rig.folder import run_folder
+
+pytestmark = [pytest.mark.system, pytest.mark.needs("chromium")]
+PATIENCE_MS = 30_000.0
+
+
+@pytest.fixture(scope="module")
+def rig() -> Iterator[Rig]:
+    with running("up", "--scene", "roll") as started:
+        wait_for("the panel's address", lambda: address(started))
+        yield started
+
+
+def address(rig: Rig) -> str | None:
+    found = re.search(r"http://127\.0\.0\.1:\d+/\?token=\S+", rig.said)
+    return found[0] if found else None
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with chromium() as started:
+        yield started
+
+
+def visit(browser: Browser, rig: Rig) -> Page:
+    opened = visitor(browser, NARROW).new_page()
+    opened.set_default_timeout(PATIENCE_MS)
+    opened.goto(address(rig) or "")
+    expect(readback(opened, "dv_pls")).to_contain_text("m/s", timeout=PATIENCE_MS)
+    return opened
+
+
+@pytest.fixture(scope="module")
+def page(browser: Browser, rig: Rig) -> Iterator[Page]:
+    opened = visit(browser, rig)
+    yield opened
+    opened.context.close()
+
+
+@pytest.fixture(scope="module")
+def other(browser: Browser, rig: Rig) -> Iterator[Page]:
+    opened = visit(browser, rig)
+    yield opened
+    opened.context.close()
+
+
+@pytest.fixture
+def start(session: zenoh.Session, rig: Rig) -> None:
+    """The values that a test begins with."""
+    ask(session, rig.keys.set_many, {"dv_pls": 0.2, "k_coll": 5000.0})
+    wait_for("the start", lambda: value_of(session, rig, "dv_pls") == 0.2)
+
+
+def value_of(session: zenoh.Session, rig: Rig, name: str) -> float:
+    return decode(ask(session, rig.keys.param(name)), Readback).value
+
+
+def see(page: Page, name: str, text: str) -> None:
+    expect(readback(page, name)).to_have_text(text, timeout=PATIENCE_MS)
+
+
+@pytest.mark.usefixtures("start")
+def test_a_slider_changes_the_force_and_both_browsers_show_it(
+    page: Page, other: Page, rig: Rig, session: zenoh.Session
+) -> None:
+    strikes = Listener(session, rig.keys.strike, Strike)
+    wait_for("strikes", lambda: len(strikes.got) > 5)
+    before = strikes.got[-1].peak_estimate_N
+    thumb = slider(page, "k_coll")
+    thumb.focus()
+    thumb.press("End")
+    wait_for("the servo to use it", lambda: value_of(session, rig, "k_coll") == 50_000.0)
+    for each in (page, other):
+        see(each, "k_coll", "50000N/m")
+    # The peak grows as the root of the stiffness, and the roll grows faster besides.
+    wait_for("a harder stroke", lambda: strikes.got[-1].peak_estimate_N > 2.0 * before)
+    slider(other, "k_coll").focus()
+    slider(other, "k_coll").press("ArrowLeft")
+    lower = wait_for("the other browser's value", lambda: (v := value_of(session, rig, "k_coll")) < 5e4 and v)
+    see(page, "k_coll", f"{lower:.0f}N/m")
+
+
+@pytest.mark.usefixtures("start")
+def test_a_newcomer_gets_a_faster_roll_with_what_the_page_says(browser: Browser, rig: Rig) -> None:
+    """From the printed address, by names and numbers that are on the page: its first slider, some steps to the left."""
+    page = visit(browser, rig)
+    shown = part(page, "roll-rate")
+
+    def rate() -> float:
+        found = re.search(r"\d+\.\d+", shown.inner_text())
+        return float(found[0]) if found else 0.0
+
+    wait_for("the roll on the page", lambda: 22.0 < rate() < 24.0)
+    first = page.get_by_role("slider").first
+    first.focus()
+    for _ in range(12):
+        first.press("ArrowLeft")
+    wait_for("a faster roll on the page", lambda: rate() > 26.0)
+    page.context.close()
+
+
+@pytest.mark.timeout(240)
+@pytest.mark.usefixtures("start")
+def test_what_is_computed_is_what_is_then_played(page: Page, rig: Rig, session: zenoh.Session) -> None:
+    thumb = slider(page, "dv_pls")
+    see(page, "dv_pls", "0.2m/s")
+    thumb.focus()
+    for _ in range(20):
+        thumb.press("ArrowRight")
+    see(page, "dv_pls", "0.3m/s")
+    told = part(page, "prediction")
+    expect(told).to_contain_text(
+        "These values, computed", timeout=90_000.0
+    )  # kernels may have to compile first
+    expect(told).to_contain_text("stable")
+    rate, speed = (float(words) for words in told.locator("b").all_inner_texts())
+    states = Listener(session, rig.keys.state, State)
+    wait_for(
+        "the roll to settle there",
+        lambda: (
+            states.got
+            and abs(states.got[-1].roll_rate_Hz - rate) < 0.3
+            and abs(states.got[-1].v_e_m_per_s - speed) < 0.02
+        ),
+    )
+
+
+@pytest.mark.usefixtures("start")
+def test_undo_and_a_and_b_set_the_servo(page: Page, rig: Rig, session: zenoh.Session) -> None:
+    see(page, "dv_pls", "0.2m/s")
+    page.get_by_role("button", name="Store in A", exact=True).click()
+    # What B holds depends on whether this test had to begin again.
+    expect(part(page, "sets")).to_contain_text("A is on, as it was stored", timeout=PATIENCE_MS)
+    slider(page, "dv_pls").focus()
+    page.keyboard.press("End")
+    see(page, "dv_pls", "1m/s")
+    expect(part(page, "sets")).to_contain_text("A is on, changed since: Δv_pls")
+    page.get_by_role("button", name="Store in B", exact=True).click()
+    expect(part(page, "sets")).to_contain_text("A and B differ in Δv_pls", timeout=PATIENCE_MS)
+    page.get_by_role("button", name="A", exact=True).click()
+    see(page, "dv_pls", "0.2m/s")
+    page.keyboard.press("Control+b")
+    see(page, "dv_pls", "1m/s")
+    expect(part(page, "sets")).to_contain_text("B is on, as it was stored")
+    page.keyboard.press("Control+z")  # the switch
+    see(page, "dv_pls", "0.2m/s")
+    page.keyboard.press("Control+Shift+z")
+    see(page, "dv_pls", "1m/s")
+    assert value_of(session, rig, "dv_pls") == 1.0
+    for text in ("0.2m/s", "1m/s", "0.2m/s"):
+        page.get_by_role("button", name="Undo").click()
+        see(page, "dv_pls", text)
+
+
+@pytest.mark.usefixtures("start")
+def test_a_page_closed_in_mid_drag_leaves_what_was_accepted_last(
+    browser: Browser, page: Page, rig: Rig, session: zenoh.Session
+) -> None:
+    leaving = visit(browser, rig)
+    see(leaving, "dv_pls", "0.2m/s")
+    box = slider(leaving, "dv_pls").bounding_box()
+    assert box is not None
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    leaving.mouse.move(x, y)
+    leaving.mouse.down()
+    leaving.mouse.move(x + 100, y, steps=20)
+    wait_for("the drag to be heard", lambda: value_of(session, rig, "dv_pls") > 0.25)
+    leaving.context.close()  # nobody lets go of the thumb
+    time.sleep(1.0)  # what was under way has come to an end
+    left = value_of(session, rig, "dv_pls")
+    assert 0.25 < left <= 1.0
+    see(page, "dv_pls", f"{left:g}m/s")
+    expect(slider(page, "dv_pls")).to_have_attribute("aria-valuenow", f"{left:g}")
+    assert value_of(session, rig, "dv_pls") == left
+    slider(page, "dv_pls").press("ArrowRight")
+    wait_for("the slider to live on", lambda: value_of(session, rig, "dv_pls") > left)
+
+
+@pytest.mark.usefixtures("start")
+def test_whoever_tunes_alone_is_the_only_one_until_the_page_closes(
+    browser: Browser, page: Page, rig: Rig, session: zenoh.Session
+) -> None:
+    alone = visit(browser, rig)
+    alone.get_by_role("button", name="Tune alone", exact=True).click()
+    alone.get_by_role("textbox", name="Your name").fill("Ada")
+    alone.get_by_role("button", name="Take the tuning").click()
+    expect(part(page, "lease")).to_contain_text("Ada tunes alone", timeout=PATIENCE_MS)
+    time.sleep(6.0)  # longer than a lease lasts that is not renewed
+    slider(page, "dv_pls").focus()
+    page.keyboard.press("End")
+    expect(note(page, "dv_pls")).to_contain_text("Refused, 1 m/s: Ada is tuning", timeout=PATIENCE_MS)
+    see(page, "dv_pls", "0.2m/s")
+    slider(alone, "dv_pls").focus()
+    alone.keyboard.press("End")
+    see(alone, "dv_pls", "1m/s")
+    alone.get_by_role("button", name="Undo").click()
+    see(page, "dv_pls", "0.2m/s")
+    alone.context.close()
+    wait_for("the lease to be given back", lambda: decode(ask(session, rig.keys.lease), Lease).name == "")
+    expect(part(page, "lease")).to_have_count(0, timeout=PATIENCE_MS)
+    page.keyboard.press("End")
+    see(page, "dv_pls", "1m/s")
+
+
+def test_what_the_envelope_refuses_is_foreseen_and_explained(page: Page, rig: Rig) -> None:
+    page.get_by_role("button", name="More", exact=True).click()
+    page.get_by_role("button", name="dv_pls", exact=True).click()
+    page.get_by_role("textbox", name="Value").fill("9")
+    page.get_by_role("button", name="Set this value").click()
+    refused = re.compile(r"Refused, 9 m/s: .* the limit is [\d.]+ (N|m/s): lower dv_pls")
+    expect(note(page, "dv_pls")).to_have_text(refused, timeout=PATIENCE_MS)
+    expect(part(page, "prediction")).to_contain_text("The envelope would refuse this", timeout=PATIENCE_MS)
+    expect(part(page, "prediction")).to_contain_text("These values, computed", timeout=PATIENCE_MS)
+
+
+@pytest.mark.usefixtures("start")
+def test_another_scene_and_back_with_its_own_values(page: Page, rig: Rig, session: zenoh.Session) -> None:
+    states = Listener(session, rig.keys.state, State)
+    meters = Listener(session, rig.keys.meter, Meter)
+    ask(session, rig.keys.set_one("dv_pls"), 0.35)
+    see(page, "dv_pls", "0.35m/s")
+    page.get_by_role("button", name="Scene", exact=True).click()
+
+    def play(name: str) -> int:
+        before = states.got[-1].boot
+        page.get_by_role("button", name=name, exact=True).click()
+        expect(part(page, "scene-answer")).to_contain_text(f"{name}: chosen", timeout=PATIENCE_MS)
+        page.get_by_role("button", name="Play this scene").click()
+        expect(part(page, "scene")).to_have_text(f"Scene: {name}", timeout=PATIENCE_MS)
+        wait_for("another start of the servo", lambda: states.got[-1].boot != before)
+        return states.got[-1].boot
+
+    boot = play("tom")
+    assert rig.process.poll() is None
+    see(page, "k_coll", "5000N/m")
+    ask(session, rig.keys.set_one("k_coll"), 7000.0)
+    see(page, "k_coll", "7000N/m")
+    assert play("roll") != boot
+    see(page, "dv_pls", "0.35m/s")
+    expect(part(page, "notice")).to_contain_text("Playing", timeout=PATIENCE_MS)
+    heard = meters.got[-1].played
+    wait_for("the drum to sound again", lambda: meters.got[-1].played > heard)
+    play("tom")
+    see(page, "k_coll", "7000N/m")
+    play("roll")
+    assert set(rig.children()) >= {"haptic_server.servo", "haptic_server.gateway"}
+    assert "restarting" not in rig.said
+
+
+def test_panic_from_the_page_stops_the_force(page: Page, rig: Rig, session: zenoh.Session) -> None:
+    states = Listener(session, rig.keys.state, State)
+    wait_for("a playing stick", lambda: states.got and states.got[-1].status == "playing")
+    page.keyboard.press("Escape")
+    wait_for("the panic", lambda: states.got[-1].status == "panic")
+    expect(part(page, "notice")).to_contain_text("Panic: zero force", timeout=PATIENCE_MS)
+    first = states.got[-1]
+    wait_for("a second of it", lambda: states.got[-1].t_ns - first.t_ns > 1_000_000_000)
+    after = [state for state in states.got if state.t_ns >= first.t_ns]
+    assert {(state.status, state.force_N) for state in after} == {("panic", 0.0)}
+    subprocess.run([*DRUMSTICK, "arm", "--rig", rig.name], check=True, timeout=60)
+    expect(part(page, "notice")).to_contain_text("Playing", timeout=PATIENCE_MS)
+    page.get_by_role("button", name="PANIC").click()
+    wait_for("the panic", lambda: states.got[-1].status == "panic")
+    boot = states.got[-1].boot
+    page.get_by_role("button", name="tom", exact=True).click()
+    page.get_by_role("button", name="Play this scene").click()
+    expect(part(page, "scene-answer")).to_contain_text("drumstick arm", timeout=PATIENCE_MS)
+    # Whoever gets past the gateway: what is latched stays latched, in the same scene.
+    (run_folder(rig.name) / files.WANTED).write_text("tom")
+    wait_for("the same scene, started anew", lambda: states.got[-1].boot != boot)
+    wait_for("the panic", lambda: states.got[-1].status == "panic")
+    assert "the scene stays" in rig.said
+    assert states.got[-1].force_N == 0.0

@@ -1,0 +1,84 @@
+"""What excites the drum: the truth is the contact law's, a stream keeps its impulse, more ticks are truer."""
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from drumstick.law import law_of
+from rig.accuracy import blows, excitation, wire_cost
+
+KEYS = {
+    "kind", "rate_Hz", "force_error_dB", "sound_error_dB_quarter", "sound_error_dB_half", "latency_ms",
+    "bytes_per_strike", "ns_per_strike", "ratio", "magnitude_error_dB",
+}  # fmt: skip
+
+
+@pytest.fixture
+def found(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    """Two rates, one place between ticks, one round."""
+    monkeypatch.setattr(excitation, "RATES_HZ", (500.0, 4000.0))
+    monkeypatch.setattr(excitation, "_QUICK_PLACES", 1)
+    monkeypatch.setattr(excitation, "_QUICK_ROUNDS", 1)
+    result: dict[str, Any] = {}
+    for job in excitation.jobs(True, result):
+        job.run()
+    return result
+
+
+def test_rows_are_complete_and_json(found: dict[str, Any]) -> None:
+    assert json.loads(json.dumps(found, allow_nan=False)) == found
+    assert all(set(row) == KEYS for row in found["rows"])
+    strike, slow, quick = found["rows"]
+    assert [row["kind"] for row in found["rows"]] == ["analytic", "streamed", "streamed"]
+    assert strike["rate_Hz"] is None
+    assert strike["bytes_per_strike"] < slow["bytes_per_strike"] < quick["bytes_per_strike"]
+    assert strike["latency_ms"] == pytest.approx(0.5 + 64 / 48.0)
+    assert slow["latency_ms"] == quick["latency_ms"] == pytest.approx(6.0 + 128 / 48.0, abs=1e-3)
+    assert quick["force_error_dB"] < slow["force_error_dB"] - 6.0
+    assert strike["magnitude_error_dB"] < strike["sound_error_dB_half"] - 10.0  # it is late, not dull
+    assert quick["sound_error_dB_quarter"] < slow["sound_error_dB_quarter"]
+
+
+def test_the_truth_is_the_blow_of_the_equation_of_motion() -> None:
+    """m z'' = -K z - R z', integrated by another program."""
+    law = law_of(blows.scene(False))[0]
+    m, k, r = (float(law[name]) for name in ("m", "k_coll", "r_in"))
+    t = np.linspace(0.0, blows.strike(0.0).contact_s, 20)
+    solved = solve_ivp(
+        lambda _, y: (y[1], (-k * y[0] - r * y[1]) / m),
+        (0.0, t[-1]),
+        (0.0, -1.0),
+        t_eval=t,
+        rtol=1e-10,
+        atol=1e-14,
+    )
+    assert blows.true_impulse()(t) == pytest.approx(m * (solved.y[1] + 1.0), abs=1e-9)
+
+
+@pytest.mark.parametrize("rate_Hz", [500.0, 1000.0, 4000.0])
+@pytest.mark.parametrize("place", [0.0, 0.3, 0.9])
+def test_every_way_keeps_its_impulse(rate_Hz: float, place: float) -> None:
+    forces = blows.forces_at(place, rate_Hz)
+    blow = blows.strike(0.0)
+    step_s = 3.0 / 48_000.0
+    whole = float(blows.true_impulse()(np.array([1.0]))[0])
+    assert forces.true.sum() * step_s == pytest.approx(whole, rel=1e-9)
+    assert forces.streamed.sum() * step_s == pytest.approx(whole, rel=1e-5)
+    assert forces.half_sine.sum() * step_s == pytest.approx(
+        2.0 / math.pi * blow.peak_N * blow.contact_s, rel=1e-9
+    )
+
+
+def test_a_finer_stream_is_the_truth() -> None:
+    """At 48 kHz what is left is the jump at the beginning of a damped contact."""
+    forces = blows.forces_at(0.5, 48_000.0)
+    assert np.linalg.norm(forces.streamed - forces.true) < 0.02 * np.linalg.norm(forces.true)
+
+
+def test_what_is_passed_on_is_played() -> None:
+    assert wire_cost.analytic()() > 0.0
+    assert wire_cost.streamed(1000.0)() > 0.0

@@ -1,0 +1,91 @@
+"""`drumstick accuracy`: what it stores, draws and says, of the shipped result; and a part of it run for real."""
+
+import copy
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+import worse
+from typer.testing import CliRunner
+
+from rig import folder
+from rig.accuracy import command, store
+from rig.accuracy.choices import choices
+from rig.accuracy.run import PARTS, run
+from rig.command import app
+from rig.figures.accuracy import FIGURES, write
+
+
+@pytest.fixture(scope="module")
+def shipped() -> dict[str, Any]:
+    return store.shipped()
+
+
+def test_the_shipped_result_is_a_full_one(shipped: dict[str, Any]) -> None:
+    assert list(shipped) == ["machine", *PARTS]
+    assert shipped["machine"]["quick"] is False
+    json.dumps(shipped, allow_nan=False)
+
+
+def test_every_part_has_its_figures_and_its_choices(shipped: dict[str, Any], tmp_path: Path) -> None:
+    written = write(shipped, tmp_path)
+    assert written == [f"{name}.png" for name, _, _ in FIGURES]
+    assert all((tmp_path / name).stat().st_size > 10_000 for name in written)
+    for part in PARTS:
+        alone = choices({"machine": shipped["machine"], part: shipped[part]})
+        assert alone
+        assert all(
+            words and "None" not in words and "nan" not in words for choice in alone for words in choice
+        )
+
+
+def test_a_part_run_for_real_is_json(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = run(True, ("servo",))
+    assert found["machine"]["quick"] is True
+    assert found["machine"]["seconds"] > 0.0
+    assert len(found["servo"]["rows"]) > 5
+    json.dumps(found, allow_nan=False)
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_the_command_keeps_the_result_where_the_panel_looks(
+    shipped: dict[str, Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, as_json: bool
+) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    monkeypatch.setattr(command, "run", lambda quick: {**shipped, "asked": quick})
+    told = CliRunner().invoke(app, ["accuracy", "--quick", *(["--json"] if as_json else [])])
+    assert told.exit_code == 0
+    kept = json.loads((folder.accuracy_folder() / store.FILE).read_text())
+    assert kept["asked"] is True
+    assert folder.accuracy_folder().is_relative_to(tmp_path)
+    if as_json:
+        assert json.loads(told.stdout) == kept
+    else:
+        assert "[drum.effects.cavity]" in told.stdout.replace("\n", "")
+        assert "accuracy-pitch.png" in told.stdout.replace("\n", "")
+
+
+def test_a_folder_that_cannot_be_is_said_before_the_work(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(command, "run", lambda quick: pytest.fail("minutes, for nothing"))
+    (tmp_path / "file").touch()
+    told = CliRunner().invoke(app, ["accuracy", "--out", str(tmp_path / "file")])
+    assert told.exit_code != 0
+
+
+def test_what_got_worse_is_found_and_only_that(shipped: dict[str, Any]) -> None:
+    assert worse.changes(shipped, shipped, 1.3) == ([], [])
+    slower = copy.deepcopy(shipped)
+    row = slower["mesh"]["rows"][3]
+    row["ratio"] *= 1.5
+    slower["stick"]["rows"][1]["error_contacts"] *= 1.5
+    slower["effects"]["sample"][0]["ratio"] /= 1.5
+    got_worse, got_better = worse.changes(slower, shipped, 1.3)
+    assert [(change.key, change.what.split()[0]) for change in got_worse] == [
+        ("error_contacts", "stick"),
+        ("cost over the yardstick", "mesh"),
+    ]
+    assert [change.what.split()[0] for change in got_better] == ["effects"]
+    assert worse.changes(slower, shipped, 1.6)[0] == got_worse[:1]

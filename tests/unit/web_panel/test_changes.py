@@ -1,0 +1,157 @@
+"""Undo, A and B as whole sets, against a haptic server made of a dictionary."""
+
+import time
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from drumstick.parameters import table_of
+from drumstick.scene import parse, shipped_text
+from protocol.messages import Readback
+from web_panel.answer import Answer
+from web_panel.changes import Changes
+from web_panel.mirror import Mirror
+from web_panel.steps_row import sets_words, step_words
+from web_panel.wishes import Wish
+
+SCENE = parse(shipped_text("roll"), "roll.toml")
+TABLE = table_of(SCENE)
+HOLDER, OTHER = 1, 2
+
+
+class Rig:
+    """Accepts what is not refused; and the panel's mirror of it."""
+
+    def __init__(self) -> None:
+        self.values = {"dv_pls": 0.2, "k_coll": 5000.0, "z_ss": -0.02, "z_h0": -0.0126}
+        self.revision = 0
+        self.refusal = ""
+        self.asked: list[Wish] = []
+        self.foreseen: list[dict[str, float]] = []
+        self.now = 0.0
+        self.mirror = Mirror()
+        self.mirror.note_scene(SCENE, TABLE)
+        for name, value in self.values.items():
+            self.mirror.note_readback(name, Readback(value=value, revision=0))
+        self.changes = Changes(self.set, self.load, self.lease_of, self.foreseen.append)
+        self.changes.start()
+        self.changes.take_answers(self.mirror, self.now)
+
+    def lease_of(self, client: int | None) -> str:
+        return "secret" if client == HOLDER else ""
+
+    def set(self, wish: Wish) -> Answer:
+        self.asked.append(wish)
+        if self.refusal:
+            return Answer(reason=self.refusal, refused=True)
+        self.values |= wish.values
+        self.revision += 1
+        return Answer({n: Readback(value=v, revision=self.revision) for n, v in wish.values.items()})
+
+    def load(self, name: str, lease: str) -> Answer:
+        return self.set(Wish({"dv_pls": 0.9}, lease, "preset"))
+
+    def until(self, true: Callable[[], object]) -> None:
+        """Take answers, each round five seconds later, until this is so."""
+        end = time.monotonic() + 10.0
+        while not true():
+            assert time.monotonic() < end
+            time.sleep(0.002)
+            self.now += 5.0
+            self.changes.take_answers(self.mirror, self.now)
+
+    def change(self, name: str, value: float) -> None:
+        self.changes.want_one(name, value, OTHER)
+        self.until(lambda: self.mirror.readbacks[name].value == value)
+
+
+@pytest.fixture
+def rig() -> Iterator[Rig]:
+    made = Rig()
+    yield made
+    made.changes.close()
+
+
+def test_changes_are_undone_one_by_one_and_done_again(rig: Rig) -> None:
+    rig.change("dv_pls", 0.3)
+    rig.change("k_coll", 6000.0)
+    rig.changes.undo(OTHER)
+    rig.until(lambda: len(rig.changes.history.back) == 1)
+    assert (rig.values["dv_pls"], rig.values["k_coll"]) == (0.3, 5000.0)
+    step = rig.changes.history.back[-1]
+    assert step_words(step, step.before, TABLE) == "Δv_pls 0.3 → 0.2 m/s"
+    rig.changes.undo(OTHER)
+    rig.until(lambda: not rig.changes.history.back)
+    assert rig.values["dv_pls"] == 0.2
+    rig.changes.undo(OTHER)  # nothing left: nothing is asked
+    rig.changes.redo(OTHER)
+    rig.until(lambda: rig.changes.history.back)
+    assert (rig.values["dv_pls"], rig.values["k_coll"]) == (0.3, 5000.0)
+    assert len(rig.asked) == 5
+
+
+def test_an_undo_that_is_refused_stays_to_be_undone_and_says_why(rig: Rig) -> None:
+    rig.change("dv_pls", 0.3)
+    rig.refusal = "Ada is tuning"
+    rig.changes.undo(OTHER)
+    rig.until(lambda: rig.changes.words)
+    assert (rig.changes.words, rig.changes.alarm) == ("Refused: Ada is tuning", True)
+    assert len(rig.changes.history.back) == 1
+    rig.refusal = ""
+    rig.changes.undo(OTHER)
+    rig.until(lambda: not rig.changes.history.back)
+    assert rig.changes.words == ""
+
+
+def test_a_and_b_are_switched_as_one_set_and_undone_as_one(rig: Rig) -> None:
+    def told() -> str:
+        return sets_words(rig.changes, rig.mirror.standing(), TABLE)
+
+    assert told().startswith("A and B are empty")
+    rig.changes.switch("A", OTHER)  # empty: nothing is asked
+    rig.changes.store("A")
+    assert told() == "A is on, as it was stored. B is empty."
+    rig.change("dv_pls", 0.3)
+    assert told() == "A is on, changed since: Δv_pls. B is empty."
+    rig.change("k_coll", 6000.0)
+    rig.changes.store("B")
+    assert told() == "B is on, as it was stored. A and B differ in Δv_pls, K_coll."
+    rig.changes.switch_over(OTHER)
+    rig.until(lambda: rig.changes.compare.on == "A")
+    assert rig.asked[-1].values == {"dv_pls": 0.2, "k_coll": 5000.0, "z_ss": -0.02}
+    assert told().startswith("A is on, as it was stored.")
+    rig.changes.undo(OTHER)
+    rig.until(lambda: rig.values["k_coll"] == 6000.0)
+    assert rig.values["dv_pls"] == 0.3
+
+
+def test_a_loaded_preset_is_a_step(rig: Rig) -> None:
+    assert rig.changes.load("loud", HOLDER).taken
+    assert rig.asked[-1].lease == "secret"
+    rig.until(lambda: rig.changes.history.back)
+    rig.changes.undo(OTHER)
+    rig.until(lambda: rig.values["dv_pls"] == 0.2)
+
+
+def test_only_the_holders_wishes_carry_the_lease(rig: Rig) -> None:
+    for client, value in ((HOLDER, 0.3), (OTHER, 0.4), (None, 0.5)):
+        rig.changes.want_one("dv_pls", value, client)
+        rig.until(lambda value=value: rig.mirror.readbacks["dv_pls"].value == value)
+    assert [wish.lease for wish in rig.asked] == ["secret", "", ""]
+
+
+def test_what_is_foreseen_is_the_whole_set_with_the_one_value(rig: Rig) -> None:
+    rig.changes.want_one("dv_pls", 0.3, OTHER)
+    rig.changes.want_one("z_h0", 0.1, OTHER)
+    assert rig.foreseen[0] == {"dv_pls": 0.3, "k_coll": 5000.0, "z_ss": -0.02}
+    assert rig.foreseen[1] == {"dv_pls": 0.2, "k_coll": 5000.0, "z_h0": 0.1}
+
+
+def test_another_scene_forgets_all_of_it(rig: Rig) -> None:
+    rig.change("dv_pls", 0.3)
+    rig.changes.store("A")
+    paper = parse(shipped_text("paper-roll"), "paper-roll.toml")
+    rig.mirror.note_scene(paper, table_of(paper))
+    rig.changes.take_answers(rig.mirror, rig.now)
+    assert not rig.changes.history.back
+    assert not rig.changes.compare.slots
