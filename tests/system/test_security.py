@@ -31,6 +31,8 @@ from protocol.session import client_config, open_client
 from rig.rig_file import load
 from web_panel.mirror import Mirror
 from web_panel.rig_link import RigLink
+from web_panel.watching import DOCTOR, RELEASES, STRIKES
+from web_panel.wishes import Wish
 
 pytestmark = pytest.mark.system
 
@@ -159,14 +161,16 @@ def test_the_panels_own_link_sets_and_sees_over_tls(stage: Stage, local: zenoh.S
 
         def is_complete() -> bool:
             link.poll(time.monotonic())
-            seen = mirror.scene is not None and mirror.state is not None and mirror.strike is not None
-            return seen and set(mirror.readbacks) == set(mirror.table)
+            link.watch(frozenset({STRIKES, RELEASES, DOCTOR}))
+            always = mirror.scene is not None and mirror.state is not None
+            watched = mirror.strike is not None and mirror.new_releases and mirror.doctor is not None
+            return bool(always and watched and set(mirror.readbacks) == set(mirror.table))
 
-        wait_for("scene, state, strikes and every value", is_complete)
-        answer = link.set_one("dv_pls", 0.22)
+        wait_for("scene, state, every value, and what is only heard while watched", is_complete)
+        answer = link.set(Wish({"dv_pls": 0.22}))
         assert answer.taken, answer
         assert decode(ask(local, stage.keys.param("dv_pls")), Readback).value == 0.22
-        refused = link.set_one("dv_pls", 99.0)
+        refused = link.set(Wish({"dv_pls": 99.0}))
         assert not refused.taken
         assert refused.reason
     finally:
