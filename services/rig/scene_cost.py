@@ -118,26 +118,38 @@ def _tiers(scene: Scene) -> dict[str, Scene]:
     return {accuracy: meshed(accuracy) for accuracy in ACCURACIES} | own
 
 
-def _sound(scene: Scene, step: Step) -> dict[str, Any]:
+def _tier(tried: Scene) -> dict[str, Any]:
     from sound_server import cost
+
+    runs = [cost.ringing(tried, _DEVICE_RATE_Hz, _FRAMES) for _ in range(_REPEATS)]
+    cpu_s = statistics.median(run.cpu_s for run in runs)
+    # The head's own pitch: alone, and for long enough to be measured.
+    alone = dataclasses.replace(tried.drum, t60_s=_LONG_T60_S, effects={})
+    return {
+        "ns_per_sample": cpu_s / _FRAMES * 1e9,
+        "share_of_core": cpu_s * _DEVICE_RATE_Hz / _FRAMES,
+        "junctions": runs[0].junctions,
+        "mesh_rate_Hz": round(runs[0].steps * _DEVICE_RATE_Hz / _FRAMES),
+        "f01_error_cents": cost.f01_error_cents(dataclasses.replace(tried, drum=alone), _DEVICE_RATE_Hz),
+    }
+
+
+def _sound(scene: Scene, step: Step) -> dict[str, Any]:
+    from sound_server.build import Unplayable
     from sound_server.fitting import fitted
 
     fit = fitted(scene, _DEVICE_RATE_Hz, again=True)
     rows: dict[str, Any] = {}
     for accuracy, tried in _tiers(scene).items():
         step(f"drum: {accuracy}")
-        runs = [cost.ringing(tried, _DEVICE_RATE_Hz, _FRAMES) for _ in range(_REPEATS)]
-        cpu_s = statistics.median(run.cpu_s for run in runs)
-        # The head's own pitch: alone, and for long enough to be measured.
-        alone = dataclasses.replace(scene.drum, t60_s=_LONG_T60_S, effects={})
-        longer = dataclasses.replace(tried, drum=alone)
-        rows[accuracy] = {
-            "ns_per_sample": cpu_s / _FRAMES * 1e9,
-            "share_of_core": cpu_s * _DEVICE_RATE_Hz / _FRAMES,
-            "junctions": runs[0].junctions,
-            "mesh_rate_Hz": round(runs[0].steps * _DEVICE_RATE_Hz / _FRAMES),
-            "f01_error_cents": cost.f01_error_cents(longer, _DEVICE_RATE_Hz),
-        }
+        try:
+            rows[accuracy] = _tier(tried)
+        except Unplayable as error:
+            if accuracy == scene.mesh.accuracy:
+                raise
+            rows[accuracy] = {
+                "unplayable": str(error)
+            }  # the scene plays; what else it could have had does not
     effects = {name: {"ns_per_sample": ns} for name, ns in _drum_effects(fit.scene, step).items()}
     return {
         "device_rate_Hz": _DEVICE_RATE_Hz,
@@ -193,6 +205,9 @@ def _shown(found: dict[str, Any]) -> Iterator[str]:
     yield f"drum at {sound['device_rate_Hz']} Hz          ns a sample   of a core   junctions   error of the pitch"
     for accuracy, row in sound["tiers"].items():
         mark = "*" if accuracy == sound["accuracy"] else " "
+        if "unplayable" in row:
+            yield f"{mark} {accuracy:20s} cannot be: {row['unplayable']}"
+            continue
         yield (
             f"{mark} {accuracy:20s} {row['ns_per_sample']:12.0f} {100.0 * row['share_of_core']:9.2f} %"
             f" {row['junctions']:11d} {row['f01_error_cents']:+12.3f} cents"

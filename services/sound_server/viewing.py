@@ -89,10 +89,10 @@ class Viewing:
         next_spectrum = next_cost = 0.0
         pause_s = _LOOK_S
         while not stop.wait(pause_s):
-            surface, sound, cost = (_is_watched(each) for each in (membrane, spectra, costs))
-            pause_s = 1.0 / FRAMES_PER_S if surface else _LOOK_S
             now = time.monotonic()
             try:
+                surface, sound, cost = (_is_watched(each) for each in (membrane, spectra, costs))
+                pause_s = 1.0 / FRAMES_PER_S if surface else _LOOK_S
                 with self._lock:
                     drum = self._drum
                     if drum is None:

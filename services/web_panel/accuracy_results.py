@@ -10,11 +10,12 @@ import numpy as np
 from web_panel.plots.joined import Pair
 
 _MOST_BYTES = 20_000_000
+_ROUNDING = 2.0**-52  # an exact method errs by no less; on a logarithmic scale it needs a place
 # Of the mesh's rows: what a scene can have. Rows of the stick have none of these keys.
 _PLAYED = {"measured": True, "renderer": "mesh", "rim": "weights", "precision": "float32"}
 _DRAWN = {
-    "pitch": ("mesh", "ns_per_sample", "rms_cents"),
-    "stick": ("stick", "ns_per_s", "error_contacts"),
+    "pitch": ("mesh", "ns_per_sample", "rms_cents", 0.0),
+    "stick": ("stick", "ns_per_s", "error_contacts", _ROUNDING),
 }
 
 
@@ -37,29 +38,32 @@ class Result(NamedTuple):
 
 
 def read(path: Path | None) -> Result | None:
-    """The result; None where there is none, or a file that is no such result."""
+    """The result; None where there is none. Raises ValueError, in words, for a file that is no such result."""
     if path is None:
         return None
     try:
-        if path.stat().st_size > _MOST_BYTES:
-            return None
+        size = path.stat().st_size
+        if size > _MOST_BYTES:
+            raise ValueError(f"it has {size} bytes, at most {_MOST_BYTES} are read")
         found = json.loads(path.read_text(encoding="utf-8"))
         machine = found["machine"]
         words = f"{machine['processor']}, {machine['date']}" + (", quick" if machine["quick"] else "")
         pairs = {name: _pair(found, *where) for name, where in _DRAWN.items()}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError, OverflowError):
+    except FileNotFoundError:
         return None
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError, OverflowError) as error:
+        raise ValueError(f"{path} cannot be read: {error or type(error).__name__}") from error
     return Result(words[:200], **pairs)
 
 
-def _pair(found: Any, part: str, cost: str, error: str) -> Pair:
-    # What was measured here, by rising cost; on logarithmic scales only what is more than nothing.
+def _pair(found: Any, part: str, cost: str, error: str, least: float) -> Pair:
+    # What was measured here, by rising cost; what would lie below `least` is drawn there.
     points: list[tuple[float, float]] = []
     for row in found[part]["rows"]:
         x, y = row[cost], row[error]
         is_own = all(row.get(key, value) == value for key, value in _PLAYED.items())
         if is_own and x is not None and y is not None:
-            at = float(x), abs(float(y))
+            at = float(x), max(abs(float(y)), least)
             if all(math.isfinite(value) and value > 0.0 for value in at):
                 points.append(at)
     points.sort()

@@ -38,4 +38,6 @@ class Prediction:
         question, answer = newest
         assert isinstance(question, Foresee)
         assert isinstance(answer, Foreseen | Trouble)
+        if self._rig is None or question.scene is not self._rig.scene or question.limits != self._rig.limits:
+            return None
         return question.values, answer

@@ -12,7 +12,7 @@ from rich.table import Table
 from rig import folder
 from rig.accuracy import store
 from rig.accuracy.choices import choices
-from rig.accuracy.run import run
+from rig.accuracy.run import begun, fill
 from rig.fault import lacking
 from rig.figures import ready
 
@@ -23,7 +23,13 @@ def accuracy(quick: bool, as_json: bool, out: Path | None) -> None:
         lacking("accuracy needs scipy; install haptic-drumstick[sound]")
     where = folder.accuracy_folder() if out is None else out
     ready.require_folder(where)
-    found = run(quick)
+    found = begun(quick)
+    try:
+        fill(found)
+    except BaseException:  # Ctrl-C too: minutes of measuring are not thrown away
+        store.keep(found, where, store.UNFINISHED)
+        print(f"not finished; what was measured lies in {where / store.UNFINISHED}", file=sys.stderr)
+        raise
     store.keep(found, where)
     written = [store.FILE]
     if line := ready.missing_matplotlib():

@@ -37,10 +37,16 @@ def _bar(total: int) -> Generator[Callable[[str, bool], None]]:
         yield told
 
 
-def run(quick: bool, parts: tuple[str, ...] = PARTS) -> dict[str, Any]:
-    """The result of every part, JSON-ready, behind the machine that it holds for. Minutes."""
-    begun = time.monotonic()
-    found: dict[str, Any] = {"machine": {**description(), "quick": quick}} | {part: {} for part in parts}
+def begun(quick: bool, parts: tuple[str, ...] = PARTS) -> dict[str, Any]:
+    """A result in which every part is still empty, behind the machine that it will hold for."""
+    return {"machine": {**description(), "quick": quick}} | {part: {} for part in parts}
+
+
+def fill(found: dict[str, Any]) -> None:
+    """Measure every part of a result that was begun, JSON-ready. Minutes; what raises leaves what is done so far."""
+    began = time.monotonic()
+    quick: bool = found["machine"]["quick"]
+    parts = [part for part in found if part != "machine"]
     work = [(part, job) for part in parts for job in _jobs(part, quick, found[part])]
     with _bar(len(work)) as told:
         for part, job in work:
@@ -48,5 +54,4 @@ def run(quick: bool, parts: tuple[str, ...] = PARTS) -> dict[str, Any]:
             told(words, False)
             job.run()
             told(words, True)
-    found["machine"]["seconds"] = round(time.monotonic() - begun, 1)
-    return found
+    found["machine"]["seconds"] = round(time.monotonic() - began, 1)

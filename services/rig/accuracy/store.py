@@ -8,15 +8,16 @@ from typing import Any
 from rig.fault import lacking
 
 FILE = "accuracy.json"
+UNFINISHED = "accuracy-unfinished.json"  # of a run that was stopped or failed
 SHIPPED = Path(__file__).parent / "shipped.json"
 
 
-def keep(found: dict[str, Any], out: Path) -> None:
+def keep(found: dict[str, Any], out: Path, name: str = FILE) -> None:
     """Write the result into the folder, whole or not at all. Raises Stop."""
-    beside = out / f".{FILE}.{os.getpid()}"
+    beside = out / f".{name}.{os.getpid()}"
     try:
         beside.write_text(json.dumps(found, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-        beside.replace(out / FILE)
+        beside.replace(out / name)
     except OSError as error:
         lacking(f"{out}: cannot be written: {error.strerror}")
 

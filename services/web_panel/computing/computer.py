@@ -66,10 +66,14 @@ class Computer:
 
     def _run(self) -> None:
         while (question := self._next()) is not None:
-            answer = self._answer(question)
+            why = "the process that computes ended"
+            try:
+                answer = self._answer(question)
+            except OSError as error:  # no memory or no process is free: later, perhaps
+                answer, why = None, f"the process that computes cannot be started: {error.strerror}"
             with self._changed:
                 if self._under_way is question:
-                    self.newest = Computed(question, answer or Trouble("the process that computes ended"))
+                    self.newest = Computed(question, answer or Trouble(why))
                     self._under_way = None
             if answer is None:
                 self._ended.wait(_AGAIN_AFTER_S)
@@ -82,15 +86,21 @@ class Computer:
             if self._ended.is_set():
                 return None
             self._under_way, self._wanted = self._wanted, None
-            if self._process is None:
+            return self._under_way
+
+    def _started(self) -> subprocess.Popen[bytes] | None:
+        # Under the lock, so that `close` finds every process that there is.
+        with self._changed:
+            if self._process is None and not self._ended.is_set():
                 self._process = subprocess.Popen(
                     self._command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True
                 )
-            return self._under_way
+            return self._process
 
     def _answer(self, question: Question) -> Answer | None:
-        process = self._process
-        assert process is not None
+        process = self._started()
+        if process is None:
+            return None
         assert process.stdin is not None
         assert process.stdout is not None
         try:

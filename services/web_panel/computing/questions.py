@@ -47,7 +47,7 @@ _NO_CURVE: Curve = ([], [])
 
 class Theory(msgspec.Struct, frozen=True, tag="theory"):
     """rising, falling: z (mm) and v (m/s) of the fastest stable cycle; mapped: v_E and the next v_E (m/s); stable: the
-    fixed points, twice. Each empty where there is none, as with effects whose motion never repeats.
+    fixed points, twice. Each empty where there is none.
     """
 
     rising: Curve = _NO_CURVE

@@ -38,9 +38,10 @@ def _in_order(z_mm: Numbers, v: Numbers) -> Curve:
 
 
 def theory_of(scene: Scene, values: Mapping[str, float]) -> Theory:
-    """Of the scene with these values, by wire names, in SI. Raises Refusal."""
-    if any(name in scene.effects for name in NEVER_REPEATING):
-        return Theory()
+    """Of the scene with these values, by wire names, in SI. Raises Refusal, or ValueError where nothing repeats."""
+    wild = [name for name in NEVER_REPEATING if name in scene.effects]
+    if wild:
+        raise ValueError(f"with {', '.join(wild)} the motion never repeats")
     law, scratch = live_law(scene, values), scratch_of(scene)
     stable = [cycle for cycle in fixed_points(law, scratch) if cycle.stable]
     single = [cycle.v_e_m_per_s for cycle in stable if cycle.period == 1]

@@ -1,6 +1,7 @@
 """What accuracy costs: the result that comes with the package beside this machine's own. Main thread."""
 
 from html import escape
+from pathlib import Path
 
 import numpy as np
 import viser
@@ -10,7 +11,7 @@ from web_panel.accuracy_results import Files, Result, read
 from web_panel.history import History
 from web_panel.mirror import Mirror
 from web_panel.plots.joined import Pair, joined
-from web_panel.plots.look import AMBER, BLUE, GREY, LEGEND, axis, dots
+from web_panel.plots.look import AMBER, BLUE, GREY, axis, dots, plot
 
 _AGAIN_S = 5.0
 _NONE: Pair = (np.empty(0), np.empty(0))
@@ -25,13 +26,13 @@ class AccuracyView:
 
     def __init__(self, gui: viser.GuiApi, order: float, files: Files) -> None:
         self._files = files
-        self._shipped = read(files.shipped)
+        self._shipped, self._shipped_words = _read(files.shipped, "")
         self._looked_at = float("-inf")
         self._made: int | None = None
         self._html = gui.add_html("", order=order)
         self._pitch = _plot(gui, order + 0.01, "ns a sample of the drum", "first twenty modes, rms cents")
         self._stick = _plot(gui, order + 0.02, "ns for a second of the stick", "first ten contacts, relative")
-        self._draw(None)
+        self._draw(None, _HOW)
 
     def show(self, mirror: Mirror, history: History, now: float) -> None:
         """Draw anew what was measured since."""
@@ -41,13 +42,13 @@ class AccuracyView:
         made = _made(self._files)
         if made != self._made:
             self._made = made
-            self._draw(read(self._files.own))
+            self._draw(*_read(self._files.own, _HOW))
 
-    def _draw(self, own: Result | None) -> None:
+    def _draw(self, own: Result | None, missing: str) -> None:
         results = (self._shipped, own)
         told = [("measured for this version", self._shipped), ("this machine", own)]
         lines = [f"{name}: {escape(result.words)}" for name, result in told if result is not None]
-        lines += [] if own is not None else [escape(_HOW)]
+        lines += [escape(words) for words in (self._shipped_words, missing) if words]
         self._html.content = '<div class="dr">' + "".join(
             f'<div class="dr-small" data-part="accuracy">{line}</div>' for line in lines
         ) + "</div>"  # fmt: skip
@@ -60,6 +61,15 @@ class AccuracyView:
             part.remove()
 
 
+def _read(path: Path | None, missing: str) -> tuple[Result | None, str]:
+    # The result, or what to say instead of it.
+    try:
+        found = read(path)
+    except ValueError as error:
+        return None, f"{str(error)[:300]}. To make a new one, type: drumstick accuracy --quick"
+    return found, "" if found is not None else missing
+
+
 def _made(files: Files) -> int | None:
     try:
         return None if files.own is None else files.own.stat().st_mtime_ns
@@ -69,8 +79,8 @@ def _made(files: Files) -> int | None:
 
 def _plot(gui: viser.GuiApi, order: float, cost: str, error: str) -> viser.GuiUplotHandle:
     scale = viser.uplot.Scale(time=False, distr=_LOGARITHMIC)
-    return gui.add_uplot(
-        tuple(np.array([1.0, 2.0]) for _ in range(3)),
+    return plot(
+        gui,
         (
             viser.uplot.Series(label="costs, ns"),
             dots("measured for this version", "error", BLUE, 6.0),
@@ -78,8 +88,6 @@ def _plot(gui: viser.GuiApi, order: float, cost: str, error: str) -> viser.GuiUp
         ),
         scales={"x": scale, "error": viser.uplot.Scale(distr=_LOGARITHMIC)},
         axes=(axis("x", 2, GREY, cost), axis("error", 3, GREY, error)),
-        legend=LEGEND,
-        height=280,
-        padding=(8, 16, 0, 0),
         order=order,
+        height=280,
     )

@@ -11,7 +11,7 @@ from web_panel.history import History
 from web_panel.mirror import Mirror
 from web_panel.plots import words
 from web_panel.plots.joined import Numbers, Pair
-from web_panel.plots.look import BLUE, GREY, LEGEND, axis
+from web_panel.plots.look import BLUE, GREY, axis, plot
 from web_panel.watching import DOCTOR
 
 _PERIOD_S = 0.5
@@ -47,18 +47,16 @@ class HealthView:
         self._drawn_at = float("-inf")
         self._doctor: Mapping[str, Any] | None = None
         self._html = gui.add_html("", order=order)
-        self._plot = gui.add_uplot(
-            (np.array([0.0, 100.0]), np.array([1.0, 1.0])),
+        self._plot = plot(
+            gui,
             (
                 viser.uplot.Series(label="lateness, µs"),
                 viser.uplot.Series(label="ticks so late", scale="ticks", stroke=BLUE, width=2, fill=_FILL),
             ),
             scales={"x": viser.uplot.Scale(time=False), "ticks": viser.uplot.Scale(distr=3)},
             axes=(axis("x", 2, GREY, "lateness of a tick, µs"), axis("ticks", 3, GREY, "ticks since the start")),
-            legend=LEGEND,
-            height=220,
-            padding=(8, 16, 0, 0),
             order=order + 0.1,
+            height=220,
         )  # fmt: skip
 
     def show(self, mirror: Mirror, history: History, now: float) -> None:

@@ -2,9 +2,11 @@
 
 from typing import Any, Literal, Protocol
 
+import numpy as np
 import viser
 import viser.uplot
 
+from web_panel import markup
 from web_panel.history import History
 from web_panel.mirror import Mirror
 
@@ -45,6 +47,45 @@ def dots(label: str, scale: str, colour: str, size: float = 5.0, hollow: bool = 
 
 
 LEGEND = viser.uplot.Legend(show=True, live=False)
+
+
+def plot(
+    gui: viser.GuiApi,
+    series: tuple[Any, ...],
+    scales: dict[str, viser.uplot.Scale],
+    axes: tuple[viser.uplot.Axis, ...],
+    order: float,
+    height: int = 320,
+) -> viser.GuiUplotHandle:
+    """A plot that waits for its first data; `series`, the horizontal one first."""
+    return gui.add_uplot(
+        tuple(np.array([1.0, 2.0]) for _ in series),  # uPlot wants two points, above 0 on a logarithmic scale
+        series,
+        scales=scales,
+        axes=axes,
+        legend=LEGEND,
+        height=height,
+        padding=(8, 16, 0, 0),
+        order=order,
+    )
+
+
+class Missing:
+    """One line above a plot that says why something is not in it."""
+
+    def __init__(self, gui: viser.GuiApi, order: float) -> None:
+        self._html = gui.add_html("", order=order)
+        self._words = ""
+
+    def say(self, words: str) -> None:
+        """Empty words take no room."""
+        if words != self._words:
+            self._words = words
+            self._html.content = markup.line(words, "missing")
+
+    def remove(self) -> None:
+        """Take it off the page."""
+        self._html.remove()
 
 
 class View(Protocol):

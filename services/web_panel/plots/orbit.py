@@ -7,7 +7,7 @@ import viser.uplot
 from web_panel.history import History
 from web_panel.mirror import Mirror
 from web_panel.plots.joined import joined, largest, top_of
-from web_panel.plots.look import AMBER, BLUE, GREEN, GREY, LEGEND, axis, dots, line
+from web_panel.plots.look import AMBER, BLUE, GREEN, GREY, Missing, axis, dots, line, plot
 from web_panel.plots.theorist import Theorist
 
 _PERIOD_S = 0.2
@@ -26,8 +26,9 @@ class OrbitView:
         self._theorist = theorist
         self._drawn_at = float("-inf")
         self._ends = -1.0, 1.0
-        self._plot = gui.add_uplot(
-            tuple(np.array([-1.0, 1.0]) for _ in range(5)),
+        self._missing = Missing(gui, order)
+        self._plot = plot(
+            gui,
             (
                 viser.uplot.Series(label="z, mm"),
                 line("predicted, rising", "m/s", BLUE),
@@ -37,10 +38,7 @@ class OrbitView:
             ),
             scales=self._scales(),
             axes=(axis("x", 2, GREY, "height of the stick above the head, mm"), axis("m/s", 3, GREY, "speed, m/s")),
-            legend=LEGEND,
-            height=320,
-            padding=(8, 16, 0, 0),
-            order=order,
+            order=order + 0.01,
         )  # fmt: skip
 
     def show(self, mirror: Mirror, history: History, now: float) -> None:
@@ -51,6 +49,7 @@ class OrbitView:
         played = history.orbit(now, _SPAN_S)
         theory = self._theorist.theory(mirror)
         rising, falling = (_NONE, _NONE) if theory is None else (theory.rising, theory.falling)
+        self._missing.say("" if theory is None else theory.missing)
         speeds = (rising[1], falling[1], played[1])
         ends = -top_of(largest([-v for v in speeds]), _LEAST_M_PER_S), top_of(largest(speeds), _LEAST_M_PER_S)
         if ends != self._ends:
@@ -65,4 +64,5 @@ class OrbitView:
 
     def remove(self) -> None:
         """Take it off the page."""
+        self._missing.remove()
         self._plot.remove()

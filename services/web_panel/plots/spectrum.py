@@ -8,7 +8,7 @@ from protocol.messages import Spectrum
 from web_panel.history import History
 from web_panel.mirror import Mirror
 from web_panel.plots.joined import joined
-from web_panel.plots.look import AMBER, BLUE, FAINT, GREY, LEGEND, axis, dots, line
+from web_panel.plots.look import AMBER, BLUE, FAINT, GREY, axis, dots, line, plot
 from web_panel.sounding import FLOOR_dB, TOP_dB, levels_of, marks
 from web_panel.watching import SPECTRUM
 
@@ -23,8 +23,8 @@ class SpectrumView:
     def __init__(self, gui: viser.GuiApi, order: float) -> None:
         self._drawn: Spectrum | None = None
         self._drawn_at = float("-inf")
-        self._plot = gui.add_uplot(
-            (np.array([0.0, 1000.0]), *(np.full(2, FLOOR_dB) for _ in range(3))),
+        self._plot = plot(
+            gui,
             (
                 viser.uplot.Series(label="Hz"),
                 line("ideal membrane’s modes", "dB", FAINT, 1.5),
@@ -33,9 +33,6 @@ class SpectrumView:
             ),
             scales={"x": viser.uplot.Scale(time=False), "dB": viser.uplot.Scale(range=(FLOOR_dB, TOP_dB))},
             axes=(axis("x", 2, GREY, "frequency, Hz"), axis("dB", 3, GREY, "level, dB of full scale")),
-            legend=LEGEND,
-            height=320,
-            padding=(8, 16, 0, 0),
             order=order,
         )  # fmt: skip
 

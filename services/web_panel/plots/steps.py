@@ -7,7 +7,7 @@ import viser.uplot
 from web_panel.history import History
 from web_panel.mirror import Mirror
 from web_panel.plots.joined import joined, largest, top_of
-from web_panel.plots.look import AMBER, BLUE, GREEN, GREY, LEGEND, axis, dots, line
+from web_panel.plots.look import AMBER, BLUE, GREEN, GREY, Missing, axis, dots, line, plot
 from web_panel.plots.theorist import Theorist
 
 _PERIOD_S = 0.25
@@ -24,8 +24,9 @@ class ReturnMapView:
         self._theorist = theorist
         self._drawn_at = float("-inf")
         self._top = 1.0
-        self._plot = gui.add_uplot(
-            tuple(np.array([0.0, 1.0]) for _ in range(5)),
+        self._missing = Missing(gui, order)
+        self._plot = plot(
+            gui,
             (
                 viser.uplot.Series(label="v_E now, m/s"),
                 line("predicted", "next", BLUE),
@@ -35,10 +36,7 @@ class ReturnMapView:
             ),
             scales=self._scales(),
             axes=(axis("x", 2, GREY, "v_E after a contact, m/s"), axis("next", 3, GREY, "v_E after the next, m/s")),
-            legend=LEGEND,
-            height=320,
-            padding=(8, 16, 0, 0),
-            order=order,
+            order=order + 0.01,
         )  # fmt: skip
 
     def show(self, mirror: Mirror, history: History, now: float) -> None:
@@ -49,6 +47,7 @@ class ReturnMapView:
         played = history.steps()
         theory = self._theorist.theory(mirror)
         predicted, fixed = (_NONE, _NONE) if theory is None else (theory.mapped, theory.stable)
+        self._missing.say("" if theory is None else theory.missing)
         top = top_of(largest((predicted[0], predicted[1], played[0], played[1])), _LEAST_M_PER_S)
         if top != self._top:
             self._top = top
@@ -62,4 +61,5 @@ class ReturnMapView:
 
     def remove(self) -> None:
         """Take it off the page."""
+        self._missing.remove()
         self._plot.remove()

@@ -15,17 +15,30 @@ from web_panel.plots.joined import Pair
 _Of = tuple[int, tuple[tuple[str, float], ...]]  # which scene, and the servo's values
 
 
-class Theory(NamedTuple):
-    """Pairs of (n,): the cycle's way up and down (z in mm, v in m/s), the return map, the stable rolls (m/s)."""
+_NONE: Pair = (np.empty(0), np.empty(0))
 
-    rising: Pair
-    falling: Pair
-    mapped: Pair
-    stable: Pair
+
+class Theory(NamedTuple):
+    """Pairs of (n,): the cycle's way up and down (z in mm, v in m/s), the return map, the stable rolls (m/s).
+
+    `missing` says why there are none; it is empty where they are.
+    """
+
+    rising: Pair = _NONE
+    falling: Pair = _NONE
+    mapped: Pair = _NONE
+    stable: Pair = _NONE
+    missing: str = ""
 
 
 def _pair(curve: Curve) -> Pair:
     return np.array(curve[0], np.float64), np.array(curve[1], np.float64)
+
+
+def _theory(told: Told | Trouble) -> Theory:
+    if isinstance(told, Trouble):
+        return Theory(missing=f"No prediction here: {told.why}")
+    return Theory(_pair(told.rising), _pair(told.falling), _pair(told.mapped), _pair(told.stable))
 
 
 class Theorist:
@@ -34,7 +47,7 @@ class Theorist:
     def __init__(self, computer: Computer) -> None:
         self._computer = computer
         self._asked: tuple[Question, Any] | None = None
-        self._theory: tuple[_Of, Theory | None] | None = None
+        self._theory: tuple[_Of, Theory] | None = None
         self._ticks: tuple[int, Ticks | Trouble] | None = None
 
     def theory(self, mirror: Mirror) -> Theory | None:
@@ -76,11 +89,5 @@ class Theorist:
             assert isinstance(answer, Ticks | Trouble)
             self._ticks = of, answer
         else:
-            self._theory = (
-                of,
-                (
-                    Theory(*map(_pair, (answer.rising, answer.falling, answer.mapped, answer.stable)))
-                    if isinstance(answer, Told)
-                    else None
-                ),
-            )
+            assert isinstance(answer, Told | Trouble)
+            self._theory = of, _theory(answer)

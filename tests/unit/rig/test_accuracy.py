@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from rig import folder
 from rig.accuracy import command, store
 from rig.accuracy.choices import choices
-from rig.accuracy.run import PARTS, run
+from rig.accuracy.run import PARTS, begun, fill
 from rig.command import app
 from rig.figures.accuracy import FIGURES, write
 
@@ -41,7 +41,8 @@ def test_every_part_has_its_figures_and_its_choices(shipped: dict[str, Any], tmp
 
 
 def test_a_part_run_for_real_is_json(monkeypatch: pytest.MonkeyPatch) -> None:
-    found = run(True, ("servo",))
+    found = begun(True, ("servo",))
+    fill(found)
     assert found["machine"]["quick"] is True
     assert found["machine"]["seconds"] > 0.0
     assert len(found["servo"]["rows"]) > 5
@@ -53,7 +54,8 @@ def test_the_command_keeps_the_result_where_the_panel_looks(
     shipped: dict[str, Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, as_json: bool
 ) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
-    monkeypatch.setattr(command, "run", lambda quick: {**shipped, "asked": quick})
+    monkeypatch.setattr(command, "begun", lambda quick: {**shipped, "asked": quick})
+    monkeypatch.setattr(command, "fill", lambda found: None)
     told = CliRunner().invoke(app, ["accuracy", "--quick", *(["--json"] if as_json else [])])
     assert told.exit_code == 0
     kept = json.loads((folder.accuracy_folder() / store.FILE).read_text())
@@ -66,10 +68,25 @@ def test_the_command_keeps_the_result_where_the_panel_looks(
         assert "accuracy-pitch.png" in told.stdout.replace("\n", "")
 
 
+def test_what_was_measured_before_a_failure_is_kept_beside_the_last_whole_result(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def fails(found: dict[str, Any]) -> None:
+        found["stick"] = {"rows": [1, 2]}
+        raise ChildProcessError("the peer ended")
+
+    monkeypatch.setattr(command, "fill", fails)
+    (tmp_path / store.FILE).write_text("whole")
+    told = CliRunner().invoke(app, ["accuracy", "--out", str(tmp_path)])
+    assert told.exit_code != 0
+    assert json.loads((tmp_path / store.UNFINISHED).read_text())["stick"] == {"rows": [1, 2]}
+    assert (tmp_path / store.FILE).read_text() == "whole"
+
+
 def test_a_folder_that_cannot_be_is_said_before_the_work(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(command, "run", lambda quick: pytest.fail("minutes, for nothing"))
+    monkeypatch.setattr(command, "fill", lambda found: pytest.fail("minutes, for nothing"))
     (tmp_path / "file").touch()
     told = CliRunner().invoke(app, ["accuracy", "--out", str(tmp_path / "file")])
     assert told.exit_code != 0

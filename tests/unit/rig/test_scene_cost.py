@@ -2,10 +2,13 @@
 
 import json
 import math
+import re
 
 import pytest
 
+from drumstick.scene import Scene
 from rig import scene_cost
+from sound_server.build import Unplayable
 
 
 @pytest.fixture
@@ -42,3 +45,21 @@ def test_table_marks_what_the_scene_asks_for(capsys: pytest.CaptureFixture[str])
     out = capsys.readouterr().out
     assert "* standard" in out
     assert "no effect at all" in out
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_tier_that_cannot_be_is_told_and_the_others_measured(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    measured = scene_cost._tier
+
+    def no_draft(tried: Scene) -> dict[str, object]:
+        if tried.mesh.accuracy == "draft":
+            raise Unplayable("no room for a wave")
+        return measured(tried)
+
+    monkeypatch.setattr(scene_cost, "_tier", no_draft)
+    scene_cost.cost("bare-drum", as_json=False)
+    out = capsys.readouterr().out
+    assert re.search(r"draft +cannot be: no room for a wave", out)
+    assert re.search(r"\* standard +\d+ ", out)

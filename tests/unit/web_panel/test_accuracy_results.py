@@ -29,7 +29,7 @@ def test_points_come_by_rising_cost_and_only_what_was_measured_here(tmp_path: Pa
     found = read(written(tmp_path / "a.json", mesh, stick))
     assert found is not None
     assert [column.tolist() for column in found.pitch] == [[10.0, 30.0, 40.0], [4.0, 1.0, 0.5]]
-    assert [column.tolist() for column in found.stick] == [[1e6], [1e-9]]
+    assert [column.tolist() for column in found.stick] == [[1e5, 1e6], [2.0**-52, 1e-9]]
     assert found.words == "<b>a</b>, 2026-01-01"
 
 
@@ -41,12 +41,14 @@ def test_points_come_by_rising_cost_and_only_what_was_measured_here(tmp_path: Pa
         json.dumps({"machine": MACHINE, "mesh": {"rows": [row(1.0, "x")]}, "stick": {"rows": []}}),  # type: ignore[arg-type]
     ],
 )  # fmt: skip
-def test_a_file_that_is_no_result_is_none(tmp_path: Path, text: str) -> None:
+def test_a_file_that_is_no_result_is_told_as_one(tmp_path: Path, text: str) -> None:
     (tmp_path / "a.json").write_text(text)
-    assert read(tmp_path / "a.json") is None
+    with pytest.raises(ValueError, match=r"a\.json cannot be read: ."):
+        read(tmp_path / "a.json")
 
 
 def test_no_file_is_none(tmp_path: Path) -> None:
     assert read(None) is None
     assert read(tmp_path / "missing.json") is None
-    assert read(tmp_path) is None
+    with pytest.raises(ValueError, match="cannot be read"):
+        read(tmp_path)

@@ -103,3 +103,17 @@ def test_the_process_ends_when_its_input_does() -> None:
     with subprocess.Popen(COMMAND, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
         process.communicate(timeout=60.0)
         assert process.returncode == 0
+
+
+def test_a_process_that_cannot_be_started_is_told_and_tried_again() -> None:
+    computer = Computer(["/nowhere/at-all"])
+    try:
+        first, second = about(0.1), about(0.2)
+        computer.ask(first)
+        told = answered(computer, first)
+        assert isinstance(told, Trouble)
+        assert "cannot be started: No such file or directory" in told.why
+        computer.ask(second)
+        assert isinstance(answered(computer, second), Trouble)
+    finally:
+        computer.close()
