@@ -193,6 +193,7 @@ def _send(patch: Patch) -> None:
     out = patch.obj(850, 505, "s drum-out")
     sync = patch.obj(850, 455, f"oscformat {_PARTS} sync", patch.obj(850, 430, "delay 300", loaded))
     patch.wire(sync, 0, out, 0)
+    patch.wire(patch.bang(850, 405, 19, "drum-sync", "sync"), 0, sync, 0)
     every = patch.obj(850, 580, "metro 20000", patch.toggle(850, 550, "drum-subscribe", "subscribe"))
     own = patch.obj(850, 630, f"oscformat -f i {_PARTS} subscribe", patch.msg(850, 605, str(PORT_OUT), every))
     patch.wire(own, 0, out, 0)

@@ -198,6 +198,10 @@ class SuperCollider:
     def said(self, name: str) -> list[str]:
         return [line.strip().partition(": ")[2] for line in list(self.lines) if line.startswith(f"{name}: ")]
 
+    def readback(self, name: str) -> float | None:
+        found = [line.split()[1] for line in self.said("readback") if line.startswith(f"{name} ")]
+        return float(found[-1]) if found else None
+
     def do(self, words: str) -> None:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as udp:
             udp.sendto(built("/do", words), ("127.0.0.1", self._port))
@@ -225,7 +229,7 @@ def test_the_script_of_supercollider_with_its_sound(
         with conducted(rig, tmp_path, "", jack.environment | headless(tmp_path)) as sc:
             wait_for(
                 "the readbacks",
-                lambda: {"dv_pls 0.20000000298023", "k_coll 5000.0"} <= set(sc.said("readback")),
+                lambda: [sc.readback(n) for n in ("dv_pls", "k_coll")] == [pytest.approx(0.2), 5000.0],
             )
             wait_for("the server", lambda: any("server" in line and "ready" in line for line in sc.lines))
             sc.do(METER)
