@@ -1,17 +1,13 @@
 """Pure Data and SuperCollider's language, headless, against the front: they receive strikes and set a parameter."""
 
-import os
-import subprocess
-import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
 from haptic_server.gateway.osc.front import OscFront
 from osc_bench import RELEASE, STRIKE, FakeDesk, client
+from patching import PD, headless, listening
 
 pytestmark = pytest.mark.timeout(120)
 _PATIENCE_S = 60.0
@@ -49,36 +45,10 @@ fork {{ loop {{ NetAddr("127.0.0.1", {rig}).sendMsg('/drumstick/param/dv_pls', 0
 """
 
 
-@contextmanager
-def _listening(command: list[str], environment: dict[str, str]) -> Iterator[list[str]]:
-    """The program, and the lines that it prints as they come."""
-    lines: list[str] = []
-    process = subprocess.Popen(
-        command,
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        env=environment,
-    )
-    assert process.stdout is not None
-    reader = threading.Thread(target=lambda: lines.extend(iter(process.stdout.readline, "")), daemon=True)
-    reader.start()
-    try:
-        yield lines
-    finally:
-        process.kill()
-        process.wait()
-        reader.join(5.0)
-        assert process.stdin is not None
-        process.stdin.close()
-        process.stdout.close()
-
-
 def _pd(folder: Path, heard_at: int, rig: int) -> list[str]:
     patch = folder / "drumstick.pd"
     patch.write_text(PD_PATCH.format(heard_at=heard_at, rig=rig))
-    return ["pd", "-nogui", "-nosound", "-nomidi", "-noprefs", "-stderr", "-open", str(patch)]
+    return [*PD, "-open", str(patch)]
 
 
 def _sclang(folder: Path, heard_at: int, rig: int) -> list[str]:
@@ -95,21 +65,12 @@ def _sclang(folder: Path, heard_at: int, rig: int) -> list[str]:
     ],
 )
 def test_strikes_are_heard_and_a_parameter_is_set(program, tmp_path: Path) -> None:
-    run = tmp_path / "run"
-    run.mkdir(mode=0o700)
-    environment = dict(
-        os.environ,
-        HOME=str(tmp_path),
-        XDG_RUNTIME_DIR=str(run),
-        QT_QPA_PLATFORM="offscreen",
-        QTWEBENGINE_DISABLE_SANDBOX="1",
-    )
     desk = FakeDesk()
     with client() as probe:
         heard_at = probe.endpoint[1]
     front = OscFront(("127.0.0.1", 0), [("127.0.0.1", heard_at)], "/drumstick", desk, desk.load_preset)
     try:
-        with _listening(program(tmp_path, heard_at, front.endpoint[1]), environment) as lines:
+        with listening(program(tmp_path, heard_at, front.endpoint[1]), headless(tmp_path)) as lines:
             end = time.monotonic() + _PATIENCE_S
             wanted = ("strike 9 0.5 -0.25 1.5 0.75 12.5", "release 9 1.25 0.03125 13 0.0078125", "gate 0")
 
