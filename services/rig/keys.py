@@ -78,7 +78,7 @@ def renew(out: Path, role: str, hosts: Sequence[str], days: int) -> None:
     from rig import certificates
 
     if role not in (*_SERVERS, *ROLES):
-        wrong(f"--renew {role!r}: there is {', '.join((*_SERVERS, *ROLES))}")
+        wrong(f"--renew {role!r}: there is {', '.join((HAPTIC, *ROLES, ROUTER))}")
     given = [_checked_host(host) for host in hosts]
     if given and role not in _SERVERS:
         wrong(f"--host is for the certificate of {HAPTIC}: only the haptic machine is connected to by name")

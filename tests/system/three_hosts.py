@@ -141,7 +141,7 @@ class ThreeHosts:
         probe = Probe(self.venue[name], command, folder, environment(folder / "home"))
         self._probes.append(probe)
         try:
-            wait_for(f"state at {name}", lambda: self._all_run() and probe.last(State))
+            wait_for(f"state at {name}", lambda: self._all_run() and probe.last(State), 150.0)
         except AssertionError as failure:
             said = {program: running.said[-1000:] for program, running in self.running.items()}
             raise AssertionError(f"{failure}: {said}; {probe.said[-1000:]}") from None
