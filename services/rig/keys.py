@@ -16,8 +16,10 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from protocol.identity import Identity
 from protocol.keys import DEFAULT_RIG, checked_rig
 from protocol.roles import HAPTIC, ROLES
+from protocol.router_access import ROUTER
 from rig.fault import lacking, wrong
 from rig.rig_template import rig_file_text
 
@@ -25,7 +27,8 @@ if TYPE_CHECKING:
     from rig.certificates import Pair
 
 AUTHORITY = "authority"
-CA_CERTIFICATE, CA_KEY, RIG_FILE = "ca.pem", "ca.key", "rig.toml"
+CA_CERTIFICATE, CA_KEY, RIG_FILE, ROUTER_FILE = "ca.pem", "ca.key", "rig.toml", "router.json5"
+_SERVERS = (HAPTIC, ROUTER)  # whose certificates name hosts
 LONGEST_DAYS = 825  # about two years: what is stolen ends by itself
 _ALWAYS = ("localhost", "127.0.0.1")  # the haptic machine to itself
 _HOST_NAME = re.compile(
@@ -33,12 +36,16 @@ _HOST_NAME = re.compile(
 )
 
 
-def make(out: Path, rig: str | None, hosts: Sequence[str], days: int) -> None:
-    """A new authority and a certificate for each role, valid `days`, in the folder `out`. Raises Stop."""
+def make(out: Path, rig: str | None, hosts: Sequence[str], days: int, routers: Sequence[str] = ()) -> None:
+    """A new authority and a certificate for each role, valid `days`, in the folder `out`. Raises Stop.
+
+    `routers`: names and addresses of a router on a machine of its own, to which everybody then connects.
+    """
     from rig import certificates
 
     rig = _checked_rig(rig or DEFAULT_RIG)
     given = [_checked_host(host) for host in hosts] or [_checked_host(socket.gethostname())]
+    between = [_checked_host(host, "--router") for host in routers]
     now = certificates.present()
     _new_folder(out)
     authority = certificates.new_authority(rig, now)
@@ -49,18 +56,31 @@ def make(out: Path, rig: str | None, hosts: Sequence[str], days: int) -> None:
         pair = certificates.new_pair(authority, role, named if role == HAPTIC else (), now, days)
         _put_pair(folder, f"{role}.key", f"{role}.pem", pair)
         _put(folder / CA_CERTIFICATE, authority.certificate_pem)
-        _put(folder / RIG_FILE, rig_file_text(role, rig, given[0]).encode())
-    print(_made_words(out, named))
+        _put(folder / RIG_FILE, rig_file_text(role, rig, given[0], *between[:1]).encode())
+    if between:
+        pair = certificates.new_pair(authority, ROUTER, tuple(dict.fromkeys((*between, *_ALWAYS))), now, days)
+        _put_router(_subfolder(out, ROUTER), authority, pair, rig)
+    print(_made_words(out, named, between))
+
+
+def _put_router(folder: Path, authority: Pair, pair: Pair, rig: str) -> None:
+    from rig.router_file import text, venue_router
+
+    _put_pair(folder, f"{ROUTER}.key", f"{ROUTER}.pem", pair)
+    _put(folder / CA_CERTIFICATE, authority.certificate_pem)
+    own = Identity(Path(CA_CERTIFICATE), Path(f"{ROUTER}.pem"), Path(f"{ROUTER}.key"))
+    words = (f"The router of rig {rig}. Start it in this folder: zenohd -c {ROUTER_FILE}",)
+    _put(folder / ROUTER_FILE, text(words, venue_router(own, [rig])).encode())
 
 
 def renew(out: Path, role: str, hosts: Sequence[str], days: int) -> None:
     """A new certificate and key for one role, of the authority in `out`; the old ones are replaced. Raises Stop."""
     from rig import certificates
 
-    if role not in (HAPTIC, *ROLES):
-        wrong(f"--renew {role!r}: there is {', '.join((HAPTIC, *ROLES))}")
+    if role not in (*_SERVERS, *ROLES):
+        wrong(f"--renew {role!r}: there is {', '.join((HAPTIC, *ROLES, ROUTER))}")
     given = [_checked_host(host) for host in hosts]
-    if given and role != HAPTIC:
+    if given and role not in _SERVERS:
         wrong(f"--host is for the certificate of {HAPTIC}: only the haptic machine is connected to by name")
     authority = _authority(out)
     now = certificates.present()
@@ -72,9 +92,9 @@ def renew(out: Path, role: str, hosts: Sequence[str], days: int) -> None:
     folder = out / role
     if not folder.is_dir():
         wrong(f"{folder} is not there: `drumstick keys make --out {out}` makes it")
-    if role == HAPTIC and not given:
+    if role in _SERVERS and not given:
         given = certificates.hosts_of(_read_certificate(folder / f"{role}.pem"))
-    named = tuple(dict.fromkeys((*given, *_ALWAYS))) if role == HAPTIC else ()
+    named = tuple(dict.fromkeys((*given, *_ALWAYS))) if role in _SERVERS else ()
     _put_pair(folder, f"{role}.key", f"{role}.pem", certificates.new_pair(authority, role, named, now, days))
     print(f"{folder}: a new certificate for {days} days; carry {role}.pem and {role}.key, then restart there")
 
@@ -111,12 +131,13 @@ def _row(path: Path, now: datetime) -> dict[str, Any]:
     }
 
 
-def _made_words(out: Path, hosts: Sequence[str]) -> str:
+def _made_words(out: Path, hosts: Sequence[str], routers: Sequence[str]) -> str:
     return "\n".join(
         (
             f"{out / AUTHORITY}: the authority. Keep it at home: who has its key can be anybody.",
             f"{out / HAPTIC}: for the haptic machine, reached as {', '.join(hosts)}",
             *(f"{out / name}: for {role.words}" for name, role in ROLES.items()),
+            *([f"{out / ROUTER}: for the router, reached as {', '.join(routers)}"] if routers else []),
             f"On each machine: drumstick ... --rig-file FOLDER/{RIG_FILE}",
         )
     )
@@ -129,12 +150,12 @@ def _checked_rig(rig: str) -> str:
         wrong(f"--rig: {error}")
 
 
-def _checked_host(host: str) -> str:
+def _checked_host(host: str, option: str = "--host") -> str:
     try:
         return str(ipaddress.ip_address(host))
     except ValueError:
         if not _HOST_NAME.fullmatch(host):
-            wrong(f"--host {host!r}: give a name or an address by which others reach the haptic machine")
+            wrong(f"{option} {host!r}: give a name or an address by which others reach that machine")
     return host
 
 

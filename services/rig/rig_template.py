@@ -5,15 +5,19 @@ from protocol.roles import HAPTIC, ROLES
 PUBLIC_PORT = 7448  # not the loopback listener's 7447: a socket on every address would want that one too
 
 
-def rig_file_text(role: str, rig: str, host: str) -> str:
-    """For the machine that carries the keys of `role`; the haptic machine is reached at `host`."""
+def rig_file_text(role: str, rig: str, host: str, router: str | None = None) -> str:
+    """For the machine that carries the keys of `role`; the haptic machine is reached at `host`.
+
+    With `router` everybody connects to that machine, the haptic one too.
+    """
+    is_listener = role == HAPTIC and router is None
     return "\n".join(
         [
             "# Paths are relative to this file. What a line leaves out stays on this machine's loopback.",
             f'name = "{rig}"',
             "",
             "[zenoh]",
-            *(_HAPTIC_ZENOH if role == HAPTIC else _client_zenoh(host)),
+            *(_HAPTIC_ZENOH if is_listener else _client_zenoh(router or host)),
             "",
             "[keys]",
             'authority = "ca.pem"',

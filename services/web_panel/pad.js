@@ -9,7 +9,8 @@
   const within = (value, low, high) => Math.min(Math.max(value, low), high);
   const connect = () => {
     if (socket && socket.readyState <= WebSocket.OPEN) return;
-    socket = new WebSocket(`ws://${location.host}/pointer`);
+    // Behind a proxy the page has come by https, and may open no other socket than wss.
+    socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/pointer`);
   };
   const send = () => {
     if (socket && socket.readyState === WebSocket.OPEN && socket.bufferedAmount < MOST_WAITING)

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from protocol.keys import checked_rig
 from protocol.roles import ROLES, Role
 
-_EVERY_MESSAGE = (
+EVERY_MESSAGE = (
     "put", "delete", "declare_subscriber", "query", "reply", "declare_queryable",
     "liveliness_token", "liveliness_query", "declare_liveliness_subscriber",
 )  # fmt: skip
@@ -20,13 +20,16 @@ _EVERY_KEY: list[str] = ["**", "**/@adv/**"]
 Rule = dict[str, object]
 
 
-def _rule(ident: str, flow: str, messages: tuple[str, ...], keys: list[str]) -> Rule:
+def rule(ident: str, flow: str, messages: tuple[str, ...], keys: list[str]) -> Rule:
+    """One rule that permits these messages on these keys; `flow` is ingress or egress."""
     return {
         "id": ident, "permission": "allow", "flows": [flow], "messages": list(messages), "key_exprs": keys,
     }  # fmt: skip
 
 
-def _rules(name: str, role: Role, rigs: Sequence[str]) -> list[Rule]:
+def role_rules(name: str, role: Role, rigs: Sequence[str]) -> list[Rule]:
+    """What the owner of `role` may do with these rigs, each rule named `name` and what it permits."""
+
     # Ingress is what comes from the role's owner, egress what goes to him.
     def below(tails: tuple[str, ...]) -> list[str]:
         return [f"drumstick/{rig}/{tail}" for rig in rigs for tail in tails]
@@ -45,7 +48,7 @@ def _rules(name: str, role: Role, rigs: Sequence[str]) -> list[Rule]:
         ("sees", "ingress", ("liveliness_query", "declare_liveliness_subscriber"), below(role.sees)),
         ("is shown", "egress", ("liveliness_token",), below(role.sees)),
     )
-    return [_rule(f"{name} {what}", flow, messages, keys) for what, flow, messages, keys in wanted if keys]
+    return [rule(f"{name} {what}", flow, messages, keys) for what, flow, messages, keys in wanted if keys]
 
 
 def access_control(rigs: Sequence[str], roles: Sequence[str]) -> dict[str, object]:
@@ -55,14 +58,14 @@ def access_control(rigs: Sequence[str], roles: Sequence[str]) -> dict[str, objec
     """
     for rig in rigs:
         checked_rig(rig)
-    rules = [_rule(f"local {flow}", flow, _EVERY_MESSAGE, _EVERY_KEY) for flow in ("ingress", "egress")]
+    rules = [rule(f"local {flow}", flow, EVERY_MESSAGE, _EVERY_KEY) for flow in ("ingress", "egress")]
     subjects: list[Rule] = [{"id": "local", "link_protocols": ["tcp"]}]
     policies: list[Rule] = [{"rules": ["local ingress", "local egress"], "subjects": ["local"]}]
     for name in roles:
-        own = _rules(name, ROLES[name], rigs)
+        own = role_rules(name, ROLES[name], rigs)
         rules += own
         subjects.append({"id": name, "link_protocols": ["tls"], "cert_common_names": [name]})
-        policies.append({"rules": [rule["id"] for rule in own], "subjects": [name]})
+        policies.append({"rules": [each["id"] for each in own], "subjects": [name]})
     return {
         "enabled": True, "default_permission": "deny", "rules": rules, "subjects": subjects, "policies": policies,
     }  # fmt: skip

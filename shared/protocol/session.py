@@ -24,9 +24,9 @@ _log = logging.getLogger("zenoh")
 _REFUSED_AGAIN_S = 3.0  # each failed handshake holds up everybody else's joining for 0.1 s
 _TURN_S = 0.1
 # Nothing here is larger than a scene's text; Zenoh's own limit is 1 GB, in the memory of the receiver.
-_LARGEST_MESSAGE_BYTES = 4_000_000
+LARGEST_MESSAGE_BYTES = 4_000_000
 # A reply that finds a full queue waits so long for its reader, and then closes the link.
-_SLOW_READER_US = 1_000_000
+SLOW_READER_US = 1_000_000
 # A network that is not there yet: the public listener is tried again.
 _TRIED_AGAIN = "#exit_on_failure=false;retry_period_init_ms=500;retry_period_max_ms=2000"
 
@@ -153,8 +153,8 @@ def open_door(router: str, public: Public) -> zenoh.Session:
                 "connect/exit_on_failure": False,
                 "connect/retry": {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5},
                 "access_control": access_control(public.rigs, public.roles),
-                "transport/link/rx/max_message_size": _LARGEST_MESSAGE_BYTES,
-                "transport/link/tx/queue/congestion_control/block/wait_before_close": _SLOW_READER_US,
+                "transport/link/rx/max_message_size": LARGEST_MESSAGE_BYTES,
+                "transport/link/tx/queue/congestion_control/block/wait_before_close": SLOW_READER_US,
             }
         )
     )

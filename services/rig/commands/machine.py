@@ -40,6 +40,13 @@ def keys_make(
         list[str] | None,
         typer.Option(help="Name or address by which others reach the haptic machine; may be repeated."),
     ] = None,
+    router: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Name or address of a Zenoh router on a machine of its own: it gets a folder too, and all"
+            " connect to it (docs/network.md); may be repeated."
+        ),
+    ] = None,
     days: Annotated[int, typer.Option(help="How long the certificates are valid, 1 to 825.")] = 365,
     renew: Annotated[
         str | None, typer.Option(help="Make only this role's certificate anew, by the authority in --out.")
@@ -51,7 +58,7 @@ def keys_make(
 
     checks.finite(days, "--days", 1.0, rig_keys.LONGEST_DAYS, "days")
     if renew is None:
-        rig_keys.make(out, rig, host or [], days)
+        rig_keys.make(out, rig, host or [], days, router or [])
     else:
         rig_keys.renew(out, renew, host or [], days)
 

@@ -182,3 +182,32 @@ class TestAtAStart:
             said = self.refused(good)
             assert f"may be read by others (mode {mode:o}, at most 600)" in said
             assert f"chmod 600 {good.private_key}" in said
+
+
+def test_with_a_router_everybody_connects_there_and_it_has_a_folder_too(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "keys"
+    keys.make(out, "stage", ["haptic.local"], 90, ["router.local", "10.0.0.5"])
+    assert f"{out / 'router'}: for the router, reached as router.local, 10.0.0.5" in capsys.readouterr().out
+    for role in (HAPTIC, *ROLES):
+        file = load(out / role / "rig.toml")
+        assert (file.public, file.connect) == (None, "tls/router.local:7448")
+    found = certificate(out / "router" / "router.pem")
+    assert certificates.name_of(found) == "router"
+    assert certificates.hosts_of(found) == ["router.local", "10.0.0.5", "localhost", "127.0.0.1"]
+    text = (out / "router" / "router.json5").read_text()
+    assert '"drumstick/stage/strike"' in text
+    assert '"router.key"' in text
+    keys.renew(out, "router", [], 30)
+    assert certificates.hosts_of(certificate(out / "router" / "router.pem"))[:2] == [
+        "router.local",
+        "10.0.0.5",
+    ]
+
+
+def test_a_router_of_an_impossible_name_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(Stop) as stop:
+        keys.make(tmp_path / "keys", None, [], 90, ["no name"])
+    assert stop.value.status == GIVEN
+    assert "--router 'no name'" in str(stop.value)
