@@ -1,10 +1,15 @@
 #!/usr/bin/env bash
 # Makes .venv from a lock file, and the project in it, editable: install-venv.sh requirements.lock
+# With a folder the environment goes there instead, and the project into it as a copy, for a machine on which nobody
+# edits: install-venv.sh requirements.lock /opt/somewhere/venv
 # Only what the lock's hashes name is installed, and only wheels; pip's own configuration says from where.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 lock="$1"
+venv="${2:-.venv}"
+project=(--editable .)
+[[ $# -gt 1 ]] && project=(.)
 python="${PYTHON:-python3}"
 
 "$python" - <<'PYTHON' || exit 1
@@ -14,15 +19,15 @@ if not (3, 11) <= sys.version_info[:2] <= (3, 14):
     sys.exit(f"Python 3.11 to 3.14 is needed, this is {sys.version.split()[0]}: say which with make PYTHON=python3.12")
 PYTHON
 
-if ! .venv/bin/python -c "import pip" 2>/dev/null; then
+if ! "$venv/bin/python" -c "import pip" 2>/dev/null; then
     if ! "$python" -c "import ensurepip, venv" 2>/dev/null; then
         echo "$python cannot make virtual environments. On Debian type: sudo apt-get install python3-venv" >&2
         exit 1
     fi
-    "$python" -m venv --clear .venv
+    "$python" -m venv --clear "$venv"
 fi
 
 # Python compiles what it imports by itself; compiling all of it here would take longer than everything else.
-pip=(.venv/bin/python -m pip --disable-pip-version-check --quiet --quiet install --no-compile --no-deps)
+pip=("$venv/bin/python" -m pip --disable-pip-version-check --quiet --quiet install --no-compile --no-deps)
 "${pip[@]}" --only-binary :all: --require-hashes -r "$lock"
-"${pip[@]}" --no-build-isolation --editable .
+"${pip[@]}" --no-build-isolation "${project[@]}"

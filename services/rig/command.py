@@ -7,7 +7,7 @@ from typing import NoReturn
 
 import typer
 
-from rig.commands import machine, offline, play, running
+from rig.commands import machine, offline, play, running, service
 from rig.fault import LACKING, Stop
 
 app = typer.Typer(
@@ -69,6 +69,19 @@ _GROUPS: tuple[tuple[str, str, _Commands], ...] = (
         (
             ("make", machine.keys_make),
             ("show", machine.keys_show),
+        ),
+    ),
+    (
+        "service",
+        "One process of a rig, for systemd to supervise (docs/install.md).",
+        (
+            ("servo", service.servo_command),
+            ("gateway", service.gateway_command),
+            ("door", service.door_command),
+            ("sound", service.sound_command),
+            ("panel", service.panel_command),
+            ("servo-ticks", service.servo_ticks_command),
+            ("servo-ended", service.servo_ended_command),
         ),
     ),
 )

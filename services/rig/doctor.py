@@ -3,12 +3,10 @@
 It changes nothing, but for the picture of the last fault beside that fault's trace.
 """
 
-import contextlib
 import importlib
 import json
 import os
 import platform
-import resource
 import sys
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -20,9 +18,6 @@ from rig.ports import require_free_tcp, require_free_udp
 
 if TYPE_CHECKING:
     from rig.last_fault import LastFault
-
-FIFO_PRIORITY = 80
-MEMLOCK_BYTES = 200_000_000  # 121 MB were locked with everything loaded
 
 
 @dataclass(frozen=True)
@@ -61,15 +56,6 @@ def _audio() -> Finding:
     return Finding("audio device", bool(devices), False, ", ".join(devices) or "none", remedy)
 
 
-def _limit(name: str, kind: int, wanted: int, remedy: str) -> Finding:
-    soft, _ = resource.getrlimit(kind)
-    unlimited = soft == resource.RLIM_INFINITY
-    good = os.geteuid() == 0 or unlimited or soft >= wanted
-    return Finding(
-        name, good, False, "root" if os.geteuid() == 0 else "unlimited" if unlimited else str(soft), remedy
-    )
-
-
 def _real_time() -> list[Finding]:
     if not sys.platform.startswith("linux"):
         return [
@@ -77,21 +63,9 @@ def _real_time() -> list[Finding]:
                 "real time", False, False, sys.platform, "the force loop has real-time priority only on Linux"
             )
         ]
-    group = "as root: add '@audio - rtprio 95' and '@audio - memlock unlimited' to /etc/security/limits.d/audio.conf"
-    return [
-        _limit("real-time priority", resource.RLIMIT_RTPRIO, FIFO_PRIORITY, group),
-        _limit("locked memory", resource.RLIMIT_MEMLOCK, MEMLOCK_BYTES, group),
-        _governor(),
-    ]
+    from rig import real_time
 
-
-def _governor() -> Finding:
-    path = Path("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor")
-    with contextlib.suppress(OSError):
-        governor = path.read_text().strip()
-        remedy = "cpupower frequency-set -g performance"
-        return Finding("cpu governor", governor == "performance", False, governor, remedy)
-    return Finding("cpu governor", True, False, "not adjustable here")
+    return [Finding(s.name, s.good, False, s.found, s.remedy) for s in real_time.examine()]
 
 
 def _kernel_cache() -> Finding:

@@ -11,7 +11,8 @@ from haptic_server import files
 from protocol.endpoint import host_and_port
 from protocol.keys import Keys
 from rig import folder, ports, scene_file
-from rig.fault import OURS, Stop, lacking, wrong
+from rig.admission import require_admission
+from rig.fault import OURS, Stop, wrong
 from rig.laid_out import LaidOut
 from rig.plan import HAPTIC, NOT_ESSENTIAL, PANEL, SOUND, Options, commands
 from rig.process import Service
@@ -187,17 +188,6 @@ def _words(summary: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def _require_admission(options: Options) -> None:
-    # A listener that is not there yet is waited for; one that refuses this certificate will not change its mind.
-    if options.identity is None or options.connect is None:
-        return
-    from protocol.handshake import why_refused
-
-    why = why_refused(options.connect, options.identity)
-    if why is not None and why.somebody_is_there:
-        lacking(why.words)
-
-
 def up(options: Options, scene: str, duration_s: float | None, as_json: bool) -> None:
     """Run the chosen parts of a rig; prints a summary at the end. Raises Stop."""
     if options.record is not None:
@@ -226,7 +216,7 @@ def up(options: Options, scene: str, duration_s: float | None, as_json: bool) ->
             if options.public is not None:
                 public = host_and_port(options.public.endpoint)
                 ports.require_free_tcp(*public, "public Zenoh port", "zenoh.public of the rig file")
-        _require_admission(options)
+        require_admission(options)
         if PANEL in options.parts:
             ports.require_free_tcp("127.0.0.1", options.panel_port, "panel port", "--panel-port")
         rig = Rig(options, laid, Terminal())

@@ -23,6 +23,7 @@ def main() -> int:
 
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, end)
+    from realtime.notify import Supervisor
     from sound_server.server import DeviceLost, Server
     from sound_server.sinks import awaited
     from sound_server.sinks.choose import open_sink
@@ -38,7 +39,7 @@ def main() -> int:
         sink = awaited.stand_in(wanted.audio, wanted.rate, wanted.block)
         lookout = awaited.Lookout(wanted.audio, stop)
     try:
-        Server(wanted.rigs, wanted.connect, sink, stop, wanted.identity).run()
+        Server(wanted.rigs, wanted.connect, sink, stop, wanted.identity, Supervisor()).run()
     except DeviceLost as lost:
         logging.error("audio device lost: %s", lost)
         sys.stderr.flush()

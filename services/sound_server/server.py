@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from protocol.identity import Identity
 from protocol.keys import Keys
 from protocol.session import open_client
+from realtime.notify import Supervisor
 from realtime.stop import StopRequest
 from sound_server.complaints import Complaints
 from sound_server.drum import Drum
@@ -36,18 +37,19 @@ class Server:
         sink: Sink,
         stop: StopRequest,
         identity: Identity | None = None,
+        supervisor: Supervisor | None = None,
     ) -> None:
         self._rigs = rigs
         self._router = router
         self._sink = sink
         self._stop = stop
         self._identity = identity
+        self._supervisor = supervisor
+        self._turns = 0
 
     def run(self) -> None:
         """Serve until stopped. Raises DeviceLost."""
-        session = open_client(
-            self._router, lambda: not self._stop.is_set() and not self._sink.lost, self._identity
-        )
+        session = open_client(self._router, self._may_wait, self._identity)
         if session is None:
             self._check_device()
             return
@@ -61,6 +63,7 @@ class Server:
         try:
             while not self._stop.wait(_TURN_S):
                 self._check_device()
+                self._tell("")
                 if not all(thread.is_alive() for thread in threads):
                     raise RuntimeError("a drum's thread ended; its traceback stands above")
             for thread in threads:
@@ -69,6 +72,17 @@ class Server:
             session.close()
             for link in links:
                 link.close()
+
+    def _may_wait(self) -> bool:
+        self._tell(f"waiting for the router {self._router}; ")
+        return not self._stop.is_set() and not self._sink.lost
+
+    def _tell(self, first: str) -> None:
+        # A supervisor hears of us while sound is made, not only while this thread lives.
+        turns, sink = self._sink.turns, self._sink
+        if self._supervisor is not None and turns != self._turns:
+            self._turns = turns
+            self._supervisor.turned(f"{first}{sink.words}, load {sink.load:.0%}, {sink.xruns} xruns")
 
     def _check_device(self) -> None:
         if self._sink.lost:

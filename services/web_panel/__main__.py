@@ -11,6 +11,7 @@ from pathlib import Path
 
 from protocol.identity import add_options, identity_of
 from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, checked_rig
+from realtime.notify import Supervisor
 from web_panel.port import free_port
 from web_panel.visitor_token import TokenFileError, token_of
 
@@ -57,9 +58,16 @@ def main() -> int:
         from web_panel.serving import GuardError, serve
     except ImportError as error:
         return _end(3, f"{error}; install haptic-drumstick[panel]")
+    supervisor = Supervisor()
+
+    def keep_on() -> bool:
+        # Asked at each turn of the page's loop, the first time when it can be visited.
+        supervisor.turned(f"the page of rig {given.rig} at port {port} of this machine")
+        return not told
+
     try:
         files = Files(given.accuracy_shipped, given.accuracy_own)
-        serve(given.rig, given.connect, port, token, lambda: not told, given.identity, files)
+        serve(given.rig, given.connect, port, token, keep_on, given.identity, files)
     except GuardError as error:
         return _end(1, str(error))
     return 0

@@ -18,6 +18,7 @@ from protocol.identity import add_options, identity_of
 from protocol.keys import DEFAULT_ROUTER, Keys
 from protocol.roles import ROLES, checked_roles
 from protocol.session import Public, open_door
+from realtime.notify import Supervisor
 from realtime.stop import StopRequest
 
 _TURN_S = 1.0
@@ -63,8 +64,16 @@ def main() -> int:
 
         keys = [Keys(rig).door for rig in public.rigs]
         answering = [session.declare_queryable(key, partial(answer, key)) for key in keys]
+        supervisor = Supervisor()
+
+        def tell() -> None:
+            if supervisor.is_due:
+                heard = "open" if told(session, public, refusals)["is_open"] else "cannot be had, tried again"
+                supervisor.turned(f"{public.endpoint}: {heard}")
+
+        tell()
         while not stop.wait(_TURN_S):
-            pass
+            tell()
         for each in answering:
             each.undeclare()
     return 0

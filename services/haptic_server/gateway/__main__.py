@@ -27,6 +27,7 @@ from haptic_server.presets.store import PresetStore
 from protocol.identity import add_options, identity_of
 from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, Keys
 from protocol.session import open_client, open_router
+from realtime.notify import Supervisor
 from realtime.stop import StopRequest
 
 _log = logging.getLogger("gateway")
@@ -87,7 +88,10 @@ def main() -> int:
     text = given.run_dir / files.SCENE
     scene = parse(text.read_text(encoding="utf-8"), str(text))
     rehearse(law_of(scene))
-    link = wait_for_servo(given.run_dir, law_of(scene), stop)
+    supervisor = Supervisor()
+    link = wait_for_servo(
+        given.run_dir, law_of(scene), stop, lambda: supervisor.waiting("waiting for the servo")
+    )
     if link is None:
         return 0
     desk = ParameterDesk(scene, link, limits.read(given.run_dir))
@@ -110,10 +114,15 @@ def main() -> int:
             "OSC port %s:%d cannot be opened: %s; choose another with --osc-in", host, port, error.strerror
         )
         return 3
+
+    def keep_trying() -> bool:
+        supervisor.waiting(f"waiting for the router {given.connect}")
+        return not stop.is_set()
+
     try:
         extras.open(desk, osc.endpoint, allow, osc.insiders)
         session = (
-            open_client(given.connect, lambda: not stop.is_set(), given.identity)
+            open_client(given.connect, keep_trying, given.identity)
             if given.connect
             else open_router(given.listen)
         )
@@ -154,7 +163,10 @@ def main() -> int:
         presets.on_news = news
         try:
             pointing = Pointing(session, keys, link)
-            Relay(given.rig, link, desk, wire, osc, pointing, contacts, last_good, extras.midi).run(stop)
+            relay = Relay(
+                given.rig, link, desk, wire, osc, pointing, contacts, last_good, extras.midi, supervisor
+            )
+            relay.run(stop)
         finally:
             last_good.close()
             wire.close()

@@ -6,6 +6,7 @@ one other thread at a time (the desk's lock sees to that).
 
 import logging
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -159,10 +160,13 @@ def rehearse(law: Records) -> None:
     envelope.check_sampled(law[0], 1.0, 0.0, 0.0)
 
 
-def wait_for_servo(folder: Path, law: Records, stop: StopRequest) -> ServoLink | None:
+def wait_for_servo(
+    folder: Path, law: Records, stop: StopRequest, tell_waiting: Callable[[], None] = lambda: None
+) -> ServoLink | None:
     """The link to the servo of `folder`, as soon as there is one that ticks; None when `stop` came first.
 
-    Until then there may be no block (the servo still compiles), or one that an earlier run or version left behind.
+    Until then there may be no block (the servo still compiles), or one that an earlier run or version left behind;
+    `tell_waiting` is called at each look.
     """
     told = ""
     while not stop.is_set():
@@ -176,5 +180,6 @@ def wait_for_servo(folder: Path, law: Records, stop: StopRequest) -> ServoLink |
             if str(error) != told:
                 told = str(error)
                 _log.warning("waiting for a servo of this scene: %s", told)
+        tell_waiting()
         stop.wait(0.02)
     return None

@@ -20,6 +20,7 @@ from haptic_server.presets.last_good import LastGood
 from haptic_server.records import FAULT, FAULT_WORDS, NO_FAULT, PANIC, STATUS_WORDS, STRIKE
 from haptic_server.servo.priority import no_timer_slack
 from protocol.messages import Release, State, Strike
+from realtime.notify import Supervisor
 from realtime.stop import StopRequest
 
 if TYPE_CHECKING:
@@ -47,6 +48,7 @@ class Relay:
         contacts: Contacts | None = None,
         last_good: LastGood | None = None,
         midi: MidiSender | None = None,
+        supervisor: Supervisor | None = None,
     ) -> None:
         self._rig = rig
         self._link = link
@@ -57,6 +59,7 @@ class Relay:
         self._contacts = contacts
         self._last_good = last_good
         self._midi = midi
+        self._supervisor = supervisor
         self._lease_of = ""
         self._started_ns = 0
         self._next_state_ns = 0
@@ -171,7 +174,10 @@ class Relay:
             self._desk.refused_by_servo(int(status["refused_revision"]))
         if now_ns >= self._next_alive_ns:
             self._next_alive_ns = now_ns + _ALIVE_PERIOD_NS
-            self._osc.alive(self._rig, words, int(status["strikes"]))
+            strikes = int(status["strikes"])
+            self._osc.alive(self._rig, words, strikes)
+            if self._supervisor is not None:
+                self._supervisor.turned(f"{words}; {strikes} strikes")
         self._find_new_servo(now_ns)
 
     def _tell_pending(self, pending: bool) -> None:

@@ -1,4 +1,7 @@
-"""python -m haptic_server.servo: owns the device, runs the tick until SIGTERM. No sockets."""
+"""python -m haptic_server.servo: owns the device, runs the tick until SIGTERM.
+
+No sockets, but the one by which it tells a supervisor that it ticks, where there is one.
+"""
 
 import argparse
 import json
@@ -21,8 +24,10 @@ from haptic_server.limits import write as write_limits
 from haptic_server.records import FAULT_WORDS, NO_FAULT
 from haptic_server.servo import memory, priority, trace
 from haptic_server.servo.latch import passes
+from haptic_server.servo.pulse import Pulse
 from haptic_server.servo.streaming import stream_to
 from realtime.atomics import poke
+from realtime.notify import Supervisor
 from realtime.stop import StopRequest
 
 _log = logging.getLogger("servo")
@@ -50,7 +55,9 @@ def _watch(servo: memory.Servo, path: Path, loop_thread: threading.Thread, stop:
     # Until asked to stop or the loop has ended: when a fault is latched, its last thousand ticks go to a file. Returns
     # whether the present fault is on file.
     written = False
+    pulse = Pulse(servo, Supervisor())
     while not stop.wait(_LOOK_EVERY_S) and loop_thread.is_alive():
+        pulse.look()
         ended = bool(servo.player[0]["trace_ended"])
         if ended and not written:
             _save_trace(servo, path)

@@ -84,3 +84,7 @@ Also = Annotated[
 Listen = Annotated[str, typer.Option(help=_LISTEN_WORDS)]
 Figures = Annotated[Path | None, _OUT]
 Sweeps = Annotated[list[str] | None, _SWEEP]
+ExitHow = Annotated[str, typer.Argument(envvar="EXIT_CODE", help="As systemd tells it: exited, killed ...")]
+ExitStatus = Annotated[
+    str, typer.Argument(envvar="EXIT_STATUS", help="As systemd tells it: a number or a signal.")
+]

@@ -1,6 +1,9 @@
 """The commands that play: the whole rig, or one of its parts."""
 
+from __future__ import annotations
+
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from rig.commands.options import (
     Also,
@@ -30,15 +33,15 @@ from rig.commands.options import (
     Scene,
 )
 
+if TYPE_CHECKING:
+    from rig.plan import Options
 
-def _run(
+
+def chosen(
     part: frozenset[str],
     rig_file: Path | None,
     rig: str | None,
-    duration: float | None,
-    as_json: bool,
     *,
-    scene: str = "roll",
     device: str = "simulated",
     pose_is_held: bool = False,
     audio: str = "auto",
@@ -59,33 +62,27 @@ def _run(
     midi_out: str | None = None,
     midi_note: int = 38,
     midi_channel: int = 10,
-) -> None:
+) -> Options:
+    """What the command line and the rig file say together, checked. Raises Stop."""
     from rig import checks, folder
     from rig.plan import Options
     from rig.settled import settle
-    from rig.up import up
 
     for name in also or ():
         checks.rig_name(name)
     checks.port(panel_port, "--panel-port")
     checks.finite(audio_rate, "--audio-rate", 22050.0, 192000.0, "Hz")
     checks.finite(audio_block, "--audio-block", 16.0, 8192.0, "frames")
-    checks.duration(duration)
     checks.prefix(prefix)
     checks.device(device)
     query = checks.oscquery(oscquery, oscquery_announce)
     if midi_out is not None:
         checks.midi(midi_out, midi_note, midi_channel)
-    if midi_out == "list":
-        from rig.midi_ports import show
-
-        show(as_json)
-        return
     ends = settle(
         part, rig_file, rig=rig, connect=connect, listen=listen, osc_in=osc_in, osc_out=osc_out
     )  # fmt: skip
     host, port = ends.osc_bind
-    options = Options(
+    return Options(
         ends.rig, folder.run_folder(ends.rig), folder.state_folder(ends.rig), device=device,
         pose_is_held=pose_is_held, audio=audio, connect=ends.connect, listen=ends.listen, osc_in=port,
         osc_out=ends.osc_targets, prefix=prefix, panel_port=panel_port, audio_rate=audio_rate,
@@ -94,7 +91,29 @@ def _run(
         identity=ends.identity, oscquery=query, oscquery_announce=oscquery_announce, midi_out=midi_out,
         midi_note=midi_note, midi_channel=midi_channel,
     )  # fmt: skip
-    up(options, scene, duration, as_json)
+
+
+def _run(
+    part: frozenset[str],
+    rig_file: Path | None,
+    rig: str | None,
+    duration: float | None,
+    as_json: bool,
+    *,
+    scene: str = "roll",
+    **wishes: Any,
+) -> None:
+    from rig import checks
+    from rig.up import up
+
+    checks.duration(duration)
+    if wishes.get("midi_out") == "list":
+        from rig.midi_ports import show
+
+        checks.midi("list", wishes["midi_note"], wishes["midi_channel"])
+        show(as_json)
+        return
+    up(chosen(part, rig_file, rig, **wishes), scene, duration, as_json)
 
 
 def up_command(

@@ -80,6 +80,11 @@ class DeviceSink:
         return int(self._desk["xruns"][0])
 
     @property
+    def turns(self) -> int:
+        """Blocks played."""
+        return int(self._desk["calls"][0])
+
+    @property
     def lost(self) -> str:
         """Why the stream stopped by itself; empty while it plays."""
         return "" if self._stream.active else "the device stopped"

@@ -70,6 +70,7 @@ class PacedSink:
         self._block = block
         self._record = record
         self._finish = finish
+        self.turns = 0  # grows while the thread runs, before the first drum too
         self._desk: Records = np.zeros(1, DESK)
         self._desk["rate_Hz"], self._desk["channels"] = rate_Hz, 2
         self.stage = Stage(rate_Hz)
@@ -107,10 +108,12 @@ class PacedSink:
         boards = self.stage.boards
         play_chunk(boards, self._desk, out[:0], self._block, 0, clock)  # compiles, where it must
         while self.stage.drums == 0:  # a recording begins with the first drum
+            self.turns += 1
             if self._stop.wait(_LOOK_S):
                 return
         origin_ns, frames = time.monotonic_ns(), 0
         while not self._stop.is_set():
+            self.turns += 1
             start_ns = origin_ns + frames * 1_000_000_000 // self.rate_Hz
             late_ns = time.monotonic_ns() - start_ns
             if late_ns > _LATE_NS:

@@ -68,6 +68,11 @@ class Sink(Protocol):
         ...
 
     @property
+    def turns(self) -> int:
+        """Grows while the sound's thread runs, whether a drum is there or not."""
+        ...
+
+    @property
     def lost(self) -> str:
         """Why it plays no longer; empty while it does."""
         ...

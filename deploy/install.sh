@@ -1,0 +1,134 @@
+#!/usr/bin/env bash
+# Installs this checkout as a release for systemd, beside the release before it, and restarts the rigs that run.
+#
+#   deploy/install.sh [--rig NAME] [--role haptic|door|sound|panel]... [--packages-from VENV] [--root DIR]
+#
+# --rig NAME    the rig that the roles are for (main)
+# --role ROLE   what this machine does, and begins to do now; may be repeated. Without it nothing new is switched on.
+# --root DIR    into a folder, to look at it: nothing of this machine is touched
+# --packages-from VENV   take Python packages from there first, e.g. from .venv after `make install`: no network for
+#               those; what it holds beside the lock's packages comes too
+#
+# It asks nothing, needs the network only for Python packages that are new, and may be run as often as you like.
+# Going back: deploy/rollback.sh. docs/install.md has the rest.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+# shellcheck source=deploy/staged.sh
+. deploy/staged.sh
+staged_options "$@"
+set -- "${rest[@]}"
+
+rig=main roles=() packages=""
+while [[ $# -gt 0 ]]; do
+    [[ $# -gt 1 ]] || wrong "$1: needs a value; see $0 --help"
+    case "$1" in
+        --rig) rig="$2" ;;
+        --role) roles+=("$2") ;;
+        --packages-from) packages="$(realpath "$2")" ;;
+        *) wrong "$1: there is --rig, --role, --packages-from and --root; see $0 --help" ;;
+    esac
+    shift 2
+done
+[[ "$rig" =~ ^[A-Za-z0-9_-]{1,40}$ ]] || wrong "--rig $rig: letters, digits, - and _, at most 40"
+
+services_of() { # role
+    case "$1" in
+        haptic) printf 'drumstick-servo@%s.service drumstick-gateway@%s.service drumstick-scene@%s.path\n' "$rig" "$rig" "$rig" ;;
+        door | sound | panel) printf 'drumstick-%s@%s.service\n' "$1" "$rig" ;;
+        *) wrong "--role $1: there is haptic, door, sound and panel" ;;
+    esac
+}
+for role in "${roles[@]}"; do services_of "$role" >/dev/null; done
+
+version="$(sed -n 's/^version = "\(.*\)"$/\1/p' pyproject.toml | head -n 1)"
+content="$(find services shared deploy pyproject.toml requirements.lock README.md LICENSE -type f -not -path '*/__pycache__/*' \
+    -print0 | LC_ALL=C sort -z | xargs -0 sha256sum | sha256sum | cut -c 1-10)"
+release="$version-$content"
+made="$opt/releases/$release"
+before="$(release_at current || true)"
+lock="$(sha256sum requirements.lock | cut -c 1-64)"
+
+# Another environment's packages as hard links, which take no room and no network.
+borrow() { # environment
+    [[ -x "$1/bin/python" ]] || return 1
+    cp -al "$1" "$made.new/venv" 2>/dev/null || cp -a "$1" "$made.new/venv"
+    # Programs name their own folder in their first line. sed writes a new file; the other environment keeps its own.
+    { grep -rlIF "$1" "$made.new/venv/bin" "$made.new/venv/pyvenv.cfg" || true; } | xargs -r sed -i "s|$1|$made/venv|g"
+}
+
+build() {
+    rm -rf "$made.new" "$made"
+    install -d "$made.new"
+    if [[ -n "$packages" ]]; then
+        borrow "$packages" || wrong "--packages-from $packages: no Python environment"
+        say "Python packages are taken from $packages as far as they fit"
+    elif [[ -n "$before" && "$(cat "$opt/releases/$before/lock")" == "$lock" ]] && borrow "$opt/releases/$before/venv"; then
+        say "The packages are those of $before: taken from there"
+    else
+        say "Installing Python packages: some 600 MB on the disk, a minute or more"
+    fi
+    # Only now to its place: its programs name the folder in which they are. A release without `lock` is not whole.
+    mv -T "$made.new" "$made"
+    deploy/install-venv.sh requirements.lock "$made/venv"
+    cp -r deploy "$made/deploy"
+    install -d "$made/docs"
+    cp docs/*.md "$made/docs"
+    find "$made/deploy" -name __pycache__ -prune -exec rm -rf {} +
+    # A look before anybody depends on it.
+    "$made/venv/bin/drumstick" scene check roll >/dev/null
+    printf '%s\n' "$lock" >"$made/lock"
+}
+
+umask 022
+deploy_packages() { [[ -n "$root" ]] || deploy/install-system.sh play; }
+deploy_packages
+if [[ -f "$made/lock" ]]; then
+    say "Release $release is installed already"
+else
+    install -d "$opt/releases"
+    build
+    say "Installed release $release in $made"
+fi
+if [[ "$before" != "$release" ]]; then
+    [[ -n "$before" ]] && point previous "$before"
+    point current "$release"
+    say "current: $release${before:+, before: $before (deploy/rollback.sh goes back to it)}"
+fi
+
+put_units "$made"
+if [[ -z "$root" ]]; then
+    systemd-sysusers /usr/local/lib/sysusers.d/drumstick.conf
+    owner=(-o root -g drumstick)
+else
+    owner=()
+fi
+install -d -m 0750 "${owner[@]}" "$etc" "$etc/$rig"
+[[ -e "$etc/$rig.env" ]] || install -m 0640 "${owner[@]}" deploy/systemd/example.env "$etc/$rig.env"
+[[ -e "$etc/$rig/rig.toml" ]] || install -m 0640 "${owner[@]}" deploy/systemd/example-rig.toml "$etc/$rig/rig.toml"
+
+for old in "$opt"/releases/*; do
+    name="$(basename "$old")"
+    [[ "$name" == "$release" || "$name" == "$(release_at current)" || "$name" == "$(release_at previous || true)" ]] && continue
+    rm -rf "$old" "$cache/bytecode$old"
+    say "Removed the older release $name"
+done
+
+restart_what_runs
+if [[ ${#roles[@]} -eq 0 ]]; then
+    say "Nothing new was switched on. To play here: sudo deploy/install.sh --role haptic --role sound --role panel"
+    exit 0
+fi
+wanted=("drumstick@$rig.target")
+for role in "${roles[@]}"; do
+    read -ra more < <(services_of "$role")
+    wanted+=("${more[@]}")
+done
+if is_live; then
+    systemctl enable --quiet "${wanted[@]}"
+    systemctl start --no-block "${wanted[@]}"
+    say "Switched on, now and at every start: ${wanted[*]}"
+    say "How it goes: systemctl list-units 'drumstick*', journalctl -fu 'drumstick-*@$rig'"
+else
+    systemctl --root="${root:-/}" enable --quiet "${wanted[@]}"
+    say "Switched on for the next start: ${wanted[*]}"
+fi

@@ -1,0 +1,116 @@
+#!/usr/bin/env bash
+# Boots a throw-away copy of this machine's system in a container, installs this checkout there, and looks at the
+# units as systemd runs them: ready, killed and back, hung and back, another scene, update and rollback, removal.
+#
+#   sudo deploy/try-units.sh [--packages-from VENV]
+#
+# Needs root and systemd-nspawn (Debian: systemd-container). What is written goes to memory and is forgotten.
+# Some minutes: the kernels are compiled afresh.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+here="$PWD"
+[[ "$(id -u)" -eq 0 ]] || { echo "as root: sudo $0" >&2; exit 2; }
+command -v systemd-nspawn >/dev/null || { echo "systemd-nspawn is missing: apt-get install systemd-container" >&2; exit 3; }
+
+place="$(mktemp -d)"
+leader=""
+box=""
+leave() {
+    [[ -z "$leader" ]] || kill -RTMIN+4 "$leader" 2>/dev/null || true # systemd's own signal: power off
+    [[ -z "$box" ]] || wait "$box" 2>/dev/null || true
+    umount -l "$place/root" "$place" 2>/dev/null || true
+    rmdir "$place" 2>/dev/null || true
+}
+trap leave EXIT
+
+mount -t tmpfs tmpfs "$place"
+mkdir "$place"/{up,work,root}
+mount -t overlay overlay -o "lowerdir=/,upperdir=$place/up,workdir=$place/work" "$place/root"
+rm -f "$place/root/etc/machine-id"
+# It would empty /tmp, where the checkout may lie.
+ln -s /dev/null "$place/root/etc/systemd/system/systemd-tmpfiles-setup.service"
+systemd-machine-id-setup --root="$place/root" >/dev/null 2>&1 || true
+env SYSTEMD_NSPAWN_TMPFS_TMP=0 systemd-nspawn --quiet --directory="$place/root" --register=no --keep-unit --private-network \
+    --boot --machine="drumstick-$$" --console=pipe -- systemd.unit=multi-user.target >"$place/console" 2>&1 </dev/null &
+box=$!
+for _ in $(seq 100); do
+    leader="$(cat "/proc/$box/task/$box/children" 2>/dev/null || true)"
+    leader="${leader%% *}"
+    [[ -n "$leader" && -d "/proc/$leader/root/run/systemd/system" ]] && break
+    sleep 0.2
+done
+[[ -n "$leader" ]] || { cat "$place/console"; echo "the container did not start" >&2; exit 1; }
+
+inside() { nsenter -t "$leader" -a -- env PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin "$@"; }
+property() { inside systemctl show --value --property "$2" "$1"; }
+said() { # seconds, what, command ...: until the command succeeds
+    local within="$1" what="$2" begun=$SECONDS
+    shift 2
+    until "$@"; do
+        if ((SECONDS - begun > within)); then
+            printf 'NOT: %s\n' "$what" >&2
+            inside systemctl --no-pager list-units --all 'drumstick*' >&2 || true
+            inside journalctl --no-pager -n 60 -u 'drumstick*' >&2 || true
+            exit 1
+        fi
+        sleep 0.2
+    done
+    printf '%3d s  %s\n' $((SECONDS - begun)) "$what"
+}
+is_active() { local unit; for unit in "$@"; do [[ "$(property "$unit" ActiveState)" == active ]] || return 1; done; }
+is_other() { # unit, pid before
+    is_active "$1" && [[ "$(property "$1" MainPID)" != "$2" ]]
+}
+tells() { property "$1" StatusText | grep -q "$2"; }
+ticks_of() { property "$servo" StatusText | sed -n 's/.*, \([0-9]*\) ticks.*/\1/p'; }
+
+servo=drumstick-servo@main.service gateway=drumstick-gateway@main.service
+sound=drumstick-sound@main.service panel=drumstick-panel@main.service
+inside systemctl is-system-running --wait >/dev/null 2>&1 || true
+mkdir -p "$place/root/etc/drumstick"
+cat >"$place/root/etc/drumstick/main.env" <<'OPTIONS'
+SOUND_OPTIONS=--audio null
+OPTIONS
+inside "$here/deploy/install.sh" "$@" --role haptic --role sound --role panel
+said 300 "every process says that it is ready" is_active "$servo" "$gateway" "$sound" "$panel"
+said 20 "the force loop tells of its strikes" tells "$servo" "playing; [0-9]* strikes"
+inside systemctl show "$servo" "$sound" --property StatusText
+printf '       the force loop got: %s\n' "$(inside sh -c 'cat /run/drumstick/main/*/servo.json')"
+printf '       drumstick-servo@main: exposure %s\n' "$(inside systemd-analyze --no-pager security "$servo" 2>/dev/null | tail -n 1)"
+
+pid="$(property "$servo" MainPID)"
+inside kill -9 "$pid"
+said 60 "a killed force loop is back" is_other "$servo" "$pid"
+pid="$(property "$servo" MainPID)"
+inside kill -STOP "$pid"
+said 60 "a force loop that hangs is ended by the watchdog, and back" is_other "$servo" "$pid"
+inside journalctl --no-pager -q -u "$servo" | grep -i "watchdog" | tail -n 2
+
+inside drumstick-at main params get dv_pls >/dev/null
+said 10 "a preset is kept" inside drumstick-at main preset save kept
+inside /opt/drumstick/current/venv/bin/python - <<'PYTHON'
+import zenoh, msgspec
+from protocol.keys import DEFAULT_ROUTER, Keys
+from protocol.session import client_config
+with zenoh.open(client_config(DEFAULT_ROUTER, None)) as session:
+    list(session.get(Keys("main").scene_load, payload=msgspec.msgpack.encode([1, "tom"]), timeout=5.0))
+PYTHON
+is_scene() { grep -qs "^name = \"$1\"" "$place"/root/run/drumstick/main/*/scene.toml || inside sh -c "grep -q '^name = \"$1\"' /run/drumstick/main/*/scene.toml"; }
+said 120 "another scene lies there" is_scene tom
+said 240 "and plays" is_active "$servo" "$gateway"
+
+before="$(inside readlink /opt/drumstick/current)"
+mkdir -p "$place/root/root/next"
+cp -r services shared deploy docs pyproject.toml requirements.lock README.md LICENSE "$place/root/root/next/"
+sed -i 's/^version = .*/version = "99.0.0"/' "$place/root/root/next/pyproject.toml"
+inside /root/next/deploy/install.sh
+said 240 "the update plays" is_active "$servo" "$gateway" "$sound" "$panel"
+inside /opt/drumstick/current/deploy/rollback.sh
+[[ "$(inside readlink /opt/drumstick/current)" == "$before" ]]
+said 240 "the release before plays again" is_active "$servo" "$gateway" "$sound" "$panel"
+has_preset() { inside drumstick-at main preset list 2>/dev/null | grep -q kept; }
+said 20 "the preset is still there" has_preset
+inside /opt/drumstick/current/deploy/uninstall.sh
+inside test ! -e /opt/drumstick
+inside test -d /var/lib/drumstick/drumstick/main
+echo "all as it should be"

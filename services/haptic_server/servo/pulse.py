@@ -1,0 +1,41 @@
+"""Whether the loop ticks, told to whoever supervises the process. Main thread; the loop knows nothing of it."""
+
+from haptic_server.records import FAULT, FAULT_WORDS, STATUS_WORDS
+from haptic_server.servo.memory import Servo
+from realtime.notify import Supervisor
+
+
+class Pulse:
+    """Feeds the watchdog only while the tick counter advances: the main thread may live though the loop hangs."""
+
+    def __init__(self, servo: Servo, supervisor: Supervisor) -> None:
+        self._status = servo.status
+        self._supervisor = supervisor
+        self._seen = 0
+        self._told_still = False
+
+    def look(self) -> None:
+        """Several times within the watchdog's time."""
+        tick = int(self._status[0]["tick"])
+        if tick != self._seen:
+            self._seen = tick
+            self._told_still = False
+            if self._supervisor.is_due:
+                self._supervisor.turned(self._words())
+        elif tick and not self._told_still:
+            self._told_still = True
+            self._supervisor.troubled(f"the force loop has not ticked since tick {tick}")
+
+    def _words(self) -> str:
+        status = self._status[0]
+        code = int(status["status"])
+        words = (
+            f"fault: {FAULT_WORDS.get(int(status['fault']), 'unknown')}"
+            if code == FAULT
+            else STATUS_WORDS[code]
+        )
+        late_ms = int(status["lateness_worst_ns"]) / 1e6
+        return (
+            f"{words}; {int(status['strikes'])} strikes, {int(status['tick'])} ticks,"
+            f" {int(status['overruns'])} missed, worst {late_ms:.2f} ms late"
+        )

@@ -1,0 +1,15 @@
+"""Asking a router at once whether it lets us in, before a process is started that would only be refused."""
+
+from rig.fault import lacking
+from rig.plan import Options
+
+
+def require_admission(options: Options) -> None:
+    """Stop where the far router refuses this certificate; one that is not there yet is waited for later."""
+    if options.identity is None or options.connect is None:
+        return
+    from protocol.handshake import why_refused
+
+    why = why_refused(options.connect, options.identity)
+    if why is not None and why.somebody_is_there:
+        lacking(why.words)

@@ -1,0 +1,83 @@
+"""Telling whoever supervises this process (systemd) that it is ready, alive, and how it goes.
+
+sd_notify(3): datagrams to the socket that NOTIFY_SOCKET names. Without that variable nothing is opened and nothing
+sent. One ordinary thread, never the tick's or the audio's; never blocks.
+"""
+
+import logging
+import os
+import socket
+import time
+from collections.abc import Callable, Mapping
+
+_log = logging.getLogger(__name__)
+_UNWATCHED_S = 5.0  # how often the status goes out where no watchdog asks for more
+_SHARES = 4  # of the watchdog's time: three may be late
+
+
+def _watchdog_s(environment: Mapping[str, str]) -> float | None:
+    # WATCHDOG_PID names the process that is watched; a child that inherited the variables is not.
+    micros = environment.get("WATCHDOG_USEC", "")
+    if not micros.isdecimal() or environment.get("WATCHDOG_PID", str(os.getpid())) != str(os.getpid()):
+        return None
+    return int(micros) / 1e6 or None
+
+
+class Supervisor:
+    """Call `turned` whenever the loop that matters turned: the first time says ready, later ones feed the watchdog."""
+
+    def __init__(
+        self,
+        environment: Mapping[str, str] = os.environ,
+        now_s: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._now_s = now_s
+        self._period_s = (_watchdog_s(environment) or _SHARES * _UNWATCHED_S) / _SHARES
+        self._is_ready = False
+        self._due_s = 0.0
+        self._failed = False
+        self._address = environment.get("NOTIFY_SOCKET", "")
+        self._socket: socket.socket | None = None
+        if self._address:
+            if self._address.startswith("@"):  # in Linux' abstract namespace
+                self._address = "\0" + self._address[1:]
+            self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC)
+            self._socket.setblocking(False)
+
+    @property
+    def is_due(self) -> bool:
+        """Whether `turned` would send something: for callers whose words cost something."""
+        return self._socket is not None and (not self._is_ready or self._now_s() >= self._due_s)
+
+    def turned(self, words: str) -> None:
+        """The loop turned. `words`: how it goes, one line for `systemctl status`."""
+        if not self.is_due:
+            return
+        self._due_s = self._now_s() + self._period_s
+        first = "READY=1" if not self._is_ready else "WATCHDOG=1"
+        self._is_ready = True
+        self._send(first, words)
+
+    def waiting(self, words: str) -> None:
+        """Not ready, but in good order: for something that may take as long as it likes."""
+        if self._is_ready or not self.is_due or self._now_s() < self._due_s:
+            return
+        self._due_s = self._now_s() + self._period_s
+        # systemd then grants that much more time for the start, from now.
+        self._send(f"EXTEND_TIMEOUT_USEC={int(3e6 * max(self._period_s, _UNWATCHED_S))}", words)
+
+    def troubled(self, words: str) -> None:
+        """Tell how it goes without feeding the watchdog."""
+        if self._socket is not None:
+            self._send("", words)
+
+    def _send(self, first: str, words: str) -> None:
+        lines = [first, f"STATUS={' '.join(words.split())}"]
+        assert self._socket is not None
+        try:
+            self._socket.sendto("\n".join(line for line in lines if line).encode(), self._address)
+            self._failed = False
+        except OSError as error:  # a supervisor that is busy or starts anew: the next time will do
+            if not self._failed:
+                _log.warning("the supervisor cannot be told: %s", error.strerror)
+            self._failed = True

@@ -1,0 +1,95 @@
+"""The units under deploy/systemd: systemd understands every line, and they fit the commands and folders they name."""
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from haptic_server import files
+from rig.fault import GIVEN
+from rig.service import SERVICES
+
+ROOT = Path(__file__).resolve().parents[2]
+FOLDER = ROOT / "deploy" / "systemd"
+UNITS = sorted(FOLDER.glob("*@.*"))
+PROGRAM = "/opt/drumstick/current/venv/bin/drumstick"
+
+
+def _said(folder: Path, unit: str) -> str:
+    command = ["systemd-analyze", "verify", "--man=no", "--recursive-errors=no", str(folder / unit)]
+    done = subprocess.run(
+        command, capture_output=True, text=True, check=False, timeout=60, env={"SYSTEMD_UNIT_PATH": f"{folder}:"}
+    )  # fmt: skip
+    return done.stdout + done.stderr + ("" if done.returncode == 0 else f"status {done.returncode}")
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """The units, with a program that is there."""
+    program = shutil.which("true")
+    assert program
+    for unit in UNITS:
+        (tmp_path / unit.name).write_text(unit.read_text().replace(PROGRAM, program))
+    return tmp_path
+
+
+def _settings(name: str) -> dict[str, list[str]]:
+    found: dict[str, list[str]] = {}
+    for line in (FOLDER / name).read_text().splitlines():
+        key, equals, value = line.partition("=")
+        if equals and not line.startswith("#"):
+            found.setdefault(key, []).append(value)
+    return found
+
+
+@pytest.mark.needs("systemd-analyze")
+@pytest.mark.parametrize("unit", [unit.name for unit in UNITS])
+def test_systemd_has_nothing_to_say(folder: Path, unit: str) -> None:
+    assert _said(folder, unit.replace("@", "@main")) == ""
+
+
+@pytest.mark.needs("systemd-analyze")
+def test_systemd_would_have_said_something(folder: Path) -> None:
+    broken = folder / "drumstick-panel@.service"
+    broken.write_text(broken.read_text().replace("RestartSec=", "RestartSecs="))
+    assert "RestartSecs" in _said(folder, "drumstick-panel@main.service")
+
+
+@pytest.mark.parametrize("service", SERVICES)
+def test_each_service_has_its_unit_with_what_all_must_have(service: str) -> None:
+    unit = _settings(f"drumstick-{service}@.service")
+    (command,) = unit["ExecStart"]
+    assert command.startswith(f"{PROGRAM} service {service} --rig %i ")
+    assert command.endswith(f" ${service.upper()}_OPTIONS")
+    assert f"#{service.upper()}_OPTIONS=" in (FOLDER / "example.env").read_text()
+    assert unit["Type"] == ["notify"]
+    assert unit["WatchdogSignal"] == ["SIGTERM"]
+    assert unit["Restart"] == ["always"]
+    assert unit["RestartPreventExitStatus"] == [str(GIVEN)]
+    assert unit["MemoryDenyWriteExecute"] == ["no"]
+    assert "RestrictRealtime" not in unit or service not in ("servo", "sound")
+    for key in ("NoNewPrivileges", "PrivateTmp", "ProtectHome", "RestrictNamespaces"):
+        assert unit[key] == ["yes"]
+    assert unit["ProtectSystem"] == ["strict"]
+    assert unit["User"] == ["drumstick"]
+
+
+def test_the_force_loop_has_no_network() -> None:
+    unit = _settings("drumstick-servo@.service")
+    assert unit["PrivateNetwork"] == ["yes"]
+    assert unit["RestrictAddressFamilies"] == ["AF_UNIX"]
+    assert unit["SupplementaryGroups"] == ["dialout"]
+
+
+def test_the_wish_for_a_scene_is_looked_for_where_the_gateway_leaves_it() -> None:
+    (runtime,) = {
+        re.search(r"XDG_RUNTIME_DIR=(\S+)", text)[1]  # type: ignore[index]
+        for text in (unit.read_text() for unit in UNITS)
+        if "XDG_RUNTIME_DIR" in text
+    }
+    (looked,) = _settings("drumstick-scene@.path")["PathExistsGlob"]
+    # rig.folder: drumstick-UID-RIG below XDG_RUNTIME_DIR; the rig's own folder, so that b and a-b cannot be confused
+    assert looked == f"{runtime}/drumstick-*-%i/{files.WANTED}"
+    assert looked in _settings("drumstick-scene@.service")["ExecStopPost"][0]

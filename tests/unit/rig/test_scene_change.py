@@ -1,0 +1,136 @@
+"""Which scene the next servo plays where systemd starts it: asked for, configured, held, or the one before."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from drumstick.law import law_of
+from drumstick.scene import parse, shipped_text
+from haptic_server import block, files
+from realtime.atomics import poke
+from rig import service
+from rig.fault import GIVEN, LACKING, Stop
+from rig.scene_change import BEFORE, ended, lay_out, played
+
+
+class Run:
+    """A run folder, and what was said."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.said: list[str] = []
+
+    def lay_out(self, configured: str = "roll", wanted: str = "") -> str:
+        """Name of the scene that lies there then."""
+        if wanted:
+            (self.folder / files.WANTED).write_text(wanted)
+        lay_out(self.folder, configured, self.said.append)
+        return self.lying
+
+    @property
+    def lying(self) -> str:
+        return parse((self.folder / files.SCENE).read_text(), "lying").name
+
+    def servo_left(self, held: bool) -> None:
+        """What a servo of the scene that lies there leaves behind when it ends."""
+        law = law_of(parse((self.folder / files.SCENE).read_text(), "lying"))
+        made = block.create(self.folder, law, 1)
+        poke(made.control, block.HELD, int(held))
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Run:
+    return Run(tmp_path)
+
+
+def test_the_first_start_plays_what_the_options_name(run: Run) -> None:
+    assert run.lay_out("tom") == "tom"
+
+
+def test_a_crash_leaves_scene_and_block_alone(run: Run) -> None:
+    run.lay_out()
+    run.servo_left(held=False)
+    before = (run.folder / files.BLOCK).stat().st_ino
+    assert run.lay_out() == "roll"
+    assert (run.folder / files.BLOCK).stat().st_ino == before
+
+
+def test_what_was_asked_for_is_played_once_and_stays(run: Run) -> None:
+    run.lay_out()
+    run.servo_left(held=False)
+    assert run.lay_out(wanted="snare") == "snare"
+    assert not (run.folder / files.WANTED).exists()
+    assert not (run.folder / files.BLOCK).exists()  # of another law
+    assert run.lay_out() == "snare"
+
+
+def test_changed_options_win_over_what_was_asked_for(run: Run) -> None:
+    run.lay_out()
+    run.lay_out(wanted="snare")
+    assert run.lay_out("tom") == "tom"
+
+
+@pytest.mark.parametrize(("configured", "wanted"), [("roll", "snare"), ("tom", "")])
+def test_a_held_scene_stays_whatever_is_asked_for(run: Run, configured: str, wanted: str) -> None:
+    run.lay_out()
+    run.servo_left(held=True)
+    assert run.lay_out(configured, wanted) == "roll"
+    assert (run.folder / files.BLOCK).exists()
+    assert "drumstick arm" in run.said[-1]
+    assert not (run.folder / files.WANTED).exists()
+
+
+@pytest.mark.parametrize("status", [GIVEN, LACKING])
+def test_a_scene_that_cannot_be_played_gives_way_to_the_one_before(run: Run, status: int) -> None:
+    run.lay_out()
+    run.lay_out(wanted="snare")
+    ended(run.folder, status, run.said.append)
+    assert run.lying == "roll"
+    assert "back to the one before" in run.said[-1]
+    assert run.lay_out() == "roll"
+
+
+@pytest.mark.parametrize(("has_played", "status"), [(True, LACKING), (False, 1), (False, 0)])
+def test_what_has_played_or_crashed_is_not_given_up(run: Run, has_played: bool, status: int) -> None:
+    run.lay_out()
+    run.lay_out(wanted="snare")
+    if has_played:
+        played(run.folder)
+    ended(run.folder, status, run.said.append)
+    assert run.lying == "snare"
+
+
+def test_a_scene_that_this_version_does_not_know_is_replaced(run: Run) -> None:
+    run.lay_out()
+    (run.folder / files.SCENE).write_text("from = 'another version'")
+    assert run.lay_out() == "roll"
+
+
+def test_a_damaged_way_back_ends_at_the_configured_scene(run: Run) -> None:
+    run.lay_out()
+    run.lay_out(wanted="snare")
+    (run.folder / BEFORE).write_text('{"name":')
+    with pytest.raises(Stop, match=BEFORE):
+        ended(run.folder, GIVEN, run.said.append)
+    assert run.lay_out() == "roll"
+
+
+def test_a_wrong_name_is_refused_and_the_scene_stays(run: Run) -> None:
+    run.lay_out()
+    with pytest.raises(Stop, match="no scene 'none'"):
+        run.lay_out(wanted="none")
+    assert run.lay_out() == "roll"
+
+
+@pytest.mark.parametrize(("how", "status"), [("killed", "9"), ("exited", "TERM"), ("exited", "0")])
+def test_only_an_exit_status_speaks_of_the_scene(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, how: str, status: str
+) -> None:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    folder = tmp_path / f"drumstick-{os.getuid()}-main"
+    folder.mkdir(mode=0o700)
+    (folder / files.SCENE).write_text(shipped_text("tom"))
+    (folder / BEFORE).write_text("{}")
+    service.servo_ended("main", how, status)
+    assert (folder / BEFORE).exists()
