@@ -48,10 +48,27 @@ made="$opt/releases/$release"
 before="$(release_at current || true)"
 lock="$(sha256sum requirements.lock | cut -c 1-64)"
 
+# The services' user cannot reach a Python in somebody's home (pyenv, uv), and ProtectHome would hide it anyway.
+python="${PYTHON:-python3}"
+in_a_home() { [[ "$1" == /root/* || "$1" == /home/* || "$1" == /run/user/* ]]; }
+real() { "$1" -c 'import os, sys; print(os.path.realpath(sys.executable))'; }
+base="$(real "$python")"
+if [[ -z "$root" ]] && in_a_home "$base"; then
+    python=/usr/bin/python3
+    [[ -x "$python" ]] || lacking "$base lies in a home, which the services may not see: install the system's python3"
+    base="$(real "$python")"
+fi
+export PYTHON="$python"
+
 # Another environment's packages as hard links, which take no room and no network.
 borrow() { # environment
     [[ -x "$1/bin/python" ]] || return 1
+    local its
+    its="$("$1/bin/python" -c 'import sys; print("python%d.%d" % sys.version_info[:2])')"
+    [[ "$("$base" -c 'import sys; print("python%d.%d" % sys.version_info[:2])')" == "$its" ]] || return 1
     cp -al "$1" "$made.new/venv" 2>/dev/null || cp -a "$1" "$made.new/venv"
+    for its in python python3 "$its"; do ln -sfn "$base" "$made.new/venv/bin/$its"; done
+    sed -i "s|^home = .*|home = $(dirname "$base")|" "$made.new/venv/pyvenv.cfg"
     # Programs name their own folder in their first line. sed writes a new file; the other environment keeps its own.
     { grep -rlIF "$1" "$made.new/venv/bin" "$made.new/venv/pyvenv.cfg" || true; } | xargs -r sed -i "s|$1|$made/venv|g"
 }
@@ -60,7 +77,7 @@ build() {
     rm -rf "$made.new" "$made"
     install -d "$made.new"
     if [[ -n "$packages" ]]; then
-        borrow "$packages" || wrong "--packages-from $packages: no Python environment"
+        borrow "$packages" || wrong "--packages-from $packages: no environment of the same Python as $base"
         say "Python packages are taken from $packages as far as they fit"
     elif [[ -n "$before" && "$(cat "$opt/releases/$before/lock")" == "$lock" ]] && borrow "$opt/releases/$before/venv"; then
         say "The packages are those of $before: taken from there"
