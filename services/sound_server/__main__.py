@@ -38,7 +38,8 @@ def main() -> int:
         sink = awaited.stand_in(wanted.audio, wanted.rate, wanted.block)
         lookout = awaited.Lookout(wanted.audio, stop)
     try:
-        Server(wanted.rigs, wanted.connect, sink, stop, wanted.identity).run()
+        room = wanted.room
+        Server(wanted.rigs, wanted.connect, sink, stop, wanted.identity, wanted.most, room).run()
     except DeviceLost as lost:
         logging.error("audio device lost: %s", lost)
         sys.stderr.flush()
