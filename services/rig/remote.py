@@ -5,13 +5,15 @@ import sys
 import time
 from collections.abc import Generator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, NoReturn
 
 import msgspec
 
+from protocol.endpoint import host_and_port, is_tls
 from protocol.messages import PresetNews, PresetReply, Readback, RefusalReply, SetReply, decode
 from protocol.session import client_config
 from rig.fault import lacking, wrong
+from rig.ports import listens
 from rig.settled import FarEnd
 
 _ANSWER_WITHIN_S = 2.0
@@ -20,6 +22,10 @@ _ANSWER_WITHIN_S = 2.0
 @contextmanager
 def opened(end: FarEnd) -> Generator[Any]:
     """A session of its own; Stop with the reason when there is no router, or it does not let us in."""
+    if not is_tls(end.endpoint) and not listens(*host_and_port(end.endpoint)):
+        _no_router(
+            end
+        )  # Zenoh would take longer to find out, and a process that failed to open was seen not to end
     import zenoh
 
     try:
@@ -30,14 +36,17 @@ def opened(end: FarEnd) -> Generator[Any]:
         identity = end.identity
         if identity is not None and (why := handshake.why_refused(end.endpoint, identity)) is not None:
             lacking(why.words)
-        lacking(
-            f"no router answers at {end.endpoint}: start a rig with `drumstick up`, or name its"
-            " router with --connect"
-        )
+        _no_router(end)
     try:
         yield session
     finally:
         session.close()
+
+
+def _no_router(end: FarEnd) -> NoReturn:
+    lacking(
+        f"no router answers at {end.endpoint}: start a rig with `drumstick up`, or name its router with --connect"
+    )
 
 
 def _ask(session: Any, key: str, payload: bytes | None = None) -> list[Any]:

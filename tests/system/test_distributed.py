@@ -68,7 +68,11 @@ def played(meters: "Listener[Meter]") -> int:
 
 def test_a_rig_that_appears_later_is_listed_and_played(venue: Venue, session: zenoh.Session) -> None:
     left, right = (Listener(session, rig.keys.meter, Meter) for rig in (venue.left, venue.right))
-    wait_for("the sound of both", lambda: played(left) > 5 and played(right) > 5)
+    try:
+        wait_for("the sound of both", lambda: played(left) > 5 and played(right) > 5)
+    except AssertionError:
+        print(played(left), played(right), venue.sound.said, venue.left.said, venue.right.said, sep="\n---\n")
+        raise
     found = listed(venue.router.endpoint)
     for rig in (venue.left, venue.right):
         row = found[rig.name]
