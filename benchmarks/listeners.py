@@ -185,16 +185,20 @@ def main() -> None:
     """Measure and store."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--quick", action="store_true", help="few listeners, a second each; stores nothing")
-    quick = parser.parse_args().quick
+    parser.add_argument("--most", type=int, default=COUNTS[-1], help="listeners at most")
+    parser.add_argument("--seconds", type=float, default=8.0, help="of each run")
+    given = parser.parse_args()
+    quick = given.quick
     alone_in_a_namespace()
-    counts, seconds = (COUNTS[:2], 1.0) if quick else (COUNTS, 8.0)
+    counts = COUNTS[:2] if quick else [count for count in COUNTS if count <= given.most]
+    seconds = 1.0 if quick else given.seconds
     told: dict[str, Any] = {
         "machine": description(),
         "load_before": os.getloadavg()[0],
         "seconds": seconds,
         "processes_of_listeners": PROCESSES,
         "profiles": {name: many(name, counts, seconds) for name in ("follower", "everything")},
-        "chained": chained("follower", 4 if quick else 100, seconds),
+        "chained": chained("follower", 4 if quick else 30, seconds),
     }
     if not quick:
         RESULT.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
