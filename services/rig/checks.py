@@ -4,6 +4,7 @@ import importlib.util
 import math
 import socket
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from protocol.keys import DEFAULT_ROUTER, Keys, checked_rig
@@ -16,6 +17,28 @@ def rig_name(name: str) -> None:
         checked_rig(name)
     except ValueError as error:
         wrong(str(error))
+
+
+def sound_rigs(own: str, also: Sequence[str], most: int) -> None:
+    """The rigs that one sound server plays: names, and patterns with *."""
+    from protocol.pattern import checked_pattern, is_pattern
+
+    finite(most, "--most-rigs", 1.0, 8.0, "rigs")
+    try:
+        named = {own, *(checked_pattern(name) for name in also if not is_pattern(checked_pattern(name)))}
+    except ValueError as error:
+        wrong(f"--also: {error}")
+    if len(named) > most:
+        wrong(
+            f"--rig and --also name {len(named)} rigs, more than the {most} that one sound server plays (--most-rigs,"
+            " at most 8): start another one for the rest"
+        )
+
+
+def room(latency_ms: float, level_dB: float) -> None:
+    """What a room adds to the scenes that are played in it."""
+    finite(latency_ms, "--room-latency", 0.0, 500.0, "ms")
+    finite(level_dB, "--room-level", -60.0, 12.0, "dB")
 
 
 def endpoint(connect: str | None, option: str = "--connect") -> str:

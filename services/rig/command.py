@@ -31,6 +31,7 @@ _COMMANDS: _Commands = (
     ("doctor", machine.doctor_command),
     ("record", running.record_command),
     ("replay", running.replay_command),
+    ("rigs", running.rigs_command),
     ("panic", running.panic_command),
     ("arm", running.arm_command),
 )

@@ -34,7 +34,10 @@ class Options:
     audio_rate: int = 48000  # Hz
     audio_block: int = 128  # frames
     fresh: bool = False  # start from the scene, not from the last good set
-    also: tuple[str, ...] = ()  # further rigs whose drums the sound server plays
+    also: tuple[str, ...] = ()  # further rigs whose drums the sound server plays; with *, as they come and go
+    most_rigs: int = 8
+    room_latency_ms: float = 0.0
+    room_level_dB: float = 0.0  # noqa: N815
     parts: frozenset[str] = field(default_factory=lambda: frozenset({HAPTIC, SOUND, PANEL}))
     record: Path | None = None  # the MCAP file to record into
     record_force: bool = False  # also the contacts' force
@@ -103,16 +106,7 @@ def commands(options: Options) -> dict[str, list[str]]:
                 *_public(options.public),
             ]
     if SOUND in options.parts:
-        drums = ["--rig", ",".join((options.rig, *options.also))]
-        audio = [
-            "--audio",
-            options.audio,
-            "--rate",
-            str(options.audio_rate),
-            "--block",
-            str(options.audio_block),
-        ]
-        plan["sound"] = [*python, "sound_server", *drums, *router, *audio]
+        plan["sound"] = [*python, "sound_server", *router, *_sound(options)]
     if PANEL in options.parts:
         its_own = ["--token-file", str(options.folder / "panel-token")]
         its_own += ["--accuracy-shipped", str(store.SHIPPED)]
@@ -123,6 +117,13 @@ def commands(options: Options) -> dict[str, list[str]]:
         if options.record_force:
             plan[RECORD].append("--force")
     return plan
+
+
+def _sound(options: Options) -> list[str]:
+    words = ["--rig", ",".join((options.rig, *options.also)), "--most-rigs", str(options.most_rigs)]
+    words += [f"--room-latency={options.room_latency_ms!r}", f"--room-level={options.room_level_dB!r}"]
+    words += ["--audio", options.audio, "--rate", str(options.audio_rate)]
+    return [*words, "--block", str(options.audio_block)]
 
 
 def _public(public: Public) -> list[str]:

@@ -5,20 +5,27 @@ import sys
 import time
 from collections.abc import Generator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, NoReturn
 
 import msgspec
 
+from protocol.endpoint import host_and_port, is_tls
 from protocol.messages import PresetNews, PresetReply, Readback, RefusalReply, SetReply, decode
 from protocol.session import client_config
 from rig.fault import lacking, wrong
+from rig.ports import listens
 from rig.settled import FarEnd
 
 _ANSWER_WITHIN_S = 2.0
 
 
 @contextmanager
-def _session(end: FarEnd) -> Generator[Any]:
+def opened(end: FarEnd) -> Generator[Any]:
+    """A session of its own; Stop with the reason when there is no router, or it does not let us in."""
+    if not is_tls(end.endpoint) and not listens(*host_and_port(end.endpoint)):
+        _no_router(
+            end
+        )  # Zenoh would take longer to find out, and a process that failed to open was seen not to end
     import zenoh
 
     try:
@@ -29,13 +36,17 @@ def _session(end: FarEnd) -> Generator[Any]:
         identity = end.identity
         if identity is not None and (why := handshake.why_refused(end.endpoint, identity)) is not None:
             lacking(why.words)
-        lacking(
-            f"no rig answers at {end.endpoint}: start one with `drumstick up`, or name its router with --connect"
-        )
+        _no_router(end)
     try:
         yield session
     finally:
         session.close()
+
+
+def _no_router(end: FarEnd) -> NoReturn:
+    lacking(
+        f"no router answers at {end.endpoint}: start a rig with `drumstick up`, or name its router with --connect"
+    )
 
 
 def _ask(session: Any, key: str, payload: bytes | None = None) -> list[Any]:
@@ -54,7 +65,7 @@ def _ask(session: Any, key: str, payload: bytes | None = None) -> list[Any]:
 
 def params_get(end: FarEnd, names: list[str], as_json: bool) -> None:
     """Print what the servo uses."""
-    with _session(end) as session:
+    with opened(end) as session:
         values: dict[str, float] = {}
         for name in names or ["*"]:
             for sample in _ask(session, end.keys.param(name)):
@@ -75,7 +86,7 @@ def params_set(end: FarEnd, pairs: list[str], as_json: bool) -> None:
             wrong(
                 f"{pair!r}: write NAME=NUMBER, e.g. dv_pls=0.3" if equals else f"{pair!r}: write NAME=NUMBER"
             )
-    with _session(end) as session:
+    with opened(end) as session:
         payload = msgspec.msgpack.encode([1, changes])
         reply = decode(_ask(session, end.keys.set_many, payload)[0].payload.to_bytes(), SetReply)
     _print_set(reply, as_json)
@@ -94,7 +105,7 @@ def params_watch(end: FarEnd, duration_s: float | None) -> None:
     import zenoh
 
     until = None if duration_s is None else time.monotonic() + duration_s
-    with _session(end) as session:
+    with opened(end) as session:
         changes = session.declare_subscriber(end.keys.param("*"), zenoh.handlers.RingChannel(256))
         while until is None or time.monotonic() < until:
             while (sample := changes.try_recv()) is not None:
@@ -106,7 +117,7 @@ def params_watch(end: FarEnd, duration_s: float | None) -> None:
 
 def preset_save(end: FarEnd, name: str) -> None:
     """Keep what was accepted last under this name."""
-    with _session(end) as session:
+    with opened(end) as session:
         payload = msgspec.msgpack.encode([1, name])
         news = decode(_ask(session, end.keys.preset_save, payload)[0].payload.to_bytes(), PresetNews)
     print(f"preset {news.name} saved on the haptic machine")
@@ -114,7 +125,7 @@ def preset_save(end: FarEnd, name: str) -> None:
 
 def preset_load(end: FarEnd, name: str, as_json: bool) -> None:
     """Set everything that the preset holds; print the readback."""
-    with _session(end) as session:
+    with opened(end) as session:
         payload = msgspec.msgpack.encode([1, name])
         reply = decode(_ask(session, end.keys.preset_load, payload)[0].payload.to_bytes(), PresetReply)
     if reply.note:
@@ -124,7 +135,7 @@ def preset_load(end: FarEnd, name: str, as_json: bool) -> None:
 
 def preset_list(end: FarEnd, as_json: bool) -> None:
     """One line for each preset."""
-    with _session(end) as session:
+    with opened(end) as session:
         listed = json.loads(_ask(session, end.keys.preset)[0].payload.to_bytes())
     if as_json:
         print(json.dumps({"presets": listed}))
@@ -136,14 +147,14 @@ def preset_list(end: FarEnd, as_json: bool) -> None:
 
 def panic(end: FarEnd) -> None:
     """Zero force, latched."""
-    with _session(end) as session:
+    with opened(end) as session:
         _ask(session, end.keys.panic)
     print("panic: zero force; clear it on the haptic machine with: drumstick arm")
 
 
 def health(end: FarEnd) -> tuple[dict[str, Any], dict[str, Any] | None]:
     """What the gateway tells about itself, and the public listener if there is one. Stop when the gateway is silent."""
-    with _session(end) as session:
+    with opened(end) as session:
         gateway = json.loads(_ask(session, end.keys.doctor)[0].payload.to_bytes())
         told = [reply.ok for reply in session.get(end.keys.door, timeout=_ANSWER_WITHIN_S) if reply.ok]
         return gateway, json.loads(told[0].payload.to_bytes()) if told else None

@@ -39,7 +39,8 @@ def main() -> int:
         sink = awaited.stand_in(wanted.audio, wanted.rate, wanted.block)
         lookout = awaited.Lookout(wanted.audio, stop)
     try:
-        Server(wanted.rigs, wanted.connect, sink, stop, wanted.identity, Supervisor()).run()
+        told = Supervisor()
+        Server(wanted.rigs, wanted.connect, sink, stop, wanted.identity, wanted.most, wanted.room, told).run()
     except DeviceLost as lost:
         logging.error("audio device lost: %s", lost)
         sys.stderr.flush()

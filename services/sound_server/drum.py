@@ -7,6 +7,7 @@ link's threads.
 import logging
 import threading
 import time
+from collections.abc import Callable
 
 from drumstick.scene import Scene
 from protocol.messages import Meter, State, decode
@@ -19,6 +20,7 @@ from sound_server.engine import Engine
 from sound_server.events import StrikeRing
 from sound_server.fitting import fitted
 from sound_server.link import Link
+from sound_server.room import Room
 from sound_server.sinks.sink import Sink
 from sound_server.stream.desk import ContactDesk
 from sound_server.strikes import StrikeDesk
@@ -28,13 +30,24 @@ from sound_server.viewing import Viewing
 _PATIENCE_S = 2.0
 _RETRY_S = 0.25
 _TURN_S = 0.1
+_FADING_S = 0.02
+_HERE = Room()
 
 
 class Drum:
     """Follows the rig at the other end of `link` until `stop`; `ident` names this server on the network."""
 
-    def __init__(self, link: Link, sink: Sink, ident: str, complaints: Complaints, stop: StopRequest) -> None:
+    def __init__(
+        self,
+        link: Link,
+        sink: Sink,
+        ident: str,
+        complaints: Complaints,
+        stop: StopRequest,
+        room: Room = _HERE,
+    ) -> None:
         self._stop = stop
+        self._room = room
         self._link = link
         self._sink = sink
         self._id = ident
@@ -62,6 +75,14 @@ class Drum:
         while not self._stop.wait(_TURN_S):
             self._turn()
         viewing.join()
+
+    def leave(self, abandoned: Callable[[], bool]) -> None:
+        """Have the drum fade, and wait until it has, unless `abandoned`. After `run`."""
+        if self._engine is None:
+            return
+        self._sink.stage.leave(self._place)
+        while not abandoned() and not self._sink.stage.has_left(self._place):
+            time.sleep(_FADING_S)
 
     def _turn(self) -> None:
         if self._other_boot.is_set():
@@ -116,15 +137,17 @@ class Drum:
         # to wait for have sounded: none is lost, and nothing clicks.
         ring = StrikeRing()
         fit = fitted(scene, self._sink.rate_Hz)
-        engine = build(fit.scene, self._sink.rate_Hz, ring)
+        engine = build(self._room.later(fit.scene), self._sink.rate_Hz, ring)
+        engine.control["output_gain"] *= self._room.gain
         if engine.stream is not None:
             self._desk.note = self._contacts.note  # a contact sounds once: as it comes, or by its strike
         place = self._sink.stage.enter(engine)
         self._desk.ring = ring
         if self._scene is not None:
-            self._sink.stage.leave(self._place, self._scene.drum.latency_s)
-        self._desk.latency_s = scene.drum.latency_s
-        self._contacts.play_on(engine.stream, scene.drum.latency_s)
+            self._sink.stage.leave(self._place, self._scene.drum.latency_s + self._room.latency_s)
+        self._desk.latency_s = scene.drum.latency_s + self._room.latency_s
+        self._desk.room_s = self._room.latency_s
+        self._contacts.play_on(engine.stream, scene.drum.latency_s, self._room.latency_s)
         if engine.stream is None:
             self._desk.note = None
         self._scene, self._engine, self._place = scene, engine, place
@@ -157,7 +180,7 @@ class Drum:
         return Meter(
             id=self._id,
             t_ns=self._haptic_ns(time.monotonic_ns()),
-            sink=self._sink.words,
+            sink=", ".join(filter(None, (self._sink.words, self._room.words))),
             peak_left=float(peaks["peak_left"]),
             peak_right=float(peaks["peak_right"]),
             load=self._sink.load,

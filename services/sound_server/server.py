@@ -1,26 +1,35 @@
 """The sound server: keeps a sink playing the drums of the rigs that it was given, struck over the network.
 
-The main thread only watches: each rig's drum has a thread, strikes come on Link's threads, sound is made on the
-sink's.
+The main thread only watches: each rig has a Zenoh session and a thread, strikes come on Link's threads, sound is made
+on the sink's. Rigs that a pattern stands for come and go while the others play.
 """
 
+import logging
 import os
 import secrets
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+
+import zenoh
 
 from protocol.identity import Identity
 from protocol.keys import Keys
+from protocol.pattern import is_pattern
 from protocol.session import open_client
 from realtime.notify import Supervisor
 from realtime.stop import StopRequest
 from sound_server.complaints import Complaints
 from sound_server.drum import Drum
 from sound_server.link import Link
+from sound_server.lookout import Lookout
+from sound_server.options import MOST_RIGS
+from sound_server.room import Room
+from sound_server.roster import Roster
 from sound_server.sinks.sink import Sink
 
 _TURN_S = 0.1
+_HERE = Room()
 
 
 class DeviceLost(Exception):
@@ -28,7 +37,8 @@ class DeviceLost(Exception):
 
 
 class Server:
-    """`run` returns when `stop` is set; the sink stays open. Each of `rigs` has a drum of its own."""
+    """`run` returns when `stop` is set; the sink stays open. Each of `rigs` has a drum of its own; one with a * stands
+    for all that match it, as they come and go, up to `most` drums together."""
 
     def __init__(
         self,
@@ -37,49 +47,81 @@ class Server:
         sink: Sink,
         stop: StopRequest,
         identity: Identity | None = None,
+        most: int = MOST_RIGS,
+        room: Room = _HERE,
         supervisor: Supervisor | None = None,
     ) -> None:
-        self._rigs = rigs
-        self._router = router
-        self._sink = sink
+        self._named = [rig for rig in rigs if not is_pattern(rig)]
+        self._patterns = [rig for rig in rigs if is_pattern(rig)]
+        self._router, self._identity = router, identity
+        self._sink, self._room, self._most = sink, room, most
         self._stop = stop
-        self._identity = identity
         self._supervisor = supervisor
         self._turns = 0
+        self._has_router = False  # some seat came in
+        self._id = f"{os.getpid():x}-{secrets.token_hex(3)}"
+        self._complaints = Complaints(time.monotonic_ns)
+        self._told: set[str] = set()
+        self._telling = threading.Lock()
 
     def run(self) -> None:
         """Serve until stopped. Raises DeviceLost."""
-        session = open_client(self._router, self._may_wait, self._identity)
-        if session is None:
-            self._check_device()
-            return
-        ident = f"{os.getpid():x}-{secrets.token_hex(3)}"
-        complaints = Complaints(time.monotonic_ns)
-        links = [Link(session, Keys(rig), complaints) for rig in self._rigs]
-        drums = [Drum(link, self._sink, ident, complaints, self._stop) for link in links]
-        threads = [threading.Thread(target=drum.run, name="drum", daemon=True) for drum in drums]
-        for thread in threads:
-            thread.start()
+        roster = Roster(self._named, self._most, self._play)
+        session: zenoh.Session | None = None
         try:
+            lookout = None
+            if self._patterns and (session := self._opened(self._stop, self._tell)) is not None:
+                lookout = Lookout(session, self._patterns)
             while not self._stop.wait(_TURN_S):
+                is_broken = roster.is_broken  # asked first: a lost device ends threads too
                 self._check_device()
-                self._tell("")
-                if not all(thread.is_alive() for thread in threads):
+                self._tell()
+                if is_broken:
                     raise RuntimeError("a drum's thread ended; its traceback stands above")
-            for thread in threads:
-                thread.join()
+                if lookout is not None:
+                    roster.follow(lookout.rigs())
+            self._check_device()
+        finally:
+            roster.close()
+            if session is not None:
+                session.close()
+
+    def _play(self, rig: str, stop: StopRequest) -> None:
+        # The whole life of one rig's seat, on its thread.
+        session = self._opened(stop)
+        if session is None:
+            return
+        link = Link(session, Keys(rig), self._complaints)
+        drum = Drum(link, self._sink, self._id, self._complaints, stop, self._room)
+        try:
+            drum.run()
+            drum.leave(lambda: self._stop.is_set() or bool(self._sink.lost))
         finally:
             session.close()
-            for link in links:
-                link.close()
+            link.close()
 
-    def _may_wait(self) -> bool:
-        self._tell(f"waiting for the router {self._router}; ")
-        return not self._stop.is_set() and not self._sink.lost
+    def _opened(
+        self, stop: StopRequest, at_each_try: Callable[[], None] = lambda: None
+    ) -> zenoh.Session | None:
+        def keep_trying() -> bool:
+            at_each_try()
+            return not (stop.is_set() or self._stop.is_set() or self._sink.lost)
 
-    def _tell(self, first: str) -> None:
-        # A supervisor hears of us while sound is made, not only while this thread lives.
+        session = open_client(self._router, keep_trying, self._identity, self._tell_once)
+        self._has_router = self._has_router or session is not None
+        return session
+
+    def _tell_once(self, words: str) -> None:
+        # Every seat is refused for the same reason.
+        with self._telling:
+            if words not in self._told:
+                self._told.add(words)
+                logging.getLogger("zenoh").warning(words)
+
+    def _tell(self) -> None:
+        # Main thread. A supervisor hears of us while sound is made, not only while this thread lives.
         turns, sink = self._sink.turns, self._sink
+        first = "" if self._has_router else f"waiting for the router {self._router}; "
         if self._supervisor is not None and turns != self._turns:
             self._turns = turns
             self._supervisor.turned(f"{first}{sink.words}, load {sink.load:.0%}, {sink.xruns} xruns")

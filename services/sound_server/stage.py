@@ -154,6 +154,12 @@ class Stage:
         place["fall"] = 1.0 / (_FADE_S * self._rate_Hz)
         poke(self.boards.states, at, LEAVING)
 
+    def has_left(self, at: int) -> bool:
+        """Whether the drum that left this place has faded; then nothing of it is held here any more."""
+        with self._filling:
+            self._clear()
+            return at not in self._held
+
     def _clear(self) -> None:
         # Let go of the drums that have faded.
         for at in list(self._held):

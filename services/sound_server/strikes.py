@@ -54,6 +54,7 @@ class StrikeDesk:
         self.note: Callable[[Strike], None] | None = None
         self.clock: HapticClock | None = None
         self.latency_s = 0.0
+        self.room_s = 0.0  # how much of the latency is the room's, which also holds for what sounds at once
         self.punctuality = Punctuality()
         self.played = 0
         self.late = 0
@@ -93,13 +94,16 @@ class StrikeDesk:
         latency_ns = round(self.latency_s * 1e9)
         contact_ns = self._note_arrival(strike, now_ns, latency_ns)
         if contact_ns is None:
-            return 0
+            return self._at_once(now_ns)
         due_ns = contact_ns + latency_ns
         if now_ns > due_ns + _TOO_LATE_NS:
             return None
         if latency_ns == 0 or due_ns > now_ns + latency_ns + _IMPLAUSIBLE_NS:
-            return 0
+            return self._at_once(now_ns)
         return max(due_ns, 1)
+
+    def _at_once(self, now_ns: int) -> int:
+        return now_ns + round(self.room_s * 1e9) if self.room_s else 0
 
     def _note_arrival(self, strike: Strike, now_ns: int, latency_ns: int) -> int | None:
         # Our time of the contact; None without a clock of its boot.

@@ -37,6 +37,8 @@ def role_rules(name: str, role: Role, rigs: Sequence[str]) -> list[Rule]:
     # A publisher that is told of no subscriber sends nothing. Whoever may put is told of all of them, or he would not
     # learn of one who listens to `drumstick/**`; of a subscriber only his pattern is told.
     subscribers = _EVERY_KEY if role.tells else []
+    # Whoever may look may look for all rigs at once, not to have to know their names; of the carried ones he is shown.
+    looked_for = [f"drumstick/*/{tail}" for tail in role.sees]
     wanted = (
         ("hears", "ingress", ("declare_subscriber",), below(role.hears)),
         ("is told", "egress", ("put",), below(role.hears)),
@@ -45,7 +47,7 @@ def role_rules(name: str, role: Role, rigs: Sequence[str]) -> list[Rule]:
         ("tells", "ingress", ("put",), below(role.tells)),
         ("is heard", "egress", ("declare_subscriber",), subscribers),
         ("is seen", "ingress", ("liveliness_token",), below(role.is_seen_as)),
-        ("sees", "ingress", ("liveliness_query", "declare_liveliness_subscriber"), below(role.sees)),
+        ("sees", "ingress", ("liveliness_query", "declare_liveliness_subscriber"), looked_for),
         ("is shown", "egress", ("liveliness_token",), below(role.sees)),
     )
     return [rule(f"{name} {what}", flow, messages, keys) for what, flow, messages, keys in wanted if keys]

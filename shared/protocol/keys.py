@@ -136,5 +136,5 @@ class Keys:
         return self._key(f"param/{name}")
 
     def alive(self, service: str, instance: str) -> str:
-        """Presence of a service: haptic, sound, panel, pointer."""
+        """Presence of a service: haptic, sound, panel, record, pointer."""
         return self._key(f"alive/{service}/{instance}")

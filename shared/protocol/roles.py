@@ -18,7 +18,7 @@ class Role:
     asks: tuple[str, ...] = ()  # may query
     tells: tuple[str, ...] = ()  # may put
     is_seen_as: tuple[str, ...] = ()  # may declare these liveliness tokens
-    sees: tuple[str, ...] = ()  # may look for these liveliness tokens
+    sees: tuple[str, ...] = ()  # may look for these liveliness tokens, and is shown those of the carried rigs
 
 
 ROLES: dict[str, Role] = {
@@ -28,6 +28,7 @@ ROLES: dict[str, Role] = {
         asks=("scene", "clock"),
         tells=("meter", "membrane", "spectrum", "cost"),
         is_seen_as=("alive/sound/*",),
+        sees=("alive/haptic/*",),
     ),
     "panel": Role(
         "the technician's page, run on another machine",
@@ -62,7 +63,7 @@ ROLES: dict[str, Role] = {
         sees=("alive/*/*",),
     ),
     "technician": Role(
-        "`drumstick params` and `drumstick panic` from another machine",
+        "`drumstick params`, `rigs` and `panic` from another machine",
         hears=("state", "meter", "param/*", "preset", "lease"),
         asks=(
             "set",
@@ -77,11 +78,13 @@ ROLES: dict[str, Role] = {
             "door",
             "panic",
         ),
+        sees=("alive/*/*",),
     ),
     "listener": Role(
         "programs that only follow the play: light, video, recording",
         hears=("strike", "release", "state", "meter", "param/*", "preset", "lease"),
         asks=("param/*", "preset", "scene", "clock"),
+        is_seen_as=("alive/record/*",),
         sees=("alive/*/*",),
     ),
 }

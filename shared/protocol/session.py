@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from protocol.access import access_control
@@ -29,6 +29,13 @@ LARGEST_MESSAGE_BYTES = 4_000_000
 SLOW_READER_US = 1_000_000
 # A network that is not there yet: the public listener is tried again.
 _TRIED_AGAIN = "#exit_on_failure=false;retry_period_init_ms=500;retry_period_max_ms=2000"
+
+# Of a router that joins another: whichever is there first waits for the other, again and again.
+_PATIENT: dict[str, object] = {
+    "connect/timeout_ms": -1,
+    "connect/exit_on_failure": False,
+    "connect/retry": {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5},
+}
 
 
 class Public(NamedTuple):
@@ -117,17 +124,21 @@ def _wait(seconds: float, keep_trying: Callable[[], bool]) -> None:
         time.sleep(_TURN_S)
 
 
-def router_config(listen: str) -> zenoh.Config:
-    """The rig's router, at `listen`: a loopback address over TCP, because whoever comes in there may do everything."""
-    return _config({"mode": "router", "listen/endpoints": [listen], "listen/exit_on_failure": True})
+def router_config(listen: str, upstream: Sequence[str] = ()) -> zenoh.Config:
+    """A router at `listen`: a loopback address over TCP, because whoever comes in there may do everything.
+
+    It joins the routers at `upstream`, each of which may come later, and go and return."""
+    chained: dict[str, object] = {"connect/endpoints": list(upstream), **_PATIENT} if upstream else {}
+    own = {"mode": "router", "listen/endpoints": [listen], "listen/exit_on_failure": True}
+    return _config({**own, **chained})
 
 
-def open_router(listen: str) -> zenoh.Session:
-    """Open the rig's router; OSError, worded, when `listen` is taken or no address at all."""
+def open_router(listen: str, upstream: Sequence[str] = ()) -> zenoh.Session:
+    """Open a router, as `router_config` has it; OSError, worded, when `listen` is taken or no address at all."""
     import zenoh
 
     try:
-        return zenoh.open(router_config(listen))
+        return zenoh.open(router_config(listen, upstream))
     except zenoh.ZError as error:
         raise OSError(
             f"Zenoh cannot listen at {listen} (taken by another rig?): {str(error)[:160]}"
@@ -149,9 +160,7 @@ def open_door(router: str, public: Public) -> zenoh.Session:
                 "listen/endpoints": [public.endpoint + _TRIED_AGAIN],
                 "listen/timeout_ms": -1,
                 "connect/endpoints": [router],
-                "connect/timeout_ms": -1,
-                "connect/exit_on_failure": False,
-                "connect/retry": {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5},
+                **_PATIENT,
                 "access_control": access_control(public.rigs, public.roles),
                 "transport/link/rx/max_message_size": LARGEST_MESSAGE_BYTES,
                 "transport/link/tx/queue/congestion_control/block/wait_before_close": SLOW_READER_US,

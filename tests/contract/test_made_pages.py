@@ -38,6 +38,7 @@ def _tool(name: str) -> ModuleType:
         "mesh_page",
         "methods_page",
         "recordings_page",
+        "scaling_page",
         "scenes_page",
         "security_page",
         "servo_page",
@@ -64,6 +65,35 @@ def test_the_description_for_programs_is_up_to_date_and_whole() -> None:
         assert row["description"]
     for kind in described["payloads"].values():
         assert len(kind["fields"]) == len(kind["prefixItems"])
+
+
+def test_the_load_that_is_counted_is_that_of_the_messages_as_they_are() -> None:
+    tool = _tool("scaling_page")
+    from sound_server.membrane import surface
+
+    load = sys.modules["rig_load"]
+    assert (load.RINGS, load.SPOKES) == (surface.RINGS, surface.SPOKES)
+    states = load.STREAMS["state"]
+    assert states.key == Keys(load.RIG).state
+    assert 100 < states.payload_bytes < 200
+    router = tool.router_of(
+        {
+            "rows": [
+                {
+                    "listeners": n,
+                    "delivered_share": 1.0 if n < 100 else 0.9,
+                    "router_cpu_us_per_delivery": (50.0 + 7.0 * n) / n,
+                    "bytes_per_delivery": 200,
+                }
+                for n in (1, 10, 30, 100)
+            ]
+        }
+    )
+    assert (round(router.own_us, 6), round(router.each_us, 6)) == (50.0, 7.0)
+    limits = tool.ceilings("follower", router)
+    assert list(limits.values()) == sorted(limits.values())
+    most = limits["one core of a router"]
+    assert abs(router.share(load.per_s("follower"), most) - 1.0) < 1e-9
 
 
 def test_the_sounds_are_those_of_the_shipped_scenes() -> None:

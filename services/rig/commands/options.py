@@ -79,7 +79,22 @@ Record = Annotated[Path | None, _RECORD]
 RecordForce = Annotated[bool, _RECORD_FORCE]
 SceneName = Annotated[str, typer.Argument(help="A shipped scene or a .toml file.")]
 Also = Annotated[
-    list[str] | None, typer.Option(help="Another rig whose drum to play as well; may be repeated.")
+    list[str] | None,
+    typer.Option(
+        metavar="NAME|PATTERN",
+        help="Another rig whose drum to play as well, or with * all of that pattern as they come and go, e.g."
+        " 'stage-*' or '*'; may be repeated.",
+    ),
+]
+MostRigs = Annotated[
+    int,
+    typer.Option(help="How many rigs to play at once, 1 to 8: each drum takes computing time and memory."),
+]
+RoomLatency = Annotated[
+    float, typer.Option(metavar="MS", help="Sound so much later than the scene says, 0 to 500 ms.")
+]
+RoomLevel = Annotated[
+    float, typer.Option(metavar="DB", help="Sound so much louder than the scene says, -60 to 12 dB.")
 ]
 Listen = Annotated[str, typer.Option(help=_LISTEN_WORDS)]
 Figures = Annotated[Path | None, _OUT]

@@ -19,6 +19,7 @@ from rig.commands.options import (
     MidiChannel,
     MidiNote,
     MidiOut,
+    MostRigs,
     OscInOrFile,
     OscOut,
     OscQuery,
@@ -30,6 +31,8 @@ from rig.commands.options import (
     RecordForce,
     RigFile,
     RigNameOrFile,
+    RoomLatency,
+    RoomLevel,
     Scene,
 )
 
@@ -53,6 +56,9 @@ def chosen(
     panel_port: int = 8080,
     fresh: bool = False,
     also: list[str] | None = None,
+    most_rigs: int = 8,
+    room_latency: float = 0.0,
+    room_level: float = 0.0,
     audio_rate: int = 48000,
     audio_block: int = 128,
     record: Path | None = None,
@@ -68,8 +74,7 @@ def chosen(
     from rig.plan import Options
     from rig.settled import settle
 
-    for name in also or ():
-        checks.rig_name(name)
+    checks.room(room_latency, room_level)
     checks.port(panel_port, "--panel-port")
     checks.finite(audio_rate, "--audio-rate", 22050.0, 192000.0, "Hz")
     checks.finite(audio_block, "--audio-block", 16.0, 8192.0, "frames")
@@ -81,6 +86,7 @@ def chosen(
     ends = settle(
         part, rig_file, rig=rig, connect=connect, listen=listen, osc_in=osc_in, osc_out=osc_out
     )  # fmt: skip
+    checks.sound_rigs(ends.rig, also or (), most_rigs)
     host, port = ends.osc_bind
     return Options(
         ends.rig, folder.run_folder(ends.rig), folder.state_folder(ends.rig), device=device,
@@ -89,7 +95,8 @@ def chosen(
         audio_block=audio_block, fresh=fresh, also=tuple(also or ()), parts=part, record=record,
         record_force=record_force, osc_host=host, osc_allow=ends.osc_allow, public=ends.public,
         identity=ends.identity, oscquery=query, oscquery_announce=oscquery_announce, midi_out=midi_out,
-        midi_note=midi_note, midi_channel=midi_channel,
+        midi_note=midi_note, midi_channel=midi_channel, most_rigs=most_rigs, room_latency_ms=room_latency,
+        room_level_dB=room_level,
     )  # fmt: skip
 
 
@@ -194,13 +201,17 @@ def sound_command(
     rig_file: RigFile = None,
     connect: Connect = None,
     also: Also = None,
+    most_rigs: MostRigs = 8,
+    room_latency: RoomLatency = 0.0,
+    room_level: RoomLevel = 0.0,
     as_json: Json = False,
 ) -> None:
     """Only the sound server; each rig's scene comes from its haptic server."""
     _run(
         frozenset({"sound"}), rig_file, rig, duration, as_json, audio=audio, connect=connect, also=also,
-        audio_rate=audio_rate, audio_block=audio_block,
-    )  # fmt: skip
+        audio_rate=audio_rate, audio_block=audio_block, most_rigs=most_rigs, room_latency=room_latency,
+        room_level=room_level,
+    )  # fmt: skip  # fmt: skip
 
 
 def panel_command(

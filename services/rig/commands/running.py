@@ -65,6 +65,29 @@ def replay_command(
     replay(keys, checked_wishes(file, speed, loop, await_sound, listen, connect, out, prefix), as_json)
 
 
+def rigs_command(
+    watch: Annotated[
+        bool, typer.Option("--watch", help="Go on, and tell what comes, changes and goes, until Ctrl-C.")
+    ] = False,
+    duration: Annotated[
+        float | None, typer.Option(help="With --watch: stop after this many seconds.")
+    ] = None,
+    rig_file: RigFile = None,
+    connect: Connect = None,
+    as_json: Json = False,
+) -> None:
+    """The rigs on this network: scene, state, strikes, who is there; with --watch and --json one object a line."""
+    from rig import checks, rigs
+    from rig.settled import READERS, far_end
+
+    checks.duration(duration)
+    end = far_end(rig_file, None, connect, roles=READERS)
+    if watch:
+        rigs.watch(end, as_json, duration)
+    else:
+        rigs.show(end, as_json)
+
+
 def panic_command(rig: RigNameOrFile = None, rig_file: RigFile = None, connect: Connect = None) -> None:
     """Zero force at once, latched."""
     from rig import remote

@@ -4,7 +4,9 @@ Each subscription ends in a ring channel that a thread of its own empties, and a
 slow disk nor a busy writer holds up anything outside this process. What finds the queue full is counted by topic.
 """
 
+import os
 import queue
+import secrets
 import threading
 import time
 from collections import Counter
@@ -66,6 +68,7 @@ class Listening:
         self._end = end
         self._keys = end.keys
         self._session: zenoh.Session | None = None
+        self._token: zenoh.LivelinessToken | None = None
         self._clock_map = ClockMap()
         self._readers: list[threading.Thread] = []
         self._heard: list[tuple[Any, Channel]] = []
@@ -108,6 +111,8 @@ class Listening:
             keys.alive("*", "*"), zenoh.handlers.RingChannel(_RING), history=True
         )
         self._read_by_thread(tokens, channels.ALIVE)
+        instance = f"{os.getpid():x}-{secrets.token_hex(3)}"
+        self._token = self.session.liveliness().declare_token(keys.alive("record", instance))
 
     def _read_by_thread(self, subscriber: Any, channel: Channel) -> None:
         def read() -> None:

@@ -1,8 +1,9 @@
 """What becomes of a Contact message: checked, each tick's sample played once, at its instant, or dropped and counted.
 
 What is heard of a tick is heard `delay_s` after it: the scene's latency, or three pieces and one block of the audio
-device. A piece is full after CONTACT_PIECE_S, the parabolas look two ticks ahead, a block is rendered before it sounds;
-the rest is for the network. A contact whose beginning comes too late for that sounds as soon as it can without gaps.
+device; and the room's. A piece is full after CONTACT_PIECE_S, the parabolas look two ticks ahead, a block is rendered
+before it sounds; the rest is for the network. A contact whose beginning comes too late for that sounds as soon as it
+can without gaps.
 `ContactDesk` is fed by the one thread that reads contacts; counters may be read from any.
 """
 
@@ -43,22 +44,24 @@ class ContactDesk:
         self._boots: list[int] = []  # oldest first; the last one plays
         self._anchor = (0, 0.0, 0)  # first tick, period and instant, where no clock tells the instant
         self.clock: HapticClock | None = None
-        self.latency_s = 0.0
+        self.latency_s = self.room_s = 0.0
         self.played = 0
         self.late = 0
         self.duplicates = 0
         self.refused = 0
 
-    def play_on(self, stream: Stream | None, latency_s: float) -> None:
-        """From now on for this engine's stream; None: for none. Any thread."""
-        self.latency_s = latency_s
+    def play_on(self, stream: Stream | None, latency_s: float, room_s: float = 0.0) -> None:
+        """From now on for this engine's stream, with the latency of its scene and of the room; None: for none. Any
+        thread."""
+        self.latency_s, self.room_s = latency_s, room_s
         self._feed = None if stream is None else Feed(stream)
 
     @property
     def delay_s(self) -> float:
         """From a tick to its sound."""
         block_s = self._feed.block_s if self._feed is not None else 0.0
-        return self.latency_s if self.latency_s > 0.0 else _PIECES * CONTACT_PIECE_S + block_s
+        own_s = self.latency_s if self.latency_s > 0.0 else _PIECES * CONTACT_PIECE_S + block_s
+        return own_s + self.room_s
 
     @property
     def underflows(self) -> int:

@@ -29,7 +29,8 @@ TAILS = (
     "preset/save", "lease", "anything",
 )  # fmt: skip
 _TRIES = 20
-TOKENS = ("alive/haptic/1", "alive/sound/1", "alive/panel/1", "alive/pointer/1", "alive/listener/1")
+TOKENS = tuple(f"alive/{each}/1" for each in ("haptic", "sound", "panel", "record", "pointer", "listener"))
+EVERY_RIG = ("drumstick/*/alive/haptic/*", "drumstick/$*r$*/alive/haptic/*", "drumstick/*/alive/*/*")
 NOBODY = Role("a certificate of the authority that is of no role")
 EVERYBODY = {**ROLES, HAPTIC: NOBODY, "stranger": NOBODY}
 EVERY_MESSAGE = [
@@ -263,12 +264,13 @@ def test_hears_only_what_its_row_says(leaky: Gateway, keyring: Keyring, name: st
 @pytest.mark.parametrize("name", EVERYBODY)
 def test_sees_only_the_tokens_that_its_row_says(leaky: Gateway, keyring: Keyring, name: str) -> None:
     shown: list[str] = []
-    tokens = [leaky.session.liveliness().declare_token(key(tail)) for tail in TOKENS]
+    every = {key(tail, rig) for tail in TOKENS for rig in (RIG, "other")}
+    tokens = [leaky.session.liveliness().declare_token(each) for each in every]
     try:
-        wait_for("the tokens at the door", lambda: seen_by(leaky.door) == {key(tail) for tail in TOKENS})
+        wait_for("the tokens at the door", lambda: seen_by(leaky.door) == every)
         with client_of(leaky, keyring.identity(name)) as session:
             asked: set[str] = set()
-            for pattern in (*(key(tail) for tail in TOKENS), key("alive/*/*"), key("alive/pointer/*"), "**"):
+            for pattern in (*(key(tail) for tail in TOKENS), key("alive/*/*"), *EVERY_RIG, "**"):
                 session.liveliness().declare_subscriber(
                     pattern, at_once(lambda sample: shown.append(str(sample.key_expr))), history=True
                 )

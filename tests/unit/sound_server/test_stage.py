@@ -128,3 +128,20 @@ def test_an_empty_stage_is_silent() -> None:
     assert not stage.boards.states.any()
     assert stage.boards.states[0] == EMPTY
     assert not played(stage, 256, channels=1).any()
+
+
+def test_a_drum_that_enters_or_leaves_changes_nothing_in_the_sound_of_the_other() -> None:
+    stage, lone = Stage(RATE), Stage(RATE)
+    silent = Scene("silent", drum=Drum(f01_Hz=210.0))
+    for each in (stage, lone):
+        each.enter(struck(150.0))
+    parts = [played(stage, 4 * BLOCK)]
+    place = stage.enter(build(silent, RATE, StrikeRing()))
+    parts.append(played(stage, 4 * BLOCK, first=4 * BLOCK))
+    stage.leave(place)
+    assert not stage.has_left(place)
+    parts.append(played(stage, RATE // 8, first=8 * BLOCK))
+    assert stage.has_left(place)
+    assert stage.drums == 1
+    whole = np.concatenate(parts)
+    assert np.array_equal(whole, played(lone, len(whole)))

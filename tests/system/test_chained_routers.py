@@ -1,0 +1,75 @@
+"""Routers that join routers, by the session's own settings and by the files in deploy/zenoh: nothing gets lost."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import pytest
+import zenoh
+from lone_router import lone_router
+from rig_process import free_port, wait_for
+
+from protocol.session import client_config
+
+FILES = Path(__file__).parents[2] / "deploy" / "zenoh"
+_SCRIPT = """
+import sys, zenoh
+config = zenoh.Config.from_file(sys.argv[1])
+for key, value in zip(sys.argv[2::2], sys.argv[3::2]):
+    config.insert_json5(key, value)
+session = zenoh.open(config)
+print("open", flush=True)
+sys.stdin.read()
+session.close()
+"""
+COUNT = 200
+
+
+@contextmanager
+def router_of(name: str, listen: str, upstream: str | None = None) -> Iterator[None]:
+    """The router of a file in deploy/zenoh, at other addresses."""
+    words = ["listen/endpoints", json.dumps([listen])]
+    words += ["connect/endpoints", json.dumps([upstream])] if upstream is not None else []
+    command = [sys.executable, "-c", _SCRIPT, str(FILES / name), *words]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "open\n"
+        yield  # its input ends with the block, and with it the process
+
+
+def heard_across(here: str, there: str) -> None:
+    """Everything that is put at one router is heard, in order, at the other; and tokens are seen."""
+    heard: list[bytes] = []
+    with zenoh.open(client_config(there)) as ear, zenoh.open(client_config(here)) as mouth:
+        ear.declare_subscriber("drumstick/a/strike", lambda sample: heard.append(sample.payload.to_bytes()))
+        publisher = mouth.declare_publisher("drumstick/a/strike")
+        wait_for("a subscriber across", lambda: getattr(publisher.matching_status, "matching"))  # noqa: B009
+        for number in range(COUNT):
+            publisher.put(str(number))
+        wait_for("all of them", lambda: len(heard) == COUNT)
+        assert heard == [str(number).encode() for number in range(COUNT)]
+        token = mouth.liveliness().declare_token("drumstick/a/alive/haptic/1")
+        wait_for("the token", lambda: list(ear.liveliness().get("drumstick/*/alive/*/*", timeout=1.0)))
+        token.undeclare()
+
+
+def test_a_listener_behind_two_routers_hears_all() -> None:
+    with ExitStack() as routers:
+        first = routers.enter_context(lone_router())
+        second = routers.enter_context(lone_router(first.endpoint))
+        third = routers.enter_context(lone_router(second.endpoint))
+        heard_across(first.endpoint, third.endpoint)
+
+
+@pytest.mark.parametrize("first_there", ["venue", "room"])
+def test_the_files_for_a_venue_and_a_room_join_whichever_is_there_first(first_there: str) -> None:
+    venue, room = (f"tcp/127.0.0.1:{free_port()}" for _ in range(2))
+    parts = [("venue-router.json5", venue, None), ("room-router.json5", room, venue)]
+    with ExitStack() as routers:
+        for part in parts if first_there == "venue" else reversed(parts):
+            routers.enter_context(router_of(*part))
+        heard_across(venue, room)
+        heard_across(room, venue)

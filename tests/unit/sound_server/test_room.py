@@ -1,0 +1,191 @@
+"""The room's latency and level: what two sound servers play of the same strikes differs by what was asked, exactly."""
+
+import dataclasses
+import sys
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from drumstick.drum import Drum as DrumOfScene
+from drumstick.scene import Scene
+from protocol.clock import HapticClock
+from protocol.messages import Contact, Strike, encode
+from realtime.stop import StopRequest
+from sound_server import options
+from sound_server.complaints import Complaints
+from sound_server.drum import Drum
+from sound_server.room import Room
+from sound_server.stage import Stage, mix
+
+RATE, BLOCK = 48_000, 120  # blocks of 2.5 ms: no instant has to be rounded
+BOOT, NOW, OFFSET = 7, 5_000_000_000, 123_456_789_000
+FRAMES = RATE
+Sound = npt.NDArray[np.float32]
+
+
+class _Sink:
+    words = "nothing"
+    load = latency_ms = 0.0
+    xruns = 0
+    lost = ""
+
+    def __init__(self) -> None:
+        self.rate_Hz = RATE
+        self.stage = Stage(RATE)
+
+
+class _Link:
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self.keys = self.publisher = None
+
+    def clock(self) -> HapticClock:
+        return HapticClock(BOOT, OFFSET, 0)
+
+    def scene(self) -> Scene:
+        return self._scene
+
+    def hear_contacts(self, take: object) -> None:
+        pass
+
+
+def scene_of(latency_s: float = 0.02, excitation: Any = "analytic") -> Scene:
+    return Scene("drum", drum=DrumOfScene(f01_Hz=150.0, latency_s=latency_s, excitation=excitation))
+
+
+def drum_in(room: Room, scene: Scene) -> tuple[Drum, Stage]:
+    link: Any = _Link(scene)
+    sink: Any = _Sink()
+    drum = Drum(link, sink, "id", Complaints(lambda: 0), StopRequest(), room)
+    assert drum._catch_up()
+    return drum, sink.stage
+
+
+def sound_of(stage: Stage, frames: int = FRAMES) -> Sound:
+    out = np.zeros((frames, 2), np.float32)
+    for first in range(0, frames, BLOCK):
+        mix(stage.boards, out[first : first + BLOCK], RATE, NOW + round(first * 1e9 / RATE))
+    return out
+
+
+def strikes() -> list[bytes]:
+    return [
+        encode(
+            Strike(
+                boot=BOOT, seq=seq, t_ns=NOW + OFFSET + round(at_s * 1e9), x=0.3, y=0.1, z_speed_m_per_s=0.6,
+                level=0.3, peak_estimate_N=2.0, contact_estimate_s=0.004,
+            )
+        )
+        for seq, at_s in enumerate((0.0, 0.0433, 0.0866))
+    ]  # fmt: skip
+
+
+def struck(room: Room, scene: Scene) -> Sound:
+    drum, stage = drum_in(room, scene)
+    for message in strikes():
+        drum._desk.take(message, NOW)
+    assert drum._desk.played == 3
+    return sound_of(stage)
+
+
+@pytest.mark.parametrize("ms", [10.0, 25.0, 500.0])
+def test_two_rooms_play_the_same_strikes_apart_by_what_was_asked(ms: float) -> None:
+    scene = scene_of()
+    here, there = struck(Room(), scene), struck(Room(1e-3 * ms), scene)
+    apart = round(1e-3 * ms * RATE)
+    assert apart % 3 == 0  # a whole number of the mesh's steps
+    assert np.abs(here).max() > 0.05
+    assert np.array_equal(there[apart:], here[:-apart])
+    assert not there[: apart + round(0.02 * RATE)].any()
+
+
+def test_two_rooms_of_a_scene_without_latency_play_apart_too() -> None:
+    """The strikes come as they are made here; the one room plays at once, the other when it is time."""
+    there = struck(Room(0.03), scene_of(0.0))
+    first = int(np.flatnonzero(np.abs(there).max(axis=1) > 1e-4)[0])
+    assert 0 <= first - 0.03 * RATE < 0.002 * RATE
+
+
+def test_without_a_clock_the_room_still_comes_later() -> None:
+    drum, stage = drum_in(Room(0.1), scene_of(0.0))
+    drum._desk.clock = None
+    drum._desk.take(strikes()[0], NOW)
+    sound = sound_of(stage)
+    first = int(np.flatnonzero(np.abs(sound).max(axis=1) > 1e-4)[0])
+    assert 0 <= first - 0.1 * RATE < 0.002 * RATE
+
+
+def test_a_streamed_force_comes_later_by_the_same() -> None:
+    sounds: list[Sound] = []
+    for room in (Room(), Room(0.3)):
+        drum, stage = drum_in(room, scene_of(0.05, "streamed"))
+        assert drum._desk.note is not None
+        force = 3.0 * np.sin(np.pi * (np.arange(8) + 0.5) / 8)
+        for seq, at in ((1, 0), (2, 40)):
+            piece = Contact(
+                boot=BOOT, seq=seq, first_tick=at, rate_Hz=1000.0, forces=np.append(force, 0.0).astype("<f4").tobytes(),
+                t_ns=NOW + OFFSET + at * 1_000_000, x=0.3, y=0.1,
+            )  # fmt: skip
+            drum._contacts.take(encode(piece), NOW)
+        sounds.append(sound_of(stage))
+    here, there = sounds
+    apart = round(0.3 * RATE)
+    assert np.abs(here).max() > 0.01
+    assert there[apart:] == pytest.approx(here[:-apart], abs=2e-4 * float(np.abs(here).max()))
+    assert not there[:apart].any()
+
+
+def test_the_level_is_the_rooms() -> None:
+    scene = scene_of()
+    quiet = dataclasses.replace(scene, listen=dataclasses.replace(scene.listen, gain_dB=-24.0))
+    here, there = struck(Room(), quiet), struck(Room(0.0, -12.0), quiet)
+    assert there == pytest.approx(10.0 ** (-12.0 / 20.0) * here.astype(float), abs=1e-6)
+
+
+def test_the_meter_says_which_room_it_is() -> None:
+    drum, _ = drum_in(Room(), scene_of())
+    assert drum._meter().sink == "nothing"
+    drum, _ = drum_in(Room(0.02, -6.0), scene_of())
+    assert drum._meter().sink == "nothing, 20 ms later, -6 dB"
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["--room-latency", "500.1"], "500.1 is outside 0 .. 500 ms"),
+        (["--room-latency=-1"], "-1 is outside 0 .. 500 ms"),
+        (["--room-latency", "nan"], "nan is outside 0 .. 500 ms"),
+        (["--room-level", "13"], "13 is outside -60 .. 12 dB"),
+        (["--most-rigs", "9"], "9 is outside 1 .. 8"),
+        (["--rig", "a,b,c,x-*", "--most-rigs", "2"], "3 rigs are more than the 2 that this server plays"),
+        (["--rig", "a,*/b"], "invalid _rigs value"),
+    ],
+)
+def test_what_is_outside_is_refused(
+    words: list[str], told: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["sound_server", *words])
+    with pytest.raises(SystemExit) as ended:
+        options.read()
+    assert ended.value.code == 2
+    assert told in capsys.readouterr().err
+
+
+def test_a_restart_is_in_the_same_room_with_the_same_rigs(monkeypatch: pytest.MonkeyPatch) -> None:
+    given = [
+        "sound_server",
+        "--rig",
+        "a,x-*",
+        "--most-rigs",
+        "3",
+        "--room-latency",
+        "12.5",
+        "--room-level=-3",
+    ]
+    monkeypatch.setattr(sys, "argv", given)
+    first = options.read()
+    monkeypatch.setattr(sys, "argv", ["sound_server", *options.again(first, "null")[3:]])
+    again = options.read()
+    assert (again.rigs, again.most, again.room) == (("a", "x-*"), 3, Room(0.0125, -3.0))
