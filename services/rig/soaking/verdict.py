@@ -8,7 +8,7 @@ import numpy as np
 
 from rig.soaking.slope import FEWEST, Floats, Slope, Step, largest_step, slope_of, without
 
-WARM_UP = 0.2  # this share of the samples is warm-up: pools fill, pages of code are first touched
+WARM_UP = 0.25  # this share of the samples is warm-up: pools fill, pages of code are first touched
 
 
 @dataclass(frozen=True)
