@@ -23,13 +23,14 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from drumstick.law import law_of
 from drumstick.scene import parse, shipped_text
-from haptic_server import block as blocks
-from haptic_server.records import EVENT, PLAYING, RELEASE, STRIKE
-from haptic_server.servo import loop, memory
+from haptic_server.records import PLAYING
+from haptic_server.servo import loop
 from realtime import ring
 from realtime.jit import allocations
+from rig.soaking import ticks
+from rig.soaking.ticks import Comb, Counted
+from rig.soaking.usage import usage
 from rig.this_machine import description
 
 RESULT = Path(__file__).parent / "results" / "month.json"
@@ -38,28 +39,15 @@ DAYS, MINUTES_A_DAY, TICKS_A_MINUTE = 30, 1440, 60_000
 PERIOD_NS = 1_000_000
 DAY_NS = MINUTES_A_DAY * TICKS_A_MINUTE * PERIOD_NS
 START_NS = 2**53 - DAYS // 2 * DAY_NS
-# Set A with an exit pulse of 0.2 m/s and 2 ms: the reference's cycle, from 40 digits (limit_cycles.csv, A_stick_X).
-ROLL_HZ = np.longdouble("23.05327091884809")
-SETTLED_STRIKES = 400
 MOST_DRIFT = 1e-12  # of the cycle's length; a double's rounding is 1e-16 of it
 WORST_NS = 1000.0  # of one strike from a comb of that drift
 
 
-def servo_at(day: int) -> memory.Servo:
+def servo_at(day: int) -> Any:
     """The default scene's servo with the counters that it has on this day, if it rolled until then."""
-    scene = parse(shipped_text("roll"), "roll")
-    servo = memory.prepare(scene, blocks.in_memory(law_of(scene)))
-    ticks = day * MINUTES_A_DAY * TICKS_A_MINUTE
-    strikes = int(day * 86400 * ROLL_HZ)
-    servo.status["tick"] = servo.player["traced"] = ticks
-    servo.player["seq"] = strikes
-    servo.block.ring_cells[[ring.WRITTEN, ring.READ]] = 2 * strikes
+    servo = ticks.servo_of(parse(shipped_text("roll"), "roll"))
+    ticks.begin_at(servo, Counted(day * MINUTES_A_DAY * TICKS_A_MINUTE, int(day * 86400 * ticks.ROLL_HZ)))
     return servo
-
-
-def resident_kb() -> int:
-    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE") // 1024
 
 
 class Stretch:
@@ -71,33 +59,20 @@ class Stretch:
         self.now_ns = START_NS + first_day * DAY_NS
         self.seq = int(self.servo.player["seq"][0])
         self.began = self.seq
-        self.origin: tuple[int, int] | None = None
+        self.comb = Comb(ticks.ROLL_HZ)
         self.rows: list[dict[str, Any]] = []
-        self.out = np.zeros(blocks.RING_SLOTS, EVENT)
+        self.out = ticks.room()
 
     def take(self) -> Any:
         """One minute of ticks; its strikes' residuals from the exact comb in ns, and their rebound speeds."""
-        self.now_ns = loop.run_virtual(self.servo, TICKS_A_MINUTE, self.now_ns)
-        count = ring.drain(self.servo.block.ring_cells, self.servo.block.events, self.out)
-        events = self.out[:count]
-        strikes = events[events["kind"] == STRIKE]
-        assert np.all((events["kind"] == STRIKE) | (events["kind"] == RELEASE))
-        assert np.array_equal(strikes["seq"], self.seq + 1 + np.arange(len(strikes))), (
-            "a strike lost or twice"
-        )
-        assert np.all(np.diff(events["kind"]) != 0), "a strike without its release"
-        assert np.all(np.diff(events["t_ns"]) > 0), "events out of order"
+        self.now_ns = ticks.run(self.servo, TICKS_A_MINUTE, self.now_ns)
+        strikes = ticks.strikes_of(ticks.taken(self.servo, self.out), self.seq)
         self.seq += len(strikes)
-        if self.origin is None and self.seq - self.began >= SETTLED_STRIKES:
-            self.origin = (int(strikes["seq"][-1]), int(strikes["t_ns"][-1]))
-        if self.origin is None:
-            return np.zeros(0)
-        strikes = strikes[strikes["seq"] >= self.origin[0]]
-        since = (strikes["seq"] - self.origin[0]).astype(np.longdouble) / ROLL_HZ * 1e9
-        residual = (strikes["t_ns"] - self.origin[1]).astype(np.longdouble) - since
-        allowed = WORST_NS + MOST_DRIFT * abs(float(since[-1]))
-        assert np.max(np.abs(residual)) <= allowed, f"{residual[-1]} ns from the exact cycle"
-        return residual.astype(float)
+        residual = self.comb.residuals_ns(strikes["seq"], strikes["t_ns"])
+        if len(residual):
+            allowed = WORST_NS + MOST_DRIFT * self.comb.since_ns
+            assert np.max(np.abs(residual)) <= allowed, f"{residual[-1]} ns from the exact cycle"
+        return residual
 
     def run_day(self) -> None:
         begun = time.process_time()
@@ -117,7 +92,7 @@ class Stretch:
                 "roll_rate_Hz": float(status["roll_rate_Hz"]),
                 "v_e_m_per_s": float(status["v_e_m_per_s"]),
                 "from_exact_ns": [float(residuals.min()), float(residuals.mean()), float(residuals.max())],
-                "resident_kB": resident_kb(),
+                "resident_kB": usage(os.getpid()).rss_kB,
                 "allocations": allocations() - before,
                 "processor_s": round(time.process_time() - begun, 1),
             }
@@ -130,7 +105,7 @@ class Stretch:
         """So that a run that is stopped can go on."""
         PARTS.mkdir(exist_ok=True)
         arrays = dict(self._arrays())
-        words = json.dumps([self.day, self.now_ns, self.seq, self.began, self.origin, self.rows])
+        words = json.dumps([self.day, self.now_ns, self.seq, self.began, self.comb.origin, self.rows])
         temporary = self.part().with_suffix(".tmp.npz")
         np.savez(temporary, words=np.frombuffer(words.encode(), np.uint8), **arrays)
         temporary.replace(self.part())
@@ -144,7 +119,7 @@ class Stretch:
                 array[...] = kept[name]
             words = json.loads(bytes(kept["words"]))
         self.day, self.now_ns, self.seq, self.began, origin, self.rows = words
-        self.origin = tuple(origin) if origin else None
+        self.comb.origin = tuple(origin) if origin else None
 
     def _arrays(self) -> list[tuple[str, Any]]:
         own = [

@@ -28,6 +28,7 @@ _COMMANDS: _Commands = (
     ("analyse", offline.analyse_command),
     ("accuracy", offline.accuracy_command),
     ("servo-test", machine.servo_test_command),
+    ("soak", machine.soak_command),
     ("doctor", machine.doctor_command),
     ("record", running.record_command),
     ("replay", running.replay_command),

@@ -21,6 +21,7 @@ from rig.recording.channels import (
     schema_name,
 )
 from rig.recording.durable import DurableFile
+from rig.recording.index import IndexOnDisk, keep_on_disk
 
 CHUNK_BYTES = 256 * 1024  # a chunk ends when there is so much in it, before compression
 CHUNK_NS = 1_000_000_000  # or when its first message is so old
@@ -51,8 +52,10 @@ class Filing:
         self._chunk_since_ns: int | None = None
         self._sequence: Counter[str] = Counter()
         self.count: Counter[str] = Counter()
+        self._index: IndexOnDisk | None = None
         try:
             self._writer = Writer(self._file, CHUNK_BYTES, CompressionType.ZSTD)  # pyright: ignore[reportArgumentType]
+            self._index = keep_on_disk(self._writer, path.parent)
             self._writer.start("", f"haptic-drumstick {importlib.metadata.version('haptic-drumstick')}")
             self._writer.add_metadata(METADATA, {**versions(), **about})
             self._file.sync()
@@ -107,15 +110,17 @@ class Filing:
             self._writer.finish()
             self._file.sync()
         finally:
-            self._file.close()
+            self.abandon()
 
     def abandon(self) -> None:
         """Close without an index, after an error: what was written stays readable to its last whole chunk."""
         self._file.close()
+        if self._index is not None:
+            self._index.close()
 
     def discard(self) -> None:
         """Close it and take it away, because there is nothing in it."""
-        self._file.close()
+        self.abandon()
         self._file.path.unlink()
 
     def _channel(self, channel: Channel, topic: str, name: str) -> int:

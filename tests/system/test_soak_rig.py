@@ -1,0 +1,62 @@
+"""`drumstick soak --real-time`: the machinery, for twenty seconds at twenty times the strikes; not its slopes."""
+
+import csv
+import json
+import os
+import signal
+import subprocess
+from pathlib import Path
+
+import pytest
+from rig_process import DRUMSTICK, is_alive
+
+SERVICES = {"supervisor", "servo", "gateway", "sound_server", "web_panel", "recording"}
+COMPANIONS = {"osc companion", "zenoh companion", "visitor companion"}
+
+
+@pytest.mark.timeout(400)
+def test_the_whole_rig_is_watched_at_twenty_times_the_strikes(tmp_path: Path) -> None:
+    command = [*DRUMSTICK, "soak", "--real-time", "--duration", "20", "--json", "--out", str(tmp_path)]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=380, check=False)
+    # 1: some slope of twenty seconds; the machinery is the same.
+    assert ended.returncode in (0, 1), ended.stderr
+    told = json.loads(ended.stdout)
+    assert told["passed"] is (ended.returncode == 0)
+    assert told["strikes_per_s"] > 200.0, (
+        "many times the 23 of the scene, also on a machine that stands still at times"
+    )
+    rows = {row["name"]: row for row in told["quantities"]}
+    for who in SERVICES | COMPANIONS:
+        assert {f"{who} {what}" for what in ("rss_kB", "descriptors", "threads")} <= rows.keys()
+    for counted in ("restarts", "zenoh again", "osc again", "refused by sound", "companions unheard"):
+        assert rows[counted]["passed"], rows[counted]
+    assert told["counts"]["zenoh"]["heard"] > 1000
+    assert told["counts"]["osc"]["heard"] > 1000
+    assert told["counts"]["visitor"]["answers"] >= 5
+    with (tmp_path / "soak.csv").open(newline="") as stream:
+        sampled = list(csv.DictReader(stream))
+    assert {row["who"] for row in sampled} == SERVICES | COMPANIONS | {"rig"}
+    assert {row["what"] for row in sampled if row["who"] == "rig"} >= {"lateness_p99_us", "arrival_ms"}
+    assert all(float(row["value"]) > 0.0 for row in sampled if row["what"] == "pss_kB")
+    assert (tmp_path / "soak.png").stat().st_size > 10_000
+
+
+@pytest.mark.timeout(120)
+def test_a_soak_that_is_stopped_leaves_no_process_behind(tmp_path: Path) -> None:
+    soaking = subprocess.Popen(
+        [*DRUMSTICK, "soak", "--real-time", "--duration", "60"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env=dict(os.environ, TMPDIR=str(tmp_path)),
+    )
+
+    def children() -> list[int]:
+        listed = Path(f"/proc/{soaking.pid}/task/{soaking.pid}/children").read_text().split()
+        return [int(pid) for pid in listed]
+
+    while not (found := children()):
+        assert soaking.poll() is None
+    soaking.send_signal(signal.SIGTERM)
+    soaking.communicate(timeout=100)
+    assert not any(is_alive(pid) for pid in found)
+    assert list(tmp_path.iterdir()) == []
