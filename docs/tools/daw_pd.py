@@ -19,14 +19,14 @@ class Patch:
         self._boxes: list[str] = []
         self._wires: list[str] = []
 
-    def _box(self, kind: str, x: int, y: int, text: str) -> int:
+    def _box(self, kind: str, x: int, y: int, text: str, columns: int = 0) -> int:
         escaped = text.replace("$", "\\$").replace(";", " \\;").replace(",", " \\, ")
-        self._boxes.append(f"#X {kind} {x} {y} {escaped};")
+        self._boxes.append(f"#X {kind} {x} {y} {escaped}{f', f {columns}' * bool(columns)};")
         return len(self._boxes) - 1
 
-    def obj(self, x: int, y: int, text: str, *feeds: int) -> int:
-        """An object; `feeds`: the boxes whose first outlet goes into its first inlet."""
-        number = self._box("obj", x, y, text)
+    def obj(self, x: int, y: int, text: str, *feeds: int, columns: int = 0) -> int:
+        """An object; `feeds`: the boxes whose first outlet goes into its first inlet; its text breaks at `columns`."""
+        number = self._box("obj", x, y, text, columns)
         for box in feeds:
             self.wire(box, 0, number, 0)
         return number
@@ -44,7 +44,7 @@ class Patch:
 
     def number(self, x: int, y: int, name: str, label: str) -> int:
         """A number box that tells [r NAME] what it shows."""
-        return self._box("floatatom", x, y, f"9 0 0 1 {label} - {name} 12")
+        return self._box("floatatom", x, y, f"9 0 0 2 {label} - {name} 12")
 
     def symbol(self, x: int, y: int, name: str, label: str, width: int) -> int:
         """A symbol box that tells [r NAME] what it shows."""
@@ -101,13 +101,13 @@ def _show_strikes(patch: Patch, kinds: int) -> int:
         patch.wire(kinds, at, box, 0)
     gate = patch.toggle(250, 305, "drum-gate-led", "gate")
     patch.wire(kinds, 4, gate, 0)
-    alive = patch.obj(500, 215, "unpack s s f")
+    alive = patch.obj(500, 270, "unpack s s f")
     patch.wire(kinds, 5, alive, 0)
-    patch.wire(alive, 1, patch.symbol(500, 260, "drum-state", "state", 40), 0)
-    error = patch.obj(500, 285, "unpack s s")
+    patch.wire(alive, 1, patch.symbol(500, 297, "drum-state", "state", 40), 0)
+    error = patch.obj(500, 325, "unpack s s")
     patch.wire(kinds, 6, error, 0)
-    patch.wire(error, 0, patch.symbol(500, 325, "drum-refused", "refused", 40), 0)
-    patch.wire(error, 1, patch.symbol(500, 375, "drum-why", "why", 60), 0)
+    patch.wire(error, 0, patch.symbol(500, 352, "drum-refused", "refused", 40), 0)
+    patch.wire(error, 1, patch.symbol(500, 379, "drum-why", "why", 60), 0)
     return unpack
 
 
@@ -116,18 +116,18 @@ def _voice(patch: Patch, unpack: int) -> None:
     radius = patch.obj(20, 375, "expr min(1,sqrt($f1*$f1+$f2*$f2))")
     patch.wire(unpack, 1, radius, 0)
     patch.wire(unpack, 2, radius, 1)
-    total = patch.obj(20, 530, "*~ 0.3")
+    total = patch.obj(20, 550, "*~ 0.3")
     for at, (ratio, ms, share) in enumerate(_MODES):
         x = 20 + 165 * at
-        weight = patch.obj(x, 405, f"expr sqrt($f2*({share}))", radius)
+        weight = patch.obj(x, 405, f"expr sqrt($f2*({share}))", radius, columns=20)
         patch.wire(unpack, 4, weight, 1)
-        line = patch.obj(x, 455, "vline~", patch.msg(x, 430, f"$1 1,0 {ms} 1", weight))
-        curve = patch.obj(x, 480, "*~", line)
+        line = patch.obj(x, 470, "vline~", patch.msg(x, 445, f"$1 1,0 {ms} 1", weight))
+        curve = patch.obj(x, 495, "*~", line)
         patch.wire(line, 0, curve, 1)
-        tone = patch.obj(x, 505, "*~", curve)
-        patch.wire(patch.obj(x + 70, 480, f"osc~ {F01_HZ * ratio:g}"), 0, tone, 1)
+        tone = patch.obj(x, 520, "*~", curve)
+        patch.wire(patch.obj(x + 70, 495, f"osc~ {F01_HZ * ratio:g}"), 0, tone, 1)
         patch.wire(tone, 0, total, 0)
-    volume = patch.slider(20, 585, 0, 1, False, "drum-volume", "volume")
+    volume = patch.slider(20, 590, 0, 1, False, "drum-volume", "volume")
     patch.wire(patch.msg(330, 600, "0.7", patch.obj(330, 575, "loadbang")), 0, volume, 0)
     level = patch.obj(20, 635, "*~", total)
     patch.wire(patch.obj(60, 610, "line~", patch.msg(120, 610, "$1 20", volume)), 0, level, 1)
@@ -168,14 +168,14 @@ def _fader(patch: Patch, fader: Fader, at: int, reads: int) -> None:
     last = patch.obj(x + 80, y + 75, "f", value)
     free = patch.obj(x + 80, y + 100, "spigot 1", last)
     patch.wire(patch.msg(x + 80, y + 125, "set $1", free), 0, slider, 0)
-    shut = patch.msg(x + 40, y + 50, "0")
+    shut = patch.msg(x + 200, y + 100, "0")
     patch.wire(moved, 2, shut, 0)
     patch.wire(shut, 0, free, 1)
     later = patch.obj(x, y + 50, "delay 700")
     patch.wire(moved, 1, later, 0)
     again = patch.obj(x, y + 75, "t b b", later)
     patch.wire(again, 0, last, 0)
-    opened = patch.msg(x + 40, y + 100, "1")
+    opened = patch.msg(x, y + 100, "1")
     patch.wire(again, 1, opened, 0)
     patch.wire(opened, 0, free, 1)
 
@@ -187,7 +187,7 @@ def _send(patch: Patch) -> None:
     send = patch.obj(500, 530, "netsend -u -b", connect)
     linked = patch.toggle(620, 525, "drum-link", "linked")
     patch.wire(send, 0, linked, 0)
-    patch.wire(patch.obj(720, 530, "delay 1000", patch.obj(680, 530, "sel 0", linked)), 0, connect, 0)
+    patch.wire(patch.obj(750, 530, "delay 1000", patch.obj(705, 530, "sel 0", linked)), 0, connect, 0)
     packets = patch.obj(700, 455, "list prepend send", patch.obj(700, 430, "r drum-out"))
     patch.wire(patch.obj(700, 480, "list trim", packets), 0, send, 0)
     out = patch.obj(850, 505, "s drum-out")
