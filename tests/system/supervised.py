@@ -65,7 +65,7 @@ class Supervised:
             assert self.process.poll() is None, (self.process.returncode, self.lines)
             return self.count("READY=1") > 0
 
-        wait_for("READY=1", is_over)
+        wait_for("READY=1", is_over, 240.0)
 
     def fed(self, times: int) -> None:
         """Wait for so many more words to the watchdog."""

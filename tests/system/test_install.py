@@ -110,6 +110,10 @@ def test_installed_updated_rolled_back_and_removed(tmp_path: Path) -> None:
     assert stage.version().startswith("1.")
     assert (stage.root / "usr/local/lib/systemd/system/drumstick-servo@.service").is_file()
 
+    # The first start compiles: without a duration it may take its time.
+    with stage.playing():
+        saved = stage.drumstick("preset", "save", "kept", "--connect", stage.endpoint)
+        assert saved.returncode == 0, saved.stderr
     played = stage.drumstick(
         "up", "--audio", "null", "--duration", "2", "--json", "--panel-port", str(free_port()), *stage.ports()
     )
@@ -117,9 +121,6 @@ def test_installed_updated_rolled_back_and_removed(tmp_path: Path) -> None:
     told = json.loads(played.stdout)
     assert told["strikes"] > 0
     assert told["sound"] == "null"
-    with stage.playing():
-        saved = stage.drumstick("preset", "save", "kept", "--connect", stage.endpoint)
-        assert saved.returncode == 0, saved.stderr
 
     env_file = stage.root / "etc/drumstick/main.env"
     env_file.write_text("SERVO_OPTIONS=--scene tom\n")
