@@ -104,6 +104,38 @@ def _month() -> list[str]:
     ]
 
 
+def _soak() -> list[str]:
+    found = read("soak")
+    lines = [
+        "",
+        "## A soak",
+        "",
+        f"`nice -n 5 drumstick soak --real-time --duration {found['duration_s']:.0f} --out DIR` ([what it does](soak.md)): {found['strikes']:,} strikes,"
+        f" {found['strikes_per_s']:.0f} a second,",
+        f"{found['speed']:g} times those of `{found['scene']}`, with a visit every second or so. The machine was busy with other work. {where(found)}",
+        "",
+        "| process | resident memory, MB | kB an hour, with 95 % confidence | descriptors an hour | threads an hour | verdict on the memory |",
+        "|---|---|---|---|---|---|",
+    ]
+    rows = {row["name"]: row for row in found["quantities"]}
+    for name, row in rows.items():
+        who, _, what = name.rpartition(" ")
+        if what == "rss_kB":
+            slope = row["slope"]
+            others = " | ".join(
+                f"{rows[f'{who} {other}']['slope']['per_h']:.3g}" for other in ("descriptors", "threads")
+            )
+            lines.append(
+                f"| {who} | {row['last'] / 1e3:.0f} | {slope['per_h']:+.0f} ({slope['low']:+.0f} .. {slope['high']:+.0f}) | {others} | {row['words']} |"
+            )
+    counted = [row for row in rows.values() if row["slope"] is None]
+    lines += ["", "| counted | | |", "|---|---|---|"]
+    return lines + [
+        f"| {row['name']} | {row['last']:.0f} | {row['words']}{'' if row['passed'] is not None else '; told, not judged'} |"
+        for row in counted
+    ]
+
+
 def _wire() -> list[str]:
     found, fuzz = read("wire"), read("osc_fuzz")
     lines = [
@@ -298,6 +330,7 @@ def page() -> str:
             *_ticks(),
             *_lateness(),
             *_month(),
+            *_soak(),
             *_wire(),
             *_door(),
             *_panel(),

@@ -69,13 +69,20 @@ def _look(at: int) -> dict[str, Any]:
 
 
 def _memory(axes: Axes, samples: Samples, whos: list[str], per_h: float) -> None:
-    axes.set_title("Resident memory, against the end of the warm-up")
-    axes.set_ylabel("kB")
-    axes.set_yscale("symlog", linthresh=1000.0)
+    # From the end of the warm-up on it fills the pane; the warm-up itself may leave it.
+    axes.set_title("Resident memory, against its median after the warm-up")
+    axes.set_ylabel("MB")
+    low, high = -0.1, 0.1
     for at, who in enumerate(whos):
         hours, values = samples.series(who, "rss_kB")
-        axes.plot(hours * per_h, values - values[round(len(values) * WARM_UP)], label=who, **_look(at))
-    axes.axhline(0.0, color=GREY, linewidth=0.6)
+        judged = values[round(len(values) * WARM_UP) :]
+        middle = float(np.median(judged))
+        axes.plot(hours * per_h, (values - middle) / 1e3, label=who, **_look(at))
+        low, high = (
+            min(low, float(judged.min() - middle) / 1e3),
+            max(high, float(judged.max() - middle) / 1e3),
+        )
+    axes.set_ylim(1.05 * low, 1.05 * high)
 
 
 def _descriptors(axes: Axes, samples: Samples, whos: list[str], per_h: float) -> None:
@@ -102,4 +109,5 @@ def _lateness(axes: Axes, samples: Samples, per_h: float) -> None:
         if len(values):
             axes.plot(hours * per_h, np.maximum(values / divisor, 1e-3), label=words, **_look(at))
     axes.set_yscale("log")
+    axes.set_ylim(top=50.0 * axes.get_ylim()[1])  # room for the legend
     axes.legend(loc="upper right", ncols=2, fontsize=8)

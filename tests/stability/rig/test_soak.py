@@ -1,4 +1,4 @@
-"""The virtual form of `drumstick soak`: what does not grow passes, a small leak of memory and one of descriptors do not."""
+"""The virtual form of `drumstick soak`: what does not grow passes, a small leak of memory or descriptors does not."""
 
 import json
 import os

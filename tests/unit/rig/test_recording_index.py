@@ -41,7 +41,7 @@ def test_the_finished_file_has_the_whole_index(tmp_path: Path) -> None:
         assert starts == sorted(set(starts))
         assert all(index.message_index_offsets for index in summary.chunk_indexes)
         # Which only a whole index makes possible: a piece out of the middle.
-        piece = list(reader.iter_messages(start_time=100 * SECOND_NS, end_time=110 * SECOND_NS))
+        piece = list(reader.iter_messages(starting_at=100 * SECOND_NS, ending_before=110 * SECOND_NS))
     assert 18 <= len(piece) <= 22
     assert [entry.name for entry in tmp_path.iterdir()] == ["take.mcap"], "the index's own file has no name"
 
