@@ -67,6 +67,12 @@ class Supervised:
 
         wait_for("READY=1", is_over, 240.0)
 
+    def ended(self) -> int:
+        """Its exit status, when it ends by itself; `lines` is complete then."""
+        status = self.process.wait(240.0)
+        self._threads[1].join(10.0)
+        return status
+
     def fed(self, times: int) -> None:
         """Wait for so many more words to the watchdog."""
         before = self.count("WATCHDOG=1")
