@@ -106,8 +106,8 @@ def _profile(name: str, measured: dict[str, Any]) -> list[str]:
         "",
         f"## Each listener hears {name}" if name == "everything" else f"## Each listener is a {name}",
         "",
-        f"{_WORDS[name][0].upper()}{_WORDS[name][1:]}. {per_s(name):.0f} messages and"
-        f" {1e-3 * payload_bytes_per_s(name):.1f} kB of payload a second",
+        f"{_WORDS[name][0].upper()}{_WORDS[name][1:]}.",
+        f"{per_s(name):.0f} messages and {1e-3 * payload_bytes_per_s(name):.1f} kB of payload a second",
         f"to each, {router.bytes_each:.0f} bytes a message on the wire.",
         f"A message costs the router {router.own_us:.0f} us, and {router.each_us:.1f} us for each that it goes to.",
         f"What binds first is **{first}**: {most:,.0f} listeners.",
