@@ -126,6 +126,9 @@ def run(layout: Layout, profile: str, listeners: int, seconds: float) -> dict[st
     late_us = np.array([late for each in said for late in each["late_us"]])
     p50, p99 = np.percentile(late_us, (50, 99)) if len(late_us) else (float("nan"),) * 2
     delivered = sum(heard)
+    foreign = [words for each in said for words in each["foreign"]]
+    if foreign:
+        print("another stream's message at a subscriber of strikes:", foreign[:3], flush=True)
     return {
         "listeners": listeners,
         "put": told["put"],
@@ -133,6 +136,7 @@ def run(layout: Layout, profile: str, listeners: int, seconds: float) -> dict[st
         "delivered_share": round(delivered / (told["put"] * listeners), 5),
         "worst_listener_share": round(min(heard) / told["put"], 5),
         "delivered_per_s": round(delivered / seconds),
+        "of_another_stream": len(foreign),
         "p50_us": round(float(p50)),
         "p99_us": round(float(p99)),
         "router_cpu_us_per_delivery": round(1e6 * used[0] / delivered, 2),

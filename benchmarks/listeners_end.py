@@ -62,7 +62,7 @@ def hear(router: str, profile: str, sessions: int) -> None:
 
     def note(which: int, sample: zenoh.Sample) -> None:
         counts[which] += 1
-        strikes.append((sample.payload, time.monotonic_ns()))
+        strikes.append((sample, time.monotonic_ns()))
 
     for which in range(sessions):
         session = _session(router)
@@ -72,10 +72,17 @@ def hear(router: str, profile: str, sessions: int) -> None:
         opened.append(session)
     print(json.dumps("ready"), flush=True)
     sys.stdin.read()
-    late_us = [(came - decode(payload.to_bytes(), Strike).t_ns) / 1e3 for payload, came in strikes]
+    late_us: list[float] = []
+    foreign: list[str] = []
+    for sample, came in strikes:
+        try:
+            late_us.append((came - decode(sample.payload.to_bytes(), Strike).t_ns) / 1e3)
+        except ValueError as error:
+            foreign.append(f"{sample.key_expr}: {error}")
     for session in opened:
         session.close()
-    print(json.dumps({"heard": counts, "late_us": np.round(late_us).astype(int).tolist()}), flush=True)
+    told = {"heard": counts, "late_us": np.round(late_us).astype(int).tolist(), "foreign": foreign}
+    print(json.dumps(told), flush=True)
 
 
 if __name__ == "__main__":

@@ -106,9 +106,9 @@ def _profile(name: str, measured: dict[str, Any]) -> list[str]:
         "",
         f"## Each listener hears {name}" if name == "everything" else f"## Each listener is a {name}",
         "",
-        f"{_WORDS[name][0].upper()}{_WORDS[name][1:]}. {per_s(name):.0f} messages and"
-        f" {1e-3 * payload_bytes_per_s(name):.1f} kB of payload a second to each, {router.bytes_each:.0f} bytes a message on"
-        " the wire.",
+        f"{_WORDS[name][0].upper()}{_WORDS[name][1:]}.",
+        f"{per_s(name):.0f} messages and {1e-3 * payload_bytes_per_s(name):.1f} kB of payload a second",
+        f"to each, {router.bytes_each:.0f} bytes a message on the wire.",
         f"A message costs the router {router.own_us:.0f} us, and {router.each_us:.1f} us for each that it goes to.",
         f"What binds first is **{first}**: {most:,.0f} listeners.",
         "",
@@ -200,8 +200,9 @@ def page() -> str:
         "",
         "## Model and measurement",
         "",
-        f"`python benchmarks/listeners.py`, {found['seconds']:g} s each. {where(found)} Router, rig and up to 300 listeners",
-        f"in {found['processes_of_listeners']} processes share these cores, over loopback; the load average was {found['load_before']:.1f} before. So the",
+        f"`python benchmarks/listeners.py`, {found['seconds']:g} s each. {where(found)}",
+        f"Router, rig and up to {max(row['listeners'] for row in profiles['follower']['rows'])} listeners",
+        f"in {found['processes_of_listeners']} processes share these cores, over loopback, with other work: the load average was {found['load_before']:.1f} before. So the",
         "times are those of a machine that does everybody's work; the router's processor time is its own. Each listener is a",
         "session of its own. To one listener's: the processor time of a delivery against that of the first row.",
     ]
