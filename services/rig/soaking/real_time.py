@@ -12,7 +12,7 @@ from rig.soaking.hearing import Hearing
 from rig.soaking.playing import Playing, wait_s
 from rig.soaking.result import Result
 from rig.soaking.samples import Samples
-from rig.soaking.verdict import Verdict, of_count, of_growth, told
+from rig.soaking.verdict import BREATH_KB, Verdict, of_count, of_growth, told
 
 _READY_WITHIN_S = 600.0  # the very first start compiles every kernel
 _LONGEST_PAUSE_S, _SHORTEST_PAUSE_S, _SAMPLES = 5.0, 0.5, 200
@@ -105,8 +105,9 @@ def _growths(samples: Samples, speed: float) -> list[Verdict]:
         ("descriptors", "descriptors", DESCRIPTORS_PER_H),
         ("threads", "threads", THREADS_PER_H),
     ):
+        breath = BREATH_KB if unit == "kB" else 0.0
         verdicts += [
-            of_growth(f"{who} {what}", unit, *samples.series(who, what), bound * speed)
+            of_growth(f"{who} {what}", unit, *samples.series(who, what), bound * speed, breath)
             for who in samples.whos(what)
         ]
     return verdicts

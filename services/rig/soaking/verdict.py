@@ -8,6 +8,7 @@ import numpy as np
 
 from rig.soaking.slope import FEWEST, Floats, Slope, Step, largest_step, slope_of, without
 
+BREATH_KB = 1024.0  # resident memory that an interpreter's pools may take over a run without any leak
 WARM_UP = 0.25  # this share of the samples is warm-up: pools fill, pages of code are first touched
 
 
@@ -33,8 +34,13 @@ class Verdict:
         return told
 
 
-def of_growth(name: str, unit: str, hours: Floats, values: Floats, bound_per_h: float) -> Verdict:
-    """Growth is a slope above `bound_per_h` with all of its interval, in both halves, and not by one single jump."""
+def of_growth(
+    name: str, unit: str, hours: Floats, values: Floats, bound_per_h: float, breath: float = 0.0
+) -> Verdict:
+    """Growth is a slope above `bound_per_h` with all of its interval, in both halves, and not by one single jump.
+
+    What rises by less than `breath` over the whole time is none either.
+    """
     warm = round(len(values) * WARM_UP)
     hours, values = np.asarray(hours[warm:], float), np.asarray(values[warm:], float)
     if len(values) < FEWEST:
@@ -47,7 +53,14 @@ def of_growth(name: str, unit: str, hours: Floats, values: Floats, bound_per_h: 
         rest = slope_of(hours, without(hours, values, found))
         if found.by > 0.0 and rest.low <= bound_per_h:
             grows, slope, step = False, rest, found
+    risen = slope.per_h * float(hours[-1] - hours[0])
+    breathes = grows and risen < breath
+    grows = grows and not breathes
     words = _growth_words(unit, grows, slope, bound_per_h, step)
+    if breathes:
+        words = (
+            f"rises by {risen:.3g} {unit} in all, less than the {breath:g} that pools may take: run it longer"
+        )
     ends = float(np.median(values[:5])), float(np.median(values[-5:]))
     return Verdict(name, unit, not grows, words, slope, bound_per_h, *ends, step)
 

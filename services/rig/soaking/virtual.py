@@ -24,7 +24,7 @@ from rig.soaking.result import Result
 from rig.soaking.samples import Samples
 from rig.soaking.ticks import Comb, Counted
 from rig.soaking.usage import usage
-from rig.soaking.verdict import Verdict, of_count, of_growth, told
+from rig.soaking.verdict import BREATH_KB, Verdict, of_count, of_growth, told
 
 SAMPLES = 60
 STEP_S = 0.034  # so often the relay goes round: a state in every round
@@ -187,7 +187,10 @@ def growths(samples: Samples, speed: float) -> list[Verdict]:
         ("threads", "threads", THREADS_PER_H),
         ("clock_error_us", "us", 1000.0),
     )
-    return [of_growth(what, unit, *samples.series(WHO, what), bound * speed) for what, unit, bound in bounds]
+    return [
+        of_growth(what, unit, *samples.series(WHO, what), bound * speed, BREATH_KB if unit == "kB" else 0.0)
+        for what, unit, bound in bounds
+    ]
 
 
 def cycle_off_ns(minutes: int) -> float:
