@@ -17,13 +17,16 @@ DEV_STAMP := .venv/.installed-dev
 play: install
 	@exec $(BIN)/drumstick up $(ARGS)
 
-# Two passes: what only computes, on every core; then what plays in real time, alone.
+# Three passes: what only computes, on every core; rigs, which mostly wait, two at a time; what needs the whole machine.
+# What took longest is told at the end of each.
+PYTEST := $(BIN)/pytest --durations=15 --durations-min=5
 test: check
 ifdef TESTS
 	$(BIN)/pytest $(TESTS)
 else
-	$(BIN)/pytest -m "not (system or real_clock)" --numprocesses auto --maxprocesses 4 --dist loadfile
-	$(BIN)/pytest -m "system or real_clock"
+	$(PYTEST) -m "not (system or real_clock)" --numprocesses auto --maxprocesses 4 --dist loadfile
+	$(PYTEST) -m "system and not alone" --numprocesses 2 --dist loadfile
+	$(PYTEST) -m "(system and alone) or real_clock"
 endif
 
 check: install-dev

@@ -12,6 +12,8 @@ from haptic_side import HapticSide, drum, sounding, wait_for
 
 from protocol.messages import Contact, encode
 
+pytestmark = pytest.mark.alone
+
 MS = 1_000_000
 
 
