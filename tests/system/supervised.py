@@ -24,7 +24,7 @@ class Supervised:
     def __init__(self, folder: Path, *words: str, environment: dict[str, str] | None = None) -> None:
         self.told: list[tuple[float, str, str]] = []
         self.lines: list[str] = []
-        self._address = folder / f"notify-{words[0]}"
+        self._address = folder / f"notify-{time.monotonic_ns()}"
         self._ear = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         self._ear.bind(str(self._address))
         self._ear.settimeout(0.1)

@@ -9,6 +9,8 @@ import pytest
 from rig_process import free_port, wait_for
 from supervised import WATCHDOG_S, Supervised, fifo_threads, hung, supervised
 
+from haptic_server import files
+
 pytestmark = pytest.mark.timeout(400)  # a first start compiles, on a machine that does other things too
 
 
@@ -70,6 +72,30 @@ def test_the_gateway_is_fed(gateway: Supervised) -> None:
     assert gateway.told[-1][2].startswith(("playing", "ready", "fault"))
 
 
+def test_another_scene_is_taken_up_at_the_next_start(
+    place: Path, router: str, gateway: Supervised, servo: Supervised
+) -> None:
+    # What drumstick-scene@.service does, with a scene that no device can play: status 2 or 3, and the one before again.
+    (run,) = (place / "XDG_RUNTIME_DIR").iterdir()
+    gateway.close()
+    servo.close()
+    assert (run / files.BLOCK).exists()  # a crash would go on from there
+    recorded = place / "still.csv"
+    recorded.write_text("t_s,z_m\n" + "\n".join(f"{0.001 * tick:.3f},0.02" for tick in range(2000)) + "\n")
+    device = ["--scene", "phantom", "--device", f"replay:{recorded}"]
+    with supervised(place, "servo", *device) as first:
+        first.ready()
+    (run / files.WANTED).write_text("roll")
+    with supervised(place, "servo", *device) as second:
+        status = second.ended()
+    assert status in (2, 3), second.lines
+    with supervised(place, "servo-ended", "exited", str(status)) as after:
+        assert after.ended() == 0, after.lines
+    with supervised(place, "servo", *device) as third:
+        third.ready()
+        assert 'name = "phantom"' in (run / files.SCENE).read_text()
+
+
 def test_sound_is_ready_and_fed_though_there_is_no_router_yet(place: Path) -> None:
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     with supervised(place, "sound", "--audio", "null", "--connect", endpoint) as sound:
@@ -84,3 +110,15 @@ def test_the_panel_is_ready_when_it_can_be_visited_and_then_fed(place: Path) -> 
         panel.ready()
         socket.create_connection(("127.0.0.1", port), timeout=5.0).close()
         panel.fed(2)
+
+
+def test_a_gateway_without_a_servo_says_what_to_start(place: Path) -> None:
+    with supervised(place, "gateway", "--rig", "nobody") as alone:
+        assert alone.ended() == 3
+    assert "start that first" in "\n".join(alone.lines)
+
+
+def test_a_door_that_nobody_asked_for_is_a_mistake(place: Path) -> None:
+    with supervised(place, "door") as door:
+        assert door.ended() == 2
+    assert "zenoh.public" in "\n".join(door.lines)
