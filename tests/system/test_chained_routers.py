@@ -1,4 +1,4 @@
-"""Routers that join routers, by the session's own settings and by the files in deploy/zenoh: nothing gets lost."""
+"""Routers that join routers, by the session's own settings and by the files in deploy/zenoh/open: nothing gets lost."""
 
 import json
 import subprocess
@@ -14,7 +14,7 @@ from rig_process import free_port, wait_for
 
 from protocol.session import client_config
 
-FILES = Path(__file__).parents[2] / "deploy" / "zenoh"
+FILES = Path(__file__).parents[2] / "deploy" / "zenoh" / "open"
 _SCRIPT = """
 import sys, zenoh
 config = zenoh.Config.from_file(sys.argv[1])
@@ -30,7 +30,7 @@ COUNT = 200
 
 @contextmanager
 def router_of(name: str, listen: str, upstream: str | None = None) -> Iterator[None]:
-    """The router of a file in deploy/zenoh, at other addresses."""
+    """The router of a file in deploy/zenoh/open, at other addresses."""
     words = ["listen/endpoints", json.dumps([listen])]
     words += ["connect/endpoints", json.dumps([upstream])] if upstream is not None else []
     command = [sys.executable, "-c", _SCRIPT, str(FILES / name), *words]
