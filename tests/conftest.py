@@ -3,6 +3,7 @@
 import os
 import re
 import shutil
+import signal
 import socket
 import sys
 from collections.abc import Callable, Generator
@@ -23,6 +24,12 @@ settings.load_profile("ours")
 # A test on the real clock may fail because the host of this virtual machine did not run it for so long. Nothing in the
 # product can help that: such a test, and no other, is run once more, and the summary says so (RERUN).
 _STALL_NS = 10_000_000
+
+
+def pytest_configure() -> None:
+    """A suite in the background of a shell ignores Ctrl-C, and so would every program that it starts and interrupts."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 class HostStoodStill(Exception):
