@@ -12,8 +12,6 @@ from drumstick.scene import parse, shipped_text
 from haptic_server import block, files
 from haptic_server.records import NO_FAULT
 
-pytestmark = pytest.mark.alone
-
 PERIOD_NS = 1_000_000
 TICKS = 1000
 _TRIES = 3

@@ -12,8 +12,6 @@ from haptic_side import HapticSide, drum, sounding, wait_for
 
 from protocol.messages import Contact, encode
 
-pytestmark = pytest.mark.alone
-
 MS = 1_000_000
 
 
