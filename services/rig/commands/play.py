@@ -211,7 +211,7 @@ def sound_command(
         frozenset({"sound"}), rig_file, rig, duration, as_json, audio=audio, connect=connect, also=also,
         audio_rate=audio_rate, audio_block=audio_block, most_rigs=most_rigs, room_latency=room_latency,
         room_level=room_level,
-    )  # fmt: skip  # fmt: skip
+    )  # fmt: skip
 
 
 def panel_command(

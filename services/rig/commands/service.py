@@ -14,6 +14,7 @@ from rig.commands.options import (
     MidiChannel,
     MidiNote,
     MidiOut,
+    MostRigs,
     OscInOrFile,
     OscOut,
     OscQuery,
@@ -24,6 +25,8 @@ from rig.commands.options import (
     RigFile,
     RigName,
     RigNameOrFile,
+    RoomLatency,
+    RoomLevel,
     Scene,
 )
 from rig.commands.play import chosen
@@ -90,6 +93,9 @@ def sound_command(
     rig_file: RigFile = None,
     connect: Connect = None,
     also: Also = None,
+    most_rigs: MostRigs = 8,
+    room_latency: RoomLatency = 0.0,
+    room_level: RoomLevel = 0.0,
 ) -> None:
     """Become the sound server."""
     from rig.service import become
@@ -98,7 +104,7 @@ def sound_command(
         "sound",
         chosen(
             _SOUND, rig_file, rig, audio=audio, audio_rate=audio_rate, audio_block=audio_block,
-            connect=connect, also=also,
+            connect=connect, also=also, most_rigs=most_rigs, room_latency=room_latency, room_level=room_level,
         ),
     )  # fmt: skip
 
