@@ -96,7 +96,8 @@ def test_every_step_of_the_guide_does_what_it_says(venue: ThreeHosts, tmp_path: 
         else:
             said = _done([*venue.venue[step.machine].enter, "sh", "-euc", step.commands], home, own)
         missing = [line for line in step.seen if not shows(said, line)]
-        assert missing == [], f"{step.machine}: {step.commands}\n{said}"
+        others = "\n".join(program.said for program in venue.running.values())
+        assert missing == [], f"{step.machine}: {step.commands}\n{said}\nThe services said:\n{others}"
     for machine in ("panel", "sound", "haptic"):
         assert venue.running.pop(machine).stop() == 0
 

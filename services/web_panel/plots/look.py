@@ -59,7 +59,8 @@ def plot(
 ) -> viser.GuiUplotHandle:
     """A plot that waits for its first data; `series`, the horizontal one first."""
     return gui.add_uplot(
-        tuple(np.array([1.0, 2.0]) for _ in series),  # uPlot wants two points, above 0 on a logarithmic scale
+        # uPlot wants an abscissa of two points, above 0 where it is logarithmic; NaN is drawn nowhere.
+        (np.array([1.0, 2.0]), *(np.full(2, np.nan) for _ in series[1:])),
         series,
         scales=scales,
         axes=axes,
