@@ -27,7 +27,13 @@ if ! "$venv/bin/python" -c "import pip" 2>/dev/null; then
     "$python" -m venv --clear "$venv"
 fi
 
-# Python compiles what it imports by itself; compiling all of it here would take longer than everything else.
 pip=("$venv/bin/python" -m pip --disable-pip-version-check --quiet --quiet install --no-compile --no-deps)
 "${pip[@]}" --only-binary :all: --require-hashes -r "$lock"
 "${pip[@]}" --no-build-isolation "${project[@]}"
+
+# Byte code for all of it, now: whoever starts it later may not be allowed to write any (a folder that its users only
+# read, PYTHONDONTWRITEBYTECODE), and would then compile eight hundred modules at every start, which takes as long as
+# all the rest of starting. Packages hold some templates that are no Python at all, hence `|| true`.
+sources=("$venv"/lib/python3.*/site-packages)
+[[ $# -gt 1 ]] || sources+=(services shared)
+env -u PYTHONDONTWRITEBYTECODE "$venv/bin/python" -m compileall -qq -j 0 "${sources[@]}" || true
