@@ -126,7 +126,7 @@ install -d -m 0750 "${owner[@]}" "$etc" "$etc/$rig"
 for old in "$opt"/releases/*; do
     name="$(basename "$old")"
     [[ "$name" == "$release" || "$name" == "$(release_at current)" || "$name" == "$(release_at previous || true)" ]] && continue
-    rm -rf "$old" "$cache/bytecode$old"
+    rm -rf "$old"
     say "Removed the older release $name"
 done
 

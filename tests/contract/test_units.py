@@ -76,6 +76,18 @@ def test_each_service_has_its_unit_with_what_all_must_have(service: str) -> None
     assert unit["User"] == ["drumstick"]
 
 
+def test_what_is_said_to_be_the_same_for_every_process_is() -> None:
+    common = {
+        service: (FOLDER / f"drumstick-{service}@.service")
+        .read_text()
+        .partition("# What follows is the same for every process")[2]
+        .partition("[Install]")[0]
+        for service in SERVICES
+    }
+    assert len(common["servo"].splitlines()) > 20
+    assert set(common.values()) == {common["servo"]}
+
+
 def test_the_force_loop_has_no_network() -> None:
     unit = _settings("drumstick-servo@.service")
     assert unit["PrivateNetwork"] == ["yes"]
