@@ -29,7 +29,7 @@ while [[ $# -gt 0 ]]; do
     esac
     shift 2
 done
-[[ "$rig" =~ ^[A-Za-z0-9_-]{1,40}$ ]] || wrong "--rig $rig: letters, digits, - and _, at most 40"
+[[ "$rig" =~ ^[A-Za-z0-9_-][A-Za-z0-9_.-]{0,39}$ ]] || wrong "--rig $rig: letters, digits, _, - and ., the first no ., at most 40"
 
 services_of() { # role
     case "$1" in
