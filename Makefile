@@ -31,7 +31,7 @@ endif
 check: install-dev
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
-	$(BIN)/pyright
+	$(BIN)/pyright & strict=$$!; $(BIN)/pyright --project tests/pyrightconfig.json && wait $$strict
 	$(BIN)/lint-imports
 
 install: system-play $(STAMP)

@@ -10,6 +10,7 @@ import threading
 import time
 
 import numpy as np
+import zenoh
 from wire_servo import BARE
 
 from protocol.keys import Keys
@@ -46,7 +47,7 @@ def datagrams(kind: str, port: int, ended: threading.Event) -> list[Heard]:
 
 def samples(endpoint: str, sessions: int, ended: threading.Event) -> list[Heard]:
     """Until `ended`; what is told of are the strikes' numbers and when the callbacks ran."""
-    raw: list[list[tuple[object, int]]] = [[] for _ in range(sessions)]
+    raw: list[list[tuple[zenoh.ZBytes, int]]] = [[] for _ in range(sessions)]
     opened = []
     for each in raw:
         session = open_client(endpoint, lambda: True)

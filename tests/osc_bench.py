@@ -6,6 +6,7 @@ import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from importlib import resources
+from typing import Any
 
 from pythonosc.osc_message import OscMessage
 from pythonosc.osc_message_builder import OscMessageBuilder
@@ -119,14 +120,14 @@ class Client:
         self.udp.settimeout(BOUND_S)
         self.endpoint: tuple[str, int] = self.udp.getsockname()
 
-    def next(self) -> tuple[str, list[object]]:
+    def next(self) -> tuple[str, list[Any]]:
         """The next message; TimeoutError when there is none."""
         message = OscMessage(self.udp.recv(65536))
         return message.address, message.params
 
-    def waiting(self) -> list[tuple[str, list[object]]]:
+    def waiting(self) -> list[tuple[str, list[Any]]]:
         """Every message that is in the socket already: loopback delivers before sendto returns."""
-        found: list[tuple[str, list[object]]] = []
+        found: list[tuple[str, list[Any]]] = []
         self.udp.setblocking(False)
         try:
             while True:
@@ -146,7 +147,7 @@ def client() -> Iterator[Client]:
         made.udp.close()
 
 
-def tell(front: OscFront, sender: Client, datagram: bytes) -> list[tuple[str, list[object]]]:
+def tell(front: OscFront, sender: Client, datagram: bytes) -> list[tuple[str, list[Any]]]:
     """Deliver a datagram, without the front's socket, and return what the sender has got."""
     front.hear(datagram, sender.endpoint)
     return sender.waiting()

@@ -1,5 +1,6 @@
 """Guard, page, Zenoh, changes, lease and prediction, joined and run."""
 
+import gc
 import sys
 import time
 from collections.abc import Callable
@@ -65,6 +66,9 @@ def serve(
         lease.start()
         page.show(mirror, time.monotonic())
         print(f"panel: http://127.0.0.1:{port}/?token={token}", file=sys.stderr, flush=True)
+        # What is there now lives as long as the panel. Not looked through any more, it holds up no collection of what
+        # each browser leaves behind: else those wait until there is a quarter as much of it.
+        gc.freeze()
         turn = 0
         while keep_on():
             seen = page.views.follow()

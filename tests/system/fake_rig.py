@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import zenoh
+from rig_process import is_subscribed
 
 from drumstick.law import law_of
 from drumstick.parameters import Refusal, table_of, values_of, with_changes
@@ -241,9 +242,7 @@ class FakeRig:
     def watched(self) -> set[str]:
         """What somebody subscribes to of what is put only then: the last parts of the keys."""
         return {
-            key.rpartition("/")[2]
-            for key, publisher in self._watched.items()
-            if publisher.matching_status.matching
+            key.rpartition("/")[2] for key, publisher in self._watched.items() if is_subscribed(publisher)
         }
 
     def _tell(self, key: str, message: Message) -> None:

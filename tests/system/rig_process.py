@@ -14,7 +14,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar
 
 import msgspec
 import zenoh
@@ -26,7 +26,6 @@ from protocol.session import open_client
 from rig.folder import run_folder
 
 DRUMSTICK = [sys.executable, "-c", "from rig.command import main; main()"]
-_M = TypeVar("_M", bound=Message)
 PATIENCE_S = 60.0  # how long a test waits for something that must come; kernels may have to compile first
 
 
@@ -37,6 +36,7 @@ def free_port(kind: socket.SocketKind = socket.SOCK_STREAM) -> int:
 
 
 _T = TypeVar("_T")
+_M = TypeVar("_M", bound=Message)
 
 
 def wait_for(what: str, get: Callable[[], _T | None], patience_s: float = PATIENCE_S) -> _T:
@@ -166,7 +166,7 @@ def running(part: str, *options: str, state: Path | None = None, name: str = "")
         rig.close()
 
 
-class Listener:
+class Listener(Generic[_M]):
     """Collects the messages of one key."""
 
     def __init__(self, session: zenoh.Session, key: str, kind: type[_M]) -> None:
@@ -174,6 +174,12 @@ class Listener:
         self._subscriber = session.declare_subscriber(
             key, lambda sample: self.got.append(decode(sample.payload.to_bytes(), kind))
         )
+
+
+def is_subscribed(publisher: zenoh.Publisher) -> bool:
+    """Whether somebody hears what it puts."""
+    status: Any = publisher.matching_status  # zenoh's own annotation says bool, which it is not
+    return bool(status.matching)
 
 
 def ask(session: zenoh.Session, key: str, payload: object = None) -> bytes:

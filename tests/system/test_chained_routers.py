@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 import zenoh
 from lone_router import lone_router
-from rig_process import free_port, wait_for
+from rig_process import free_port, is_subscribed, wait_for
 
 from protocol.session import client_config
 
@@ -46,7 +46,7 @@ def heard_across(here: str, there: str) -> None:
     with zenoh.open(client_config(there)) as ear, zenoh.open(client_config(here)) as mouth:
         ear.declare_subscriber("drumstick/a/strike", lambda sample: heard.append(sample.payload.to_bytes()))
         publisher = mouth.declare_publisher("drumstick/a/strike")
-        wait_for("a subscriber across", lambda: getattr(publisher.matching_status, "matching"))  # noqa: B009
+        wait_for("a subscriber across", lambda: is_subscribed(publisher))
         for number in range(COUNT):
             publisher.put(str(number))
         wait_for("all of them", lambda: len(heard) == COUNT)

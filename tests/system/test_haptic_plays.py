@@ -47,6 +47,12 @@ def settle(session: zenoh.Session, rig: Rig, **changes: float) -> None:
     ask(session, rig.keys.set_many, changes)
 
 
+def both(started: Rig) -> dict[str, int] | None:
+    """Servo and gateway, once both are there."""
+    children = started.children()
+    return children if len(children) == 2 else None
+
+
 def state_where(session: zenoh.Session, rig: Rig, good) -> State:
     states = Listener(session, rig.keys.state, State)
     return wait_for("a state", lambda: next((s for s in states.got if good(s)), None))
@@ -258,7 +264,7 @@ def test_a_taken_port_is_one_line_and_status_3(rig: Rig) -> None:
 def test_stops_cleanly_and_leaves_no_orphan(number: signal.Signals) -> None:
     with running("haptic") as started:
         started.client().close()
-        children = wait_for("both processes", lambda: len(started.children()) == 2 and started.children())
+        children = wait_for("both processes", lambda: both(started))
         assert started.stop(number) == 0
         assert not any(is_alive(pid) for pid in children.values())
         assert "killed" not in started.said
@@ -267,6 +273,6 @@ def test_stops_cleanly_and_leaves_no_orphan(number: signal.Signals) -> None:
 def test_no_orphan_even_when_the_command_itself_is_killed() -> None:
     with running("haptic") as started:
         started.client().close()
-        children = wait_for("both processes", lambda: len(started.children()) == 2 and started.children())
+        children = wait_for("both processes", lambda: both(started))
         started.process.kill()
         wait_for("the children's end", lambda: not any(is_alive(pid) for pid in children.values()))

@@ -23,6 +23,11 @@ def health(rig: Rig, session: zenoh.Session) -> dict[str, int | bool]:
     return json.loads(ask(session, rig.keys.doctor))["contact"]
 
 
+@pytest.fixture(scope="module")
+def wav(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("wav") / "roll.wav"
+
+
 def scene_file(folder: Path) -> str:
     path = folder / "streamed.toml"
     path.write_text(streamed_text(), encoding="utf-8")
@@ -30,14 +35,13 @@ def scene_file(folder: Path) -> str:
 
 
 @pytest.fixture(scope="module")
-def rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Rig]:
+def rig(tmp_path_factory: pytest.TempPathFactory, wav: Path) -> Iterator[Rig]:
     folder = tmp_path_factory.mktemp("streamed")
-    with running("up", "--scene", scene_file(folder), "--audio", f"wav:{folder / 'roll.wav'}") as started:
-        started.wav = folder / "roll.wav"
+    with running("up", "--scene", scene_file(folder), "--audio", f"wav:{wav}") as started:
         yield started
 
 
-def test_the_roll_sounds_by_its_forces(rig: Rig, session: zenoh.Session) -> None:
+def test_the_roll_sounds_by_its_forces(rig: Rig, wav: Path, session: zenoh.Session) -> None:
     meters = Listener(session, rig.keys.meter, Meter)
     first = wait_for("a contact", lambda: next((m for m in meters.got if m.played > 0), None))
     wait_for("thirty more", lambda: meters.got[-1].played >= first.played + 30)
@@ -46,7 +50,7 @@ def test_the_roll_sounds_by_its_forces(rig: Rig, session: zenoh.Session) -> None
     assert (last.refused, last.duplicates) == (0, 0)
 
     def recorded() -> float:
-        with wave.open(str(rig.wav)) as file:
+        with wave.open(str(wav)) as file:
             return (
                 float(np.abs(np.frombuffer(file.readframes(file.getnframes()), "<i2")).max(initial=0)) / 32767
             )
@@ -76,7 +80,7 @@ def test_what_is_published_adds_up_to_what_the_releases_tell(rig: Rig, session: 
 
 def test_nonsense_on_its_key_is_counted_and_the_roll_goes_on(rig: Rig, session: zenoh.Session) -> None:
     meters = Listener(session, rig.keys.meter, Meter)
-    before = wait_for("a meter", lambda: meters.got and meters.got[-1])
+    before = wait_for("a meter", lambda: meters.got[-1] if meters.got else None)
     for forces in ([float("nan")], [1e30], []):
         bad = Contact(
             boot=1,
@@ -100,7 +104,7 @@ def test_a_killed_gateway_comes_back_and_so_does_the_sound(rig: Rig, session: ze
     os.kill(old, signal.SIGKILL)
     wait_for("another gateway", lambda: rig.children().get("haptic_server.gateway", old) != old)
     meters = Listener(session, rig.keys.meter, Meter)
-    first = wait_for("a meter", lambda: meters.got and meters.got[-1])
+    first = wait_for("a meter", lambda: meters.got[-1] if meters.got else None)
     wait_for("new contacts", lambda: meters.got[-1].played > first.played + 10)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import zenoh
 from haptic_side import HapticSide, drum, sounding, wait_for
+from rig_process import is_subscribed
 
 from protocol.messages import Contact, encode
 
@@ -45,18 +46,13 @@ def publisher(side: HapticSide) -> zenoh.Publisher:
     return side.session.declare_publisher(side.keys.contact)
 
 
-def is_heard(to: zenoh.Publisher) -> bool:
-    status = to.matching_status
-    return bool(status.matching)
-
-
 def test_contacts_sound_once_and_a_scene_without_a_stream_ends_the_subscription(
     side: HapticSide, tmp_path: Path
 ) -> None:
     with sounding(side.endpoint, "null", tmp_path) as sound:
         side.meter("a sink", lambda m: m.sink == "null")
         to = publisher(side)
-        wait_for("a subscriber", lambda: is_heard(to))
+        wait_for("a subscriber", lambda: is_subscribed(to))
         for seq in range(1, 6):
             side.strike()  # tells where; starts no pulse
             message = piece(side, seq, [2.0, 4.0, 1.0, 0.0])
@@ -77,7 +73,7 @@ def test_contacts_sound_once_and_a_scene_without_a_stream_ends_the_subscription(
         side.boot, side.scene = 9, drum(f01_Hz=300.0)
         side.tell_state()
         sound.said("mesh of 33.3 junctions across")
-        wait_for("nobody to subscribe any more", lambda: not is_heard(to))
+        wait_for("nobody to subscribe any more", lambda: not is_subscribed(to))
         side.strike()
         side.meter("a strike by its pulse", lambda m: m.played == 8 and m.peak_left > 0.0)
         assert sound.stop(signal.SIGTERM) == 0
@@ -86,7 +82,7 @@ def test_contacts_sound_once_and_a_scene_without_a_stream_ends_the_subscription(
 def test_it_ends_while_contacts_come(side: HapticSide, tmp_path: Path) -> None:
     with sounding(side.endpoint, "null", tmp_path) as sound:
         to = publisher(side)
-        wait_for("a subscriber", lambda: is_heard(to))
+        wait_for("a subscriber", lambda: is_subscribed(to))
         for tick in range(2000):
             to.put(piece(side, 1 + tick // 50, [1.0]))
         sound.process.send_signal(signal.SIGTERM)

@@ -152,7 +152,7 @@ def test_the_same_effects_in_another_order_are_the_same_scene() -> None:
     text = ["[effects.noise]\n", "[effects.chaos]\n", "[effects.pulse]\n"]
     one, other = parse("".join(text), "x"), parse("".join(reversed(text)), "x")
     assert list(one.effects) == list(other.effects) == [name for name in EFFECTS if name in one.effects]
-    made = Scene("x", effects=dict(reversed(one.effects.items())))
+    made = Scene("x", effects=dict(reversed(list(one.effects.items()))))
     assert list(made.effects) == list(one.effects)
 
 

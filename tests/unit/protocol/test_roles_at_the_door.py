@@ -311,7 +311,7 @@ def test_local_processes_may_do_everything_and_advanced_publishers_too(keyring: 
                 one,
                 key("state"),
                 cache=zenoh.ext.CacheConfig(3),
-                sample_miss_detection=zenoh.ext.MissDetectionConfig(),
+                sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=None),
                 publisher_detection=True,
             )
             publisher.put(b"before")

@@ -14,7 +14,11 @@ from numba.extending import intrinsic
 from haptic_server.records import EVENT, STATUS
 from machine_code import AARCH64, X86_64, Compiled, Order, count, last
 from realtime import atomics, ring, triple
-from realtime.atomics import _cell, load_acquire, store_release
+from realtime.atomics import (
+    _cell,  # pyright: ignore[reportAttributeAccessIssue]  not in its stub
+    load_acquire,
+    store_release,
+)
 from realtime.jit import njit
 
 CELLS = np.zeros(24, np.int64)
@@ -128,7 +132,7 @@ def push_by_plain_stores(cells, slots, record):
 def push_relaxed(cells, slots, record):
     written = cells[0]
     slots[written % slots.shape[0]] = record
-    store_relaxed(cells, 0, written + 1)
+    store_relaxed(cells, 0, written + 1)  # pyright: ignore[reportCallIssue]  numba passes the first
     return True
 
 

@@ -4,7 +4,7 @@ import time
 
 import pytest
 import zenoh
-from rig_process import free_port, wait_for
+from rig_process import free_port, is_subscribed, wait_for
 
 from protocol import messages
 from protocol.keys import Keys
@@ -48,7 +48,7 @@ def test_what_was_heard_is_there_when_it_has_closed(monkeypatch: pytest.MonkeyPa
         assert listening.open(None)
         listening.listen(force=False)
         publisher = rig.declare_publisher(keys.strike)
-        wait_for("the subscription", lambda: publisher.matching_status.matching)
+        wait_for("the subscription", lambda: is_subscribed(publisher))
         arrived: list[zenoh.Sample] = []
         own = listening.session.declare_subscriber(
             keys.strike, zenoh.handlers.Callback(arrived.append, indirect=False)

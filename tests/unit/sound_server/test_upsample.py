@@ -36,6 +36,6 @@ def test_a_constant_does_not_sound() -> None:
 @pytest.mark.parametrize("factor", [1, 2, 3, 4, 7])
 def test_the_design_is_a_well_known_one(factor: int) -> None:
     """scipy's windowed design of the same length and window, each phase scaled to pass a constant as it is."""
-    whole = firwin(factor * TAPS + 1, 2.0 * 0.45 / factor, window=("kaiser", 8.0), scale=False)
+    whole = np.asarray(firwin(factor * TAPS + 1, 2.0 * 0.45 / factor, window=("kaiser", 8.0), scale=False))
     phases = whole[:-1].reshape(TAPS, factor).T
     assert interpolator(factor) == pytest.approx(phases / phases.sum(axis=1, keepdims=True), abs=1e-6)
