@@ -58,8 +58,10 @@ said() { # seconds, what, command ...: until the command succeeds
     printf '%3d s  %s\n' $((SECONDS - begun)) "$what"
 }
 is_active() { local unit; for unit in "$@"; do [[ "$(property "$unit" ActiveState)" == active ]] || return 1; done; }
-is_other() { # unit, pid before
-    is_active "$1" && [[ "$(property "$1" MainPID)" != "$2" ]]
+is_other() { # unit, pid before; for a moment after an end the unit is active still, and its pid 0
+    local now
+    now="$(property "$1" MainPID)"
+    [[ "$now" != 0 && "$now" != "$2" ]] && is_active "$1"
 }
 tells() { property "$1" StatusText | grep -q "$2"; }
 ticks_of() { property "$servo" StatusText | sed -n 's/.*, \([0-9]*\) ticks.*/\1/p'; }

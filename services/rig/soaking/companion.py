@@ -25,6 +25,7 @@ def main() -> int:
     parser.add_argument("--token-file", type=Path, required=True)
     parser.add_argument("--parameter", required=True)
     parser.add_argument("--pause", type=float, required=True, help="between visits, s")
+    parser.add_argument("--hurry", type=float, required=True, help="so long without pauses at first, s")
     given = parser.parse_args()
     stop = StopRequest()
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -35,7 +36,7 @@ def main() -> int:
         counts = hear_zenoh(given.connect, given.rig, stop)
     else:
         where = Where(given.rig, given.connect, given.osc_in, given.panel_port, given.token_file)
-        counts = Visitor(where, given.parameter).run(stop, given.pause)
+        counts = Visitor(where, given.parameter).run(stop, given.pause, given.hurry)
     print(json.dumps(counts), flush=True)
     return 0
 

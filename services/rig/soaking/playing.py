@@ -56,14 +56,14 @@ class Playing:
             "--panel-port", str(self.panel_port), "--audio", "null", "--record", str(self.recording),
         )  # fmt: skip
 
-    def accompany(self) -> None:
-        """Start the companions."""
+    def accompany(self, hurry_s: float) -> None:
+        """Start the companions; visits follow each other without pauses for `hurry_s`."""
         for what in (companion.OSC, companion.ZENOH, companion.VISITOR):
             self._companions[what] = self._started(
                 sys.executable, "-m", "rig.soaking.companion", what, "--rig", self.rig, "--connect", self.endpoint,
                 "--osc-in", str(self._osc_in), "--osc-out", str(self._osc_out), "--panel-port", str(self.panel_port),
                 "--token-file", str(run_folder(self.rig) / "panel-token"), "--parameter", self._parameter,
-                "--pause", str(_VISIT_EVERY_S),
+                "--pause", str(_VISIT_EVERY_S), "--hurry", str(hurry_s),
             )  # fmt: skip
 
     def _started(self, *command: str) -> subprocess.Popen[bytes]:

@@ -12,7 +12,7 @@ from rig.soaking.hearing import Hearing
 from rig.soaking.playing import Playing, wait_s
 from rig.soaking.result import Result
 from rig.soaking.samples import Samples
-from rig.soaking.verdict import BREATH_KB, Verdict, of_count, of_growth, told
+from rig.soaking.verdict import BREATH_KB, WARM_UP, Verdict, of_count, of_growth, told
 
 _READY_WITHIN_S = 600.0  # the very first start compiles every kernel
 _LONGEST_PAUSE_S, _SHORTEST_PAUSE_S, _SAMPLES = 5.0, 0.5, 200
@@ -34,7 +34,7 @@ def soak(
     try:
         playing.start()
         _meet(playing, hearing, place, stop)
-        playing.accompany()
+        playing.accompany(duration_s * WARM_UP / 2.0)
         before, begun = _seen(hearing), time.monotonic()
         _watch(playing, hearing, samples, duration_s, say, stop)
         after, lasted_s = _seen(hearing), time.monotonic() - begun
