@@ -110,9 +110,9 @@ def _soak() -> list[str]:
         "",
         "## A soak",
         "",
-        f"`nice -n 5 drumstick soak --real-time --duration {found['duration_s']:.0f} --out DIR` ([what it does](soak.md)): {found['strikes']:,} strikes,"
+        f"`drumstick soak --real-time --duration {found['duration_s']:.0f} --out DIR` ([what it does](soak.md)): {found['strikes']:,} strikes,"
         f" {found['strikes_per_s']:.0f} a second,",
-        f"{found['speed']:g} times those of `{found['scene']}`, with a visit every second or so. The machine was busy with other work. {where(found)}",
+        f"{found['speed']:g} times those of `{found['scene']}`, with a visit every second or so: {'passed' if found['passed'] else 'not passed'}. {where(found)}",
         "",
         "| process | resident memory, MB | kB an hour, with 95 % confidence | descriptors an hour | threads an hour | verdict on the memory |",
         "|---|---|---|---|---|---|",
