@@ -191,7 +191,8 @@ def page() -> str:
         f"by a straight line through what was measured below. In a tree, each router below the first has {FAN_OUT} listeners.",
         "Two limits are measured: one core of a router (it may use more of them), and what the gateway itself as router delivered",
         f"in time, {carried_by_the_gateway():,.0f} a second: the most of `benchmarks/wire.py` with nothing lost and 99 of 100 strikes within",
-        "50 ms, beyond which they are not played any more, listeners and servo on the same two cores. The links are counted",
+        "50 ms, beyond which they are not played any more, listeners and servo on the same two cores",
+        f"({where(read('wire')).removesuffix('.')}). The links are counted",
         "with their nominal speed; Wi-Fi, which sends each listener's copy through one air, was not tried.",
     ]
     for name, measured in profiles.items():

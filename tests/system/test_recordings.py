@@ -121,6 +121,13 @@ def _assert_forces_add_up(out: Path) -> None:
     assert whole > 200
 
 
+def _loudness(sound: np.ndarray) -> float:
+    # The median of tenths of a second: a stall of the machine spreads a contact's force over the ticks that it took,
+    # and one such thump is louder than all the rest.
+    tenths = sound[: 48_000 * 3].reshape(30, -1)
+    return float(np.median(np.std(tenths, axis=1)))
+
+
 @pytest.mark.usefixtures("session")
 def test_what_was_recorded_is_rendered_by_its_forces_or_by_its_strikes(rig: Rig, tmp_path: Path) -> None:
     out, scene = tmp_path / "a.mcap", tmp_path / "streamed.toml"
@@ -138,9 +145,9 @@ def test_what_was_recorded_is_rendered_by_its_forces_or_by_its_strikes(rig: Rig,
         assert told["strikes"] == pytest.approx(strikes, abs=1), "one may have begun before, or ended after"
         assert told["duration_s"] == pytest.approx(4.0, abs=0.5), "all of it, and a second to ring"
         sounds.append(sound_in(wav)[:, 0])
-    # The same roll, about as loud: a stall of the machine spreads a contact's force over the ticks that it took.
-    assert np.std(sounds[0]) == pytest.approx(np.std(sounds[1]), rel=0.5)
-    assert np.std(sounds[1]) > 0.005
+    by_force, by_strikes = (_loudness(sound) for sound in sounds)
+    assert by_force == pytest.approx(by_strikes, rel=0.5)
+    assert by_strikes > 0.005
 
 
 def test_without_force_the_rig_streams_nothing_and_the_recorder_is_seen_to_hear_the_rest(
