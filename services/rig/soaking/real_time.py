@@ -118,6 +118,7 @@ def _counted(
 ) -> list[Verdict]:
     more = {name: float(after[name] - before[name]) for name in after}
     osc, zenoh, visitor = (counts.get(name, {}) for name in ("osc", "zenoh", "visitor"))
+    visits = f"of {visitor.get('visits', 0)} visits; {visitor.get('failure', '')}".removesuffix("; ")
     restarts = len(hearing.boots) + len(hearing.sounds) - 2
     nobody = 1 if not osc.get("heard") or not zenoh.get("heard") or not visitor.get("visits") else 0
     return [
@@ -137,9 +138,7 @@ def _counted(
             "refused by sound", "messages", more["refused"], 0, "messages that the sound server refused"
         ),
         of_count("companions unheard", "times", nobody, 0, "a companion that heard or reached nobody"),
-        of_count(
-            "visits failed", "times", visitor.get("failed", 0), 0, f"of {visitor.get('visits', 0)} visits"
-        ),
+        of_count("visits failed", "times", visitor.get("failed", 0), 0, visits),
         told("osc missing", "strikes", osc.get("missing", 0), f"of {osc.get('heard', 0)} by UDP"),
         told("overruns", "ticks", more["overruns"], "ticks of the servo that were left out"),
         told("xruns", "times", more["xruns"], "blocks that the sound server was late for"),

@@ -47,10 +47,10 @@ class Visitor:
         self._value: float | None = None
         self.counts: Counter[str] = Counter()
 
-    def run(self, stop: StopRequest, pause_s: float, hurry_s: float) -> dict[str, int]:
+    def run(self, stop: StopRequest, pause_s: float, hurry_s: float) -> dict[str, int | str]:
         """Visit until `stop`; for `hurry_s` one visit follows the other, so that pools which grow with each visit, ever
-        less, have grown. A visit that fails is counted and said on stderr."""
-        unhurried = time.monotonic() + hurry_s
+        less, have grown. What is counted; and the last `failure`, in words."""
+        unhurried, failure = time.monotonic() + hurry_s, ""
         while not stop.wait(pause_s if time.monotonic() > unhurried else 0.0):
             self.counts["visits"] += 1
             for what in (self._by_zenoh, self._by_osc, self._at_the_page):
@@ -58,12 +58,9 @@ class Visitor:
                     what()
                 except (OSError, ValueError, TimeoutError) as error:
                     self.counts["failed"] += 1
-                    print(
-                        f"visit {self.counts['visits']}, {what.__name__}: {error}",
-                        file=sys.stderr,
-                        flush=True,
-                    )
-        return dict(self.counts)
+                    failure = f"visit {self.counts['visits']}{what.__name__.replace('_', ' ')}: {error}"
+                    print(failure, file=sys.stderr, flush=True)
+        return {**self.counts, "failure": failure}
 
     def _by_zenoh(self) -> None:
         until = time.monotonic() + _PATIENCE_S
