@@ -114,7 +114,6 @@ fi
 
 put_units "$made"
 if [[ -z "$root" ]]; then
-    systemd-sysusers /usr/local/lib/sysusers.d/drumstick.conf
     owner=(-o root -g drumstick)
 else
     owner=()

@@ -62,8 +62,10 @@ put_units() { # folder of a release: its units and rules take the place of whate
     for file in "$units"/drumstick*@.*; do
         [[ -e "$1/deploy/systemd/$(basename "$file")" ]] || rm -f "$file"
     done
-    install -m 0644 "$1"/deploy/systemd/drumstick*@.* "$units"
     install -m 0644 "$1/deploy/systemd/drumstick.sysusers" "$root/usr/local/lib/sysusers.d/drumstick.conf"
+    [[ -n "$root" ]] || systemd-sysusers /usr/local/lib/sysusers.d/drumstick.conf
+    install -m 0644 "$1"/deploy/systemd/drumstick*@.* "$units"
+    [[ -n "$root" ]] || sed -i "s/@UID@/$(id -u drumstick)/" "$units"/drumstick*@.path
     install -m 0644 "$1/deploy/udev/70-phantom.rules" "$root/etc/udev/rules.d/70-phantom.rules"
     install -m 0755 "$1/deploy/drumstick-at" "$root/usr/local/bin/drumstick-at"
     ln -sfn "/opt/drumstick/current/venv/bin/drumstick" "$root/usr/local/bin/drumstick"

@@ -95,7 +95,8 @@ import zenoh, msgspec
 from protocol.keys import DEFAULT_ROUTER, Keys
 from protocol.session import client_config
 with zenoh.open(client_config(DEFAULT_ROUTER, None)) as session:
-    list(session.get(Keys("main").scene_load, payload=msgspec.msgpack.encode([1, "tom"]), timeout=5.0))
+    (reply,) = session.get(Keys("main").scene_load, payload=msgspec.msgpack.encode([1, "tom"]), timeout=5.0)
+    assert reply.ok is not None, reply.err.payload.to_bytes()
 PYTHON
 is_scene() { grep -qs "^name = \"$1\"" "$place"/root/run/drumstick/main/*/scene.toml || inside sh -c "grep -q '^name = \"$1\"' /run/drumstick/main/*/scene.toml"; }
 said 120 "another scene lies there" is_scene tom

@@ -101,7 +101,7 @@ def test_the_wish_for_a_scene_is_looked_for_where_the_gateway_leaves_it() -> Non
         for text in (unit.read_text() for unit in UNITS)
         if "XDG_RUNTIME_DIR" in text
     }
-    (looked,) = _settings("drumstick-scene@.path")["PathExistsGlob"]
+    (looked,) = _settings("drumstick-scene@.path")["PathExists"]
     # rig.folder: drumstick-UID-RIG below XDG_RUNTIME_DIR; the rig's own folder, so that b and a-b cannot be confused
-    assert looked == f"{runtime}/drumstick-*-%i/{files.WANTED}"
-    assert looked in _settings("drumstick-scene@.service")["ExecStopPost"][0]
+    assert looked == f"{runtime}/drumstick-@UID@-%i/{files.WANTED}"
+    assert looked.replace("@UID@", "*") in _settings("drumstick-scene@.service")["ExecStopPost"][0]
