@@ -33,7 +33,8 @@ pip=("$venv/bin/python" -m pip --disable-pip-version-check --quiet --quiet insta
 
 # Byte code for all of it, now: whoever starts it later may not be allowed to write any (a folder that its users only
 # read, PYTHONDONTWRITEBYTECODE), and would then compile eight hundred modules at every start, which takes as long as
-# all the rest of starting. Packages hold some templates that are no Python at all, hence `|| true`.
+# all the rest of starting. A file of some package that is no Python for this version says so, and stops nothing.
 sources=("$venv"/lib/python3.*/site-packages)
 [[ $# -gt 1 ]] || sources+=(services shared)
-env -u PYTHONDONTWRITEBYTECODE "$venv/bin/python" -m compileall -qq -j 0 "${sources[@]}" || true
+env -u PYTHONDONTWRITEBYTECODE "$venv/bin/python" -m compileall -q -j 0 "${sources[@]}" \
+    || echo "These have no byte code; whoever imports them compiles them at each start." >&2
