@@ -1,7 +1,8 @@
 """What was changed, step by step, and the way back. Pure; the main thread's.
 
 A drag is accepted many times a second and is one step: a change of the same value that follows within a second belongs
-to the step before it.
+to the step before it, if it sets out from a value that this step has held. What somebody else set in between is a start
+of its own: undo leads back to it and not past it.
 """
 
 from collections.abc import Mapping
@@ -26,6 +27,7 @@ class History:
     back: list[Step] = field(default_factory=list[Step])
     forth: list[Step] = field(default_factory=list[Step])
     _noted_at: float = float("-inf")
+    _passed: set[float] = field(default_factory=set[float])  # by the newest step
 
     def note(self, before: Mapping[str, float], after: Mapping[str, float], now: float) -> None:
         """A change was accepted; one that changes nothing is none."""
@@ -36,16 +38,21 @@ class History:
             and last is not None
             and last.after.keys() == set(names)
             and now - self._noted_at < _SAME_GESTURE_S
+            # Not `last.after` alone: a drag wishes for the next value before the one under way was answered.
+            and before[names[0]] in self._passed
         )
         self._noted_at = now
         if last is not None and goes_on:
             last.after = {name: after[name] for name in names}
+            self._passed.update(last.after.values())
             if last.after == last.before:
                 self.back.pop()
+                self._noted_at = float("-inf")  # what follows is no part of the step before this one
             return
         if any(before[name] != after[name] for name in names):
             step = Step({name: before[name] for name in names}, {name: after[name] for name in names})
             self.back = [*self.back[-MOST_STEPS + 1 :], step]
+            self._passed = {*step.before.values(), *step.after.values()}
             self.forth.clear()
 
     def undone(self, values: Mapping[str, float]) -> None:

@@ -25,6 +25,31 @@ def test_a_drag_is_one_step_and_a_second_drag_another() -> None:
     assert len(history.back) == 2
 
 
+def test_a_drag_may_wish_before_the_last_wish_was_answered() -> None:
+    history = History()
+    history.note({"dv_pls": 0.2}, {"dv_pls": 0.21}, 0.0)
+    history.note({"dv_pls": 0.2}, {"dv_pls": 0.22}, 0.02)
+    history.note({"dv_pls": 0.21}, {"dv_pls": 0.23}, 0.04)
+    assert [(step.before, step.after) for step in history.back] == [({"dv_pls": 0.2}, {"dv_pls": 0.23})]
+
+
+def test_what_somebody_else_set_in_between_begins_a_step_however_quick() -> None:
+    history = History()
+    history.note({"dv_pls": 0.2}, {"dv_pls": 0.15}, 0.0)
+    history.note({"dv_pls": 0.3}, {"dv_pls": 1.0}, 0.3)
+    assert [step.before for step in history.back] == [{"dv_pls": 0.2}, {"dv_pls": 0.3}]
+
+
+def test_after_a_drag_back_to_where_it_began_the_step_before_stays_as_it_was() -> None:
+    history = History()
+    history.note({"dv_pls": 0.2}, {"dv_pls": 0.3}, 0.0)
+    history.note({"dv_pls": 0.3}, {"dv_pls": 0.4}, 5.0)
+    history.note({"dv_pls": 0.4}, {"dv_pls": 0.3}, 5.1)
+    history.note({"dv_pls": 0.3}, {"dv_pls": 0.5}, 5.2)
+    assert [step.before for step in history.back] == [{"dv_pls": 0.2}, {"dv_pls": 0.3}]
+    assert history.back[-1].after == {"dv_pls": 0.5}
+
+
 def test_a_drag_back_to_where_it_began_leaves_nothing() -> None:
     history = History()
     history.note({"dv_pls": 0.2}, {"dv_pls": 0.3}, 0.0)
