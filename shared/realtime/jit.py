@@ -21,6 +21,7 @@ from typing import Any, TypeVar
 
 import numba
 import numpy.typing as npt
+from numba.core.caching import UserProvidedCacheLocator
 from numba.core.errors import NumbaWarning
 
 KERNEL_PACKAGES = ("realtime", "drumstick", "haptic_server", "sound_server")
@@ -39,14 +40,23 @@ Records = npt.NDArray[Any]
 ArgumentType = Any
 
 
-def _source_hash() -> str:
-    digest = hashlib.sha256(f"{sys.version}|{metadata.version('numba')}".encode())
+@functools.cache
+def _roots() -> list[tuple[str, Path]]:
+    """Where the packages with kernels lie."""
+    found: list[tuple[str, Path]] = []
     for name in KERNEL_PACKAGES:
         spec = find_spec(name)
-        for root in (spec.submodule_search_locations or []) if spec else []:
-            for path in sorted(Path(root).rglob("*.py")):
-                digest.update(path.relative_to(root).as_posix().encode())
-                digest.update(path.read_bytes())
+        folders = spec.submodule_search_locations or [] if spec else []
+        found += [(name, Path(folder).resolve()) for folder in folders]
+    return found
+
+
+def _source_hash() -> str:
+    digest = hashlib.sha256(f"{sys.version}|{metadata.version('numba')}".encode())
+    for _, root in _roots():
+        for path in sorted(root.rglob("*.py")):
+            digest.update(path.relative_to(root).as_posix().encode())
+            digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
 
@@ -86,10 +96,25 @@ def _name_records_by_content() -> None:
     numba.types.Record.mangling_args = property(mangling_args)
 
 
+class Locator(UserProvidedCacheLocator):
+    """Names a kernel's folder by its package, not by where that lies: an installed release, and the next one with the
+    same kernels, start with what was compiled before. The cache folder's hash vouches for the sources."""
+
+    @classmethod
+    def get_suitable_cache_subpath(cls, py_file: str) -> str:
+        """The folder of `py_file`'s kernels, inside the cache folder."""
+        folder = Path(py_file).resolve().parent
+        for name, root in _roots():
+            if folder.is_relative_to(root):
+                return ".".join((name, *folder.relative_to(root).parts))
+        return super().get_suitable_cache_subpath(py_file)
+
+
 _name_records_by_content()
 CACHE_FOLDER = _open_cache()
 if CACHE_FOLDER is not None:
     numba.config.CACHE_DIR = str(CACHE_FOLDER)
+    numba.config.CACHE_LOCATOR_CLASSES = f"{__name__}.{Locator.__name__}"
 
 
 class _ForgivingCache:

@@ -55,14 +55,21 @@ class Heard:
         self.process.stdout.close()
 
 
-@pytest.fixture
-def jack(own_folders: dict[str, str], tmp_path: Path) -> Iterator[Jack]:
-    started = Jack(own_folders, tmp_path)
+@contextmanager
+def serving(folder: Path) -> Iterator[Jack]:
+    started = Jack(dict(os.environ), folder)
     try:
         wait_for("JACK", started.is_up)
         yield started
     finally:
         started.close()
+
+
+@pytest.fixture(scope="module")
+def jack(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Jack]:
+    """One for all tests: it waits 6 s for clients that were killed before it ends."""
+    with serving(tmp_path_factory.mktemp("jack")) as started:
+        yield started
 
 
 @contextmanager
@@ -136,8 +143,8 @@ def test_a_killed_gateway_leaves_no_note_and_comes_back(jack: Jack, monkeypatch:
         wait_for("notes again", lambda: len(heard.kinds(0x90)) > count + 5)
 
 
-def test_a_port_that_goes_is_awaited_and_told_once(jack: Jack, monkeypatch: pytest.MonkeyPatch) -> None:
-    with playing(jack, monkeypatch, "--midi-out", PORT) as rig:
+def test_a_port_that_goes_is_awaited_and_told_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with serving(tmp_path) as jack, playing(jack, monkeypatch, "--midi-out", PORT) as rig:
         wait_for("word of it", lambda: "waiting for it" in rig.said)
         for _ in range(2):
             with listening(jack) as heard:

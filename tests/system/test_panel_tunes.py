@@ -111,7 +111,7 @@ def test_a_newcomer_gets_a_faster_roll_with_what_the_page_says(browser: Browser,
     for _ in range(12):
         first.press("ArrowLeft")
     wait_for("a faster roll on the page", lambda: rate() > 26.0)
-    see(page, "dv_pls", "0.14m/s")  # the last step to the left is not still under way when another test begins
+    see(page, "dv_pls", "0.14m/s")  # so no step to the left is still under way when another test begins
     page.context.close()
 
 

@@ -86,11 +86,22 @@ def test_a_read_only_folder(tmp_path: Path) -> None:
     assert hits == 0
 
 
+def _copied(to: Path) -> Path:
+    for part in ("shared", "services"):
+        shutil.copytree(ROOT / part, to / part, ignore=shutil.ignore_patterns("__pycache__"))
+    return to
+
+
+def test_the_same_sources_elsewhere_compile_nothing(tmp_path: Path) -> None:
+    """As an installed release does, beside the one before it."""
+    folder, _, _ = _run(tmp_path / "cache", tmp_path / "program.py")
+    there, hits, _ = _run(tmp_path / "cache", tmp_path / "program.py", _copied(tmp_path / "copy"))
+    assert (there, hits) == (folder, 1)
+
+
 def test_a_changed_source_gets_another_folder(tmp_path: Path) -> None:
     """An edit in any kernel's file, also in one that the running kernel only calls, leaves the old code behind."""
-    copy = tmp_path / "copy"
-    for part in ("shared", "services"):
-        shutil.copytree(ROOT / part, copy / part, ignore=shutil.ignore_patterns("__pycache__"))
+    copy = _copied(tmp_path / "copy")
     first, _, _ = _run(tmp_path / "cache", tmp_path / "program.py", copy)
     same, hits, _ = _run(tmp_path / "cache", tmp_path / "program.py", copy)
     assert (same, hits) == (first, 1)
