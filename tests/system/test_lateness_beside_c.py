@@ -12,6 +12,7 @@ from drumstick.scene import parse, shipped_text
 from haptic_server import block, files
 from haptic_server.records import NO_FAULT
 
+pytestmark = pytest.mark.real_clock
 PERIOD_NS = 1_000_000
 TICKS = 1000
 _TRIES = 3

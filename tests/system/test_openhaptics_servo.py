@@ -19,7 +19,7 @@ from haptic_server.records import FAULT, READY, STATUS, UNPLUGGED
 from hd_stand_in import CENTRE_MM, build
 from realtime import triple
 
-pytestmark = [pytest.mark.needs("cc"), pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.needs("cc"), pytest.mark.real_clock, pytest.mark.timeout(180)]
 SCENE = shipped_text("phantom")
 # The hand goes 15 mm above and below the head, each way in 0.2 s.
 SWING = f"{CENTRE_MM[1]} 15 0.4"

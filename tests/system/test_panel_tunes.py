@@ -15,7 +15,7 @@ from haptic_server import files
 from protocol.messages import Lease, Meter, Readback, State, Strike, decode
 from rig.folder import run_folder
 
-pytestmark = [pytest.mark.system, pytest.mark.needs("chromium")]
+pytestmark = [pytest.mark.system, pytest.mark.real_clock, pytest.mark.needs("chromium")]
 PATIENCE_MS = 30_000.0
 
 

@@ -10,7 +10,7 @@ from rig_process import PATIENCE_S, Listener, Rig, running, wait_for
 from protocol.messages import Meter, State, Strike
 from protocol.session import open_client
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.real_clock]
 _AWAY_S = 2.0
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from rig_process import DRUMSTICK, is_alive
 
+pytestmark = pytest.mark.real_clock
 SERVICES = {"supervisor", "servo", "gateway", "sound_server", "web_panel", "recording"}
 COMPANIONS = {"osc companion", "zenoh companion", "visitor companion"}
 

@@ -26,7 +26,7 @@ from drumstick.scene import shipped_text
 from haptic_server.servo.witness import Witnesses
 from protocol.messages import Meter, State, Strike
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.system, pytest.mark.real_clock, pytest.mark.timeout(300)]
 _CUT_S = 3.0
 _LATENCY_S = 0.03
 _GRACE_S = 0.05  # beyond its instant a strike is dropped
