@@ -24,8 +24,8 @@ test: check
 ifdef TESTS
 	$(BIN)/pytest $(TESTS)
 else
-	$(PYTEST) -m "not (system or real_clock)" --numprocesses auto --maxprocesses 4 --dist loadfile
-	$(PYTEST) -m "system and not real_clock" --numprocesses auto --maxprocesses 2 --dist loadfile
+	$(PYTEST) --ignore tests/system -m "not real_clock" --numprocesses auto --maxprocesses 4 --dist loadfile
+	$(PYTEST) tests/system -m "not real_clock" --numprocesses auto --maxprocesses 2 --dist loadfile
 	$(PYTEST) -m "real_clock"
 endif
 
