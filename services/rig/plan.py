@@ -38,7 +38,7 @@ class Options:
     most_rigs: int = 8
     room_latency_ms: float = 0.0
     room_level_dB: float = 0.0  # noqa: N815
-    parts: frozenset[str] = field(default_factory=lambda: frozenset({HAPTIC, SOUND, PANEL}))
+    parts: frozenset[str] = field(default_factory=lambda: frozenset({HAPTIC, DOOR, SOUND, PANEL}))
     record: Path | None = None  # the MCAP file to record into
     record_force: bool = False  # also the contacts' force
     osc_host: str = "127.0.0.1"
@@ -97,14 +97,8 @@ def commands(options: Options) -> dict[str, list[str]]:
         plan["gateway"] = [
             *python, "haptic_server.gateway", *folder, *rig, *osc, *zenoh, *kept, *_extras(options)
         ]  # fmt: skip
-        if options.public is not None:
-            plan[DOOR] = [
-                *python,
-                "haptic_server.door",
-                "--connect",
-                options.router,
-                *_public(options.public),
-            ]
+    if DOOR in options.parts and options.public is not None:
+        plan[DOOR] = [*python, "haptic_server.door", "--connect", options.router, *_public(options.public)]
     if SOUND in options.parts:
         plan["sound"] = [*python, "sound_server", *router, *_sound(options)]
     if PANEL in options.parts:

@@ -62,6 +62,7 @@ def test_each_service_has_its_unit_with_what_all_must_have(service: str) -> None
     unit = _settings(f"drumstick-{service}@.service")
     (command,) = unit["ExecStart"]
     assert command.startswith(f"{PROGRAM} service {service} --rig %i ")
+    assert ("--rig-file" in command) == (service != "servo")  # no force depends on who may speak to the rig
     assert command.endswith(f" ${service.upper()}_OPTIONS")
     assert f"#{service.upper()}_OPTIONS=" in (FOLDER / "example.env").read_text()
     assert unit["Type"] == ["notify"]

@@ -31,20 +31,20 @@ from rig.commands.options import (
 )
 from rig.commands.play import chosen
 
-_HAPTIC, _SOUND, _PANEL = frozenset({"haptic"}), frozenset({"sound"}), frozenset({"panel"})
+_HAPTIC, _DOOR = frozenset({"haptic"}), frozenset({"door"})
+_SOUND, _PANEL = frozenset({"sound"}), frozenset({"panel"})
 
 
 def servo_command(
     scene: Scene = "roll",
     device: Device = "simulated",
     pose_is_held: PoseIsHeld = False,
-    rig: RigNameOrFile = None,
-    rig_file: RigFile = None,
+    rig: RigName = "main",
 ) -> None:
-    """Become the force loop, for the scene that is due; the scene is for the gateway too."""
+    """Become the force loop, for the scene that is due; the scene is for the gateway too. No rig file: no network."""
     from rig.service import become_servo
 
-    become_servo(chosen(_HAPTIC, rig_file, rig, device=device, pose_is_held=pose_is_held), scene)
+    become_servo(chosen(_HAPTIC, None, rig, device=device, pose_is_held=pose_is_held), scene)
 
 
 def gateway_command(
@@ -82,7 +82,7 @@ def door_command(
     """Become the public listener that the rig file describes, beside the gateway."""
     from rig.service import become
 
-    become("door", chosen(_HAPTIC, rig_file, rig, listen=listen))
+    become("door", chosen(_DOOR, rig_file, rig, listen=listen))
 
 
 def sound_command(
