@@ -6,8 +6,8 @@
 # --rig NAME    the rig that the roles are for (main)
 # --role ROLE   what this machine does, and begins to do now; may be repeated. Without it nothing new is switched on.
 # --root DIR    into a folder, to look at it: nothing of this machine is touched
-# --packages-from VENV   take Python packages from there first, e.g. from .venv after `make install`: no network for
-#               those; what it holds beside the lock's packages comes too
+# --packages-from VENV   copy Python packages from there first, e.g. from .venv after `make install`: no network for
+#               those; what it holds beside the lock's packages comes too, and the services run it
 #
 # It asks nothing, needs the network only for Python packages that are new, and may be run as often as you like.
 # Going back: deploy/rollback.sh. docs/install.md has the rest.
@@ -60,17 +60,11 @@ if [[ -z "$root" ]] && in_a_home "$base"; then
 fi
 export PYTHON="$python"
 
-# Another environment's packages as hard links, which take no room and no network.
-borrow() { # environment
-    [[ -x "$1/bin/python" ]] || return 1
-    local its
-    its="$("$1/bin/python" -c 'import sys; print("python%d.%d" % sys.version_info[:2])')"
-    [[ "$("$base" -c 'import sys; print("python%d.%d" % sys.version_info[:2])')" == "$its" ]] || return 1
-    cp -al "$1" "$made.new/venv" 2>/dev/null || cp -a "$1" "$made.new/venv"
-    for its in python python3 "$its"; do ln -sfn "$base" "$made.new/venv/bin/$its"; done
-    sed -i "s|^home = .*|home = $(dirname "$base")|" "$made.new/venv/pyvenv.cfg"
-    # Programs name their own folder in their first line. sed writes a new file; the other environment keeps its own.
-    { grep -rlIF "$1" "$made.new/venv/bin" "$made.new/venv/pyvenv.cfg" || true; } | xargs -r sed -i "s|$1|$made/venv|g"
+borrow() { # environment [--linked]
+    local status=0
+    PYTHON="$base" deploy/borrow.sh "$1" "$made.new/venv" "$made/venv" "${@:2}" || status=$?
+    [[ $status -lt 2 ]] || lacking "$1: its packages cannot be copied to $made.new"
+    return $status
 }
 
 build() {
@@ -79,7 +73,7 @@ build() {
     if [[ -n "$packages" ]]; then
         borrow "$packages" || wrong "--packages-from $packages: no environment of the same Python as $base"
         say "Python packages are taken from $packages as far as they fit"
-    elif [[ -n "$before" && "$(cat "$opt/releases/$before/lock")" == "$lock" ]] && borrow "$opt/releases/$before/venv"; then
+    elif [[ -n "$before" && -O "$opt/releases/$before/venv" && "$(cat "$opt/releases/$before/lock")" == "$lock" ]] && borrow "$opt/releases/$before/venv" --linked; then
         say "The packages are those of $before: taken from there"
     else
         say "Installing Python packages: some 600 MB on the disk, a minute or more"
@@ -91,14 +85,14 @@ build() {
     install -d "$made/docs"
     cp docs/*.md "$made/docs"
     find "$made/deploy" -name __pycache__ -prune -exec rm -rf {} +
-    # A look before anybody depends on it.
-    "$made/venv/bin/drumstick" scene check roll >/dev/null
+    look "$made"
     printf '%s\n' "$lock" >"$made/lock"
 }
 
 umask 022
 deploy_packages() { [[ -n "$root" ]] || deploy/install-system.sh play; }
 deploy_packages
+[[ -n "$root" ]] || systemd-sysusers "$PWD/deploy/systemd/drumstick.sysusers"
 if [[ -f "$made/lock" ]]; then
     say "Release $release is installed already"
 else

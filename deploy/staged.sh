@@ -56,6 +56,13 @@ point() { # current|previous release: in one step, so that a power cut leaves th
     mv -T "$opt/.$1.new" "$opt/$1"
 }
 
+look() { # folder of a release: what the services will do, before anybody depends on it
+    local as=()
+    [[ -n "$root" ]] || as=(runuser -u drumstick --)
+    "${as[@]}" env -C / HOME=/ "$1/venv/bin/drumstick" scene check roll >/dev/null ||
+        lacking "$1 does not play as it should; nothing was switched over to it"
+}
+
 put_units() { # folder of a release: its units and rules take the place of whatever was there
     local file
     install -d "$units" "$root/usr/local/lib/sysusers.d" "$root/etc/udev/rules.d" "$root/usr/local/bin"

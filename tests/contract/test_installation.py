@@ -4,7 +4,10 @@ import os
 import re
 import shutil
 import subprocess
+import sys
+import tempfile
 import tomllib
+import venv
 from pathlib import Path
 
 import pytest
@@ -168,3 +171,67 @@ def test_every_program_that_a_test_needs_has_its_package() -> None:
     for path in (ROOT / "tests").rglob("test_*.py"):
         for names in re.findall(r"mark\.needs\(([^)]*)\)", path.read_text(encoding="utf-8")):
             assert set(re.findall(r"[\"']([^\"']+)[\"']", names)) <= listed, path
+
+
+class TestBorrowing:
+    """deploy/borrow.sh: an environment for the services, from one that somebody made."""
+
+    def borrowed(self, source: Path, to: Path, *how: str) -> subprocess.CompletedProcess[str]:
+        environment = dict(os.environ, PYTHON=os.path.realpath(sys.executable))
+        return subprocess.run(
+            [DEPLOY / "borrow.sh", source, to, "/stage/venv", *how], env=environment, capture_output=True, text=True,
+            check=False, timeout=120,
+        )  # fmt: skip
+
+    def made(self, folder: Path) -> Path:
+        venv.create(folder, symlinks=True)
+        program = folder / "bin" / "program"
+        program.write_text(f"#!{folder}/bin/python\n")
+        program.chmod(0o777)
+        return folder
+
+    def as_it_should(self, to: Path) -> None:
+        assert (to / "bin" / "program").read_text() == "#!/stage/venv/bin/python\n"
+        assert f"home = {Path(os.path.realpath(sys.executable)).parent}\n" in (to / "pyvenv.cfg").read_text()
+        ran = subprocess.run(
+            [to / "bin" / "python", "-c", "import sys; print(sys.prefix)"], capture_output=True, text=True, check=True
+        )  # fmt: skip
+        assert ran.stdout.strip() == str(to)
+
+    def test_a_copy_is_nobody_elses(self, tmp_path: Path) -> None:
+        source, to = self.made(tmp_path / "theirs"), tmp_path / "release"
+        (source / "pyvenv.cfg").chmod(0o600)
+        (source / "lib").chmod(0o777)
+        assert self.borrowed(source, to).returncode == 0
+        self.as_it_should(to)
+        for path in (to, *to.rglob("*")):
+            if not path.is_symlink():
+                assert path.stat().st_mode & 0o7022 == 0, path
+                assert path.stat().st_mode & 0o044 == 0o044, path
+                assert path.stat().st_uid == os.geteuid()
+                if path.is_file():
+                    assert path.stat().st_nlink == 1, path
+        assert (source / "bin" / "program").read_text() == f"#!{source}/bin/python\n"
+
+    def test_a_release_shares_its_files_with_the_next(self, tmp_path: Path) -> None:
+        source, to = self.made(tmp_path / "first"), tmp_path / "second"
+        kept = source / "lib" / "kept"
+        kept.touch()
+        assert self.borrowed(source, to, "--linked").returncode == 0
+        self.as_it_should(to)
+        assert (to / "lib" / "kept").stat().st_ino == kept.stat().st_ino
+        assert "first" in (source / "bin" / "program").read_text()
+
+    def test_what_cannot_be_linked_is_copied_whole(self, tmp_path: Path) -> None:
+        shm = Path("/dev/shm")
+        if not os.access(shm, os.W_OK) or shm.stat().st_dev == tmp_path.stat().st_dev:
+            pytest.skip("needs a second file system")
+        with tempfile.TemporaryDirectory(dir=shm) as other:
+            source = self.made(Path(other) / "theirs")
+            assert self.borrowed(source, tmp_path / "release", "--linked").returncode == 0
+        self.as_it_should(tmp_path / "release")
+        assert not (tmp_path / "release" / "theirs").exists()
+
+    def test_what_is_no_environment_leaves_nothing(self, tmp_path: Path) -> None:
+        assert self.borrowed(tmp_path, tmp_path / "release").returncode == 1
+        assert not (tmp_path / "release").exists()
