@@ -33,6 +33,7 @@ class Options:
     panel_port: int = 8080
     audio_rate: int = 48000  # Hz
     audio_block: int = 128  # frames
+    audio_awaited: bool = False  # play for nobody while its device is not there
     fresh: bool = False  # start from the scene, not from the last good set
     also: tuple[str, ...] = ()  # further rigs whose drums the sound server plays; with *, as they come and go
     most_rigs: int = 8
@@ -117,7 +118,8 @@ def _sound(options: Options) -> list[str]:
     words = ["--rig", ",".join((options.rig, *options.also)), "--most-rigs", str(options.most_rigs)]
     words += [f"--room-latency={options.room_latency_ms!r}", f"--room-level={options.room_level_dB!r}"]
     words += ["--audio", options.audio, "--rate", str(options.audio_rate)]
-    return [*words, "--block", str(options.audio_block)]
+    words += ["--block", str(options.audio_block)]
+    return [*words, "--awaited"] if options.audio_awaited else words
 
 
 def _public(public: Public) -> list[str]:

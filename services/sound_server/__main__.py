@@ -31,12 +31,12 @@ def main() -> int:
 
     lookout: awaited.Lookout | None = None
     try:
-        sink = open_sink(wanted.audio, wanted.rate, wanted.block)
+        sink = open_sink(wanted.audio, wanted.rate, wanted.block, wanted.awaited)
     except SinkError as error:
-        if not wanted.awaited:
+        if not wanted.awaited or error.status != 3:
             logging.error("%s", error)
             return error.status
-        sink = awaited.stand_in(wanted.audio, wanted.rate, wanted.block)
+        sink = awaited.stand_in(wanted.audio, error, wanted.rate, wanted.block)
         lookout = awaited.Lookout(wanted.audio, stop)
     try:
         told = Supervisor()

@@ -1,5 +1,7 @@
 """The commands by which systemd runs a rig: each becomes one process, with the options of `drumstick up` for it."""
 
+from dataclasses import replace
+
 from rig.commands.options import (
     Also,
     Audio,
@@ -97,16 +99,14 @@ def sound_command(
     room_latency: RoomLatency = 0.0,
     room_level: RoomLevel = 0.0,
 ) -> None:
-    """Become the sound server."""
+    """Become the sound server, which waits for its device."""
     from rig.service import become
 
-    become(
-        "sound",
-        chosen(
-            _SOUND, rig_file, rig, audio=audio, audio_rate=audio_rate, audio_block=audio_block,
-            connect=connect, also=also, most_rigs=most_rigs, room_latency=room_latency, room_level=room_level,
-        ),
+    wanted = chosen(
+        _SOUND, rig_file, rig, audio=audio, audio_rate=audio_rate, audio_block=audio_block,
+        connect=connect, also=also, most_rigs=most_rigs, room_latency=room_latency, room_level=room_level,
     )  # fmt: skip
+    become("sound", replace(wanted, audio_awaited=True))
 
 
 def panel_command(
