@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import sys
+import logging
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -12,6 +12,7 @@ from protocol.identity import Identity
 from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, Keys
 from protocol.roles import HAPTIC, ROLES
 from protocol.session import Public
+from realtime.log import say
 from rig import checks, identity_check
 from rig.fault import LACKING, Stop, wrong
 from rig.plan import DOOR, PANEL, SOUND
@@ -176,4 +177,4 @@ def require_loopback(listen: str) -> None:
 
 def _tell(warnings: list[str]) -> None:
     for words in warnings:
-        print(f"drumstick: {words}", file=sys.stderr)
+        say(logging.WARNING, f"drumstick: {words}")

@@ -6,15 +6,15 @@ import os
 import signal
 import sys
 
+from realtime.log import open_log
 from realtime.stop import StopRequest
 from sound_server import options
-from sound_server.log import open_log
 
 
 def main() -> int:
     """Make the parts, join them, run until SIGTERM or SIGINT; anew, in the same process, when the device is lost."""
     wanted = options.read()
-    open_log()
+    open_log(names_level=True)
     stop, ended = StopRequest(), StopRequest()
 
     def end(*_: object) -> None:
