@@ -105,4 +105,11 @@ def test_the_wish_for_a_scene_is_looked_for_where_the_gateway_leaves_it() -> Non
     (looked,) = _settings("drumstick-scene@.path")["PathExists"]
     # rig.folder: drumstick-UID-RIG below XDG_RUNTIME_DIR; the rig's own folder, so that b and a-b cannot be confused
     assert looked == f"{runtime}/drumstick-@UID@-%i/{files.WANTED}"
-    assert looked.replace("@UID@", "*") in _settings("drumstick-scene@.service")["ExecStopPost"][0]
+    change = _settings("drumstick-scene@.service")
+    forget, start = change["ExecStopPost"]
+    assert looked.replace("@UID@", "*") in forget
+    # A wish that cannot be taken away must not keep the gateway away.
+    assert forget.startswith("-")
+    assert start == "systemctl start --no-block drumstick-gateway@%i.service"
+    assert change["ProtectSystem"] == ["strict"]
+    assert looked.startswith(f"{change['ReadWritePaths'][0]}/")
