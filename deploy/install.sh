@@ -137,7 +137,7 @@ if is_live; then
     systemctl enable --quiet "${wanted[@]}"
     systemctl start --no-block "${wanted[@]}"
     say "Switched on, now and at every start: ${wanted[*]}"
-    say "How it goes: systemctl list-units 'drumstick*', journalctl -fu 'drumstick-*@$rig'"
+    say "How it goes: systemctl status -n 0 'drumstick-*@$rig', journalctl -fu 'drumstick-*@$rig'"
 else
     systemctl --root="${root:-/}" enable --quiet "${wanted[@]}"
     say "Switched on for the next start: ${wanted[*]}"
