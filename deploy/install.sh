@@ -5,6 +5,7 @@
 #
 # --rig NAME    the rig that the roles are for (main)
 # --role ROLE   what this machine does, and begins to do now; may be repeated. Without it nothing new is switched on.
+#               haptic is with door where the rig file has zenoh.public
 # --root DIR    into a folder, to look at it: nothing of this machine is touched
 # --packages-from VENV   copy Python packages from there first, e.g. from .venv after `make install`: no network for
 #               those; what it holds beside the lock's packages comes too, and the services run it
@@ -46,6 +47,7 @@ content="$(find services shared deploy pyproject.toml requirements.lock README.m
 release="$version-$content"
 made="$opt/releases/$release"
 before="$(release_at current || true)"
+was="$(installed_now)"
 lock="$(sha256sum requirements.lock | cut -c 1-64)"
 
 # The services' user cannot reach a Python in somebody's home (pyenv, uv), and ProtectHome would hide it anyway.
@@ -123,10 +125,17 @@ for old in "$opt"/releases/*; do
     say "Removed the older release $name"
 done
 
-restart_what_runs
+restart_what_runs "$was"
 if [[ ${#roles[@]} -eq 0 ]]; then
     say "Nothing new was switched on. To play here: sudo deploy/install.sh --role haptic --role sound --role panel"
     exit 0
+fi
+if [[ " ${roles[*]} " == *" haptic "* && " ${roles[*]} " != *" door "* ]]; then
+    if grep -Eq '^[[:space:]]*public[[:space:]]*=' "$etc/$rig/rig.toml"; then
+        roles+=(door)
+    else
+        say "Nobody comes in from other machines: $etc/$rig/rig.toml has no zenoh.public (docs/install.md, Several machines)"
+    fi
 fi
 wanted=("drumstick@$rig.target")
 for role in "${roles[@]}"; do

@@ -105,6 +105,10 @@ is_scene() { grep -qs "^name = \"$1\"" "$place"/root/run/drumstick/main/*/scene.
 said 120 "another scene lies there" is_scene tom
 said 240 "and plays" is_active "$servo" "$gateway"
 
+pid="$(property "$servo" MainPID)"
+inside "$here/deploy/install.sh" --role panel
+[[ "$(property "$servo" MainPID)" == "$pid" ]] || { echo "NOT: an install that changes nothing lets the force play on" >&2; exit 1; }
+
 before="$(inside readlink /opt/drumstick/current)"
 mkdir -p "$place/root/root/next"
 cp -r services shared deploy docs pyproject.toml requirements.lock README.md LICENSE "$place/root/root/next/"

@@ -11,6 +11,10 @@ import venv
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
+
+from rig.command import app
+from rig.fault import Stop
 
 ROOT = Path(__file__).resolve().parents[2]
 DEPLOY = ROOT / "deploy"
@@ -235,3 +239,33 @@ class TestBorrowing:
     def test_what_is_no_environment_leaves_nothing(self, tmp_path: Path) -> None:
         assert self.borrowed(tmp_path, tmp_path / "release").returncode == 1
         assert not (tmp_path / "release").exists()
+
+
+def test_any_command_can_be_run_as_the_services_run(tmp_path: Path) -> None:
+    (tmp_path / "runuser").write_text('#!/bin/sh\nshift 3\nprintf "%s\\n" "$@"\n')
+    (tmp_path / "runuser").chmod(0o755)
+    environment = {"PATH": f"{tmp_path}:{os.environ['PATH']}"}
+    done = subprocess.run(
+        [DEPLOY / "drumstick-at", "stage", "keys", "show", "a b"], env=environment, capture_output=True, text=True,
+        check=True, timeout=60,
+    )  # fmt: skip
+    said = done.stdout.splitlines()
+    assert said[-4:] == ["/opt/drumstick/current/venv/bin/drumstick", "keys", "show", "a b"]
+    assert {"DRUMSTICK_RIG=stage", "DRUMSTICK_RIG_FILE=/etc/drumstick/stage/rig.toml"} < set(said)
+
+
+@pytest.mark.parametrize("words", [["params", "get"], ["panic"], ["rigs"], ["preset", "list"]])
+def test_the_rig_and_its_file_come_by_variables_too(words: list[str], tmp_path: Path) -> None:
+    file = tmp_path / "rig.toml"
+    file.write_text('nme = "x"\n')
+    environment = {"DRUMSTICK_RIG": "stage", "DRUMSTICK_RIG_FILE": str(file)}
+    done = CliRunner().invoke(app, words, env=environment)
+    assert isinstance(done.exception, Stop)
+    assert "known here: name" in str(done.exception)
+
+
+def test_a_command_that_knows_no_rig_does_not_mind(tmp_path: Path) -> None:
+    done = CliRunner().invoke(
+        app, ["scene", "check", "roll"], env={"DRUMSTICK_RIG": "a/b", "DRUMSTICK_RIG_FILE": "x"}
+    )
+    assert done.exit_code == 0, done.output
