@@ -61,7 +61,7 @@ point() { # current|previous release: in one step, so that a power cut leaves th
 # What runs here depends on: another text, and it must be started again.
 installed_now() {
     release_at current || true
-    cat "$units"/drumstick*@.* 2>/dev/null | sha256sum
+    { cat "$units"/drumstick*@.* 2>/dev/null || true; } | sha256sum
 }
 
 look() { # folder of a release: what the services will do, before anybody depends on it
