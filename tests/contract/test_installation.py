@@ -1,5 +1,6 @@
 """`make install` and its scripts: what they ask of the system, and what they do where they may not."""
 
+import ast
 import os
 import re
 import shutil
@@ -8,6 +9,7 @@ import sys
 import tempfile
 import tomllib
 import venv
+from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
@@ -269,3 +271,35 @@ def test_a_command_that_knows_no_rig_does_not_mind(tmp_path: Path) -> None:
         app, ["scene", "check", "roll"], env={"DRUMSTICK_RIG": "a/b", "DRUMSTICK_RIG_FILE": "x"}
     )
     assert done.exit_code == 0, done.output
+
+
+def _imported(tree: ast.AST) -> set[str]:
+    # Top-level names, wherever in the file they are imported.
+    names: set[str] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            names |= {alias.name.partition(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
+            names.add(node.module.partition(".")[0])
+    return names
+
+
+def test_what_is_installed_on_a_stage_is_all_that_the_program_imports() -> None:
+    locked = {
+        re.sub(r"[-_.]+", "-", name).lower()
+        for name in re.findall(
+            r"^([A-Za-z0-9._-]+)==", (ROOT / "requirements.lock").read_text(), re.MULTILINE
+        )
+    }
+    given_by = packages_distributions()
+    lacking: dict[str, set[str]] = {}
+    for folder in ("services", "shared"):
+        own = {path.name for each in ("services", "shared") for path in (ROOT / each).iterdir()}
+        for path in (ROOT / folder).rglob("*.py"):
+            for name in (
+                _imported(ast.parse(path.read_text(encoding="utf-8"))) - own - sys.stdlib_module_names
+            ):
+                brought = {re.sub(r"[-_.]+", "-", each).lower() for each in given_by.get(name, [name])}
+                if not brought & locked:
+                    lacking.setdefault(name, set()).add(str(path.relative_to(ROOT)))
+    assert lacking == {}
