@@ -5,9 +5,10 @@
 #
 # --rig NAME    the rig that the roles are for (main)
 # --role ROLE   what this machine does, and begins to do now; may be repeated. Without it nothing new is switched on.
+#               haptic is with door where the rig file has zenoh.public
 # --root DIR    into a folder, to look at it: nothing of this machine is touched
-# --packages-from VENV   take Python packages from there first, e.g. from .venv after `make install`: no network for
-#               those; what it holds beside the lock's packages comes too
+# --packages-from VENV   copy Python packages from there first, e.g. from .venv after `make install`: no network for
+#               those; what it holds beside the lock's packages comes too, and the services run it
 #
 # It asks nothing, needs the network only for Python packages that are new, and may be run as often as you like.
 # Going back: deploy/rollback.sh. docs/install.md has the rest.
@@ -46,6 +47,7 @@ content="$(find services shared deploy pyproject.toml requirements.lock README.m
 release="$version-$content"
 made="$opt/releases/$release"
 before="$(release_at current || true)"
+was="$(installed_now)"
 lock="$(sha256sum requirements.lock | cut -c 1-64)"
 
 # The services' user cannot reach a Python in somebody's home (pyenv, uv), and ProtectHome would hide it anyway.
@@ -60,17 +62,11 @@ if [[ -z "$root" ]] && in_a_home "$base"; then
 fi
 export PYTHON="$python"
 
-# Another environment's packages as hard links, which take no room and no network.
-borrow() { # environment
-    [[ -x "$1/bin/python" ]] || return 1
-    local its
-    its="$("$1/bin/python" -c 'import sys; print("python%d.%d" % sys.version_info[:2])')"
-    [[ "$("$base" -c 'import sys; print("python%d.%d" % sys.version_info[:2])')" == "$its" ]] || return 1
-    cp -al "$1" "$made.new/venv" 2>/dev/null || cp -a "$1" "$made.new/venv"
-    for its in python python3 "$its"; do ln -sfn "$base" "$made.new/venv/bin/$its"; done
-    sed -i "s|^home = .*|home = $(dirname "$base")|" "$made.new/venv/pyvenv.cfg"
-    # Programs name their own folder in their first line. sed writes a new file; the other environment keeps its own.
-    { grep -rlIF "$1" "$made.new/venv/bin" "$made.new/venv/pyvenv.cfg" || true; } | xargs -r sed -i "s|$1|$made/venv|g"
+borrow() { # environment [--linked]
+    local status=0
+    PYTHON="$base" deploy/borrow.sh "$1" "$made.new/venv" "$made/venv" "${@:2}" || status=$?
+    [[ $status -lt 2 ]] || lacking "$1: its packages cannot be copied to $made.new"
+    return $status
 }
 
 build() {
@@ -79,7 +75,7 @@ build() {
     if [[ -n "$packages" ]]; then
         borrow "$packages" || wrong "--packages-from $packages: no environment of the same Python as $base"
         say "Python packages are taken from $packages as far as they fit"
-    elif [[ -n "$before" && "$(cat "$opt/releases/$before/lock")" == "$lock" ]] && borrow "$opt/releases/$before/venv"; then
+    elif [[ -n "$before" && -O "$opt/releases/$before/venv" && "$(cat "$opt/releases/$before/lock")" == "$lock" ]] && borrow "$opt/releases/$before/venv" --linked; then
         say "The packages are those of $before: taken from there"
     else
         say "Installing Python packages: some 600 MB on the disk, a minute or more"
@@ -91,14 +87,14 @@ build() {
     install -d "$made/docs"
     cp docs/*.md "$made/docs"
     find "$made/deploy" -name __pycache__ -prune -exec rm -rf {} +
-    # A look before anybody depends on it.
-    "$made/venv/bin/drumstick" scene check roll >/dev/null
+    look "$made"
     printf '%s\n' "$lock" >"$made/lock"
 }
 
 umask 022
 deploy_packages() { [[ -n "$root" ]] || deploy/install-system.sh play; }
 deploy_packages
+[[ -n "$root" ]] || systemd-sysusers "$PWD/deploy/systemd/drumstick.sysusers"
 if [[ -f "$made/lock" ]]; then
     say "Release $release is installed already"
 else
@@ -129,10 +125,17 @@ for old in "$opt"/releases/*; do
     say "Removed the older release $name"
 done
 
-restart_what_runs
+restart_what_runs "$was"
 if [[ ${#roles[@]} -eq 0 ]]; then
     say "Nothing new was switched on. To play here: sudo deploy/install.sh --role haptic --role sound --role panel"
     exit 0
+fi
+if [[ " ${roles[*]} " == *" haptic "* && " ${roles[*]} " != *" door "* ]]; then
+    if grep -Eq '^[[:space:]]*public[[:space:]]*=' "$etc/$rig/rig.toml"; then
+        roles+=(door)
+    else
+        say "Nobody comes in from other machines: $etc/$rig/rig.toml has no zenoh.public (docs/install.md, Several machines)"
+    fi
 fi
 wanted=("drumstick@$rig.target")
 for role in "${roles[@]}"; do
@@ -143,7 +146,7 @@ if is_live; then
     systemctl enable --quiet "${wanted[@]}"
     systemctl start --no-block "${wanted[@]}"
     say "Switched on, now and at every start: ${wanted[*]}"
-    say "How it goes: systemctl list-units 'drumstick*', journalctl -fu 'drumstick-*@$rig'"
+    say "How it goes: systemctl status -n 0 'drumstick-*@$rig', journalctl -fu 'drumstick-*@$rig'"
 else
     systemctl --root="${root:-/}" enable --quiet "${wanted[@]}"
     say "Switched on for the next start: ${wanted[*]}"

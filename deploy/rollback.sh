@@ -12,7 +12,15 @@ staged_options "$@"
 
 now="$(release_at current || true)"
 [[ -n "$now" ]] || lacking "$opt/current: nothing is installed here"
+was="$(installed_now)"
 to="${rest[0]:-$(release_at previous || true)}"
+if [[ ${#rest[@]} -eq 0 && "$to" == "$now" ]]; then # the power went between the two steps below
+    to=""
+    for other in "$opt"/releases/*/lock; do
+        other="$(basename "${other%/lock}")"
+        [[ "$other" == "$now" ]] || to="$other"
+    done
+fi
 [[ -n "$to" ]] || lacking "$opt holds no release before $now"
 [[ "$to" =~ ^[A-Za-z0-9._+-]+$ && -f "$opt/releases/$to/lock" ]] ||
     wrong "$to is no whole release; there are: $(cd "$opt/releases" && echo *)"
@@ -20,8 +28,9 @@ if [[ "$to" == "$now" ]]; then
     say "$now is the current release already"
     exit 0
 fi
+look "$opt/releases/$to"
 point previous "$now"
 point current "$to"
 put_units "$opt/releases/$to"
 say "current: $to, before: $now"
-restart_what_runs
+restart_what_runs "$was"

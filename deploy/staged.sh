@@ -51,9 +51,24 @@ release_at() { # current|previous
     [[ -L "$opt/$1" ]] && basename "$(readlink "$opt/$1")"
 }
 
-point() { # current|previous release: in one step, so that a power cut leaves the one or the other
+point() { # current|previous release: in one step, so that a power cut leaves the one or the other, whole on the disk
     ln -sfn "releases/$2" "$opt/.$1.new"
+    sync -f "$opt"
     mv -T "$opt/.$1.new" "$opt/$1"
+    sync -f "$opt"
+}
+
+# What runs here depends on: another text, and it must be started again.
+installed_now() {
+    release_at current || true
+    { cat "$units"/drumstick*@.* 2>/dev/null || true; } | sha256sum
+}
+
+look() { # folder of a release: what the services will do, before anybody depends on it
+    local as=()
+    [[ -n "$root" ]] || as=(runuser -u drumstick --)
+    "${as[@]}" env -C / HOME=/ "$1/venv/bin/drumstick" scene check roll >/dev/null ||
+        lacking "$1 does not play as it should; nothing was switched over to it"
 }
 
 put_units() { # folder of a release: its units and rules take the place of whatever was there
@@ -74,8 +89,9 @@ put_units() { # folder of a release: its units and rules take the place of whate
     udevadm control --reload 2>/dev/null || say "udev does not run here: the rules of the PHANTOM count from its next start on"
 }
 
-restart_what_runs() {
+restart_what_runs() { # what installed_now said before
     is_live || return 0
+    [[ "$(installed_now)" != "$1" ]] || return 0
     local targets
     mapfile -t targets < <(systemctl list-units --plain --no-legend --state=active 'drumstick@*.target' | cut -d ' ' -f 1)
     [[ ${#targets[@]} -eq 0 ]] && return 0

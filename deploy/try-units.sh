@@ -80,9 +80,12 @@ inside systemctl show "$servo" "$sound" --property StatusText
 printf '       the force loop got: %s\n' "$(inside sh -c 'cat /run/drumstick/main/*/servo.json')"
 printf '       drumstick-servo@main: exposure %s\n' "$(inside systemd-analyze --no-pager security "$servo" 2>/dev/null | tail -n 1)"
 
-pid="$(property "$servo" MainPID)"
-inside kill -9 "$pid"
-said 60 "a killed force loop is back" is_other "$servo" "$pid"
+for unit in "$servo" "$gateway" "$sound"; do
+    pid="$(property "$unit" MainPID)" begun="$(date +%s%N)"
+    inside kill -9 "$pid"
+    said 60 "${unit%%@*}, killed, is back" is_other "$unit" "$pid"
+    printf '       %s was ready again after %d ms\n' "${unit%%@*}" $((($(date +%s%N) - begun) / 1000000))
+done
 pid="$(property "$servo" MainPID)"
 inside kill -STOP "$pid"
 said 60 "a force loop that hangs is ended by the watchdog, and back" is_other "$servo" "$pid"
@@ -101,6 +104,10 @@ PYTHON
 is_scene() { grep -qs "^name = \"$1\"" "$place"/root/run/drumstick/main/*/scene.toml || inside sh -c "grep -q '^name = \"$1\"' /run/drumstick/main/*/scene.toml"; }
 said 120 "another scene lies there" is_scene tom
 said 240 "and plays" is_active "$servo" "$gateway"
+
+pid="$(property "$servo" MainPID)"
+inside "$here/deploy/install.sh" --role panel
+[[ "$(property "$servo" MainPID)" == "$pid" ]] || { echo "NOT: an install that changes nothing lets the force play on" >&2; exit 1; }
 
 before="$(inside readlink /opt/drumstick/current)"
 mkdir -p "$place/root/root/next"

@@ -65,14 +65,20 @@ def port(number: int, option: str) -> None:
 
 
 def target(text: str, option: str = "--osc-out") -> str:
-    """host:port of an OSC listener."""
+    """host:port of an OSC listener, whose name nobody needs to know yet."""
     host, _, number = text.rpartition(":")
     if not host or not number.isdecimal() or not 1 <= int(number) <= 65535:
         wrong(f"{option} {text!r}: write host:port, e.g. 127.0.0.1:9101")
+    return text
+
+
+def known_target(text: str, option: str = "--osc-out") -> str:
+    """The same, of one that is sent to at once."""
+    host, _, number = target(text, option).rpartition(":")
     try:
         socket.getaddrinfo(host, int(number), socket.AF_INET, socket.SOCK_DGRAM)
     except (OSError, UnicodeError):
-        wrong(f"{option} {text!r}: no IPv4 address is known for {host!r}; write one, e.g. 127.0.0.1:9101")
+        lacking(f"{option} {text!r}: no IPv4 address is known for {host!r}; write one, e.g. 127.0.0.1:9101")
     return text
 
 
@@ -91,7 +97,7 @@ def oscquery(text: str | None, announce: bool) -> tuple[str, int] | None:
     try:
         found = socket.getaddrinfo(host, int(number), socket.AF_INET, socket.SOCK_STREAM)
     except (OSError, UnicodeError):
-        wrong(f"--oscquery {text!r}: no IPv4 address is known for {host!r}; write one, e.g. 127.0.0.1:9102")
+        lacking(f"--oscquery {text!r}: no IPv4 address is known for {host!r}; write one, e.g. 127.0.0.1:9102")
     installed("--oscquery", "oscquery", "websockets", "zeroconf")
     return str(found[0][4][0]), int(number)
 

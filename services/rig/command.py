@@ -1,5 +1,6 @@
 """The `drumstick` command line: every command by its name. --help must be instant."""
 
+import logging
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -7,6 +8,7 @@ from typing import NoReturn
 
 import typer
 
+from realtime.log import say
 from rig.commands import machine, offline, play, running, service
 from rig.fault import LACKING, Stop
 
@@ -99,7 +101,7 @@ for _group, _words, _commands in _GROUPS:
 
 def _leave(status: int, message: str) -> NoReturn:
     if message:
-        print(f"drumstick: {message}", file=sys.stderr)
+        say(logging.ERROR, f"drumstick: {message}")
     sys.exit(status)
 
 

@@ -1,4 +1,7 @@
-"""Is this machine's certificate fit for what it is to do? Looked at before anything starts. Raises Stop, status 2."""
+"""Is this machine's certificate fit for what it is to do? Looked at before anything starts.
+
+Raises Stop: status 2 for what stays wrong, 3 for what a renewed certificate or a clock that is set will mend.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from protocol.identity import Identity
 from protocol.roles import HAPTIC, ROLES
-from rig.fault import wrong
+from rig.fault import lacking, wrong
 
 if TYPE_CHECKING:
     from cryptography import x509
@@ -70,9 +73,9 @@ def _ended(path: Path, certificate: x509.Certificate) -> str:
     now = certificates.present()
     left = certificates.days_left(certificate, now)
     if left <= 0.0:
-        wrong(f"{path}: ended {certificate.not_valid_after_utc:%Y-%m-%d %H:%M} UTC; {_renewal(path)}")
+        lacking(f"{path}: ended {certificate.not_valid_after_utc:%Y-%m-%d %H:%M} UTC; {_renewal(path)}")
     if certificate.not_valid_before_utc > now:
-        wrong(
+        lacking(
             f"{path}: is valid only from {certificate.not_valid_before_utc:%Y-%m-%d %H:%M} UTC:"
             " set this machine's clock"
         )

@@ -33,12 +33,13 @@ class Options:
     panel_port: int = 8080
     audio_rate: int = 48000  # Hz
     audio_block: int = 128  # frames
+    audio_awaited: bool = False  # play for nobody while its device is not there
     fresh: bool = False  # start from the scene, not from the last good set
     also: tuple[str, ...] = ()  # further rigs whose drums the sound server plays; with *, as they come and go
     most_rigs: int = 8
     room_latency_ms: float = 0.0
     room_level_dB: float = 0.0  # noqa: N815
-    parts: frozenset[str] = field(default_factory=lambda: frozenset({HAPTIC, SOUND, PANEL}))
+    parts: frozenset[str] = field(default_factory=lambda: frozenset({HAPTIC, DOOR, SOUND, PANEL}))
     record: Path | None = None  # the MCAP file to record into
     record_force: bool = False  # also the contacts' force
     osc_host: str = "127.0.0.1"
@@ -97,14 +98,8 @@ def commands(options: Options) -> dict[str, list[str]]:
         plan["gateway"] = [
             *python, "haptic_server.gateway", *folder, *rig, *osc, *zenoh, *kept, *_extras(options)
         ]  # fmt: skip
-        if options.public is not None:
-            plan[DOOR] = [
-                *python,
-                "haptic_server.door",
-                "--connect",
-                options.router,
-                *_public(options.public),
-            ]
+    if DOOR in options.parts and options.public is not None:
+        plan[DOOR] = [*python, "haptic_server.door", "--connect", options.router, *_public(options.public)]
     if SOUND in options.parts:
         plan["sound"] = [*python, "sound_server", *router, *_sound(options)]
     if PANEL in options.parts:
@@ -123,7 +118,8 @@ def _sound(options: Options) -> list[str]:
     words = ["--rig", ",".join((options.rig, *options.also)), "--most-rigs", str(options.most_rigs)]
     words += [f"--room-latency={options.room_latency_ms!r}", f"--room-level={options.room_level_dB!r}"]
     words += ["--audio", options.audio, "--rate", str(options.audio_rate)]
-    return [*words, "--block", str(options.audio_block)]
+    words += ["--block", str(options.audio_block)]
+    return [*words, "--awaited"] if options.audio_awaited else words
 
 
 def _public(public: Public) -> list[str]:

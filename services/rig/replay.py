@@ -194,5 +194,5 @@ def checked_wishes(
     checks.endpoint(connect)
     require_loopback(checks.endpoint(listen, "--listen"))
     checks.prefix(prefix)
-    targets = tuple(checks.target(target) for target in osc_out)
+    targets = tuple(checks.known_target(target) for target in osc_out)
     return Wishes(file, speed, loop, await_sound, listen, connect, targets, prefix)

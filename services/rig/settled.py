@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Sequence
+import logging
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,10 +12,11 @@ from protocol.identity import Identity
 from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, Keys
 from protocol.roles import HAPTIC, ROLES
 from protocol.session import Public
+from realtime.log import say
 from rig import checks, identity_check
-from rig.fault import wrong
+from rig.fault import LACKING, Stop, wrong
+from rig.plan import DOOR, PANEL, SOUND
 from rig.plan import HAPTIC as HAPTIC_PART
-from rig.plan import PANEL, SOUND
 from rig.rig_file import RigFile, load
 
 _OSC_HOST, _OSC_PORT = "127.0.0.1", 9100
@@ -49,7 +50,11 @@ def settle(
     osc_in: int | None = None,
     osc_out: Sequence[str] | None = None,
 ) -> Settled:
-    """For the services in `parts`. Raises Stop; tells on stderr which certificates end soon."""
+    """For the services in `parts`. Raises Stop; tells on stderr which certificates end soon, or have ended.
+
+    No force waits for a network: what time can mend, a certificate or a clock, ends no start that the force loop or its
+    gateway is part of, and nobody asks here for the addresses of names.
+    """
     file = RigFile() if rig_file is None else load(rig_file)
     name = _rig(file, rig)
     end = connect or file.connect
@@ -62,13 +67,15 @@ def settle(
     targets = (
         tuple(osc_out) if osc_out else file.osc_targets if file.osc_targets is not None else _OSC_TARGETS
     )
-    for target in targets:
-        checks.target(target, "--osc-out" if osc_out else f"{rig_file}: osc.targets:")
+    for target in osc_out or ():
+        checks.target(target)
+    if end is None and parts & {HAPTIC_PART, DOOR}:
+        require_loopback(at)
     return Settled(
         name,
         end,
         at,
-        _public(file, name, at) if HAPTIC_PART in parts and end is None else None,
+        _public(file, name, at, parts) if DOOR in parts and end is None else None,
         _identity(file, end, parts),
         (host, osc_in or port),
         targets,
@@ -114,22 +121,21 @@ def _rig(file: RigFile, rig: str | None) -> str:
 
 
 def _identity(file: RigFile, connect: str | None, parts: frozenset[str]) -> Identity | None:
-    if connect is None or not is_tls(connect):
+    if connect is None or not is_tls(connect) or parts <= {DOOR}:
         return None
     _require_identity(connect, file)
     assert file.identity is not None
-    if len(parts) > 1:
+    if len(parts - {DOOR}) > 1:
         wrong(
             f"{connect}: over TLS each part needs a certificate of its own: start drumstick haptic, sound or panel,"
             " each with its rig file"
         )
-    (part,) = parts
-    _tell(identity_check.require_client(file.identity, _ROLES_OF[part], f"drumstick {part}"))
-    return file.identity
+    identity, (part,) = file.identity, parts - {DOOR}
+    _judge(lambda: identity_check.require_client(identity, _ROLES_OF[part], f"drumstick {part}"), parts)
+    return identity
 
 
-def _public(file: RigFile, rig: str, listen: str) -> Public | None:
-    require_loopback(listen)
+def _public(file: RigFile, rig: str, listen: str, parts: frozenset[str]) -> Public | None:
     inner, inner_port = host_and_port(listen)
     if file.public is None or file.identity is None:
         return None
@@ -139,8 +145,18 @@ def _public(file: RigFile, rig: str, listen: str) -> Public | None:
             f"zenoh.public {file.public}: port {port} is that of --listen {listen}, and this address includes it;"
             f" take another, e.g. {port + 1}"
         )
-    _tell(identity_check.require_listener(file.identity))
-    return Public(file.public, file.identity, (rig, *file.also), file.roles)
+    identity = file.identity
+    _judge(lambda: identity_check.require_listener(identity), parts)
+    return Public(file.public, identity, (rig, *file.also), file.roles)
+
+
+def _judge(check: Callable[[], list[str]], parts: frozenset[str]) -> None:
+    try:
+        _tell(check())
+    except Stop as stop:
+        if stop.status != LACKING or HAPTIC_PART not in parts:
+            raise
+        _tell([f"{stop}; nobody comes in or goes out by it until then"])
 
 
 def _require_identity(end: str, file: RigFile) -> None:
@@ -161,4 +177,4 @@ def require_loopback(listen: str) -> None:
 
 def _tell(warnings: list[str]) -> None:
     for words in warnings:
-        print(f"drumstick: {words}", file=sys.stderr)
+        say(logging.WARNING, f"drumstick: {words}")

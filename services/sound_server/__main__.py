@@ -6,15 +6,15 @@ import os
 import signal
 import sys
 
+from realtime.log import open_log
 from realtime.stop import StopRequest
 from sound_server import options
-from sound_server.log import open_log
 
 
 def main() -> int:
     """Make the parts, join them, run until SIGTERM or SIGINT; anew, in the same process, when the device is lost."""
     wanted = options.read()
-    open_log()
+    open_log(names_level=True)
     stop, ended = StopRequest(), StopRequest()
 
     def end(*_: object) -> None:
@@ -31,12 +31,12 @@ def main() -> int:
 
     lookout: awaited.Lookout | None = None
     try:
-        sink = open_sink(wanted.audio, wanted.rate, wanted.block)
+        sink = open_sink(wanted.audio, wanted.rate, wanted.block, wanted.awaited)
     except SinkError as error:
-        if not wanted.awaited:
+        if not wanted.awaited or error.status != 3:
             logging.error("%s", error)
             return error.status
-        sink = awaited.stand_in(wanted.audio, wanted.rate, wanted.block)
+        sink = awaited.stand_in(wanted.audio, error, wanted.rate, wanted.block)
         lookout = awaited.Lookout(wanted.audio, stop)
     try:
         told = Supervisor()

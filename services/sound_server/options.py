@@ -67,9 +67,7 @@ def read() -> argparse.Namespace:
     )
     parser.add_argument("--rate", type=_between(22050, 192000), default=48000, help="frames a second")
     parser.add_argument("--block", type=_between(16, 8192), default=128, help="frames a block")
-    parser.add_argument(
-        "--awaited", action="store_true", help="the device was there before: play for nobody until it is back"
-    )
+    parser.add_argument("--awaited", action="store_true", help="play for nobody until the device is there")
     add_options(parser)
     given = parser.parse_args()
     given.room = Room(1e-3 * given.room_latency, given.room_level)

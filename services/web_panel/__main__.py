@@ -5,12 +5,14 @@ something (port taken, viser not installed).
 """
 
 import argparse
+import logging
 import signal
 import sys
 from pathlib import Path
 
 from protocol.identity import add_options, identity_of
 from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, checked_rig
+from realtime.log import say
 from realtime.notify import Supervisor
 from web_panel.port import free_port
 from web_panel.visitor_token import TokenFileError, token_of
@@ -37,7 +39,7 @@ def _arguments() -> argparse.Namespace:
 
 
 def _end(status: int, words: str) -> int:
-    print(f"panel: {words}", file=sys.stderr)
+    say(logging.ERROR, f"panel: {words}")
     return status
 
 

@@ -7,7 +7,7 @@ ask again.
 from __future__ import annotations
 
 import json
-import sys
+import logging
 from collections.abc import Callable
 from typing import Any, TypeVar
 
@@ -18,6 +18,7 @@ from drumstick.parameters import table_of
 from drumstick.scene import SceneError, from_tables
 from protocol.keys import Keys
 from protocol.messages import Lease, Message, Meter, PresetNews, Readback, State, decode
+from realtime.log import say
 from web_panel.mirror import SILENT_AFTER_S, Mirror
 from web_panel.question import Question
 from web_panel.watching import Watching
@@ -106,7 +107,7 @@ class Listener:
         # Once for each key: a foreign program that publishes rubbish must not fill the log.
         if key not in self._complained:
             self._complained.add(key)
-            print(f"panel: {key}: {words}", file=sys.stderr, flush=True)
+            say(logging.WARNING, f"panel: {key}: {words}")
 
     def _take_state(self, state: State, now: float) -> None:
         mirror = self._mirror

@@ -57,6 +57,14 @@ def test_nobody_is_root_and_only_volumes_can_be_written(name: str) -> None:
     assert any(volume.endswith(":/keys:ro") for volume in service["volumes"])
 
 
+def test_no_engine_gives_back_the_force_that_a_panic_took_away() -> None:
+    # The run folder, which knows of the panic, ends with the container.
+    assert SERVICES["haptic"]["restart"] == "no"
+    assert any(mount.startswith("/run/drumstick") for mount in SERVICES["haptic"]["tmpfs"])
+    others = {service["restart"] for name, service in SERVICES.items() if name != "haptic"}
+    assert others == {"unless-stopped"}
+
+
 @pytest.mark.parametrize("name", ["haptic", "sound"])
 def test_what_plays_in_real_time_may_do_so(name: str) -> None:
     assert SERVICES[name]["ulimits"] == {"rtprio": 95, "memlock": -1}

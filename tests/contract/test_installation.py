@@ -1,13 +1,22 @@
 """`make install` and its scripts: what they ask of the system, and what they do where they may not."""
 
+import ast
 import os
 import re
 import shutil
 import subprocess
+import sys
+import tempfile
 import tomllib
+import venv
+from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
+
+from rig.command import app
+from rig.fault import Stop
 
 ROOT = Path(__file__).resolve().parents[2]
 DEPLOY = ROOT / "deploy"
@@ -168,3 +177,129 @@ def test_every_program_that_a_test_needs_has_its_package() -> None:
     for path in (ROOT / "tests").rglob("test_*.py"):
         for names in re.findall(r"mark\.needs\(([^)]*)\)", path.read_text(encoding="utf-8")):
             assert set(re.findall(r"[\"']([^\"']+)[\"']", names)) <= listed, path
+
+
+class TestBorrowing:
+    """deploy/borrow.sh: an environment for the services, from one that somebody made."""
+
+    def borrowed(self, source: Path, to: Path, *how: str) -> subprocess.CompletedProcess[str]:
+        environment = dict(os.environ, PYTHON=os.path.realpath(sys.executable))
+        return subprocess.run(
+            [DEPLOY / "borrow.sh", source, to, "/stage/venv", *how], env=environment, capture_output=True, text=True,
+            check=False, timeout=120,
+        )  # fmt: skip
+
+    def made(self, folder: Path) -> Path:
+        venv.create(folder, symlinks=True)
+        program = folder / "bin" / "program"
+        program.write_text(f"#!{folder}/bin/python\n")
+        program.chmod(0o777)
+        return folder
+
+    def as_it_should(self, to: Path) -> None:
+        assert (to / "bin" / "program").read_text() == "#!/stage/venv/bin/python\n"
+        assert f"home = {Path(os.path.realpath(sys.executable)).parent}\n" in (to / "pyvenv.cfg").read_text()
+        ran = subprocess.run(
+            [to / "bin" / "python", "-c", "import sys; print(sys.prefix)"], capture_output=True, text=True, check=True
+        )  # fmt: skip
+        assert ran.stdout.strip() == str(to)
+
+    def test_a_copy_is_nobody_elses(self, tmp_path: Path) -> None:
+        source, to = self.made(tmp_path / "theirs"), tmp_path / "release"
+        (source / "pyvenv.cfg").chmod(0o600)
+        (source / "lib").chmod(0o777)
+        assert self.borrowed(source, to).returncode == 0
+        self.as_it_should(to)
+        for path in (to, *to.rglob("*")):
+            if not path.is_symlink():
+                assert path.stat().st_mode & 0o7022 == 0, path
+                assert path.stat().st_mode & 0o044 == 0o044, path
+                assert path.stat().st_uid == os.geteuid()
+                if path.is_file():
+                    assert path.stat().st_nlink == 1, path
+        assert (source / "bin" / "program").read_text() == f"#!{source}/bin/python\n"
+
+    def test_a_release_shares_its_files_with_the_next(self, tmp_path: Path) -> None:
+        source, to = self.made(tmp_path / "first"), tmp_path / "second"
+        kept = source / "lib" / "kept"
+        kept.touch()
+        assert self.borrowed(source, to, "--linked").returncode == 0
+        self.as_it_should(to)
+        assert (to / "lib" / "kept").stat().st_ino == kept.stat().st_ino
+        assert "first" in (source / "bin" / "program").read_text()
+
+    def test_what_cannot_be_linked_is_copied_whole(self, tmp_path: Path) -> None:
+        shm = Path("/dev/shm")
+        if not os.access(shm, os.W_OK) or shm.stat().st_dev == tmp_path.stat().st_dev:
+            pytest.skip("needs a second file system")
+        with tempfile.TemporaryDirectory(dir=shm) as other:
+            source = self.made(Path(other) / "theirs")
+            assert self.borrowed(source, tmp_path / "release", "--linked").returncode == 0
+        self.as_it_should(tmp_path / "release")
+        assert not (tmp_path / "release" / "theirs").exists()
+
+    def test_what_is_no_environment_leaves_nothing(self, tmp_path: Path) -> None:
+        assert self.borrowed(tmp_path, tmp_path / "release").returncode == 1
+        assert not (tmp_path / "release").exists()
+
+
+def test_any_command_can_be_run_as_the_services_run(tmp_path: Path) -> None:
+    (tmp_path / "runuser").write_text('#!/bin/sh\nshift 3\nprintf "%s\\n" "$@"\n')
+    (tmp_path / "runuser").chmod(0o755)
+    environment = {"PATH": f"{tmp_path}:{os.environ['PATH']}"}
+    done = subprocess.run(
+        [DEPLOY / "drumstick-at", "stage", "keys", "show", "a b"], env=environment, capture_output=True, text=True,
+        check=True, timeout=60,
+    )  # fmt: skip
+    said = done.stdout.splitlines()
+    assert said[-4:] == ["/opt/drumstick/current/venv/bin/drumstick", "keys", "show", "a b"]
+    assert {"DRUMSTICK_RIG=stage", "DRUMSTICK_RIG_FILE=/etc/drumstick/stage/rig.toml"} < set(said)
+
+
+@pytest.mark.parametrize("words", [["params", "get"], ["panic"], ["rigs"], ["preset", "list"]])
+def test_the_rig_and_its_file_come_by_variables_too(words: list[str], tmp_path: Path) -> None:
+    file = tmp_path / "rig.toml"
+    file.write_text('nme = "x"\n')
+    environment = {"DRUMSTICK_RIG": "stage", "DRUMSTICK_RIG_FILE": str(file)}
+    done = CliRunner().invoke(app, words, env=environment)
+    assert isinstance(done.exception, Stop)
+    assert "known here: name" in str(done.exception)
+
+
+def test_a_command_that_knows_no_rig_does_not_mind(tmp_path: Path) -> None:
+    done = CliRunner().invoke(
+        app, ["scene", "check", "roll"], env={"DRUMSTICK_RIG": "a/b", "DRUMSTICK_RIG_FILE": "x"}
+    )
+    assert done.exit_code == 0, done.output
+
+
+def _imported(tree: ast.AST) -> set[str]:
+    # Top-level names, wherever in the file they are imported.
+    names: set[str] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            names |= {alias.name.partition(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
+            names.add(node.module.partition(".")[0])
+    return names
+
+
+def test_what_is_installed_on_a_stage_is_all_that_the_program_imports() -> None:
+    locked = {
+        re.sub(r"[-_.]+", "-", name).lower()
+        for name in re.findall(
+            r"^([A-Za-z0-9._-]+)==", (ROOT / "requirements.lock").read_text(), re.MULTILINE
+        )
+    }
+    given_by = packages_distributions()
+    lacking: dict[str, set[str]] = {}
+    for folder in ("services", "shared"):
+        own = {path.name for each in ("services", "shared") for path in (ROOT / each).iterdir()}
+        for path in (ROOT / folder).rglob("*.py"):
+            for name in (
+                _imported(ast.parse(path.read_text(encoding="utf-8"))) - own - sys.stdlib_module_names
+            ):
+                brought = {re.sub(r"[-_.]+", "-", each).lower() for each in given_by.get(name, [name])}
+                if not brought & locked:
+                    lacking.setdefault(name, set()).add(str(path.relative_to(ROOT)))
+    assert lacking == {}

@@ -90,7 +90,19 @@ def test_the_load_that_is_counted_is_that_of_the_messages_as_they_are() -> None:
         }
     )
     assert (round(router.own_us, 6), round(router.each_us, 6)) == (50.0, 7.0)
-    limits = tool.ceilings("follower", router)
+    rows = [
+        {"listeners": n, "delivered_share": share, "p99_us": p99_us}
+        for n, share, p99_us in (
+            (1, 1.0, 900.0),
+            (30, 1.0, 49_000.0),
+            (100, 0.9, 40_000.0),
+            (300, 1.0, 51_000.0),
+        )
+    ]
+    assert tool.most_in_time(rows) == 30
+    assert tool.ceilings("follower", router, rows)["99 of 100 strikes in time, simulated below"] == 30.0
+    assert tool.ceilings("follower", router, rows[:2])["the most that were simulated below, in time"] == 30.0
+    limits = tool.ceilings("follower", router, rows)
     assert list(limits.values()) == sorted(limits.values())
     most = limits["one core of a router"]
     assert abs(router.share(load.per_s("follower"), most) - 1.0) < 1e-9

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from haptic_server import files
+from haptic_server.servo.priority import FIFO_PRIORITY
 from rig.fault import GIVEN
 from rig.service import SERVICES
 
@@ -62,6 +63,7 @@ def test_each_service_has_its_unit_with_what_all_must_have(service: str) -> None
     unit = _settings(f"drumstick-{service}@.service")
     (command,) = unit["ExecStart"]
     assert command.startswith(f"{PROGRAM} service {service} --rig %i ")
+    assert ("--rig-file" in command) == (service != "servo")  # no force depends on who may speak to the rig
     assert command.endswith(f" ${service.upper()}_OPTIONS")
     assert f"#{service.upper()}_OPTIONS=" in (FOLDER / "example.env").read_text()
     assert unit["Type"] == ["notify"]
@@ -74,6 +76,64 @@ def test_each_service_has_its_unit_with_what_all_must_have(service: str) -> None
         assert unit[key] == ["yes"]
     assert unit["ProtectSystem"] == ["strict"]
     assert unit["User"] == ["drumstick"]
+
+
+# What no process of a rig may lack, and no edit may lose unseen.
+EVERYWHERE = {
+    "StartLimitIntervalSec": "0",  # again and again, for weeks
+    "KillMode": "mixed",
+    "SystemCallFilter": "@system-service",
+    "SystemCallArchitectures": "native",
+    "CapabilityBoundingSet": "",
+    "AmbientCapabilities": "",
+    "RestrictSUIDSGID": "yes",
+    "RuntimeDirectoryPreserve": "yes",  # the block of a force loop that crashed
+}
+# Of each: the watchdog, what SIGTERM gets before SIGKILL when it bit, the pause before a new start, and the limits.
+REQUIRED = {
+    "servo": {
+        "WatchdogSec": "3", "TimeoutAbortSec": "2", "TimeoutStopSec": "5", "RestartSec": "100ms",
+        "LimitRTPRIO": str(FIFO_PRIORITY), "LimitMEMLOCK": "infinity", "OOMScoreAdjust": "-900",
+        "PrivateNetwork": "yes", "IPAddressDeny": "any", "DevicePolicy": "closed",
+    },
+    "gateway": {
+        "WatchdogSec": "20", "TimeoutAbortSec": "5", "TimeoutStopSec": "5", "RestartSec": "100ms",
+        "RestrictRealtime": "yes", "DevicePolicy": "closed",
+    },
+    "door": {
+        "WatchdogSec": "20", "TimeoutAbortSec": "5", "TimeoutStopSec": "5", "RestartSec": "2",
+        "RestrictRealtime": "yes", "PrivateDevices": "yes",
+    },
+    "sound": {
+        "WatchdogSec": "30", "TimeoutAbortSec": "5", "TimeoutStopSec": "5", "RestartSec": "100ms",
+        "LimitRTPRIO": "75", "LimitMEMLOCK": "infinity", "DevicePolicy": "closed",
+    },
+    "panel": {
+        "WatchdogSec": "30", "TimeoutAbortSec": "5", "TimeoutStopSec": "5", "RestartSec": "2",
+        "RestrictRealtime": "yes", "PrivateDevices": "yes",
+    },
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("service", SERVICES)
+def test_each_unit_keeps_what_it_must_have(service: str) -> None:
+    unit = _settings(f"drumstick-{service}@.service")
+    wanted = EVERYWHERE | REQUIRED[service]
+    assert {key: unit.get(key) for key in wanted} == {key: [value] for key, value in wanted.items()}
+
+
+def test_the_page_tells_the_watchdogs_as_they_are() -> None:
+    page = (ROOT / "docs" / "operator.md").read_text()
+    told = {
+        name.strip(): seconds
+        for names, seconds in re.findall(r"^\| ([a-z, ]+) \| .* for \| (\d+) s \|$", page, re.MULTILINE)
+        for name in names.split(",")
+    }
+    assert told == {service: REQUIRED[service]["WatchdogSec"] for service in SERVICES}
+
+
+def test_audio_is_below_the_force_loop() -> None:
+    assert 0 < int(REQUIRED["sound"]["LimitRTPRIO"]) < FIFO_PRIORITY
 
 
 def test_what_is_said_to_be_the_same_for_every_process_is() -> None:
@@ -104,4 +164,11 @@ def test_the_wish_for_a_scene_is_looked_for_where_the_gateway_leaves_it() -> Non
     (looked,) = _settings("drumstick-scene@.path")["PathExists"]
     # rig.folder: drumstick-UID-RIG below XDG_RUNTIME_DIR; the rig's own folder, so that b and a-b cannot be confused
     assert looked == f"{runtime}/drumstick-@UID@-%i/{files.WANTED}"
-    assert looked.replace("@UID@", "*") in _settings("drumstick-scene@.service")["ExecStopPost"][0]
+    change = _settings("drumstick-scene@.service")
+    forget, start = change["ExecStopPost"]
+    assert looked.replace("@UID@", "*") in forget
+    # A wish that cannot be taken away must not keep the gateway away.
+    assert forget.startswith("-")
+    assert start == "systemctl start --no-block drumstick-gateway@%i.service"
+    assert change["ProtectSystem"] == ["strict"]
+    assert looked.startswith(f"{change['ReadWritePaths'][0]}/")

@@ -98,7 +98,8 @@ def test_one_more_than_the_most_is_said_and_one_that_dies_makes_room(
         os.kill(pid, signal.SIGKILL)
     venue.right.process.kill()
     wait_for(
-        "nobody's rig", lambda: listed(venue.router.endpoint)[venue.right.name]["state"] == "no haptic server"
+        "nobody's rig",
+        lambda: listed(venue.router.endpoint).get(venue.right.name, {}).get("state") == "no haptic server",
     )
     wait_for(
         "the end of its drum", lambda: f"rig {venue.right.name} is gone: its drum fades" in venue.sound.said
@@ -107,12 +108,9 @@ def test_one_more_than_the_most_is_said_and_one_that_dies_makes_room(
     third.struck("its strike", lambda m: m.played >= 1)
     assert venue.right.name not in listed(venue.router.endpoint)
     after = left.got[-1]
-    assert (after.id, after.late, after.xruns) == (
-        before.id,
-        before.late,
-        before.xruns,
-    ) or after.played > before.played
-    assert after.played > before.played
+    assert after.id == before.id
+    # Strikes late and blocks late tell of a host that others load too; most were in time.
+    assert after.late - before.late < after.played - before.played
     token.undeclare()
 
 

@@ -64,11 +64,14 @@ class Stage:
 
     def script(self, path: Path, *words: str) -> str:
         """Run one of deploy's; what it says."""
-        done = subprocess.run(
-            [path, "--root", self.root, *words], env=self.environment, capture_output=True, text=True, check=False
-        )  # fmt: skip
+        done = self.tried(path, *words)
         assert done.returncode == 0, done.stdout + done.stderr
         return done.stdout
+
+    def tried(self, path: Path, *words: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [path, "--root", self.root, *words], env=self.environment, capture_output=True, text=True, check=False
+        )  # fmt: skip
 
     def drumstick(self, *words: str) -> subprocess.CompletedProcess[str]:
         program = self.opt / "current" / "venv" / "bin" / "drumstick"
@@ -142,6 +145,21 @@ def test_installed_updated_rolled_back_and_removed(tmp_path: Path) -> None:
         "drumstick-servo@main.service", "drumstick-gateway@main.service", "drumstick-scene@main.path",
     }  # fmt: skip
 
+    (stage.root / "etc/drumstick/main/rig.toml").write_text('[zenoh]\npublic = "tls/0.0.0.0:7448"\n')
+    stage.script(second / "deploy/install.sh", "--role", "haptic")
+    assert (wants / "drumstick-door@main.service").is_symlink()
+
+    # One that does not even start is not switched to.
+    now, before = (os.readlink(stage.opt / name) for name in ("current", "previous"))
+    program = stage.opt / before / "venv/bin/drumstick"
+    program.chmod(0o644)
+    refused = stage.tried(stage.opt / "current/deploy/rollback.sh")
+    assert (refused.returncode, "nothing was switched" in refused.stderr) == (3, True), refused
+    assert os.readlink(stage.opt / "current") == now
+    program.chmod(0o755)
+    # The power went between rollback's two steps: going on from there still goes back.
+    (stage.opt / "previous").unlink()
+    (stage.opt / "previous").symlink_to(now)
     stage.script(stage.opt / "current/deploy/rollback.sh")
     assert stage.version().startswith("1.")
     with stage.playing():

@@ -28,6 +28,7 @@ from protocol.messages import Meter, State, Strike
 
 pytestmark = [pytest.mark.system, pytest.mark.real_clock, pytest.mark.timeout(300)]
 _CUT_S = 3.0
+_BEYOND_A_LEASE_S = 15.0  # after ten without a sign of life Zenoh closes a link by itself
 _LATENCY_S = 0.03
 _GRACE_S = 0.05  # beyond its instant a strike is dropped
 
@@ -123,6 +124,20 @@ def test_a_pulled_cable_leaves_the_force_alone_and_nothing_sounds_twice_or_late(
     made = stage.state.strikes - before.strikes
     assert after.played - meter.played <= made - 0.6 * (during.strikes - before.strikes)
     assert back.t_ns - during.t_ns < 1e9 * _CUT_S  # well within the length of the cut itself
+
+
+def test_a_cable_that_is_out_for_longer_than_a_lease_leaves_all_the_same(stage: Playing) -> None:
+    stage.wait_played(10)
+    before, meter = stage.state, stage.meter
+    stage.venue.pull("haptic")
+    seconds(_BEYOND_A_LEASE_S)
+    during = stage.state
+    stage.venue.plug("haptic")
+    wait_for("telemetry", lambda: stage.far.last(State).ticks > during.ticks)
+    after = stage.wait_played(20)
+    assert before.boot == during.boot == stage.state.boot
+    assert after.duplicates == meter.duplicates
+    assert after.played - meter.played <= stage.state.strikes - before.strikes
 
 
 def test_a_killed_router_and_its_public_listener_come_back(stage: Playing) -> None:

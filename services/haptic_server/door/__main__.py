@@ -7,7 +7,6 @@ thread.
 
 import argparse
 import json
-import logging
 import signal
 import sys
 from functools import partial
@@ -18,6 +17,7 @@ from protocol.identity import add_options, identity_of
 from protocol.keys import DEFAULT_ROUTER, Keys
 from protocol.roles import ROLES, checked_roles
 from protocol.session import Public, open_door
+from realtime.log import open_log
 from realtime.notify import Supervisor
 from realtime.stop import StopRequest
 
@@ -48,7 +48,7 @@ def _arguments() -> tuple[str, Public]:
 def main() -> int:
     """Listen until a signal; the network and the gateway may come and go."""
     router, public = _arguments()
-    logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
+    open_log()
     stop = StopRequest()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, stop.ask)

@@ -27,6 +27,7 @@ from haptic_server.presets.store import PresetStore
 from protocol.identity import add_options, identity_of
 from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, Keys
 from protocol.session import open_client, open_router
+from realtime.log import open_log
 from realtime.notify import Supervisor
 from realtime.stop import StopRequest
 
@@ -81,7 +82,7 @@ def _arguments() -> argparse.Namespace:
 def main() -> int:
     """Map the block, open the wires, relay until a signal."""
     given = _arguments()
-    logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
+    open_log()
     stop = StopRequest()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, stop.ask)

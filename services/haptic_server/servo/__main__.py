@@ -27,6 +27,7 @@ from haptic_server.servo.latch import passes
 from haptic_server.servo.pulse import Pulse
 from haptic_server.servo.streaming import stream_to
 from realtime.atomics import poke
+from realtime.log import open_log
 from realtime.notify import Supervisor
 from realtime.stop import StopRequest
 
@@ -128,7 +129,7 @@ def main() -> int:
         "--pose-is-held", action="store_true", help="somebody holds a real arm in its neutral pose now"
     )
     given = arguments.parse_args()
-    logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
+    open_log()
     stop = StopRequest()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, stop.ask)

@@ -8,10 +8,17 @@ import typer
 from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER
 
 _SCENE = typer.Option(help="A shipped scene or a .toml file.")
-_RIG = typer.Option(help="Name of the rig on the wire.")
+# deploy/drumstick-at names the rig and its file so: a command that takes neither is not in the way.
+_RIG_VARIABLE, _RIG_FILE_VARIABLE = "DRUMSTICK_RIG", "DRUMSTICK_RIG_FILE"
+_RIG = typer.Option(help="Name of the rig on the wire.", envvar=_RIG_VARIABLE, show_envvar=False)
 _CONNECT = typer.Option(help="Zenoh router to use, e.g. tcp/127.0.0.1:7447.")
 _LISTEN_WORDS = "Without --connect this rig is the Zenoh router itself, at this loopback endpoint."
-_RIG_FILE = typer.Option("--rig-file", help="Who the rig is on the network, and who may speak to it (TOML).")
+_RIG_FILE = typer.Option(
+    "--rig-file",
+    help="Who the rig is on the network, and who may speak to it (TOML).",
+    envvar=_RIG_FILE_VARIABLE,
+    show_envvar=False,
+)
 _DURATION = typer.Option(help="Stop after this many seconds of play.")
 _JSON = typer.Option("--json", help="Print one JSON object and nothing else on stdout.")
 _AUDIO = typer.Option(help="auto, null, wav:FILE, or part of an audio device's name.")
@@ -55,7 +62,10 @@ Duration = Annotated[float | None, _DURATION]
 # What a rig file may say too: not given is not the same as given the default.
 RigFile = Annotated[Path | None, _RIG_FILE]
 RigNameOrFile = Annotated[
-    str | None, typer.Option(help="Name of the rig on the wire.", show_default=DEFAULT_RIG)
+    str | None,
+    typer.Option(
+        help="Name of the rig on the wire.", show_default=DEFAULT_RIG, envvar=_RIG_VARIABLE, show_envvar=False
+    ),
 ]
 ListenOrFile = Annotated[str | None, typer.Option(help=_LISTEN_WORDS, show_default=DEFAULT_ROUTER)]
 OscInOrFile = Annotated[int | None, typer.Option(help=_OSC_IN_WORDS, show_default="9100")]

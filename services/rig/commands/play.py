@@ -151,7 +151,7 @@ def up_command(
 ) -> None:
     """Play: force loop, sound and panel together, until Ctrl-C."""
     _run(
-        frozenset({"haptic", "sound", "panel"}), rig_file, rig, duration, as_json, scene=scene, device=device,
+        frozenset({"haptic", "door", "sound", "panel"}), rig_file, rig, duration, as_json, scene=scene, device=device,
         pose_is_held=pose_is_held, audio=audio, audio_rate=audio_rate, audio_block=audio_block,
         connect=connect, listen=listen, osc_in=osc_in, osc_out=osc_out, prefix=prefix, panel_port=panel_port,
         fresh=fresh, record=record, record_force=record_force,
@@ -184,7 +184,7 @@ def haptic_command(
 ) -> None:
     """Only the force loop and its gateway."""
     _run(
-        frozenset({"haptic"}), rig_file, rig, duration, as_json, scene=scene, device=device,
+        frozenset({"haptic", "door"}), rig_file, rig, duration, as_json, scene=scene, device=device,
         pose_is_held=pose_is_held, connect=connect, listen=listen, osc_in=osc_in, osc_out=osc_out, prefix=prefix,
         fresh=fresh, record=record, record_force=record_force,
         oscquery=oscquery, oscquery_announce=oscquery_announce,

@@ -1,5 +1,7 @@
 """The commands by which systemd runs a rig: each becomes one process, with the options of `drumstick up` for it."""
 
+from dataclasses import replace
+
 from rig.commands.options import (
     Also,
     Audio,
@@ -31,20 +33,20 @@ from rig.commands.options import (
 )
 from rig.commands.play import chosen
 
-_HAPTIC, _SOUND, _PANEL = frozenset({"haptic"}), frozenset({"sound"}), frozenset({"panel"})
+_HAPTIC, _DOOR = frozenset({"haptic"}), frozenset({"door"})
+_SOUND, _PANEL = frozenset({"sound"}), frozenset({"panel"})
 
 
 def servo_command(
     scene: Scene = "roll",
     device: Device = "simulated",
     pose_is_held: PoseIsHeld = False,
-    rig: RigNameOrFile = None,
-    rig_file: RigFile = None,
+    rig: RigName = "main",
 ) -> None:
-    """Become the force loop, for the scene that is due; the scene is for the gateway too."""
+    """Become the force loop, for the scene that is due; the scene is for the gateway too. No rig file: no network."""
     from rig.service import become_servo
 
-    become_servo(chosen(_HAPTIC, rig_file, rig, device=device, pose_is_held=pose_is_held), scene)
+    become_servo(chosen(_HAPTIC, None, rig, device=device, pose_is_held=pose_is_held), scene)
 
 
 def gateway_command(
@@ -82,7 +84,7 @@ def door_command(
     """Become the public listener that the rig file describes, beside the gateway."""
     from rig.service import become
 
-    become("door", chosen(_HAPTIC, rig_file, rig, listen=listen))
+    become("door", chosen(_DOOR, rig_file, rig, listen=listen))
 
 
 def sound_command(
@@ -97,16 +99,14 @@ def sound_command(
     room_latency: RoomLatency = 0.0,
     room_level: RoomLevel = 0.0,
 ) -> None:
-    """Become the sound server."""
+    """Become the sound server, which waits for its device."""
     from rig.service import become
 
-    become(
-        "sound",
-        chosen(
-            _SOUND, rig_file, rig, audio=audio, audio_rate=audio_rate, audio_block=audio_block,
-            connect=connect, also=also, most_rigs=most_rigs, room_latency=room_latency, room_level=room_level,
-        ),
+    wanted = chosen(
+        _SOUND, rig_file, rig, audio=audio, audio_rate=audio_rate, audio_block=audio_block,
+        connect=connect, also=also, most_rigs=most_rigs, room_latency=room_latency, room_level=room_level,
     )  # fmt: skip
+    become("sound", replace(wanted, audio_awaited=True))
 
 
 def panel_command(

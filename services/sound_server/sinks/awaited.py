@@ -1,4 +1,4 @@
-"""A device that went away: the process starts anew without it, plays on for nobody, and looks for it for ever.
+"""A device that is not there, or went away: the process plays on for nobody, looks for it for ever, and starts anew.
 
 PortAudio lists devices once, and a stream whose JACK server was killed does not close, so neither looking again nor
 closing can be done in place. A new process image has neither trouble; a look is a process of its own, which may hang.
@@ -11,7 +11,7 @@ import threading
 from collections.abc import Callable
 
 from realtime.stop import StopRequest
-from sound_server.sinks.choose import labels
+from sound_server.sinks.choose import AUTO, labels
 from sound_server.sinks.paced import PacedSink
 from sound_server.sinks.sink import SinkError
 
@@ -20,7 +20,7 @@ _HANGS_S = 20.0
 
 
 def is_there(name: str) -> bool:
-    """Whether an audio output of this name is there now; asked of a process that is new to the devices."""
+    """Whether an audio output of this name (any, for auto) is there now; asked of a process new to the devices."""
     try:
         found = subprocess.run(
             [sys.executable, "-m", "sound_server.sinks.awaited"],
@@ -31,7 +31,8 @@ def is_there(name: str) -> bool:
         )
     except subprocess.TimeoutExpired:
         return False
-    return any(name.lower() in line.lower() for line in found.stdout.splitlines())
+    there = found.stdout.splitlines()
+    return bool(there) if name == AUTO else any(name.lower() in line.lower() for line in there)
 
 
 class Lookout:
@@ -48,16 +49,20 @@ class Lookout:
         pause_s = _FIRST_LOOK_S
         while not self._stop.wait(pause_s):
             if self._look(self._name):
-                logging.info("%s is back", self._name)
+                logging.info("%s is there", _called(self._name))
                 self.found = True
                 self._stop.ask()
             pause_s = min(2.0 * pause_s, _LONGEST_LOOK_S)
 
 
-def stand_in(name: str, rate_Hz: int, block: int) -> PacedSink:
+def stand_in(name: str, why: Exception, rate_Hz: int, block: int) -> PacedSink:
     """What plays meanwhile: in time, for nobody. Its words tell every meter what is awaited."""
-    logging.warning("%s is away; playing for nobody until it comes back", name)
-    return PacedSink(f"waiting for {name}", rate_Hz, block)
+    logging.warning("%s; playing for nobody until %s is there", why, _called(name))
+    return PacedSink(f"waiting for {_called(name)}", rate_Hz, block)
+
+
+def _called(name: str) -> str:
+    return "an audio device" if name == AUTO else name
 
 
 if __name__ == "__main__":

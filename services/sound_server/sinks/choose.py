@@ -8,6 +8,7 @@ from sound_server.sinks.paced import PacedSink
 from sound_server.sinks.sink import Sink, SinkError
 from sound_server.sinks.wavfile import WavFile
 
+AUTO = "auto"
 FALLBACK_FILE = "drumstick-roll.wav"
 
 
@@ -98,10 +99,13 @@ def _automatic(rate_Hz: int, block: int) -> Sink:
     return sink
 
 
-def open_sink(wish: str, rate_Hz: int, block: int) -> Sink:
-    """The sink for `--audio`. SinkError carries the exit status and one line. Main thread."""
-    if wish == "auto":
-        return _automatic(rate_Hz, block)
+def open_sink(wish: str, rate_Hz: int, block: int, awaited: bool = False) -> Sink:
+    """The sink for `--audio`. SinkError carries the exit status and one line. Main thread.
+
+    `awaited`: the caller waits for a device that is not there, so `auto` puts no file in its place.
+    """
+    if wish == AUTO:
+        return default_device(rate_Hz, block) if awaited else _automatic(rate_Hz, block)
     if wish == "null":
         return PacedSink("null", rate_Hz, block)
     if wish.startswith("wav:"):

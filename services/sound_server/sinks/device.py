@@ -4,6 +4,7 @@ sounddevice takes a C function only through its private `_StreamBase`; where tha
 the same work, with a warning: under a busy interpreter it misses most of its deadlines.
 """
 
+import ctypes
 import logging
 from typing import Any, cast
 
@@ -37,6 +38,8 @@ class DeviceSink:
         self._heard = callback.Heard(self.stage, self._desk)
         self._clock = np.zeros(2, np.int64)
         self._stream = self._open(index, block, channels)
+        if api == "ALSA":
+            ask_for_real_time(self._stream)
         self._stream.start()
         self.latency_ms = 1e3 * (
             block / self.rate_Hz + told_latency_s(float(self._stream.latency), self.rate_Hz)
@@ -92,6 +95,20 @@ class DeviceSink:
     def close(self) -> None:
         """Stop and close the stream."""
         self._stream.close(ignore_errors=True)
+
+
+def ask_for_real_time(stream: Any) -> None:
+    """Of an ALSA stream that has not started: its thread asks for SCHED_FIFO, and goes on without where it may not.
+
+    PortAudio's ALSA side asks only when told; JACK gives its clients real time itself. Not for streams of
+    another host API, whose memory it would write into.
+    """
+    door: Any = sounddevice
+    try:
+        pointer = int(door._ffi.cast("uintptr_t", stream._ptr))
+        ctypes.CDLL(door._libname).PaAlsa_EnableRealtimeScheduling(ctypes.c_void_p(pointer), 1)
+    except (AttributeError, OSError) as missing:
+        logging.warning("the audio thread has no real-time priority: %s", missing)
 
 
 def told_latency_s(told_s: float, rate_Hz: int) -> float:

@@ -56,9 +56,10 @@ def test_an_endpoint_that_is_none(endpoint: str) -> None:
 
 def test_a_target_whose_name_nobody_knows() -> None:
     with pytest.raises(Stop, match="nosuch") as stop:
-        checks.target("nosuch.invalid:9101")
-    assert stop.value.status == GIVEN
-    assert checks.target("localhost:9101") == "localhost:9101"
+        checks.known_target("nosuch.invalid:9101")
+    assert stop.value.status == LACKING
+    assert checks.known_target("localhost:9101") == "localhost:9101"
+    assert checks.target("nosuch.invalid:9101") == "nosuch.invalid:9101"
 
 
 def test_nothing_listens_at_a_name_nobody_knows() -> None:

@@ -1,17 +1,20 @@
 """Command line and rig file together: the command line wins, and what neither says stays on loopback."""
 
+from datetime import timedelta
 from pathlib import Path
 
 import pytest
 
 from made_keys import Keyring
+from protocol.identity import Identity
 from protocol.keys import DEFAULT_ROUTER
 from protocol.roles import ROLES
-from rig.fault import GIVEN, Stop
+from rig import certificates
+from rig.fault import GIVEN, LACKING, Stop
 from rig.plan import Options, commands
 from rig.settled import FOLLOWERS, READERS, Settled, far_end, settle
 
-ALL = frozenset({"haptic", "sound", "panel"})
+ALL = frozenset({"haptic", "door", "sound", "panel"})
 
 
 @pytest.fixture(scope="module")
@@ -19,8 +22,8 @@ def ring(tmp_path_factory: pytest.TempPathFactory) -> Keyring:
     return Keyring(tmp_path_factory.mktemp("k"))
 
 
-def rig_file(folder: Path, ring: Keyring, role: str, more: str = "") -> Path:
-    mine = ring.listener() if role == "haptic" else ring.identity(role)
+def rig_file(folder: Path, ring: Keyring, role: str, more: str = "", mine: Identity | None = None) -> Path:
+    mine = mine or (ring.listener() if role == "haptic" else ring.identity(role))
     end = 'public = "tls/0.0.0.0:7448"' if role == "haptic" else 'connect = "tls/haptic.local:7448"'
     text = (
         f'name = "stage"\n[zenoh]\n{end}\n[keys]\nauthority = "{mine.authority}"\n'
@@ -95,6 +98,46 @@ def test_a_part_on_another_machine_shows_its_own_certificate(
     assert command[command.index("--certificate") + 1].endswith(f"{part}.pem")
     here = plan_of(settle(parts, tmp_path / "rig.toml", connect=DEFAULT_ROUTER), parts)[part]
     assert "--certificate" not in here
+
+
+def _ill(ring: Keyring, kind: str) -> Identity:
+    hosts = ("127.0.0.1",)
+    if kind == "later":
+        return ring.identity("haptic", hosts, begun=certificates.present() + timedelta(days=3000))
+    if kind == "ended":
+        return ring.identity("haptic", hosts, begun=certificates.present() - timedelta(days=2))
+    mine = ring.identity("haptic", hosts)
+    return mine._replace(private_key=mine.private_key.with_name("gone"))
+
+
+@pytest.mark.parametrize("kind", ["later", "ended", "gone"])
+def test_the_gateway_does_not_judge_what_the_door_shows(tmp_path: Path, ring: Keyring, kind: str) -> None:
+    path = rig_file(tmp_path, ring, "haptic", mine=_ill(ring, kind))
+    haptic, door = frozenset({"haptic"}), frozenset({"door"})
+    assert list(plan_of(settle(haptic, path), haptic)) == ["servo", "gateway"]
+    with pytest.raises(Stop) as stop:
+        settle(door, path)
+    # What time mends is tried again, what is wrong in the file is not.
+    assert stop.value.status == (GIVEN if kind == "gone" else LACKING)
+    path = rig_file(tmp_path, ring, "haptic")
+    assert list(plan_of(settle(door, path), door)) == ["door"]
+
+
+@pytest.mark.parametrize("kind", ["later", "ended"])
+def test_what_time_mends_keeps_no_force_from_starting(
+    tmp_path: Path, ring: Keyring, kind: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ends = settle(ALL, rig_file(tmp_path, ring, "haptic", mine=_ill(ring, kind)))
+    assert ends.public is not None
+    assert "nobody comes in" in capsys.readouterr().err
+
+
+def test_nobody_asks_for_the_address_of_a_name_before_the_gateway_runs(tmp_path: Path, ring: Keyring) -> None:
+    path = rig_file(tmp_path, ring, "haptic", '[osc]\ntargets = ["nosuch.invalid:9101"]\n')
+    assert settle(frozenset({"haptic"}), path).osc_targets == ("nosuch.invalid:9101",)
+    assert settle(ALL, None, osc_out=["nosuch.invalid:9101"]).osc_targets == ("nosuch.invalid:9101",)
+    with pytest.raises(Stop, match="write host:port"):
+        settle(ALL, None, osc_out=["nosuch.invalid"])
 
 
 def test_targets_that_are_nobody(tmp_path: Path, ring: Keyring) -> None:

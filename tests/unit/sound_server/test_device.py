@@ -1,7 +1,11 @@
 """The audio device without one: a PortAudio of the test's own, with and without the private door."""
 
 import dataclasses
+import os
+import subprocess
+import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -125,3 +129,28 @@ def test_a_stream_that_stops_by_itself_is_lost(portaudio: Callable[..., None]) -
     assert sink.lost == ""
     sink._stream.active = False
     assert sink.lost == "the device stopped"
+
+
+ALSA_PLAYS = """
+import os
+from sound_server.sinks.device import DeviceSink
+sink = DeviceSink(0, 48000, 256)
+print([os.sched_getscheduler(int(tid)) for tid in os.listdir("/proc/self/task")].count(os.SCHED_FIFO))
+os._exit(0)
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="ALSA is Linux's")
+def test_the_audio_thread_of_an_alsa_device_has_real_time(tmp_path: Path) -> None:
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
+        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+    except PermissionError:
+        pytest.skip("needs the right to real time: ulimit -r 1")
+    (tmp_path / "alsa").write_text("pcm.!default { type null }\nctl.!default { type null }\n")
+    nothing_else = {"ALSA_CONFIG_PATH": str(tmp_path / "alsa"), "JACK_NO_START_SERVER": "1"}
+    done = subprocess.run(
+        [sys.executable, "-c", ALSA_PLAYS], capture_output=True, text=True, check=False, timeout=200,
+        env={**os.environ, **nothing_else, "JACK_DEFAULT_SERVER": "none"},
+    )  # fmt: skip
+    assert done.stdout.strip() == "1", done.stderr

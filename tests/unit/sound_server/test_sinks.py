@@ -4,6 +4,7 @@ import sys
 import threading
 import wave
 from pathlib import Path
+from subprocess import CompletedProcess
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +13,7 @@ import pytest
 from drumstick.scene import Scene
 from sound_server.calibrate import build
 from sound_server.events import StrikeRing
-from sound_server.sinks import choose
+from sound_server.sinks import awaited, choose
 from sound_server.sinks.paced import PacedSink
 from sound_server.sinks.sink import SinkError
 from sound_server.sinks.wavfile import WavFile
@@ -168,6 +169,23 @@ def test_auto_falls_back_to_a_file_and_says_why(
     assert reason in caplog.text
     assert str(tmp_path / choose.FALLBACK_FILE) in caplog.text
     assert frames_of((tmp_path / choose.FALLBACK_FILE).read_bytes()) == 0
+
+
+def test_auto_that_is_awaited_waits_for_any_device_and_writes_no_file(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(sys.modules, "sounddevice", NoSound([]))
+    with pytest.raises(SinkError, match="no audio output device") as refusal:
+        choose.open_sink("auto", 48000, 128, awaited=True)
+    assert refusal.value.status == 3
+    sink = awaited.stand_in("auto", refusal.value, 48000, 128)
+    assert sink.words == "waiting for an audio device"
+    assert "no audio output device; playing for nobody until an audio device is there" in caplog.text
+    assert not list(tmp_path.iterdir())
+    for said, there in (("", False), ("Scarlett 2i2 (ALSA)\n", True)):
+        monkeypatch.setattr(subprocess, "run", lambda *_, said=said, **__: CompletedProcess([], 0, said, ""))
+        assert awaited.is_there("auto") == there
 
 
 def test_auto_without_anywhere_to_write_plays_for_nobody(

@@ -1,5 +1,6 @@
 """The OSC front: one UDP socket, one receive thread, everything that goes out and comes in by OSC."""
 
+import logging
 import select
 import socket
 import threading
@@ -10,6 +11,7 @@ from ipaddress import ip_network
 from haptic_server.gateway.desk import Desk
 from haptic_server.gateway.osc.echoes import Echoes
 from haptic_server.gateway.osc.inbound import Inbound, LoadPreset, Network
+from haptic_server.gateway.osc.naming import find, numeric, split
 from haptic_server.gateway.osc.outlet import Outlet
 from haptic_server.gateway.osc.prescan import MAX_BYTES
 from haptic_server.gateway.osc.tally import Tally
@@ -20,19 +22,16 @@ from protocol.messages import Release, Strike
 LOOPBACK: tuple[Network, ...] = (ip_network("127.0.0.0/8"), ip_network("::1/128"))
 _LOG_DUE_MS = 1000  # how long a last line about a flood may stay untold
 _AT_ONCE = 256
-
-
-def _numeric(endpoint: tuple[str, int]) -> Endpoint:
-    found = socket.getaddrinfo(*endpoint, socket.AF_INET, socket.SOCK_DGRAM)
-    return str(found[0][4][0]), int(found[0][4][1])
+_log = logging.getLogger("osc")
 
 
 class OscFront:
     """Hears at `bind`, sends to `targets` and to whoever subscribed; IPv4.
 
-    The constructor opens the socket and starts the receive thread. It raises OSError when the port is taken or a name
-    unknown, ValueError when the prefix cannot be used or a target is the front itself. `now` gives seconds and stands
-    for the clock. The methods that send may be called from any thread; they do not block, allocate, and never raise.
+    The constructor opens the socket and starts the receive thread. It raises OSError when `bind` cannot be had,
+    ValueError when the prefix cannot be used or a target is the front itself. A target whose name nobody knows gets
+    what there is from then on when it is known. `now` gives seconds and stands for the clock. The methods that send
+    may be called from any thread; they do not block, allocate, and never raise.
     """
 
     def __init__(
@@ -49,19 +48,19 @@ class OscFront:
         self._now = now
         self._tally = Tally()
         self._echoes = Echoes()
-        numeric = [_numeric(target) for target in targets]
+        known, names = split(targets)
         self._udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
             self._udp.setblocking(False)
-            self._udp.bind(_numeric(bind))  # without SO_REUSEADDR: a taken port is an error
+            self._udp.bind(numeric(bind))  # without SO_REUSEADDR: a taken port is an error
             host, port = self._udp.getsockname()
             self.endpoint: Endpoint = (str(host), int(port))
-            if self.endpoint in numeric:
+            if self.endpoint in known:
                 raise ValueError(f"{host}:{port} is where OSC is heard: send to another port")
         except BaseException:
             self._udp.close()
             raise
-        self._targets = Targets(numeric)
+        self._targets = Targets(known)
         self._outlet = Outlet(self._udp, self._tally)
         self._inbound = Inbound(
             self._prefix,
@@ -75,6 +74,7 @@ class OscFront:
             self._tally,
         )
         self._closing = threading.Event()
+        find(names, self._found, self._closing)
         self._wake, self._woken = socket.socketpair()
         self._thread = threading.Thread(target=self._listen, name="osc", daemon=True)
         self._thread.start()
@@ -173,6 +173,12 @@ class OscFront:
     def hear(self, datagram: bytes, sender: Endpoint) -> None:
         """Act on one datagram: what the receive thread does with each. Only for that thread, and for tests."""
         self._inbound.hear(datagram, sender, self._now())
+
+    def _found(self, target: Endpoint) -> None:
+        if target == self.endpoint:
+            _log.error("%s:%d is where OSC is heard: nothing is sent there", *target)
+        else:
+            self._targets.add(target)
 
     def _send_all(self, encoded: Callable[[], Sequence[bytes]], others: Sequence[Endpoint] = ()) -> None:
         now_s = self._now()

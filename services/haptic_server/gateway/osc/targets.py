@@ -17,6 +17,11 @@ class Targets:
         self._until: dict[Endpoint, float] = {}
         self._lock = threading.Lock()
 
+    def add(self, endpoint: Endpoint) -> None:
+        """One more for good."""
+        with self._lock:
+            self._fixed[endpoint] = None
+
     def subscribe(self, endpoint: Endpoint, now_s: float) -> bool:
         """Begin or renew a subscription; False when there are 64 others."""
         with self._lock:

@@ -3,9 +3,11 @@
 import math
 import socket
 import threading
+import time
 
 import pytest
 
+from haptic_server.gateway.osc import naming
 from haptic_server.gateway.osc.front import OscFront
 from osc_bench import BOUND_S, RELEASE, STRIKE, FakeDesk, built, client, no_preset, opened_front, tell
 from protocol import osc
@@ -125,5 +127,38 @@ def test_another_prefix() -> None:
         try:
             assert tell(front, a, built("/kit/left/ping")) == [("/kit/left/pong", [])]
             assert tell(front, a, built("/drumstick/ping"))[0][0] == "/kit/left/error"
+        finally:
+            front.close()
+
+
+def test_a_target_whose_name_nobody_knows_yet_holds_up_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    known, asked = threading.Event(), threading.Event()
+    real = socket.getaddrinfo
+
+    def answer(host: str, *words: int, flags: int = 0) -> object:
+        if host != "light.stage" or flags & socket.AI_NUMERICHOST:
+            return real(host, *words, flags=flags)
+        asked.set()
+        if not known.is_set():
+            raise socket.gaierror(socket.EAI_AGAIN, "Temporary failure in name resolution")
+        return real("127.0.0.1", *words)
+
+    monkeypatch.setattr(naming, "_AGAIN_S", 0.01)
+    monkeypatch.setattr(socket, "getaddrinfo", answer)
+    with client() as a, client() as b:
+        front = OscFront(
+            ("127.0.0.1", 0), [a.endpoint, ("light.stage", b.endpoint[1])], P, FakeDesk(), no_preset
+        )
+        try:
+            assert asked.wait(BOUND_S)
+            front.alive("main", "ready", 0)
+            assert len(a.waiting()) == 1
+            known.set()
+            begun = time.monotonic()
+            while not b.waiting() and time.monotonic() - begun < BOUND_S:
+                front.alive("main", "ready", 0)
+                time.sleep(0.01)
+            front.alive("main", "ready", 1)
+            assert b.waiting()[-1] == ("/drumstick/alive", ["main", "ready", 1])
         finally:
             front.close()
