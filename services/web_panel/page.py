@@ -54,6 +54,7 @@ class Page:
     ) -> None:
         self._server, self._messages, self._changes = server, messages, changes
         self._panic = Panic(panic)
+        self._rig = rig
         self._scene_shown = 0
         self._tuning: Tuning | None = None
         gui = server.gui
@@ -77,7 +78,7 @@ class Page:
         self._absent = Text(gui.add_html("", order=_ORDER_TUNING))
         self._lease = Text(gui.add_html("", order=_ORDER_TUNING))
         self._steps = StepsRow(server, messages, changes, _ORDER_STEPS)
-        self._shelf = Shelf(server, messages, presets, _ORDER_PRESETS)
+        self._shelf = Shelf(server, messages, presets, rig, _ORDER_PRESETS)
         self._lease_folder = LeaseFolder(server, messages, lease, _ORDER_LEASE)
         self._scene_folder = SceneFolder(server, messages, load_scene, _ORDER_SCENE)
         self._foresight = Foresight(server, prediction, _ORDER_PREDICTION)
@@ -90,7 +91,7 @@ class Page:
         self._beat.say(markup.beat(int(now)))
         silence = mirror.silent_s(now)
         old = silence is None or silence > 0.0
-        self._notice.say(markup.notice(notice_of(mirror.connected, mirror.state, silence)))
+        self._notice.say(markup.notice(notice_of(mirror.connected, mirror.state, silence, self._rig)))
         self._tiles.say(markup.tiles(mirror.state, mirror.strike, old))
         self._health.say(markup.health(mirror.scene, mirror.state, sound_words(mirror.living_meters(now))))
         self._pad.say(pad() if mirror.pointed else "")

@@ -12,6 +12,7 @@ from web_panel.answer import Answer
 from web_panel.client_message import ClientMessages, is_click, is_short_text
 from web_panel.guard import control_id
 from web_panel.mirror import Mirror
+from web_panel.wording import command
 
 _MOST_SHOWN = 40  # buttons; the command shows the rest
 _LONGEST_NAME = 60
@@ -32,9 +33,9 @@ class Shelf:
     """Made and shown by the main thread; `_load` and `_save` run in viser's event loop and wait on another."""
 
     def __init__(
-        self, server: viser.ViserServer, messages: ClientMessages, doors: Doors, order: float
+        self, server: viser.ViserServer, messages: ClientMessages, doors: Doors, rig: str, order: float
     ) -> None:
-        self._server, self._messages, self._doors = server, messages, doors
+        self._server, self._messages, self._doors, self._rig = server, messages, doors, rig
         self._outcomes: queue.SimpleQueue[tuple[str, bool]] = queue.SimpleQueue()
         self._listed: tuple[str, ...] = ()
         self._names: viser.GuiButtonGroupHandle | None = None
@@ -84,7 +85,7 @@ class Shelf:
             self._names.remove()
             self._names = None
         more = len(self._listed) - len(names)
-        hidden = f" {more} more: drumstick preset list" if more else ""
+        hidden = f" {more} more: {command('preset list', self._rig)}" if more else ""
         self._title.content = markup.line(hidden if names else "None was saved yet.", "presets")
         if not names:
             return
