@@ -233,32 +233,6 @@ def test_panic_reaches_the_rig_and_says_what_to_do(page: Page, rig: FakeRig) -> 
     expect(part(page, "panic")).to_have_count(0)
 
 
-def test_there_is_no_pad_for_a_stick_that_follows_no_pointer(page: Page) -> None:
-    assert part(page, "pad").count() == 0
-
-
-def test_a_pad_comes_and_goes_with_the_rig_that_follows_a_pointer(page: Page, rig: FakeRig) -> None:
-    rig.follow_pointer(True)
-    expect(part(page, "pad")).to_be_visible(timeout=PATIENCE_MS)
-    box = part(page, "pad").bounding_box()
-    for _ in range(40):  # on a busy machine what is above it comes late, and moves it
-        page.wait_for_timeout(500)
-        before, box = box, part(page, "pad").bounding_box()
-        if box == before:
-            break
-    part(page, "pad").hover()  # its middle
-    page.mouse.down()
-    wait_until(lambda: rig.pointers and rig.pointers[-1].held, "a held pointer")
-    page.mouse.up()
-    wait_until(lambda: not rig.pointers[-1].held, "a pointer that lets go")
-    held = [pointer for pointer in rig.pointers if pointer.held]
-    assert all(abs(p.lift - 0.5) < 0.05 and abs(p.x) < 0.05 and p.y == 0.0 for p in held)
-    seqs = [pointer.seq for pointer in rig.pointers]
-    assert seqs == sorted(set(seqs))
-    rig.follow_pointer(False)
-    expect(part(page, "pad")).to_have_count(0, timeout=PATIENCE_MS)
-
-
 def test_escape_is_panic_but_not_while_somebody_types(page: Page, rig: FakeRig) -> None:
     page.get_by_role("button", name="Presets").click()
     field = page.get_by_role("textbox", name="Name")
