@@ -18,7 +18,7 @@ from web_panel.pace import Pace
 
 PATH = "/pointer"
 _MOST_PADS = 16
-_LEAST_APART_S = 0.004  # four times what a page sends; the rest is passed over, and a flood ends the connection
+_LEAST_APART_S = 0.004  # four times what a page sends; what comes oftener is passed over
 _MAX_FRAME = 200
 
 
