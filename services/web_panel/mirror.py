@@ -108,6 +108,11 @@ class Mirror:
         if known is None or known.pending or known.revision < readback.revision:
             self.setpoints[name] = readback
 
+    def newest_revision(self) -> int:
+        """Of all that was accepted, as far as this panel knows; -1 of nothing."""
+        known = (*self.readbacks.values(), *self.setpoints.values())
+        return max((readback.revision for readback in known), default=-1)
+
     def standing(self) -> dict[str, float]:
         """What was accepted last of every parameter, as far as this panel knows."""
         return {name: (self.setpoints.get(name) or known).value for name, known in self.readbacks.items()}

@@ -177,6 +177,16 @@ def test_a_refusal_is_explained_in_place_and_the_slider_returns(page: Page, rig:
     expect(note(page, "k_coll")).to_contain_text("Stiffness of the head", timeout=PATIENCE_MS)
 
 
+def test_a_refusal_goes_when_something_else_is_accepted(page: Page, rig: FakeRig) -> None:
+    rig.refuse["k_coll"] = "too hard with this pulse"
+    slider(page, "k_coll").focus()
+    page.keyboard.press("End")
+    expect(note(page, "k_coll")).to_contain_text("too hard with this pulse", timeout=PATIENCE_MS)
+    rig.latching = True
+    rig.set_elsewhere("k_coll", 4000.0)
+    expect(note(page, "k_coll")).to_have_text("waits until the stick is above the head", timeout=PATIENCE_MS)
+
+
 def test_a_pending_value_says_what_it_waits_for(page: Page, rig: FakeRig) -> None:
     rig.latching = True
     thumb = slider(page, "dv_pls")
