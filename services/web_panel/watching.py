@@ -27,7 +27,7 @@ _DOCTOR_EVERY_S = 2.0
 _DEPTH = 64
 _MOST_COSTS = 8
 
-Read = Callable[[zenoh.Sample, type[Any], Callable[[str, Any], None]], None]
+Read = Callable[[zenoh.Sample, type[Any], Callable[[str, Any], None]], bool]
 
 
 class Watching:

@@ -39,8 +39,9 @@ class Subscriber:
         pass
 
 
-def hand_on(sample: Any, _: object, note: Callable[[str, Any], None]) -> None:
+def hand_on(sample: Any, _: object, note: Callable[[str, Any], None]) -> bool:
     note("", sample)
+    return True
 
 
 @pytest.mark.parametrize(
