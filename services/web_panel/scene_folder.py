@@ -13,6 +13,7 @@ from web_panel.client_message import ClientMessages, is_click
 from web_panel.guard import control_id
 from web_panel.mirror import Mirror
 from web_panel.scene_change import SceneChange
+from web_panel.wording import chosen_elsewhere
 
 _WORDS = (
     "Another scene stops the force, starts the servo anew and lets the stick in as at the beginning, with the values "
@@ -35,6 +36,7 @@ class SceneFolder:
         self._agreed: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._change = SceneChange()
         self._chosen = ""
+        self._chosen_by: int | None = None  # a browser's id
         self._playing = ""
         names = tuple(shipped_names())
         gui = server.gui
@@ -49,11 +51,14 @@ class SceneFolder:
         self._button.on_click(self._play)
 
     async def _choose(self, event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
-        self._chosen = event.target.value
+        self._chosen, self._chosen_by = event.target.value, event.client_id
         self._outcomes.put((f"{self._chosen}: chosen, not playing yet", False))
 
     async def _play(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
         name = self._chosen
+        if self._chosen_by != event.client_id:
+            self._outcomes.put((chosen_elsewhere(name), True))
+            return
         answer = await asyncio.to_thread(self._load, name, event.client_id)
         if answer.taken:
             self._agreed.put(name)

@@ -84,6 +84,11 @@ def command(words: str, rig: str) -> str:
     return f"drumstick {words}" if rig == DEFAULT_RIG else f"drumstick {words} --rig {rig}"
 
 
+def chosen_elsewhere(name: str) -> str:
+    """To whoever presses a button about something that somebody else has chosen: browsers share what they show."""
+    return f"{name} was chosen in another browser: choose here what you want, and press again"
+
+
 def notice_of(connected: bool, state: State | None, silence_s: float | None, rig: str) -> Notice:
     """The rig's condition. `silence_s` is None when the haptic server was never heard, 0 while it is heard."""
     if state is None or silence_s is None:
