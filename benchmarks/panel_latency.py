@@ -73,22 +73,33 @@ def moves(page: Page, heard: Heard, count: int) -> dict[str, list[float]]:
         time.sleep(SETTLES_S)
         before_N = heard.releases.got[-1].peak_N
         used_before = len(heard.used_ns)
-        # In the page: when the readback and the prediction have changed, seen frame by frame.
+        # In the page, frame by frame: when the readback is another, and when the prediction is that of the value under
+        # the thumb and stays so. It names the values that the servo does not use yet: at first the new one, or, when
+        # the servo was quicker, the old one.
         page.evaluate(
             """() => {
                  const text = name => document.querySelector(name)?.textContent;
-                 const parts = {
-                   shown: '[data-param=k_coll] [data-part=readback]', foreseen: '[data-part=prediction]'};
-                 const before = Object.fromEntries(Object.entries(parts).map(([k, v]) => [k, text(v)]));
+                 const readback = () => text('[data-param=k_coll] [data-part=readback]');
+                 const thumb = document.activeElement, STAYS_MS = 300;
+                 const isOwn = () => {
+                   const value = Number((10 ** Number(thumb.getAttribute('aria-valuenow'))).toPrecision(3));
+                   const words = text('[data-part=prediction]') ?? '';
+                   return words.startsWith(`With K_coll ${value} N/m,`) ||
+                     (words.startsWith('These values,') && readback() !== before);
+                 };
+                 const before = readback();
+                 let begun = null, own = null;
                  window.seen = {};
-                 document.addEventListener('keydown', e => { window.begun = performance.now(); }, {once: true});
+                 document.addEventListener('keydown', e => { begun = performance.now(); }, {once: true});
                  const look = () => {
-                   for (const [name, where] of Object.entries(parts))
-                     if (window.begun && !(name in window.seen) && text(where) !== before[name])
-                       window.seen[name] = performance.now() - window.begun;
+                   const now = performance.now();
+                   if (begun !== null) {
+                     if (readback() !== before) window.seen.shown ??= now - begun;
+                     own = isOwn() ? own ?? now : null;
+                     if (own !== null && now - own > STAYS_MS) window.seen.foreseen ??= own - begun;
+                   }
                    if (Object.keys(window.seen).length < 2) requestAnimationFrame(look);
                  };
-                 window.begun = null;
                  look();
                }"""
         )

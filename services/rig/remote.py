@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 import msgspec
 
 from protocol.endpoint import host_and_port, is_tls
+from protocol.keys import command
 from protocol.messages import PresetNews, PresetReply, Readback, RefusalReply, SetReply, decode
 from protocol.session import client_config
 from rig.fault import lacking, wrong
@@ -149,7 +150,7 @@ def panic(end: FarEnd) -> None:
     """Zero force, latched."""
     with opened(end) as session:
         _ask(session, end.keys.panic)
-    print("panic: zero force; clear it on the haptic machine with: drumstick arm")
+    print(f"panic: zero force; clear it on the haptic machine with: {command('arm', end.keys.rig)}")
 
 
 def health(end: FarEnd) -> tuple[dict[str, Any], dict[str, Any] | None]:

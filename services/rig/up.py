@@ -9,7 +9,7 @@ from typing import Any
 
 from haptic_server import files
 from protocol.endpoint import host_and_port
-from protocol.keys import Keys
+from protocol.keys import Keys, command
 from rig import folder, ports, scene_file
 from rig.admission import require_admission
 from rig.fault import OURS, Stop, wrong
@@ -109,7 +109,9 @@ class Rig:
             service.ask_to_stop()
             service.wait_stopped(time.monotonic() + _STOP_WITHIN_S)
         if self._scene.is_held(self._options.folder):
-            self._terminal.say("a panic or a fault is latched: the scene stays; drumstick arm first")
+            self._terminal.say(
+                f"a panic or a fault is latched: the scene stays; {command('arm', self._options.rig)} first"
+            )
         else:
             self._scene = scene
             scene.put(self._options.folder)

@@ -39,6 +39,7 @@ class Control:
         self._changes = changes
         self._large = large
         self._reason = ""
+        self._reason_at: int | None = None  # the newest revision while it was told
         self._asked: float | None = None
         self._content = markup.control(parameter, None, "", large)
         with folder:
@@ -87,12 +88,22 @@ class Control:
 
     def note_answer(self, value: float, answer: Answer) -> None:
         """Take the answer to the wish for `value`; a newer wish may be under way."""
-        self._reason = answer.words_about(measured(value, self.parameter.quantity.unit))
+        self._reason, self._reason_at = (
+            answer.words_about(measured(value, self.parameter.quantity.unit)),
+            None,
+        )
         if self._asked == value:
             self._asked = None
 
-    def show(self, readback: Readback | None, setpoint: Readback | None) -> None:
-        """Write what changed to the page; `setpoint`: accepted, but not taken by the servo yet."""
+    def show(self, readback: Readback | None, setpoint: Readback | None, revision: int) -> None:
+        """Write what changed to the page; `setpoint`: accepted, but not taken by the servo yet.
+
+        `revision`: the newest of all values. When it moves on, a refusal is about what was then, and goes.
+        """
+        if self._reason_at is None:
+            self._reason_at = revision
+        elif revision != self._reason_at:
+            self._reason = ""
         asked = self._asked
         if asked is None and setpoint is not None:
             asked = setpoint.value

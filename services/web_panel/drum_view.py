@@ -20,6 +20,7 @@ from web_panel.wording import figure
 _AIM = np.array((0.62, -0.55, 0.56)) / math.hypot(0.62, -0.55, 0.56)
 _TURN = np.array((1.0 + _AIM[2], -_AIM[1], _AIM[0], 0.0)) / math.sqrt(2.0 * (1.0 + _AIM[2]))
 _LENGTH = 1.2
+_SILENT = "no sound server tells how the head moves"
 _AT_REST = (16, 48)  # rings and spokes before any surface was heard
 
 
@@ -42,10 +43,7 @@ class DrumView:
         self._spread = _AT_REST
         self._corners, self._head = self._new_head()
         self._exaggeration = Exaggeration()
-        self._times = 0.0
-        self._label = scene.add_label(
-            "/label", "", position=(0.0, -1.07, -0.62), anchor="top-center", visible=False
-        )
+        self._label = scene.add_label("/label", _SILENT, position=(0.0, -1.07, -0.62), anchor="top-center")
         self._shown: Membrane | None = None
         self._spots = Spots(scene)
         self._stick = scene.add_frame("/stick", show_axes=False, position=(0.0, 0.0, 0.5))
@@ -82,10 +80,10 @@ class DrumView:
             self._stick.position = place
 
     def _move(self, surface: Membrane | None, radius_m: float, now: float) -> None:
-        self._label.visible = surface is not None
-        if surface is None:  # nobody tells any more how the head moves
+        if surface is None:
             self._corners[:, 2] = 0.0
             self._head.vertices = self._corners
+            self._say(_SILENT)
             return
         heights = heights_of(surface)
         if (surface.rings, surface.spokes) != self._spread:
@@ -94,9 +92,11 @@ class DrumView:
         times = self._exaggeration.of(tallness(heights), radius_m, now)
         self._corners[: len(heights), 2] = heights * (times / radius_m)
         self._head.vertices = self._corners
-        if times != self._times:
-            self._times = times
-            self._label.text = f"head’s movement drawn ×{figure(times)}"
+        self._say(f"head’s movement drawn ×{figure(times)}")
+
+    def _say(self, words: str) -> None:
+        if words != self._label.text:
+            self._label.text = words
 
     def _height_at(self, x: float, y: float) -> float:
         # Of the picture, at the corner next to (x, y).

@@ -7,7 +7,7 @@ from web_panel import markup
 from web_panel.changes import Changes
 from web_panel.client_message import ClientMessages, is_click, is_short_text
 from web_panel.guard import control_id
-from web_panel.wording import measured, range_of
+from web_panel.wording import chosen_elsewhere, measured, range_of
 
 _MAX_TEXT = 40
 
@@ -31,6 +31,7 @@ class ExactEntry:
         self._changes = changes
         self._table = table
         self._chosen_row = next(iter(table.values()))
+        self._chosen_by: int | None = None  # a browser's id
         with folder:
             server.gui.add_html(
                 markup.line("To type a value, over the whole range of the table:", "exact-title")
@@ -55,7 +56,7 @@ class ExactEntry:
             del self._messages.controls[control_id(handle)]
 
     async def _chosen(self, event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
-        self._chosen_row = self._table[event.target.value]
+        self._chosen_row, self._chosen_by = self._table[event.target.value], event.client_id
         self._tell_range()
 
     def _tell_range(self) -> None:
@@ -63,6 +64,9 @@ class ExactEntry:
 
     async def _send(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
         parameter = self._chosen_row
+        if self._chosen_by not in (None, event.client_id):
+            self._say(chosen_elsewhere(parameter.name), alarm=True)
+            return
         try:
             value = parameter.check(float(self._text.value.strip().replace("−", "-")))
         except Refusal as refusal:

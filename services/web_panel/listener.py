@@ -20,11 +20,10 @@ from protocol.keys import Keys
 from protocol.messages import Lease, Message, Meter, PresetNews, Readback, State, decode
 from realtime.log import say
 from web_panel.mirror import SILENT_AFTER_S, Mirror
-from web_panel.question import Question
+from web_panel.question import Asking
 from web_panel.watching import Watching
 
 _M = TypeVar("_M", bound=Message)
-_SCENE_AGAIN_S = 1.0
 _READBACKS_AGAIN_S = 0.5
 # Rings: a full queue of one subscription would stop every other one of the session.
 _DEPTH = 256
@@ -62,16 +61,12 @@ class Listener:
             keys.alive("*", "*"), zenoh.handlers.RingChannel(_DEPTH), history=True
         )
         self.watching = Watching(session, keys, mirror, self._read)
-        self._scene: Question | None = None
-        self._readbacks: Question | None = None
-        self._presets: Question | None = None
-        self._lease: Question | None = None
-        self._doctor: Question | None = None
-        self._scene_asked_at = self._readbacks_asked_at = float("-inf")
+        self._scene = Asking(session, keys.scene, self._read_scene)
+        self._readbacks = Asking(session, keys.param("*"), self._read_readback, _READBACKS_AGAIN_S)
+        self._presets = Asking(session, keys.preset, self._read_presets)
+        self._lease = Asking(session, keys.lease, self._read_lease)
+        self._limits = Asking(session, keys.doctor, self._read_limits)
         self._revision_explained = -1
-        self._presets_stale = self._lease_stale = self._limits_stale = True
-        self.scene_stale = True
-        self.readbacks_stale = True
         self._complained: set[str] = set()
 
     def poll(self, now: float) -> None:
@@ -85,23 +80,29 @@ class Listener:
         self._take(self._keys.lease, Lease, self._take_lease)
         self._take_tokens()
         self.watching.poll(now)
-        self._follow_scene(now)
+        self._scene.follow(now)
         if mirror.scene is not None:
-            self._follow_readbacks(now)
-            self._follow_presets()
-            self._follow_lease()
-            self._follow_limits()
+            for asking in (self._readbacks, self._presets, self._lease, self._limits):
+                asking.follow(now)
+            if mirror.state is not None and self._missed(mirror.state):
+                self.check_again()
+
+    def check_again(self) -> None:
+        """Ask for all readbacks soon."""
+        self._readbacks.stale = True
 
     def _take(self, key: str, kind: type[_M], note: Callable[[str, _M], None]) -> None:
         while (sample := self._subscribers[key].try_recv()) is not None:
             self._read(sample, kind, note)
 
-    def _read(self, sample: zenoh.Sample, kind: type[_M], note: Callable[[str, _M], None]) -> None:
+    def _read(self, sample: zenoh.Sample, kind: type[_M], note: Callable[[str, _M], None]) -> bool:
         key = str(sample.key_expr)
         try:
             note(key.rpartition("/")[2], decode(sample.payload.to_bytes(), kind))
         except ValueError as error:
             self._complain(key, str(error))
+            return False
+        return True
 
     def _complain(self, key: str, words: str) -> None:
         # Once for each key: a foreign program that publishes rubbish must not fill the log.
@@ -112,9 +113,8 @@ class Listener:
     def _take_state(self, state: State, now: float) -> None:
         mirror = self._mirror
         if mirror.state is None or state.boot != mirror.state.boot or now - mirror.state_at > SILENT_AFTER_S:
-            self.scene_stale = self.readbacks_stale = self._presets_stale = self._lease_stale = True
-            self._limits_stale = True
-            self._scene_asked_at = self._readbacks_asked_at = float("-inf")
+            for asking in (self._scene, self._readbacks, self._presets, self._lease, self._limits):
+                asking.ask_at_once()
             self._revision_explained = -1
             mirror.readbacks.clear()  # a new start counts revisions from 0 again
             mirror.setpoints.clear()
@@ -129,92 +129,44 @@ class Listener:
                 (told.add if here else told.discard)(f"{service}/{instance}")
 
     def _take_news(self, _: str, news: PresetNews) -> None:
-        self._presets_stale = True
+        self._presets.stale = True
 
     def _take_lease(self, _: str, lease: Lease) -> None:
         self._mirror.lease_of = lease.name
 
-    def _follow_presets(self) -> None:
-        if self._presets is None:
-            if self._presets_stale:
-                self._presets_stale = False
-                self._presets = Question(self._session, self._keys.preset)
-        elif self._presets.ended():
-            for sample in self._presets.heard:
-                self._read_presets(sample)
-            self._presets = None
+    def _read_readback(self, sample: zenoh.Sample) -> bool:
+        return self._read(sample, Readback, self._mirror.note_readback)
 
-    def _read_presets(self, sample: zenoh.Sample) -> None:
+    def _read_lease(self, sample: zenoh.Sample) -> bool:
+        return self._read(sample, Lease, self._take_lease)
+
+    def _read_presets(self, sample: zenoh.Sample) -> bool:
         try:
             rows = msgspec.json.decode(sample.payload.to_bytes(), type=list[_PresetRow])
         except (msgspec.MsgspecError, UnicodeDecodeError) as error:
             self._complain(str(sample.key_expr), f"the presets cannot be read: {error}")
-            return
+            return False
         self._mirror.presets = tuple(row.name for row in rows)
+        return True
 
-    def _follow_lease(self) -> None:
-        if self._lease is None:
-            if self._lease_stale:
-                self._lease_stale = False
-                self._lease = Question(self._session, self._keys.lease)
-        elif self._lease.ended():
-            for sample in self._lease.heard:
-                self._read(sample, Lease, self._take_lease)
-            self._lease = None
-
-    def _follow_limits(self) -> None:
-        if self._doctor is None:
-            if self._limits_stale:
-                self._limits_stale = False
-                self._doctor = Question(self._session, self._keys.doctor)
-        elif self._doctor.ended():
-            for sample in self._doctor.heard:
-                self._read_limits(sample)
-            self._doctor = None
-
-    def _read_limits(self, sample: zenoh.Sample) -> None:
+    def _read_limits(self, sample: zenoh.Sample) -> bool:
         try:
             limits = msgspec.json.decode(sample.payload.to_bytes(), type=_Health).limits
         except (msgspec.MsgspecError, UnicodeDecodeError) as error:
             self._complain(str(sample.key_expr), f"the limits cannot be read: {error}")
-            return
+            return False
         self._mirror.limits = msgspec.to_builtins(limits) if limits is not None else {}
+        return True
 
-    def _follow_scene(self, now: float) -> None:
-        if self._scene is not None and self._scene.ended():
-            for sample in self._scene.heard:
-                self._read_scene(sample)
-            self._scene = None
-        if self.scene_stale and self._scene is None and now - self._scene_asked_at >= _SCENE_AGAIN_S:
-            self._scene = Question(self._session, self._keys.scene)
-            self._scene_asked_at = now
-
-    def _read_scene(self, sample: zenoh.Sample) -> None:
+    def _read_scene(self, sample: zenoh.Sample) -> bool:
         try:
             tables: Any = json.loads(sample.payload.to_bytes())
             scene = from_tables(tables)
         except (ValueError, SceneError, AttributeError) as error:
             self._complain(str(sample.key_expr), f"the scene cannot be read: {error}")
-            return
-        self.scene_stale = False
+            return False
         self._mirror.note_scene(scene, table_of(scene))
-
-    def _follow_readbacks(self, now: float) -> None:
-        mirror = self._mirror
-        if self._readbacks is not None and self._readbacks.ended():
-            for sample in self._readbacks.heard:
-                self._read(sample, Readback, mirror.note_readback)
-                self.readbacks_stale = False
-            self._readbacks = None
-        if mirror.state is not None and self._missed(mirror.state):
-            self.readbacks_stale = True
-        if (
-            self.readbacks_stale
-            and self._readbacks is None
-            and now - self._readbacks_asked_at >= _READBACKS_AGAIN_S
-        ):
-            self._readbacks = Question(self._session, self._keys.param("*"))
-            self._readbacks_asked_at = now
+        return True
 
     def _missed(self, state: State) -> bool:
         # A publication can get lost, and then only State tells that there is more to know.

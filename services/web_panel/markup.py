@@ -13,6 +13,11 @@ from web_panel.wording import Forecast, Notice, figure, hint_of, measured, micro
 STYLE = f'<style onload="{escape(page_script())}">{CSS}</style>'
 
 
+def beat(number: int) -> str:
+    """Nothing to see: while the number changes, the page's script knows that the panel is there."""
+    return f'<div data-beat="{number}" hidden></div>'
+
+
 def symbol(text: str) -> str:
     """`K_coll` with its index set low."""
     stem, _, index = text.partition("_")

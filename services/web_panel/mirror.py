@@ -19,6 +19,7 @@ class Mirror:
     connected: bool = False
     scene: Scene | None = None
     scenes_seen: int = 0
+    scene_boot: int | None = None  # the start of the servo in which the scene was told last
     table: dict[str, Parameter] = field(default_factory=dict[str, Parameter])
     readbacks: dict[str, Readback] = field(default_factory=dict[str, Readback])
     # Accepted, but the servo takes them only when the stick is above the head.
@@ -80,6 +81,7 @@ class Mirror:
 
     def note_scene(self, scene: Scene, table: dict[str, Parameter]) -> None:
         """Take the scene; `scenes_seen` grows when it is another one, and the old values go."""
+        self.scene_boot = self.state.boot if self.state is not None else None
         if scene == self.scene:
             return
         self.scene, self.table = scene, table
@@ -105,6 +107,11 @@ class Mirror:
         known = self.readbacks.get(name)
         if known is None or known.pending or known.revision < readback.revision:
             self.setpoints[name] = readback
+
+    def newest_revision(self) -> int:
+        """Of all that was accepted, as far as this panel knows; -1 of nothing."""
+        known = (*self.readbacks.values(), *self.setpoints.values())
+        return max((readback.revision for readback in known), default=-1)
 
     def standing(self) -> dict[str, float]:
         """What was accepted last of every parameter, as far as this panel knows."""

@@ -1,6 +1,6 @@
 """How many messages a page may send. Pure."""
 
-_PER_S = 250.0  # a page moves a slider 20 times a second, and its camera 60 times
+_PER_S = 250.0  # a page moves a slider 20 times a second, its camera 60 times, and a pad as often
 _AT_ONCE = 1000.0
 
 

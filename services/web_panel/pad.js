@@ -2,8 +2,9 @@
 ((pad) => {
   if (pad.isReady) return;
   pad.isReady = true;
-  const PERIOD_MS = 16, KEY_STEP = 0.1, MOST_WAITING = 4096;
-  const dot = pad.querySelector("b");
+  const PERIOD_MS = 16, AGAIN_MS = 1000, KEY_STEP = 0.1, MOST_WAITING = 4096;
+  const dot = pad.querySelector("b"), words = pad.querySelector("[data-words]"), usual = words.textContent;
+  const gone = new AbortController(), signal = gone.signal;
   let socket = null, timer = 0, held = false, lift = 1, x = 0;
 
   const within = (value, low, high) => Math.min(Math.max(value, low), high);
@@ -11,6 +12,10 @@
     if (socket && socket.readyState <= WebSocket.OPEN) return;
     // Behind a proxy the page has come by https, and may open no other socket than wss.
     socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/pointer`);
+    socket.addEventListener("open", () => { words.textContent = usual; }, { signal });
+    socket.addEventListener("close", (event) => {
+      words.textContent = `No connection, the stick does not follow. ${event.reason}`.trim();
+    }, { signal });
   };
   const send = () => {
     if (socket && socket.readyState === WebSocket.OPEN && socket.bufferedAmount < MOST_WAITING)
@@ -29,12 +34,16 @@
     send();
     show();
   };
-  // A pointer that rests sends no events: so the present place is sent again and again for as long as it is held.
-  const repeat = () => {
-    if (!pad.isConnected) return release();
-    connect();
-    send();
+  // viser takes the pad off the page without a word, and puts another one there when it is wanted again.
+  const leave = () => {
+    release();
+    clearInterval(care);
+    gone.abort();
+    socket.close();
   };
+  const care = setInterval(() => (pad.isConnected ? connect() : leave()), AGAIN_MS);
+  // A pointer that rests sends no events: so the present place is sent again and again for as long as it is held.
+  const repeat = () => (pad.isConnected ? send() : leave());
   const hold = () => {
     if (!held) timer = setInterval(repeat, PERIOD_MS);
     held = true;
@@ -77,8 +86,8 @@
   pad.addEventListener("keyup", (event) => {
     if (event.key === " " || event.key === "Enter") release();
   });
-  document.addEventListener("visibilitychange", release);
-  window.addEventListener("pagehide", release);
+  document.addEventListener("visibilitychange", release, { signal });
+  window.addEventListener("pagehide", release, { signal });
   connect();
   show();
 })(this)

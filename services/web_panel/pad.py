@@ -26,6 +26,7 @@ def pad() -> str:
     return (
         f'<div class="dr"><div class="dr-pad" data-part="pad" role="application" tabindex="0" '
         f'aria-label="{escape(LABEL)}" onpointerenter="{escape(_script())}" onfocus="this.onpointerenter(event)">'
-        "<b></b><span>lifted</span><span>Press and drag down to strike; hold it down for a roll. Or: space</span>"
+        "<b></b><span>lifted</span>"
+        "<span data-words>Press and drag down to strike; hold it down for a roll. Or: space</span>"
         "<span>pressed into the head</span></div></div>"
     )

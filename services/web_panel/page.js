@@ -1,6 +1,7 @@
 // What viser leaves out for keyboards and screen readers: names of sliders and fields, folders that open by key. Runs
 // once, for the whole page. PANIC is also sent by viser's way of keys: a button's click waits behind other controls'
-// messages for up to 50 ms, and is lost when one of them follows within that time.
+// messages for up to 50 ms, and is lost when one of them follows within that time. And without a beat from the panel
+// the page says so: viser only dims what it shows, and a link that hangs it does not notice at all.
 ((style) => {
   if (document.body.dataset.drumstick) return;
   document.body.dataset.drumstick = "ready";
@@ -81,5 +82,28 @@
     },
     true,
   );
+  const CUT_OFF = "No connection to the panel: what you see is old, and PANIC is not heard. Use the switch at the device.";
+  const AGAIN = "To connect again, this window must have the focus: click into it.";
+  const LOOK_MS = 500, MOST_MISSED = 6;
+  // Styled here: when viser connects anew, all that the panel wrote is away for a while, and the styles with it.
+  const strip = document.createElement("div");
+  strip.setAttribute("role", "alert");
+  strip.style.cssText =
+    "position:fixed;inset:0 0 auto;z-index:100000;padding:.6em 1em;background:#c8102e;color:#fff;font:600 1.5rem/1.25 " +
+    "sans-serif;text-align:center;pointer-events:none";
+  let beat = "", missed = 0;
+  // Looks are counted, and not seconds: in a hidden tab viser shows nothing, and a machine that slept has missed none.
+  setInterval(() => {
+    if (document.hidden) return;
+    const newest = document.querySelector("[data-beat]")?.dataset.beat ?? beat;
+    missed = newest === beat ? missed + 1 : 0;
+    beat = newest;
+    if (missed < MOST_MISSED) strip.remove();
+    else if (!strip.isConnected) {
+      strip.dataset.part = "cut-off";
+      strip.innerText = `${CUT_OFF}\n${AGAIN}`;
+      document.body.append(strip);
+    }
+  }, LOOK_MS);
   nameAll();
 })(this)

@@ -1,8 +1,5 @@
 """The whole page, from top to bottom: condition, PANIC, three numbers, the two main controls, the rest, a view."""
 
-import asyncio
-import queue
-import time
 from collections.abc import Callable
 
 import viser
@@ -19,6 +16,7 @@ from web_panel.lease_door import LeaseDoor
 from web_panel.lease_folder import LeaseFolder
 from web_panel.mirror import Mirror
 from web_panel.pad import pad
+from web_panel.panic import Panic
 from web_panel.prediction import Prediction
 from web_panel.scene_folder import SceneFolder
 from web_panel.shelf import Doors, Shelf
@@ -32,7 +30,6 @@ _WIDTH_PX = 600.0
 _ORDER_PAD, _ORDER_PREDICTION = 9.0, 9.5
 _ORDER_TUNING, _ORDER_STEPS, _ORDER_PRESETS, _ORDER_LEASE, _ORDER_SCENE = 10.0, 12.0, 15.0, 16.0, 17.0
 _ORDER_HEALTH, _ORDER_MORE, _ORDER_VIEWS = 30.0, 40.0, 50.0
-_PANIC_FOR_S = 60.0  # longer than another scene takes to start, unless its kernels are new to this machine
 _PANIC_HINT = (
     "Zero force at once, until it is cleared at the haptic machine. A network and a browser stand between this "
     "button and the stick: it is no substitute for the switch at the device."
@@ -40,7 +37,7 @@ _PANIC_HINT = (
 
 
 class Page:
-    """Made and shown by the main thread; `panic` is called in a thread of viser's event loop and may block it."""
+    """Made and shown by the main thread; `panic` is called on a thread that it may block."""
 
     def __init__(
         self,
@@ -55,8 +52,9 @@ class Page:
         sources: Sources,
         rig: str,
     ) -> None:
-        self._server, self._messages, self._changes, self._panic = server, messages, changes, panic
-        self._panic_answers: queue.SimpleQueue[Answer] = queue.SimpleQueue()
+        self._server, self._messages, self._changes = server, messages, changes
+        self._panic = Panic(panic)
+        self._rig = rig
         self._scene_shown = 0
         self._tuning: Tuning | None = None
         gui = server.gui
@@ -67,19 +65,20 @@ class Page:
         gui.main_panel.dock_right()
         gui.main_panel.set_width(_WIDTH_PX)
         gui.add_html(markup.STYLE)
+        self._beat = Text(gui.add_html(""))
         self._notice = Text(gui.add_html(""))
         gui.add_html(MARK_PANIC)
         button = gui.add_button("PANIC", color="red", hint=_PANIC_HINT)
         messages.controls[control_id(button)] = is_click
-        button.on_click(self._on_panic)
-        add_key(server, messages, "Panic", "Zero force at once, latched", "escape", None, self._raise_panic)
+        button.on_click(self._panic.press)
+        add_key(server, messages, "Panic", "Zero force at once, latched", "escape", None, self._panic.press)
         self._panic_line = Text(gui.add_html(""))
         self._tiles = Text(gui.add_html(""))
         self._pad = Text(gui.add_html("", order=_ORDER_PAD))
         self._absent = Text(gui.add_html("", order=_ORDER_TUNING))
         self._lease = Text(gui.add_html("", order=_ORDER_TUNING))
         self._steps = StepsRow(server, messages, changes, _ORDER_STEPS)
-        self._shelf = Shelf(server, messages, presets, _ORDER_PRESETS)
+        self._shelf = Shelf(server, messages, presets, rig, _ORDER_PRESETS)
         self._lease_folder = LeaseFolder(server, messages, lease, _ORDER_LEASE)
         self._scene_folder = SceneFolder(server, messages, load_scene, _ORDER_SCENE)
         self._foresight = Foresight(server, prediction, _ORDER_PREDICTION)
@@ -87,25 +86,18 @@ class Page:
         self._drum = DrumView(server)
         self.views = Views(server, messages, sources, _ORDER_VIEWS)
 
-    async def _on_panic(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
-        await self._raise_panic(event.client_id)
-
-    async def _raise_panic(self, client: int | None) -> None:
-        # Until somebody confirms it: a gateway that is just starting, for another scene, hears it when it is there.
-        end = time.monotonic() + _PANIC_FOR_S
-        while not (answer := await asyncio.to_thread(self._panic)).taken and time.monotonic() < end:
-            self._panic_answers.put(answer)
-        self._panic_answers.put(answer)
-
     def show(self, mirror: Mirror, now: float) -> None:
         """Write what changed since the last call."""
+        self._beat.say(markup.beat(int(now)))
         silence = mirror.silent_s(now)
         old = silence is None or silence > 0.0
-        self._notice.say(markup.notice(notice_of(mirror.connected, mirror.state, silence)))
+        self._notice.say(markup.notice(notice_of(mirror.connected, mirror.state, silence, self._rig)))
         self._tiles.say(markup.tiles(mirror.state, mirror.strike, old))
         self._health.say(markup.health(mirror.scene, mirror.state, sound_words(mirror.living_meters(now))))
         self._pad.say(pad() if mirror.pointed else "")
-        self._show_panic()
+        if mirror.state is not None and mirror.state.status == "panic":
+            self._panic.seen(mirror.state_at)
+        self._panic_line.say(markup.line(self._panic.line, "panic", alarm=True))
         self._show_tuning(mirror)
         self._lease.say(markup.line(self._lease_folder.notice(mirror.lease_of), "lease"))
         self._lease_folder.show()
@@ -120,15 +112,6 @@ class Page:
         self._drum.show(mirror, now)
         self.views.take(mirror, now)
         mirror.forget_news()
-
-    def _show_panic(self) -> None:
-        while not self._panic_answers.empty():
-            answer = self._panic_answers.get()
-            words = (
-                f"PANIC was not confirmed: {answer.reason}. Use the switch at the device; it is asked again."
-            )
-            words = "" if answer.taken else words
-            self._panic_line.say(markup.line(words, "panic", alarm=True))
 
     def _show_tuning(self, mirror: Mirror) -> None:
         if mirror.scene is not None and mirror.scenes_seen != self._scene_shown:

@@ -14,10 +14,11 @@ import websockets.asyncio.server as websocket_server
 from websockets.exceptions import ConnectionClosed
 
 from protocol.messages import Pointer
+from web_panel.pace import Pace
 
 PATH = "/pointer"
 _MOST_PADS = 16
-_LEAST_APART_S = 0.004  # four times what a page sends; the rest of a flood is passed over
+_LEAST_APART_S = 0.004  # four times what a page sends; what comes oftener is passed over
 _MAX_FRAME = 200
 
 
@@ -70,11 +71,15 @@ class PointerDoor:
         if self._pads >= _MOST_PADS:
             await connection.close(1013, "too many pads are open")
             return
-        pad = Pad()
+        pad, pace = Pad(), Pace(time.monotonic())
         self._pads += 1
         try:
             while True:
-                self._take(pad, await connection.recv())
+                text = await connection.recv()
+                if pace.allows(time.monotonic()):
+                    self._take(pad, text)
+                else:
+                    await connection.close(1008, "too many messages")
         except ConnectionClosed:
             return
         finally:

@@ -1,4 +1,6 @@
-"""A query under way, polled and never waited for."""
+"""A query under way, polled and never waited for; and one that is asked until somebody answers."""
+
+from collections.abc import Callable
 
 import zenoh
 
@@ -22,3 +24,30 @@ class Question:
         except zenoh.ZError:
             return True  # how zenoh says that every reply is in
         return False
+
+
+class Asking:
+    """Of one key while `stale`, until an answer is read: it can get lost. `read` takes each answer of a question, and
+    says whether it could be read. Times are seconds of one clock. Main thread."""
+
+    def __init__(
+        self, session: zenoh.Session, key: str, read: Callable[[zenoh.Sample], bool], again_s: float = 1.0
+    ) -> None:
+        self._session, self._key, self._read, self._again_s = session, key, read, again_s
+        self._question: Question | None = None
+        self._asked_at = float("-inf")
+        self.stale = True
+
+    def ask_at_once(self) -> None:
+        """What is known is of another time."""
+        self.stale, self._asked_at = True, float("-inf")
+
+    def follow(self, now: float) -> None:
+        """Take the answers that have come, and ask when it is time. Never blocks."""
+        if self._question is not None and self._question.ended():
+            read = [self._read(sample) for sample in self._question.heard]
+            self.stale = self.stale or not any(read)
+            self._question = None
+        if self.stale and self._question is None and now - self._asked_at >= self._again_s:
+            self._question, self._asked_at = Question(self._session, self._key), now
+            self.stale = False  # whoever says so from now on wants another answer than this one

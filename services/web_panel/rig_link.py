@@ -91,7 +91,7 @@ class RigLink:
     def check_again(self) -> None:
         """Ask for all readbacks soon: a value that was set may move others (k_hand moves z_h0)."""
         if self._listener is not None:
-            self._listener.readbacks_stale = True
+            self._listener.check_again()
 
     def set(self, wish: Wish) -> Answer:
         """Ask for the wish's values as one set and wait for the answer, 2 s at most."""

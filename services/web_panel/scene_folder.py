@@ -12,6 +12,8 @@ from web_panel.answer import Answer
 from web_panel.client_message import ClientMessages, is_click
 from web_panel.guard import control_id
 from web_panel.mirror import Mirror
+from web_panel.scene_change import SceneChange
+from web_panel.wording import chosen_elsewhere
 
 _WORDS = (
     "Another scene stops the force, starts the servo anew and lets the stick in as at the beginning, with the values "
@@ -31,7 +33,10 @@ class SceneFolder:
     ) -> None:
         self._load = load
         self._outcomes: queue.SimpleQueue[tuple[str, bool]] = queue.SimpleQueue()
+        self._agreed: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._change = SceneChange()
         self._chosen = ""
+        self._chosen_by: int | None = None  # a browser's id
         self._playing = ""
         names = tuple(shipped_names())
         gui = server.gui
@@ -46,22 +51,34 @@ class SceneFolder:
         self._button.on_click(self._play)
 
     async def _choose(self, event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
-        self._chosen = event.target.value
+        self._chosen, self._chosen_by = event.target.value, event.client_id
         self._outcomes.put((f"{self._chosen}: chosen, not playing yet", False))
 
     async def _play(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
         name = self._chosen
+        if self._chosen_by != event.client_id:
+            self._outcomes.put((chosen_elsewhere(name), True))
+            return
         answer = await asyncio.to_thread(self._load, name, event.client_id)
+        if answer.taken:
+            self._agreed.put(name)
         self._outcomes.put((answer.words or f"{name}: the rig starts anew with it", not answer.taken))
 
     def show(self, mirror: Mirror) -> None:
         """Write what changed to the page."""
+        while not self._agreed.empty():
+            self._change.begin(self._agreed.get(), mirror)
         while not self._outcomes.empty():
-            words, alarm = self._outcomes.get()
-            self._words.content = markup.line(words, "scene-answer", alarm)
+            self._say(*self._outcomes.get())
         if self._button.disabled == bool(self._chosen):
             self._button.disabled = not self._chosen
         playing = mirror.scene.name if mirror.scene is not None else ""
         if playing != self._playing:
             self._playing = playing
-            self._words.content = markup.line(f"{playing} is playing", "scene-answer")
+            self._say(f"{playing} is playing", False)
+        outcome = self._change.outcome(mirror)
+        if outcome is not None:
+            self._say(*outcome)
+
+    def _say(self, words: str, alarm: bool) -> None:
+        self._words.content = markup.line(words, "scene-answer", alarm)

@@ -7,11 +7,13 @@ from typing import NamedTuple
 
 import viser
 
+from protocol.keys import command
 from web_panel import markup
 from web_panel.answer import Answer
 from web_panel.client_message import ClientMessages, is_click, is_short_text
 from web_panel.guard import control_id
 from web_panel.mirror import Mirror
+from web_panel.wording import chosen_elsewhere
 
 _MOST_SHOWN = 40  # buttons; the command shows the rest
 _LONGEST_NAME = 60
@@ -32,13 +34,14 @@ class Shelf:
     """Made and shown by the main thread; `_load` and `_save` run in viser's event loop and wait on another."""
 
     def __init__(
-        self, server: viser.ViserServer, messages: ClientMessages, doors: Doors, order: float
+        self, server: viser.ViserServer, messages: ClientMessages, doors: Doors, rig: str, order: float
     ) -> None:
-        self._server, self._messages, self._doors = server, messages, doors
+        self._server, self._messages, self._doors, self._rig = server, messages, doors, rig
         self._outcomes: queue.SimpleQueue[tuple[str, bool]] = queue.SimpleQueue()
         self._listed: tuple[str, ...] = ()
         self._names: viser.GuiButtonGroupHandle | None = None
         self._chosen = ""
+        self._chosen_by: int | None = None  # a browser's id
         self._folder = server.gui.add_folder("Presets", order=order, expand_by_default=False)
         with self._folder:
             self._title = server.gui.add_html(markup.line("None was saved yet.", "presets"), order=1.0)
@@ -55,11 +58,14 @@ class Shelf:
         self._saving.on_click(self._save)
 
     async def _choose(self, event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
-        self._chosen = event.target.value
+        self._chosen, self._chosen_by = event.target.value, event.client_id
         self._outcomes.put((f"{self._chosen}: chosen, not loaded yet", False))
 
     async def _load(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
         name = self._chosen
+        if self._chosen_by != event.client_id:
+            self._outcomes.put((chosen_elsewhere(name), True))
+            return
         answer = await asyncio.to_thread(self._doors.load, name, event.client_id)
         self._outcomes.put((answer.words or f"{name}: loaded", not answer.taken))
 
@@ -84,7 +90,7 @@ class Shelf:
             self._names.remove()
             self._names = None
         more = len(self._listed) - len(names)
-        hidden = f" {more} more: drumstick preset list" if more else ""
+        hidden = f" {more} more: {command('preset list', self._rig)}" if more else ""
         self._title.content = markup.line(hidden if names else "None was saved yet.", "presets")
         if not names:
             return

@@ -11,7 +11,6 @@ from web_panel.client_message import ClientMessages
 from web_panel.compare import SLOTS
 from web_panel.guard import control_id
 from web_panel.keyboard import add_key
-from web_panel.undo import Step
 from web_panel.wording import measured
 
 _UNDO, _REDO = "Undo", "Redo"
@@ -21,16 +20,17 @@ _SETS = (*SLOTS, *(_STORE + slot for slot in SLOTS))
 _MOST_NAMED = 3
 
 
-def step_words(step: Step, values: Mapping[str, float], table: Mapping[str, Parameter]) -> str:
-    """What a step leads to: `Δv_pls 0.25 → 0.2 m/s`; `values` are the step's end that would hold."""
-    now = step.after if values is step.before else step.before
-    changed = [name for name in values if now.get(name) != values[name] and name in table]
+def step_words(
+    values: Mapping[str, float], standing: Mapping[str, float], table: Mapping[str, Parameter]
+) -> str:
+    """What these values would change of what holds, whoever set that: `Δv_pls 0.25 → 0.2 m/s`."""
+    changed = [name for name in values if name in table and standing.get(name, values[name]) != values[name]]
     told = [
-        f"{_symbol(table[n])} {measured(now[n], '1')} → {measured(values[n], table[n].quantity.unit)}"
+        f"{_symbol(table[n])} {measured(standing[n], '1')} → {measured(values[n], table[n].quantity.unit)}"
         for n in changed[:_MOST_NAMED]
     ]
     more = len(changed) - len(told)
-    return ", ".join(told) + (f" and {more} more" if more else "")
+    return (", ".join(told) + (f" and {more} more" if more else "")) or "changes nothing that holds"
 
 
 def _symbol(parameter: Parameter) -> str:
@@ -91,11 +91,10 @@ class StepsRow:
         history = self._changes.history
         parts: list[str] = []
         if history.back:
-            step = history.back[-1]
-            parts.append(f"{_UNDO}: {step_words(step, step.before, table)} (of {len(history.back)})")
+            told = step_words(history.back[-1].before, values, table)
+            parts.append(f"{_UNDO}: {told} (of {len(history.back)})")
         if history.forth:
-            step = history.forth[-1]
-            parts.append(f"{_REDO}: {step_words(step, step.after, table)}")
+            parts.append(f"{_REDO}: {step_words(history.forth[-1].after, values, table)}")
         words, alarm = " · ".join(parts) or "Nothing was changed on this page yet.", False
         if self._changes.words:
             words, alarm = self._changes.words, self._changes.alarm

@@ -55,5 +55,6 @@ class Tuning:
 
     def show(self, mirror: Mirror) -> None:
         """Write what changed to the page."""
+        revision = mirror.newest_revision()
         for name, control in self._controls.items():
-            control.show(mirror.readbacks.get(name), mirror.setpoints.get(name))
+            control.show(mirror.readbacks.get(name), mirror.setpoints.get(name), revision)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, cast
 import zenoh
 
 from protocol.messages import Cost, Membrane, Message, Release, Spectrum, Strike
+from web_panel.mirror import METER_LIFE_S
 from web_panel.question import Question
 from web_panel.sounding import levels_of
 from web_panel.surface import heights_of
@@ -26,11 +27,14 @@ _DOCTOR_EVERY_S = 2.0
 _DEPTH = 64
 _MOST_COSTS = 8
 
-Read = Callable[[zenoh.Sample, type[Any], Callable[[str, Any], None]], None]
+Read = Callable[[zenoh.Sample, type[Any], Callable[[str, Any], None]], bool]
 
 
 class Watching:
-    """Of one session. `want` says what is looked at; `read` decodes a sample and hands it on."""
+    """Of one session. `want` says what is looked at; `read` decodes a sample and hands it on.
+
+    Surface, spectrum and costs come at least once a second; like meters, those of long ago are forgotten.
+    """
 
     def __init__(self, session: zenoh.Session, keys: Keys, mirror: Mirror, read: Read) -> None:
         self._session, self._mirror, self._read = session, mirror, read
@@ -42,6 +46,7 @@ class Watching:
             SPECTRUM: (keys.spectrum, Spectrum, self._note(SPECTRUM, levels_of)),
             COST: (keys.cost, Cost, lambda _, cost: self._note_cost(cost)),
         }
+        self._told_at: dict[str, float] = {}  # by the sound server
         self._releases: list[Release] = []
         self._now = 0.0
         self._subscribers: dict[str, zenoh.Subscriber[Any]] = {}
@@ -55,6 +60,7 @@ class Watching:
             read(message)
             if message.id == min(self._mirror.meters, default=message.id):
                 setattr(self._mirror, name, message)
+                self._told_at[name] = self._now
 
         return note
 
@@ -64,6 +70,7 @@ class Watching:
             cost.accuracy in costs or len(costs) < _MOST_COSTS
         ):
             costs[cost.accuracy] = cost
+            self._told_at[COST] = self._now
 
     def want(self, wanted: frozenset[str]) -> None:
         """Subscribe to what is looked at now, and to nothing else."""
@@ -78,6 +85,7 @@ class Watching:
                 self._forget(name)
 
     def _forget(self, name: str) -> None:
+        self._told_at.pop(name, None)
         if name in (MEMBRANE, SPECTRUM):
             setattr(self._mirror, name, None)
         elif name == COST:
@@ -90,6 +98,8 @@ class Watching:
             _, kind, note = self._sources[name]
             while (sample := subscriber.try_recv()) is not None:
                 self._read(sample, kind, note)
+        for gone in [name for name, at in self._told_at.items() if now - at > METER_LIFE_S]:
+            self._forget(gone)
         self._mirror.new_releases.extend((now, release) for release in self._releases)
         self._releases.clear()
         self._follow_doctor(now)

@@ -24,9 +24,11 @@ class Wish:
     before: dict[str, float] = field(default_factory=dict[str, float])
 
     @property
-    def name(self) -> str:
-        """Of the one parameter that a control sets; of whole sets there is at most one waiting."""
-        return _WHOLE if self.purpose else next(iter(self.values))
+    def place(self) -> tuple[str, str]:
+        """Where it waits, in the stead of an older one: for its parameter, or for whole sets, and for who wishes.
+        Else one who is refused would take the place of who holds the lease.
+        """
+        return _WHOLE if self.purpose else next(iter(self.values)), self.lease
 
 
 class Wishes:
@@ -34,7 +36,7 @@ class Wishes:
 
     def __init__(self, ask: Callable[[Wish], Answer]) -> None:
         self._ask = ask
-        self._wanted: dict[str, Wish] = {}
+        self._wanted: dict[tuple[str, str], Wish] = {}
         self._changed = threading.Condition()
         self._ended = False
         self.answers: queue.SimpleQueue[tuple[Wish, Answer]] = queue.SimpleQueue()
@@ -54,9 +56,9 @@ class Wishes:
     def want(self, wish: Wish) -> None:
         """Ask for this as soon as possible; the answer comes by `answers`."""
         with self._changed:
-            if wish.name == _WHOLE:
-                self._wanted.pop(_WHOLE, None)  # it comes after every value that was wished before it
-            self._wanted[wish.name] = wish
+            if wish.purpose:
+                self._wanted.pop(wish.place, None)  # it comes after every value that was wished before it
+            self._wanted[wish.place] = wish
             self._changed.notify()
 
     def refuse(self, wish: Wish, reason: str) -> None:

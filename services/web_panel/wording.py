@@ -6,6 +6,7 @@ from typing import Literal
 
 from drumstick.declare import Quantity
 from drumstick.parameters import Parameter
+from protocol.keys import command
 from protocol.messages import Meter, Readback, State
 from web_panel.computing.questions import Foreseen
 
@@ -78,13 +79,18 @@ def readback_note(readback: Readback | None, waits: bool = False) -> str:
     return "waits until the stick is above the head" if readback.pending or waits else ""
 
 
-def notice_of(connected: bool, state: State | None, silence_s: float | None) -> Notice:
+def chosen_elsewhere(name: str) -> str:
+    """To whoever presses a button about something that somebody else has chosen: browsers share what they show."""
+    return f"{name} was chosen in another browser: choose here what you want, and press again"
+
+
+def notice_of(connected: bool, state: State | None, silence_s: float | None, rig: str) -> Notice:
     """The rig's condition. `silence_s` is None when the haptic server was never heard, 0 while it is heard."""
     if state is None or silence_s is None:
         where = "The router answers." if connected else "No router answers yet."
         return Notice(
             "Waiting for the haptic server",
-            f"{where} Start the rig with “drumstick up”; this page goes on by itself.",
+            f"{where} Start the rig with “{command('up', rig)}”; this page goes on by itself.",
             "wait",
         )
     if silence_s > 0.0:
@@ -103,19 +109,18 @@ def notice_of(connected: bool, state: State | None, silence_s: float | None) -> 
     if state.status == "panic":
         return Notice(
             "Panic: zero force",
-            "It stays so until somebody at the haptic machine, hands clear, types “drumstick arm”.",
+            f"It stays so until somebody at the haptic machine, hands clear, types “{command('arm', rig)}”.",
             "bad",
         )
     kind, _, why = state.status.partition(":")
     if kind == "fault":
         return Notice(
             f"Fault: {why.strip() or 'no reason given'}",
-            "The force is off. Remove the cause, then type “drumstick arm” on the haptic machine.",
+            f"The force is off. Remove the cause, then type “{command('arm', rig)}” on the haptic machine.",
             "bad",
         )
-    return Notice(
-        state.status.capitalize(), "This page does not know this state; ask “drumstick doctor”.", "wait"
-    )
+    advice = f"This page does not know this state; ask “{command('doctor', rig)}”."
+    return Notice(state.status.capitalize(), advice, "wait")
 
 
 def sound_words(meters: list[Meter]) -> str:

@@ -15,6 +15,11 @@ def checked_rig(name: str) -> str:
     return name
 
 
+def command(words: str, rig: str) -> str:
+    """What to type about this rig: there may be several on one machine."""
+    return f"drumstick {words}" if rig == DEFAULT_RIG else f"drumstick {words} --rig {rig}"
+
+
 @dataclass(frozen=True)
 class Keys:
     """Every key of one rig."""

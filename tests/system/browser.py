@@ -1,11 +1,12 @@
 """Chromium for tests and screenshots: Debian's, headless, with software WebGL, and no way out of this machine."""
 
 import os
+import re
 from collections.abc import Generator
 from contextlib import contextmanager
 from shutil import which
 
-from playwright.sync_api import Browser, BrowserContext, Locator, Page, Route, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, Locator, Page, Route, expect, sync_playwright
 
 FLAGS = [
     "--disable-gpu",
@@ -86,3 +87,12 @@ def slider(page: Page, name: str) -> Locator:
 def part(page: Page, name: str) -> Locator:
     """A named part of the page: notice, roll-rate, v-e, strike, servo, sound, panic, exact, absent."""
     return page.locator(f'[data-part="{name}"]')
+
+
+def opened(page: Page, folder: str) -> None:
+    """Open a folder of the page, unless it is open: a test may have opened it, or its own first run."""
+    head = page.get_by_role("button", name=folder, exact=True)
+    expect(head).to_have_attribute("aria-expanded", re.compile("true|false"))
+    if head.get_attribute("aria-expanded") == "false":
+        head.click()
+    expect(head).to_have_attribute("aria-expanded", "true")

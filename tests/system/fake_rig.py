@@ -68,6 +68,7 @@ class FakeRig:
         self.endpoint = f"tcp/127.0.0.1:{self.port}"
         self.refuse: dict[str, str] = {}
         self.latching = False
+        self.sounding = True  # a sound server is there
         self.losing = False  # the readbacks of `latch` get lost
         self.pending: dict[str, float] = {}
         self.sets: list[tuple[str, float]] = []
@@ -262,12 +263,16 @@ class FakeRig:
                 self.strikes += 1
                 self._session.put(self.keys.strike, encode(self._strike()))
                 self._session.put(self.keys.state, encode(self._state()))
-                self._session.put(self.keys.meter, encode(self._meter()))
                 self._tell(self.keys.release, self._release())
-                self._tell(self.keys.membrane, self._membrane())
-                self._tell(self.keys.spectrum, self._spectrum())
-                for accuracy, share in (("now", 1.0), ("fine", 4.0)):
-                    self._tell(self.keys.cost, self._cost(accuracy, share))
+                if self.sounding:
+                    self._sound()
+
+    def _sound(self) -> None:
+        self._session.put(self.keys.meter, encode(self._meter()))
+        self._tell(self.keys.membrane, self._membrane())
+        self._tell(self.keys.spectrum, self._spectrum())
+        for accuracy, share in (("now", 1.0), ("fine", 4.0)):
+            self._tell(self.keys.cost, self._cost(accuracy, share))
 
     def _strike(self) -> Strike:
         return Strike(

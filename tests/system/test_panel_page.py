@@ -177,6 +177,16 @@ def test_a_refusal_is_explained_in_place_and_the_slider_returns(page: Page, rig:
     expect(note(page, "k_coll")).to_contain_text("Stiffness of the head", timeout=PATIENCE_MS)
 
 
+def test_a_refusal_goes_when_something_else_is_accepted(page: Page, rig: FakeRig) -> None:
+    rig.refuse["k_coll"] = "too hard with this pulse"
+    slider(page, "k_coll").focus()
+    page.keyboard.press("End")
+    expect(note(page, "k_coll")).to_contain_text("too hard with this pulse", timeout=PATIENCE_MS)
+    rig.latching = True
+    rig.set_elsewhere("k_coll", 4000.0)
+    expect(note(page, "k_coll")).to_have_text("waits until the stick is above the head", timeout=PATIENCE_MS)
+
+
 def test_a_pending_value_says_what_it_waits_for(page: Page, rig: FakeRig) -> None:
     rig.latching = True
     thumb = slider(page, "dv_pls")
@@ -231,32 +241,6 @@ def test_panic_reaches_the_rig_and_says_what_to_do(page: Page, rig: FakeRig) -> 
     see(page, "notice", "Panic: zero force")
     see(page, "notice", "drumstick arm")
     expect(part(page, "panic")).to_have_count(0)
-
-
-def test_there_is_no_pad_for_a_stick_that_follows_no_pointer(page: Page) -> None:
-    assert part(page, "pad").count() == 0
-
-
-def test_a_pad_comes_and_goes_with_the_rig_that_follows_a_pointer(page: Page, rig: FakeRig) -> None:
-    rig.follow_pointer(True)
-    expect(part(page, "pad")).to_be_visible(timeout=PATIENCE_MS)
-    box = part(page, "pad").bounding_box()
-    for _ in range(40):  # on a busy machine what is above it comes late, and moves it
-        page.wait_for_timeout(500)
-        before, box = box, part(page, "pad").bounding_box()
-        if box == before:
-            break
-    part(page, "pad").hover()  # its middle
-    page.mouse.down()
-    wait_until(lambda: rig.pointers and rig.pointers[-1].held, "a held pointer")
-    page.mouse.up()
-    wait_until(lambda: not rig.pointers[-1].held, "a pointer that lets go")
-    held = [pointer for pointer in rig.pointers if pointer.held]
-    assert all(abs(p.lift - 0.5) < 0.05 and abs(p.x) < 0.05 and p.y == 0.0 for p in held)
-    seqs = [pointer.seq for pointer in rig.pointers]
-    assert seqs == sorted(set(seqs))
-    rig.follow_pointer(False)
-    expect(part(page, "pad")).to_have_count(0, timeout=PATIENCE_MS)
 
 
 def test_escape_is_panic_but_not_while_somebody_types(page: Page, rig: FakeRig) -> None:

@@ -1,13 +1,15 @@
 """The page in a real browser tunes a rig of real processes."""
 
+import json
 import re
 import subprocess
 import time
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager
 
 import pytest
 import zenoh
-from browser import NARROW, chromium, note, part, readback, slider, visitor
+from browser import NARROW, chromium, note, opened, part, readback, slider, visitor
 from playwright.sync_api import Browser, Page, expect
 from rig_process import DRUMSTICK, Listener, Rig, ask, running, wait_for
 
@@ -15,7 +17,13 @@ from haptic_server import files
 from protocol.messages import Lease, Meter, Readback, State, Strike, decode
 from rig.folder import run_folder
 
-pytestmark = [pytest.mark.system, pytest.mark.real_clock, pytest.mark.needs("chromium")]
+pytestmark = [
+    pytest.mark.system,
+    pytest.mark.real_clock,
+    pytest.mark.needs("chromium"),
+    # More than the patience of one test's waits; the usual one would end pytest as a whole.
+    pytest.mark.timeout(600),
+]
 PATIENCE_MS = 30_000.0
 
 
@@ -38,29 +46,51 @@ def browser() -> Iterator[Browser]:
 
 
 def visit(browser: Browser, rig: Rig) -> Page:
-    opened = visitor(browser, NARROW).new_page()
-    opened.set_default_timeout(PATIENCE_MS)
-    opened.goto(address(rig) or "")
-    expect(readback(opened, "dv_pls")).to_contain_text("m/s", timeout=PATIENCE_MS)
-    return opened
+    page = visitor(browser, NARROW).new_page()
+    page.set_default_timeout(PATIENCE_MS)
+    page.goto(address(rig) or "")
+    expect(readback(page, "dv_pls")).to_contain_text("m/s", timeout=PATIENCE_MS)
+    return page
+
+
+@contextmanager
+def visiting(browser: Browser, rig: Rig) -> Generator[Page]:
+    """A page of the test's own, closed whatever comes: it may hold the lease."""
+    page = visit(browser, rig)
+    try:
+        yield page
+    finally:
+        page.context.close()
 
 
 @pytest.fixture(scope="module")
 def page(browser: Browser, rig: Rig) -> Iterator[Page]:
-    opened = visit(browser, rig)
-    yield opened
-    opened.context.close()
+    with visiting(browser, rig) as visited:
+        yield visited
 
 
 @pytest.fixture(scope="module")
 def other(browser: Browser, rig: Rig) -> Iterator[Page]:
-    opened = visit(browser, rig)
-    yield opened
-    opened.context.close()
+    with visiting(browser, rig) as visited:
+        yield visited
+
+
+@pytest.fixture(autouse=True)
+def roll(session: zenoh.Session, rig: Rig) -> None:
+    """The scene, in play: a test, or its own first run, may have left another one, or a panic."""
+    states = Listener(session, rig.keys.state, State)
+    wait_for("a state", lambda: states.got)
+    if states.got[-1].status == "panic":
+        subprocess.run([*DRUMSTICK, "arm", "--rig", rig.name], check=True, timeout=60)
+        wait_for("the panic's end", lambda: states.got[-1].status != "panic")
+    if json.loads(ask(session, rig.keys.scene))["name"] != "roll":
+        boot = states.got[-1].boot
+        ask(session, rig.keys.scene_load, "roll")
+        wait_for("another start of the servo", lambda: states.got[-1].boot != boot)
 
 
 @pytest.fixture
-def start(session: zenoh.Session, rig: Rig) -> None:
+def start(roll: None, session: zenoh.Session, rig: Rig) -> None:
     """The values that a test begins with."""
     ask(session, rig.keys.set_many, {"dv_pls": 0.2, "k_coll": 5000.0})
     wait_for("the start", lambda: value_of(session, rig, "dv_pls") == 0.2)
@@ -98,24 +128,23 @@ def test_a_slider_changes_the_force_and_both_browsers_show_it(
 @pytest.mark.usefixtures("start")
 def test_a_newcomer_gets_a_faster_roll_with_what_the_page_says(browser: Browser, rig: Rig) -> None:
     """From the printed address, by names and numbers that are on the page: its first slider, some steps to the left."""
-    page = visit(browser, rig)
-    shown = part(page, "roll-rate")
+    with visiting(browser, rig) as page:
+        shown = part(page, "roll-rate")
 
-    def rate() -> float:
-        found = re.search(r"\d+\.\d+", shown.inner_text())
-        return float(found[0]) if found else 0.0
+        def rate() -> float:
+            found = re.search(r"\d+\.\d+", shown.inner_text())
+            return float(found[0]) if found else 0.0
 
-    wait_for("the roll on the page", lambda: 22.0 < rate() < 24.0)
-    first = page.get_by_role("slider").first
-    first.focus()
-    for _ in range(12):
-        first.press("ArrowLeft")
-    wait_for("a faster roll on the page", lambda: rate() > 26.0)
-    see(page, "dv_pls", "0.14m/s")  # so no step to the left is still under way when another test begins
-    page.context.close()
+        wait_for("the roll on the page", lambda: 22.0 < rate() < 24.0)
+        first = page.get_by_role("slider").first
+        first.focus()
+        for _ in range(12):
+            first.press("ArrowLeft")
+        wait_for("a faster roll on the page", lambda: rate() > 26.0)
+        # The last step to the left is not still under way when another test begins.
+        see(page, "dv_pls", "0.14m/s")
 
 
-@pytest.mark.timeout(240)
 @pytest.mark.usefixtures("start")
 def test_what_is_computed_is_what_is_then_played(page: Page, rig: Rig, session: zenoh.Session) -> None:
     thumb = slider(page, "dv_pls")
@@ -172,16 +201,15 @@ def test_undo_and_a_and_b_set_the_servo(page: Page, rig: Rig, session: zenoh.Ses
 def test_a_page_closed_in_mid_drag_leaves_what_was_accepted_last(
     browser: Browser, page: Page, rig: Rig, session: zenoh.Session
 ) -> None:
-    leaving = visit(browser, rig)
-    see(leaving, "dv_pls", "0.2m/s")
-    box = slider(leaving, "dv_pls").bounding_box()
-    assert box is not None
-    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-    leaving.mouse.move(x, y)
-    leaving.mouse.down()
-    leaving.mouse.move(x + 100, y, steps=20)
-    wait_for("the drag to be heard", lambda: value_of(session, rig, "dv_pls") > 0.25)
-    leaving.context.close()  # nobody lets go of the thumb
+    with visiting(browser, rig) as leaving:  # nobody lets go of the thumb
+        see(leaving, "dv_pls", "0.2m/s")
+        box = slider(leaving, "dv_pls").bounding_box()
+        assert box is not None
+        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        leaving.mouse.move(x, y)
+        leaving.mouse.down()
+        leaving.mouse.move(x + 100, y, steps=20)
+        wait_for("the drag to be heard", lambda: value_of(session, rig, "dv_pls") > 0.25)
     time.sleep(1.0)  # what was under way has come to an end
     left = value_of(session, rig, "dv_pls")
     assert 0.25 < left <= 1.0
@@ -196,22 +224,21 @@ def test_a_page_closed_in_mid_drag_leaves_what_was_accepted_last(
 def test_whoever_tunes_alone_is_the_only_one_until_the_page_closes(
     browser: Browser, page: Page, rig: Rig, session: zenoh.Session
 ) -> None:
-    alone = visit(browser, rig)
-    alone.get_by_role("button", name="Tune alone", exact=True).click()
-    alone.get_by_role("textbox", name="Your name").fill("Ada")
-    alone.get_by_role("button", name="Take the tuning").click()
-    expect(part(page, "lease")).to_contain_text("Ada tunes alone", timeout=PATIENCE_MS)
-    time.sleep(6.0)  # longer than a lease lasts that is not renewed
-    slider(page, "dv_pls").focus()
-    page.keyboard.press("End")
-    expect(note(page, "dv_pls")).to_contain_text("Refused, 1 m/s: Ada is tuning", timeout=PATIENCE_MS)
-    see(page, "dv_pls", "0.2m/s")
-    slider(alone, "dv_pls").focus()
-    alone.keyboard.press("End")
-    see(alone, "dv_pls", "1m/s")
-    alone.get_by_role("button", name="Undo").click()
-    see(page, "dv_pls", "0.2m/s")
-    alone.context.close()
+    with visiting(browser, rig) as alone:
+        opened(alone, "Tune alone")
+        alone.get_by_role("textbox", name="Your name").fill("Ada")
+        alone.get_by_role("button", name="Take the tuning").click()
+        expect(part(page, "lease")).to_contain_text("Ada tunes alone", timeout=PATIENCE_MS)
+        time.sleep(6.0)  # longer than a lease lasts that is not renewed
+        slider(page, "dv_pls").focus()
+        page.keyboard.press("End")
+        expect(note(page, "dv_pls")).to_contain_text("Refused, 1 m/s: Ada is tuning", timeout=PATIENCE_MS)
+        see(page, "dv_pls", "0.2m/s")
+        slider(alone, "dv_pls").focus()
+        alone.keyboard.press("End")
+        see(alone, "dv_pls", "1m/s")
+        alone.get_by_role("button", name="Undo").click()
+        see(page, "dv_pls", "0.2m/s")
     wait_for("the lease to be given back", lambda: decode(ask(session, rig.keys.lease), Lease).name == "")
     expect(part(page, "lease")).to_have_count(0, timeout=PATIENCE_MS)
     page.keyboard.press("End")
@@ -219,7 +246,7 @@ def test_whoever_tunes_alone_is_the_only_one_until_the_page_closes(
 
 
 def test_what_the_envelope_refuses_is_foreseen_and_explained(page: Page, rig: Rig) -> None:
-    page.get_by_role("button", name="More", exact=True).click()
+    opened(page, "More")
     page.get_by_role("button", name="dv_pls", exact=True).click()
     page.get_by_role("textbox", name="Value").fill("9")
     page.get_by_role("button", name="Set this value").click()
@@ -235,7 +262,7 @@ def test_another_scene_and_back_with_its_own_values(page: Page, rig: Rig, sessio
     meters = Listener(session, rig.keys.meter, Meter)
     ask(session, rig.keys.set_one("dv_pls"), 0.35)
     see(page, "dv_pls", "0.35m/s")
-    page.get_by_role("button", name="Scene", exact=True).click()
+    opened(page, "Scene")
 
     def play(name: str) -> int:
         before = states.got[-1].boot
@@ -278,6 +305,7 @@ def test_panic_from_the_page_stops_the_force(page: Page, rig: Rig, session: zeno
     page.get_by_role("button", name="PANIC").click()
     wait_for("the panic", lambda: states.got[-1].status == "panic")
     boot = states.got[-1].boot
+    opened(page, "Scene")
     page.get_by_role("button", name="tom", exact=True).click()
     page.get_by_role("button", name="Play this scene").click()
     expect(part(page, "scene-answer")).to_contain_text("drumstick arm", timeout=PATIENCE_MS)

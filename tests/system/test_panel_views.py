@@ -3,6 +3,7 @@
 import json
 import re
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -13,7 +14,13 @@ from playwright.sync_api import Browser, Page, expect
 
 from drumstick.scene import parse, shipped_text
 
-pytestmark = [pytest.mark.system, pytest.mark.needs("chromium")]
+pytestmark = [
+    pytest.mark.system,
+    pytest.mark.needs("chromium"),
+    pytest.mark.timeout(
+        900
+    ),  # more than the patience of one test's waits; the usual one would end pytest as a whole
+]
 PATIENCE_MS = 30_000.0
 COMPILING_S = 180.0  # the first theory and the first timed tick compile their kernels
 # What a plot of uPlot's holds, and its labels; the page has one plot or two at a time.
@@ -94,13 +101,13 @@ def there(column: list[float | None]) -> list[float]:
     return [value for value in column if value is not None and value == value]
 
 
-def test_nothing_is_asked_for_while_nobody_looks(rig: FakeRig, served: PanelProcess) -> None:
+def test_nothing_is_asked_for_before_anybody_looks(rig: FakeRig, served: PanelProcess) -> None:
     wait_until(lambda: rig.strikes > 60, "two seconds")
     assert rig.watched() == set()
 
 
 def test_the_roll_is_traced(page: Page, rig: FakeRig) -> None:
-    expect(part(page, "view")).to_have_text("Roll")
+    look_at(page, "Roll")
     for label, value in (
         ("roll rate, Hz", 23.05),
         ("v_E, m/s", 0.628),
@@ -133,6 +140,7 @@ def test_the_return_map_crosses_the_diagonal_at_the_predicted_roll(page: Page) -
 
 
 def test_another_value_gives_another_prediction(page: Page, rig: FakeRig) -> None:
+    look_at(page, "Return map")
     rig.set_elsewhere("dv_pls", 0.4)
     fixed = plotted(page, "predicted roll", lambda column: there(column) and there(column)[0] > 0.8)
     assert len(there(fixed)) == 1
@@ -146,9 +154,16 @@ def test_the_spectrum_is_drawn_and_the_ideal_modes_are_marked(page: Page, rig: F
     modes = plotted(page, "ideal membrane’s modes", lambda column: bool(there(column)))
     assert sum(value == 0.0 for value in there(modes)) == 20 + 1  # the dot at f01 has a place of its own
     assert "spectrum" in rig.watched()
+    rig.sounding = False
+    expect(part(page, "missing")).to_have_text("No sound server tells what it sounds.", timeout=PATIENCE_MS)
+    plotted(page, "heard", lambda column: not there(column))
+    rig.sounding = True
+    plotted(page, "heard", lambda column: bool(there(column)))
+    expect(part(page, "missing")).to_have_count(0, timeout=PATIENCE_MS)
 
 
 def test_this_machines_accuracy_is_shown_beside_the_packages(page: Page, own_accuracy: Path) -> None:
+    own_accuracy.unlink(missing_ok=True)
     look_at(page, "Accuracy")
     expect(part(page, "accuracy").last).to_contain_text("drumstick accuracy --quick", timeout=PATIENCE_MS)
     assert there(plotted(page, "measured for this version", lambda column: bool(there(column)))) == [2.0]
@@ -181,20 +196,24 @@ def test_health_tells_who_is_there_and_how_late_the_ticks_are(page: Page, rig: F
 def test_another_browser_looks_at_what_it_likes(
     page: Page, browser: Browser, rig: FakeRig, served: PanelProcess
 ) -> None:
-    context = visitor(browser, NARROW)
-    other = context.new_page()
-    other.set_default_timeout(PATIENCE_MS)
-    other.goto(served.address)
-    expect(part(other, "view")).to_have_text("Roll", timeout=PATIENCE_MS)
-    other.get_by_role("button", name="Nothing", exact=True).click()
-    expect(part(other, "view")).to_have_count(0, timeout=PATIENCE_MS)
-    expect(part(page, "view")).to_have_text("Health")
-    expect(part(page, "present")).to_contain_text("2 browsers", timeout=PATIENCE_MS)
-    context.close()
+    look_at(page, "Health")
+    with closing(visitor(browser, NARROW)) as context:
+        other = context.new_page()
+        other.set_default_timeout(PATIENCE_MS)
+        other.goto(served.address)
+        expect(part(other, "view")).to_have_text("Roll", timeout=PATIENCE_MS)
+        other.get_by_role("button", name="Nothing", exact=True).click()
+        expect(part(other, "view")).to_have_count(0, timeout=PATIENCE_MS)
+        expect(part(page, "view")).to_have_text("Health")
+        expect(part(page, "present")).to_contain_text("2 browsers", timeout=PATIENCE_MS)
     expect(part(page, "present")).to_contain_text("1 browser on", timeout=PATIENCE_MS)
 
 
 def test_the_head_moves_while_somebody_looks_and_costs_nothing_afterwards(page: Page, rig: FakeRig) -> None:
     wait_until(lambda: "membrane" in rig.watched(), "somebody who wants the membrane")
+    address = page.url
     page.goto("about:blank")
-    wait_until(lambda: rig.watched() == set(), "nobody who wants anything")
+    try:
+        wait_until(lambda: rig.watched() == set(), "nobody who wants anything")
+    finally:
+        page.goto(address)

@@ -49,6 +49,12 @@ def dots(label: str, scale: str, colour: str, size: float = 5.0, hollow: bool = 
 LEGEND = viser.uplot.Legend(show=True, live=False)
 
 
+def blank(columns: int) -> tuple[np.ndarray, ...]:
+    """Data that show nothing."""
+    # uPlot wants an abscissa of two points, above 0 where it is logarithmic; NaN is drawn nowhere.
+    return np.array([1.0, 2.0]), *(np.full(2, np.nan) for _ in range(columns - 1))
+
+
 def plot(
     gui: viser.GuiApi,
     series: tuple[Any, ...],
@@ -59,8 +65,7 @@ def plot(
 ) -> viser.GuiUplotHandle:
     """A plot that waits for its first data; `series`, the horizontal one first."""
     return gui.add_uplot(
-        # uPlot wants an abscissa of two points, above 0 where it is logarithmic; NaN is drawn nowhere.
-        (np.array([1.0, 2.0]), *(np.full(2, np.nan) for _ in series[1:])),
+        blank(len(series)),
         series,
         scales=scales,
         axes=axes,

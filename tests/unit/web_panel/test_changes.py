@@ -79,7 +79,7 @@ def test_changes_are_undone_one_by_one_and_done_again(rig: Rig) -> None:
     rig.until(lambda: len(rig.changes.history.back) == 1)
     assert (rig.values["dv_pls"], rig.values["k_coll"]) == (0.3, 5000.0)
     step = rig.changes.history.back[-1]
-    assert step_words(step, step.before, TABLE) == "Δv_pls 0.3 → 0.2 m/s"
+    assert step_words(step.before, rig.mirror.standing(), TABLE) == "Δv_pls 0.3 → 0.2 m/s"
     rig.changes.undo(OTHER)
     rig.until(lambda: not rig.changes.history.back)
     assert rig.values["dv_pls"] == 0.2
@@ -88,6 +88,15 @@ def test_changes_are_undone_one_by_one_and_done_again(rig: Rig) -> None:
     rig.until(lambda: rig.changes.history.back)
     assert (rig.values["dv_pls"], rig.values["k_coll"]) == (0.3, 5000.0)
     assert len(rig.asked) == 5
+
+
+def test_undo_is_worded_from_what_holds_whoever_set_it(rig: Rig) -> None:
+    rig.change("dv_pls", 0.3)
+    rig.mirror.note_readback("dv_pls", Readback(value=0.5, revision=9))  # by OSC, say
+    (step,) = rig.changes.history.back
+    assert step_words(step.before, rig.mirror.standing(), TABLE) == "Δv_pls 0.5 → 0.2 m/s"
+    rig.mirror.note_readback("dv_pls", Readback(value=0.2, revision=10))
+    assert step_words(step.before, rig.mirror.standing(), TABLE) == "changes nothing that holds"
 
 
 def test_an_undo_that_is_refused_stays_to_be_undone_and_says_why(rig: Rig) -> None:

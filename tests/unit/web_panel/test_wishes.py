@@ -63,6 +63,21 @@ def test_a_whole_set_comes_after_what_was_wished_before_it(asked: Asked) -> None
     assert asked.seen.empty()
 
 
+def test_who_does_not_hold_the_lease_takes_no_place_of_who_does(asked: Asked) -> None:
+    wishes = Wishes(asked)
+    wishes.start()
+    wishes.want(one("tau", 0.1))
+    assert asked.seen.get(timeout=10) == {"tau": 0.1}
+    wishes.want(Wish({"dv_pls": 0.2}, lease="secret"))
+    wishes.want(Wish({"dv_pls": 0.9}))
+    wishes.want(Wish({"k_coll": 1.0}, lease="secret", purpose="A"))
+    wishes.want(Wish({"k_coll": 2.0}, purpose="B"))
+    asked.go.release(5)
+    seen = [asked.seen.get(timeout=10) for _ in range(4)]
+    assert seen == [{"dv_pls": 0.2}, {"dv_pls": 0.9}, {"k_coll": 1.0}, {"k_coll": 2.0}]
+    wishes.close()
+
+
 def test_it_ends_while_something_waits(asked: Asked) -> None:
     wishes = Wishes(asked)
     wishes.start()

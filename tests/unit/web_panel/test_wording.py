@@ -71,18 +71,28 @@ def state(status: str) -> State:
     ],
 )
 def test_each_state_says_what_to_do_next(status: str, headline: str, advice: str, mood: str) -> None:
-    notice = notice_of(True, state(status), 0.0)
+    notice = notice_of(True, state(status), 0.0, "main")
     assert (notice.headline, notice.mood) == (headline, mood)
     assert advice in notice.advice
 
 
 def test_a_server_never_heard_and_one_not_heard_any_more() -> None:
-    assert notice_of(False, None, None).headline == "Waiting for the haptic server"
-    assert "No router" in notice_of(False, None, None).advice
-    assert "router answers" in notice_of(True, None, None).advice
-    silent = notice_of(True, state("playing"), 4.2)
+    assert notice_of(False, None, None, "main").headline == "Waiting for the haptic server"
+    assert "No router" in notice_of(False, None, None, "main").advice
+    assert "router answers" in notice_of(True, None, None, "main").advice
+    silent = notice_of(True, state("playing"), 4.2, "main")
     assert silent.headline == "Not heard from the haptic server for 4 s"
     assert silent.mood == "bad"
+
+
+@pytest.mark.parametrize(
+    ("status", "words"), [("panic", "arm"), ("fault: late", "arm"), ("resting", "doctor"), ("", "up")]
+)
+def test_what_to_type_names_the_rig_unless_it_is_the_default_one(status: str, words: str) -> None:
+    told = state(status) if status else None
+    silence = 0.0 if status else None
+    assert f"“drumstick {words} --rig left”" in notice_of(True, told, silence, "left").advice
+    assert f"“drumstick {words}”" in notice_of(True, told, silence, "main").advice
 
 
 def test_a_readback_says_what_it_waits_for() -> None:

@@ -1,0 +1,125 @@
+"""The pad on the page, in a real browser, against a fake haptic side."""
+
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from browser import NARROW, chromium, part, readback, visitor
+from fake_rig import FakeRig, wait_until
+from panel_process import PanelProcess, panel
+from panel_wire import dial_port
+from playwright.sync_api import Browser, Page, WebSocket, expect
+
+from drumstick.scene import parse, shipped_text
+
+pytestmark = [pytest.mark.system, pytest.mark.needs("chromium")]
+PATIENCE_MS = 20_000.0
+MOST_PADS = 16
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with chromium() as running:
+        yield running
+
+
+@pytest.fixture
+def rig() -> Iterator[FakeRig]:
+    made = FakeRig(parse(shipped_text("roll"), "roll.toml"))
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def served(rig: FakeRig, tmp_path: Path, free_port: Callable[[], int]) -> Iterator[PanelProcess]:
+    with panel(rig.endpoint, free_port(), tmp_path / "token") as running:
+        yield running
+
+
+@pytest.fixture
+def page(browser: Browser, served: PanelProcess) -> Iterator[Page]:
+    context = visitor(browser, NARROW)
+    opened = context.new_page()
+    opened.set_default_timeout(PATIENCE_MS)
+    opened.goto(served.address)
+    expect(readback(opened, "dv_pls")).to_have_text("0.2m/s", timeout=PATIENCE_MS)
+    yield opened
+    context.close()
+
+
+def pad_sockets(page: Page) -> list[WebSocket]:
+    """Those that the page opens from now on."""
+    opened: list[WebSocket] = []
+    page.on("websocket", lambda made: opened.append(made) if made.url.endswith("/pointer") else None)
+    return opened
+
+
+def test_there_is_no_pad_for_a_stick_that_follows_no_pointer(page: Page) -> None:
+    assert part(page, "pad").count() == 0
+
+
+def test_a_pad_comes_and_goes_with_the_rig_that_follows_a_pointer(page: Page, rig: FakeRig) -> None:
+    rig.follow_pointer(True)
+    expect(part(page, "pad")).to_be_visible(timeout=PATIENCE_MS)
+    box = part(page, "pad").bounding_box()
+    for _ in range(40):  # on a busy machine what is above it comes late, and moves it
+        page.wait_for_timeout(500)
+        before, box = box, part(page, "pad").bounding_box()
+        if box == before:
+            break
+    part(page, "pad").hover()  # its middle
+    page.mouse.down()
+    wait_until(lambda: rig.pointers and rig.pointers[-1].held, "a held pointer")
+    page.mouse.up()
+    wait_until(lambda: not rig.pointers[-1].held, "a pointer that lets go")
+    held = [pointer for pointer in rig.pointers if pointer.held]
+    assert all(abs(p.lift - 0.5) < 0.05 and abs(p.x) < 0.05 and p.y == 0.0 for p in held)
+    seqs = [pointer.seq for pointer in rig.pointers]
+    assert seqs == sorted(set(seqs))
+    rig.follow_pointer(False)
+    expect(part(page, "pad")).to_have_count(0, timeout=PATIENCE_MS)
+
+
+@pytest.mark.timeout(300)
+def test_a_pad_that_comes_and_goes_leaves_no_connection_behind(page: Page, rig: FakeRig) -> None:
+    opened = pad_sockets(page)
+    pad = part(page, "pad")
+    for coming in range(MOST_PADS + 4):
+        rig.follow_pointer(True)
+        expect(pad).to_be_visible(timeout=PATIENCE_MS)
+        pad.focus()
+        page.keyboard.down(" ")
+        wait_until(lambda: rig.pointers and rig.pointers[-1].held, f"a held pointer, coming {coming}")
+        rig.follow_pointer(False)
+        expect(pad).to_have_count(0, timeout=PATIENCE_MS)
+        wait_until(lambda: not rig.pointers[-1].held, "a pad that was taken away to have let go")
+        page.keyboard.up(" ")
+    assert len(opened) == MOST_PADS + 4
+    wait_until(
+        lambda: page.wait_for_timeout(100) or all(each.is_closed() for each in opened), "closed sockets"
+    )
+
+
+def test_a_pad_without_a_connection_says_so_and_tries_once_a_second(
+    page: Page, rig: FakeRig, served: PanelProcess
+) -> None:
+    others = [dial_port(served.port, path="/pointer", Cookie=served.cookie) for _ in range(MOST_PADS)]
+    opened = pad_sockets(page)
+    rig.follow_pointer(True)
+    pad = part(page, "pad")
+    expect(pad).to_be_visible(timeout=PATIENCE_MS)
+    begun = time.monotonic()
+    pad.focus()
+    page.keyboard.down(" ")
+    words = "No connection, the stick does not follow. too many pads are open"
+    expect(pad).to_contain_text(words, timeout=PATIENCE_MS)
+    page.wait_for_timeout(3000)
+    assert len(opened) <= 2 + (time.monotonic() - begun)
+    assert rig.pointers == []
+    others.pop().close()
+    expect(pad).not_to_contain_text("No connection", timeout=PATIENCE_MS)
+    wait_until(lambda: rig.pointers and rig.pointers[-1].held, "a held pointer")
+    page.keyboard.up(" ")
+    for each in others:
+        each.close()

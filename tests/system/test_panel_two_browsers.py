@@ -1,0 +1,78 @@
+"""Two technicians at one panel, each with a browser, against a fake haptic side."""
+
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+from browser import NARROW, chromium, opened, part, readback, visitor
+from fake_rig import FakeRig, free_port, wait_until
+from panel_process import panel
+from playwright.sync_api import Browser, Page, expect
+
+from drumstick.scene import parse, shipped_text
+
+pytestmark = [pytest.mark.system, pytest.mark.needs("chromium"), pytest.mark.timeout(300)]
+PATIENCE_MS = 20_000.0
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with chromium() as running:
+        yield running
+
+
+@pytest.fixture
+def rig() -> Iterator[FakeRig]:
+    made = FakeRig(parse(shipped_text("roll"), "roll.toml"))
+    made.presets = {"slow": {"dv_pls": 0.1}, "fast": {"dv_pls": 0.3}}
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def pages(browser: Browser, rig: FakeRig, tmp_path: Path) -> Iterator[tuple[Page, Page]]:
+    with (
+        panel(rig.endpoint, free_port(), tmp_path / "token") as served,
+        closing(visitor(browser, NARROW)) as ada,
+        closing(visitor(browser, NARROW)) as bob,
+    ):
+        made = (ada.new_page(), bob.new_page())
+        for page in made:
+            page.set_default_timeout(PATIENCE_MS)
+            page.goto(served.address)
+            expect(readback(page, "dv_pls")).to_have_text("0.2m/s", timeout=PATIENCE_MS)
+        yield made
+
+
+def press(page: Page, name: str) -> None:
+    page.get_by_role("button", name=name, exact=True).click()
+
+
+def test_a_button_does_nothing_with_what_somebody_else_has_chosen(
+    pages: tuple[Page, Page], rig: FakeRig
+) -> None:
+    ada, bob = pages
+    for page in pages:
+        opened(page, "More")
+        opened(page, "Presets")
+    press(ada, "k_coll")
+    press(bob, "dv_pls")
+    expect(part(ada, "exact")).to_contain_text("dv_pls: 0", timeout=PATIENCE_MS)
+    ada.get_by_role("textbox", name="Value", exact=True).fill("0.9")
+    press(ada, "Set this value")
+    expect(part(ada, "exact")).to_contain_text("dv_pls was chosen in another browser", timeout=PATIENCE_MS)
+    assert rig.sets == []
+    press(ada, "dv_pls")
+    expect(part(ada, "exact")).to_contain_text("dv_pls: 0", timeout=PATIENCE_MS)
+    press(ada, "Set this value")
+    wait_until(lambda: rig.sets == [("dv_pls", 0.9)], "the value")
+
+    press(ada, "slow")
+    expect(part(bob, "preset")).to_contain_text("slow: chosen", timeout=PATIENCE_MS)
+    press(bob, "fast")
+    expect(part(ada, "preset")).to_contain_text("fast: chosen", timeout=PATIENCE_MS)
+    press(ada, "Load this preset")
+    expect(part(ada, "preset")).to_contain_text("fast was chosen in another browser", timeout=PATIENCE_MS)
+    press(bob, "Load this preset")
+    expect(readback(ada, "dv_pls")).to_have_text("0.3m/s", timeout=PATIENCE_MS)
