@@ -78,12 +78,12 @@ def _window(effect: str) -> Window:
     return sounding(scene, engine, strikes, size_of(engine) / divisor)
 
 
-def sample_rows(effects: Sequence[str], rounds: int) -> list[dict[str, Any]]:
-    """One row each, those with nothing and with everything at the ends; all timed in the same rounds."""
+def sample_rows(effects: Sequence[str], rounds: int) -> tuple[list[dict[str, Any]], float]:
+    """One row each, those with nothing and with everything at the ends, all timed in the same rounds; ns of SWEEP."""
     names = [NONE, *effects, *([] if "snare" not in effects or "cavity" in effects else ["cavity"]), ALL]
     ns = in_turn({SWEEP: plain_sweep()} | {name: _window(name) for name in names}, rounds)
     sounds = {name: heard(name) for name in names}
-    return [
+    rows: list[dict[str, Any]] = [
         {
             "effect": name,
             "ns_per_sample": ns[name],
@@ -93,3 +93,4 @@ def sample_rows(effects: Sequence[str], rounds: int) -> list[dict[str, Any]]:
         }
         for name in names
     ]
+    return rows, ns[SWEEP]

@@ -8,7 +8,7 @@ from drumstick.scene import EFFECTS
 from rig.accuracy import drum_effects, stick_effects
 from rig.accuracy.by_hand import Race
 from rig.accuracy.job import Job
-from rig.accuracy.timing import in_turn
+from rig.accuracy.timing import CHAIN, SWEEP, in_turn
 
 _ROUNDS, _QUICK_ROUNDS = 40, 12
 
@@ -28,20 +28,21 @@ def _none(rounds: int) -> dict[str, float]:
 
 
 def jobs(quick: bool, found: dict[str, Any]) -> Iterator[Job]:
-    """Notes sample, tick and none. Seconds with warm kernels; those that are not compiled yet take seconds each.
+    """Notes sample, tick, none and yardstick_ns. Seconds with warm kernels; others take seconds each to compile.
 
     Quick leaves out effects whose kernels no shipped scene has and that would compile for long.
     """
     rounds = _QUICK_ROUNDS if quick else _ROUNDS
+    found["yardstick_ns"] = {}
     sample, tick = (
         (drum_effects.QUICK, stick_effects.QUICK) if quick else (tuple(DRUM_EFFECTS), tuple(EFFECTS))
     )
 
     def of_samples() -> None:
-        found["sample"] = drum_effects.sample_rows(sample, rounds)
+        found["sample"], found["yardstick_ns"][SWEEP] = drum_effects.sample_rows(sample, rounds)
 
     def of_ticks() -> None:
-        found["tick"] = list(stick_effects.tick_rows(tick, rounds))
+        found["tick"], found["yardstick_ns"][CHAIN] = stick_effects.tick_rows(tick, rounds)
 
     def of_none() -> None:
         found["none"] = _none(rounds)

@@ -5,7 +5,7 @@ rate of that scene's roll with all that it has, and without this one.
 """
 
 import dataclasses
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from drumstick import cost
@@ -73,18 +73,21 @@ def _rates(effect: str) -> dict[str, float | None]:
     }
 
 
-def tick_rows(effects: Sequence[str], rounds: int) -> Iterator[dict[str, Any]]:
-    """One row each, with nothing and with everything at the ends; all timed in the same rounds."""
+def tick_rows(effects: Sequence[str], rounds: int) -> tuple[list[dict[str, Any]], float]:
+    """One row each, with nothing and with everything at the ends, all timed in the same rounds; ns of CHAIN."""
     bare = {scene_of(name).name: _alone(scene_of(name)) for name in ("pulse", *effects)}
     cases = {name: _alone(scene_of(name), name) for name in effects}
     cases = {NONE: bare["roll"]} | cases | {ALL: _all()}
     windows = {CHAIN: chain()} | {f"bare {name}": _ticking(scene) for name, scene in bare.items()}
     ns = in_turn(windows | {name: _ticking(scene) for name, scene in cases.items()}, rounds)
-    for name in cases:
-        base = NAMED_BY.get(name, "roll")
-        yield {
+    rows = [
+        {
             "effect": name,
             "ns_per_tick": ns[name],
-            "added_ns": 0.0 if name == NONE else ns[name] - ns[f"bare {base}"],
+            "added_ns": 0.0 if name == NONE else ns[name] - ns[f"bare {NAMED_BY.get(name, 'roll')}"],
             "ratio": ns[name] / ns[CHAIN],
-        } | _rates(name)
+        }
+        | _rates(name)
+        for name in cases
+    ]
+    return rows, ns[CHAIN]

@@ -1,7 +1,8 @@
 """CPU time of this thread, of several pieces of work in turn, beside yardsticks whose work never changes.
 
-What else the machine does then falls on all alike. Of each the best run counts, and its ratio to a yardstick of the
-same rounds is what two runs, or two machines, may be compared by.
+What else the machine does then falls on all alike, so what is to be compared is timed in one call. Of each the best
+run counts, and its ratio to a yardstick of the same rounds is what two runs, or two machines, may be compared by. Each
+part of a result keeps its yardsticks' own time as `yardstick_ns`: where that differs, so did the machine.
 """
 
 import time
@@ -61,8 +62,3 @@ def plain_sweep() -> Window:
     """ns of a point of a string in float32, written plainly, as numba vectorizes it."""
     rows = [np.linspace(0.0, 1e-3, _WIDTH, dtype=np.float32) for _ in range(3)]
     return lambda: spent_ns(lambda: _sweep(*rows)) / (_SWEEPS * (_WIDTH - 2))
-
-
-def yardsticks() -> dict[str, Window]:
-    """Both, by name, for `in_turn` beside what is measured."""
-    return {CHAIN: chain(), SWEEP: plain_sweep()}

@@ -36,7 +36,7 @@ def _found() -> dict[str, Any]:
 @pytest.mark.usefixtures("tiny")
 def test_a_row_for_each_device_and_filter() -> None:
     found = _found()
-    assert set(found) == {"design", "rows"}
+    assert set(found) == {"design", "rows", "yardstick_ns"}
     assert found["design"] == {"m_kg": 0.075, "r_in": 2.5, "speed_m_per_s": 0.3}
     told = [
         (row["rate_Hz"], row["delay_ticks"], row["k_coll"], row["predictor"], row["filter"])
