@@ -124,13 +124,12 @@ def _given_back(device: Sampled, kind: str) -> dict[str, Any]:
     free, guarded = (falling.rebounds(scene, guarded, kind) for guarded in (False, True))
     missed = min(*free, *guarded) < 0.0
     found = dict.fromkeys(("mean", "least", "most")) if missed else falling.spread(free)
-    mean = found["mean"]
     led_s = lag_s(scene) if device.predictor == "lead" else 0.0
     return {
         "restitution": found,
         "design": wanted,
         "theory": falling.theory(device.k_coll, lag_s(scene) - led_s),
-        "energy": None if mean is None else mean**2 - wanted**2,
+        "energy": None if missed else float(np.mean(np.square(free))) - wanted**2,
         "guarded_most": None if missed else max(guarded),
         "passes_envelope": falling.passes(scene),
         "ticks_in_contact": falling.ticks_in_contact(device.k_coll, device.rate_Hz),
@@ -153,6 +152,7 @@ def _rows(cases: list[Case], filters: Sequence[str], costs: Costs) -> Iterator[d
 def jobs(quick: bool, found: dict[str, Any]) -> Iterator[Job]:
     """One for the ticks' cost, then one for each rate and delay; to be run in this order.
 
+    A row's `energy` is the mean over the phases of what a contact adds, of that before it.
     `found` gets the design, yardstick_ns, and a row for each rate, delay, stiffness, prediction and filter. A row's
     restitution is null where `missed`: at some phase of the tick the arm did not come back.
     """

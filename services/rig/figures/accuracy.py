@@ -110,11 +110,10 @@ def servo(found: Row) -> Figure:
                 label = f"{words}, {delay} ticks late" if at == 0 and rows else None
                 x, y = [row["rate_Hz"] for row in rows], [row["energy"] for row in rows]
                 axes.plot(x, [abs(each) for each in y], line, color=colour, linewidth=1.4, label=label)
-                for adds, face in ((True, colour), (False, "white")):
-                    dots = [(at, abs(each)) for at, each in zip(x, y, strict=True) if (each > 0.0) == adds]
+                for row in rows:
                     axes.plot(
-                        [at for at, _ in dots], [each for _, each in dots], "o",
-                        color=colour, markerfacecolor=face, markersize=4.5,
+                        row["rate_Hz"], abs(row["energy"]), "o" if row["passes_envelope"] else "x",
+                        color=colour, markerfacecolor=colour if row["energy"] > 0.0 else "white", markersize=4.5,
                     )  # fmt: skip
         axes.set_xticks(
             list(rates), [f"{rate:g} Hz\n{share:.2g} %" for rate, share in rates.items()], fontsize=8
@@ -123,6 +122,7 @@ def servo(found: Row) -> Figure:
         axes.set_xlabel("rate of the force loop, and its share of a core")
     panes[0][0].set_ylabel("energy that a contact adds, of that before it")
     panes[0][0].plot([], [], "o", color=INK, markerfacecolor="white", markersize=4.5, label="takes energy")
+    panes[0][0].plot([], [], "x", color=INK, markersize=4.5, label="refused by the envelope")
     figure.suptitle(
         "The servo: what sampling adds, a higher rate or leading the position takes away",
         x=0.01, ha="left", fontsize=10.5,

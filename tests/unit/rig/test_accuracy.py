@@ -2,6 +2,8 @@
 
 import copy
 import json
+import re
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +11,7 @@ import pytest
 import worse
 from typer.testing import CliRunner
 
+from drumstick.scene import parse
 from rig import folder
 from rig.accuracy import command, store
 from rig.accuracy.choices import choices
@@ -38,6 +41,60 @@ def test_every_part_has_its_figures_and_its_choices(shipped: dict[str, Any], tmp
         assert all(
             words and "None" not in words and "nan" not in words for choice in alone for words in choice
         )
+
+
+def _costs(words: str) -> float:
+    found = re.match(r"([+-]?[\d.]+)", words)
+    assert found
+    return float(found[1])
+
+
+def test_a_choice_holds_of_the_worst_mode_and_nothing_cheaper_does(shipped: dict[str, Any]) -> None:
+    told = {choice.want: choice for choice in choices(shipped)}
+    rows = [row for row in shipped["mesh"]["rows"] if row["scheme"] and row["precision"] == "float32"]
+    for cents, want in (
+        (10.0, "each of twenty modes within 10 cents"),
+        (1.0, "each of twenty modes within 1 cent"),
+    ):
+        good = [row for row in rows if row["worst_cents"] + abs(row["f01_cents"]) <= cents]
+        assert _costs(told[want].costs) == round(
+            min(row["ns_per_sample"] for row in good if row["rim"] == "weights")
+        )
+
+
+def test_a_choice_holds_of_the_worst_phase_and_is_let(shipped: dict[str, Any]) -> None:
+    close, little = (choice for choice in choices({"servo": shipped["servo"]}))
+    for choice, is_good in (
+        (
+            close,
+            lambda row: all(
+                abs(row["restitution"][key] - row["design"]) <= 0.02 for key in ("least", "most")
+            ),
+        ),
+        (little, lambda row: row["restitution"]["most"] ** 2 - row["design"] ** 2 <= 0.01),
+    ):
+        scene = tomllib.loads("\n".join(re.findall(r"`([^`]+)`", choice.choose)))
+        rows = [
+            row for row in shipped["servo"]["rows"]
+            if row["filter"] == shipped["servo"]["rows"][0]["filter"]
+            and (row["k_coll"], row["rate_Hz"], row["predictor"])
+            == (scene["stick"]["k_coll_N_per_m"], scene["servo"]["rate_Hz"], scene["servo"]["predictor"])
+        ]  # fmt: skip
+        assert any(is_good(row) and row["passes_envelope"] for row in rows)
+
+
+def test_what_is_to_be_typed_is_a_scene(shipped: dict[str, Any]) -> None:
+    for choice in choices({part: shipped[part] for part in ("servo", "mesh", "excitation", "effects")}):
+        typed = re.findall(r"`([^`]+)`", choice.choose)
+        assert typed or choice.choose == "no table of effects"
+        parse("\n".join(typed), "typed")
+
+
+def test_a_snares_cost_is_with_the_head_that_it_needs(shipped: dict[str, Any]) -> None:
+    (snare,) = (choice for choice in choices({"effects": shipped["effects"]}) if "`snare`" in choice.want)
+    ns = {row["effect"]: row["ns_per_sample"] for row in shipped["effects"]["sample"]}
+    assert _costs(snare.costs) == round(ns["snare"] - ns["none"])
+    assert "[drum.effects.cavity]" in snare.choose
 
 
 def test_a_part_run_for_real_is_json(monkeypatch: pytest.MonkeyPatch) -> None:
