@@ -163,3 +163,44 @@ def test_what_got_worse_is_found_and_only_that(shipped: dict[str, Any]) -> None:
     ]
     assert [change.what.split()[0] for change in got_better] == ["effects"]
     assert worse.changes(slower, shipped, 1.6)[0] == got_worse[:1]
+
+
+def _set(found: dict[str, Any], *path: Any, value: Any) -> None:
+    for key in path[:-1]:
+        found = found[key]
+    found[path[-1]] = value
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "key"),
+    [
+        (("mesh", "rows", 0, "bandwidth_Hz"), 100.0, "bandwidth_Hz"),
+        (("mesh", "rows", 0, "modes_found"), 19, "modes_found"),
+        (("servo", "rows", 0, "restitution", "most"), 3.0, "restitution_most"),
+        (("servo", "rows", 0, "restitution", "least"), 0.1, "restitution_least"),
+        (("servo", "rows", 0, "guarded_most"), 3.0, "guarded_most"),
+        (("servo", "rows", 0, "passes_envelope"), False, "passes_envelope"),
+        (("effects", "none", "over_by_hand"), 1.06, "cost over the yardstick"),
+    ],
+)
+def test_whatever_got_worse_is_found_and_its_mending_too(
+    shipped: dict[str, Any], path: tuple[Any, ...], value: float, key: str
+) -> None:
+    changed = copy.deepcopy(shipped)
+    _set(changed, *path, value=value)
+    assert [change.key for change in worse.changes(changed, shipped, 1.3)[0]] == [key]
+    assert worse.changes(changed, shipped, 1.3)[1] == []
+    assert [change.key for change in worse.changes(shipped, changed, 1.3)[1]] == [key]
+
+
+@pytest.mark.parametrize("quick", [False, True])
+def test_rows_that_are_gone_are_a_fault_between_two_runs_alike(
+    shipped: dict[str, Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, quick: bool
+) -> None:
+    """A quick run has fewer by design."""
+    fewer = copy.deepcopy(shipped)
+    fewer["machine"]["quick"] = quick
+    del fewer["stick"]["rows"][5]
+    (tmp_path / "new.json").write_text(json.dumps(fewer))
+    monkeypatch.setattr("sys.argv", ["worse.py", str(tmp_path / "new.json")])
+    assert worse.main() == (0 if quick else 1)
