@@ -4,6 +4,7 @@ import copy
 import json
 import re
 import tomllib
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +13,11 @@ import worse
 from typer.testing import CliRunner
 
 from drumstick.scene import parse
+from realtime.jit import CACHE_FOLDER
 from rig import folder
 from rig.accuracy import command, store
 from rig.accuracy.choices import choices
+from rig.accuracy.peers import windows
 from rig.accuracy.run import PARTS, begun, fill
 from rig.command import app
 from rig.figures.accuracy import FIGURES, write
@@ -138,6 +141,39 @@ def test_what_was_measured_before_a_failure_is_kept_beside_the_last_whole_result
     assert told.exit_code != 0
     assert json.loads((tmp_path / store.UNFINISHED).read_text())["stick"] == {"rows": [1, 2]}
     assert (tmp_path / store.FILE).read_text() == "whole"
+
+
+def test_a_quick_run_leaves_a_full_one_alone_and_a_whole_one_clears_what_was_not_finished(
+    shipped: dict[str, Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def begun(quick: bool) -> dict[str, Any]:
+        return {**shipped, "machine": {**shipped["machine"], "quick": quick}}
+
+    monkeypatch.setattr(command, "begun", begun)
+    monkeypatch.setattr(command, "fill", lambda found: None)
+    monkeypatch.setattr("rig.figures.accuracy.write", lambda found, out: [])
+    (tmp_path / store.UNFINISHED).write_text("{}")
+    for asked, where in ((["--quick"], ""), ([], ""), (["--quick"], "quick")):
+        told = CliRunner().invoke(app, ["accuracy", *asked, "--out", str(tmp_path)])
+        assert told.exit_code == 0
+        assert json.loads((tmp_path / where / store.FILE).read_text())["machine"]["quick"] is bool(asked)
+        assert not (tmp_path / store.UNFINISHED).exists()
+    assert store.is_full(tmp_path)
+
+
+def test_a_result_says_what_made_it() -> None:
+    machine = begun(True, ())["machine"]
+    assert machine["packages"]["haptic-drumstick"] == version("haptic-drumstick")
+    assert {"scipy", "matplotlib"} <= machine["packages"].keys()
+    assert machine["kernels"] == (CACHE_FOLDER and CACHE_FOLDER.name)
+    assert machine["peers"] == windows.versions()
+
+
+def test_a_machine_without_debians_tool_has_no_versions_of_its_packages(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert windows.versions() == {}
 
 
 def test_a_folder_that_cannot_be_is_said_before_the_work(
