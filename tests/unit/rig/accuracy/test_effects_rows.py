@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from drumstick.drum_effects import DRUM_EFFECTS
+from drumstick.exact import ABOVE
 from drumstick.scene import EFFECTS
-from rig.accuracy import by_hand, drum_effects, effects, stick_effects
+from rig.accuracy import by_hand, drum_effects, effects, stick_effects, timing
 from rig.accuracy.by_hand import Race
 from rig.accuracy.store import shipped
 
@@ -35,7 +36,7 @@ def test_rows_are_complete_and_json(found: dict[str, Any]) -> None:
     assert json.loads(json.dumps(found, allow_nan=False)) == found
     assert [row["effect"] for row in found["sample"]] == ["none", "air_loss", "all"]
     for row in found["sample"]:
-        assert set(row) == {"effect", "ns_per_sample", "added_ns", "ratio", "changes_dB"}
+        assert set(row) == {"effect", "ns_per_sample", "added_ns", "spread_ns", "ratio", "changes_dB"}
         assert row["ns_per_sample"] > 0.0
     none, air, everything = found["sample"]
     assert none["changes_dB"] is None
@@ -45,7 +46,7 @@ def test_rows_are_complete_and_json(found: dict[str, Any]) -> None:
     assert [row["effect"] for row in found["tick"]] == ["none", "pulse", "all"]
     for row in found["tick"]:
         assert set(row) == {
-            "effect", "ns_per_tick", "added_ns", "ratio", "rate_Hz", "rate_without_Hz",
+            "effect", "ns_per_tick", "added_ns", "spread_ns", "ratio", "rate_Hz", "rate_without_Hz",
         }  # fmt: skip
     pulse = found["tick"][1]
     assert pulse["rate_Hz"] == pytest.approx(23.05, abs=0.05)
@@ -78,6 +79,23 @@ def test_the_level_of_a_change() -> None:
     assert drum_effects.changes(sound, sound) is None
     assert drum_effects.changes(sound, np.float32(0.5) * sound) == pytest.approx(-6.02, abs=0.01)
     assert drum_effects.changes(sound, -sound) is None  # what is not heard is no change
+
+
+@pytest.mark.parametrize("effect", ["pulse", "system_delay"])
+def test_a_stick_and_the_one_without_its_effect_go_through_the_same_contacts(effect: str) -> None:
+    """Left to itself the stick of the roll without its pulse dies, and would be cheaper for that alone."""
+    kept = stick_effects.states(stick_effects.scene_of(effect))
+    other = stick_effects.bare(kept)
+    in_head = kept["place"] != ABOVE
+    assert 0.02 < in_head.mean() < 0.6
+    assert np.abs(np.diff(in_head.astype(int))).sum() > 20
+    for name in ("z", "v", "place", "fate"):
+        np.testing.assert_array_equal(kept[name], other[name])
+
+
+def test_what_is_added_is_told_with_its_spread() -> None:
+    assert timing.apart([5.0, 7.0, 6.5], [4.0, 4.0, 5.0]) == (1.5, 1.0)
+    assert timing.apart([2.0, 2.0], [2.0, 2.0]) == (0.0, 0.0)
 
 
 def test_every_effect_has_a_scene_that_names_it() -> None:
