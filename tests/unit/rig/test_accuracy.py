@@ -46,6 +46,14 @@ def test_every_part_has_its_figures_and_its_choices(shipped: dict[str, Any], tmp
         )
 
 
+def test_the_lowest_mode_is_as_true_as_the_decision_says(shipped: dict[str, Any]) -> None:
+    """docs/decisions/0011: by the scheme, and in float32 up to 100 and 200 junctions across."""
+    rows = [row for row in shipped["mesh"]["rows"] if row["rim"] == "weights"]
+    for row in rows:
+        most = 0.01 if row["precision"] == "float64" else 0.05 if row["across"] < 101.0 else 0.3
+        assert abs(row["f01_cents"]) <= most
+
+
 def _costs(words: str) -> float:
     found = re.match(r"([+-]?[\d.]+)", words)
     assert found
