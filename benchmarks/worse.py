@@ -27,7 +27,7 @@ ABOUT = {
 }
 ERRORS = (
     "error_contacts", "error_v_lc", "error_rate", "energy", "rms_cents", "worst_cents", "decay_error",
-    "f01_cents", "force_error_dB", "sound_error_dB_quarter", "sound_error_dB_half", "magnitude_error_dB",
+    "f01_cents", "force_error_dB", "sound_error_dB", "magnitude_error_dB",
     "latency_ms", "bytes_per_strike", "guarded_most", "restitution_least", "restitution_most",
 )  # fmt: skip
 # More is better, and what is either so or not.
@@ -89,7 +89,7 @@ def _told(row: dict[str, Any]) -> dict[str, Any]:
 
 
 def _grew(key: str, before: float, after: float) -> bool:
-    if key.endswith(("_dB", "_quarter", "_half")):
+    if key.endswith("_dB"):
         return after > before + ROUNDING_DB
     if key == "energy":  # less than nothing is no fault
         return max(after, 0.0) > GREW * max(before, 0.0) + ROUNDING_ENERGY

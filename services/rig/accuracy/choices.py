@@ -138,20 +138,21 @@ def _of_mesh(found: Row) -> Iterator[Choice]:
 
 
 def _of_excitation(found: Row) -> Iterator[Choice]:
+    def costs(row: Row) -> str:
+        return (
+            f"{row['latency_ms']:.2g} ms, {row['bytes_per_strike']:.0f} bytes a strike; below {found['band_Hz']:g} Hz"
+            f" {row['sound_error_dB']:.0f} dB of error, {row['magnitude_error_dB']:.0f} dB of magnitudes alone"
+        )
+
     for row in found["rows"]:
         if row["kind"] == "analytic":
-            yield Choice(
-                "strikes, as soon as they are felt",
-                '`drum.excitation = "analytic"`',
-                f"{row['latency_ms']:.2g} ms, {row['bytes_per_strike']:.0f} bytes a strike",
-            )
+            yield Choice("strikes, as soon as they are felt", '`drum.excitation = "analytic"`', costs(row))
     streamed = [row for row in found["rows"] if row["kind"] == "streamed" and row["rate_Hz"] == 1000.0]
     for row in streamed:
         yield Choice(
             "presses, flams and buzz as they are played",
             '`drum.excitation = "streamed"`, `servo.rate_Hz = 1000`',
-            f"{row['latency_ms']:.2g} ms, {row['bytes_per_strike']:.0f} bytes a strike,"
-            f" {row['sound_error_dB_quarter']:.0f} dB of error below 250 Hz",
+            costs(row),
         )
 
 
@@ -169,12 +170,13 @@ def _of_effects(found: Row) -> Iterator[Choice]:
                 "" if row["changes_dB"] is None else f"; changes the sound by {row['changes_dB']:.0f} dB"
             )
             added_ns = row["ns_per_sample"] - none_ns
+            spread = f" ± {row['spread_ns']:.0f}"
             needs = "cavity" if row["effect"] == "snare" else ""
             tables = [f"`[drum.effects.{name}]`" for name in (needs, row["effect"]) if name]
             yield Choice(
                 f"`{row['effect']}`" + (f", with the `{needs}` that it needs" if needs else ""),
                 " and ".join(tables),
-                f"{added_ns:+.0f} ns a sample ({100.0 * added_ns / none_ns:+.0f} %){changes}"
+                f"{added_ns:+.0f}{spread} ns a sample ({100.0 * added_ns / none_ns:+.0f} %){changes}"
                 + (f" beside `{needs}` alone" if needs and changes else ""),
             )
 
