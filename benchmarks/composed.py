@@ -15,12 +15,11 @@ from pathlib import Path
 from typing import Any
 
 from drumstick.scene import Scene
-from rig.accuracy.by_hand import Race
+from rig.accuracy.by_hand import GOAL, Race
 from rig.this_machine import description
 from sound_server.excitation import POOL
 
 RESULT = Path(__file__).parent / "results" / "composed.json"
-GOAL = 1.03
 F01_HZ = (300.0, 150.0, 75.0)
 
 
@@ -28,11 +27,7 @@ def measured(f01_Hz: float, rounds: int) -> dict[str, Any]:
     scene = Scene("drum")
     scene = dataclasses.replace(scene, drum=dataclasses.replace(scene.drum, f01_Hz=f01_Hz, t60_s=20.0))
     race = Race(scene, (POOL, 1))
-    times: list[tuple[float, ...]] = []
-    for _ in range(rounds + 1):
-        times.append(tuple(window() for window in race.windows))
-        race.check()
-    ns = list(zip(*times[1:], strict=True))
+    ns = list(zip(*race.run(rounds), strict=True))
     found: dict[str, Any] = {"f01_Hz": f01_Hz, "junctions": race.junctions, "composed_ns": min(ns[0])}
     for name, own in (("by_hand", ns[1]), ("by_hand_one_blow", ns[2])):
         found[f"{name}_ns"] = min(own)

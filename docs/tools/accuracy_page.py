@@ -15,7 +15,8 @@ from PIL.PngImagePlugin import PngInfo
 from stored import where
 
 import rig.figures
-from rig.accuracy.choices import choices
+from rig.accuracy.choices import choices, worst_energy
+from rig.accuracy.run import PARTS
 from rig.accuracy.store import shipped
 from rig.figures.accuracy import FIGURES
 from rig.figures.style import drawn_png
@@ -65,6 +66,20 @@ def _table(found: dict[str, Any]) -> str:
     return "\n".join(["| if you want | choose | it costs |", "|---|---|---|", *rows])
 
 
+def _yardsticks(found: dict[str, Any]) -> str:
+    # How far the same work's time differs between the parts: what costs of two parts may be compared to.
+    each: dict[str, list[float]] = {}
+    for part in PARTS:
+        for name, ns in found[part]["yardstick_ns"].items():
+            each.setdefault(name, []).append(ns)
+    return ", ".join(f"{name} {min(ns):.3g} to {max(ns):.3g} ns" for name, ns in each.items())
+
+
+def _adds(row: dict[str, Any]) -> dict[str, Any]:
+    refused = "" if row["passes_envelope"] else ", and the servo refuses that set"
+    return {"mean": row["energy"], "worst": worst_energy(row), "refused": refused}
+
+
 def _numbers(found: dict[str, Any]) -> dict[str, Any]:
     stick = {(row["method"], row["locates"], row["dt_s"]): row for row in found["stick"]["rows"]}
     exact = next(row for row in found["stick"]["rows"] if row["method"] == "exact")
@@ -82,13 +97,16 @@ def _numbers(found: dict[str, Any]) -> dict[str, Any]:
         "exact_us": exact["ns_per_s"] / 1e3,
         "rk4_seen": stick["rk4", True, 1e-4],
         "rk4_unseen": stick["rk4", False, 1e-4],
-        "off": servo[3500.0, 1000, 1, "off"],
-        "lead": servo[3500.0, 1000, 1, "lead"],
+        "off": _adds(servo[3500.0, 1000, 0, "off"]),
+        "lead": _adds(servo[3500.0, 1000, 0, "lead"]),
+        "late": _adds(servo[3500.0, 1000, 1, "lead"]),
         "none": none,
         "staircase": min(
             (row for row in found["mesh"]["rows"] if row["rim"] == "none"), key=lambda row: row["across"]
         ),
         "analytic": next(row for row in found["excitation"]["rows"] if row["kind"] == "analytic"),
+        "streamed": next(row for row in found["excitation"]["rows"] if row["rate_Hz"] == 1000.0),
+        "yardsticks": _yardsticks(found),
     }
 
 

@@ -96,6 +96,7 @@ def _work_precision(result: Table) -> list[str]:
         "whatever their name, and a finer method buys nothing. Steps with which the roll dies, or grows to another, are not",
         f"shown: their error has no size. RK4 comes no nearer than {_power(_least(result, scene))}: that is the rounding of all its steps.",
         "",
+        "Times and ratios are of the run named above; [accuracy-and-time.md](accuracy-and-time.md) tells of another one.\n"
         f"The cheapest way to an error, scene `roll`, CPU time for a second of playing (`exact`: {exact['us_per_s']:.0f} µs,"
         f" error {_power(exact['error'])}):",
         "",

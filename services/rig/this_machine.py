@@ -3,10 +3,12 @@
 import datetime
 import os
 import platform
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-PACKAGES = ("numba", "numpy", "eclipse-zenoh", "python-osc", "sounddevice", "viser")
+PACKAGES = (
+    "haptic-drumstick", "numba", "numpy", "eclipse-zenoh", "python-osc", "sounddevice", "viser", "scipy", "matplotlib",
+)  # fmt: skip
 
 
 def _processor() -> str:
@@ -17,6 +19,13 @@ def _processor() -> str:
     return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), "")
 
 
+def _version(name: str) -> str | None:
+    try:
+        return version(name)
+    except PackageNotFoundError:  # an extra that is not installed
+        return None
+
+
 def description() -> dict[str, object]:
     """Machine, versions and date."""
     return {
@@ -25,5 +34,5 @@ def description() -> dict[str, object]:
         "cores": os.cpu_count(),
         "system": platform.platform(),
         "python": platform.python_version(),
-        "packages": {name: version(name) for name in PACKAGES},
+        "packages": {name: _version(name) for name in PACKAGES},
     }

@@ -1,7 +1,8 @@
 """`accuracy = "auto"`: the truest mesh that fits the scene's cpu_budget on this machine. Any thread.
 
 Each order of the scheme at each rate is a candidate. How true it is, the rms error of the first twenty modes, is known
-(sound_server.outlook); what it costs is taken from a short trial of two of its meshes, once: the result lies beside the
+(sound_server.outlook), rounding included: the finest mesh is not the truest. Of those that are as true to the ear the
+cheapest is taken. What it costs is taken from a short trial of two of its meshes, once: the result lies beside the
 compiled kernels, so that the same scene gets the same mesh, and the same samples, until kernels or processor change.
 """
 
@@ -28,6 +29,7 @@ _NAMES = {2: "standard", 4: "fine"}  # what a scene calls the order of the schem
 _FRAMES, _WINDOWS, _BLOCK = 1200, 9, 128
 _FEWEST_ACROSS = 24.0
 _BLOW_N, _BLOW_S = 5.0, 0.005
+_AS_TRUE_CENTS = 0.05  # a hundredth of what the best ear tells from another pitch
 _FILE = "speeds.json"
 
 
@@ -66,6 +68,10 @@ def fitted(scene: Scene, rate_Hz: int, again: bool = False) -> Fit:
     wished = sorted(fitting, key=lambda k: found[k].cents) + sorted(others, key=lambda k: shares[k])
     # Where none can be, the first: `build` then says why.
     at = next((k for k in wished if _can_be(found[k], rate_Hz)), wished[0])
+    if at in fitting:
+        as_true = [k for k in fitting if found[k].cents <= found[at].cents + _AS_TRUE_CENTS]
+        by_cost = sorted(as_true, key=lambda k: shares[k])
+        at = next(k for k in by_cost if k == at or _can_be(found[k], rate_Hz))
     return Fit(found[at].scene, _words(scene, found[at], shares[at], at in fitting))
 
 

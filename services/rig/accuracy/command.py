@@ -18,10 +18,15 @@ from rig.figures import ready
 
 
 def accuracy(quick: bool, as_json: bool, out: Path | None) -> None:
-    """The result into `out`, or where the panel looks for it, with its figures. Raises Stop."""
+    """The result into `out`, or where the panel looks for it, with its figures. Raises Stop.
+
+    A quick run beside a full one goes into a folder of its own there.
+    """
     if find_spec("scipy") is None:
         lacking("accuracy needs scipy; install haptic-drumstick[sound]")
     where = folder.accuracy_folder() if out is None else out
+    if quick and store.is_full(where):
+        where /= "quick"
     ready.require_folder(where)
     found = begun(quick)
     try:
@@ -31,6 +36,7 @@ def accuracy(quick: bool, as_json: bool, out: Path | None) -> None:
         print(f"not finished; what was measured lies in {where / store.UNFINISHED}", file=sys.stderr)
         raise
     store.keep(found, where)
+    (where / store.UNFINISHED).unlink(missing_ok=True)
     written = [store.FILE]
     if line := ready.missing_matplotlib():
         print(f"no figures: they need matplotlib; type: {line}", file=sys.stderr)

@@ -7,6 +7,7 @@ phases of two heads drift apart by the slightest detuning, which is not heard.
 
 import dataclasses
 import math
+import statistics
 from collections.abc import Sequence
 from typing import Any
 
@@ -16,7 +17,7 @@ import numpy.typing as npt
 from drumstick.drum_effects import DRUM_EFFECTS
 from drumstick.scene import Scene
 from rig.accuracy.heads import DEVICE_RATE_Hz, sounding
-from rig.accuracy.timing import SWEEP, Window, in_turn, plain_sweep
+from rig.accuracy.timing import ENGINES, SWEEP, Window, apart, in_turn, plain_sweep
 from sound_server.build import size_of
 from sound_server.calibrate import blow_at, build
 from sound_server.events import StrikeRing
@@ -78,18 +79,27 @@ def _window(effect: str) -> Window:
     return sounding(scene, engine, strikes, size_of(engine) / divisor)
 
 
-def sample_rows(effects: Sequence[str], rounds: int) -> list[dict[str, Any]]:
-    """One row each, those with nothing and with everything at the ends; all timed in the same rounds."""
+def sample_rows(effects: Sequence[str], rounds: int) -> tuple[list[dict[str, Any]], float]:
+    """One row each, those with nothing and with everything at the ends, all timed in the same rounds; ns of SWEEP.
+
+    What is added is the median over engines, `spread_ns` half of what they span.
+    """
     names = [NONE, *effects, *([] if "snare" not in effects or "cavity" in effects else ["cavity"]), ALL]
-    ns = in_turn({SWEEP: plain_sweep()} | {name: _window(name) for name in names}, rounds)
+    windows = {f"{name} {k}": _window(name) for k in range(ENGINES) for name in names}
+    times = in_turn({SWEEP: plain_sweep()} | windows, rounds)
+    each = {name: [times[f"{name} {k}"] for k in range(ENGINES)] for name in names}
+    ns = {name: statistics.median(values) for name, values in each.items()}
+    added = {name: apart(each[name], each[without(name)]) for name in names}
     sounds = {name: heard(name) for name in names}
-    return [
+    rows: list[dict[str, Any]] = [
         {
             "effect": name,
             "ns_per_sample": ns[name],
-            "added_ns": 0.0 if name == NONE else ns[name] - ns[without(name)],
-            "ratio": ns[name] / ns[SWEEP],
+            "added_ns": added[name][0],
+            "spread_ns": added[name][1],
+            "ratio": ns[name] / times[SWEEP],
             "changes_dB": None if name == NONE else changes(sounds[name], sounds[without(name)]),
         }
         for name in names
     ]
+    return rows, times[SWEEP]

@@ -1,5 +1,6 @@
 """What the effects cost and what they change: of the drum a sample, of the stick a tick; and what composing costs."""
 
+import statistics
 from collections.abc import Iterator
 from typing import Any
 
@@ -8,40 +9,40 @@ from drumstick.scene import EFFECTS
 from rig.accuracy import drum_effects, stick_effects
 from rig.accuracy.by_hand import Race
 from rig.accuracy.job import Job
-from rig.accuracy.timing import in_turn
+from rig.accuracy.timing import CHAIN, SWEEP
 
 _ROUNDS, _QUICK_ROUNDS = 40, 12
 
 
 def _none(rounds: int) -> dict[str, float]:
-    # ns of a step of the default drum, told for each of the device's samples that it lasts.
+    # ns of a step of the default drum, told for each of the device's samples that it lasts; and the median of the
+    # rounds' own ratios, to which a neighbour on the processor does least.
     race = Race(drum_effects.drum_with())
-    composed, hand = race.windows
-    ns = in_turn({"composed": composed, "by hand": hand}, rounds)
-    race.check()
+    times = race.run(rounds)
     divisor = int(race.engine.control["divisor"][0])
     return {
-        "ns_per_sample": ns["composed"] / divisor,
-        "by_hand_ns": ns["by hand"] / divisor,
-        "over_by_hand": ns["composed"] / ns["by hand"],
+        "ns_per_sample": min(composed for composed, _ in times) / divisor,
+        "by_hand_ns": min(hand for _, hand in times) / divisor,
+        "over_by_hand": statistics.median(composed / hand for composed, hand in times),
     }
 
 
 def jobs(quick: bool, found: dict[str, Any]) -> Iterator[Job]:
-    """Notes sample, tick and none. Seconds with warm kernels; those that are not compiled yet take seconds each.
+    """Notes sample, tick, none and yardstick_ns. Seconds with warm kernels; others take seconds each to compile.
 
     Quick leaves out effects whose kernels no shipped scene has and that would compile for long.
     """
     rounds = _QUICK_ROUNDS if quick else _ROUNDS
+    found["yardstick_ns"] = {}
     sample, tick = (
         (drum_effects.QUICK, stick_effects.QUICK) if quick else (tuple(DRUM_EFFECTS), tuple(EFFECTS))
     )
 
     def of_samples() -> None:
-        found["sample"] = drum_effects.sample_rows(sample, rounds)
+        found["sample"], found["yardstick_ns"][SWEEP] = drum_effects.sample_rows(sample, rounds)
 
     def of_ticks() -> None:
-        found["tick"] = list(stick_effects.tick_rows(tick, rounds))
+        found["tick"], found["yardstick_ns"][CHAIN] = stick_effects.tick_rows(tick, rounds)
 
     def of_none() -> None:
         found["none"] = _none(rounds)

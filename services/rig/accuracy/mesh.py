@@ -1,10 +1,13 @@
 """How true a head's modes are, and what that costs: the mesh's schemes, the bank of modes, and other programs' meshes.
 
 Errors are of the first twenty modes, pairs counted twice, relative to the lowest, whose own error is told beside them
-(`f01_cents`): a rim without weights puts the whole head out of tune, not only its overtones.
+(`f01_cents`): a rim without weights puts the whole head out of tune, not only its overtones. All rows are timed in the
+same rounds: neighbours on the processor come and go within seconds, and rows of other seconds could not be compared.
 """
 
+import tempfile
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -68,39 +71,53 @@ def _of_head(scheme: str, rim: Rim, divisor: int) -> Measured:
     ]
 
 
-def timed(cases: Measured, rounds: int) -> Iterator[Row]:
-    """The rows with ns_per_sample, and its ratio to the sweep that was timed in the same rounds."""
-    windows: dict[str, Window] = {SWEEP: plain_sweep()}
-    windows |= {str(at): window for at, (_, window) in enumerate(cases)}
-    ns = in_turn(windows, rounds)
+def _time(cases: Measured, quick: bool, rounds: int) -> tuple[list[Row], float]:
+    # Notes what each case costs, all beside other programs in turn; those programs' rows, and ns of the sweep.
+    with tempfile.TemporaryDirectory() as folder:
+        peers = stored_peers.Peers(Path(folder), quick)
+        windows: dict[str, Window] = {SWEEP: plain_sweep()} | peers.windows
+        windows |= {str(at): window for at, (_, window) in enumerate(cases)}
+        ns = in_turn(windows, rounds)
     for at, (row, _) in enumerate(cases):
-        yield row | {"ns_per_sample": ns[str(at)], "ratio": ns[str(at)] / ns[SWEEP]}
+        row |= {"ns_per_sample": ns[str(at)], "ratio": ns[str(at)] / ns[SWEEP]}
+    return peers.rows(ns), ns[SWEEP]
 
 
 def jobs(quick: bool, found: dict[str, Any]) -> Iterator[Job]:
-    """Notes f01_Hz, device_rate_Hz and rows. Some 15 s if quick, else a minute or two; as much again to compile."""
+    """Notes f01_Hz, device_rate_Hz, rows, and yardstick_ns at last. Some 15 s if quick, else a minute or two; as much
+    again to compile."""
     rows: list[Row] = []
+    cases: Measured = []
     found |= {"f01_Hz": F01_Hz, "device_rate_Hz": DEVICE_RATE_Hz, "rows": rows}
     rounds = _QUICK_ROUNDS if quick else _ROUNDS
     divisors = _QUICK_DIVISORS if quick else _DIVISORS
 
+    def note(more: Measured) -> None:
+        cases.extend(more)
+        rows.extend(row for row, _ in more)  # without its cost so far
+
     def of_scheme(scheme: str, rim: Rim) -> Job:
         def run() -> None:
-            cases = [case for divisor in divisors for case in _of_head(scheme, rim, divisor)]
-            rows.extend(timed(cases, rounds))
+            note([case for divisor in divisors for case in _of_head(scheme, rim, divisor)])
 
         return Job(f"mesh: {scheme}, {'weights at the rim' if rim == 'weights' else 'no weights'}", run)
 
     def of_bank() -> None:
-        cases = [
-            (bank.row | errors(bank.poles, bank.t60_s), bank.window)
-            for bank in banks(_QUICK_TOPS_Hz if quick else _TOPS_Hz)
-        ]
-        rows.extend(timed(cases, rounds))
+        note(
+            [
+                (bank.row | errors(bank.poles, bank.t60_s), bank.window)
+                for bank in banks(_QUICK_TOPS_Hz if quick else _TOPS_Hz)
+            ]
+        )
+
+    def time() -> None:
+        others, sweep_ns = _time(cases, quick, rounds)
+        rows.extend(others)
+        found["yardstick_ns"] = {SWEEP: sweep_ns}
 
     for scheme in SCHEMES:
         yield of_scheme(scheme, "weights")
         if not quick or scheme == "limit":
             yield of_scheme(scheme, "none")
     yield Job("bank of modes", of_bank)
-    yield Job("other programs' meshes", lambda: rows.extend(stored_peers.rows(quick)))
+    yield Job("other programs' meshes, and all in turn", time)

@@ -23,7 +23,7 @@ from rig.accuracy import falling
 from rig.accuracy.falling import PREDICTORS, Sampled, servo_of
 from rig.accuracy.filters import ADAPTIVE, FILTERS, Samples, told
 from rig.accuracy.job import Job
-from rig.accuracy.timing import CHAIN, Window, in_turn, spent_ns, yardsticks
+from rig.accuracy.timing import CHAIN, Window, chain, in_turn, spent_ns
 
 STIFFNESSES = (250.0, 500.0, 1000.0, 2000.0, 3500.0)  # N/m
 RATES_HZ = (500, 1000, 2000, 4000)
@@ -106,7 +106,7 @@ def tick_costs(cases: Iterable[Case], filters: Sequence[str], rounds: int = ROUN
         windows |= {
             f"{device} {kind}": strokes.filtering(kind) for kind in dict.fromkeys((ADAPTIVE, *filters))
         }
-    ns = in_turn(windows | yardsticks(), rounds)
+    ns = in_turn(windows | {CHAIN: chain()}, rounds)
     others = {device: ns[f"{device}"] - ns[f"{device} {ADAPTIVE}"] for device in devices}
     tick_ns = {
         (device, kind): others[device] + ns[f"{device} {kind}"] for device in devices for kind in filters
@@ -124,13 +124,12 @@ def _given_back(device: Sampled, kind: str) -> dict[str, Any]:
     free, guarded = (falling.rebounds(scene, guarded, kind) for guarded in (False, True))
     missed = min(*free, *guarded) < 0.0
     found = dict.fromkeys(("mean", "least", "most")) if missed else falling.spread(free)
-    mean = found["mean"]
     led_s = lag_s(scene) if device.predictor == "lead" else 0.0
     return {
         "restitution": found,
         "design": wanted,
         "theory": falling.theory(device.k_coll, lag_s(scene) - led_s),
-        "energy": None if mean is None else mean**2 - wanted**2,
+        "energy": None if missed else float(np.mean(np.square(free))) - wanted**2,
         "guarded_most": None if missed else max(guarded),
         "passes_envelope": falling.passes(scene),
         "ticks_in_contact": falling.ticks_in_contact(device.k_coll, device.rate_Hz),
@@ -153,8 +152,9 @@ def _rows(cases: list[Case], filters: Sequence[str], costs: Costs) -> Iterator[d
 def jobs(quick: bool, found: dict[str, Any]) -> Iterator[Job]:
     """One for the ticks' cost, then one for each rate and delay; to be run in this order.
 
-    `found` gets the design and a row for each rate, delay, stiffness, prediction and filter. A row's restitution is
-    null where `missed`: at some phase of the tick the arm did not come back.
+    A row's `energy` is the mean over the phases of what a contact adds, of that before it.
+    `found` gets the design, yardstick_ns, and a row for each rate, delay, stiffness, prediction and filter. A row's
+    restitution is null where `missed`: at some phase of the tick the arm did not come back.
     """
     rows: list[dict[str, Any]] = []
     found["design"] = {"m_kg": falling.M_KG, "r_in": falling.R_IN, "speed_m_per_s": falling.SPEED}
@@ -164,6 +164,7 @@ def jobs(quick: bool, found: dict[str, Any]) -> Iterator[Job]:
 
     def measure() -> None:
         costs.append(tick_costs(tried, filters))
+        found["yardstick_ns"] = {CHAIN: costs[0].chain_ns}
 
     def fall(cases: list[Case]) -> None:
         rows.extend(_rows(cases, filters, costs[0]))

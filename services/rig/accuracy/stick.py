@@ -6,7 +6,7 @@ installed: scipy's solve_ivp (DOP853, terminal events), which finds its events, 
 while it computes.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property, partial
 from importlib.util import find_spec
 from typing import Any, NamedTuple
@@ -18,7 +18,7 @@ from drumstick.scene import parse, shipped_text
 from drumstick.simulate import EXACT, Stepper, simulate
 from rig.accuracy.contacts import AVERAGED, COMPARED, SETTLED, Contacts, Errors, errors
 from rig.accuracy.job import Job
-from rig.accuracy.timing import CHAIN, Window, in_turn, spent_ns, yardsticks
+from rig.accuracy.timing import CHAIN, Window, chain, in_turn, spent_ns
 
 SCENE = "roll"
 PEER = "solve_ivp"
@@ -136,13 +136,8 @@ def _peers(roll: Roll, sweep: Sweep) -> list[_Point]:
     ]
 
 
-def _add(rows: list[dict[str, Any]], points: Callable[[], list[_Point]], rounds: int) -> None:
-    rows += _rows(points(), rounds)
-
-
-def _rows(points: list[_Point], rounds: int) -> list[dict[str, Any]]:
-    # All steps of a method in turn, beside the yardstick that their ratio is taken to.
-    ns = in_turn({str(i): point.window for i, point in enumerate(points)} | yardsticks(), rounds)
+def _rows(points: list[_Point], ns: Mapping[str, float]) -> list[dict[str, Any]]:
+    # ns of each point by its number, beside the yardstick's that their ratio is taken to.
     return [
         point.keys
         | {
@@ -164,18 +159,31 @@ def _words(sweep: Sweep) -> str:
 
 
 def jobs(quick: bool, found: dict[str, Any]) -> Iterator[Job]:
-    """One for `exact`, then one for each sweep; `found` gets scene, orders, exact_error and a row for each step.
+    """One for `exact`, one for each sweep, and one that times all of them in the same rounds; `found` gets scene,
+    orders, exact_error, a row for each step, and yardstick_ns.
 
     A row's errors are null where `missed`: the roll dies, leaves, or becomes one that is slower by a fifth. Without
     scipy there are no rows of solve_ivp, and found["peer"] says why.
     """
     rows: list[dict[str, Any]] = []
     found |= {"scene": SCENE, "orders": dict(ORDERS), "exact_error": EXACT_ERROR, "rows": rows}
-    roll, rounds = Roll(), QUICK_ROUNDS if quick else ROUNDS
-    yield Job("stick: exact", partial(_add, rows, partial(_exact, roll), rounds))
+    roll, points = Roll(), list[_Point]()
+
+    def add(more: Callable[[], list[_Point]]) -> None:
+        points.extend(more())
+
+    def time() -> None:
+        windows = {str(i): point.window for i, point in enumerate(points)} | {CHAIN: chain()}
+        ns = in_turn(windows, QUICK_ROUNDS if quick else ROUNDS)
+        rows.extend(_rows(points, ns))
+        found["yardstick_ns"] = {CHAIN: ns[CHAIN]}
+
+    yield Job("stick: exact", partial(add, partial(_exact, roll)))
     for sweep in QUICK if quick else FULL:
         if sweep.method == PEER and find_spec("scipy") is None:
             found["peer"] = "scipy is not installed: install haptic-drumstick[sound]"
             continue
-        points = partial(_peers if sweep.method == PEER else _stepped, roll, sweep)
-        yield Job(_words(sweep), partial(_add, rows, points, rounds))
+        yield Job(
+            _words(sweep), partial(add, partial(_peers if sweep.method == PEER else _stepped, roll, sweep))
+        )
+    yield Job("stick: all in turn", time)

@@ -22,6 +22,14 @@ def keep(found: dict[str, Any], out: Path, name: str = FILE) -> None:
         lacking(f"{out}: cannot be written: {error.strerror}")
 
 
+def is_full(out: Path) -> bool:
+    """Does a full run's result lie there?"""
+    try:
+        return json.loads((out / FILE).read_text(encoding="utf-8"))["machine"]["quick"] is False
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
+
+
 def shipped() -> dict[str, Any]:
     """A full run on a named machine, measured by whoever made this version; docs/accuracy-and-time.md shows it."""
     return json.loads(SHIPPED.read_text(encoding="utf-8"))

@@ -1,9 +1,11 @@
 """Other programs' meshes as rows: measured where they are installed, else as they were measured elsewhere."""
 
 import json
+import math
 import subprocess
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import partial
 from importlib import resources
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,10 +21,11 @@ from rig.this_machine import description
 Row = dict[str, Any]
 STORED = "stored_peers.json"
 _CIRCLE = "MembraneCircle"
-_ROUNDS, _QUICK_ROUNDS = 15, 3
-_SECONDS, _QUICK_SECONDS = 4.0, 2.0
+_SECONDS, _QUICK_SECONDS = 2.0, 1.0  # of SuperCollider's score: a window as short as its start allows
 _HEARD_SAMPLES = 2**16
 _HEARD_S = 3.0
+# What another program or its library may come to: none of it may end the run.
+_FAILURES = (OSError, subprocess.SubprocessError, ArithmeticError, LookupError, ValueError, AttributeError)
 
 
 class Point(NamedTuple):
@@ -102,34 +105,64 @@ def _from_store(name: str, why: str) -> Row:
     return kept["rows"][name] | {"measured": False, "of": of, "why": why}
 
 
-def _point(peer: Peer, folder: Path, quick: bool) -> Point | str:
-    # The peer as it was built, or why it was not.
+def _lacks(peer: Peer, quick: bool) -> str:
+    # Why it is not even tried; empty where it is.
     lacking = missing(peer.packages)
     if lacking:
         return f"not installed: {', '.join(lacking)}"
-    if quick and not peer.soon:
-        return "takes long to compile"
-    try:
-        return peer.build(folder, _QUICK_SECONDS if quick else _SECONDS)
-    except (OSError, subprocess.CalledProcessError) as error:
-        return f"cannot be run here: {error}"
+    return "takes long to compile" if quick and not peer.soon else ""
 
 
-def rows(quick: bool, rounds: int = 0) -> list[Row]:
-    """One row a peer; the stored ones say of when and where they are, and why."""
-    with tempfile.TemporaryDirectory() as name:
-        built = {label: _point(peer, Path(name), quick) for label, peer in PEERS.items()}
-        points = {peer: point for peer, point in built.items() if isinstance(point, Point)}
-        windows = {SWEEP: plain_sweep()} | {peer: point.window for peer, point in points.items()}
-        ns = in_turn(windows, rounds or (_QUICK_ROUNDS if quick else _ROUNDS)) if points else {}
-    found: list[Row] = []
-    for peer, point in built.items():
-        if isinstance(point, Point):
-            times = {"ns_per_sample": ns[peer], "ratio": ns[peer] / ns[SWEEP]}
-            found.append(_row(peer, point) | times | {"measured": True})
-        else:
-            found.append(_from_store(peer, point))
-    return found
+class Peers:
+    """Those that are installed, built in `folder`. Time their `windows` while it is there; `rows` then tells of all.
+
+    One that fails, when it is built or in any round, has the stored row and the reason.
+    """
+
+    def __init__(self, folder: Path, quick: bool) -> None:
+        self._points: dict[str, Point] = {}
+        self._why = {name: why for name, peer in PEERS.items() if (why := _lacks(peer, quick))}
+        for name, peer in PEERS.items():
+            if name in self._why:
+                continue
+            try:
+                self._points[name] = peer.build(folder, _QUICK_SECONDS if quick else _SECONDS)
+            except _FAILURES as error:
+                self._fails(name, error)
+
+    @property
+    def windows(self) -> dict[str, Window]:
+        """By name; one that fails takes for ever from then on."""
+        return {name: partial(self._run, name) for name in self._points}
+
+    def rows(self, ns: Mapping[str, float]) -> list[Row]:
+        """One a peer, by the times of the windows and of SWEEP; the stored ones say of when and where, and why."""
+        return [
+            _from_store(name, self._why[name])
+            if name in self._why
+            else _row(name, self._points[name])
+            | {"ns_per_sample": ns[name], "ratio": ns[name] / ns[SWEEP], "measured": True}
+            for name in PEERS
+        ]
+
+    def _run(self, name: str) -> float:
+        if name in self._why:
+            return math.inf
+        try:
+            return self._points[name].window()
+        except _FAILURES as error:
+            self._fails(name, error)
+            return math.inf
+
+    def _fails(self, name: str, error: Exception) -> None:
+        self._why[name] = f"cannot be run here: {type(error).__name__}: {error}"
+
+
+def rows(quick: bool, rounds: int) -> list[Row]:
+    """Of the peers alone."""
+    with tempfile.TemporaryDirectory() as folder:
+        peers = Peers(Path(folder), quick)
+        return peers.rows(in_turn({SWEEP: plain_sweep()} | peers.windows, rounds))
 
 
 def store(rounds: int) -> None:

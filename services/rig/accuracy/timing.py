@@ -1,11 +1,13 @@
 """CPU time of this thread, of several pieces of work in turn, beside yardsticks whose work never changes.
 
-What else the machine does then falls on all alike. Of each the best run counts, and its ratio to a yardstick of the
-same rounds is what two runs, or two machines, may be compared by.
+What else the machine does then falls on all alike, so what is to be compared is timed in one call. Of each the best
+run counts, and its ratio to a yardstick of the same rounds is what two runs, or two machines, may be compared by. Each
+part of a result keeps its yardsticks' own time as `yardstick_ns`: where that differs, so did the machine.
 """
 
+import statistics
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +16,7 @@ from realtime.jit import njit
 
 Window = Callable[[], float]  # does its work and returns CPU time, in any unit
 CHAIN, SWEEP = "chain", "sweep"  # the yardsticks' names
+ENGINES = 3  # of what is compared with another: where an engine happens to lie in memory costs too
 _LINKS = 200_000
 _WIDTH, _SWEEPS = 4096, 200  # 48 kB in all: it stays in the processor's first caches
 
@@ -31,6 +34,12 @@ def in_turn(windows: Mapping[str, Window], rounds: int) -> dict[str, float]:
         window()
     found = [{name: window() for name, window in windows.items()} for _ in range(rounds)]
     return {name: min(each[name] for each in found) for name in windows}
+
+
+def apart(some: Sequence[float], others: Sequence[float]) -> tuple[float, float]:
+    """How much more some engines cost than as many others: the median, and half of what their differences span."""
+    off = [one - other for one, other in zip(some, others, strict=True)]
+    return statistics.median(off), 0.5 * (max(off) - min(off))
 
 
 @njit()
@@ -61,8 +70,3 @@ def plain_sweep() -> Window:
     """ns of a point of a string in float32, written plainly, as numba vectorizes it."""
     rows = [np.linspace(0.0, 1e-3, _WIDTH, dtype=np.float32) for _ in range(3)]
     return lambda: spent_ns(lambda: _sweep(*rows)) / (_SWEEPS * (_WIDTH - 2))
-
-
-def yardsticks() -> dict[str, Window]:
-    """Both, by name, for `in_turn` beside what is measured."""
-    return {CHAIN: chain(), SWEEP: plain_sweep()}

@@ -16,7 +16,6 @@ from rig.figures.style import (
     INK,
     ORANGE,
     PURPLE,
-    SKY,
     VERMILION,
     WIDTH_IN,
     legend_below,
@@ -110,11 +109,10 @@ def servo(found: Row) -> Figure:
                 label = f"{words}, {delay} ticks late" if at == 0 and rows else None
                 x, y = [row["rate_Hz"] for row in rows], [row["energy"] for row in rows]
                 axes.plot(x, [abs(each) for each in y], line, color=colour, linewidth=1.4, label=label)
-                for adds, face in ((True, colour), (False, "white")):
-                    dots = [(at, abs(each)) for at, each in zip(x, y, strict=True) if (each > 0.0) == adds]
+                for row in rows:
                     axes.plot(
-                        [at for at, _ in dots], [each for _, each in dots], "o",
-                        color=colour, markerfacecolor=face, markersize=4.5,
+                        row["rate_Hz"], abs(row["energy"]), "o" if row["passes_envelope"] else "x",
+                        color=colour, markerfacecolor=colour if row["energy"] > 0.0 else "white", markersize=4.5,
                     )  # fmt: skip
         axes.set_xticks(
             list(rates), [f"{rate:g} Hz\n{share:.2g} %" for rate, share in rates.items()], fontsize=8
@@ -123,6 +121,7 @@ def servo(found: Row) -> Figure:
         axes.set_xlabel("rate of the force loop, and its share of a core")
     panes[0][0].set_ylabel("energy that a contact adds, of that before it")
     panes[0][0].plot([], [], "o", color=INK, markerfacecolor="white", markersize=4.5, label="takes energy")
+    panes[0][0].plot([], [], "x", color=INK, markersize=4.5, label="refused by the envelope")
     figure.suptitle(
         "The servo: what sampling adds, a higher rate or leading the position takes away",
         x=0.01, ha="left", fontsize=10.5,
@@ -213,15 +212,14 @@ def excitation(found: Row) -> Figure:
     """Error of the sound against the contact law's own blow: by one message, and streamed at each rate."""
     figure, axes = sheet(
         "The blow: told at once by one message, or sample by sample and later",
-        "error of the sound against the exact blow, dB; further left is truer",
+        f"error of the sound against the exact blow below {found['band_Hz']:g} Hz, dB; further left is truer",
         "",
     )
     axes.grid(visible=True, axis="x", color=GREY, alpha=0.25, linewidth=0.6)
     rows = list(reversed(found["rows"]))
     for key, colour, face, words in (
         ("magnitude_error_dB", INK, "white", "magnitudes alone, whatever the delay"),
-        ("sound_error_dB_half", SKY, SKY, "below half of the force loop’s rate"),
-        ("sound_error_dB_quarter", BLUE, BLUE, "below a quarter of it"),
+        ("sound_error_dB", BLUE, BLUE, "with its delay"),
     ):
         there = [(row[key], at) for at, row in enumerate(rows) if row.get(key) is not None]
         axes.plot(
@@ -241,12 +239,21 @@ def _blow_words(row: Row) -> str:
 
 def _bars(axes: Axes, rows: list[Row], key: str, unit: str, words: Callable[[Row], str]) -> None:
     rows = sorted((row for row in rows if row["effect"] not in ("all", "none")), key=lambda row: row[key])
-    axes.barh([row["effect"] for row in rows], [row[key] for row in rows], color=BLUE, height=0.6)
+    spread = [row["spread_ns"] for row in rows]
+    axes.barh(
+        [row["effect"] for row in rows], [row[key] for row in rows], xerr=spread, ecolor=INK, color=BLUE, height=0.6
+    )  # fmt: skip
     most = max((row[key] for row in rows), default=1.0)
     for at, row in enumerate(rows):
-        axes.text(max(row[key], 0.0) + 0.01 * most, at, " " + words(row), va="center", fontsize=8)
-    axes.set_xlim(right=1.6 * most)
+        axes.text(
+            max(row[key] + row["spread_ns"], 0.0) + 0.01 * most, at, " " + words(row), va="center", fontsize=8
+        )
+    axes.set_xlim(right=1.9 * most)
     axes.set_xlabel(unit)
+
+
+def _added(row: Row) -> str:
+    return f"{row['added_ns']:+.0f} ± {row['spread_ns']:.0f} ns"
 
 
 @styled
@@ -257,14 +264,14 @@ def effects(found: Row) -> Figure:
 
     def of_sample(row: Row) -> str:
         heard = "" if row["changes_dB"] is None else f", {row['changes_dB']:.0f} dB of the sound"
-        return f"{row['added_ns']:+.0f} ns{heard}"
+        return f"{_added(row)}{heard}"
 
     def of_tick(row: Row) -> str:
         if row["rate_Hz"] is None:
-            return f"{row['added_ns']:+.0f} ns"
+            return _added(row)
         without = row["rate_without_Hz"]
         beside = "no roll without" if without is None else f"{without:.1f} Hz without"
-        return f"{row['added_ns']:+.0f} ns; a roll of {row['rate_Hz']:.1f} Hz, {beside}"
+        return f"{_added(row)}; a roll of {row['rate_Hz']:.1f} Hz, {beside}"
 
     both[0].set_title("The drum’s effects: what each adds, and what of the sound goes without it")
     _bars(both[0], found["sample"], "added_ns", "ns a sample at the device", of_sample)

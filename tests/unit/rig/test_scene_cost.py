@@ -6,8 +6,9 @@ import re
 
 import pytest
 
-from drumstick.scene import Scene
+from drumstick.scene import Scene, parse
 from rig import scene_cost
+from sound_server import cost, tiers
 from sound_server.build import Unplayable
 
 
@@ -45,6 +46,26 @@ def test_table_marks_what_the_scene_asks_for(capsys: pytest.CaptureFixture[str])
     out = capsys.readouterr().out
     assert "* standard" in out
     assert "no effect at all" in out
+
+
+@pytest.mark.parametrize("accuracy", ["fine", "standard", "draft"])
+@pytest.mark.parametrize("effect", ["tension", "internal_loss", "cavity", "muffle"])
+def test_what_an_effect_is_compared_with_has_the_same_order_and_rate(
+    monkeypatch: pytest.MonkeyPatch, accuracy: str, effect: str
+) -> None:
+    """`fine` is of fourth order where an effect allows it: without that effect it would be another mesh."""
+    told = f'[mesh]\naccuracy = "{accuracy}"\n[drum.effects.{effect}]\n'
+    scene = parse(told, "x")
+    tried: list[tuple[int, int, tuple[str, ...]]] = []
+
+    def ringing(drum: Scene, rate_Hz: int, frames: int) -> cost.RingingCost:
+        tried.append((tiers.order_of(drum), tiers.divisor_for(drum, rate_Hz), tuple(drum.drum.effects)))
+        return cost.RingingCost(1.0, 1, 1)
+
+    monkeypatch.setattr(cost, "ringing", ringing)
+    scene_cost._drum_effects(scene, lambda what: None)
+    whole = tiers.order_of(scene), tiers.divisor_for(scene, 48_000)
+    assert tried == [(*whole, effects) for _ in range(scene_cost._REPEATS) for effects in ((effect,), ())]
 
 
 @pytest.mark.usefixtures("quick")

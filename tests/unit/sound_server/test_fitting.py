@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from drumstick.scene import Scene, SceneError, as_tables, from_tables, parse, shipped_text
-from sound_server import fitting, outlook, tiers
+from sound_server import cost, fitting, outlook, tiers
 from sound_server.build import new_engine
 from sound_server.calibrate import build
 from sound_server.events import StrikeRing
@@ -16,6 +16,7 @@ from sound_server.fitting import Line, fitted
 
 RATE_HZ = 48_000
 NS_A_SAMPLE = 1e9 / RATE_HZ
+TIE_CENTS = 0.05
 
 
 @pytest.fixture
@@ -56,13 +57,30 @@ def test_nothing_truer_would_fit(
     chosen = fitted(scene(cpu_budget=budget), RATE_HZ).scene
     assert chosen.mesh.accuracy in ("standard", "fine")
     assert cost_ns(chosen, line) <= budget * NS_A_SAMPLE
-    own = outlook.outlook(chosen, RATE_HZ)[0].cents
+    own, costs = outlook.outlook(chosen, RATE_HZ)[0].cents, cost_ns(chosen, line)
+    truest = own
     for divisor in range(1, 13):
         for accuracy in ("standard", "fine"):
             mesh = dataclasses.replace(chosen.mesh, accuracy=accuracy, rate_Hz=RATE_HZ / divisor)
             other = dataclasses.replace(chosen, mesh=mesh)
             if cost_ns(other, line) <= budget * NS_A_SAMPLE:
-                assert outlook.outlook(other, RATE_HZ)[0].cents >= own
+                cents = outlook.outlook(other, RATE_HZ)[0].cents
+                assert cents >= own - TIE_CENTS
+                truest = min(truest, cents)
+                if cents < own:  # as true to the ear, and it would have cost more
+                    assert cost_ns(other, line) >= costs
+    assert own <= truest + TIE_CENTS
+
+
+def test_the_finest_mesh_is_not_taken_for_the_truest(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fourth order at 48 kHz was measured 9 times less true than at 24 kHz, for rounding, at 6 times the cost."""
+    priced(monkeypatch, 20.0, 0.15)
+    low = scene(cpu_budget=0.9)
+    low = dataclasses.replace(low, drum=dataclasses.replace(low.drum, f01_Hz=150.0, effects={}))
+    chosen, words = fitted(low, RATE_HZ)
+    assert tiers.order_of(chosen) == 4
+    assert tiers.divisor_for(chosen, RATE_HZ) in (2, 3)
+    assert "0.0 cents" in words
 
 
 def test_a_slower_machine_gets_a_coarser_mesh(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -125,6 +143,11 @@ def test_the_trial_itself_finds_that_more_junctions_cost_more(kept: Path) -> Non
     assert outlook.outlook(large.scene, RATE_HZ)[0].cents < outlook.outlook(small.scene, RATE_HZ)[0].cents
     for line in json.loads(kept.read_text()).values():
         assert line[1] > 0.0
+    # It costs what it was taken for; half as much again for the machine's noise.
+    budget_ns = 0.6 * NS_A_SAMPLE
+    frames = 12_000
+    spent_ns = min(cost.ringing(large.scene, RATE_HZ, frames).cpu_s for _ in range(5)) / frames * 1e9
+    assert spent_ns <= 1.5 * budget_ns
     engine = build(small.scene, RATE_HZ, StrikeRing())
     assert RATE_HZ / engine.control["divisor"][0] == pytest.approx(small.scene.mesh.rate_Hz)
 

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 HERE = Path(__file__).parent
 _NATIVE = ["g++", "-O3", "-march=native", "-shared", "-fPIC"]
+_LONGEST_S = 600.0  # Faust's 16 x 16 takes more than a minute
 
 
 class Library:
@@ -33,13 +34,17 @@ class Library:
         return out
 
 
+def _run(command: list[str]) -> None:
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, timeout=_LONGEST_S)
+
+
 def stk(folder: Path) -> Library:
     """STK's Mesh2D from libstk as it is installed; only the loop that calls it is compiled here.
 
-    CalledProcessError when the compiler refuses.
+    SubprocessError when the compiler refuses.
     """
     out = folder / "stk_mesh.so"
-    subprocess.run([*_NATIVE, "-o", str(out), str(HERE / "stk_mesh.cpp"), "-lstk"], check=True)
+    _run([*_NATIVE, "-o", str(out), str(HERE / "stk_mesh.cpp"), "-lstk"])
     junctions = ctypes.c_int.in_dll(ctypes.CDLL(str(out)), "junctions").value
     return Library(out, junctions, ctypes.c_double)
 
@@ -47,15 +52,11 @@ def stk(folder: Path) -> Library:
 def faust(folder: Path, side: int) -> Library:
     """Faust's mesh_square of side x side junctions. 8: some seconds to compile; 16: more than a minute.
 
-    CalledProcessError when Faust or the compiler refuses.
+    SubprocessError when Faust or the compiler refuses.
     """
     source, code, out = (folder / f"faust_{side}.{kind}" for kind in ("dsp", "cpp", "so"))
     text = (HERE / "faust_mesh.dsp").read_text(encoding="utf-8")
     source.write_text(text.replace("SIDE", str(side)), encoding="utf-8")
-    subprocess.run(
-        ["faust", "-a", str(HERE / "faust_mesh.cpp"), str(source), "-o", str(code)],
-        check=True,
-        stdout=subprocess.DEVNULL,
-    )
-    subprocess.run([*_NATIVE, "-o", str(out), str(code)], check=True)
+    _run(["faust", "-a", str(HERE / "faust_mesh.cpp"), str(source), "-o", str(code)])
+    _run([*_NATIVE, "-o", str(out), str(code)])
     return Library(out, side * side, ctypes.c_float)

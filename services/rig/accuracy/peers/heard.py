@@ -52,8 +52,10 @@ def _peaks(sound: Numbers, rate_Hz: float) -> Numbers:
 
 
 def cents_heard(sound: Numbers, rate_Hz: float, ratios: list[float]) -> Numbers:
-    """Error of each mode that is found, relative to the lowest peak; as many as are found."""
+    """Error of each mode that is found, relative to the lowest peak; as many as are found, none of silence."""
     peaks = _peaks(sound, rate_Hz)
+    if not len(peaks):
+        return np.empty(0)
     off = 1200.0 * np.log2(peaks[None, :] / peaks[0] / np.array(ratios)[:, None] * ratios[0])
     nearest = off[np.arange(len(ratios)), np.argmin(np.abs(off), axis=1)]
     return nearest[np.abs(nearest) <= FARTHEST_CENTS]

@@ -5,6 +5,7 @@ Formats: "Synth Definition File Format" (version 2) and "Non-Realtime Synthesis"
 
 import os
 import re
+import resource
 import struct
 import subprocess
 from pathlib import Path
@@ -17,6 +18,7 @@ _SCALAR, _AUDIO = 0, 2
 _ADD = 0
 _TENSION, _LOSS = 0.05, 0.99999
 _IMPULSES_HZ = 10.0  # so often that the membranes never decay into denormals
+_LONGEST_S = 60.0  # a score takes a part of a second; an scsynth that hangs is ended
 _SIZE = 12  # of the plug-in's shapes, in half spacings across
 
 
@@ -95,21 +97,26 @@ def score(kind: str, membranes: int, seconds: float, impulses_Hz: float = _IMPUL
 
 
 def _played(score: Path, sound: Path, sample: str) -> tuple[str, float]:
-    # What scsynth said, and its CPU time, s. ChildProcessError if it did not play.
+    # What scsynth said, and its CPU time, s: no other child may end meanwhile. ChildProcessError if it did not play,
+    # TimeoutExpired if it hangs.
     command = ["scsynth", "-N", str(score), "_", str(sound), str(RATE_HZ), "WAV", sample]
     command += ["-o", "1", "-D", "0", "-V", "1"]
     environment = os.environ | {"QT_QPA_PLATFORM": "offscreen"}
-    process = subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    process = subprocess.run(
+        command,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        env=environment,
+        timeout=_LONGEST_S,
+        check=False,
     )
-    assert process.stdout is not None
-    with process.stdout as stream:
-        said = stream.read()
-    _, status, used = os.wait4(process.pid, 0)
-    process.returncode = os.waitstatus_to_exitcode(status)
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
     if process.returncode != 0:
-        raise ChildProcessError(f"scsynth ended with {process.returncode}: {said}")
-    return said, used.ru_utime + used.ru_stime
+        raise ChildProcessError(f"scsynth ended with {process.returncode}: {process.stdout}")
+    return process.stdout, used.ru_utime + used.ru_stime - before.ru_utime - before.ru_stime
 
 
 class Membranes:

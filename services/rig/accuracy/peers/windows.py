@@ -10,6 +10,7 @@ from rig.accuracy.peers.supercollider import RATE_HZ, Membranes
 from rig.accuracy.timing import Window, spent_ns
 
 _UPDATES = 4e6  # of junctions, in a window
+_LONGEST_S = 30.0
 MEMBRANES = 8  # so many that starting scsynth is little beside them
 # Debian's package: is it there?
 PACKAGES: Mapping[str, Callable[[], bool]] = {
@@ -48,11 +49,16 @@ def of_supercollider(folder: Path, kind: str, seconds: float) -> Window:
 
 
 def versions() -> dict[str, str]:
-    """Of Debian's packages, by its own tool; OSError where there is none."""
-    said = subprocess.run(
-        ["dpkg-query", "-W", "-f", "${Package} ${Version}\n", *PACKAGES],
-        capture_output=True,
-        text=True,
-        check=False,
-    ).stdout
-    return dict(line.split(" ", 1) for line in said.splitlines())
+    """Of those of Debian's packages that are installed, by its own tool; of none where there is no such tool."""
+    try:
+        said = subprocess.run(
+            ["dpkg-query", "-W", "-f", "${Package} ${Version}\n", *PACKAGES],
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=_LONGEST_S,
+        ).stdout
+    except (OSError, subprocess.TimeoutExpired):
+        return {}
+    told = dict(line.split(" ", 1) for line in said.splitlines())
+    return {name: version for name, version in told.items() if version}

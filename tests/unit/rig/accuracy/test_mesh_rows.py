@@ -2,14 +2,15 @@
 
 import json
 import os
+import subprocess
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from rig.accuracy import mesh, stored_peers
-from rig.accuracy.peers import windows
+from rig.accuracy import mesh, stored_peers, timing
+from rig.accuracy.peers import supercollider, windows
 from rig.accuracy.peers.heard import cents_heard, free_square, round_modes
 
 KEYS = {
@@ -26,7 +27,20 @@ def without_programs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def found(monkeypatch: pytest.MonkeyPatch, without_programs: Path) -> dict[str, Any]:
+def timed(monkeypatch: pytest.MonkeyPatch) -> list[set[str]]:
+    """What was timed together."""
+    calls: list[set[str]] = []
+
+    def in_turn(windows: dict[str, Any], rounds: int) -> dict[str, float]:
+        calls.append(set(windows))
+        return timing.in_turn(windows, rounds)
+
+    monkeypatch.setattr(mesh, "in_turn", in_turn)
+    return calls
+
+
+@pytest.fixture
+def found(monkeypatch: pytest.MonkeyPatch, without_programs: Path, timed: list[set[str]]) -> dict[str, Any]:
     """The quick run with one small mesh, one small bank and two rounds."""
     monkeypatch.setattr(mesh, "_QUICK_DIVISORS", (12,))
     monkeypatch.setattr(mesh, "_QUICK_TOPS_Hz", (1000.0,))
@@ -56,9 +70,16 @@ def test_rows_are_complete_and_json(found: dict[str, Any]) -> None:
             assert 0.0 < row["rms_cents"] < row["worst_cents"] < 60.0
 
 
+def test_all_rows_are_timed_in_the_same_rounds(found: dict[str, Any], timed: list[set[str]]) -> None:
+    measured = [row for row in found["rows"] if row["measured"]]
+    assert timed == [{timing.SWEEP, *map(str, range(len(measured)))}]
+    for row in measured:
+        assert row["ns_per_sample"] / row["ratio"] == pytest.approx(found["yardstick_ns"][timing.SWEEP])
+
+
 @pytest.mark.usefixtures("without_programs")
 def test_missing_programs_are_told_by_stored_results() -> None:
-    rows = {row["renderer"]: row for row in stored_peers.rows(True)}
+    rows = {row["renderer"]: row for row in stored_peers.rows(True, rounds=1)}
     kept = stored_peers.stored()
     for name, row in rows.items():
         assert row["measured"] is False
@@ -80,9 +101,65 @@ def test_a_program_that_fails_is_told_by_stored_results(
         "PEERS",
         {"SuperCollider MembraneCircle": stored_peers.PEERS["SuperCollider MembraneCircle"]},
     )
-    (row,) = stored_peers.rows(True)
+    (row,) = stored_peers.rows(True, rounds=1)
     assert row["measured"] is False
     assert "no plug-ins" in row["why"]
+
+
+def _peer(build: Any) -> stored_peers.Peer:
+    return stored_peers.Peer((), "float32", 6.0, True, build)
+
+
+@pytest.mark.parametrize("at", ["built", "first", "later"])
+@pytest.mark.parametrize(
+    "error",
+    [
+        ChildProcessError("no plug-ins"),
+        ArithmeticError("overflow"),
+        ValueError("no data"),
+        IndexError("empty"),
+    ],
+)
+def test_a_peer_that_fails_at_any_time_has_its_stored_row_and_the_others_are_measured(
+    monkeypatch: pytest.MonkeyPatch, at: str, error: Exception
+) -> None:
+    runs: list[float] = []
+
+    def fails() -> float:
+        runs.append(1.0)
+        if at == "first" or len(runs) > 2:
+            raise error
+        return 1.0
+
+    def build(_folder: Path, _seconds: float) -> stored_peers.Point:
+        if at == "built":
+            raise error
+        return stored_peers.Point(31, fails, None)
+
+    works = _peer(lambda _folder, _seconds: stored_peers.Point(64, lambda: 5.0, None))
+    monkeypatch.setattr(
+        stored_peers, "PEERS", {"SuperCollider MembraneCircle": _peer(build), "Faust 8x8": works}
+    )
+    broken, whole = stored_peers.rows(True, rounds=3)
+    assert broken["measured"] is False
+    assert str(error) in broken["why"]
+    assert broken["ns_per_sample"] == stored_peers.stored()["rows"][broken["renderer"]]["ns_per_sample"]
+    assert whole["measured"] is True
+    assert whole["ns_per_sample"] == 5.0
+
+
+def test_a_program_that_hangs_is_ended(without_programs: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    program = without_programs / "scsynth"
+    program.write_text("#!/bin/sh\nexec sleep 60\n")
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{without_programs}{os.pathsep}/bin")
+    monkeypatch.setattr(supercollider, "_LONGEST_S", 0.2)
+    with pytest.raises(subprocess.TimeoutExpired):
+        supercollider.response(without_programs, "MembraneCircle", 1.0)
+
+
+def test_silence_has_no_modes() -> None:
+    assert len(cents_heard(np.zeros(2**12), 48_000.0, [1.0, 2.0])) == 0
 
 
 def test_stored_rows_have_every_peer() -> None:

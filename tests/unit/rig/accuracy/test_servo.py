@@ -36,7 +36,7 @@ def _found() -> dict[str, Any]:
 @pytest.mark.usefixtures("tiny")
 def test_a_row_for_each_device_and_filter() -> None:
     found = _found()
-    assert set(found) == {"design", "rows"}
+    assert set(found) == {"design", "rows", "yardstick_ns"}
     assert found["design"] == {"m_kg": 0.075, "r_in": 2.5, "speed_m_per_s": 0.3}
     told = [
         (row["rate_Hz"], row["delay_ticks"], row["k_coll"], row["predictor"], row["filter"])
@@ -47,7 +47,9 @@ def test_a_row_for_each_device_and_filter() -> None:
         assert set(row) == KEYS
         given = row["restitution"]
         assert 0.0 < given["least"] <= given["mean"] <= given["most"]
-        assert row["energy"] == pytest.approx(given["mean"] ** 2 - row["design"] ** 2)
+        # The mean of the squares, which is more than the mean's square.
+        mean, most = given["mean"] ** 2 - row["design"] ** 2, given["most"] ** 2 - row["design"] ** 2
+        assert mean < row["energy"] < min(most, mean + 0.01)
         assert row["share_of_core"] == pytest.approx(row["tick_ns"] * 1e-9 * row["rate_Hz"])
         assert min(row["tick_ns"], row["ratio"]) > 0.0
         assert not row["missed"]

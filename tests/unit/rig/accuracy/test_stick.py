@@ -9,6 +9,7 @@ import pytest
 from drumstick.methods.carry import ORDERS, STEPPERS
 from rig.accuracy import stick
 from rig.accuracy.stick import PEER, Sweep
+from rig.accuracy.timing import CHAIN
 
 KEYS = {
     "method", "locates", "dt_s", "rtol", "ns_per_s", "ratio", "error_contacts", "error_v_lc", "error_rate", "missed",
@@ -39,7 +40,7 @@ def _found() -> dict[str, Any]:
 @pytest.mark.usefixtures("tiny")
 def test_a_row_for_each_step_and_tolerance() -> None:
     found = _found()
-    assert set(found) == {"scene", "orders", "exact_error", "rows"}
+    assert set(found) == {"scene", "orders", "exact_error", "rows", "yardstick_ns"}
     assert found["scene"] == "roll"
     assert found["orders"] == ORDERS
     assert all(set(row) == KEYS for row in found["rows"])
@@ -55,6 +56,9 @@ def test_a_row_for_each_step_and_tolerance() -> None:
     for row in found["rows"]:
         assert math.isfinite(row["ns_per_s"])
         assert min(row["ns_per_s"], row["ratio"]) > 0.0
+        assert row["ns_per_s"] / row["ratio"] == pytest.approx(
+            found["yardstick_ns"][CHAIN]
+        )  # one set of rounds
 
 
 @pytest.mark.usefixtures("tiny")
