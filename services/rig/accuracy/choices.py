@@ -159,6 +159,7 @@ def _of_excitation(found: Row) -> Iterator[Choice]:
 def _of_effects(found: Row) -> Iterator[Choice]:
     by_hand = found["none"]["over_by_hand"]
     none_ns = next(row["ns_per_sample"] for row in found["sample"] if row["effect"] == "none")
+    added = {row["effect"]: row["added_ns"] for row in found["sample"]}
     yield Choice(
         "a drum and nothing else",
         "no table of effects",
@@ -169,14 +170,14 @@ def _of_effects(found: Row) -> Iterator[Choice]:
             changes = (
                 "" if row["changes_dB"] is None else f"; changes the sound by {row['changes_dB']:.0f} dB"
             )
-            added_ns = row["ns_per_sample"] - none_ns
-            spread = f" ± {row['spread_ns']:.0f}"
             needs = "cavity" if row["effect"] == "snare" else ""
+            added_ns = sum(added[name] for name in (needs, row["effect"]) if name)
+            spread = f" ± {row['spread_ns']:.0f}"
             tables = [f"`[drum.effects.{name}]`" for name in (needs, row["effect"]) if name]
             yield Choice(
                 f"`{row['effect']}`" + (f", with the `{needs}` that it needs" if needs else ""),
                 " and ".join(tables),
-                f"{added_ns:+.0f}{spread} ns a sample ({100.0 * added_ns / none_ns:+.0f} %){changes}"
+                f"{round(added_ns):+d}{spread} ns a sample ({round(100.0 * added_ns / none_ns):+d} %){changes}"
                 + (f" beside `{needs}` alone" if needs and changes else ""),
             )
 

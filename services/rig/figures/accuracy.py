@@ -253,7 +253,7 @@ def _bars(axes: Axes, rows: list[Row], key: str, unit: str, words: Callable[[Row
 
 
 def _added(row: Row) -> str:
-    return f"{row['added_ns']:+.0f} ± {row['spread_ns']:.0f} ns"
+    return f"{round(row['added_ns']):+d} ± {row['spread_ns']:.0f} ns"
 
 
 @styled

@@ -103,8 +103,8 @@ def test_what_is_to_be_typed_is_a_scene(shipped: dict[str, Any]) -> None:
 
 def test_a_snares_cost_is_with_the_head_that_it_needs(shipped: dict[str, Any]) -> None:
     (snare,) = (choice for choice in choices({"effects": shipped["effects"]}) if "`snare`" in choice.want)
-    ns = {row["effect"]: row["ns_per_sample"] for row in shipped["effects"]["sample"]}
-    assert _costs(snare.costs) == round(ns["snare"] - ns["none"])
+    added_ns = {row["effect"]: row["added_ns"] for row in shipped["effects"]["sample"]}
+    assert _costs(snare.costs) == round(added_ns["cavity"] + added_ns["snare"])
     assert "[drum.effects.cavity]" in snare.choose
 
 
