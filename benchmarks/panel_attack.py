@@ -2,9 +2,9 @@
 
 The real rig (servo, gateway, sound on a null device, panel). Attackers are a process of their own: connections without
 the token, as many as come; frames of a megabyte, each of which ends its connection; 10,000 well-formed messages a
-second with the token, all out of range, again and again after each cut. Calm windows before and between. In each
-window: lateness of the servo's ticks by its own histogram (10 us a bin), and how long an honest user's set over the
-same websocket takes until the servo uses it, looked for every 20 ms.
+second with the token, all out of range, again and again after each cut; places of a pad, as many as go. Calm windows
+before and between. In each window: lateness of the servo's ticks by its own histogram (10 us a bin), and how long an
+honest user's set over the same websocket takes until the servo uses it, looked for every 20 ms.
 The machine's own stalls are in all windows alike.
 """
 
@@ -30,7 +30,7 @@ from protocol.messages import Readback
 from rig.this_machine import description
 
 RESULT = HERE / "results" / "panel_attack.json"
-ATTACKS = ("no token", "megabytes", "messages")
+ATTACKS = ("no token", "megabytes", "messages", "pads")
 PER_S = 10_000
 SET_EVERY_S = 0.5
 LAST_BIN = 511
@@ -51,6 +51,13 @@ def attack(kind: str, port: int, cookie: str) -> None:
                     wire.send(b"\x00" * 1_000_000)
         except (ConnectionClosed, OSError):
             continue
+    while kind == "pads":
+        with (
+            contextlib.suppress(ConnectionClosed, OSError),
+            dial_port(port, own, "/pointer", Cookie=cookie) as wire,
+        ):
+            while True:
+                wire.send("[true,0.5,0.0]")
     while True:
         with contextlib.suppress(ConnectionClosed), dial_port(port, own, Cookie=cookie) as wire:
             visitor = Visitor(wire)

@@ -289,6 +289,35 @@ def _panel() -> list[str]:
     ]
 
 
+def _attacked() -> list[str]:
+    found = read("panel_attack")
+    names = {
+        "none": "nobody",
+        "no token": "connections without the token, as many as come",
+        "megabytes": "frames of a megabyte, with the token",
+        "messages": f"{found['messages_per_s']} messages a second, with the token, all out of range",
+        "pads": "places of a pad, with the token, as many as go",
+    }
+    lines = [
+        "",
+        "## What an attack on the page does to the force",
+        "",
+        f"`python benchmarks/panel_attack.py`: windows of {found['window_s']:g} s in turn, on the real rig; the attacker is a process on the same two",
+        "cores. Lateness of the servo's ticks by its own histogram (10 µs a bin), and how long an honest visitor's change takes until the servo uses"
+        f" it. {where(found)}",
+        "",
+        "| attacked by | ticks late, p50 µs | p99 µs | p99.9 µs | an honest change, p50 ms | longest ms |",
+        "|---|---|---|---|---|---|",
+    ]
+    for row in found["rows"]:
+        late, took = row["lateness_us"], row["set_ms"]
+        cells = " | ".join(
+            "over 5110" if late[name] is None else f"{late[name]:.0f}" for name in ("p50", "p99", "p99.9")
+        )
+        lines.append(f"| {names[row['attack']]} | {cells} | {took['p50']:.0f} | {took['max']:.0f} |")
+    return lines
+
+
 def page() -> str:
     """The whole page."""
     starts, sound = read("start_and_restart"), read("sound_cost")
@@ -334,6 +363,7 @@ def page() -> str:
             *_wire(),
             *_door(),
             *_panel(),
+            *_attacked(),
             *_looking(),
             "",
         ]

@@ -51,6 +51,7 @@ def test_strikes_become_sound_once_each_and_the_file_is_finished(side: HapticSid
     assert heard.peak_left <= np.abs(recorded).max() + 1e-3
 
 
+@pytest.mark.real_clock
 def test_a_scene_with_latency_keeps_the_rhythm_of_the_contacts(
     free_port: Callable[[], int], tmp_path: Path
 ) -> None:

@@ -76,6 +76,7 @@ def events(path: Path, channel: channels.Channel) -> list[object]:
     return [decode(event.payload, channel.kind) for event in read(path).of(channel)]
 
 
+@pytest.mark.real_clock
 def test_ten_seconds_of_a_roll_and_none_is_missing(rig: Rig, session: zenoh.Session, tmp_path: Path) -> None:
     heard = Listener(session, rig.keys.strike, Strike)
     out = tmp_path / "roll.mcap"

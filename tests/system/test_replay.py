@@ -95,6 +95,7 @@ def a_roll(path: Path, scene: Scene, finished: bool = True) -> Path:
     return made(path, messages, scene, finished)
 
 
+@pytest.mark.real_clock
 def test_a_real_sound_server_sounds_from_it_each_strike_once_in_the_recorded_rhythm(
     free_port: Callable[[], int], tmp_path: Path
 ) -> None:
