@@ -8,7 +8,7 @@ controls, which the main thread writes and viser's thread reads.
 
 import math
 from collections.abc import Callable
-from typing import cast
+from typing import Any, cast
 
 import msgspec
 
@@ -58,10 +58,11 @@ def is_click(value: object) -> bool:
 
 class ClientMessages:
     """Decides about each frame; `controls` maps a control's id to the check of its value, `keys` are the ids of the
-    keyboard's commands."""
+    keyboard's commands. `sent` keeps what a browser sent last for a control."""
 
     def __init__(self) -> None:
         self.controls: dict[str, Check] = {}
+        self.sent: dict[str, Any] = {}
         self.keys: set[str] = set()
         self.refused = 0
 
@@ -98,7 +99,10 @@ class ClientMessages:
         if check is None or not isinstance(updates, dict):
             return False
         named = cast(dict[object, object], updates)
-        return set(named) == {"value"} and check(named["value"])
+        if set(named) != {"value"} or not check(named["value"]):
+            return False
+        self.sent[uuid] = named["value"]
+        return True
 
 
 def _is_camera(message: dict[object, object]) -> bool:

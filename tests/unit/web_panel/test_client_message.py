@@ -31,6 +31,12 @@ def test_a_sliders_number_and_a_buttons_click_pass(messages: ClientMessages) -> 
     assert messages.refused == 0
 
 
+def test_what_was_sent_last_is_kept_and_what_is_refused_is_not(messages: ClientMessages) -> None:
+    for value in (0.25, 0.3, float("nan")):
+        messages.admits(update(value))
+    assert messages.sent == {"slider": 0.3}
+
+
 @pytest.mark.parametrize(
     "value", [float("nan"), float("inf"), -float("inf"), True, None, "0.2", "nan", [1.0], {"a": 1}]
 )
