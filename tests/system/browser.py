@@ -64,6 +64,22 @@ def visitor(
     return context
 
 
+@contextmanager
+def page_at(
+    browser: Browser, address: str, patience_ms: float, strangers: list[str] | None = None
+) -> Generator[Page]:
+    """A fresh profile's page, when it shows the roll as its scene has it."""
+    context = visitor(browser, NARROW, strangers)
+    try:
+        page = context.new_page()
+        page.set_default_timeout(patience_ms)
+        page.goto(address)
+        expect(readback(page, "dv_pls")).to_have_text("0.2m/s", timeout=patience_ms)
+        yield page
+    finally:
+        context.close()
+
+
 def control(page: Page, name: str) -> Locator:
     """The words and the readback of one parameter, by its wire name."""
     return page.locator(f'[data-param="{name}"]')

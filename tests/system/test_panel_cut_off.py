@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from browser import NARROW, chromium, part, readback, visitor
+from browser import NARROW, part, readback, visitor
 from fake_rig import FakeRig, wait_until
 from panel_process import PanelProcess, panel
 from playwright.sync_api import Browser, Page, expect
@@ -18,12 +18,6 @@ AGAIN_MS = 60_000.0  # a browser makes a page wait, longer each time, after conn
 WORDS = (
     "No connection to the panel: what you see is old, and PANIC is not heard. Use the switch at the device."
 )
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as running:
-        yield running
 
 
 @pytest.fixture

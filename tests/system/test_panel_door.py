@@ -27,12 +27,6 @@ def rig() -> Iterator[FakeRig]:
     made.close()
 
 
-@pytest.fixture
-def served(rig: FakeRig, tmp_path: Path, free_port: Callable[[], int]) -> Iterator[PanelProcess]:
-    with panel(rig.endpoint, free_port(), tmp_path / "token") as running:
-        yield running
-
-
 def get(served: PanelProcess, path: str, **headers: str) -> http.client.HTTPResponse:
     connection = http.client.HTTPConnection("127.0.0.1", served.port, timeout=10)
     connection.request("GET", path, headers=headers)

@@ -1,13 +1,12 @@
 """The pad on the page, in a real browser, against a fake haptic side."""
 
 import time
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Iterator
 
 import pytest
-from browser import NARROW, chromium, part, readback, visitor
+from browser import page_at, part
 from fake_rig import FakeRig, wait_until
-from panel_process import PanelProcess, panel
+from panel_process import PanelProcess
 from panel_wire import dial_port
 from playwright.sync_api import Browser, Page, WebSocket, expect
 
@@ -18,12 +17,6 @@ PATIENCE_MS = 20_000.0
 MOST_PADS = 16
 
 
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as running:
-        yield running
-
-
 @pytest.fixture
 def rig() -> Iterator[FakeRig]:
     made = FakeRig(parse(shipped_text("roll"), "roll.toml"))
@@ -32,20 +25,9 @@ def rig() -> Iterator[FakeRig]:
 
 
 @pytest.fixture
-def served(rig: FakeRig, tmp_path: Path, free_port: Callable[[], int]) -> Iterator[PanelProcess]:
-    with panel(rig.endpoint, free_port(), tmp_path / "token") as running:
-        yield running
-
-
-@pytest.fixture
 def page(browser: Browser, served: PanelProcess) -> Iterator[Page]:
-    context = visitor(browser, NARROW)
-    opened = context.new_page()
-    opened.set_default_timeout(PATIENCE_MS)
-    opened.goto(served.address)
-    expect(readback(opened, "dv_pls")).to_have_text("0.2m/s", timeout=PATIENCE_MS)
-    yield opened
-    context.close()
+    with page_at(browser, served.address, PATIENCE_MS) as shown:
+        yield shown
 
 
 def pad_sockets(page: Page) -> list[WebSocket]:

@@ -1,14 +1,13 @@
 """The page in a real browser, against a fake haptic side."""
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import closing
-from pathlib import Path
 
 import pytest
-from browser import DESKTOP, NARROW, PHONE, chromium, note, part, readback, slider, visitor
+from browser import DESKTOP, PHONE, note, page_at, part, readback, slider, visitor
 from fake_rig import FakeRig, wait_until
-from panel_process import PanelProcess, panel
+from panel_process import PanelProcess
 from playwright.sync_api import Browser, Locator, Page, expect
 
 from drumstick.scene import Scene, parse, shipped_text
@@ -21,12 +20,6 @@ def scene(name: str) -> Scene:
     return parse(shipped_text(name), f"{name}.toml")
 
 
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as running:
-        yield running
-
-
 @pytest.fixture
 def rig() -> Iterator[FakeRig]:
     made = FakeRig(scene("roll"))
@@ -35,21 +28,10 @@ def rig() -> Iterator[FakeRig]:
 
 
 @pytest.fixture
-def served(rig: FakeRig, tmp_path: Path, free_port: Callable[[], int]) -> Iterator[PanelProcess]:
-    with panel(rig.endpoint, free_port(), tmp_path / "token") as running:
-        yield running
-
-
-@pytest.fixture
 def page(browser: Browser, served: PanelProcess) -> Iterator[Page]:
     strangers: list[str] = []
-    context = visitor(browser, NARROW, strangers)
-    opened = context.new_page()
-    opened.set_default_timeout(PATIENCE_MS)
-    opened.goto(served.address)
-    expect(readback(opened, "dv_pls")).to_have_text("0.2m/s", timeout=PATIENCE_MS)
-    yield opened
-    context.close()
+    with page_at(browser, served.address, PATIENCE_MS, strangers) as shown:
+        yield shown
     assert strangers == [], "the page wanted another machine"
 
 

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from browser import NARROW, chromium, note, part, readback, slider, visitor
+from browser import NARROW, note, part, readback, slider, visitor
 from fake_rig import FakeRig, wait_until
 from panel_process import panel
 from playwright.sync_api import Browser, Page, expect
@@ -19,12 +19,6 @@ BARE = 'name = "bare"\n[stick]\nk_coll_N_per_m = 4000.0\n'
 
 def scene(name: str) -> Scene:
     return parse(shipped_text(name), f"{name}.toml")
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as running:
-        yield running
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 import pytest
 import zenoh
-from browser import NARROW, chromium, note, opened, part, readback, slider, visitor
+from browser import NARROW, note, opened, part, readback, slider, visitor
 from playwright.sync_api import Browser, Page, expect
 from rig_process import DRUMSTICK, Listener, Rig, ask, running, wait_for
 
@@ -37,12 +37,6 @@ def rig() -> Iterator[Rig]:
 def address(rig: Rig) -> str | None:
     found = re.search(r"http://127\.0\.0\.1:\d+/\?token=\S+", rig.said)
     return found[0] if found else None
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as started:
-        yield started
 
 
 def visit(browser: Browser, rig: Rig) -> Page:

@@ -1,11 +1,10 @@
 """Two technicians at one panel, each with a browser, against a fake haptic side."""
 
 from collections.abc import Iterator
-from contextlib import closing
 from pathlib import Path
 
 import pytest
-from browser import NARROW, chromium, opened, part, readback, visitor
+from browser import opened, page_at, part, readback
 from fake_rig import FakeRig, free_port, wait_until
 from panel_process import panel
 from playwright.sync_api import Browser, Page, expect
@@ -14,12 +13,6 @@ from drumstick.scene import parse, shipped_text
 
 pytestmark = [pytest.mark.system, pytest.mark.needs("chromium"), pytest.mark.timeout(300)]
 PATIENCE_MS = 20_000.0
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as running:
-        yield running
 
 
 @pytest.fixture
@@ -34,15 +27,10 @@ def rig() -> Iterator[FakeRig]:
 def pages(browser: Browser, rig: FakeRig, tmp_path: Path) -> Iterator[tuple[Page, Page]]:
     with (
         panel(rig.endpoint, free_port(), tmp_path / "token") as served,
-        closing(visitor(browser, NARROW)) as ada,
-        closing(visitor(browser, NARROW)) as bob,
+        page_at(browser, served.address, PATIENCE_MS) as ada,
+        page_at(browser, served.address, PATIENCE_MS) as bob,
     ):
-        made = (ada.new_page(), bob.new_page())
-        for page in made:
-            page.set_default_timeout(PATIENCE_MS)
-            page.goto(served.address)
-            expect(readback(page, "dv_pls")).to_have_text("0.2m/s", timeout=PATIENCE_MS)
-        yield made
+        yield ada, bob
 
 
 def press(page: Page, name: str) -> None:

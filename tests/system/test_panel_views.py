@@ -7,7 +7,7 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from browser import NARROW, chromium, part, readback, visitor
+from browser import NARROW, page_at, part, visitor
 from fake_rig import FakeRig, free_port, wait_until
 from panel_process import PanelProcess, panel
 from playwright.sync_api import Browser, Page, expect
@@ -27,12 +27,6 @@ COMPILING_S = 180.0  # the first theory and the first timed tick compile their k
 _DATA = """() => Object.values(window.__viserTestpoints.uplots).map(each => ({
   labels: each.chart.series.map(series => series.label), data: each.chart.data.map(column => Array.from(column))
 }))"""
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as running:
-        yield running
 
 
 @pytest.fixture(scope="module")
@@ -61,13 +55,8 @@ def served(
 
 @pytest.fixture(scope="module")
 def page(browser: Browser, served: PanelProcess) -> Iterator[Page]:
-    context = visitor(browser, NARROW)
-    opened = context.new_page()
-    opened.set_default_timeout(PATIENCE_MS)
-    opened.goto(served.address)
-    expect(readback(opened, "dv_pls")).to_have_text("0.2m/s", timeout=PATIENCE_MS)
-    yield opened
-    context.close()
+    with page_at(browser, served.address, PATIENCE_MS) as shown:
+        yield shown
 
 
 def accuracy_result(processor: str, ns: float) -> str:

@@ -5,7 +5,7 @@ import time
 from collections.abc import Iterator
 
 import pytest
-from browser import NARROW, chromium, part, readback, visitor
+from browser import NARROW, part, readback, visitor
 from playwright.sync_api import Browser, Page, expect
 from rig_process import Listener, Rig, running, wait_for
 
@@ -26,12 +26,6 @@ def strikes(rig: Rig) -> Iterator[Listener]:
     session = rig.client()
     yield Listener(session, rig.keys.strike, Strike)
     session.close()
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as running_browser:
-        yield running_browser
 
 
 def visit(browser: Browser, rig: Rig) -> Page:
