@@ -126,6 +126,7 @@ def test_who_holds_the_lease_is_shown(page: Page, rig: FakeRig) -> None:
 
 
 def test_while_dragging_the_newest_value_wins(page: Page, rig: FakeRig) -> None:
+    slider(page, "dv_pls").hover()  # it waits until what comes above it is there: the thumb would move away
     box = slider(page, "dv_pls").bounding_box()
     assert box is not None
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2

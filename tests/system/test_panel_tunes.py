@@ -197,6 +197,7 @@ def test_a_page_closed_in_mid_drag_leaves_what_was_accepted_last(
 ) -> None:
     with visiting(browser, rig) as leaving:  # nobody lets go of the thumb
         see(leaving, "dv_pls", "0.2m/s")
+        slider(leaving, "dv_pls").hover()  # until it stands still
         box = slider(leaving, "dv_pls").bounding_box()
         assert box is not None
         x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
