@@ -1,6 +1,7 @@
 """What is no longer heard costs no more than what is: tails in denormal numbers, and silence."""
 
 import time
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +19,7 @@ from stability.catalogue import shows
 from stability.mesh_steps import take
 
 RATE = 48_000
+ROUNDS, MOST_ROUNDS = 40, 1000
 Floats = npt.NDArray[np.float32]
 DRUMS = {
     "mesh": Scene("mesh", drum=Drum(t60_s=60.0)),
@@ -40,31 +42,50 @@ def ringing(scene: Scene) -> Engine:
     return engine
 
 
-def fainter(engine: Engine, share: float) -> None:
-    """As if it had rung for a very long time, and had never been louder."""
-    planes = [engine.head.planes] if engine.modal is None else [engine.modal.q, engine.modal.d]
-    planes += [engine.internal_loss.moving] if engine.internal_loss is not None else []
-    planes += [engine.cavity.head.planes] if engine.cavity is not None else []
-    for plane in planes:
-        plane *= np.float32(share)
-    engine.history[:] *= np.float32(share)
-    engine.control["loudest"] *= share
+class Tail:
+    """One drum, as loud or as faint as is asked, in the same memory: where planes lie changes the cost by 7 %."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.engine = engine = ringing(scene)
+        self._planes = [engine.head.planes] if engine.modal is None else [engine.modal.q, engine.modal.d]
+        self._planes += [engine.internal_loss.moving] if engine.internal_loss is not None else []
+        self._planes += [engine.cavity.head.planes] if engine.cavity is not None else []
+        self._planes.append(engine.history)
+        self._kept = [plane.copy() for plane in self._planes]
+        self._loudest = engine.control["loudest"].copy()
+
+    def seconds(self, share: float, play: Callable[[Engine], object]) -> float:
+        """CPU time to play on, from `share` of the stroke: faint is as if it had rung very long, never louder."""
+        for plane, kept in zip(self._planes, self._kept, strict=True):
+            np.multiply(kept, np.float32(share), out=plane)
+        self.engine.control["loudest"] = self._loudest * share
+        begun = time.thread_time()
+        play(self.engine)
+        return time.thread_time() - begun
+
+
+def least_seconds(windows: Sequence[Callable[[], float]], enough: Callable[[Floats], bool]) -> Floats:
+    """The least that each took, in turn; where others use the machine, in as many more turns as it takes."""
+    least = np.full(len(windows), np.inf, np.float32)
+    for taken in range(MOST_ROUNDS):
+        least = np.minimum(least, np.array([window() for window in windows], np.float32))
+        if taken + 1 >= ROUNDS and enough(least):
+            break
+    return least
 
 
 @shows("tail of denormal numbers", "ours")
 @pytest.mark.parametrize("name", DRUMS)
 def test_a_tail_of_denormal_numbers_costs_what_a_stroke_does(name: str) -> None:
-    loud, faint = ringing(DRUMS[name]), ringing(DRUMS[name])
-    fainter(faint, 1e-36)
-    out = np.zeros((480, 2), np.float32)
-    least = [np.inf, np.inf]
-    for _ in range(40):
-        for k, engine in enumerate((loud, faint)):
-            begun = time.thread_time()
-            render_all(engine, out, 128, 0)
-            least[k] = min(least[k], time.thread_time() - begun)
-        assert faint.control["asleep"][0] == 0
-    assert least[1] < 1.1 * least[0]
+    tail, out = Tail(DRUMS[name]), np.zeros((480, 2), np.float32)
+
+    def play(engine: Engine) -> None:
+        render_all(engine, out, 128, 0)
+        assert engine.control["asleep"][0] == 0
+
+    windows = [lambda share=share: tail.seconds(share, play) for share in (1.0, 1e-36)]
+    loud, faint = least_seconds(windows, lambda least: bool(least[1] < 1.1 * least[0]))
+    assert faint < 1.1 * loud
 
 
 @njit()
@@ -89,17 +110,15 @@ def _price_of_denormals() -> float:
 
 @shows("tail of denormal numbers")
 def test_without_the_float_mode_the_same_tail_costs_many_times_as_much() -> None:
-    """In turn: a stroke, its tail at 1e-36, the same tail in the mode that every thread begins with."""
-    engines = [ringing(DRUMS["mesh"]) for _ in range(3)]
-    for engine in engines[1:]:
-        fainter(engine, 1e-40)
-    least = [np.inf] * 3
-    for _ in range(40):
-        for k, engine in enumerate(engines):
-            begun = time.thread_time()
-            take(engine, 40, flushes=k < 2)
-            least[k] = min(least[k], time.thread_time() - begun)
-    loud, flushed, naive = least
+    """In turn: a stroke, its tail at 1e-40, the same tail in the mode that every thread begins with."""
+    tail = Tail(DRUMS["mesh"])
+    windows = [
+        lambda share=share, flushes=flushes: tail.seconds(
+            share, lambda engine: take(engine, 40, flushes=flushes)
+        )
+        for share, flushes in ((1.0, True), (1e-40, True), (1e-40, False))
+    ]
+    loud, flushed, naive = least_seconds(windows, lambda least: bool(least[1] < 1.1 * least[0]))
     assert flushed < 1.1 * loud
     # A tenth of what a plain loop pays: 3 times where denormals cost 30 times, nothing where they cost nothing.
     assert naive > loud * (0.9 + 0.1 * (min(_price_of_denormals(), 31.0) - 1.0))
