@@ -65,7 +65,7 @@ class Heard:
 
 
 def moves(page: Page, heard: Heard, count: int) -> dict[str, list[float]]:
-    """Milliseconds of each move; every other one goes back."""
+    """Milliseconds of each move, in turn; every other one goes back."""
     thumb = slider(page, "k_coll")
     thumb.focus()
     found: dict[str, list[float]] = {"force": [], "used": [], "shown": [], "foreseen": []}
@@ -216,6 +216,10 @@ def measured(count: int) -> dict[str, Any]:
         "goal_ms": GOAL_MS,
         "rows_ms": {
             size: {name: percentiles(row) for name, row in found.items()} for size, found in times.items()
+        },
+        "foreseen_first": {
+            size: sum(f <= s for f, s in zip(found["foreseen"], found["shown"], strict=True))
+            for size, found in times.items()
         },
         "share_of_core": {"nobody": alone, "one browser": looking, "one browser drags": drawn},
         "resident_MB": memory,

@@ -68,6 +68,10 @@ def panel() -> list[str]:
     return [
         *lines,
         "",
+        "A wish is sent when its prediction has been handed to the pages, or after 50 ms. Of so many moves the page showed the prediction no later"
+        " than the readback: "
+        + ", ".join(f"{n} ({size})" for size, n in found["foreseen_first"].items())
+        + ".",
         f"One prediction takes {one['p50']:.1f} ms of its time at the median, {one['max']:.1f} ms at most, over {one['values']} values of dv_pls.",
         f"The panel takes {memory['panel']:.0f} MB of memory, what computes for it {memory['computing']:.0f} MB.",
     ]

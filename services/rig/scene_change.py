@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 
+from protocol.keys import DEFAULT_RIG, command
 from rig import folder, scene_file
 from rig.fault import GIVEN, LACKING, Stop
 from rig.laid_out import LaidOut
@@ -56,11 +57,12 @@ def _read(path: Path) -> str:
         return ""
 
 
-def lay_out(run: Path, configured: str, say: Say) -> None:
+def lay_out(run: Path, configured: str, say: Say, rig: str = DEFAULT_RIG) -> None:
     """Put the scene for the servo that starts now: one that somebody asked for, or the one of the options.
 
     A servo that crashed finds its scene and its block as they were; so does one that a panic or a fault holds,
-    whatever is asked for. The configured scene is put where none lies, and where the options changed. Raises Stop.
+    whatever is asked for. The configured scene is put where none lies, and where the options changed. `rig`: as the
+    words of it name it. Raises Stop.
     """
     lying, wanted = _lying(run), _take_wanted(run)
     first = scene_file.laid_out(configured)
@@ -68,7 +70,7 @@ def lay_out(run: Path, configured: str, say: Say) -> None:
     if lying is not None and wanted is None and not is_new:
         return
     if lying is not None and lying.is_held(run):
-        say("a panic or a fault is latched: the scene stays; drumstick arm first")
+        say(f"a panic or a fault is latched: the scene stays; {command('arm', rig)} first")
     elif wanted is not None and lying is not None and not is_new:
         say(f"another scene: {wanted}")
         asked = scene_file.laid_out(wanted)

@@ -43,7 +43,7 @@ def become_servo(options: Options, scene: str) -> NoReturn:
     from rig import scene_change
 
     lock = folder.claim(options.folder, options.rig)
-    scene_change.lay_out(options.folder, scene, _say)
+    scene_change.lay_out(options.folder, scene, _say, options.rig)
     os.set_inheritable(lock.fileno(), True)
     become("servo", options)
 

@@ -33,6 +33,8 @@ class Foresight:
         content = self._words(mirror)
         if content != self._content:
             self._content = self._handle.content = content
+        newest = self._prediction.newest
+        self._prediction.note_shown(None if newest is None or isinstance(newest[1], Trouble) else newest[0])
 
     def _words(self, mirror: Mirror) -> str:
         newest = self._prediction.newest

@@ -1,5 +1,9 @@
-"""What the newest wish would do, asked of the process that computes. `ask` by any thread, the rest by the main one."""
+"""What the newest wish would do, asked of the process that computes.
 
+`ask` by any thread, `wait_until_shown` by the one that sends wishes, the rest by the main one.
+"""
+
+import threading
 import time
 
 from drumstick.scene import Scene, as_tables
@@ -16,6 +20,8 @@ class Prediction:
         self._rig: Foresee | None = None  # without values
         self.asked: dict[str, float] | None = None
         self.asked_at = float("-inf")
+        self._shown: dict[str, float] | None = None
+        self._changed = threading.Condition()
 
     def show_for(self, scene: Scene, limits: dict[str, float]) -> None:
         """The rig that the questions are about; what was asked about another one is forgotten."""
@@ -28,6 +34,19 @@ class Prediction:
         if (rig := self._rig) is not None:
             self.asked, self.asked_at = values, time.monotonic()
             self._computer.ask(Foresee(rig.scene, values, rig.limits))
+
+    def note_shown(self, values: dict[str, float] | None) -> None:
+        """The pages have been handed what these values would do."""
+        with self._changed:
+            self._shown = values
+            self._changed.notify()
+
+    def wait_until_shown(self, at_most_s: float) -> bool:
+        """Wait until what was asked newest is shown. False, at once, while nothing is: the first one compiles."""
+        with self._changed:
+            return self._shown is not None and self._changed.wait_for(
+                lambda: self._shown is None or self._shown == self.asked, at_most_s
+            )
 
     @property
     def newest(self) -> tuple[dict[str, float], Foreseen | Trouble] | None:

@@ -2,6 +2,7 @@
 
 import gc
 import sys
+import threading
 import time
 from collections.abc import Callable
 
@@ -24,6 +25,8 @@ from web_panel.views import Sources
 
 _PICTURE_S = 1.0 / 30.0
 _TURNS_A_PAGE = 2  # pictures for each time that the rest is written
+# What a wish would do is shown before it is sent: 15 ms usually. A slider that hung would be no instrument.
+_FORESEEN_S = 0.05
 _ALONE_S = (
     0.5  # nobody looks: the panel only keeps up with the rig, and the page is written when somebody comes
 )
@@ -44,9 +47,16 @@ def serve(
     server = start(Admission(token, port), messages, PointerDoor(link.point))
     lease = LeaseDoor(link.take_lease)
     # Two, so that nobody who drags waits for a plot's second of theory; each starts its process when first asked.
-    for_wishes, for_plots = Computer(), Computer()
+    foreseen = threading.Event()
+    for_wishes, for_plots = Computer(tell=foreseen.set), Computer()
     prediction = Prediction(for_wishes)
-    changes = Changes(link.set, link.load_preset, lease.secret_of, prediction.ask)
+    changes = Changes(
+        link.set,
+        link.load_preset,
+        lease.secret_of,
+        prediction.ask,
+        lambda: prediction.wait_until_shown(_FORESEEN_S),
+    )
     try:
         presets = Doors(changes.load, link.save_preset)
         page = Page(
@@ -72,7 +82,10 @@ def serve(
         turn = 0
         while keep_on():
             seen = page.views.follow()
-            time.sleep(_PICTURE_S if seen else _ALONE_S)
+            next_turn = time.monotonic() + (_PICTURE_S if seen else _ALONE_S)
+            while foreseen.wait(next_turn - time.monotonic()):
+                foreseen.clear()
+                page.foresee(mirror, time.monotonic())
             link.watch(page.views.needs)
             link.poll(time.monotonic())
             for wish, answer in changes.take_answers(mirror, time.monotonic()):

@@ -95,7 +95,7 @@ def main() -> int:
     )
     if link is None:
         return 0
-    desk = ParameterDesk(scene, link, limits.read(given.run_dir))
+    desk = ParameterDesk(scene, link, limits.read(given.run_dir), rig=given.rig)
     scene_values = values_of(law_of(scene), desk.table)
     presets = Presets(PresetStore(given.state_dir), desk, scene.name, scene_values)
     try:

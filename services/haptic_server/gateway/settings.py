@@ -16,6 +16,7 @@ from drumstick.parameters import Parameter, Refusal
 from drumstick.scene import Scene
 from haptic_server.gateway.lease import Holder, Lease
 from haptic_server.gateway.link import ServoLink
+from protocol.keys import DEFAULT_RIG, command
 from protocol.messages import SetReply
 from protocol.requests import ANYBODY, Claim
 
@@ -39,8 +40,10 @@ class ParameterDesk:
         link: ServoLink,
         limits: envelope.Limits | None = None,
         now: Callable[[], float] = time.monotonic,
+        rig: str = DEFAULT_RIG,
     ) -> None:
         """`limits`: what scene and device allow; the scene's own guard without them. `now`: s, for the lease."""
+        self._arm = command("arm", rig)
         self.table: Mapping[str, Parameter] = parameters.table_of(scene)
         self._limits = limits or envelope.Limits.of(scene.guard)
         self._link = link
@@ -94,7 +97,7 @@ class ParameterDesk:
         with self._lock:
             self._lease.require(claim.lease, self._now())
             if self._panicked:
-                raise Refusal("a panic is latched: type `drumstick arm` on the haptic machine first")
+                raise Refusal(f"a panic is latched: type `{self._arm}` on the haptic machine first")
 
     def set(self, changes: Mapping[str, float], source: str, claim: Claim = ANYBODY) -> SetReply:
         """Accept all of `changes` or raise Refusal; the servo takes them when the stick is above the head.
@@ -129,7 +132,7 @@ class ParameterDesk:
             self._panicked = True
             self._link.raise_panic()
         if is_news:  # a flood of panics is one panic in the log
-            _log.warning("panic from %s; clear it with: drumstick arm", source)
+            _log.warning("panic from %s; clear it with: %s", source, self._arm)
 
     def saw(self, panicking: bool) -> None:
         """The servo's status: a panic that was seen and is gone was cleared by `drumstick arm`."""

@@ -81,7 +81,8 @@ def _growth_words(unit: str, grows: bool, slope: Slope, bound: float, step: Step
     if slope.low > bound:
         return f"rises by {slope.per_h:.3g} {unit}/h over all, but not in each half of the time: no steady growth"
     if slope.high <= bound:
-        return f"zero: the whole interval is under the bound of {bound:.3g} {unit}/h{jumped}"
+        sign = "rises" if slope.low > 0.0 else "falls" if slope.high < 0.0 else "zero"
+        return f"{sign}: the whole interval is under the bound of {bound:.3g} {unit}/h{jumped}"
     if slope.low <= 0.0:
         ends = f"it ends at {slope.high:.3g} {unit}/h, above the bound of {bound:.3g}"
         return f"zero lies in the interval; {ends}{jumped}"

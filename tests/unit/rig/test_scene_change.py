@@ -25,7 +25,7 @@ class Run:
         """Name of the scene that lies there then."""
         if wanted:
             (self.folder / files.WANTED).write_text(wanted)
-        lay_out(self.folder, configured, self.said.append)
+        lay_out(self.folder, configured, self.said.append, "left")
         return self.lying
 
     @property
@@ -77,7 +77,7 @@ def test_a_held_scene_stays_whatever_is_asked_for(run: Run, configured: str, wan
     run.servo_left(held=True)
     assert run.lay_out(configured, wanted) == "roll"
     assert (run.folder / files.BLOCK).exists()
-    assert "drumstick arm" in run.said[-1]
+    assert "drumstick arm --rig left" in run.said[-1]
     assert not (run.folder / files.WANTED).exists()
 
 

@@ -1,6 +1,7 @@
 """What a set would do: asked about the rig that is shown, and put into words."""
 
 import sys
+import threading
 import time
 from collections.abc import Iterator
 
@@ -43,6 +44,29 @@ def test_it_is_about_the_rig_that_is_shown_and_its_limits(prediction: Prediction
     assert prediction.asked == {"dv_pls": 0.5}
     prediction.show_for(ROLL, {"max_force_N": 8.0, "max_speed_m_per_s": 3.0})
     assert (prediction.asked, prediction.newest) == (None, None)
+
+
+def test_a_wish_waits_until_its_own_prediction_is_shown_and_for_none_that_is_not_near(
+    prediction: Prediction,
+) -> None:
+    at_once, long_s = 0.0, 20.0
+    prediction.show_for(ROLL, {})
+    prediction.ask({"dv_pls": 0.5})
+    assert not prediction.wait_until_shown(long_s)  # the first one compiles for a minute: sent without
+    prediction.note_shown({"dv_pls": 0.5})
+    assert prediction.wait_until_shown(at_once)
+    prediction.ask({"dv_pls": 0.6})
+    assert not prediction.wait_until_shown(at_once)  # what is shown is about another value
+    drawn = threading.Timer(0.05, prediction.note_shown, ({"dv_pls": 0.6},))
+    drawn.start()
+    assert prediction.wait_until_shown(long_s)
+    prediction.ask({"dv_pls": 0.7})
+    gone = threading.Timer(0.05, prediction.note_shown, (None,))  # the process ended
+    gone.start()
+    prediction.wait_until_shown(long_s)
+    assert not prediction.wait_until_shown(long_s)
+    drawn.join()
+    gone.join()
 
 
 def test_it_is_worded_with_its_verdict() -> None:
