@@ -1,9 +1,10 @@
 """The servo's hard ticks, beside the loop that one writes first: difference the positions, clamp the force, go on."""
 
-import itertools
 import math
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 import live_sets
@@ -54,6 +55,15 @@ def test_a_difference_of_counts_buzzes_and_the_window_is_calm_and_hardly_later()
     assert np.sqrt(np.mean((np.array(filtered) - true)[16:] ** 2)) > 4.0 * late
 
 
+def _plain_forces(positions: npt.ArrayLike) -> list[float]:
+    """What the plain loop renders of a position a tick: the head's spring and damper, the speed by the usual period."""
+    forces, before = list[float](), float(np.asarray(positions)[0])
+    for z in np.asarray(positions)[1:]:
+        v, before = (float(z) - before) / T, float(z)
+        forces.append(-K * z - R * v if z < 0.0 else 0.0)
+    return forces
+
+
 def _pushing() -> tuple[memory.Servo, int]:
     # A servo whose arm is pressed into the head right now, and the time of its last tick.
     servo = sampled_arm.servo_of(sampled_arm.scene("press"))
@@ -100,9 +110,14 @@ def test_after_a_stall_nothing_kicks(stall_ms: int) -> None:
     servo, now = _pushing()
     z, before = float(servo.plant[0]["z_m"]), float(servo.player[0]["force_N"])
     below = z - 0.2 * stall_ms * T
-    kick = -R * (below - z) / T
-    assert kick == pytest.approx(0.5 * stall_ms)
-    assert (kick > MAX_N) == (stall_ms > 17)
+    # The plain loop on such a way: a tick each ms up to the stall and after it. Its damper takes the stall's way for
+    # that of a tick, and lets go on the next: a blow that neither hand nor head gave.
+    at_ms = np.concatenate([np.arange(5.0), 4.0 + stall_ms + np.arange(5.0)])
+    forces = np.array(_plain_forces(-1e-3 - 0.2 * T * at_ms))
+    kicks = np.diff(forces) - K * 0.2 * T * np.diff(at_ms)[1:]  # what the spring does not account for
+    blow = R * 0.2 * (stall_ms - 1)
+    assert kicks == pytest.approx([0.0] * 3 + [blow, -blow] + [0.0] * 3, abs=1e-9)
+    assert (blow > MAX_N) == (stall_ms > 18)
     span_s = stall_ms * T
     force = _force(servo, now + stall_ms * PERIOD_NS, span_s, z_m=below)
     assert servo.player[0]["fault"] == (STALLED if stall_ms > 20 else NO_FAULT)
@@ -172,15 +187,36 @@ def test_a_clamp_does_not_tame_negative_damping_and_the_envelope_refuses_it() ->
         envelope.require(law, live_sets.limits_for(played))
 
 
+def _strikes(clock: type[np.number[Any]], start: float, tick: float, every: float) -> list[int]:
+    """The ticks at which a loop strikes that counts its time in `clock`, and strikes when the next time has come."""
+    with np.errstate(over="ignore"):
+        now, step, apart = clock(start), clock(tick), clock(every)
+        due, struck = now + apart, list[int]()
+        for i in range(4000):
+            now = now + step
+            if now >= due:
+                struck.append(i)
+                due = due + apart
+    return struck
+
+
 @shows("month of ticks", "naive")
-def test_usual_clocks_end_or_stand_still_within_a_month() -> None:
-    """Milliseconds in 32 bits wrap after 24.9 days; float32 seconds stand still after four hours and a half."""
-    month = 30 * 86_400 * 1000
-    assert month > np.iinfo(np.int32).max
-    wrapped = np.array([month], np.int64).astype(np.int32)[0]
-    assert wrapped < 0
-    standing = np.float32(4.6 * 3600.0)
-    assert standing + np.float32(0.001) - standing != np.float32(0.001)
-    assert np.float32(month / 1000) + np.float32(0.001) == np.float32(month / 1000)
-    summed = float(list(itertools.accumulate([0.001] * 3_600_000))[-1])  # an hour of adding the period
+def test_usual_clocks_burst_or_stand_still_within_a_month() -> None:
+    """A stroke each 40 ms. Milliseconds in 32 bits wrap after 24.9 days; float32 seconds stand still after 4.6 h."""
+    on_time = list(range(39, 4000, 40))
+    wraps_ms, month_s = 2**31, 30 * 86_400
+    assert 1000 * month_s > wraps_ms
+    assert _strikes(np.int32, 0, 1, 40) == on_time
+    # From where the next time has wrapped one at every tick, and then silence.
+    apart = np.diff(_strikes(np.int32, wraps_ms - 2030, 1, 40))
+    assert np.count_nonzero(apart == 1) > 20
+    assert np.max(apart) > 800
+    assert _strikes(np.float32, 0.0, 2.0**-10, 40 * 2.0**-10) == on_time
+    assert not _strikes(np.float32, 4.6 * 3600.0, 2.0**-10, 40 * 2.0**-10)
+    # After a month even the next time rounds to now.
+    assert _strikes(np.float32, month_s, 2.0**-10, 40 * 2.0**-10) == list(range(4000))
+    summed = 0.0  # an hour of adding the period
+    for _ in range(3_600_000):
+        summed += 0.001
     assert abs(summed - 3600.0) > 1e-9
+    assert _strikes(np.int64, month_s * 10**9, 10**6, 40 * 10**6) == on_time

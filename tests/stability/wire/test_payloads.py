@@ -2,7 +2,10 @@
 
 import logging
 import math
+import queue
 import sys
+import tracemalloc
+from collections.abc import Callable
 from types import FrameType
 from typing import Any
 
@@ -103,12 +106,27 @@ def test_a_reader_that_stands_still_costs_no_memory_and_no_tick() -> None:
         np.zeros(1, RECORD),
         np.zeros(64, RECORD),
     )
-    naive: list[bytes] = []
-    for n in range(10_000):
-        record["n"] = n
-        naive.append(record.tobytes())
-        assert ring.push(cells, slots, record[0]) == (n < 64)
-    assert len(naive) == 10_000
+    naive: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+    record["n"] = -1
+    ring.push(cells, slots, record[0])  # compiles
+    ring.drain(cells, slots, out)
+
+    def grown(put: Callable[[], object]) -> int:
+        before = tracemalloc.get_traced_memory()[0]
+        for n in range(10_000):
+            record["n"] = n
+            put()
+        return tracemalloc.get_traced_memory()[0] - before
+
+    tracemalloc.start()
+    try:
+        unbounded = grown(lambda: naive.put(record.tobytes()))
+        bounded = grown(lambda: ring.push(cells, slots, record[0]))
+    finally:
+        tracemalloc.stop()
+    assert unbounded > 10_000 * RECORD.itemsize
+    assert bounded < 1000
+    assert naive.get() == np.int64(0).tobytes()  # when it is read again: the oldest of all, ten seconds late
     assert peek(cells, ring.DROPPED) == 10_000 - 64
     assert ring.drain(cells, slots, out) == 64
     assert ring.push(cells, slots, record[0])
