@@ -25,7 +25,7 @@ from web_panel.views import Sources
 
 _PICTURE_S = 1.0 / 30.0
 _TURNS_A_PAGE = 2  # pictures for each time that the rest is written
-# What a wish would do is shown before it is sent: 15 ms usually. A slider that hung would be no instrument.
+# What a wish would do is shown before it is sent. A slider that hung on that would be no instrument.
 _FORESEEN_S = 0.05
 _ALONE_S = (
     0.5  # nobody looks: the panel only keeps up with the rig, and the page is written when somebody comes
