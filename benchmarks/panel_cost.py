@@ -1,7 +1,8 @@
 """What looking costs: python benchmarks/panel_cost.py [--seconds 12].
 
 A whole rig plays its roll. The panel's and the sound server's CPU time, children included, are taken from the kernel
-while nobody looks and while one browser (Chromium) looks at each view; the browser's own is not counted. Then the two
+while nobody looks, while one browser (Chromium) looks at each view on a page too narrow for the picture, and at the
+picture alone; the browser's own is not counted. Then the two
 calls by which the audio thread shows its drum are timed alone, beside a block of the same drum at rest and ringing.
 """
 
@@ -19,7 +20,7 @@ import numpy.typing as npt
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parent.parent / "tests" / "system")]
 
-from browser import NARROW, chromium, part, readback, visitor
+from browser import DESKTOP, NARROW, chromium, part, readback, visitor
 from playwright.sync_api import Page, expect
 from rig_process import Rig, running, wait_for
 
@@ -98,6 +99,14 @@ def processes(seconds: float) -> dict[str, dict[str, float]]:
             time.sleep(SETTLE_S)
             rows[view] = shares(rig, seconds)
             print(view, rows[view], flush=True)
+        context.close()
+        context = visitor(browser, DESKTOP)
+        page = context.new_page()
+        page.set_default_timeout(PATIENCE_MS)
+        page.goto(told[1])
+        look_at(page, "Nothing")
+        time.sleep(SETTLE_S)
+        rows["the picture"] = shares(rig, seconds)
         context.close()
         time.sleep(START_S)
         rows["nobody any more"] = shares(rig, seconds)

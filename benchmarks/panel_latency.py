@@ -6,12 +6,15 @@ force is another, by the servo's clock. What must pass in between, and is part o
 comes down again. Also: until the servo uses the value (its readback on the wire, asked by nobody), until the page shows
 it, and until the page shows what is computed of it. On a desktop, whose picture of the drum Chromium draws without a
 graphics card here, and on a phone, which shows none. And the processor that the panel takes and what computes for it:
-nobody looking, one browser looking, one browser dragging.
+nobody looking, one browser looking, one browser dragging. And what of a newcomer's time is the machine's: from the
+printed address, in a browser that was never here, until the page shows the roll; from there, twelve steps to the left
+on the first slider, until it shows a faster one.
 """
 
 import argparse
 import json
 import os
+import re
 import statistics
 import sys
 import time
@@ -24,7 +27,7 @@ sys.path[:0] = [str(HERE), str(HERE.parent / "tests" / "system")]
 
 import numpy as np
 from browser import DESKTOP, PHONE, chromium, part, readback, slider, visitor
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Browser, Page, expect
 from rig_process import Listener, Rig, ask, running, wait_for
 
 from protocol.messages import Release, Strike
@@ -161,6 +164,24 @@ def dragging(page: Page) -> Callable[[float], None]:
     return drag
 
 
+def newcomer(browser: Browser, where: str) -> dict[str, float]:
+    """Seconds until the page shows the roll, and then until it shows a faster one."""
+    page = visitor(browser, DESKTOP).new_page()
+    begin = time.monotonic()
+    page.goto(where)
+    rate = part(page, "roll-rate")
+    expect(rate).to_contain_text(re.compile(r"2[23]\.\d"), timeout=PATIENCE_MS)
+    seen = time.monotonic()
+    first = page.get_by_role("slider").first
+    first.focus()
+    for _ in range(12):
+        first.press("ArrowLeft")
+    expect(rate).to_contain_text(re.compile(r"(2[6-9]|3\d)\.\d"), timeout=PATIENCE_MS)
+    faster = time.monotonic()
+    page.context.close()
+    return {"roll_on_the_page": seen - begin, "faster_roll_on_the_page": faster - seen}
+
+
 def one_prediction() -> dict[str, float]:
     """Milliseconds that a prediction takes for one set of values, its process and pipes left out."""
     from drumstick.scene import parse, shipped_text
@@ -194,6 +215,8 @@ def measured(count: int) -> dict[str, Any]:
         wait_for("strikes", lambda: len(heard.releases.got) > 20)
         pids = {"panel": rig.children()["web_panel"]}
         alone = shares(pids, time.sleep)
+        new_here = newcomer(browser, where)
+        ask(session, rig.keys.set_many, {"dv_pls": 0.2})
         page = visitor(browser, DESKTOP).new_page()
         page.goto(where)
         expect(readback(page, "k_coll")).to_have_text("5000N/m", timeout=PATIENCE_MS)
@@ -217,10 +240,15 @@ def measured(count: int) -> dict[str, Any]:
         "rows_ms": {
             size: {name: percentiles(row) for name, row in found.items()} for size, found in times.items()
         },
+        # Of so many moves the prediction was drawn no later than the readback, and than the force was another.
         "foreseen_first": {
-            size: sum(f <= s for f, s in zip(found["foreseen"], found["shown"], strict=True))
+            size: {
+                than: sum(f <= t for f, t in zip(found["foreseen"], found[than], strict=True))
+                for than in ("shown", "force")
+            }
             for size, found in times.items()
         },
+        "newcomer_s": new_here,
         "share_of_core": {"nobody": alone, "one browser": looking, "one browser drags": drawn},
         "resident_MB": memory,
         "one_prediction_ms": one_prediction(),
@@ -239,6 +267,7 @@ def main() -> None:
             print(f"{size}: above the goal: p50 {GOAL_MS:.0f} ms")
     for name, row in found["share_of_core"].items():
         print(f"{name:18s} " + ", ".join(f"{which} {share:.1%}" for which, share in row.items()))
+    print("newcomer " + ", ".join(f"{name} {took:.1f} s" for name, took in found["newcomer_s"].items()))
     result = {"machine": description(), **found}
     RESULT.write_text(json.dumps(result, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 

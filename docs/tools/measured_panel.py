@@ -23,7 +23,7 @@ def looking() -> list[str]:
     ]
     lines += [
         "",
-        'Every view but "nobody" has the picture beside it, with the head as it moves. What the audio thread has to do for it:',
+        'The views were on a narrow page, which has no picture; "the picture" is a wide page without a view. What the audio thread has to do for it:',
         "",
         "| what | ns | of a block |",
         "|---|---|---|",
@@ -63,15 +63,21 @@ def panel() -> list[str]:
             f"{shares[which]:.1%}" if which in shares else "–" for which in ("panel", "computing")
         )
         lines.append(f"| {name} | {cells} |")
-    one = found["one_prediction_ms"]
+    one, new = found["one_prediction_ms"], found["newcomer_s"]
     memory = found["resident_MB"]
     return [
         *lines,
         "",
-        "A wish is sent when its prediction has been handed to the pages, or after 50 ms. Of so many moves the page showed the prediction no later"
-        " than the readback: "
-        + ", ".join(f"{n} ({size})" for size, n in found["foreseen_first"].items())
+        "A wish is sent when its prediction is under way to the pages, or after 50 ms. Of the moves the page had drawn the prediction no later than",
+        "the readback, and no later than the force was another: "
+        + "; ".join(
+            f"{size} {n['shown']} and {n['force']} of {found['moves']}"
+            for size, n in found["foreseen_first"].items()
+        )
         + ".",
+        f"Of a newcomer's time the machine takes {new['roll_on_the_page']:.1f} s, from the printed address until the page shows the roll, and"
+        f" {new['faster_roll_on_the_page']:.1f} s for twelve steps of the first slider until it shows a faster one; the rest of the 30 s that it may"
+        " take is left for reading.",
         f"One prediction takes {one['p50']:.1f} ms of its time at the median, {one['max']:.1f} ms at most, over {one['values']} values of dv_pls.",
         f"The panel takes {memory['panel']:.0f} MB of memory, what computes for it {memory['computing']:.0f} MB.",
     ]

@@ -18,8 +18,8 @@ UNDO, REDO, PRESET = "undo", "redo", "preset"
 class Changes:
     """`set_` and `load_preset` ask the haptic server and wait; `lease_of` gives a browser's lease, "" without.
 
-    `foresee` is told of the whole set that each single wish would make; it must not block. `until_foreseen` waits, not
-    for long, until pages show what it found: then the wish is sent.
+    `foresee` is told of the whole set that each single wish would make, and must not block; what it returns waits, not
+    for long, until the pages have been handed what it found: then the wish is sent.
     """
 
     def __init__(
@@ -27,12 +27,9 @@ class Changes:
         set_: Callable[[Wish], Answer],
         load_preset: Callable[[str, str], Answer],
         lease_of: Callable[[int | None], str],
-        foresee: Callable[[dict[str, float]], None],
-        until_foreseen: Callable[[], object],
+        foresee: Callable[[dict[str, float]], Callable[[], object]],
     ) -> None:
-        self._wishes = Wishes(self._ask)
-        self._set = set_
-        self._until_foreseen = until_foreseen
+        self._wishes = Wishes(set_)
         self._load_preset = load_preset
         self._lease_of = lease_of
         self._foresee = foresee
@@ -52,13 +49,8 @@ class Changes:
 
     def want_one(self, name: str, value: float, client: int | None) -> None:
         """Ask for one value. Never blocks."""
-        self._foresee(self._with(name, value))
-        self._wishes.want(Wish({name: value}, self._lease_of(client), before=self._standing))
-
-    def _ask(self, wish: Wish) -> Answer:
-        if not wish.purpose:
-            self._until_foreseen()
-        return self._set(wish)
+        wait = self._foresee(self._with(name, value))
+        self._wishes.want(Wish({name: value}, self._lease_of(client), before=self._standing, wait=wait))
 
     def refuse(self, name: str, value: float, reason: str) -> None:
         """Answer a wish that need not be sent. Never blocks."""

@@ -8,6 +8,7 @@ controls, which the main thread writes and viser's thread reads.
 
 import math
 from collections.abc import Callable
+from contextvars import ContextVar
 from typing import Any, cast
 
 import msgspec
@@ -56,13 +57,24 @@ def is_click(value: object) -> bool:
     return value is True
 
 
+# The control and the value of the message that is being handled. viser gives each message a task of its own, which
+# begins with the context of the connection's reader: so a callback finds its own message here, whatever came after it,
+# by this browser or another, and wherever the main thread has moved the control meanwhile.
+_SENT: ContextVar[tuple[str, Any]] = ContextVar("sent")
+
+
+def sent_to(uuid: str, otherwise: Any) -> Any:
+    """The value that the present message brought for this control; `otherwise` where it brought none."""
+    control, value = _SENT.get(("", None))
+    return value if control == uuid else otherwise
+
+
 class ClientMessages:
     """Decides about each frame; `controls` maps a control's id to the check of its value, `keys` are the ids of the
-    keyboard's commands. `sent` keeps what a browser sent last for a control."""
+    keyboard's commands."""
 
     def __init__(self) -> None:
         self.controls: dict[str, Check] = {}
-        self.sent: dict[str, Any] = {}
         self.keys: set[str] = set()
         self.refused = 0
 
@@ -101,7 +113,7 @@ class ClientMessages:
         named = cast(dict[object, object], updates)
         if set(named) != {"value"} or not check(named["value"]):
             return False
-        self.sent[uuid] = named["value"]
+        _SENT.set((uuid, named["value"]))
         return True
 
 

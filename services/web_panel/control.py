@@ -13,7 +13,7 @@ from protocol.messages import Readback
 from web_panel import markup
 from web_panel.answer import Answer
 from web_panel.changes import Changes
-from web_panel.client_message import ClientMessages, is_number
+from web_panel.client_message import ClientMessages, is_number, sent_to
 from web_panel.guard import control_id
 from web_panel.travel import Travel, travel_around
 from web_panel.wording import hint_of, measured
@@ -67,13 +67,12 @@ class Control:
     def forget(self) -> None:
         """Take nothing more from browsers; whoever removes the folder removes the rest."""
         del self._messages.controls[control_id(self._slider)]
-        self._messages.sent.pop(control_id(self._slider), None)
 
     async def _moved(self, event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
         if event.client is None:
             return  # the readback moved it, not a technician
         # Not the handle's value: the main thread may have moved it back to the readback since the browser moved it.
-        travel, position = self._travel, self._messages.sent.get(control_id(event.target), event.target.value)
+        travel, position = self._travel, sent_to(control_id(event.target), event.target.value)
         # A browser's slider cannot leave its travel, but a program at the websocket can.
         inside = travel.low_position - 1e-9 <= position <= travel.high_position + 1e-9
         value = travel.value(position) if inside else position

@@ -6,7 +6,7 @@ from web_panel import markup
 from web_panel.compare import settable
 from web_panel.computing.questions import Trouble
 from web_panel.mirror import Mirror
-from web_panel.prediction import Prediction
+from web_panel.prediction import Newest, Prediction
 from web_panel.wording import foreseen_words
 
 _WISH_STANDS_S = 2.0  # one that was refused stays to be looked at for so long
@@ -16,6 +16,7 @@ class Foresight:
     """Made and shown by the main thread. Nothing is computed while nobody looks."""
 
     def __init__(self, server: viser.ViserServer, prediction: Prediction, order: float) -> None:
+        self._server = server
         self._prediction = prediction
         self._handle = server.gui.add_html("", order=order)
         self._content = ""
@@ -30,19 +31,21 @@ class Foresight:
                 asked is None or (asked != standing and now - self._prediction.asked_at > _WISH_STANDS_S)
             ):
                 self._prediction.ask(standing)
-        content = self._words(mirror)
+        newest = self._prediction.newest
+        content = self._words(mirror, newest)
         if content != self._content:
             self._content = self._handle.content = content
-        newest = self._prediction.newest
-        self._prediction.note_shown(None if newest is None or isinstance(newest[1], Trouble) else newest[0])
+            self._server.flush()  # not with viser's next batch: a wish waits for this
+        self._prediction.note_shown(
+            0 if newest is None or isinstance(newest.answer, Trouble) else newest.number
+        )
 
-    def _words(self, mirror: Mirror) -> str:
-        newest = self._prediction.newest
+    def _words(self, mirror: Mirror, newest: Newest | None) -> str:
         if self._prediction.asked is None:
             return ""
         if newest is None:
             return markup.line("Prediction: being prepared; the first time takes a minute.", "prediction")
-        values, foreseen = newest
+        _, values, foreseen = newest
         if isinstance(foreseen, Trouble):
             return markup.line(f"No prediction: {foreseen.why}.", "prediction", alarm=True)
         used = {name: readback.value for name, readback in mirror.readbacks.items()}

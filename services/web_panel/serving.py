@@ -25,8 +25,6 @@ from web_panel.views import Sources
 
 _PICTURE_S = 1.0 / 30.0
 _TURNS_A_PAGE = 2  # pictures for each time that the rest is written
-# What a wish would do is shown before it is sent. A slider that hung on that would be no instrument.
-_FORESEEN_S = 0.05
 _ALONE_S = (
     0.5  # nobody looks: the panel only keeps up with the rig, and the page is written when somebody comes
 )
@@ -50,13 +48,7 @@ def serve(
     foreseen = threading.Event()
     for_wishes, for_plots = Computer(tell=foreseen.set), Computer()
     prediction = Prediction(for_wishes)
-    changes = Changes(
-        link.set,
-        link.load_preset,
-        lease.secret_of,
-        prediction.ask,
-        lambda: prediction.wait_until_shown(_FORESEEN_S),
-    )
+    changes = Changes(link.set, link.load_preset, lease.secret_of, prediction.ask)
     try:
         presets = Doors(changes.load, link.save_preset)
         page = Page(
@@ -83,7 +75,7 @@ def serve(
         while keep_on():
             seen = page.views.follow()
             next_turn = time.monotonic() + (_PICTURE_S if seen else _ALONE_S)
-            while foreseen.wait(next_turn - time.monotonic()):
+            while (left := next_turn - time.monotonic()) > 0.0 and foreseen.wait(left):
                 foreseen.clear()
                 page.foresee(mirror, time.monotonic())
             link.watch(page.views.needs)

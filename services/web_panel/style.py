@@ -98,9 +98,9 @@ div:has(> .dr [data-on="B"]) + div .mantine-Button-root:nth-of-type(2):hover{bac
  font-weight:500;letter-spacing:0;border:1px solid;border-radius:.25rem;padding:.05rem .35rem;margin-left:.8rem}}
 .uplot{font-family:inherit}
 .u-legend{font-size:.9em;color:#c9ced6}
-/* on a phone the page covers the picture; out of view, viser does not draw it */
+/* on a phone the page covers the picture: out of view, viser does not draw it; a pixel wide, nobody is asked for it */
 @media (max-width:36em){
- div:has(> div > div > canvas[data-engine]){transform:translateX(-200vw)}
+ div:has(> div > div > canvas[data-engine]){transform:translateX(-200vw);width:1px !important;height:1px !important}
  div[style*="position: fixed"][style*="width: 20em"]{width:100% !important;max-height:94% !important}
  div[style*="position: fixed"] div[style*="width: 20em"]{width:100% !important}
  .dr-tile{padding:.35em .45em}

@@ -30,6 +30,8 @@ from web_panel.watching import MEMBRANE, STRIKES
 
 Make = Callable[[viser.GuiApi, float], View]
 _NOTHING = "Nothing"
+_ALWAYS = frozenset({STRIKES})  # the page tells the last one
+_HIDDEN_PX = 8  # as wide a picture is where the style hides it: one pixel of the page, some of a screen
 
 
 class Sources(NamedTuple):
@@ -45,7 +47,8 @@ class Looking:
     def __init__(
         self, client: viser.ClientHandle, messages: ClientMessages, kinds: dict[str, Make], order: float
     ) -> None:
-        self._gui, self._messages, self._kinds, self._order = client.gui, messages, kinds, order
+        self._client, self._messages, self._kinds, self._order = client, messages, kinds, order
+        self._gui = client.gui
         names = (*kinds, _NOTHING)
         self._chosen, self._shown = names[0], ""
         self._view: View | None = None
@@ -60,8 +63,10 @@ class Looking:
 
     @property
     def needs(self) -> frozenset[str]:
-        """What must be heard for it."""
-        return frozenset() if self._view is None else self._view.needs
+        """What must be heard for it: the picture, too, where there is room for one."""
+        has_picture = self._client.camera.image_width > _HIDDEN_PX
+        needs = _ALWAYS | {MEMBRANE} if has_picture else _ALWAYS
+        return needs if self._view is None else needs | self._view.needs
 
     def show(self, mirror: Mirror, history: History, now: float) -> None:
         """Make the view that was chosen, and bring it up to date."""
@@ -104,9 +109,8 @@ class Views:
 
     @property
     def needs(self) -> frozenset[str]:
-        """What must be heard for all that is looked at: the picture, too."""
-        seen = frozenset({STRIKES, MEMBRANE}) if self._looking else frozenset[str]()
-        return seen.union(*(looking.needs for looking in self._looking.values()))
+        """What must be heard for all that is looked at."""
+        return frozenset[str]().union(*(looking.needs for looking in self._looking.values()))
 
     def follow(self) -> bool:
         """Note which browsers came and went; True while there is one."""

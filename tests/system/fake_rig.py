@@ -100,7 +100,8 @@ class FakeRig:
         ):
             self._session.declare_queryable(key, answer)
         self._watched = {
-            key: self._session.declare_publisher(key) for key in (k.membrane, k.spectrum, k.cost, k.release)
+            key: self._session.declare_publisher(key)
+            for key in (k.membrane, k.spectrum, k.cost, k.strike, k.release)
         }
         self.pointers: list[Pointer] = []
         self._session.declare_subscriber(
@@ -261,7 +262,7 @@ class FakeRig:
                 continue
             with self._lock:
                 self.strikes += 1
-                self._session.put(self.keys.strike, encode(self._strike()))
+                self._tell(self.keys.strike, self._strike())
                 self._session.put(self.keys.state, encode(self._state()))
                 self._tell(self.keys.release, self._release())
                 if self.sounding:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import base64
 import http.client
 import re
@@ -20,8 +21,8 @@ from cryptography.hazmat.primitives import serialization
 from panel_process import PanelProcess, panel
 from playwright.sync_api import sync_playwright
 from rig_process import free_port, wait_for
+from websockets.asyncio.client import connect
 from websockets.exceptions import InvalidStatus
-from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin, Subprotocol
 
 from rig import certificates
@@ -53,12 +54,25 @@ class Site:
             finally:
                 connection.close()
 
-    def websocket(self, headers: dict[str, str], origin: str) -> ClientConnection:
+    def websocket(self, headers: dict[str, str], origin: str) -> tuple[int, bytes]:
+        """Status and first frame; b"" without a websocket."""
+        return asyncio.run(self._websocket(headers, origin))
+
+    async def _websocket(self, headers: dict[str, str], origin: str) -> tuple[int, bytes]:
+        # In one thread: two that read and write one TLS connection were seen to lose an answer, with Python 3.11.
         subprotocols = [Subprotocol(f"viser-v{viser.__version__}")]
-        return connect(
+        dialled = connect(
             f"wss://{NAME}:{self.port}/", ssl=self._tls, origin=Origin(origin), subprotocols=subprotocols,
-            sock=socket.create_connection(("127.0.0.1", self.port)), additional_headers=headers, proxy=None,
+            host="127.0.0.1", server_hostname=NAME, additional_headers=headers, proxy=None, open_timeout=60.0,
         )  # fmt: skip
+        try:
+            async with dialled as page:
+                assert page.response is not None
+                frame = await asyncio.wait_for(page.recv(), 20.0)
+                assert isinstance(frame, bytes)
+                return page.response.status_code, frame
+        except InvalidStatus as refused:
+            return refused.response.status_code, b""
 
 
 def _certificate(folder: Path) -> Path:
@@ -136,35 +150,28 @@ def site(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
 def test_nobody_gets_in_without_the_login_whatever_token_he_has(site: Site) -> None:
     for headers in ({}, {"Authorization": "Basic " + base64.b64encode(b"technician:guess").decode()}):
         assert site.get(f"/?token={site.inner.token}", headers)[0] == 401
-        with pytest.raises(InvalidStatus) as refused:
-            site.websocket({"Cookie": site.inner.cookie, **headers}, site.origin)
-        assert refused.value.response.status_code == 401
+        assert site.websocket({"Cookie": site.inner.cookie, **headers}, site.origin) == (401, b"")
 
 
 def test_the_login_alone_is_not_the_token(site: Site) -> None:
     assert site.get("/", {"Authorization": LOGIN})[0] == 401
-    with pytest.raises(InvalidStatus) as refused:
-        site.websocket({"Authorization": LOGIN}, site.origin)
-    assert refused.value.response.status_code == 401
+    assert site.websocket({"Authorization": LOGIN}, site.origin) == (401, b"")
 
 
 def test_both_give_the_page_and_its_websocket(site: Site) -> None:
     status, cookie = site.get(f"/?token={site.inner.token}", {"Authorization": LOGIN})
     assert status == 200
     assert re.search(r"; Secure$", cookie, re.IGNORECASE)
-    with site.websocket({"Authorization": LOGIN, "Cookie": site.inner.cookie}, site.origin) as page:
-        assert page.response is not None
-        assert page.response.status_code == 101
-        assert isinstance(page.recv(timeout=20.0), bytes)
+    status, frame = site.websocket({"Authorization": LOGIN, "Cookie": site.inner.cookie}, site.origin)
+    assert status == 101
+    assert frame
 
 
 def test_another_sites_page_stays_out(site: Site) -> None:
     allowed = {"Authorization": LOGIN, "Cookie": site.inner.cookie}
     near = f"http://127.0.0.1:{site.inner.port}"
     for foreign in ("https://elsewhere.example", near, f"{site.origin}.elsewhere.example"):
-        with pytest.raises(InvalidStatus) as refused:
-            site.websocket(allowed, foreign)
-        assert refused.value.response.status_code == 403
+        assert site.websocket(allowed, foreign) == (403, b"")
 
 
 @pytest.mark.needs("chromium")

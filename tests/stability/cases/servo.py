@@ -84,8 +84,8 @@ CASES = (
         "month of ticks",
         "servo",
         hard="2.6e9 ticks; clocks and counters beyond 2^31, 2^32, 2^53.",
-        naive="Milliseconds in 32 bits wrap after 24.9 days: a stroke at every tick, then silence. Float32"
-        " seconds stand still after hours, a sum of periods drifts.",
+        naive="Milliseconds in 32 bits wrap after 24.9 days: a burst of a stroke at every tick, then a second"
+        " of silence. Float32 seconds stand still after hours, a sum of periods drifts.",
         ours="int64 nanoseconds and counts; the stick does not know how late it is: the same bytes as on"
         " the first day.",
         bound="To the last bit, and strikes within 2 ns of the cycle in 40 digits: written in whole ns, one"

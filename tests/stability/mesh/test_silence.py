@@ -1,7 +1,7 @@
 """What is no longer heard costs no more than what is: tails in denormal numbers, and silence."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +10,7 @@ import pytest
 from drumstick.drum import Drum, Modal
 from drumstick.drum_effects import Cavity, InternalLoss, Tension
 from drumstick.scene import Scene
+from quiet import least_seconds
 from realtime.jit import njit
 from sound_server.calibrate import build, full_scale
 from sound_server.engine import Engine
@@ -19,7 +20,6 @@ from stability.catalogue import shows
 from stability.mesh_steps import take
 
 RATE = 48_000
-ROUNDS, MOST_ROUNDS = 40, 1000
 Floats = npt.NDArray[np.float32]
 DRUMS = {
     "mesh": Scene("mesh", drum=Drum(t60_s=60.0)),
@@ -52,26 +52,17 @@ class Tail:
         self._planes += [engine.cavity.head.planes] if engine.cavity is not None else []
         self._planes.append(engine.history)
         self._kept = [plane.copy() for plane in self._planes]
-        self._loudest = engine.control["loudest"].copy()
+        self._control = engine.control.copy()
 
     def seconds(self, share: float, play: Callable[[Engine], object]) -> float:
         """CPU time to play on, from `share` of the stroke: faint is as if it had rung very long, never louder."""
         for plane, kept in zip(self._planes, self._kept, strict=True):
             np.multiply(kept, np.float32(share), out=plane)
-        self.engine.control["loudest"] = self._loudest * share
+        self.engine.control[:] = self._control
+        self.engine.control["loudest"] *= share
         begun = time.thread_time()
         play(self.engine)
         return time.thread_time() - begun
-
-
-def least_seconds(windows: Sequence[Callable[[], float]], enough: Callable[[Floats], bool]) -> Floats:
-    """The least that each took, in turn; where others use the machine, in as many more turns as it takes."""
-    least = np.full(len(windows), np.inf, np.float32)
-    for taken in range(MOST_ROUNDS):
-        least = np.minimum(least, np.array([window() for window in windows], np.float32))
-        if taken + 1 >= ROUNDS and enough(least):
-            break
-    return least
 
 
 @shows("tail of denormal numbers", "ours")
@@ -84,7 +75,7 @@ def test_a_tail_of_denormal_numbers_costs_what_a_stroke_does(name: str) -> None:
         assert engine.control["asleep"][0] == 0
 
     windows = [lambda share=share: tail.seconds(share, play) for share in (1.0, 1e-36)]
-    loud, faint = least_seconds(windows, lambda least: bool(least[1] < 1.1 * least[0]))
+    loud, faint = least_seconds(windows)
     assert faint < 1.1 * loud
 
 
@@ -118,7 +109,7 @@ def test_without_the_float_mode_the_same_tail_costs_many_times_as_much() -> None
         )
         for share, flushes in ((1.0, True), (1e-40, True), (1e-40, False))
     ]
-    loud, flushed, naive = least_seconds(windows, lambda least: bool(least[1] < 1.1 * least[0]))
+    loud, flushed, naive = least_seconds(windows)
     assert flushed < 1.1 * loud
     # A tenth of what a plain loop pays: 3 times where denormals cost 30 times, nothing where they cost nothing.
     assert naive > loud * (0.9 + 0.1 * (min(_price_of_denormals(), 31.0) - 1.0))

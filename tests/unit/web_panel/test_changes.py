@@ -33,16 +33,14 @@ class Rig:
         self.mirror.note_scene(SCENE, TABLE)
         for name, value in self.values.items():
             self.mirror.note_readback(name, Readback(value=value, revision=0))
-        self.foreseen_before: list[int] = []  # sets that were sent before each wait
-        self.changes = Changes(
-            self.set,
-            self.load,
-            self.lease_of,
-            self.foreseen.append,
-            lambda: self.foreseen_before.append(len(self.asked)),
-        )
+        self.sent_before: list[int] = []  # sets that were sent before each wait
+        self.changes = Changes(self.set, self.load, self.lease_of, self.foresee)
         self.changes.start()
         self.changes.take_answers(self.mirror, self.now)
+
+    def foresee(self, values: dict[str, float]) -> Callable[[], object]:
+        self.foreseen.append(values)
+        return lambda: self.sent_before.append(len(self.asked))
 
     def lease_of(self, client: int | None) -> str:
         return "secret" if client == HOLDER else ""
@@ -168,7 +166,7 @@ def test_a_single_wish_is_sent_when_what_it_would_do_is_shown_and_a_whole_set_at
     rig.change("k_coll", 6000.0)
     rig.changes.undo(OTHER)
     rig.until(lambda: len(rig.asked) == 3)
-    assert rig.foreseen_before == [0, 1]
+    assert rig.sent_before == [0, 1]
 
 
 def test_another_scene_forgets_all_of_it(rig: Rig) -> None:

@@ -1,3 +1,4 @@
+import contextvars
 from typing import Any
 
 import msgspec
@@ -5,7 +6,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from web_panel.client_message import CAMERA_AT_FIRST, MAX_FRAME_BYTES, ClientMessages, is_click, is_number
+from web_panel.client_message import (
+    CAMERA_AT_FIRST,
+    MAX_FRAME_BYTES,
+    ClientMessages,
+    is_click,
+    is_number,
+    sent_to,
+)
 
 
 def frame(message: object) -> bytes:
@@ -31,10 +39,16 @@ def test_a_sliders_number_and_a_buttons_click_pass(messages: ClientMessages) -> 
     assert messages.refused == 0
 
 
-def test_what_was_sent_last_is_kept_and_what_is_refused_is_not(messages: ClientMessages) -> None:
-    for value in (0.25, 0.3, float("nan")):
-        messages.admits(update(value))
-    assert messages.sent == {"slider": 0.3}
+def test_the_message_in_hand_tells_its_own_control_what_was_sent(messages: ClientMessages) -> None:
+    def here() -> None:
+        assert sent_to("slider", "nothing") == "nothing"
+        for value in (0.25, 0.3, float("nan")):
+            messages.admits(update(value))
+        assert sent_to("slider", "nothing") == 0.3  # what is refused brought nothing
+        assert sent_to("button", "nothing") == "nothing"
+
+    contextvars.copy_context().run(here)
+    assert sent_to("slider", "nothing") == "nothing"
 
 
 @pytest.mark.parametrize(

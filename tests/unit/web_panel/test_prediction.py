@@ -3,14 +3,20 @@
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from types import SimpleNamespace
+from typing import cast
 
 import pytest
+import viser
 
 from drumstick.parameters import table_of
 from drumstick.scene import parse, shipped_text
+from protocol.messages import Readback
 from web_panel.computing.computer import Computer
 from web_panel.computing.questions import Foreseen
+from web_panel.foresight import Foresight
+from web_panel.mirror import Mirror
 from web_panel.prediction import Prediction
 from web_panel.wording import foreseen_words
 
@@ -24,10 +30,15 @@ for line in sys.stdin:
 
 
 @pytest.fixture
-def prediction() -> Iterator[Prediction]:
-    computer = Computer([sys.executable, "-c", ECHO])
-    yield Prediction(computer)
-    computer.close()
+def computer() -> Iterator[Computer]:
+    started = Computer([sys.executable, "-c", ECHO])
+    yield started
+    started.close()
+
+
+@pytest.fixture
+def prediction(computer: Computer) -> Prediction:
+    return Prediction(computer)
 
 
 def test_it_is_about_the_rig_that_is_shown_and_its_limits(prediction: Prediction) -> None:
@@ -39,34 +50,108 @@ def test_it_is_about_the_rig_that_is_shown_and_its_limits(prediction: Prediction
     while prediction.newest is None:
         assert time.monotonic() < end
         time.sleep(0.005)
-    assert prediction.newest == ({"dv_pls": 0.5}, Foreseen(refusal="{}"))
+    assert prediction.newest == (2, {"dv_pls": 0.5}, Foreseen(refusal="{}"))
     prediction.show_for(ROLL, {})
     assert prediction.asked == {"dv_pls": 0.5}
     prediction.show_for(ROLL, {"max_force_N": 8.0, "max_speed_m_per_s": 3.0})
     assert (prediction.asked, prediction.newest) == (None, None)
 
 
-def test_a_wish_waits_until_its_own_prediction_is_shown_and_for_none_that_is_not_near(
-    prediction: Prediction,
-) -> None:
-    at_once, long_s = 0.0, 20.0
+LONG_S = 60.0  # more than a test may take
+
+
+def took_s(wait: Callable[[], bool], result: bool) -> float:
+    begun = time.monotonic()
+    assert wait() is result
+    return time.monotonic() - begun
+
+
+def later(act: Callable[[], object]) -> threading.Timer:
+    timer = threading.Timer(0.05, act)
+    timer.start()
+    return timer
+
+
+def test_a_wish_waits_until_its_prediction_or_a_newer_one_is_shown(computer: Computer) -> None:
+    prediction = Prediction(computer, LONG_S)
     prediction.show_for(ROLL, {})
-    prediction.ask({"dv_pls": 0.5})
-    assert not prediction.wait_until_shown(long_s)  # the first one compiles for a minute: sent without
-    prediction.note_shown({"dv_pls": 0.5})
-    assert prediction.wait_until_shown(at_once)
-    prediction.ask({"dv_pls": 0.6})
-    assert not prediction.wait_until_shown(at_once)  # what is shown is about another value
-    drawn = threading.Timer(0.05, prediction.note_shown, ({"dv_pls": 0.6},))
-    drawn.start()
-    assert prediction.wait_until_shown(long_s)
-    prediction.ask({"dv_pls": 0.7})
-    gone = threading.Timer(0.05, prediction.note_shown, (None,))  # the process ended
-    gone.start()
-    prediction.wait_until_shown(long_s)
-    assert not prediction.wait_until_shown(long_s)
+    first = prediction.ask({"dv_pls": 0.5})
+    assert took_s(first, False) < 1.0  # nothing was shown yet: the first one compiles for a minute
+    prediction.note_shown(1)
+    assert took_s(first, True) < 1.0
+    second, third = prediction.ask({"dv_pls": 0.6}), prediction.ask({"k_coll": 3000.0})
+    drawn = later(lambda: prediction.note_shown(2))
+    assert 0.04 < took_s(second, True) < 30.0
     drawn.join()
+    drawn = later(lambda: prediction.note_shown(5))  # another browser asked on
+    assert 0.04 < took_s(third, True) < 30.0
+    drawn.join()
+    fourth = prediction.ask({"dv_pls": 0.7})
+    fifth, sixth = prediction.ask({"dv_pls": 0.8}), prediction.ask({"dv_pls": 0.9})
+    assert took_s(fourth, True) < 1.0
+    assert took_s(fifth, True) < 1.0
+    gone = later(lambda: prediction.note_shown(0))  # the process ended
+    assert 0.04 < took_s(sixth, False) < 30.0
     gone.join()
+
+
+def test_no_wish_waits_longer_than_its_patience_however_many_there_are(computer: Computer) -> None:
+    prediction = Prediction(computer, 0.2)
+    prediction.show_for(ROLL, {})
+    prediction.note_shown(1)
+    waits = [prediction.ask({"dv_pls": 0.01 * i}) for i in range(2, 30)]
+    begun = time.monotonic()
+    assert [wait() for wait in waits[1:]] == [False] * 27
+    assert (
+        0.1 < time.monotonic() - begun < 2.0
+    )  # together, not one after another: 27 of them would take 5.4 s
+
+
+class Handle:
+    """A piece of the page: what it showed, in turn."""
+
+    def __init__(self, did: list[str]) -> None:
+        self._did = did
+
+    @property
+    def content(self) -> str:
+        return self._did[-1]
+
+    @content.setter
+    def content(self, content: str) -> None:
+        self._did.append(content)
+
+
+def test_an_answer_is_handed_to_the_pages_before_its_wish_may_go(computer: Computer) -> None:
+    """The whole way, but for the browser: asked, answered, told, written, sent off, and only then noted."""
+    told = threading.Event()
+    did: list[str] = []
+    server = SimpleNamespace(
+        gui=SimpleNamespace(add_html=lambda *_, **__: Handle(did)), flush=lambda: did.append("flush")
+    )
+    answering = Computer([sys.executable, "-c", ECHO], told.set)
+    try:
+        prediction = Prediction(answering, LONG_S)
+        foresight = Foresight(cast(viser.ViserServer, server), prediction, 1.0)
+        mirror = Mirror()
+        mirror.note_scene(ROLL, table_of(ROLL))
+        mirror.note_readback("dv_pls", Readback(value=0.2, revision=1))
+        foresight.show(mirror, True, time.monotonic())
+        assert told.wait(20.0)
+        told.clear()
+        foresight.show(mirror, True, time.monotonic())
+        before = len(did)
+        wait = prediction.ask({"dv_pls": 0.3})
+        gone = threading.Thread(target=lambda: (wait(), did.append("sent")))
+        gone.start()
+        assert told.wait(20.0)
+        foresight.show(mirror, True, time.monotonic())
+        gone.join(20.0)
+    finally:
+        answering.close()
+    words, *then = did[before:]
+    assert "0.3" in words
+    assert then == ["flush", "sent"]
 
 
 def test_it_is_worded_with_its_verdict() -> None:
