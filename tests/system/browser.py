@@ -2,6 +2,7 @@
 
 import os
 import re
+import time
 from collections.abc import Generator
 from contextlib import contextmanager
 from shutil import which
@@ -64,6 +65,17 @@ def visitor(
     return context
 
 
+def _tell_of(page: Page) -> None:
+    # Printed, so that pytest shows it beside a failure: why a page stands still is seen nowhere else.
+    def when() -> str:
+        return f"page, {time.monotonic():.1f} s:"
+
+    page.on("crash", lambda _: print(when(), "crashed"))
+    page.on("pageerror", lambda error: print(when(), error))
+    page.on("console", lambda said: print(when(), said.text) if said.type == "error" else None)
+    page.on("websocket", lambda socket: socket.on("close", lambda _: print(when(), "a websocket closed")))
+
+
 @contextmanager
 def page_at(
     browser: Browser, address: str, patience_ms: float, strangers: list[str] | None = None
@@ -73,6 +85,7 @@ def page_at(
     try:
         page = context.new_page()
         page.set_default_timeout(patience_ms)
+        _tell_of(page)
         page.goto(address)
         expect(readback(page, "dv_pls")).to_have_text("0.2m/s", timeout=patience_ms)
         yield page

@@ -78,7 +78,11 @@ def panel(
         first = lines.get(timeout=60.0)
         found = re.fullmatch(r"panel: (http://127\.0\.0\.1:\d+/\?token=\S+)", first)
         assert found, first
-        yield PanelProcess(process, lines, found[1])
+        running = PanelProcess(process, lines, found[1])
+        yield running
+        ended = process.poll()
+        by_itself = ended not in (None, 0, -signal.SIGKILL, -signal.SIGTERM)
+        assert not by_itself, f"the panel ended by itself, status {ended}: {running.further_lines()}"
     finally:
         if process.poll() is None:
             process.terminate()
