@@ -7,6 +7,8 @@ besides (another way to serve, another method of the connection, another shape o
 so it fails closed; and before the address is printed the door is tried from outside.
 """
 
+import asyncio
+import functools
 import http.client
 import inspect
 import logging
@@ -21,6 +23,7 @@ from typing import Any, NoReturn, cast
 import rich
 import viser
 import websockets.asyncio.server as websocket_server
+from viser.infra._async_message_buffer import AsyncMessageBuffer
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
@@ -127,6 +130,36 @@ class _Door:
         return guarded
 
 
+class _Bell(asyncio.Event):
+    """viser's "a message is there", which it rings from any thread and then asks its loop to ring.
+
+    asyncio's own is for the loop alone: rung by another thread while a browser's task begins or ends to wait, it raises
+    "deque mutated during iteration" into whoever wrote to the page. Outside a loop this one leaves it to the loop.
+    """
+
+    def set(self) -> None:
+        try:
+            asyncio.get_running_loop()
+        except RuntimeError:
+            return
+        super().set()
+
+
+def ring_in_the_loop() -> None:
+    """Give every buffer of messages that viser makes from now on such a bell."""
+    buffers: Any = AsyncMessageBuffer
+    make = buffers.__init__
+    if hasattr(make, "__wrapped__"):
+        return
+
+    @functools.wraps(make)
+    def made(buffer: Any, *arguments: Any, **options: Any) -> None:
+        make(buffer, *arguments, **options)
+        buffer.message_event = _Bell()
+
+    buffers.__init__ = made
+
+
 def _is_pad(connection: websocket_server.ServerConnection) -> bool:
     return connection.request is not None and connection.request.path.partition("?")[0] == POINTER_PATH
 
@@ -170,6 +203,7 @@ def start(
     rich.reconfigure(quiet=True)  # viser's banners
     logging.getLogger("websockets.server").addFilter(_quiet)
     os.environ.pop("_VISER_PORT_OVERRIDE", None)
+    ring_in_the_loop()
     door = _Door(admission, messages, pointers)
 
     def make() -> None:
@@ -205,6 +239,9 @@ def _no_share_url(verbose: bool = True) -> str | None:
 
 def _try_the_door(server: viser.ViserServer, door: _Door) -> None:
     port = door.admission.port
+    websockets: Any = server._websock_server  # pyright: ignore[reportPrivateUsage]
+    if not isinstance(getattr(websockets.get_message_buffer(), "message_event", None), _Bell):
+        raise GuardError("viser's messages are not told by the bell that the guard gave them")
     if door.calls != 1 or server.get_port() != port:
         raise GuardError(f"viser served {door.calls} times through the guard, at port {server.get_port()}")
     tries: tuple[tuple[str, dict[str, str], HTTPStatus], ...] = (

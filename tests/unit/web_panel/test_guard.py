@@ -1,5 +1,6 @@
 """The guard starts viser behind its door, or not at all. What comes through the door is tested in system/."""
 
+import asyncio
 import http.client
 import subprocess
 import sys
@@ -12,6 +13,8 @@ from typing import Any
 import pytest
 import viser
 import websockets.asyncio.server as websocket_server
+from viser._messages import ResetGuiMessage
+from viser.infra._async_message_buffer import AsyncMessageBuffer
 
 from web_panel import guard
 from web_panel.admission import Admission
@@ -36,6 +39,49 @@ def test_it_starts_on_loopback_behind_the_door_and_leaves_no_trace(free_port: Ca
         connection.close()
     finally:
         server.stop()
+
+
+class Leaving:
+    """A browser's task that leaves while somebody rings: as when another thread rings at the wrong instant."""
+
+    def __init__(self, waiters: Any) -> None:
+        self._waiters = waiters
+
+    def done(self) -> bool:
+        self._waiters.append(self)
+        return True
+
+
+@pytest.mark.parametrize("guarded", [False, True])
+def test_a_page_is_written_from_another_thread_while_browsers_come_and_go(guarded: bool) -> None:
+    """viser rings asyncio's bell from any thread: that raised into the panel's main loop, and ended it."""
+    guard.ring_in_the_loop()
+    loop = asyncio.new_event_loop()
+    try:
+        buffer: Any = AsyncMessageBuffer(loop, persistent_messages=True)
+        if not guarded:
+            buffer.message_event = asyncio.Event()
+        waiters = buffer.message_event._waiters
+        waiters.append(Leaving(waiters))
+        if guarded:
+            buffer.push(ResetGuiMessage())
+            waiters.clear()
+            loop.run_until_complete(asyncio.wait_for(buffer.message_event.wait(), 10.0))
+        else:
+            with pytest.raises(RuntimeError, match="deque mutated"):
+                buffer.push(ResetGuiMessage())
+    finally:
+        loop.close()
+
+
+def test_a_viser_with_another_bell_is_refused(
+    monkeypatch: pytest.MonkeyPatch, free_port: Callable[[], int]
+) -> None:
+    monkeypatch.setattr(guard, "ring_in_the_loop", lambda: None)
+    made = AsyncMessageBuffer.__init__
+    monkeypatch.setattr(AsyncMessageBuffer, "__init__", getattr(made, "__wrapped__", made))
+    with pytest.raises(guard.GuardError, match="bell"):
+        guard.start(Admission(TOKEN, free_port()), ClientMessages())
 
 
 def test_another_viser_is_refused(monkeypatch: pytest.MonkeyPatch, free_port: Callable[[], int]) -> None:
