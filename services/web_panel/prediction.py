@@ -28,9 +28,11 @@ class Newest(NamedTuple):
 class Prediction:
     """Of one rig's scene; `asked` is the newest question's values, `asked_at` when (monotonic)."""
 
-    def __init__(self, computer: Computer, patience_s: float = _PATIENCE_S) -> None:
+    def __init__(
+        self, computer: Computer, patience_s: float = _PATIENCE_S, now: Callable[[], float] = time.monotonic
+    ) -> None:
         self._computer = computer
-        self._patience_s = patience_s
+        self._patience_s, self._now = patience_s, now
         self._scene: Scene | None = None
         self._rig: Foresee | None = None  # without values
         self.asked: dict[str, float] | None = None
@@ -54,14 +56,14 @@ class Prediction:
         with self._changed:
             self._number += 1
             if (rig := self._rig) is not None:
-                self.asked, self.asked_at = values, time.monotonic()
+                self.asked, self.asked_at = values, self._now()
                 self._computer.ask(Foresee(rig.scene, values, rig.limits, self._number))
-            return partial(self._wait_until_shown, self._number, time.monotonic() + self._patience_s)
+            return partial(self._wait_until_shown, self._number, self._now() + self._patience_s)
 
     def _wait_until_shown(self, number: int, until: float) -> bool:
         with self._changed:
             self._changed.wait_for(
-                lambda: self._shown == 0 or self._shown >= number, max(0.0, until - time.monotonic())
+                lambda: self._shown == 0 or self._shown >= number, max(0.0, until - self._now())
             )
             return self._shown >= number
 
