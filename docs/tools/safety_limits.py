@@ -190,7 +190,8 @@ def always() -> str:
                 "a head that drives the arm by itself",
                 f"a debt above the energy at {most_owed:g} m/s and above {told(guard, '_MOST_OWED_SHARE'):.0%} of the blow; or more than {contacts}"
                 f" contacts in a row that begin with a debt above the energy at {owed:g} m/s; or more than {contacts} in a row without a pulse that"
-                f" reach {told(guard, '_AT_THE_LIMIT'):.0%} of the force limit, each within {told(guard, '_FASTEST_HAND_NS') * 1e-6:g} ms",
+                f" reach {told(guard, '_AT_THE_LIMIT'):.0%} of the force limit, each within {told(guard, '_FASTEST_HAND_NS') * 1e-6:g} ms and at"
+                f" more than {told(guard, '_UNTIRED'):.0%} of the first one's speed",
                 servo,
                 "latched fault",
                 _tests(*SELF_DRIVEN),
