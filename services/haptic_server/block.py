@@ -5,6 +5,7 @@ contents are numpy views; only the compiled code of `realtime` touches the parts
 dies, even by SIGKILL, leaves the file and the servo untouched.
 """
 
+import errno
 import hashlib
 import mmap
 import os
@@ -18,20 +19,36 @@ import numpy as np
 import numpy.typing as npt
 
 from haptic_server.files import BLOCK
+from haptic_server.front import ARM as ARM
+from haptic_server.front import (
+    BOOT_CELL,
+    CONTROL_CELLS,
+    DISOWNED,
+    HEADER_CELLS,
+    HELD,
+    MAGIC,
+    MAGIC_CELL,
+    SIGNATURE_CELL,
+    BlockError,
+    Cells,
+    Front,
+    front,
+    is_held,
+)
+from haptic_server.front import HEARTBEAT as HEARTBEAT
+from haptic_server.front import PANIC as PANIC
+from haptic_server.front import PANICS_SEEN as PANICS_SEEN
+from haptic_server.front import STOP as STOP
 from haptic_server.records import EVENT, POINTER, STATUS, set_type
 from realtime import ring, triple
-from realtime.atomics import peek
+from realtime.atomics import poke
 
 RING_SLOTS = 16384  # three minutes of a roll at 45 Hz, two events a contact
 LATENESS_BINS = 512
 LATENESS_BIN_NS = 10_000  # the last bin takes everything above 5.1 ms
-STOP, PANIC, ARM, HEARTBEAT, HELD, PANICS_SEEN = 0, 8, 16, 24, 32, 40
-_CONTROL_CELLS = 48
-_MAGIC = 0x6B63697473  # "stick"
 _LAYOUT_VERSION = 2
-_BOOT, _PID, _POINTED = 2, 3, 4
+_PID, _POINTED = 3, 4
 
-Cells = npt.NDArray[np.int64]
 Slots = npt.NDArray[np.void]
 
 
@@ -60,7 +77,12 @@ class Block(NamedTuple):
     @property
     def boot(self) -> int:
         """Identifies this start of the servo."""
-        return int(self.header[_BOOT])
+        return int(self.header[BOOT_CELL])
+
+    @property
+    def front(self) -> Front:
+        """The part that every version understands."""
+        return Front(self.header, self.control)
 
     @property
     def pid(self) -> int:
@@ -78,24 +100,19 @@ class Block(NamedTuple):
 
 
 class Legacy(NamedTuple):
-    """What a servo leaves to the one that is started in its place: the newest accepted set, and whether it was held
-    by a panic or a fault."""
+    """The newest accepted set, which a servo leaves to the one that is started in its place."""
 
     revision: int
     law: Slots
-    held: bool
-
-
-class BlockError(OSError):
-    """The file is not a block of this scene and version."""
 
 
 def _layout(law: np.dtype[Any]) -> list[tuple[str, np.dtype[Any], int]]:
+    # Header and control are the front: first, and as they are, in every version and for every scene.
     cells = np.dtype(np.int64)
     sets = set_type(law)
     return [
-        ("header", cells, 8),
-        ("control", cells, _CONTROL_CELLS),
+        ("header", cells, HEADER_CELLS),
+        ("control", cells, CONTROL_CELLS),
         ("ring_cells", cells, ring.CELLS),
         ("wanted_cells", cells, triple.CELLS),
         ("live_cells", cells, triple.CELLS),
@@ -150,7 +167,7 @@ def _start(block: Block, law: npt.NDArray[np.void], revision: int = 0) -> None:
     triple.clear(block.pointer_cells, block.pointer, np.zeros(1, POINTER)[0])
     # 40 bits of time and randomness: a new start is told from an old one, and fits every JSON number.
     block.header[:4] = (
-        _MAGIC,
+        MAGIC,
         _signature(law.dtype),
         (int(time.time()) << 16 | secrets.randbits(16)) & 0xFFFFFFFFFFFF,
         os.getpid(),
@@ -170,9 +187,7 @@ def legacy(folder: Path, law: np.dtype[Any]) -> Legacy | None:
     while not triple.recover(old.wanted_cells, triple.READER, triple.WRITER):
         time.sleep(0)
     triple.read_into(old.wanted_cells, old.wanted, newest)
-    unseen = peek(old.control, PANIC) != peek(old.control, PANICS_SEEN)
-    held = unseen or peek(old.control, HELD) != 0
-    return Legacy(int(newest["revision"][0]), newest["law"].copy(), held)
+    return Legacy(int(newest["revision"][0]), newest["law"].copy())
 
 
 def reserve(path: Path, size: int) -> None:
@@ -193,26 +208,38 @@ def reserve(path: Path, size: int) -> None:
 def create(folder: Path, law: npt.NDArray[np.void], revision: int = 0) -> Block:
     """Make the servo's block in `folder` (0600), starting from `law`; replaces an older one in one step.
 
+    It says that its servo is held where the one before it was, by a panic that came until this one was in place too.
     OSError when there is no room for all of it: a file with holes would end the servo with SIGBUS in a later tick.
     """
     temporary = folder / f".{BLOCK}.{os.getpid()}"
     reserve(temporary, _size(law.dtype))
     block = _views(_map(temporary), law.dtype)
     _start(block, law, revision)
+    # Held until the last word of the block before is known, whose gateway may raise a panic in it up to the rename: a
+    # servo that is killed in between leaves a block that is held.
+    poke(block.control, HELD, 1)
+    try:
+        before = front(folder)
+    except OSError:
+        temporary.rename(folder / BLOCK)
+        return block
     temporary.rename(folder / BLOCK)
+    poke(block.control, HELD, int(before is not None and is_held(before.control)))
     return block
 
 
 def attach(folder: Path, law: np.dtype[Any]) -> Block:
     """Map an existing block as its gateway. FileNotFoundError before the servo made one; BlockError if it differs."""
-    memory = _map(folder / BLOCK)
+    path = folder / BLOCK
+    found = front(folder)
+    if found is None or int(found.header[SIGNATURE_CELL]) == DISOWNED:
+        raise FileNotFoundError(errno.ENOENT, "no servo of this scene has made a block yet", str(path))
+    memory = _map(path)
     if len(memory) != _size(law):
-        raise BlockError(
-            f"{folder / BLOCK}: {len(memory)} bytes, expected {_size(law)}: another version's block"
-        )
+        raise BlockError(f"{path}: {len(memory)} bytes, expected {_size(law)}: another version's block")
     block = _views(memory, law)
-    if int(block.header[0]) != _MAGIC or int(block.header[1]) != _signature(law):
-        raise BlockError(f"{folder / BLOCK}: made for another scene or version; restart the servo")
+    if int(block.header[MAGIC_CELL]) != MAGIC or int(block.header[SIGNATURE_CELL]) != _signature(law):
+        raise BlockError(f"{path}: made for another scene or version; restart the servo")
     return block
 
 

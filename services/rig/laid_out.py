@@ -16,18 +16,9 @@ class LaidOut:
 
     def put(self, run: Path) -> None:
         """Into the run folder, whose servo must not run; what it had made of another scene goes. Raises Stop."""
-        from haptic_server import files
+        from haptic_server import files, front
 
-        (run / files.BLOCK).unlink(missing_ok=True)  # whoever made it is dead: we hold the lock
+        front.disown(run)  # whoever made it is dead: we hold the lock
         folder.put_text(run / files.SCENE, self.text)
         if self.gesture is not None:
             folder.put_text(run / files.GESTURE, self.gesture)
-
-    def is_held(self, run: Path) -> bool:
-        """Whether the servo of this scene, which must not run any more, was held by a panic or a fault."""
-        from drumstick.law import law_of
-        from drumstick.scene import parse
-        from haptic_server import block
-
-        left = block.legacy(run, law_of(parse(self.text, self.name)).dtype)
-        return left is not None and left.held

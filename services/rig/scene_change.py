@@ -64,12 +64,14 @@ def lay_out(run: Path, configured: str, say: Say, rig: str = DEFAULT_RIG) -> Non
     whatever is asked for. The configured scene is put where none lies, and where the options changed. `rig`: as the
     words of it name it. Raises Stop.
     """
+    from haptic_server import front
+
     lying, wanted = _lying(run), _take_wanted(run)
     first = scene_file.laid_out(configured)
     is_new = _read(run / CONFIGURED) != _mark(first)
     if lying is not None and wanted is None and not is_new:
         return
-    if lying is not None and lying.is_held(run):
+    if lying is not None and front.was_held(run):
         say(f"a panic or a fault is latched: the scene stays; {command('arm', rig)} first")
     elif wanted is not None and lying is not None and not is_new:
         say(f"another scene: {wanted}")

@@ -7,7 +7,7 @@ import time
 from contextlib import ExitStack
 from typing import Any
 
-from haptic_server import files
+from haptic_server import files, front
 from protocol.endpoint import host_and_port
 from protocol.keys import Keys, command
 from rig import folder, ports, scene_file
@@ -108,7 +108,7 @@ class Rig:
         for service in reversed(haptic):
             service.ask_to_stop()
             service.wait_stopped(time.monotonic() + _STOP_WITHIN_S)
-        if self._scene.is_held(self._options.folder):
+        if front.was_held(self._options.folder):
             self._terminal.say(
                 f"a panic or a fault is latched: the scene stays; {command('arm', self._options.rig)} first"
             )
@@ -207,6 +207,7 @@ def up(options: Options, scene: str, duration_s: float | None, as_json: bool) ->
                 )
             held.enter_context(folder.claim(options.folder, options.rig))
             laid = scene_file.laid_out(scene)
+            (options.folder / files.BLOCK).unlink(missing_ok=True)  # whoever types `up` is here, and means it
             laid.put(options.folder)
             held.callback((options.folder / files.BLOCK).unlink, missing_ok=True)
             (options.folder / files.WANTED).unlink(missing_ok=True)

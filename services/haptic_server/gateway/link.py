@@ -16,6 +16,7 @@ import numpy.typing as npt
 from drumstick import envelope
 from drumstick.law import Records
 from haptic_server import block as blocks
+from haptic_server.front import is_held, raise_panic
 from haptic_server.records import EVENT, POINTER, STATUS, set_type
 from realtime import ring, triple
 from realtime.atomics import add_to, peek
@@ -28,7 +29,7 @@ STALE_NS = 100_000_000
 
 
 class ServoLink:
-    """A mapped block, replaced when the servo started anew."""
+    """A mapped block, replaced when the servo started anew: which is held too where the one before it was."""
 
     def __init__(self, folder: Path, law: Records) -> None:
         """Map the block in `folder`; FileNotFoundError while there is none, BlockError when it is another's."""
@@ -57,7 +58,10 @@ class ServoLink:
         """Take up a new block if the servo made one; True when it did."""
         if blocks.inode(self._folder) in (0, self._inode):
             return False
+        before = self.block.control
         self._attach()
+        if is_held(before):  # also where somebody had emptied the run folder meanwhile
+            self.raise_panic()
         return True
 
     def servo_is_alive(self) -> bool:
@@ -138,8 +142,12 @@ class ServoLink:
         triple.publish(self.block.pointer_cells, self.block.pointer, self._pointer[0])
 
     def raise_panic(self) -> None:
-        """Zero force from the next tick on."""
-        add_to(self.block.control, blocks.PANIC, 1)
+        """Zero force from the next tick on, also of a servo whose block was not taken up yet."""
+        raise_panic(self._folder, self.block.front)
+
+    def is_held(self) -> bool:
+        """Whether a panic or a fault is latched, or a panic is on its way to the next tick."""
+        return is_held(self.block.control)
 
 
 def rehearse(law: Records) -> None:

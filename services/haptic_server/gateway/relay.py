@@ -17,7 +17,7 @@ from haptic_server.gateway.pointing import Pointing
 from haptic_server.gateway.settings import Echo, ParameterDesk
 from haptic_server.gateway.wire import Wire
 from haptic_server.presets.last_good import LastGood
-from haptic_server.records import FAULT, FAULT_WORDS, NO_FAULT, PANIC, STATUS_WORDS, STRIKE
+from haptic_server.records import FAULT, FAULT_WORDS, NO_FAULT, STATUS_WORDS, STRIKE
 from haptic_server.servo.priority import no_timer_slack
 from protocol.messages import Release, State, Strike
 from realtime.notify import Supervisor
@@ -138,7 +138,6 @@ class Relay:
 
     def _tell_state(self, now_ns: int) -> None:
         status = self._link.status()
-        self._desk.saw(int(status["status"]) == PANIC)
         words = self._status_words(status)
         pending = self._desk.pending
         self._wire.put_state(

@@ -16,6 +16,7 @@ from drumstick.parameters import Parameter, Refusal
 from drumstick.scene import Scene
 from haptic_server.gateway.lease import Holder, Lease
 from haptic_server.gateway.link import ServoLink
+from haptic_server.permission import EVENTS, SCENE, SET
 from protocol.keys import DEFAULT_RIG, command
 from protocol.messages import SetReply
 from protocol.requests import ANYBODY, Claim
@@ -54,8 +55,6 @@ class ParameterDesk:
         waiting = link.waiting()
         self._revision, self._accepted = waiting if waiting else (self._live_revision, self._live)
         self._touched: set[str] = set()
-        self._panicked = False  # somebody asked for it, and nobody has been seen to arm since
-        self._saw_panic = False
 
     def values(self) -> dict[str, float]:
         """What the servo uses, by wire name. z_h0 is NaN while the hand has no stiffness."""
@@ -93,11 +92,17 @@ class ParameterDesk:
             return self._lease.holder(self._now())
 
     def require_quiet(self, claim: Claim) -> None:
-        """Raise Refusal where no other scene may be started: while somebody else holds the lease, and in a panic."""
+        """Raise Refusal where no other scene may be started: beside another's lease, and held by panic or fault."""
         with self._lock:
+            self._admit(SCENE, claim)
+
+    def _admit(self, event: int, claim: Claim) -> None:
+        # What the table of permission says of this wish, as things stand.
+        row = EVENTS[event]
+        if not row.beside_lease:
             self._lease.require(claim.lease, self._now())
-            if self._panicked:
-                raise Refusal(f"a panic is latched: type `{self._arm}` on the haptic machine first")
+        if not row.while_held and self._link.is_held():
+            raise Refusal(f"a panic or a fault is latched: type `{self._arm}` on the haptic machine first")
 
     def set(self, changes: Mapping[str, float], source: str, claim: Claim = ANYBODY) -> SetReply:
         """Accept all of `changes` or raise Refusal; the servo takes them when the stick is above the head.
@@ -108,7 +113,7 @@ class ParameterDesk:
         if not changes:
             raise Refusal("an empty set: name at least one parameter")
         with self._lock:
-            self._lease.require(claim.lease, self._now())
+            self._admit(SET, claim)
             if claim.revision not in (None, self._revision):
                 raise Refusal(
                     f"set for revision {claim.revision}, but somebody made it {self._revision}: look again"
@@ -128,20 +133,10 @@ class ParameterDesk:
     def panic(self, source: str) -> None:
         """Zero force, latched; only `drumstick arm` on this machine clears it."""
         with self._lock:
-            is_news = not self._panicked
-            self._panicked = True
+            is_news = not self._link.is_held()
             self._link.raise_panic()
         if is_news:  # a flood of panics is one panic in the log
             _log.warning("panic from %s; clear it with: %s", source, self._arm)
-
-    def saw(self, panicking: bool) -> None:
-        """The servo's status: a panic that was seen and is gone was cleared by `drumstick arm`."""
-        with self._lock:
-            if panicking:
-                self._panicked = True
-            elif self._saw_panic:
-                self._panicked = False
-            self._saw_panic = panicking
 
     def latched(self, revision: int, law: Records) -> list[Echo]:
         """The servo now uses `law`: what to echo (everything that was set, and whatever else changed with it)."""
@@ -173,15 +168,9 @@ class ParameterDesk:
         )
 
     def servo_restarted(self) -> None:
-        """A new servo starts from the scene: give it the accepted set again, and the panic if there was one.
-
-        Also a panic that the old servo never saw, because it was dead already or died on that very tick.
-        """
+        """A new servo starts from the scene: give it the accepted set again."""
         with self._lock:
             self._live_revision, self._live = self._link.first_live()
             self._revision += 1
             self._touched.update(self.table)
             self._link.offer(self._revision, self._accepted)
-            self._saw_panic = False
-            if self._panicked:
-                self._link.raise_panic()

@@ -75,9 +75,9 @@ def _memory(scene: Scene, run_dir: Path, specification: Specification) -> memory
     if left is not None:
         spare.offer["law"] = left.law
     if left is None or not passes(spare):
-        left = block.Legacy(0, law_of(scene), held=False)
+        left = block.Legacy(0, law_of(scene))
     mine = block.create(run_dir, left.law, left.revision)
-    servo = memory.prepare(scene, mine, left.held, specification)
+    servo = memory.prepare(scene, mine, specification)
     if servo.stream is None:
         return servo
     return servo._replace(stream=stream_to(contacts.create(run_dir, mine.boot)))

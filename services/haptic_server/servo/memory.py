@@ -8,7 +8,7 @@ import numpy.typing as npt
 from drumstick.law import thrown
 from drumstick.scene import Scene
 from haptic_server import contacts
-from haptic_server.block import Block
+from haptic_server.block import HELD, Block
 from haptic_server.device.hand import GESTURE
 from haptic_server.device.specification import EXACT_STICK, Specification
 from haptic_server.limits import lag_s, limits_of
@@ -18,6 +18,7 @@ from haptic_server.servo.guard import ALLOWED, GUARD, may_add
 from haptic_server.servo.streaming import Stream, stream_to
 from haptic_server.servo.trace import TICKS, TRACE
 from haptic_server.servo.velocity import TRACK
+from realtime.atomics import peek
 
 
 class Servo(NamedTuple):
@@ -88,17 +89,16 @@ def _allowed(scene: Scene, specification: Specification) -> npt.NDArray[np.void]
     return allowed
 
 
-def prepare(
-    scene: Scene, block: Block, held: bool = False, specification: Specification = EXACT_STICK
-) -> Servo:
+def prepare(scene: Scene, block: Block, specification: Specification = EXACT_STICK) -> Servo:
     """Memory for one servo of this scene on such a device, with the parameters that its new block starts from.
 
-    `held`: it starts in panic, because the servo before it was held by a panic or a fault. A device that is simulated
-    or replayed adds what it moves (`furnish`). A scene that streams gets a contact ring of its own, without a file.
+    It starts in panic where the block says that it is held: the servo before it was, by a panic or a fault. A device
+    that is simulated or replayed adds what it moves (`furnish`). A scene that streams gets a contact ring of its own,
+    without a file.
     """
     player = np.zeros(1, PLAYER)
     player["revision"] = block.live["revision"][0]
-    player["panicked"] = held
+    player["panicked"] = peek(block.control, HELD)
     law = block.live["law"][:1].copy()
     guard = np.zeros(1, GUARD)
     guard["e"], guard["b"] = may_add(law[0])

@@ -10,14 +10,15 @@ import math
 
 from drumstick import composition, exact, transitions
 from drumstick.events import SINK
-from haptic_server.block import ARM, HEARTBEAT, HELD, PANIC, PANICS_SEEN
+from haptic_server.block import HEARTBEAT, HELD, PANICS_SEEN
 from haptic_server.records import NO_FAULT, OUT_OF_BOUNDS
 from haptic_server.servo import guard, streaming
 from haptic_server.servo.latch import latch_in_hand
 from haptic_server.servo.memory import Servo
+from haptic_server.servo.orders import NOTHING, obey
 from haptic_server.servo.telling import end_contact, note_release, note_strike
 from haptic_server.servo.velocity import follow, forget
-from realtime.atomics import exchange, load_acquire, store_release
+from realtime.atomics import store_release
 from realtime.jit import Record, njit
 
 _CLEAR_OF_HEAD = 2.0  # resolutions above z = 0: a stick that lies on the head must not chatter
@@ -32,16 +33,7 @@ def _let_go(servo: Servo, now_ns: int) -> None:
 
 @njit()
 def _orders(servo: Servo, now_ns: int) -> None:
-    control, player = servo.block.control, servo.player[0]
-    panics = load_acquire(control, PANIC)  # a count: a panic that comes after an arm is never lost to it
-    if panics != player.panics_seen:
-        player.panics_seen = panics
-        player.panicked = 1
-        exchange(control, ARM, 0)  # both in one tick: panic wins, arm again
-        _let_go(servo, now_ns)
-    elif exchange(control, ARM, 0) != 0:
-        player.panicked = 0
-        player.fault = NO_FAULT
+    if obey(servo) != NOTHING:
         _let_go(servo, now_ns)
 
 

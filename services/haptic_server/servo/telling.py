@@ -7,6 +7,7 @@ from drumstick import composition, contact, exact
 from haptic_server.records import FAULT, PANIC, PLAYING, READY, RELEASE, STRIKE
 from haptic_server.servo import streaming
 from haptic_server.servo.memory import Servo
+from haptic_server.servo.orders import forget_arm
 from realtime import ring, triple
 from realtime.jit import njit
 
@@ -77,6 +78,7 @@ def tell(servo: Servo, now_ns: int) -> None:
     """Publish how the servo stands after a tick; the caller has filled tick, overruns and lateness."""
     motion, player, status = servo.motion[0], servo.player[0], servo.status[0]
     since_strike = now_ns - player.last_ns
+    forget_arm(servo)
     status.t_ns = now_ns
     status.status = READY
     if player.last_ns > 0 and since_strike < _STILL_PLAYING_NS:

@@ -4,19 +4,22 @@ Tick thread: no allocation, no locks, no Python, no exceptions. The same text ru
 """
 
 from drumstick import composition, exact, transitions
-from haptic_server.block import ARM, HEARTBEAT, HELD, PANIC, PANICS_SEEN
+from haptic_server import permission
+from haptic_server.block import HEARTBEAT, HELD, PANICS_SEEN
 from haptic_server.records import NO_FAULT, OUT_OF_BOUNDS
 from haptic_server.servo import streaming
 from haptic_server.servo.latch import latch
 from haptic_server.servo.memory import Servo
 from haptic_server.servo.orbit import walk
+from haptic_server.servo.orders import NOTHING, obey
 from haptic_server.servo.telling import end_contact, note_release, note_strike
-from realtime.atomics import exchange, load_acquire, store_release
+from realtime.atomics import store_release
 from realtime.jit import njit
 
 _EVENTS_IN_A_TICK = 64  # more is a stick that buzzes faster than anything audible
 _STILL_M_PER_S = 1e-3
 _LONGEST_SPAN_TICKS = 20  # after a longer stall the stick has simply stood still
+_ARM = permission.ARM
 
 
 @njit()
@@ -82,17 +85,10 @@ def _rest(servo: Servo, now_ns: int, span_s: float) -> None:
 
 @njit()
 def _orders(servo: Servo, now_ns: int) -> None:
-    control, player = servo.block.control, servo.player[0]
-    panics = load_acquire(control, PANIC)  # a count: a panic that comes after an arm is never lost to it
-    if panics != player.panics_seen:
-        player.panics_seen = panics
-        player.panicked = 1
-        exchange(control, ARM, 0)  # both in one tick: panic wins, arm again
-        _lift_away(servo, now_ns)
-    elif exchange(control, ARM, 0) != 0:
-        player.panicked = 0
-        player.fault = 0
-        player.rest_s = servo.plan[0].rest_s  # thrown on this very tick
+    order = obey(servo)
+    if order == _ARM:
+        servo.player[0].rest_s = servo.plan[0].rest_s  # thrown on this very tick
+    if order != NOTHING:
         _lift_away(servo, now_ns)
 
 

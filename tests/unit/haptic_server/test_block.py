@@ -127,7 +127,7 @@ def _write_many(cells, slots, record, count):
 
 def test_a_servo_inherits_what_was_accepted_and_whether_it_was_held(tmp_path: Path) -> None:
     old = blocks.create(tmp_path, law_of(ROLL))
-    assert blocks.legacy(tmp_path, law_of(ROLL).dtype) == blocks.Legacy(0, law_of(ROLL), held=False)
+    assert blocks.legacy(tmp_path, law_of(ROLL).dtype) == blocks.Legacy(0, law_of(ROLL))
     wanted = np.zeros(1, set_type(law_of(ROLL).dtype))
     wanted["law"] = law_of(ROLL)
     wanted["law"]["pulse"]["dv_pls"] = 0.3
@@ -138,9 +138,8 @@ def test_a_servo_inherits_what_was_accepted_and_whether_it_was_held(tmp_path: Pa
     assert left is not None
     assert left.revision == 9
     assert left.law["pulse"]["dv_pls"][0] == 0.3
-    assert left.held
     new = blocks.create(tmp_path, left.law, left.revision)
-    servo = memory.prepare(ROLL, new, left.held)
+    servo = memory.prepare(ROLL, new)
     loop.run_virtual(servo, 3, 0)
     assert servo.law["pulse"]["dv_pls"][0] == 0.3
     assert servo.status["revision"][0] == 9

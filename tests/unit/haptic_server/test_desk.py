@@ -1,5 +1,6 @@
 """The desk: whole sets through the envelope, readbacks from the servo, nothing acknowledged ever lost."""
 
+import math
 from pathlib import Path
 
 import pytest
@@ -8,9 +9,12 @@ from drumstick.law import law_of
 from drumstick.parameters import Refusal
 from drumstick.scene import parse, shipped_text
 from haptic_server import block as blocks
+from haptic_server import files
 from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.settings import ParameterDesk
 from haptic_server.servo import loop, memory
+from protocol.requests import ANYBODY
+from realtime.atomics import poke
 
 ROLL = parse(shipped_text("roll"), "roll")
 
@@ -118,7 +122,11 @@ def test_a_new_servo_gets_the_accepted_set_and_the_panic(bench: Bench) -> None:
     bench.desk.set({"dv_pls": 0.3}, "test")
     bench.tick(200)
     bench.echoes()
-    bench.desk.saw(panicking=True)
+    bench.desk.panic("test")
+    bench.tick(1)
+    (
+        bench.folder / files.BLOCK
+    ).unlink()  # somebody emptied the run folder: only the gateway knows of the panic
     bench.start_servo()
     assert bench.link.refresh()
     bench.desk.servo_restarted()
@@ -129,18 +137,38 @@ def test_a_new_servo_gets_the_accepted_set_and_the_panic(bench: Bench) -> None:
 
 def test_a_panic_that_the_old_servo_never_saw_reaches_the_new_one(bench: Bench) -> None:
     bench.desk.panic("test")  # the old servo is dead: no tick takes it
-    bench.desk.saw(panicking=False)  # its last status still says ready
     bench.start_servo()
-    assert bench.link.refresh()
-    bench.desk.servo_restarted()
+    bench.tick(1)  # before the gateway has noticed
+    assert bench.servo.player["panicked"][0] == 1
+
+
+def test_a_panic_before_the_gateway_has_noticed_a_new_servo_reaches_that_one(bench: Bench) -> None:
+    bench.start_servo()
+    bench.tick(1)
+    bench.desk.panic("test")
+    bench.start_gateway()  # the one that raised it was killed
     bench.tick(1)
     assert bench.servo.player["panicked"][0] == 1
 
 
+def test_an_arm_is_known_at_once_whatever_came_between_two_looks(bench: Bench) -> None:
+    for fault in (False, True):
+        bench.desk.panic("test")
+        if fault:
+            bench.servo.motion["v"] = math.nan  # hides the panic in the status
+        bench.tick(1)
+        with pytest.raises(Refusal, match="drumstick arm --rig left"):
+            bench.desk.require_quiet(ANYBODY)
+        poke(bench.servo.block.control, blocks.ARM, 1)
+        bench.tick(1)
+        bench.desk.require_quiet(ANYBODY)
+
+
 def test_a_panic_that_was_cleared_does_not_come_back_with_a_new_servo(bench: Bench) -> None:
     bench.desk.panic("test")
-    bench.desk.saw(panicking=True)
-    bench.desk.saw(panicking=False)  # armed
+    bench.tick(1)
+    poke(bench.servo.block.control, blocks.ARM, 1)
+    bench.tick(1)
     bench.start_servo()
     assert bench.link.refresh()
     bench.desk.servo_restarted()
@@ -163,7 +191,7 @@ def test_a_flood_of_panics_is_one_line_in_the_log(bench: Bench, caplog: pytest.L
         bench.desk.panic("a flood")
     assert caplog.text.count("panic from a flood; clear it with: drumstick arm --rig left") == 1
     bench.tick(1)
-    bench.desk.saw(True)
-    bench.desk.saw(False)  # somebody armed
+    poke(bench.servo.block.control, blocks.ARM, 1)
+    bench.tick(1)
     bench.desk.panic("another")
     assert caplog.text.count("panic from") == 2

@@ -7,7 +7,7 @@ import pytest
 
 from drumstick.law import law_of
 from drumstick.scene import parse, shipped_text
-from haptic_server import block, files
+from haptic_server import block, files, front
 from realtime.atomics import poke
 from rig import service
 from rig.fault import GIVEN, LACKING, Stop
@@ -32,11 +32,12 @@ class Run:
     def lying(self) -> str:
         return parse((self.folder / files.SCENE).read_text(), "lying").name
 
-    def servo_left(self, held: bool) -> None:
-        """What a servo of the scene that lies there leaves behind when it ends."""
+    def servo_left(self, held: bool | None) -> None:
+        """What a servo of the scene that lies there leaves behind when it ends; None: ended before its first tick."""
         law = law_of(parse((self.folder / files.SCENE).read_text(), "lying"))
         made = block.create(self.folder, law, 1)
-        poke(made.control, block.HELD, int(held))
+        if held is not None:
+            poke(made.control, block.HELD, int(held))
 
 
 @pytest.fixture
@@ -61,7 +62,9 @@ def test_what_was_asked_for_is_played_once_and_stays(run: Run) -> None:
     run.servo_left(held=False)
     assert run.lay_out(wanted="snare") == "snare"
     assert not (run.folder / files.WANTED).exists()
-    assert not (run.folder / files.BLOCK).exists()  # of another law
+    assert (
+        block.legacy(run.folder, law_of(parse(shipped_text("snare"), "snare")).dtype) is None
+    )  # of another scene
     assert run.lay_out() == "snare"
 
 
@@ -79,6 +82,19 @@ def test_a_held_scene_stays_whatever_is_asked_for(run: Run, configured: str, wan
     assert (run.folder / files.BLOCK).exists()
     assert "drumstick arm --rig left" in run.said[-1]
     assert not (run.folder / files.WANTED).exists()
+
+
+def test_a_panic_while_the_scene_is_laid_out_holds_the_new_one(run: Run) -> None:
+    run.lay_out()
+    run.servo_left(held=False)
+    gateway = block.attach(run.folder, law_of(parse(shipped_text("roll"), "roll")).dtype)
+    assert run.lay_out(wanted="snare") == "snare"
+    front.raise_panic(
+        run.folder, gateway.front
+    )  # a gateway that still lives, on the block that it has mapped
+    run.servo_left(held=None)
+    assert front.was_held(run.folder)
+    assert run.lay_out(wanted="tom") == "snare"
 
 
 @pytest.mark.parametrize("status", [GIVEN, LACKING])

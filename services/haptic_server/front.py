@@ -1,0 +1,101 @@
+"""The front of the block, the same in every version and for every scene: whether a servo is held outlives it here.
+
+Header and control cells; servo, gateway and supervisor, control threads. The tick uses the cells by their numbers.
+"""
+
+import mmap
+import os
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from haptic_server.files import BLOCK
+from realtime.atomics import add_to, peek
+
+STOP, PANIC, ARM, HEARTBEAT, HELD, PANICS_SEEN = 0, 8, 16, 24, 32, 40  # one cache line each
+HEADER_CELLS, CONTROL_CELLS = 8, 48
+MAGIC = 0x6B63697473  # "stick"
+MAGIC_CELL, SIGNATURE_CELL, BOOT_CELL = 0, 1, 2
+DISOWNED = 0  # no signature is 0
+_BYTES = 8 * (HEADER_CELLS + CONTROL_CELLS)
+
+Cells = npt.NDArray[np.int64]
+
+
+class BlockError(OSError):
+    """The file is not a block of this scene and version."""
+
+
+class Front(NamedTuple):
+    """Views into the mapped file, shapes (8,) and (48,)."""
+
+    header: Cells
+    control: Cells
+
+    @property
+    def boot(self) -> int:
+        """Identifies the servo's start."""
+        return int(self.header[BOOT_CELL])
+
+
+def front(folder: Path) -> Front | None:
+    """The front of the block in place; None when there is none. BlockError when what lies there has no such front."""
+    path = folder / BLOCK
+    try:
+        with path.open("r+b") as file:
+            if os.fstat(file.fileno()).st_size < _BYTES:
+                raise BlockError(f"{path}: too short for a block")
+            memory = mmap.mmap(file.fileno(), _BYTES)
+    except FileNotFoundError:
+        return None
+    header = np.frombuffer(memory, np.int64, HEADER_CELLS)
+    if int(header[MAGIC_CELL]) != MAGIC:
+        raise BlockError(f"{path}: no block")
+    return Front(header, np.frombuffer(memory, np.int64, CONTROL_CELLS, header.nbytes))
+
+
+def is_held(control: Cells) -> bool:
+    """Whether a servo is held by a panic or a fault, or will be at its next tick. Of one that is dead: or would be."""
+    # In this order: a servo that obeys a panic says that it is held before it says that it has seen it.
+    return peek(control, PANIC) != peek(control, PANICS_SEEN) or peek(control, HELD) != 0
+
+
+def was_held(folder: Path) -> bool:
+    """Whether the servo whose block lies in `folder` is or was held; also when that cannot be known."""
+    try:
+        found = front(folder)
+    except OSError:
+        return True
+    return found is not None and is_held(found.control)
+
+
+def disown(folder: Path) -> None:
+    """For another scene: nothing but whether its servo was held will be taken over from the block in place.
+
+    The file stays: a gateway that has not noticed yet may raise a panic in it until there is a new one.
+    """
+    try:
+        found = front(folder)
+    except OSError:
+        return
+    if found is not None:
+        found.header[SIGNATURE_CELL] = DISOWNED
+
+
+def raise_panic(folder: Path, mapped: Front) -> None:
+    """Panic to whichever servo's block is in place when this returns; `mapped` is the newest one that is known.
+
+    A servo looks into the block before its own once more when its own is in place, and here it is the other way round:
+    one of the two sees the other, so no panic that was raised is lost between two servos, whoever dies then.
+    """
+    while True:
+        add_to(mapped.control, PANIC, 1)
+        try:
+            newest = front(folder)
+        except OSError:  # whatever lies there, who starts upon it starts held
+            return
+        if newest is None or newest.boot == mapped.boot:
+            return
+        mapped = newest

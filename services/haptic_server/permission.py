@@ -1,0 +1,51 @@
+"""Permission to push: the one small table of panic, fault, arm, lease and restart. Pure; any thread.
+
+The tick's compiled orders (`servo.orders`), the gateway's desk, docs/permission.md, tests and the model that is
+searched exhaustively (tests/model) come from it. What is not in it changes nothing about the permission.
+"""
+
+from typing import NamedTuple
+
+# After a restart the servo is PANICKED whatever held the one before: why, is in the log and in trace.csv.
+FREE, PANICKED, FAULTED = 0, 1, 2
+STATES = ("free", "panicked", "faulted")
+MAY_PUSH = (True, False, False)
+REFUSED = -1
+
+
+class Event(NamedTuple):
+    """One row: what happens, who may cause it, and the state after it for each state before it.
+
+    `beside_lease`: whether it passes while somebody else than its sender holds the lease. REFUSED: it does not happen.
+    """
+
+    name: str
+    cause: str
+    then: tuple[int, int, int]
+    beside_lease: bool = True
+
+    @property
+    def while_held(self) -> bool:
+        """Whether it can happen while a panic or a fault is latched."""
+        return REFUSED not in self.then
+
+
+PANIC, FAULT, ARM, SERVO, GATEWAY, SCENE, SET, LEASE = range(8)
+EVENTS = (
+    Event("panic", "whoever may speak to the rig: page, OSC, Zenoh", (PANICKED, PANICKED, FAULTED)),
+    Event("fault", "the tick itself: guard, device, numbers that are none", (FAULTED, FAULTED, FAULTED)),
+    Event("arm", "a person at the haptic machine: `drumstick arm`", (FREE, FREE, FREE)),
+    Event("servo starts anew", "its supervisor, after whatever ended it", (FREE, PANICKED, PANICKED)),
+    Event("gateway starts anew", "its supervisor, after whatever ended it", (FREE, PANICKED, FAULTED)),
+    Event("another scene", "whoever may set: page, Zenoh", (FREE, REFUSED, REFUSED), beside_lease=False),
+    Event("set", "whoever may set: page, OSC, Zenoh", (FREE, PANICKED, FAULTED), beside_lease=False),
+    Event(
+        "lease", "whoever may set: taken, renewed, given back", (FREE, PANICKED, FAULTED), beside_lease=False
+    ),
+)
+
+
+def after(state: int, event: int) -> int:
+    """The state after `event`; the same one where it is refused."""
+    then = EVENTS[event].then[state]
+    return state if then == REFUSED else then
