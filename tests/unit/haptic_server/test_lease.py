@@ -10,7 +10,7 @@ def test_nobody_needs_it() -> None:
     lease = Lease()
     lease.require("", 0.0)
     lease.require("anybody", 0.0)
-    assert lease.holder(0.0) == NOBODY
+    assert lease.holder(0.0) == NOBODY == ("", 0.0)
 
 
 def test_whoever_holds_it_is_the_only_one_for_five_seconds() -> None:

@@ -23,6 +23,7 @@ def test_the_address_admits_and_asks_for_a_cookie() -> None:
 def test_the_cookie_admits_and_is_kept_from_scripts_and_other_sites() -> None:
     assert judge(**COOKIE) is HTTPStatus.OK
     assert {"HttpOnly", "SameSite=Strict"} <= set(ADMISSION.cookie.split("; "))
+    assert "Max-Age=2592000" in ADMISSION.cookie.split("; ")  # 30 days
     assert ADMISSION.cookie.startswith(f"drumstick_panel_8080={TOKEN};")
 
 

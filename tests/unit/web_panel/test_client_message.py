@@ -12,6 +12,7 @@ from web_panel.client_message import (
     ClientMessages,
     is_click,
     is_number,
+    is_short_text,
     sent_to,
 )
 
@@ -121,9 +122,21 @@ def test_text_frames_rubbish_and_long_frames_are_refused(messages: ClientMessage
     assert not messages.admits(b"\xc1")
     assert not messages.admits(b"\x91" * 5000)
     assert not messages.admits(update(0.2) + b"\x00")
+
+
+def test_a_frame_may_be_as_long_as_the_longest_and_no_longer(messages: ClientMessages) -> None:
+    assert MAX_FRAME_BYTES == 16384
     messages.controls["text"] = lambda value: True
-    assert messages.admits(update("x" * 100, "text"))
-    assert not messages.admits(update("x" * MAX_FRAME_BYTES, "text"))
+    around = len(update("x" * 10_000, "text")) - 10_000
+    assert messages.admits(update("x" * (MAX_FRAME_BYTES - around), "text"))
+    assert not messages.admits(update("x" * (MAX_FRAME_BYTES - around + 1), "text"))
+
+
+def test_a_short_text_is_printable_and_no_longer_than_asked() -> None:
+    assert is_short_text("", 0)
+    assert is_short_text("häß 0", 5)
+    for wrong in ("häß 01", "a\nb", "\x7f", b"abc", 5, None, ["a"]):
+        assert is_short_text(wrong, 5) is False
 
 
 def camera(**changes: object) -> bytes:
@@ -137,6 +150,23 @@ def test_a_camera_passes_when_it_is_nothing_but_finite_numbers(messages: ClientM
     assert not messages.admits(camera(position=[0.0, 0.0, float("nan")]))
     assert not messages.admits(camera(fov="wide"))
     assert not messages.admits(camera(camera_cb=[]))
+
+
+@pytest.mark.parametrize("name", ["wxyz", "position", "look_at", "up_direction"])
+def test_each_vector_of_a_camera_has_its_own_length(messages: ClientMessages, name: str) -> None:
+    length = 4 if name == "wxyz" else 3
+    assert messages.admits(camera(**{name: [0.5] * length}))
+    for wrong in ([0.5] * (length - 1), [0.5] * (length + 1), ["0.5"] * length, "0" * length, 0.5, None):
+        assert not messages.admits(camera(**{name: wrong}))
+
+
+@pytest.mark.parametrize("name", ["fov", "near", "far", "image_height", "image_width"])
+def test_each_number_of_a_camera_is_one(messages: ClientMessages, name: str) -> None:
+    assert messages.admits(camera(**{name: 2}))
+    for wrong in (True, "2", [2], None, float("inf")):
+        assert not messages.admits(camera(**{name: wrong}))
+    known: dict[str, Any] = msgspec.msgpack.decode(CAMERA_AT_FIRST)
+    assert not messages.admits(frame({key: value for key, value in known.items() if key != name}))
 
 
 @given(st.binary(max_size=200))

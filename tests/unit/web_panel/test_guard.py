@@ -2,6 +2,7 @@
 
 import asyncio
 import http.client
+import logging
 import subprocess
 import sys
 import threading
@@ -15,6 +16,7 @@ import viser
 import websockets.asyncio.server as websocket_server
 from viser._messages import ResetGuiMessage
 from viser.infra._async_message_buffer import AsyncMessageBuffer
+from websockets.sync.client import connect
 
 from web_panel import guard
 from web_panel.admission import Admission
@@ -39,6 +41,108 @@ def test_it_starts_on_loopback_behind_the_door_and_leaves_no_trace(free_port: Ca
         connection.close()
     finally:
         server.stop()
+
+
+def answer(port: int, path: str, **headers: str) -> http.client.HTTPResponse:
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
+    try:
+        connection.request("GET", path, headers=headers)
+        response = connection.getresponse()
+        response.read()
+        return response
+    finally:
+        connection.close()
+
+
+def test_every_answer_says_what_a_browser_may_do_with_it(free_port: Callable[[], int]) -> None:
+    admission = Admission(TOKEN, free_port())
+    server = guard.start(admission, ClientMessages())
+    try:
+        page = answer(admission.port, f"/?token={TOKEN}", Host="localhost:1")
+        assert page.status == 200
+        policy = "default-src 'self' data: blob: 'unsafe-inline' 'unsafe-eval'; "
+        policy += "connect-src 'self' ws://localhost:1 data: blob:; "
+        policy += "frame-ancestors 'none'; form-action 'none'; base-uri 'none'"
+        assert page.headers.get_all("Content-Security-Policy") == [policy]
+        assert page.headers.get_all("Referrer-Policy") == ["no-referrer"]
+        assert page.headers.get_all("X-Content-Type-Options") == ["nosniff"]
+        assert page.headers["Cache-Control"] == "no-store"
+        assert page.headers.get_all("Set-Cookie") == [admission.cookie]
+        refusal = answer(admission.port, "/")
+        assert refusal.status == 401
+        assert refusal.headers["Content-Type"] == "text/plain; charset=utf-8"
+        assert refusal.headers["Cache-Control"] == "no-store"
+        assert page.headers["Connection"] == refusal.headers["Connection"] == "close"
+    finally:
+        server.stop()
+
+
+def test_an_answer_that_the_guard_does_not_know_is_not_passed_on(
+    monkeypatch: pytest.MonkeyPatch, free_port: Callable[[], int]
+) -> None:
+    answers: list[object] = []
+
+    def wrapped(serve: Callable[..., Any], *arguments: Any, process_request: Any, **options: Any) -> Any:
+        def pages(connection: object, request: object) -> object:
+            return answers[0] if answers else process_request(connection, request)
+
+        return serve(*arguments, process_request=pages, **options)
+
+    _with_serve_changed(monkeypatch, wrapped)
+    admission = Admission(TOKEN, free_port())
+    server = guard.start(admission, ClientMessages())
+    try:
+        answers.append("a page by another way")
+        assert answer(admission.port, f"/?token={TOKEN}").status == 500
+    finally:
+        server.stop()
+
+
+def test_a_pad_is_served_by_its_own_door_whatever_its_query(free_port: Callable[[], int]) -> None:
+    class Pointers:
+        async def serve(self, connection: Any) -> None:
+            await connection.send(f"a pad at {connection.request.path}")
+
+    admission = Admission(TOKEN, free_port())
+    pointers: Any = Pointers()
+    server = guard.start(admission, ClientMessages(), pointers)
+    try:
+        for path in ("/pointer", f"/pointer?token={TOKEN}"):
+            cookie = f"{admission.cookie_name}={TOKEN}"
+            uri = f"ws://127.0.0.1:{admission.port}{path}"
+            with connect(uri, additional_headers={"Cookie": cookie}, proxy=None) as pad:
+                assert pad.recv(timeout=10) == f"a pad at {path}"
+    finally:
+        server.stop()
+
+
+def test_the_environment_moves_it_to_no_other_port(
+    monkeypatch: pytest.MonkeyPatch, free_port: Callable[[], int]
+) -> None:
+    port, elsewhere = free_port(), free_port()
+    monkeypatch.setenv("_VISER_PORT_OVERRIDE", str(elsewhere))
+    server = guard.start(Admission(TOKEN, port), ClientMessages())
+    try:
+        assert server.get_port() == port
+    finally:
+        server.stop()
+
+
+def test_half_a_request_is_no_news_and_everything_else_is(free_port: Callable[[], int]) -> None:
+    log = logging.getLogger("websockets.server")
+    server = guard.start(Admission(TOKEN, free_port()), ClientMessages())
+    server.stop()
+
+    def record(words: str) -> logging.LogRecord:
+        return log.makeRecord(log.name, logging.ERROR, "", 0, words, (), None)
+
+    assert not log.filter(record("opening handshake failed"))
+    assert log.filter(record("connection handler failed"))
+
+
+def test_controls_and_keys_are_known_by_visers_own_ids() -> None:
+    handle: Any = types.SimpleNamespace(_impl=types.SimpleNamespace(uuid="its id"))
+    assert guard.control_id(handle) == guard.key_id(handle) == "its id"
 
 
 class Leaving:

@@ -1,0 +1,222 @@
+"""Trials of mutants: each in a copy of the tree, by the tests of its module, until one fails.
+
+The copies are of the commit at HEAD, never of what somebody is typing. Every worker has its own, with its own kernel
+cache: a mutant starts with the kernels of the unchanged tree, less those of the modules that import the mutated one,
+directly or not, since numba does not see what a kernel calls in other files.
+"""
+
+import ast
+import contextlib
+import hashlib
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from realtime.jit import KERNEL_PACKAGES
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGES = ("shared", "services")
+KILLED, TIMED_OUT, SURVIVED, NOT_COMPILED = "killed", "timed out", "survived", "not compiled"
+_LIMIT_S = 600.0  # for all tests of a mutant
+_ONE_TEST_S = 60
+_FIRST_FAILURE = re.compile(r"^(?:FAILED|ERROR) (\S+)", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """How a mutant fared, by which test, how long that took, and on top of which commit."""
+
+    fate: str
+    by: str
+    seconds: float
+    commit: str = ""
+
+
+def commit() -> str:
+    return _git("rev-parse", "HEAD")
+
+
+def uncommitted() -> list[str]:
+    return _git("diff", "--name-only", "HEAD", "--", *PACKAGES, "tests").splitlines()
+
+
+def _git(*words: str) -> str:
+    found = subprocess.run(("git", *words), cwd=ROOT, capture_output=True, text=True, check=True)
+    return found.stdout.strip()
+
+
+class Imports:
+    """Who imports whom among our packages, by reading them: `import` anywhere in a file counts."""
+
+    def __init__(self, tree: Path) -> None:
+        self._files = {
+            _name(path.relative_to(tree / part)): path
+            for part in PACKAGES
+            for path in sorted((tree / part).rglob("*.py"))
+        }
+        self._direct = {name: self._named_in(path) for name, path in self._files.items()}
+
+    def _named_in(self, path: Path) -> set[str]:
+        named: set[str] = set()
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                named.update(each.name for each in node.names)
+            elif isinstance(node, ast.ImportFrom) and node.module:
+                named.update({node.module, *(f"{node.module}.{each.name}" for each in node.names)})
+        return named & self._files.keys()
+
+    def importers(self, path: str) -> set[str]:
+        """This module, and every one that reaches it."""
+        found = {_name_of(path)}
+        while more := {name for name, named in self._direct.items() if named & found} - found:
+            found |= more
+        return found
+
+    def below(self, path: str) -> str:
+        """A hash of every module that this one reaches, itself left out."""
+        found = {_name_of(path)}
+        while more := {each for name in found for each in self._direct[name]} - found:
+            found |= more
+        digest = hashlib.sha256()
+        for name in sorted(found - {_name_of(path)}):
+            digest.update(name.encode() + self._files[name].read_bytes())
+        return digest.hexdigest()
+
+
+def _name_of(path: str) -> str:
+    return _name(Path(path).relative_to(Path(path).parts[0]))
+
+
+def _name(path: Path) -> str:
+    parts = path.with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+class Copy:
+    """One copy of the tree with its kernels, for one worker."""
+
+    def __init__(self, folder: Path) -> None:
+        self.tree = folder / "tree"
+        self._kernels = folder / "kernels"
+        self._own = folder / "mutant"
+        self._running: subprocess.Popen[str] | None = None
+
+    def stop(self) -> None:
+        """End the tests that run now. Another thread than theirs."""
+        if self._running is not None:
+            _end(self._running)
+
+    @classmethod
+    def fresh(cls, folder: Path, head: str) -> "Copy":
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+        copy = cls(folder)
+        subprocess.run(("git", "clone", "--quiet", str(ROOT), str(copy.tree)), check=True)
+        subprocess.run(("git", "checkout", "--quiet", "--detach", head), cwd=copy.tree, check=True)
+        return copy
+
+    def twin(self, folder: Path) -> "Copy":
+        """Another one for another worker: with the files' times, by which numba knows its kernels."""
+        shutil.rmtree(folder, ignore_errors=True)
+        shutil.copytree(self.tree.parent, folder, symlinks=True)
+        return Copy(folder)
+
+    def passes(self, tests: Sequence[str]) -> Verdict:
+        """The tests of the unchanged tree, which also compiles its kernels."""
+        return self._run(tests, self._kernels)
+
+    def judge(self, path: str, source: str, tests: Sequence[str], imports: Imports) -> Verdict:
+        target = self.tree / path
+        before, times = target.read_bytes(), target.stat()
+        target.write_text(source, encoding="utf-8")
+        try:
+            self._lend_kernels(imports.importers(path))
+            return self._run(tests, self._own)
+        finally:
+            target.write_bytes(before)
+            os.utime(target, ns=(times.st_atime_ns, times.st_mtime_ns))
+            shutil.rmtree(self._own, ignore_errors=True)
+
+    def _environment(self, cache: Path) -> dict[str, str]:
+        # With CI=true hypothesis draws the same examples each time.
+        path = os.pathsep.join(str(self.tree / part) for part in PACKAGES)
+        return dict(
+            os.environ, PYTHONPATH=path, XDG_CACHE_HOME=str(cache), CI="true", PYTHONDONTWRITEBYTECODE="1"
+        )
+
+    def _lend_kernels(self, changed: set[str]) -> None:
+        shutil.rmtree(self._own, ignore_errors=True)
+        asked = subprocess.run(
+            (sys.executable, "-c", "from realtime import jit; print(jit.CACHE_FOLDER)"),
+            env=self._environment(self._own), cwd=self.tree, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        if asked.returncode != 0:
+            return  # nor will the tests start
+        lent = Path(asked.stdout.strip())
+        for kernels in self._kernels.glob("haptic-drumstick/kernels-*"):
+            for stored in kernels.glob("*/*"):
+                # A folder is a package, a file begins with its module; kernels of tests and tools are made anew.
+                module = f"{stored.parent.name}.{stored.name.partition('.')[0]}"
+                if stored.parent.name.partition(".")[0] in KERNEL_PACKAGES and module not in changed:
+                    (lent / stored.parent.name).mkdir(exist_ok=True)
+                    os.link(stored, lent / stored.parent.name / stored.name)
+
+    def _run(self, tests: Sequence[str], cache: Path) -> Verdict:
+        begun = time.monotonic()
+        options = ("-x", "-q", "-p", "no:cacheprovider", f"--timeout={_ONE_TEST_S}", "--tb=short")
+        process = subprocess.Popen(
+            (sys.executable, "-m", "pytest", *options, *tests),
+            env=self._environment(cache), cwd=self.tree, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT, text=True, errors="replace", start_new_session=True,
+        )  # fmt: skip
+        self._running = process
+        try:
+            said, _ = process.communicate(timeout=_LIMIT_S)
+        except subprocess.TimeoutExpired:
+            return Verdict(TIMED_OUT, f"{_LIMIT_S:g} s", time.monotonic() - begun)
+        finally:
+            self._running = None
+            _end(process)
+        return _verdict(process.returncode, said, time.monotonic() - begun)
+
+
+def _end(process: subprocess.Popen[str]) -> None:
+    # Also what the tests started and did not live to stop.
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+
+
+def _verdict(status: int, said: str, seconds: float) -> Verdict:
+    if status == 0:
+        return Verdict(SURVIVED, "", seconds)
+    failure = _FIRST_FAILURE.search(said)
+    by = failure.group(1) if failure else f"status {status}"
+    if "+++ Timeout +++" in said or "Failed: Timeout" in said:
+        return Verdict(TIMED_OUT, by, seconds)
+    if status in (4, 5):
+        raise SystemExit(f"pytest found no tests:\n{said}")
+    if "numba.core.errors.TypingError" in said or "numba.core.errors.LoweringError" in said:
+        return Verdict(NOT_COMPILED, by, seconds)
+    return Verdict(KILLED, by, seconds)
+
+
+def stored_verdicts(path: Path) -> dict[str, Verdict]:
+    """By mutant, the newest: a file of one JSON object a line, whose last may be torn."""
+    found: dict[str, Verdict] = {}
+    for line in path.read_text(encoding="utf-8").splitlines() if path.exists() else []:
+        try:
+            row = json.loads(line)
+        except ValueError:
+            continue
+        ident = row.pop("mutant")
+        found[ident] = Verdict(**row)
+    return found
