@@ -15,12 +15,28 @@ def lag_s(scene: Scene) -> float:
     return (0.5 + scene.device.delay_ticks) / scene.servo.rate_Hz
 
 
+def lead_s(scene: Scene) -> float:
+    """By how much the law leads the position that a sampled device tells."""
+    return lag_s(scene) if scene.servo.predictor == "lead" else 0.0
+
+
 def limits_of(scene: Scene, specification: Specification) -> Limits:
     """What the scene's guard and the device allow, whichever is tighter: a scene never raises a device's limits."""
-    force = min(scene.guard.max_force_N, specification.max_force_N)
     if specification is EXACT_STICK:
-        return Limits(force, scene.guard.max_speed_m_per_s)
-    return Limits(force, scene.guard.max_speed_m_per_s, specification.stiffness_N_per_m, lag_s(scene))
+        return Limits.of(scene)
+    return Limits(
+        max_force_N=min(scene.guard.max_force_N, specification.max_force_N),
+        max_speed_m_per_s=scene.guard.max_speed_m_per_s,
+        stiffness_N_per_m=specification.stiffness_N_per_m,
+        period_s=1.0 / scene.servo.rate_Hz,
+        delay_ticks=scene.device.delay_ticks,
+        lead_s=lead_s(scene),
+        lightest_kg=specification.moving_kg[0],
+        heaviest_kg=specification.moving_kg[1],
+        grip_N_per_m=specification.grip_N_per_m,
+        grip_N_s_per_m=specification.grip_N_s_per_m,
+        resolution_m=specification.resolution_m,
+    )
 
 
 def write(folder: Path, limits: Limits) -> None:

@@ -26,9 +26,10 @@ EVENT: np.dtype[Any] = np.dtype(
 
 READY, PLAYING, PANIC, FAULT = 0, 1, 2, 3
 STATUS_WORDS = ("ready", "playing", "panic", "fault")
-NO_FAULT, OUT_OF_BOUNDS, NOT_A_NUMBER, UNPLUGGED, STALLED, STALE, TOO_FAST, OUTSIDE = 0, 1, 2, 3, 4, 5, 6, 7
+NO_FAULT, OUT_OF_BOUNDS, NOT_A_NUMBER, UNPLUGGED, STALLED, STALE, TOO_FAST = 0, 1, 2, 3, 4, 5, 6
 FORCE_ERROR, WARM, SAFETY_SWITCH, SCHEDULER = 8, 9, 10, 11
 DEAD_MAN = 12  # no fault: the button that must be held is not
+SELF_DRIVEN = 13
 FAULT_WORDS = {
     NO_FAULT: "",
     OUT_OF_BOUNDS: "the stick's motion or its force is not a number, or beyond 1000 m or m/s",
@@ -37,11 +38,11 @@ FAULT_WORDS = {
     STALLED: "the force loop stood still for more than 20 ms: something else took the processor",
     STALE: "the device has told no new position for 10 ms",
     TOO_FAST: "the stick was moved faster than [guard] max_speed_m_per_s",
-    OUTSIDE: "the stick left the workspace that [guard] allows",
     FORCE_ERROR: "the device's own force protection stopped the motors",
     WARM: "the motors are too warm: let them rest",
     SAFETY_SWITCH: "the device's safety switch is open",
     SCHEDULER: "the device's driver ended its servo thread",
+    SELF_DRIVEN: "the head kept the stick moving by itself, without a pulse: lower r_in or k_coll",
 }
 
 # The servo after each tick. `refused` counts sets that its own fence turned down, `refused_revision` names the last.
@@ -69,8 +70,9 @@ STATUS: np.dtype[Any] = np.dtype(
 )
 
 # What the simulated player and the tick remember. `phase` walks the strikes over the head; `rest_s` is how long the
-# stick has lain dead, `still_s` how long it crept or was out of reach; `holding`: a set waits to be latched; the
-# last two strike instants make the roll rate.
+# stick has lain dead, `still_s` how long it crept or was out of reach; the last two strike instants make the roll rate.
+# `reach`: the fastest entry that keeps all limits, m/s, with the law that plays (envelope.Judgement). `holding`: a set
+# that passed waits to be latched, with its own reach and its longest window for the speed.
 PLAYER: np.dtype[Any] = np.dtype(
     [
         ("phase", "f8"),
@@ -90,6 +92,9 @@ PLAYER: np.dtype[Any] = np.dtype(
         ("panicked", "i8"),
         ("panics_seen", "i8"),
         ("holding", "i8"),
+        ("reach", "f8"),
+        ("offer_reach", "f8"),
+        ("offer_window", "i8"),
         ("force_N", "f8"),
         ("traced", "i8"),
         ("trace_ended", "i8"),
@@ -128,14 +133,10 @@ PLAN: np.dtype[Any] = np.dtype(
         ("orbit_radius", "f8"),
         ("orbit_period_s", "f8"),
         ("full_scale_m_per_s", "f8"),
-        ("max_force_N", "f8"),
-        ("max_speed_m_per_s", "f8"),
         ("head_z_m", "f8"),
         ("reach_m", "f8"),
         ("lead_s", "f8"),
-        ("lag_s", "f8"),
         ("spin_ns", "i8"),
-        ("stiffness_N_per_m", "f8"),
     ],
     align=True,
 )

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import json
 import logging
+import math
 from collections.abc import Callable
 from typing import Any, TypeVar
 
 import msgspec
 import zenoh
 
+from drumstick.envelope import Limits
 from drumstick.parameters import table_of
 from drumstick.scene import SceneError, from_tables
 from protocol.keys import Keys
@@ -33,17 +35,8 @@ class _PresetRow(msgspec.Struct):
     name: str
 
 
-class _Limits(msgspec.Struct):
-    # As drumstick.envelope.Limits; a number that is left out has no limit.
-    max_force_N: float  # noqa: N815
-    max_speed_m_per_s: float
-    stiffness_N_per_m: float | msgspec.UnsetType = msgspec.UNSET  # noqa: N815
-    lag_s: float | msgspec.UnsetType = msgspec.UNSET
-    damping_N_s_per_m: float | msgspec.UnsetType = msgspec.UNSET  # noqa: N815
-
-
 class _Health(msgspec.Struct):
-    limits: _Limits | None = None
+    limits: Limits | None = None  # a number that is left out has no limit
 
 
 class Listener:
@@ -155,7 +148,8 @@ class Listener:
         except (msgspec.MsgspecError, UnicodeDecodeError) as error:
             self._complain(str(sample.key_expr), f"the limits cannot be read: {error}")
             return False
-        self._mirror.limits = msgspec.to_builtins(limits) if limits is not None else {}
+        known = vars(limits) if limits is not None else {}
+        self._mirror.limits = {name: value for name, value in known.items() if math.isfinite(value)}
         return True
 
     def _read_scene(self, sample: zenoh.Sample) -> bool:

@@ -10,6 +10,7 @@ A hold for u. Kernels: any thread; no allocation.
 """
 
 import math
+from typing import NamedTuple
 
 from drumstick import blow
 from drumstick.blow import Blow, pressing_speed
@@ -30,6 +31,7 @@ _FASTEST_M_PER_S = 100.0  # a roll that still grows at this speed counts as endl
 _BISECTIONS = 40
 _ROOT_STEPS = 60
 _CLOSE = 1e-12
+_FINE = 1e-6
 
 
 @njit()
@@ -38,13 +40,31 @@ def hand_speed(law: Record) -> float:
     return max(math.sqrt(law.k_hand / law.m) * law.z_ss, pressing_speed(law))
 
 
+class Blows(NamedTuple):
+    """An ordinary contact, and one slow enough for negative damping."""
+
+    own: Blow
+    slow: Blow
+
+
 @njit()
-def _blows(law: Record) -> tuple[Blow, Blow]:
-    # An ordinary contact, and one slow enough for negative damping.
+def blows_of(law: Record) -> Blows:
+    """What the law makes of a blow; the costly part of every bound."""
     own = blow.of(law, law.r_in)
     if negative_damping.below(law) > 0.0:
-        return own, blow.of(law, negative_damping.lowest(law))
-    return own, own
+        return Blows(own, blow.of(law, negative_damping.lowest(law)))
+    return Blows(own, own)
+
+
+@njit()
+def _at_least(of: Blow, rebound: float) -> Blow:
+    return Blow(max(of.grows, rebound), of.pressed, of.peak, of.held)
+
+
+@njit()
+def rendered(blows: Blows, rebound: float) -> Blows:
+    """The same on a device that gives back at least `rebound` of a blow's speed."""
+    return Blows(_at_least(blows.own, rebound), _at_least(blows.slow, rebound))
 
 
 @njit()
@@ -56,8 +76,8 @@ def _shaken(law: Record) -> float:
 
 
 @njit()
-def _pushed(law: Record, u: float) -> float:
-    # The speed, m/s, of all pulses and forces of a contact entered at u.
+def pushed(law: Record, u: float) -> float:
+    """The speed, m/s, that all pulses and forces of a contact entered at `u` m/s give."""
     return pulse.adds(law) + cor_pulse.multiplies(law) * u + _shaken(law)
 
 
@@ -93,7 +113,7 @@ def multiplied_by_head(law: Record) -> float:
 @njit()
 def added_by_head(law: Record) -> float:
     """b without pulses: the most speed, m/s, that the head itself adds in a contact, whatever its speed."""
-    own, slow = _blows(law)
+    own, slow = blows_of(law)
     shaken = _shaken(law)
     return max(own.grows, 1.0) * shaken + own.pressed + _after_slow(law, own, slow, shaken)
 
@@ -134,21 +154,21 @@ def _half_swing(law: Record) -> float:
 def _next_entry(law: Record, own: Blow, u: float) -> float:
     # The largest entry speed of the contact after one that was entered at u, with the loss of the flight between them.
     hand = hand_speed(law)
-    pushed = max(own.grows, 1.0) * _pushed(law, u)
+    given = max(own.grows, 1.0) * pushed(law, u)
     if law.z_ss < 0.0:
         amplitude = own.grows * math.hypot(u, hand) + _kept(law, own)
         leaving = math.sqrt(max(amplitude * amplitude - hand * hand, 0.0))
-        late = pushed + (flight_speed(law, leaving) if leaving > 0.0 else 0.0)
+        late = given + (flight_speed(law, leaving) if leaving > 0.0 else 0.0)
         # A short pulse is part of the throw, so the flight takes its share of it too.
         share = 1.0 - law.r_out / law.m * max(pulse.lasts(law), cor_pulse.lasts(law))
         if share <= 0.0:
             return late
-        amplitude += pushed / share
+        amplitude += given / share
         leaving = math.sqrt(max(amplitude * amplitude - hand * hand, 0.0))
         return min(late, flight_speed(law, leaving)) if leaving > 0.0 else 0.0
     # A hand that lifts shortens the contact, down to no loss; it is half a swing at least until the stick is back.
     kept = own.grows if law.z_ss == 0.0 else max(own.grows, math.sqrt(hysteretic_spring.stiffest(law)))
-    amplitude = _half_swing(law) * math.hypot(kept * u, hand) + pushed
+    amplitude = _half_swing(law) * math.hypot(kept * u, hand) + given
     return math.sqrt(max(amplitude * amplitude - hand * hand, 0.0))
 
 
@@ -162,7 +182,7 @@ def _kept(law: Record, own: Blow) -> float:
 @njit()
 def _leaving(law: Record, own: Blow, u: float) -> float:
     # After an ordinary contact entered at u: m/s.
-    return max(u, own.grows * u + own.pressed + max(own.grows, 1.0) * _pushed(law, u))
+    return max(u, own.grows * u + own.pressed + max(own.grows, 1.0) * pushed(law, u))
 
 
 @njit()
@@ -171,7 +191,7 @@ def _settled(law: Record, own: Blow) -> float:
     e = _multiplied(law, own)
     lifted = law.k_hand * law.z_ss > 0.0
     if e < 1.0 and not lifted:
-        return (max(own.grows, 1.0) * _pushed(law, 0.0) + _kept(law, own)) / (1.0 - e)
+        return (max(own.grows, 1.0) * pushed(law, 0.0) + _kept(law, own)) / (1.0 - e)
     if not (law.k_hand > 0.0 and e < math.inf):
         return ENDLESS_M_PER_S
     if _next_entry(law, own, _FASTEST_M_PER_S) >= _FASTEST_M_PER_S:
@@ -188,14 +208,24 @@ def _settled(law: Record, own: Blow) -> float:
 
 
 @njit()
-def _fastest(law: Record, own: Blow, slow: Blow) -> float:
+def fastest(law: Record, blows: Blows) -> float:
+    """A speed, m/s, that no contact of the roll begins or ends with; ENDLESS_M_PER_S when nothing ends the growth."""
     settled, started = (
-        _settled(law, own),
-        _after_slow(law, own, slow, _pushed(law, negative_damping.below(law))),
+        _settled(law, blows.own),
+        _after_slow(law, blows.own, blows.slow, pushed(law, negative_damping.below(law))),
     )
     if started <= settled:
         return settled
-    return started if _multiplied(law, own) < 1.0 else _leaving(law, own, started)
+    return started if _multiplied(law, blows.own) < 1.0 else _leaving(law, blows.own, started)
+
+
+@njit()
+def fastest_thrown(law: Record, blows: Blows, roll: float, throw: float) -> float:
+    """As `fastest`, which is `roll` and finite, when the stick is thrown from z = 0 at `throw` m/s at most.
+
+    A stick faster than the roll loses speed with each contact and flight, so the first one bounds the rest.
+    """
+    return max(roll, _leaving(law, blows.own, throw)) if throw > 0.0 else roll
 
 
 @njit()
@@ -210,7 +240,12 @@ def _pulses(law: Record, own: Blow, speed: float) -> float:
 
 
 @njit()
-def _hardest(law: Record, speed: float, own: Blow, slow: Blow) -> float:
+def hardest(law: Record, blows: Blows, speed: float) -> float:
+    """A force of head and pulses, N, that no contact entered at `speed` m/s or less has.
+
+    The hand's own force on the stick comes on top.
+    """
+    own, slow = blows
     force = own.peak * (speed + _shaken(law)) + own.held
     below = min(negative_damping.below(law), speed)
     if below > 0.0:
@@ -220,21 +255,21 @@ def _hardest(law: Record, speed: float, own: Blow, slow: Blow) -> float:
 
 
 @njit()
-def hardest(law: Record, speed: float) -> float:
-    """The largest force, N, on the stick in a contact entered at `speed` m/s: head, pulses and hand together."""
-    own, slow = _blows(law)
-    return _hardest(law, speed, own, slow)
+def fastest_entry(law: Record, blows: Blows, fits: float, max_speed: float, max_force: float) -> float:
+    """The fastest entry, m/s, after which neither speed nor force passes `max_speed` m/s and `max_force` N.
 
-
-@njit()
-def fastest_and_hardest(law: Record) -> tuple[float, float]:
-    """A speed, m/s, that no contact begins or ends with, and a force, N, that no contact has.
-
-    ENDLESS_M_PER_S when nothing ends the growth.
+    `fits` m/s is known to be one: both bounds rise with the speed.
     """
-    own, slow = _blows(law)
-    speed = _fastest(law, own, slow)
-    return speed, _hardest(law, speed, own, slow)
+    low, high = fits, max(fits, max_speed)
+    for _ in range(_BISECTIONS):
+        if high - low <= _FINE * max_speed:
+            break
+        middle = 0.5 * (low + high)
+        if _leaving(law, blows.own, middle) <= max_speed and hardest(law, blows, middle) <= max_force:
+            low = middle
+        else:
+            high = middle
+    return low
 
 
 @njit()

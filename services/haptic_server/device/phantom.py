@@ -18,7 +18,8 @@ from haptic_server.device.hand import hand_at, later
 from realtime.jit import Record, njit
 
 MOST_DELAY_TICKS = 8
-_HALVINGS = 60
+_MOST_TRIES = 60
+_CLOSE = 1e-14
 _MOST_TURNS = 4  # in one tick; a stick that turns more often has come to rest
 
 PLANT: np.dtype[Any] = np.dtype(
@@ -35,6 +36,8 @@ PLANT: np.dtype[Any] = np.dtype(
         ("friction_N", "f8"),
         ("resolution_m", "f8"),
         ("max_force_N", "f8"),
+        ("lowest_m", "f8"),
+        ("highest_m", "f8"),
         ("delay_ticks", "i8"),
         ("next", "i8"),
         ("queue_N", "f8", (MOST_DELAY_TICKS,)),
@@ -65,19 +68,25 @@ def _piece(plant: Record, friction: float) -> Segment:
 @njit()
 def _turn_time(seg: Segment, sign: float, t: float) -> float:
     # When the speed, which has `sign` at the start and no longer at t, passes 0.
+    # By regula falsi with halved ordinates (Illinois): within a tick the speed is nearly a straight line.
     low, high = 0.0, t
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        if propagate(seg, middle)[1] * sign > 0.0:
-            low = middle
+    at_low, at_high = sign * propagate(seg, low)[1], sign * propagate(seg, high)[1]
+    for _ in range(_MOST_TRIES):
+        if high - low <= _CLOSE * t or at_high == 0.0:
+            break
+        middle = high - at_high * (high - low) / (at_high - at_low)
+        found = sign * propagate(seg, middle)[1]
+        if found > 0.0:
+            low, at_low, at_high = middle, found, 0.5 * at_high
+        elif found * at_high > 0.0:
+            high, at_high, at_low = middle, found, 0.5 * at_low
         else:
-            high = middle
+            return middle
     return high
 
 
 @njit()
-def move_on(plant: Record, duration_s: float) -> None:
-    """The arm under its present force for `duration_s` seconds."""
+def _move_freely(plant: Record, duration_s: float) -> None:
     left = duration_s
     for _ in range(_MOST_TURNS):
         v = plant.v_m_per_s
@@ -97,6 +106,15 @@ def move_on(plant: Record, duration_s: float) -> None:
 
 
 @njit()
+def move_on(plant: Record, duration_s: float) -> None:
+    """The arm under its present force for `duration_s` seconds; it stops dead at the ends of its travel."""
+    _move_freely(plant, duration_s)
+    inside = min(max(plant.z_m, plant.lowest_m), plant.highest_m)
+    if inside != plant.z_m:
+        plant.z_m, plant.v_m_per_s = inside, 0.0
+
+
+@njit()
 def tell(plant: Record, reading: Record, now_ns: int) -> None:
     """What the encoders say now."""
     steps = plant.z_m / plant.resolution_m
@@ -106,9 +124,26 @@ def tell(plant: Record, reading: Record, now_ns: int) -> None:
 
 
 @njit()
-def carry(plant: Record, gesture: Record, path: npt.NDArray[np.float64], span_s: float) -> None:
-    """Move on by `span_s` under the force that was last obeyed, with the hand where its gesture has it."""
-    plant.hand_m = hand_at(gesture, path, plant.t_s)
+def lead(plant: Record, wanted_m: float, reach: float) -> None:
+    """Put the hand where it wants to be, or as near as keeps the arm within `reach` m/s.
+
+    A hand that swings in time with the arm would else pump it up beyond any limit of speed.
+    """
+    w2 = plant.k_hand_N_per_m / plant.m_kg
+    if w2 > 0.0:
+        fits = max(reach * reach - plant.v_m_per_s * plant.v_m_per_s, 0.0) / w2
+        span = max(math.sqrt(fits), abs(plant.z_m - plant.hand_m))
+        wanted_m = min(max(wanted_m, plant.z_m - span), plant.z_m + span)
+    plant.hand_m = wanted_m
+
+
+@njit()
+def carry(plant: Record, gesture: Record, path: npt.NDArray[np.float64], span_s: float, reach: float) -> None:
+    """Move on by `span_s` under the force that was last obeyed, with the hand where its gesture has it.
+
+    reach: the speed, m/s, that the hand keeps the arm within.
+    """
+    lead(plant, hand_at(gesture, path, plant.t_s), reach)
     move_on(plant, span_s)
     plant.t_s = later(gesture, path, plant.t_s, span_s)
 

@@ -23,7 +23,8 @@ ACROSS_PER_S = 10.0  # radii that it may cross in a second
 _LEAST_TRAVEL_M = 1e-6
 
 # lift: 0 where the hand presses (z_ss) .. 1 where it is lifted; x, y in radii. `wish` has the speed limit,
-# `lift` and `lift_per_s` are the filter's. height_m and fastest_m_per_s do not change.
+# `lift` and `lift_per_s` are the filter's. stands_m: where it holds the exact stick now. height_m and
+# fastest_m_per_s do not change.
 HAND: np.dtype[Any] = np.dtype(
     [
         ("wish", "f8"),
@@ -32,6 +33,7 @@ HAND: np.dtype[Any] = np.dtype(
         ("x", "f8"),
         ("y", "f8"),
         ("height_m", "f8"),
+        ("stands_m", "f8"),
         ("fastest_m_per_s", "f8"),
     ],
     align=True,

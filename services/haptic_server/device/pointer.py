@@ -10,7 +10,7 @@ from drumstick.scene import Scene
 from haptic_server.device import paced, simulated
 from haptic_server.device.pointed_hand import HAND, LIFTED_M
 from haptic_server.device.protocol import Info
-from haptic_server.device.specification import EXACT_STICK, PREMIUM_1_5
+from haptic_server.device.specification import EXACT_STICK
 from haptic_server.servo import loop
 from haptic_server.servo.memory import Servo
 from realtime.stop import StopRequest
@@ -34,26 +34,32 @@ class Pointed:
         """What the hand holds, and what it waits for."""
         words = "in a hand that follows the pointer of the technician's page"
         if self._sampled:
-            return Info(PREMIUM_1_5, (f"an arm as a PHANTOM Premium 1.5, {words}",))
+            return Info(
+                simulated.specification_of(self._scene), (f"an arm as a PHANTOM Premium 1.5, {words}",)
+            )
         return Info(EXACT_STICK, (f"the paper's stick itself, {words}",))
+
+    def _lifted_m(self) -> float:
+        return max(self._scene.stick.z_ss_m + self._scene.hand.gesture_height_m, LIFTED_M)
 
     def _hand(self) -> np.ndarray:
         scene, hand = self._scene, np.zeros(1, HAND)
         hand["wish"] = hand["lift"] = 1.0
         hand["height_m"] = scene.hand.gesture_height_m
+        hand["stands_m"] = self._lifted_m()
         hand["fastest_m_per_s"] = min(_FASTEST_M_PER_S, _SHARE_OF_LIMIT * scene.guard.max_speed_m_per_s)
         return hand
 
     def furnish(self, servo: Servo) -> Servo:
         """The servo with its hand, lifted, and the stick at rest there."""
         servo.block.follow_pointer()
-        lifted_m = max(self._scene.stick.z_ss_m + self._scene.hand.gesture_height_m, LIFTED_M)
+        lifted_m = self._lifted_m()
         if not self._sampled:
             motion = servo.motion.copy()
             motion["z"], motion["v"] = lifted_m, 0.0
             return servo._replace(gesture=self._hand(), motion=motion)
-        plant = simulated.arm_of(self._scene, PREMIUM_1_5)
-        plant["z_m"] = self._scene.device.head_z_m + lifted_m
+        plant = simulated.arm_of(self._scene, self.info().specification)
+        plant["z_m"] = plant["hand_m"] = self._scene.device.head_z_m + lifted_m
         return servo._replace(plant=plant, gesture=self._hand())
 
     def rehearse(self, spare: Servo) -> None:

@@ -1,5 +1,6 @@
 """The simulated device: the paper's exact stick, or an arm that is sampled as hardware is. Control thread."""
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -17,18 +18,34 @@ from haptic_server.servo.memory import Servo
 from realtime.stop import StopRequest
 
 _START_ABOVE_M = 0.02
+_TRAVEL_BEYOND_M = 0.05  # the arm's own stops are farther out than what the guard allows
+_MASS_RANGE = (0.8, 1.25)  # of the scene's: an arm's apparent mass depends on where in the workspace it is
+
+
+def specification_of(scene: Scene) -> Specification:
+    """A PHANTOM Premium 1.5 whose tip weighs what the scene's stick does, in the scene's hand."""
+    low, high = _MASS_RANGE
+    stick = scene.stick
+    return dataclasses.replace(
+        PREMIUM_1_5,
+        moving_kg=(low * stick.m_kg, high * stick.m_kg),
+        grip_N_per_m=stick.k_hand_N_per_m,
+        grip_N_s_per_m=stick.r_out_N_s_per_m,
+    )
 
 
 def arm_of(scene: Scene, specification: Specification) -> npt.NDArray[np.void]:
     """The arm that the scene's stick stands for, at rest above the head, shape (1,)."""
     plant = np.zeros(1, PLANT)
-    plant["z_m"] = scene.device.head_z_m + _START_ABOVE_M
+    plant["z_m"] = plant["hand_m"] = scene.device.head_z_m + _START_ABOVE_M
     plant["m_kg"] = scene.stick.m_kg
     plant["k_hand_N_per_m"] = scene.stick.k_hand_N_per_m
     plant["r_out_N_s_per_m"] = scene.stick.r_out_N_s_per_m
     plant["friction_N"] = scene.device.friction_N
     plant["resolution_m"] = specification.resolution_m
     plant["max_force_N"] = specification.max_force_N
+    plant["lowest_m"] = scene.device.head_z_m + scene.guard.lowest_m - _TRAVEL_BEYOND_M
+    plant["highest_m"] = scene.device.head_z_m + scene.guard.highest_m + _TRAVEL_BEYOND_M
     plant["delay_ticks"] = scene.device.delay_ticks
     return plant
 
@@ -68,7 +85,9 @@ class Simulated:
         does = self._scene.hand.gesture
         if self._path is not None:
             does = f"{does}, {self._scene.hand.gesture_file}, {self._path[-1, 0]:g} s, again and again"
-        return Info(PREMIUM_1_5, (f"an arm as a PHANTOM Premium 1.5, in a simulated hand: {does}",))
+        return Info(
+            specification_of(self._scene), (f"an arm as a PHANTOM Premium 1.5, in a simulated hand: {does}",)
+        )
 
     def furnish(self, servo: Servo) -> Servo:
         """The servo with what this device moves in it."""

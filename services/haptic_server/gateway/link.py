@@ -164,8 +164,7 @@ def rehearse(law: Records) -> None:
     triple.read_into(block.status_cells, block.status, np.zeros(1, STATUS))
     add_to(block.control, blocks.PANIC, 1)
     peek(block.control, blocks.HEARTBEAT)
-    envelope.check(law[0], 1.0, 1.0)
-    envelope.check_sampled(law[0], 1.0, 0.0, 0.0)
+    envelope.judge(law[0], envelope.Limits(1.0, 1.0).record()[0], envelope.new_room())
 
 
 def wait_for_servo(

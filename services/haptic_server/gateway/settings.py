@@ -46,7 +46,7 @@ class ParameterDesk:
         """`limits`: what scene and device allow; the scene's own guard without them. `now`: s, for the lease."""
         self._arm = command("arm", rig)
         self.table: Mapping[str, Parameter] = parameters.table_of(scene)
-        self._limits = limits or envelope.Limits.of(scene.guard)
+        self._limits = limits or envelope.Limits.of(scene)
         self._link = link
         self._now = now
         self._lease = Lease()

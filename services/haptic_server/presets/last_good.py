@@ -17,7 +17,7 @@ from haptic_server.presets.store import PresetStore
 _log = logging.getLogger("gateway")
 PROBATION_NS = 5_000_000_000
 # The faults that parameters can bring about; a pulled plug says nothing about the set.
-_OF_MOTION = (records.OUT_OF_BOUNDS, records.TOO_FAST, records.OUTSIDE, records.FORCE_ERROR)
+_OF_MOTION = (records.OUT_OF_BOUNDS, records.TOO_FAST, records.SELF_DRIVEN, records.FORCE_ERROR)
 _SETTLE_S = 0.2  # a slider that is dragged sets thirty times a second
 _COMPLAIN_S = 60.0
 

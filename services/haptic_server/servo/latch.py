@@ -7,36 +7,34 @@ from drumstick import composition, envelope
 from haptic_server.servo.fence import within
 from haptic_server.servo.memory import Servo
 from realtime import triple
-from realtime.jit import Record, njit
-
-
-@njit()
-def fits(law: Record, plan: Record) -> bool:
-    """Is this law inside the envelope of scene and device?"""
-    if envelope.check(law, plan.max_force_N, plan.max_speed_m_per_s) != envelope.OK:
-        return False
-    return envelope.check_sampled(law, plan.stiffness_N_per_m, plan.lag_s, 0.0) == envelope.OK
+from realtime.jit import njit
 
 
 @njit()
 def passes(servo: Servo) -> bool:
-    """Is the law in servo.offer one that its scene could have, and safe? The servo's own fence: it trusts nobody."""
+    """Whether the law in servo.offer is one that its scene could have, and safe: the servo trusts nobody.
+
+    Keeps what the judgement tells in servo.player.
+    """
+    player = servo.player[0]
     if not within(servo.fence, servo.offer_words, servo.offer_numbers):
         return False
-    return fits(servo.offer[0].law, servo.plan[0])
+    judgement = envelope.judge(servo.offer[0].law, servo.limits[0], servo.room)
+    player.offer_reach = judgement.reach
+    player.offer_window = judgement.window
+    return judgement.code == envelope.OK
 
 
 @njit()
 def _offered(servo: Servo) -> bool:
-    # Does a set that passes wait in servo.offer?
+    # Does a set that passes wait in servo.offer? It is judged once, when it comes.
     block, player = servo.block, servo.player[0]
-    if triple.has_fresh(block.wanted_cells):
-        player.holding = 1
-    if player.holding == 0:
-        return False
+    if not triple.has_fresh(block.wanted_cells):
+        return bool(player.holding != 0)
     # A copy of our own: what was looked at is what is used, whoever else may write to the block.
     servo.offer[0] = block.wanted[triple.take(block.wanted_cells, block.wanted)]
     if passes(servo):
+        player.holding = 1
         return True
     player.holding = 0
     player.refused += 1
@@ -48,6 +46,8 @@ def _offered(servo: Servo) -> bool:
 def _use(servo: Servo) -> None:
     block, player, wanted = servo.block, servo.player[0], servo.offer[0]
     player.holding = 0
+    player.reach = player.offer_reach
+    servo.track[0].widest = player.offer_window
     composition.keep_speed(servo.law[0], wanted.law, servo.motion[0])
     servo.law[0] = wanted.law
     player.revision = wanted.revision
@@ -76,11 +76,9 @@ def latch(servo: Servo) -> bool:
     """
     if not _offered(servo):
         return False
-    motion, plan = servo.motion[0], servo.plan[0]
+    motion = servo.motion[0]
     left = composition.left_at_most(servo.law[0], motion)
-    if not envelope.safe_from(
-        servo.offer[0].law, motion.z, motion.v, left, plan.max_force_N, plan.max_speed_m_per_s
-    ):
+    if not envelope.entry_speed(servo.offer[0].law, motion.z, motion.v) + left <= servo.player[0].offer_reach:
         return False
     _use(servo)
     return True

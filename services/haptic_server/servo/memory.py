@@ -5,19 +5,20 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from drumstick import envelope
 from drumstick.law import thrown
 from drumstick.scene import Scene
 from haptic_server import contacts
 from haptic_server.block import HELD, Block
 from haptic_server.device.hand import GESTURE
 from haptic_server.device.specification import EXACT_STICK, Specification
-from haptic_server.limits import lag_s, limits_of
+from haptic_server.limits import lead_s, limits_of
 from haptic_server.records import EVENT, PLAN, PLAYER, READING, STATUS, set_type
 from haptic_server.servo.fence import fence_of
 from haptic_server.servo.guard import ALLOWED, GUARD, may_add
 from haptic_server.servo.streaming import Stream, stream_to
 from haptic_server.servo.trace import TICKS, TRACE
-from haptic_server.servo.velocity import TRACK
+from haptic_server.servo.velocity import new_track
 from realtime.atomics import peek
 
 
@@ -26,9 +27,9 @@ class Servo(NamedTuple):
 
     plant: None for the exact stick and for real devices, else the record of a simulated arm or of a recording; gesture:
     the hand's, of its own or after a pointer. Their types choose the code, so that a servo has only its own device's.
-    path: shape (n, 2), times s and heights m of a recorded gesture, or (n, 4), a recording. offer: the set that is
-    looked at, a copy of our own; offer_words and offer_numbers are its law in the same memory. stream: None unless the
-    scene streams its contacts' force.
+    path: shape (n, 2), times s and heights m of a recorded gesture, or (n, 4), a recording. limits, room: of the
+    envelope, and what its judgement writes to. offer: the set that is looked at, a copy of our own; offer_words and
+    offer_numbers are its law in the same memory. stream: None unless the scene streams its contacts' force.
     """
 
     block: Block
@@ -48,13 +49,15 @@ class Servo(NamedTuple):
     path: npt.NDArray[np.float64]
     trace: npt.NDArray[np.void]
     fence: npt.NDArray[np.void]
+    limits: npt.NDArray[np.void]
+    room: npt.NDArray[np.float64]
     offer: npt.NDArray[np.void]
     offer_words: npt.NDArray[np.int64]
     offer_numbers: npt.NDArray[np.float64]
     stream: Stream | None = None
 
 
-def _plan(scene: Scene, specification: Specification) -> npt.NDArray[np.void]:
+def _plan(scene: Scene) -> npt.NDArray[np.void]:
     plan = np.zeros(1, PLAN)
     plan["period_ns"] = round(1e9 / scene.servo.rate_Hz)
     plan["throw_m_per_s"] = scene.hand.throw_m_per_s
@@ -63,14 +66,9 @@ def _plan(scene: Scene, specification: Specification) -> npt.NDArray[np.void]:
     plan["orbit_period_s"] = scene.hand.orbit_period_s
     plan["full_scale_m_per_s"] = scene.strike.full_scale_m_per_s
     plan["spin_ns"] = scene.servo.spin_us * 1000
-    limits = limits_of(scene, specification)
-    plan["max_force_N"] = limits.max_force_N
-    plan["max_speed_m_per_s"] = limits.max_speed_m_per_s
-    plan["stiffness_N_per_m"] = limits.stiffness_N_per_m
-    plan["lag_s"] = limits.lag_s
     plan["head_z_m"] = scene.device.head_z_m
     plan["reach_m"] = scene.device.reach_m
-    plan["lead_s"] = lag_s(scene) if scene.servo.predictor == "lead" else 0.0
+    plan["lead_s"] = lead_s(scene)
     return plan
 
 
@@ -85,7 +83,8 @@ def _allowed(scene: Scene, specification: Specification) -> npt.NDArray[np.void]
     allowed["dead_man"] = scene.guard.dead_man == "button"
     allowed["resolution_m"] = specification.resolution_m
     allowed["delay_ticks"] = scene.device.delay_ticks
-    allowed["m_kg"] = scene.stick.m_kg
+    allowed["m_kg"] = specification.moving_kg[0]
+    allowed["head_z_m"] = scene.device.head_z_m
     return allowed
 
 
@@ -100,6 +99,10 @@ def prepare(scene: Scene, block: Block, specification: Specification = EXACT_STI
     player["revision"] = block.live["revision"][0]
     player["panicked"] = peek(block.control, HELD)
     law = block.live["law"][:1].copy()
+    limits, room = limits_of(scene, specification).record(), envelope.new_room()
+    judgement = envelope.judge(law[0], limits[0], room)
+    accepted = judgement.code == envelope.OK  # only tests play what the envelope refuses
+    player["reach"] = judgement.reach if accepted else scene.guard.max_speed_m_per_s
     guard = np.zeros(1, GUARD)
     guard["e"], guard["b"] = may_add(law[0])
     offer = np.zeros(1, set_type(law.dtype))
@@ -108,12 +111,12 @@ def prepare(scene: Scene, block: Block, specification: Specification = EXACT_STI
         law=law,
         motion=thrown(scene, scene.hand.throw_m_per_s),
         player=player,
-        plan=_plan(scene, specification),
+        plan=_plan(scene),
         event=np.zeros(1, EVENT),
         status=np.zeros(1, STATUS),
         timespec=np.zeros(2, np.int64),
         reading=np.zeros(1, READING),
-        track=np.zeros(1, TRACK),
+        track=new_track(judgement.window) if accepted else new_track(),
         guard=guard,
         allowed=_allowed(scene, specification),
         plant=None,
@@ -121,6 +124,8 @@ def prepare(scene: Scene, block: Block, specification: Specification = EXACT_STI
         path=np.zeros((2, 2)),
         trace=np.zeros(TICKS, TRACE),
         fence=fence_of(scene),
+        limits=limits,
+        room=room,
         offer=offer,
         offer_words=offer.view(np.int64)[1:],
         offer_numbers=offer.view(np.float64)[1:],

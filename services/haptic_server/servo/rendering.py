@@ -42,7 +42,7 @@ def _enter(servo: Servo, ahead_m: float, now_ns: int) -> None:
     # ahead_m: how far above the head the stick really is; the lead has seen the contact before it happens.
     law, motion = servo.law[0], servo.motion[0]
     transitions.apply(law, motion, exact.ENTRY)
-    guard.open_account(servo.guard[0], servo.allowed[0], law.m, motion.v_in)
+    servo.player[0].fault = guard.open_account(servo.guard[0], servo.allowed[0], law.m, motion.v_in, now_ns)
     # Between the last tick and as far ahead as is led: a slow stick that the last contact left below z = 0 is no nearer
     # to its instant by z/v than now.
     plan = servo.plan[0]
@@ -117,6 +117,8 @@ def _rendered(servo: Servo, reading: Record, now_ns: int, span_s: float) -> floa
             held.e, held.b = guard.may_add(servo.law[0])
         return 0.0
     see(servo, z, v, now_ns)
+    if player.fault != NO_FAULT:
+        return 0.0
     if servo.motion[0].place == exact.ABOVE and latch_in_hand(servo):
         held.e, held.b = guard.may_add(servo.law[0])
     head_N, pulse_N = ask(servo, period_s)
@@ -124,6 +126,9 @@ def _rendered(servo: Servo, reading: Record, now_ns: int, span_s: float) -> floa
         player.fault = OUT_OF_BOUNDS
         return 0.0
     force = guard.limit(held, allowed, head_N, pulse_N, z, v, period_s)
+    player.fault = guard.look_at_account(held, allowed)
+    if player.fault != NO_FAULT:
+        return 0.0
     _keep(servo, period_s)
     return force
 

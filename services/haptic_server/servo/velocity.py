@@ -8,21 +8,31 @@ noise, one that turns a short window and little lag. Tick thread: no allocation,
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from realtime.jit import Record, njit
 
-LONGEST = 16  # samples back; a window of 15 ms at 1 kHz
+LONGEST = 16  # positions kept: a window of 15 ticks at most
 # The last positions z and their instants t, as rings: `newest` is the index of the last, `known` their number.
+# `widest`: ticks of the longest window, which a stiff or strongly damped head takes short (drumstick.sampled_contact).
 TRACK: np.dtype[Any] = np.dtype(
     [
         ("z_m", "f8", (LONGEST,)),
         ("t_s", "f8", (LONGEST,)),
         ("newest", "i8"),
         ("known", "i8"),
+        ("widest", "i8"),
         ("v_m_per_s", "f8"),
     ],
     align=True,
 )
+
+
+def new_track(widest: int = LONGEST - 1) -> npt.NDArray[np.void]:
+    """The memory of one estimate, shape (1,), with windows of at most `widest` ticks. Control thread."""
+    track = np.zeros(1, TRACK)
+    track["widest"] = widest
+    return track
 
 
 @njit()
@@ -54,7 +64,7 @@ def follow(track: Record, t_s: float, z_m: float, slack_m: float) -> float:
     track.t_s[newest] = t_s
     track.known = min(track.known + 1, LONGEST)
     speed = 0.0
-    for back in range(1, track.known):
+    for back in range(1, min(track.known, track.widest + 1)):
         at = (newest - back) % LONGEST
         slope = (z_m - track.z_m[at]) / (t_s - track.t_s[at])
         if back > 1 and not _explained(track, back, slope, slack_m):

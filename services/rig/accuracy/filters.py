@@ -17,7 +17,7 @@ from haptic_server.device import phantom
 from haptic_server.servo import guard
 from haptic_server.servo.memory import Servo
 from haptic_server.servo.rendering import ask, see
-from haptic_server.servo.velocity import LONGEST, TRACK, follow, forget
+from haptic_server.servo.velocity import LONGEST, follow, forget, new_track
 from realtime.jit import Record, njit
 from realtime.lent import lend
 
@@ -76,7 +76,7 @@ def _told(kind: Record, track: Record, z_m: Samples, period_s: float, slack_m: f
 def told(name: str, z_m: Samples, period_s: float, slack_m: float, out: Samples | None = None) -> Samples:
     """The speeds (m/s) that a filter tells of positions z (m) a period apart, shape as z; into `out` if given."""
     speeds = np.empty_like(z_m) if out is None else out
-    _told(filter_of(name, period_s)[0], np.zeros(1, TRACK)[0], z_m, period_s, slack_m, speeds)
+    _told(filter_of(name, period_s)[0], new_track()[0], z_m, period_s, slack_m, speeds)
     return speeds
 
 

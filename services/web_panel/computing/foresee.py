@@ -1,6 +1,7 @@
 """What a set of values would do to the roll, and whether the envelope would take them. Pure."""
 
 from collections.abc import Mapping
+from typing import Any
 
 from drumstick import envelope
 from drumstick.analysis.lap import scratch_of
@@ -20,7 +21,8 @@ def foresee(scene: Scene, values: Mapping[str, float], limits: Mapping[str, floa
         return Foreseen(refusal=str(refusal))
     why = ""
     try:
-        envelope.require(law, envelope.Limits(**limits) if limits else envelope.Limits.of(scene.guard))
+        told: dict[str, Any] = dict(limits)
+        envelope.require(law, envelope.Limits(**told) if told else envelope.Limits.of(scene))
     except Refusal as refusal:
         why = str(refusal)
     if any(name in scene.effects for name in NEVER_REPEATING):

@@ -34,6 +34,12 @@ def sampled(law: Record) -> bool:
 
 
 @only_with("system_delay", otherwise=0.0)
+def lag_s(law: Record) -> float:
+    """The oldest that the force can be, s."""
+    return law.system_delay.period * (1 + law.system_delay.delay_ticks)
+
+
+@only_with("system_delay", otherwise=0.0)
 def held(law: Record, motion: Record) -> float:
     """The force that acts now, N."""
     return motion.system_delay.held_N

@@ -203,7 +203,8 @@ def test_a_cor_pulse_above_one_leaves_before_numbers_overflow() -> None:
     assert run.end == "left"
     assert np.all(np.isfinite(run.contacts))
     assert run.contacts[-1, V_E] > 1e5
-    code = envelope.check(law_of(scene)[0], 100.0, 10.0)
+    limits = envelope.Limits(100.0, 10.0).record()
+    code = envelope.judge(law_of(scene)[0], limits[0], envelope.new_room()).code
     assert code == envelope.ENDLESS
 
 
@@ -211,7 +212,7 @@ def test_a_cor_pulse_above_one_leaves_before_numbers_overflow() -> None:
 def test_the_envelope_bounds_a_cor_roll_that_only_the_hand_ends(gamma: float) -> None:
     """beta + gamma is above 1 here: alpha(v) ends the growth, below the bound."""
     scene = Scene("cor", stick=stick_cases.STICK_A, effects={"cor_pulse": CorPulse(gamma, 2e-3)})
-    bound, _ = envelope.predicted(law_of(scene)[0])
+    bound, _ = envelope.predicted(law_of(scene)[0], 0.0)
     run = simulate(scene, 60.0)
     assert run.end == "time"
     settled = run.contacts[-1, V_E]

@@ -16,7 +16,7 @@ from haptic_server.block import ARM
 from haptic_server.device import phantom
 from haptic_server.records import EVENT, NO_FAULT, NOT_A_NUMBER, RELEASE, STALLED
 from haptic_server.servo import loop, memory
-from haptic_server.servo.velocity import TRACK, follow
+from haptic_server.servo.velocity import follow, new_track
 from live_sets import PERIOD_NS, T
 from realtime import ring
 from realtime.atomics import poke
@@ -35,7 +35,7 @@ def test_a_difference_of_counts_buzzes_and_the_window_is_calm_and_hardly_later()
         return COUNT_M * np.round((z + chance.normal(0.0, 0.25 * COUNT_M, len(z))) / COUNT_M)
 
     def told(z: np.ndarray) -> np.ndarray:
-        track = np.zeros(1, TRACK)
+        track = new_track()
         return np.array([follow(track[0], i * T, float(at), COUNT_M) for i, at in enumerate(z)])[1:]
 
     still = counted(np.full(len(t), 1.3e-5))

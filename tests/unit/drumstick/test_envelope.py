@@ -1,5 +1,6 @@
 """The joint envelope: nothing non-finite, endless, too fast or too strong passes, and each refusal has words."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -9,12 +10,14 @@ from hypothesis import strategies as st
 
 import stick_cases
 from drumstick import envelope, exact
-from drumstick.envelope import Limits, check, predicted, require, safe_from
+from drumstick.envelope import Limits, entry_speed, judge, new_room, predicted, require
 from drumstick.law import Records, law_of, thrown
 from drumstick.parameters import Refusal
 from drumstick.scene import Scene, parse, shipped_names, shipped_text
 from drumstick.simulate import COLUMNS, simulate
 from drumstick.stick import Stick
+from haptic_server.device.simulated import Simulated
+from haptic_server.limits import limits_of
 
 ROLL = parse(shipped_text("roll"), "roll")
 LIMITS = Limits(100.0, 10.0)
@@ -31,6 +34,10 @@ def _law(values: dict[str, float], effects: bool = True) -> Records:
     return law
 
 
+def _judged(law: Records, limits: Limits = LIMITS) -> envelope.Judgement:
+    return judge(law[0], limits.record()[0], new_room())
+
+
 def _roll(**values: float) -> Records:
     return _law(values)
 
@@ -38,7 +45,7 @@ def _roll(**values: float) -> Records:
 @pytest.mark.parametrize("name", shipped_names())
 def test_shipped_scenes_pass_their_own_guard(name: str) -> None:
     scene = parse(shipped_text(name), name)
-    require(law_of(scene), Limits.of(scene.guard))
+    require(law_of(scene), limits_of(scene, Simulated(scene).info().specification))
 
 
 REFUSED = {
@@ -70,6 +77,11 @@ REFUSED = {
         envelope.HAND,
         ["hand alone", "limit is 10 m/s", "z_ss"],
     ),
+    "thrown too hard": (
+        _roll(k_coll=2e5, r_in=20.0, dv_pls=0.0),
+        envelope.THROW,
+        ["throw at 4 m/s", "limits are 10 m/s and 100 N", "throw in the scene"],
+    ),
     "too sudden": (_roll(tau=1e-6), envelope.FORCE, ["N", "limit is 100 N", "raise tau"]),
 }
 
@@ -77,9 +89,10 @@ REFUSED = {
 @pytest.mark.parametrize("case", REFUSED)
 def test_a_refusal_has_words(case: str) -> None:
     law, code, words = REFUSED[case]
-    assert check(law[0], LIMITS.max_force_N, LIMITS.max_speed_m_per_s) == code
+    limits = dataclasses.replace(LIMITS, throw_m_per_s=4.0 if code == envelope.THROW else 0.0)
+    assert _judged(law, limits).code == code
     with pytest.raises(Refusal) as refused:
-        require(law, LIMITS)
+        require(law, limits)
     for word in words:
         assert word in str(refused.value)
 
@@ -91,7 +104,7 @@ def test_nothing_unusable_passes(effects: bool, data: st.DataObject) -> None:
     names = STICK_FIELDS + (PULSE_FIELDS if effects else ())
     values = {name: data.draw(ANY, label=name) for name in names}
     law = _law(values, effects)
-    code = check(law[0], LIMITS.max_force_N, LIMITS.max_speed_m_per_s)
+    code = _judged(law).code
     if code == envelope.OK:
         assert all(math.isfinite(value) for value in values.values())
         assert values["m"] > 0.0
@@ -99,7 +112,7 @@ def test_nothing_unusable_passes(effects: bool, data: st.DataObject) -> None:
         assert values.get("tau", 1.0) > 0.0
         assert values.get("dv_pls", 0.0) >= 0.0
         assert min(values["r_in"], values["r_out"], values["k_hand"]) >= 0.0
-        speed, force = predicted(law[0])
+        speed, force = predicted(law[0], 0.0)
         assert 0.0 <= speed <= LIMITS.max_speed_m_per_s
         assert 0.0 <= force <= LIMITS.max_force_N
         require(law, LIMITS)
@@ -110,14 +123,14 @@ def test_nothing_unusable_passes(effects: bool, data: st.DataObject) -> None:
 
 @given(st.sampled_from(STICK_FIELDS + PULSE_FIELDS), st.sampled_from([math.nan, math.inf, -math.inf]))
 def test_one_value_that_is_no_number_is_enough(name: str, value: float) -> None:
-    assert check(_law({name: value})[0], math.inf, math.inf) != envelope.OK
+    assert _judged(_law({name: value}), Limits(math.inf, math.inf)).code != envelope.OK
 
 
 @given(st.floats(0.0, 200.0, exclude_min=True), st.floats(0.0, 20.0, exclude_min=True))
 def test_a_limit_that_is_not_a_number_lets_nothing_pass(force: float, speed: float) -> None:
     law = law_of(ROLL)
-    assert check(law[0], math.nan, speed) != envelope.OK
-    assert check(law[0], force, math.nan) != envelope.OK
+    assert _judged(law, Limits(math.nan, speed)).code != envelope.OK
+    assert _judged(law, Limits(force, math.nan)).code != envelope.OK
 
 
 @given(
@@ -134,7 +147,7 @@ def test_what_is_predicted_bounds_what_is_played(
     stick = Stick(0.015, k_coll, 2.0 * zeta * math.sqrt(0.015 * k_coll), k_hand, 0.1, -0.02, "paper")
     pulse = ROLL.effects["pulse"].__class__(dv, tau, "exit", 1)
     scene = stick_cases.scene(stick, pulse)
-    speed, _ = predicted(law_of(scene)[0])
+    speed, _ = predicted(law_of(scene)[0], 0.0)
     settled = simulate(scene, 3.0, 0.01).contacts
     v_e = settled[:, COLUMNS.index("v_e_m_per_s")]
     assert np.all(v_e <= max(speed, 0.01) * (1.0 + 1e-9))
@@ -152,7 +165,8 @@ def test_a_set_that_may_take_over_now_brings_no_contact_beyond_the_limit(
 ) -> None:
     """From any height and speed, with a pulse still running: the next contact, played exactly, is within bounds."""
     law, motion = _roll(k_hand=k_hand, z_ss=z_ss, tau=0.01), thrown(ROLL, 0.0)
-    if not safe_from(law[0], z, v, left, LIMITS.max_force_N, LIMITS.max_speed_m_per_s):
+    judged = _judged(law)
+    if judged.code != envelope.OK or not entry_speed(law[0], z, v) + left <= judged.reach:
         return
     motion["z"], motion["v"] = z, v
     motion["pulse"]["push"] = left / 0.01
@@ -173,7 +187,7 @@ def test_no_set_takes_over_from_a_motion_that_is_no_number(at: str, value: float
     given = {"z": 0.01, "v": 0.5, "left": 0.1, "k_hand": 20.0}
 
     def passes(z: float, v: float, left: float, k_hand: float) -> bool:
-        return safe_from(_roll(k_hand=k_hand)[0], z, v, left, LIMITS.max_force_N, LIMITS.max_speed_m_per_s)
+        return entry_speed(_roll(k_hand=k_hand)[0], z, v) + left <= _judged(_roll()).reach
 
     assert passes(**given)
     assert not passes(**{**given, at: value})

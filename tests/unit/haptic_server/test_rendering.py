@@ -19,7 +19,6 @@ from haptic_server.records import (
     FAULT_WORDS,
     NO_FAULT,
     NOT_A_NUMBER,
-    OUTSIDE,
     RELEASE,
     SAFETY_SWITCH,
     STALE,
@@ -126,8 +125,6 @@ FAULTS: dict[str, tuple[dict[str, float], int]] = {
     "an infinite position": ({"z_m": math.inf}, NOT_A_NUMBER),
     "unplugged": ({"trouble": UNPLUGGED}, UNPLUGGED),
     "safety switch": ({"trouble": SAFETY_SWITCH}, SAFETY_SWITCH),
-    "below the workspace": ({"z_m": -0.2}, OUTSIDE),
-    "above the workspace": ({"z_m": 0.4}, OUTSIDE),
     "thrown": ({"z_m": 0.05}, TOO_FAST),
     "a stall of 21 ms": ({"span_s": 0.021}, STALLED),
     "a stall of 500 ms": ({"span_s": 0.5}, STALLED),
@@ -177,6 +174,28 @@ def test_a_stall_of_ten_milliseconds_is_a_pause_not_a_fault(pushing: tuple[memor
         forces.append(float(servo.player[0]["force_N"]))
     assert max(forces) > 0.3
     assert servo.guard[0]["stalls"] == 1
+
+
+def test_the_workspace_ends_softly_and_without_a_fault(pushing: tuple[memory.Servo, int]) -> None:
+    """The head's force fades over the last centimetre, is none outside, and comes back from above the head."""
+    servo, now = pushing
+    lowest = float(servo.allowed["lowest_m"][0])
+    forces = []
+    for tick in range(1, 101):  # pushed down evenly, 2.5 mm a tick at most
+        z = float(servo.plant["z_m"][0]) + (lowest - 0.002 - float(servo.plant["z_m"][0])) * tick / 100
+        servo.plant["v_m_per_s"] = 0.0
+        forces.append((z - lowest, _force(servo, now + tick * PERIOD_NS, z_m=z)))
+    assert servo.player[0]["fault"] == NO_FAULT
+    assert max(force for room, force in forces if room > 0.011) == pytest.approx(8.5)
+    assert all(force <= 350.0 * (room + 0.01) * 10.0 for room, force in forces if 0.0 < room < 0.01)
+    assert forces[-1][1] == 0.0
+    assert servo.guard[0]["seen_above"] == 0
+    now += 100 * PERIOD_NS
+    forgotten = _force(servo, now + 10 * PERIOD_NS, 0.01)
+    now = loop.run_virtual(servo, 3 * SECOND, now + 10 * PERIOD_NS)
+    assert forgotten == 0.0
+    assert servo.player[0]["fault"] == NO_FAULT
+    assert np.max(servo.trace["force_N"]) > 0.3
 
 
 def test_a_device_that_tells_nothing_new_is_stale(pushing: tuple[memory.Servo, int]) -> None:

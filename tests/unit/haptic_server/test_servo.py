@@ -8,6 +8,8 @@ from drumstick.law import law_of
 from drumstick.scene import Scene, parse, shipped_text
 from drumstick.simulate import simulate
 from haptic_server import block as blocks
+from haptic_server.device.simulated import Simulated
+from haptic_server.limits import limits_of
 from haptic_server.records import EVENT, PANIC, PLAYING, RELEASE, STRIKE, set_type
 from haptic_server.servo import loop, memory
 from realtime import ring, triple
@@ -186,11 +188,11 @@ def test_a_set_that_would_turn_height_into_speed_waits_for_the_head() -> None:
     now = loop.run_virtual(servo, 1, now)
     high = servo.motion["z"][0]
     assert high * (high + 0.04) * 1500.0 / 0.015 > 4.0**2
-    limit = envelope.Limits(100.0, 4.0)
+    assert (servo.player["holding"][0], servo.law["k_hand"][0]) == (1, 20.0)
     wanted = servo.law.copy()
     wanted["k_hand"] = 1500.0
-    assert not envelope.safe_from(wanted[0], high, 0.0, 0.0, limit.max_force_N, limit.max_speed_m_per_s)
-    assert envelope.safe_from(wanted[0], 0.0, 0.5, 0.0, limit.max_force_N, limit.max_speed_m_per_s)
+    reach = envelope.judge(wanted[0], envelope.Limits(100.0, 6.0).record()[0], envelope.new_room()).reach
+    assert envelope.entry_speed(wanted[0], high, 0.0) > reach > envelope.entry_speed(wanted[0], 0.0, 0.5)
     events_of(servo)
     loop.run_virtual(servo, 2000, now)
     assert servo.law["k_hand"][0] == 1500.0, "taken at the next release at the latest"
@@ -272,4 +274,4 @@ def test_every_shipped_scene_is_inside_its_own_envelope() -> None:
 
     for name in shipped_names():
         played = scene(name)
-        envelope.require(law_of(played), envelope.Limits.of(played.guard))
+        envelope.require(law_of(played), limits_of(played, Simulated(played).info().specification))

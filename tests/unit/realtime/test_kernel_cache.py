@@ -133,7 +133,7 @@ from drumstick.law import law_of
 from drumstick.scene import EFFECTS, Scene
 
 print(json.dumps([
-    bounds.fastest_and_hardest(law_of(Scene(name, effects={name: EFFECTS[name]()}))[0]) for name in sys.argv[1:]
+    bounds.blows_of(law_of(Scene(name, effects={name: EFFECTS[name]()}))[0]) for name in sys.argv[1:]
 ]))
 """
 

@@ -15,7 +15,7 @@ from haptic_server.device.replay import Replay, read
 from haptic_server.device.simulated import Simulated
 from haptic_server.records import RELEASE, STRIKE
 from haptic_server.servo import loop
-from haptic_server.servo.velocity import LONGEST, TRACK, follow, forget
+from haptic_server.servo.velocity import LONGEST, follow, forget, new_track
 from stability.catalogue import shows
 
 RESOLUTION = 3e-5
@@ -25,6 +25,7 @@ T = 1e-3
 def _plant(**values: float) -> np.ndarray:
     plant = np.zeros(1, phantom.PLANT)
     plant["m_kg"], plant["resolution_m"], plant["max_force_N"] = 0.075, RESOLUTION, 8.5
+    plant["lowest_m"], plant["highest_m"] = -1.0, 1.0
     for name, value in values.items():
         plant[name] = value
     return plant
@@ -107,7 +108,7 @@ def test_strokes_and_rolls_strike_as_often_as_their_names_say(gesture: str, leas
 
 
 def _track(positions: np.ndarray) -> np.ndarray:
-    track = np.zeros(1, TRACK)
+    track = new_track()
     return np.array([follow(track[0], i * T, float(z), RESOLUTION) for i, z in enumerate(positions)])
 
 
@@ -137,7 +138,7 @@ def test_a_turn_is_seen_within_a_few_ticks() -> None:
 
 
 def test_forget_starts_afresh() -> None:
-    track = np.zeros(1, TRACK)
+    track = new_track()
     for i in range(40):
         follow(track[0], i * T, 0.5 * i * T, RESOLUTION)
     forget(track[0])
@@ -147,7 +148,7 @@ def test_forget_starts_afresh() -> None:
 
 @pytest.mark.parametrize("factor", [0.5, 1.0, 2.0])
 def test_time_may_be_uneven(factor: float) -> None:
-    track = np.zeros(1, TRACK)
+    track = new_track()
     t = np.cumsum(np.random.default_rng(3).uniform(0.5, 1.5, 200)) * T * factor
     found = [follow(track[0], float(at), 0.3 * float(at), RESOLUTION) for at in t]
     np.testing.assert_allclose(found[1:], 0.3, rtol=1e-6)

@@ -90,7 +90,7 @@ def test_a_slider_that_is_dragged_does_not_wear_the_disk_out(tmp_path: Path) -> 
     ("kind", "after_ns", "kept"),
     [
         (records.TOO_FAST, PROBATION_NS - 1, 0.3),
-        (records.OUTSIDE, 0, 0.3),
+        (records.SELF_DRIVEN, 0, 0.3),
         (records.TOO_FAST, PROBATION_NS, 0.4),  # it had proved itself
         (records.UNPLUGGED, 0, 0.4),  # a plug says nothing about the set
         (records.STALLED, 0, 0.4),

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from haptic_server.servo.velocity import LONGEST, TRACK, follow
+from haptic_server.servo.velocity import LONGEST, follow, new_track
 from rig.accuracy.falling import Sampled, rebounds
 from rig.accuracy.filters import ADAPTIVE, FILTERS, FIXED_TICKS, CUTOFFS_Hz, filter_of, told
 
@@ -42,7 +42,7 @@ def test_an_even_motion_has_its_speed(name: str) -> None:
 
 
 def test_the_servos_own_is_called_as_it_stands() -> None:
-    track, z = np.zeros(1, TRACK), _positions()
+    track, z = new_track(), _positions()
     wanted = [follow(track[0], i * T, float(at), COUNT_M) for i, at in enumerate(z)]
     assert told(ADAPTIVE, z, T, COUNT_M).tolist() == wanted
 

@@ -1,0 +1,211 @@
+"""Contact of a sampled arm with a rendered head: when it is stable, and what it gives back of a blow.
+
+The arm tells its position at ticks, the law computes -K (z + lead v) - R v from it, with v the difference over a window
+of n ticks, and the motors hold that force from d ticks later on for one tick. With the hand's spring and damper on the
+arm, between ticks z'' + 2 a z' + w^2 z = F/m is known in closed form, so the pulse-transfer function is exact:
+
+    G(q) = (1/m) (g q + S^2 - g S') / (q^2 - (C + S') q + C S' + w^2 S^2)        g = integral of S over the tick
+    F/z  = -[(K + B/(n T)) q^n - B/(n T)] / q^(n + d),                            B = R + K lead
+
+Its poles are the roots of a polynomial of degree n + d + 2, tested for lying inside the unit circle by the recursion of
+Schur and Cohn. Without window, delay and hand that is the linear boundary of Gil, Avello, Rubio and Florez (IEEE Trans.
+Control Systems Technology 12, 2004) and, with delay, of Hulin, Preusche and Hirzinger (IROS 2006). It bounds R from
+both sides: a rendered damper comes late itself, and with too much of it the held force outlives the motion that it
+answers. That is weaker than passivity, b > K T/2 + |B| with the arm's own damping b (Colgate and Schenkel, J. Robotic
+Systems 14, 1997), which no arm without damping of its own fulfils.
+
+A head only pushes, so a blow may come back faster than it came though the poles are stable: `rebound` plays one blow at
+several phases of the tick. Kernels: any thread; no allocation.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from drumstick.contact import PAPER
+from drumstick.segment import free_response
+from realtime.jit import njit
+
+LONGEST_WINDOW = 15  # ticks; the servo keeps 16 positions
+MOST_DELAY_TICKS = 8
+# Of a blow's speed; the rest of 1 is for what the model leaves out: encoder counts, and the motors' limit.
+MOST_REBOUND = 0.95
+# An arm at rest hunts by a count or two. So what one count changes of its speed by way of the damper in a tick, and how
+# fast it swings by one count on the head's spring, have limits, m/s; with these no arm was seen to hunt faster than
+# 0.01 m/s (benchmarks/held_arm.py).
+MOST_KICK_M_PER_S = 0.0007
+MOST_SWING_M_PER_S = 0.0075
+_PHASES = 6  # of the tick, in which a blow is tried
+ROOM = LONGEST_WINDOW + MOST_DELAY_TICKS + 3
+_INSIDE = 1.0 - 1e-9
+_MOST_TICKS = 400  # of a blow that is played
+
+Coefficients = npt.NDArray[np.float64]
+
+
+class Arm(NamedTuple):
+    """The arm in its hand, and how it is sampled: kg, N/m, N s/m, s, ticks, s."""
+
+    m: float
+    k_hand: float
+    r_hand: float
+    period_s: float
+    delay_ticks: int
+    lead_s: float
+
+
+class Head(NamedTuple):
+    """What the law renders: K N/m, its own damping R = R_in - R_out N s/m, and the rule of release."""
+
+    k: float
+    r: float
+    release: int
+
+
+@njit()
+def _held(arm: Arm, c: float) -> float:
+    # g, the integral of S over a tick; (1 - C)/w^2 cancels where the hand is soft.
+    bend = arm.k_hand / arm.m * arm.period_s * arm.period_s
+    return (1.0 - c) * arm.period_s * arm.period_s / bend if bend > 1e-6 else 0.5 * arm.period_s**2
+
+
+@njit()
+def _inside_unit_circle(c: Coefficients, degree: int) -> bool:
+    # Schur and Cohn: are all roots of c[0] q^degree + ... + c[degree] inside? c is used up. In accept form.
+    for last in range(degree, 0, -1):
+        reflection = c[last] / c[0]
+        if not abs(reflection) < _INSIDE:
+            return False
+        for low in range((last + 1) // 2):
+            high = last - low
+            first, second = c[low], c[high]
+            c[low] = first - reflection * second
+            c[high] = second - reflection * first
+        if last % 2 == 0:
+            c[last // 2] -= reflection * c[last // 2]
+    return True
+
+
+@njit()
+def is_stable(arm: Arm, head: Head, window: int, room: Coefficients) -> bool:
+    """Whether the arm that stays in the head comes to rest, with its speed taken over `window` ticks.
+
+    `room`: shape (ROOM,), written to.
+    """
+    a, w2 = 0.5 * arm.r_hand / arm.m, arm.k_hand / arm.m
+    c, s, s_rate = free_response(a, w2, arm.period_s)
+    g = _held(arm, c)
+    lifted = s * s - g * s_rate
+    damper = (head.r + head.k * arm.lead_s) / (window * arm.period_s)
+    degree = window + arm.delay_ticks + 2
+    for at in range(degree + 1):
+        room[at] = 0.0
+    room[0] = 1.0
+    room[1] = -(c + s_rate)
+    room[2] = c * s_rate + w2 * s * s
+    # (g q + lifted) ((k + damper) q^window - damper)/m, from the lowest power up.
+    spring = (head.k + damper) / arm.m
+    room[degree] -= lifted * damper / arm.m
+    room[degree - 1] -= g * damper / arm.m
+    room[degree - window] += lifted * spring
+    room[degree - window - 1] += g * spring
+    return _inside_unit_circle(room, degree)
+
+
+@njit()
+def rebound(arm: Arm, head: Head, window: int, phase: float, room: Coefficients) -> float:
+    """Speed that the arm leaves with over the speed of its blow, which begins `phase` of a tick after a tick.
+
+    0 when it does not come out. `room`: shape (ROOM,), written to: its positions at the last ticks, and the forces that
+    are on their way.
+    """
+    a, w2 = 0.5 * arm.r_hand / arm.m, arm.k_hand / arm.m
+    c, s, s_rate = free_response(a, w2, arm.period_s)
+    g = _held(arm, c)
+    period = arm.period_s
+    z, v = phase * period, -1.0
+    places = window + 1
+    for back in range(places):
+        room[(places - back) % places] = z + back * period
+    for tick in range(arm.delay_ticks):
+        room[places + tick] = 0.0
+    for tick in range(_MOST_TICKS):
+        newest = tick % places
+        speed = (room[newest] - room[(newest + 1) % places]) / (window * period)
+        seen = room[newest] + arm.lead_s * speed
+        force = 0.0
+        if seen < 0.0:
+            force = -head.k * seen - head.r * speed
+            if head.release != PAPER:
+                force = max(force, 0.0)
+        coming = abs(force)
+        if arm.delay_ticks > 0:
+            place = places + tick % arm.delay_ticks
+            force, room[place] = room[place], force
+            for ahead in range(arm.delay_ticks):
+                coming = max(coming, abs(room[places + ahead]))
+        if z > 0.0 and v > 0.0 and force == 0.0 and coming == 0.0:
+            return v
+        push = force / arm.m
+        z, v = c * z + s * v + g * push, -w2 * s * z + s_rate * v + s * push
+        room[(newest + 1) % places] = z
+    return 0.0
+
+
+@njit()
+def worst_rebound(arm: Arm, head: Head, window: int, room: Coefficients) -> float:
+    """The largest rebound of all phases of the tick that are tried."""
+    worst = 0.0
+    for phase in range(_PHASES):
+        worst = max(worst, rebound(arm, head, window, (phase + 0.5) / _PHASES, room))
+    return worst
+
+
+@njit()
+def _gives_back_less(lightest: Arm, heaviest: Arm, head: Head, window: int, room: Coefficients) -> bool:
+    if not worst_rebound(lightest, head, window, room) < MOST_REBOUND:
+        return False
+    return worst_rebound(heaviest, head, window, room) < MOST_REBOUND
+
+
+@njit()
+def widest_window(lightest: Arm, heaviest: Arm, head: Head, room: Coefficients) -> int:
+    """Ticks of the longest window with which every blow comes back slower and the arm in the head comes to rest.
+
+    0 when there is none. Both ends of the range of masses, in the stiffest grip and in none, and every shorter window.
+    """
+    stable = 0
+    for window in range(1, LONGEST_WINDOW + 1):
+        for arm in (lightest, heaviest):
+            free = Arm(arm.m, 0.0, 0.0, arm.period_s, arm.delay_ticks, arm.lead_s)
+            if not (is_stable(arm, head, window, room) and is_stable(free, head, window, room)):
+                break
+        else:
+            stable = window
+            continue
+        break
+    # A longer window is later, so what comes back grows with it.
+    if stable == 0 or not _gives_back_less(lightest, heaviest, head, 1, room):
+        return 0
+    low, high = 1, stable + 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if _gives_back_less(lightest, heaviest, head, middle, room):
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@njit()
+def kick(arm: Arm, head: Head, window: int, resolution_m: float) -> float:
+    """What one encoder count changes of the arm's speed in a tick by way of the damper, m/s."""
+    return (head.r + head.k * arm.lead_s) * resolution_m / (window * arm.m)
+
+
+@njit()
+def swing(arm: Arm, head: Head, resolution_m: float) -> float:
+    """The speed of an arm that swings by one encoder count on the head's spring, m/s."""
+    return math.sqrt(head.k / arm.m) * resolution_m
