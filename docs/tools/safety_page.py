@@ -64,7 +64,6 @@ def _values() -> dict[str, str]:
         "light": f"{light * 1e3:g}",
         "heavy": f"{heavy * 1e3:g}",
         "grip": f"{PREMIUM_1_5.grip_N_per_m:g}",
-        "grip_damping": f"{PREMIUM_1_5.grip_N_s_per_m:g}",
         "energy": f"{0.5 * heavy * speed**2 * 1e3:.0f}",
         "hit_hand": f"{impact_force(speed, heavy, HAND_BODY):.0f}",
         "hit_face": f"{impact_force(speed, heavy, FACE_BODY):.0f}",

@@ -34,7 +34,6 @@ def limits_of(scene: Scene, specification: Specification) -> Limits:
         lightest_kg=specification.moving_kg[0],
         heaviest_kg=specification.moving_kg[1],
         grip_N_per_m=specification.grip_N_per_m,
-        grip_N_s_per_m=specification.grip_N_s_per_m,
         resolution_m=specification.resolution_m,
     )
 

@@ -54,7 +54,7 @@ class Limits:
 
     throw: speed at which a stick that lies dead is thrown again. The rest is for sampled devices: the stiffness that
     they can render; tick, delay and lead of their force; range of the arm's apparent mass, and the stiffest grip of a
-    hand with the least damping that comes with it; one count of the encoders. period_s 0: the exact stick.
+    hand, whose damping gets no credit; one count of the encoders. period_s 0: the exact stick.
     """
 
     max_force_N: float  # noqa: N815
@@ -67,7 +67,6 @@ class Limits:
     lightest_kg: float = 0.0
     heaviest_kg: float = 0.0
     grip_N_per_m: float = 0.0  # noqa: N815
-    grip_N_s_per_m: float = 0.0  # noqa: N815
     resolution_m: float = 0.0
 
     @classmethod
@@ -196,7 +195,7 @@ def _arm(law: Record, limits: Record, m: float) -> Arm:
     # A head that is sampled itself, as an effect, comes so much later.
     later = system_delay.lag_s(law)
     ticks: int = limits.delay_ticks + math.ceil(later / limits.period_s)
-    return Arm(m, limits.grip_N_per_m, limits.grip_N_s_per_m, limits.period_s, ticks, limits.lead_s)
+    return Arm(m, limits.grip_N_per_m, 0.0, limits.period_s, ticks, limits.lead_s)
 
 
 @njit()

@@ -31,7 +31,7 @@ from realtime.jit import njit
 LONGEST_WINDOW = 15  # ticks; the servo keeps 16 positions
 MOST_DELAY_TICKS = 8
 # Of a blow's speed; the rest of 1 is for what the model leaves out: encoder counts, and the motors' limit.
-MOST_REBOUND = 0.95
+MOST_REBOUND = 0.92
 # An arm at rest hunts by a count or two. So what one count changes of its speed by way of the damper in a tick, and how
 # fast it swings by one count on the head's spring, have limits, m/s; with these no arm was seen to hunt faster than
 # 0.01 m/s (benchmarks/held_arm.py).

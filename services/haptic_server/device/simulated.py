@@ -30,7 +30,6 @@ def specification_of(scene: Scene) -> Specification:
         PREMIUM_1_5,
         moving_kg=(low * stick.m_kg, high * stick.m_kg),
         grip_N_per_m=stick.k_hand_N_per_m,
-        grip_N_s_per_m=stick.r_out_N_s_per_m,
     )
 
 

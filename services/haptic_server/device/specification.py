@@ -11,8 +11,7 @@ class Specification:
 
     workspace_m: extent along the paper's x, y, z. stiffness_N_per_m and damping_N_s_per_m: the most that it can render.
     rates_Hz: rising; a driver may refuse one of them all the same. moving_kg: from .. to, what the motors move at the
-    tip, over the workspace and with what a hand adds to it. grip_N_per_m: the firmest grip of a hand, with the least
-    damping that comes with it.
+    tip, over the workspace and with what a hand adds to it. grip_N_per_m: the firmest grip of a hand.
     """
 
     name: str
@@ -25,7 +24,6 @@ class Specification:
     rates_Hz: Sequence[int]  # noqa: N815
     moving_kg: tuple[float, float] = (0.05, 0.15)
     grip_N_per_m: float = 500.0  # noqa: N815
-    grip_N_s_per_m: float = 1.0  # noqa: N815
 
     @property
     def rate_words(self) -> str:
@@ -42,7 +40,7 @@ EXACT_STICK = Specification(
     "exact stick", (1.0, 1.0, 1.0), 0.0, math.inf, math.inf, math.inf, math.inf, _ANY_RATE
 )
 # Second-hand figures; the vendor's table was not at hand. The paper's z is the device's height. A hand that holds a
-# stylus is some 100 .. 1000 N/m and 1 .. 10 N s/m, and adds some ten grams to the 75 of the arm.
+# stylus is some hundred N/m, and adds some ten grams to the 75 of the arm.
 PREMIUM_1_5 = Specification(
     "simulated PHANTOM Premium 1.5", (0.381, 0.191, 0.267), 3e-5, 8.5, 1.4, 3500.0, math.inf, _ANY_RATE
 )
