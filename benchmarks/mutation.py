@@ -15,6 +15,7 @@ import hashlib
 import json
 import os
 import random
+import shutil
 import threading
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -45,6 +46,7 @@ RESULT = Path(__file__).parent / "results" / "mutation.json"
 CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "haptic-drumstick-mutation"
 GOAL = 0.85
 
+_STICK = "tests/unit/drumstick"
 _SERVO = "tests/unit/haptic_server"
 _LIVE = "tests/stability/servo/test_live_sets.py"
 _PANEL = "tests/unit/web_panel"
@@ -54,11 +56,15 @@ _DOOR = "tests/unit/protocol/test_roles_at_the_door.py"
 TARGETS: dict[str, tuple[Sequence[str], Sequence[str]]] = {
     "envelope": (
         ["shared/drumstick/envelope.py"],
-        ["tests/unit/drumstick/test_envelope.py", f"{_SERVO}/test_rendering.py", f"{_SERVO}/test_servo.py", _LIVE],
+        [f"{_STICK}/test_envelope.py", f"{_SERVO}/test_rendering.py", f"{_SERVO}/test_servo.py", _LIVE],
+    ),
+    "sampled": (
+        ["shared/drumstick/sampled_contact.py"],
+        [f"{_STICK}/test_sampled_contact.py", f"{_STICK}/test_envelope.py", f"{_SERVO}/test_rendering.py", _LIVE],
     ),
     "bounds": (
         ["shared/drumstick/bounds.py", "shared/drumstick/blow.py"],
-        ["tests/unit/drumstick/test_envelope.py", _ANY, _LIVE],
+        [f"{_STICK}/test_bounds.py", f"{_STICK}/test_envelope.py", _ANY, _LIVE],
     ),
     "guard": (
         ["services/haptic_server/servo/guard.py"],
@@ -178,10 +184,12 @@ def prepared(head: str, workers: int) -> list[Copy]:
     first, passed = Copy(folder / "0"), folder / "passed"
     tests = sorted({test for _, tests in TARGETS.values() for test in tests})
     if not passed.exists() or passed.read_text(encoding="utf-8").split() != tests:
+        for other in CACHE.glob("*/"):
+            shutil.rmtree(other)
         first = Copy.fresh(folder / "0", head)
         verdict = first.passes(tests)
         if verdict.fate != SURVIVED:
-            raise SystemExit(f"The tree as it is does not pass: {verdict.by}")
+            raise SystemExit(f"The tree as it is does not pass: {verdict.by}; see {folder}/0/said.txt")
         passed.write_text("\n".join(tests), encoding="utf-8")
         print(f"The tree as it is passes, in {verdict.seconds:.0f} s.", flush=True)
     return [first, *(first.twin(folder / str(number)) for number in range(1, workers))]
