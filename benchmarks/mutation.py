@@ -4,7 +4,8 @@ Stores benchmarks/results/mutation.json. Of every mutant of the modules in TARGE
 call ... changed, by poodle's mutators: mutation_mutants.py) some are drawn by the seed, and each must make one of its
 module's tests fail. What is tried is the commit at HEAD, in copies of the tree (mutation_trials.py). Verdicts are kept
 as they come: stop it whenever you like, it goes on from there. On another commit a mutant that was killed stays killed
-as long as its module and all that it imports are the same; a survivor is tried again. --fresh forgets all that.
+as long as its module and all that it imports are the same; a survivor is tried again. --fresh forgets all that;
+--report only stores what is known so far.
 
 A mutant that changes nothing that a test could see does not count: say so, with the reason, in mutation_equivalent.py.
 Nor does one that numba does not compile. By hand only: a mutated kernel compiles anew, and with it all that calls it.
@@ -16,6 +17,7 @@ import json
 import os
 import random
 import shutil
+import signal
 import threading
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -192,6 +194,7 @@ def prepared(head: str, workers: int) -> list[Copy]:
             raise SystemExit(f"The tree as it is does not pass: {verdict.by}; see {folder}/0/said.txt")
         passed.write_text("\n".join(tests), encoding="utf-8")
         print(f"The tree as it is passes, in {verdict.seconds:.0f} s.", flush=True)
+    first.restore()
     return [first, *(first.twin(folder / str(number)) for number in range(1, workers))]
 
 
@@ -202,11 +205,13 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--only", choices=TARGETS, nargs="+", default=list(TARGETS))
     parser.add_argument("--fresh", action="store_true", help="forget what was found before")
+    parser.add_argument("--report", action="store_true", help="try nothing; store what was found so far")
     given = parser.parse_args()
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background has it ignored
     if uncommitted():
         print(f"Tried is the commit, without what is not committed in {', '.join(uncommitted())}.")
     head = commit()
-    copies = prepared(head, given.workers)
+    copies = [Copy.fresh(CACHE / "report", head)] if given.report else prepared(head, given.workers)
     tree, kept = copies[0].tree, CACHE / "verdicts.jsonl"
     if given.fresh:
         kept.unlink(missing_ok=True)
@@ -216,7 +221,7 @@ def main() -> None:
     }
     chosen = drawn(every, given.count, given.seed)
     run = Run(chosen, Imports(tree), kept, head, stored_verdicts(kept))
-    todo = run.open(given.only)
+    todo = [] if given.report else run.open(given.only)
     random.Random(given.seed).shuffle(todo)  # so that a part of the run says something of all modules
     print(f"{len(chosen)} of {sum(map(len, every.values()))} mutants drawn, {len(todo)} to try.", flush=True)
     waiting: SimpleQueue[tuple[Mutant, str]] = SimpleQueue()

@@ -107,6 +107,7 @@ class Copy:
         self.tree = folder / "tree"
         self._kernels = folder / "kernels"
         self._own = folder / "mutant"
+        self._aside = folder / "aside"
         self._running: subprocess.Popen[str] | None = None
 
     def stop(self) -> None:
@@ -134,16 +135,22 @@ class Copy:
         return self._run(tests, self._kernels, _FIRST_TIME_S)
 
     def judge(self, path: str, source: str, tests: Sequence[str], imports: Imports) -> Verdict:
-        target = self.tree / path
-        before, times = target.read_bytes(), target.stat()
-        target.write_text(source, encoding="utf-8")
+        target, aside = self.tree / path, self._aside / path
+        aside.parent.mkdir(parents=True)
+        shutil.copy2(target, aside)
         try:
+            target.write_text(source, encoding="utf-8")
             self._lend_kernels(imports.importers(path))
             return self._run(tests, self._own, _ONE_TEST_S)
         finally:
-            target.write_bytes(before)
-            os.utime(target, ns=(times.st_atime_ns, times.st_mtime_ns))
+            self.restore()
             shutil.rmtree(self._own, ignore_errors=True)
+
+    def restore(self) -> None:
+        """Undo the mutant, also one that an end in mid-trial left, with the file's time, by which numba knows it."""
+        for aside in self._aside.rglob("*.py"):
+            shutil.copy2(aside, self.tree / aside.relative_to(self._aside))
+        shutil.rmtree(self._aside, ignore_errors=True)
 
     def _environment(self, cache: Path) -> dict[str, str]:
         # With CI=true hypothesis draws the same examples each time.
