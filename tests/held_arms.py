@@ -19,7 +19,7 @@ from haptic_server.limits import limits_of
 RATES_HZ, DELAYS, FRICTIONS_N = (500, 1000, 2000, 4000), (0, 0, 1, 2, 4, 8), (0.0, 0.04, 0.2)
 NEAR = 0.02  # of the boundary
 LONGEST_S, LEAST_S, STEP_S, STILL_M_PER_S = 30.0, 3.0, 0.25, 1e-3
-_TEXT = """
+TEXT = """
 [stick]
 m_kg = {m}
 k_coll_N_per_m = {k}
@@ -56,7 +56,7 @@ KNOWN: dict[str, dict[str, Any]] = {
 
 def scene_of(**values: Any) -> Scene:
     """A held arm without effects."""
-    return parse(_TEXT.format(**{**SET, **values}), "held arm")
+    return parse(TEXT.format(**{**SET, **values}), "held arm")
 
 
 def judged(scene: Scene) -> envelope.Judgement:

@@ -32,8 +32,9 @@ STIFF, LATE, SELF_DRIVEN, COARSE, FINE = 11, 12, 13, 14, 15  # on sampled device
 
 # A contact shorter than this is no longer a blow but a buzz, and thousands of strikes a second on the wire.
 SHORTEST_CONTACT_S = 2e-4
-# A sampled arm's limit of speed is for what the encoders tell, which may be this much more than the arm moves.
-_SPEED_SHARE = 0.9
+# Of the limit of speed that a simulated hand may bring an arm to by its own spring: what it pressed into the head comes
+# back on top, at most as much again, which makes 1.41 of it; and encoders tell more than the arm moves.
+_SPEED_SHARE = 0.65
 _HALVINGS = 40
 
 # By which parameter each effect adds energy: what to lower when a set goes too far.

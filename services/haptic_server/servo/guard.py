@@ -34,7 +34,7 @@ MEMORY = 9  # ticks of the head's force: the longest delay of a device, and the 
 
 # A head that drives the stick by itself. Debts below the energy of _OWED are the encoders'; one above that of
 # _MOST_OWED and above that share of the blow, or so many contacts in a row that begin in debt, are a fault. So are as
-# many contacts in a row at the limit of force, faster than a hand strikes, without a pulse, and hardly slower than the
+# many contacts in a row at the limit of force, faster than a hand strikes, without a pulse, and not much slower than the
 # first of them: then the account itself is wrong, by a delay that nobody declared.
 _OWED_M_PER_S = 0.05
 _MOST_OWED_M_PER_S = 0.5
@@ -42,7 +42,7 @@ _MOST_OWED_SHARE = 0.5
 _MOST_DRIVEN = 12
 _FASTEST_HAND_NS = 80_000_000
 _AT_THE_LIMIT = 0.99
-_UNTIRED = 0.9
+_UNTIRED = 0.6
 
 # What it remembers. `gain` ramps from 0 to 1; `given_J` is what the head has given the stick since the contact began,
 # with what it owed then, and `budget_J` what it may give; `head_N` is a ring of the head's share in the forces that
