@@ -165,7 +165,8 @@ def told(run: Run, module: str | None = None) -> dict[str, Any]:
     equal = [(mutant, reason) for mutant, _ in mine if (reason := reason_of(mutant)) is not None]
     tried = [(m, run.verdicts[i]) for m, i in mine if reason_of(m) is None and i in run.verdicts]
     fates = Counter(verdict.fate for _, verdict in tried)
-    row: dict[str, Any] = {"score": score(fates), "mutants": len(mine)}
+    whole = len(tried) + len(equal) == len(mine)  # a part of the draw is no score
+    row: dict[str, Any] = {"score" if whole else "score_of_those_tried": score(fates), "mutants": len(mine)}
     row |= {fate.replace(" ", "_"): fates[fate] for fate in (KILLED, TIMED_OUT, SURVIVED, NOT_COMPILED)}
     row |= {"equivalent": len(equal), "not_tried": len(mine) - len(equal) - len(tried)}
     row["minutes"] = round(sum(verdict.seconds for _, verdict in tried) / 60.0, 1)
