@@ -247,7 +247,7 @@ def main() -> None:
     result |= {"all": told(run), "modules": {module: told(run, module) for module in TARGETS}}
     RESULT.write_text(json.dumps(result, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     for module, row in (("all", result["all"]), *result["modules"].items()):
-        print(f"{module:9} {row['score']}  { ({k: v for k, v in row.items() if isinstance(v, int)}) }")
+        print(f"{module:9}", {key: value for key, value in row.items() if not isinstance(value, list)})
 
 
 if __name__ == "__main__":
