@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+import servo_region
 from stored import read
 
 DOCS = Path(__file__).parent.parent
@@ -75,7 +76,8 @@ def page() -> str:
     lines = [
         "# What a sampled device gives back",
         "",
-        "Made by `docs/tools/servo_page.py` from `rendered_restitution.json` and `velocity_estimate.json` in `benchmarks/results`; do not edit.",
+        "Made by `docs/tools/servo_page.py` from `rendered_restitution.json`, `velocity_estimate.json`, `region.json`",
+        "and `held_arm.json` in `benchmarks/results`; do not edit.",
         "",
         "A motor arm tells its position at ticks and holds its force until the next. A head computed that way answers T/2 late, and",
         "by the device's own delay t_d besides; a late spring gives back more than it took, as if its damping were",
@@ -97,6 +99,7 @@ def page() -> str:
         "the guard holds back what still gives more than it took.",
         "",
         *_speed(),
+        *servo_region.section(),
     ]
     return "\n".join(lines)
 
@@ -181,11 +184,12 @@ def _draw_speeds() -> None:
 
 
 def draw() -> None:
-    """Both pictures."""
+    """All pictures."""
     from rig.figures.style import styled
 
     styled(_draw_restitution)()
     styled(_draw_speeds)()
+    styled(servo_region.draw)()
 
 
 if __name__ == "__main__":
