@@ -24,6 +24,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from drumstick import contact
 from drumstick.contact import PAPER
 from drumstick.segment import free_response
 from realtime.jit import njit
@@ -35,8 +36,9 @@ MOST_REBOUND = 0.92
 # An arm at rest hunts by a count or two. So what one count changes of its speed by way of the damper in a tick, and how
 # fast it swings by one count on the head's spring, have limits, m/s; with these no arm was seen to hunt faster than
 # 0.01 m/s (benchmarks/held_arm.py).
-MOST_KICK_M_PER_S = 0.0007
-MOST_SWING_M_PER_S = 0.0075
+MOST_KICK_M_PER_S = 0.0006
+MOST_SWING_M_PER_S = 0.0073
+_LIVELY, _MOST_OWN = 1.01, 0.98
 _PHASES = 6  # of the tick, in which a blow is tried
 ROOM = LONGEST_WINDOW + MOST_DELAY_TICKS + 3
 _INSIDE = 1.0 - 1e-9
@@ -164,10 +166,17 @@ def worst_rebound(arm: Arm, head: Head, window: int, room: Coefficients) -> floa
 
 
 @njit()
+def most_rebound(arm: Arm, head: Head) -> float:
+    """The largest rebound that is let pass: MOST_REBOUND, or a lively head's own, which is not the lag's doing."""
+    own = contact.beta(head.release, arm.m, head.k, head.r) if head.r >= 0.0 else 1.0
+    return max(MOST_REBOUND, min(own * _LIVELY, _MOST_OWN))
+
+
+@njit()
 def _gives_back_less(lightest: Arm, heaviest: Arm, head: Head, window: int, room: Coefficients) -> bool:
-    if not worst_rebound(lightest, head, window, room) < MOST_REBOUND:
+    if not worst_rebound(lightest, head, window, room) < most_rebound(lightest, head):
         return False
-    return worst_rebound(heaviest, head, window, room) < MOST_REBOUND
+    return worst_rebound(heaviest, head, window, room) < most_rebound(heaviest, head)
 
 
 @njit()

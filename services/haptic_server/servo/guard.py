@@ -34,8 +34,8 @@ MEMORY = 9  # ticks of the head's force: the longest delay of a device, and the 
 
 # A head that drives the stick by itself. Debts below the energy of _OWED are the encoders'; one above that of
 # _MOST_OWED and above that share of the blow, or so many contacts in a row that begin in debt, are a fault. So are as
-# many contacts in a row at the limit of force, faster than a hand strikes, without a pulse, and not much slower than the
-# first of them: then the account itself is wrong, by a delay that nobody declared.
+# many contacts in a row at the limit of force, faster than a hand strikes, without a pulse, and not much slower than
+# the first of them: then the account itself is wrong, by a delay that nobody declared.
 _OWED_M_PER_S = 0.05
 _MOST_OWED_M_PER_S = 0.5
 _MOST_OWED_SHARE = 0.5
