@@ -126,6 +126,8 @@ class Trial:
                 good = middle
             else:
                 bad = middle
+        if not (1.0 <= good <= 1e3):  # of the table's range, for both
+            return False
         law[field] = good
         self.values["r" if field == "r_in" else "k"] = good
         return True

@@ -35,7 +35,8 @@ SHORTEST_CONTACT_S = 2e-4
 # Of the limit of speed that a simulated hand may bring an arm to by its own spring: what it pressed into the head comes
 # back on top, at most as much again, which makes 1.41 of it; and encoders tell more than the arm moves.
 _SPEED_SHARE = 0.65
-_HALVINGS = 40
+# The search for a damping that would do: steps by this factor, so many at most, and so many halvings of the last one.
+_STEP, _FARTHEST, _REFINEMENTS = 1.5, 14, 5
 
 # By which parameter each effect adds energy: what to lower when a set goes too far.
 _ADDING = {
@@ -246,22 +247,41 @@ def judge(law: Record, limits: Record, room: Coefficients) -> Judgement:
     return Judgement(OK, reach, window)
 
 
-def _most_damping(law: Records, limits: npt.NDArray[np.void], room: Coefficients) -> float:
-    # The largest r_in below the law's that is no trouble to a sampled arm; 0 when none is.
+def _accepted_damping(law: Records, limits: npt.NDArray[np.void], room: Coefficients, factor: float) -> float:
+    # The nearest r_in that is accepted, on the way down (factor < 1) or up; 0 when there is none.
     tried = law.copy()
-    low, high = 0.0, float(law["r_in"][0])
-    for _ in range(_HALVINGS // 4):
-        tried["r_in"] = 0.5 * (low + high)
-        if judge(tried[0], limits[0], room).code in (SELF_DRIVEN, COARSE):
-            high = float(tried["r_in"][0])
+    refused = taken = float(law["r_in"][0])
+    for _ in range(_FARTHEST):
+        taken *= factor
+        tried["r_in"] = taken
+        if judge(tried[0], limits[0], room).code == OK:
+            break
+        refused = taken
+    else:
+        return 0.0
+    for _ in range(_REFINEMENTS):
+        tried["r_in"] = middle = math.sqrt(taken * refused)
+        if judge(tried[0], limits[0], room).code == OK:
+            taken = middle
         else:
-            low = float(tried["r_in"][0])
-    return low
+            refused = middle
+    return taken
 
 
-def _to_lower(law: Records, limits: npt.NDArray[np.void], room: Coefficients) -> str:
-    most = _most_damping(law, limits, room)
-    return f"lower r_in to {most:.3g} N s/m or less" if most > 0.0 else "lower k_coll and r_in"
+def _rounded(value: float, down: bool) -> str:
+    # Three digits, on the side that is accepted.
+    unit = 10.0 ** (math.floor(math.log10(value)) - 2)
+    return f"{(math.floor(value / unit) if down else math.ceil(value / unit)) * unit:.3g}"
+
+
+def _what_to_change(law: Records, limits: npt.NDArray[np.void], room: Coefficients) -> str:
+    lower = _accepted_damping(law, limits, room, 1.0 / _STEP)
+    if lower > 0.0:
+        return f"lower r_in to {_rounded(lower, down=True)} N s/m"
+    higher = _accepted_damping(law, limits, room, _STEP)
+    if higher > 0.0:
+        return f"raise r_in to {_rounded(higher, down=False)} N s/m"
+    return "no r_in will do: lower k_coll"
 
 
 def require(law: Records, limits: Limits) -> None:
@@ -305,8 +325,8 @@ def _words(law: Records, limits: Limits, record: npt.NDArray[np.void], room: Coe
     }
     if code == SELF_DRIVEN:
         return (
-            f"r_in = {r_in:g} N s/m with k_coll = {k_coll:g} N/m, rendered {limits.lag_s * 1e3:g} ms late, would keep "
-            f"{mass} moving by itself: {_to_lower(law, record, room)}, or raise [servo] rate_Hz"
+            f"k_coll = {k_coll:g} N/m with r_in = {r_in:g} N s/m, rendered {limits.lag_s * 1e3:g} ms late, would keep "
+            f"{mass} moving by itself: {_what_to_change(law, record, room)}, or raise [servo] rate_Hz"
         )
     if code == FINE:
         most = sampled_contact.MOST_SWING_M_PER_S / limits.resolution_m
@@ -317,6 +337,6 @@ def _words(law: Records, limits: Limits, record: npt.NDArray[np.void], room: Coe
     if code == COARSE:
         return (
             f"r_in = {r_in:g} N s/m would answer each encoder count of {limits.resolution_m * 1e3:g} mm with a jerk "
-            f"that {mass} does not come to rest from: {_to_lower(law, record, room)}"
+            f"that {mass} does not come to rest from: {_what_to_change(law, record, room)}"
         )
     return words[code]

@@ -37,7 +37,7 @@ MOST_REBOUND = 0.92
 # fast it swings by one count on the head's spring, have limits, m/s; with these no arm was seen to hunt faster than
 # 0.01 m/s (benchmarks/held_arm.py).
 MOST_KICK_M_PER_S = 0.0006
-MOST_SWING_M_PER_S = 0.0073
+MOST_SWING_M_PER_S = 0.00705
 _LIVELY, _MOST_OWN = 1.01, 0.98
 _PHASES = 6  # of the tick, in which a blow is tried
 ROOM = LONGEST_WINDOW + MOST_DELAY_TICKS + 3

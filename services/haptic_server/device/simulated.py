@@ -19,7 +19,7 @@ from realtime.stop import StopRequest
 
 _START_ABOVE_M = 0.02
 _TRAVEL_BEYOND_M = 0.05  # the arm's own stops are farther out than what the guard allows
-_MASS_RANGE = (0.8, 1.25)  # of the scene's: an arm's apparent mass depends on where in the workspace it is
+_MASS_RANGE = (0.85, 1.2)  # of the scene's: an arm's apparent mass depends on where in the workspace it is
 
 
 def specification_of(scene: Scene) -> Specification:

@@ -22,7 +22,7 @@ class Specification:
     stiffness_N_per_m: float  # noqa: N815
     damping_N_s_per_m: float  # noqa: N815
     rates_Hz: Sequence[int]  # noqa: N815
-    moving_kg: tuple[float, float] = (0.05, 0.15)
+    moving_kg: tuple[float, float] = (0.064, 0.15)
     grip_N_per_m: float = 500.0  # noqa: N815
 
     @property

@@ -80,7 +80,7 @@ CASES = (
         ours="The poles of the sampled loop and the rebound of a blow bound R_in from both sides; the guard carries"
         " what the head gave too much from contact to contact.",
         bound="Naive: ten blows in the last 3 s, with 3.5 N and more. Ours: 0.01 m/s, and with the guard alone"
-        " half of what it was without.",
+        " three quarters of what it was without.",
     ),
     Case(
         "pulse sampled at ticks",
