@@ -1,4 +1,7 @@
-"""Whether a scene's drum can be computed at all: effects that are each in range may leave a wave no room together."""
+"""Whether a scene can be played at all, though each of its values is in range.
+
+Its drum: effects may leave a wave no room together. Its stick: the servo starts with no set outside the envelope.
+"""
 
 import dataclasses
 import math
@@ -20,6 +23,20 @@ def playable() -> Generator[None]:
         yield
     except Unplayable as error:
         wrong(str(error))
+
+
+def try_stick(scene: Scene) -> None:
+    """Judge the scene's own set for its simulated device, as the servo does at its start. Raises Stop."""
+    from drumstick import envelope
+    from drumstick.law import law_of
+    from drumstick.parameters import Refusal
+    from haptic_server.device.simulated import Simulated
+    from haptic_server.limits import limits_of
+
+    try:
+        envelope.require(law_of(scene), limits_of(scene, Simulated(scene).info().specification))
+    except Refusal as refusal:
+        wrong(f"{scene.name}: the scene itself is outside the envelope: {refusal}")
 
 
 def try_drum(scene: Scene) -> None:

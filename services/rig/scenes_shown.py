@@ -4,7 +4,7 @@ import json
 
 from drumstick.scene import as_tables, shipped_names
 from rig import scene_file
-from rig.playable import playable, try_drum
+from rig.playable import playable, try_drum, try_stick
 
 
 def show_list(as_json: bool) -> None:
@@ -23,6 +23,7 @@ def check(scene: str) -> None:
     """Stop with every mistake, or say that it is good."""
     loaded = scene_file.load(scene)
     scene_file.gesture(scene, loaded)
+    try_stick(loaded)
     with playable():
         try_drum(loaded)
     print(f"{loaded.name}: good; effects: {', '.join(loaded.effects) or 'none'}")
