@@ -11,6 +11,7 @@ CPU time of the thread, so that others on the machine count for little.
 
 import argparse
 import json
+import math
 import os
 import re
 import statistics
@@ -99,7 +100,7 @@ def bare_arm(
 ) -> None:
     """The arm alone at 1 kHz, pushed by a spring in the head."""
     for tick in range(ticks):
-        phantom.carry(plant[0], gesture[0], path, 1e-3)
+        phantom.carry(plant[0], gesture[0], path, 1e-3, math.inf)
         phantom.tell(plant[0], reading[0], tick)
         phantom.obey(plant[0], -k_coll * min(reading[0].z_m, 0.0))
 
