@@ -217,6 +217,10 @@ def _on_arm(law: Record, limits: Record, room: Coefficients) -> tuple[int, float
     kick = sampled_contact.kick(lightest, head, window, limits.resolution_m)
     if not kick <= sampled_contact.MOST_KICK_M_PER_S:
         return COARSE, 0.0, 0
+    free = Arm(lightest.m, 0.0, 0.0, lightest.period_s, lightest.delay_ticks, lightest.lead_s)
+    slow = sampled_contact.slow_rebound(free, head, window, limits.resolution_m, room)
+    if not slow <= sampled_contact.MOST_SLOW_REBOUND:
+        return COARSE, 0.0, 0
     swing = sampled_contact.swing(lightest, head, limits.resolution_m)
     if not swing <= sampled_contact.MOST_SWING_M_PER_S:
         return FINE, 0.0, 0

@@ -15,7 +15,7 @@ answers. That is weaker than passivity, b > K T/2 + |B| with the arm's own dampi
 Systems 14, 1997), which no arm without damping of its own fulfils.
 
 A head only pushes, so a blow may come back faster than it came though the poles are stable: `rebound` plays one blow at
-several phases of the tick. Kernels: any thread; no allocation.
+several phases of the tick, and a slow one at several phases of the encoder's count. Kernels: any thread; no allocation.
 """
 
 import math
@@ -36,10 +36,14 @@ MOST_REBOUND = 0.92
 # An arm at rest hunts by a count or two. So what one count changes of its speed by way of the damper in a tick, and how
 # fast it swings by one count on the head's spring, have limits, m/s; with these no arm was seen to hunt faster than
 # 0.01 m/s (benchmarks/held_arm.py).
-MOST_KICK_M_PER_S = 0.0006
+MOST_KICK_M_PER_S = 0.00055
 MOST_SWING_M_PER_S = 0.00705
+# And a blow as slow as that, seen in counts, must hardly grow, whatever the phases of tick and count.
+SLOW_M_PER_S = 0.01
+MOST_SLOW_REBOUND = 1.03
 _LIVELY, _MOST_OWN = 1.01, 0.98
 _PHASES = 6  # of the tick, in which a blow is tried
+_SLOW_PHASES, _COUNT_PHASES = 2, 4  # of the tick and of the count, in which a slow one is
 ROOM = LONGEST_WINDOW + MOST_DELAY_TICKS + 3
 _INSIDE = 1.0 - 1e-9
 _MOST_TICKS = 400  # of a blow that is played
@@ -116,9 +120,26 @@ def is_stable(arm: Arm, head: Head, window: int, room: Coefficients) -> bool:
     return _inside_unit_circle(room, degree)
 
 
+class Blow(NamedTuple):
+    """A blow as the encoders tell it: m/s; share of a tick that it begins after one; a count, m, and the share of one.
+
+    count_m 0: encoders without counts.
+    """
+
+    speed: float
+    phase: float
+    count_m: float
+    offset: float
+
+
 @njit()
-def rebound(arm: Arm, head: Head, window: int, phase: float, room: Coefficients) -> float:
-    """Speed that the arm leaves with over the speed of its blow, which begins `phase` of a tick after a tick.
+def _told(blow: Blow, z: float) -> float:
+    return blow.count_m * math.floor(z / blow.count_m + blow.offset) if blow.count_m > 0.0 else z
+
+
+@njit()
+def rebound(arm: Arm, head: Head, window: int, blow: Blow, room: Coefficients) -> float:
+    """Speed that the arm leaves with over the speed of its blow.
 
     0 when it does not come out. `room`: shape (ROOM,), written to: its positions at the last ticks, and the forces that
     are on their way.
@@ -127,18 +148,21 @@ def rebound(arm: Arm, head: Head, window: int, phase: float, room: Coefficients)
     c, s, s_rate = free_response(a, w2, arm.period_s)
     g = _held(arm, c)
     period = arm.period_s
-    z, v = phase * period, -1.0
+    z, v = blow.phase * period * blow.speed + blow.count_m, -blow.speed
     places = window + 1
     for back in range(places):
-        room[(places - back) % places] = z + back * period
+        room[(places - back) % places] = _told(blow, z + back * period * blow.speed)
     for tick in range(arm.delay_ticks):
         room[places + tick] = 0.0
+    touching = False
     for tick in range(_MOST_TICKS):
         newest = tick % places
         speed = (room[newest] - room[(newest + 1) % places]) / (window * period)
         seen = room[newest] + arm.lead_s * speed
+        # As the servo sees it: a contact ends above two counts, for a stick that lies on the head must not chatter.
+        touching = seen <= 2.0 * blow.count_m if touching else seen < 0.0
         force = 0.0
-        if seen < 0.0:
+        if touching:
             force = -head.k * seen - head.r * speed
             if head.release != PAPER:
                 force = max(force, 0.0)
@@ -148,11 +172,11 @@ def rebound(arm: Arm, head: Head, window: int, phase: float, room: Coefficients)
             force, room[place] = room[place], force
             for ahead in range(arm.delay_ticks):
                 coming = max(coming, abs(room[places + ahead]))
-        if z > 0.0 and v > 0.0 and force == 0.0 and coming == 0.0:
-            return v
+        if z > 0.0 and v > 0.0 and not touching and force == 0.0 and coming == 0.0:
+            return v / blow.speed
         push = force / arm.m
         z, v = c * z + s * v + g * push, -w2 * s * z + s_rate * v + s * push
-        room[(newest + 1) % places] = z
+        room[(newest + 1) % places] = _told(blow, z)
     return 0.0
 
 
@@ -161,7 +185,21 @@ def worst_rebound(arm: Arm, head: Head, window: int, room: Coefficients) -> floa
     """The largest rebound of all phases of the tick that are tried."""
     worst = 0.0
     for phase in range(_PHASES):
-        worst = max(worst, rebound(arm, head, window, (phase + 0.5) / _PHASES, room))
+        blow = Blow(1.0, (phase + 0.5) / _PHASES, 0.0, 0.0)
+        worst = max(worst, rebound(arm, head, window, blow, room))
+    return worst
+
+
+@njit()
+def slow_rebound(arm: Arm, head: Head, window: int, resolution_m: float, room: Coefficients) -> float:
+    """The largest rebound of a blow of SLOW_M_PER_S that is seen in encoder counts."""
+    worst = 0.0
+    for phase in range(_SLOW_PHASES):
+        for offset in range(_COUNT_PHASES):
+            blow = Blow(
+                SLOW_M_PER_S, (phase + 0.5) / _SLOW_PHASES, resolution_m, (offset + 0.5) / _COUNT_PHASES
+            )
+            worst = max(worst, rebound(arm, head, window, blow, room))
     return worst
 
 

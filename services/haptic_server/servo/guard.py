@@ -264,20 +264,22 @@ def limit(
     """The force that goes to the motors, N, out of what the head and the pulses ask for: both must be numbers.
 
     The account is of forces that really go out. While the ramp rises a head takes little of a blow and could give back
-    all of it; a force that may only fall slowly would push on behind a stick that has left.
+    all of it; a force that may only fall slowly would push on behind a stick that has left. Ramp and fade are shares of
+    what the motors may do: of a deep press, which asks for far more, they would be nothing.
     """
     _observe(guard, allowed, z)
-    head_N *= guard.gain * _faded(allowed, z, allowed.head_z_m)
+    share = guard.gain * _faded(allowed, z, allowed.head_z_m)
+    wanted = share * head_N + guard.gain * pulse_N
+    head_N = share * min(max(head_N, -allowed.max_force_N), allowed.max_force_N)
     pulse_N *= guard.gain
     least, most = _affordable(guard, allowed, v, period_s)
-    wanted = head_N + pulse_N
-    force = min(max(wanted, -allowed.max_force_N), allowed.max_force_N)
+    force = min(max(head_N + pulse_N, -allowed.max_force_N), allowed.max_force_N)
     step = allowed.max_slew_N_per_s * period_s
     force = min(max(force, guard.force_N - step), guard.force_N + step)
     if not least <= force - pulse_N <= most:
         guard.held_back += 1
-        share = min(max(force - pulse_N, least), most)
-        force = min(max(share + pulse_N, -allowed.max_force_N), allowed.max_force_N)
+        kept = min(max(force - pulse_N, least), most)
+        force = min(max(kept + pulse_N, -allowed.max_force_N), allowed.max_force_N)
     if not abs(force) <= allowed.max_force_N:  # NaN: nothing finite came in
         force = 0.0
     if force != wanted:

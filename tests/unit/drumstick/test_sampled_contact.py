@@ -14,6 +14,7 @@ from drumstick.sampled_contact import (
     MOST_DELAY_TICKS,
     ROOM,
     Arm,
+    Blow,
     Head,
     is_stable,
     kick,
@@ -112,7 +113,7 @@ def test_lag_gives_back_more() -> None:
 
 
 def test_an_arm_that_does_not_come_out_gives_nothing_back() -> None:
-    assert rebound(_arm(), Head(100.0, 60.0, PAPER), 1, 0.5, np.zeros(ROOM)) == 0.0
+    assert rebound(_arm(), Head(100.0, 60.0, PAPER), 1, Blow(1.0, 0.5, 0.0, 0.0), np.zeros(ROOM)) == 0.0
 
 
 @given(k=st.floats(50.0, 3500.0), r=st.floats(0.1, 100.0), delay=st.integers(0, 4), m=st.floats(0.02, 0.5))
