@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 import stick_cases
 from drumstick import bounds, exact
 from drumstick.law import law_of, thrown
+from drumstick.scene import Scene, parse
 from drumstick.stick import Stick
 
 
@@ -36,3 +37,32 @@ def test_without_damping_a_flight_gives_back_all() -> None:
     law = law_of(scene)
     for v in np.geomspace(1e-3, 50.0, 20):
         assert bounds.flight_speed(law[0], v) == pytest.approx(v, rel=1e-9)
+
+
+def _shaking(force_N: float) -> Scene:
+    text = f"[stick]\nm_kg = 0.02\nk_coll_N_per_m = 800.0\n[effects.noise]\nforce_N = {force_N}\n"
+    return parse(text, "shaken")
+
+
+def test_forces_that_change_give_their_impulse_over_a_whole_turn() -> None:
+    """By hand: F/m times the period 2 pi sqrt(m/K) on the head's spring."""
+    still, shaken = (law_of(_shaking(force))[0] for force in (0.0, 0.1))
+    given = 0.1 / 0.02 * 2.0 * np.pi * np.sqrt(0.02 / 800.0)
+    assert bounds.pushed(shaken, 0.5) - bounds.pushed(still, 0.5) == pytest.approx(given, rel=1e-3)
+
+
+def test_a_push_in_a_slow_contact_that_loses_speed_counts_whole() -> None:
+    """It may come at the contact's end: what the head loses of a blow takes nothing from it."""
+    slow = "[effects.negative_damping]\nr_N_s_per_m = 0.1\n"
+    scenes = [
+        parse(
+            "[stick]\nm_kg = 0.02\nk_coll_N_per_m = 800.0\nr_in_N_s_per_m = 1.0\nz_ss_m = 0.0\n"
+            f"{slow}[effects.noise]\nforce_N = {force}\n",
+            "shaken slowly",
+        )
+        for force in (0.0, 0.1)
+    ]
+    still, shaken = (law_of(scene)[0] for scene in scenes)
+    assert bounds.blows_of(shaken).slow.grows < 1.0
+    given = bounds.pushed(shaken, 0.0) - bounds.pushed(still, 0.0)
+    assert bounds.added_by_head(shaken) - bounds.added_by_head(still) == pytest.approx(2.0 * given)
