@@ -5,6 +5,7 @@ Header and control cells; servo, gateway and supervisor, control threads. The ti
 
 import mmap
 import os
+import time
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,6 +20,7 @@ HEADER_CELLS, CONTROL_CELLS = 8, 48
 MAGIC = 0x6B63697473  # "stick"
 MAGIC_CELL, SIGNATURE_CELL, BOOT_CELL = 0, 1, 2
 DISOWNED = 0  # no signature is 0
+STALE_NS = 100_000_000
 _BYTES = 8 * (HEADER_CELLS + CONTROL_CELLS)
 
 Cells = npt.NDArray[np.int64]
@@ -54,6 +56,11 @@ def front(folder: Path) -> Front | None:
     if int(header[MAGIC_CELL]) != MAGIC:
         raise BlockError(f"{path}: no block")
     return Front(header, np.frombuffer(memory, np.int64, CONTROL_CELLS, header.nbytes))
+
+
+def is_alive(control: Cells) -> bool:
+    """Whether the servo ticked within the last tenth of a second."""
+    return time.monotonic_ns() - peek(control, HEARTBEAT) < STALE_NS
 
 
 def is_held(control: Cells) -> bool:

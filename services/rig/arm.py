@@ -1,23 +1,29 @@
 """`drumstick arm`: clears a panic or a fault. Only here, on the haptic machine: it writes to the servo's own block."""
 
+import time
+
 from rig import folder
 from rig.fault import lacking
 
+_PATIENCE_S = 1.0  # a servo that has just been started, or a machine that is busy
+
 
 def arm(rig: str) -> None:
-    """Let the servo play again. Raises Stop when no servo of that rig runs on this machine."""
-    from drumstick.law import law_of
-    from drumstick.scene import parse
-    from haptic_server import block, files
+    """Let the servo play again. Raises Stop when no servo of that rig ticks on this machine."""
+    from haptic_server import front
     from realtime.atomics import poke
 
-    run = folder.run_folder(rig)
     try:
-        scene = parse((run / files.SCENE).read_text(encoding="utf-8"), files.SCENE)
-        mapped = block.attach(run, law_of(scene).dtype)
-    except FileNotFoundError:
-        lacking(f"no servo of rig {rig!r} runs on this machine")
-    except block.BlockError as error:
+        found = front.front(folder.run_folder(rig))
+    except front.BlockError as error:
         lacking(str(error))
-    poke(mapped.control, block.ARM, 1)
+    if found is None:
+        lacking(f"no servo of rig {rig!r} runs on this machine")
+    until = time.monotonic() + _PATIENCE_S
+    while not front.is_alive(found.control):
+        # One that is dead would never see it, and the one after it starts held where this one was.
+        if time.monotonic() > until:
+            lacking(f"the servo of rig {rig!r} does not tick: arm again when it does")
+        time.sleep(0.02)
+    poke(found.control, front.ARM, 1)
     print("armed: the stick is thrown again")

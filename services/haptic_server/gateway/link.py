@@ -16,7 +16,7 @@ import numpy.typing as npt
 from drumstick import envelope
 from drumstick.law import Records
 from haptic_server import block as blocks
-from haptic_server.front import is_held, raise_panic
+from haptic_server.front import is_alive, is_held, raise_panic
 from haptic_server.records import EVENT, POINTER, STATUS, set_type
 from realtime import ring, triple
 from realtime.atomics import add_to, peek
@@ -25,7 +25,6 @@ from realtime.stop import StopRequest
 _log = logging.getLogger("gateway")
 _EVENTS_AT_ONCE = 512
 _LOOK_NS = 150_000  # the servo must not make a system call to wake anybody
-STALE_NS = 100_000_000
 
 
 class ServoLink:
@@ -66,7 +65,7 @@ class ServoLink:
 
     def servo_is_alive(self) -> bool:
         """Whether the servo ticked within the last tenth of a second."""
-        return time.monotonic_ns() - peek(self.block.control, blocks.HEARTBEAT) < STALE_NS
+        return is_alive(self.block.control)
 
     def await_events(self, until_ns: int) -> None:
         """Sleep until there are events to take, or until then (monotonic). Without the GIL, at next to no cost."""

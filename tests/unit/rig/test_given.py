@@ -1,10 +1,15 @@
 """What the user gives and the machine lacks: one clear line and the right exit status, never a traceback."""
 
+import time
 from pathlib import Path
 
 import pytest
 
-from rig import checks, folder, ports
+from drumstick.law import law_of
+from drumstick.scene import Scene
+from haptic_server import block as blocks
+from realtime.atomics import peek, poke
+from rig import arm, checks, folder, ports
 from rig.fault import GIVEN, LACKING, Stop
 from rig.plan import Options, commands
 
@@ -120,3 +125,21 @@ def test_extras_are_words_of_the_gateway_only_when_asked_for(runtime: Path) -> N
     assert words[len(plain):] == [
         "--oscquery", "127.0.0.1:9102", "--midi-out=--x", "--midi-note", "40", "--midi-channel", "10",
     ]  # fmt: skip
+
+
+def test_arm_without_a_servo_or_with_a_dead_one_arms_nothing(
+    runtime: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(arm, "_PATIENCE_S", 0.05)
+    with pytest.raises(Stop, match="no servo of rig 'here' runs") as stop:
+        arm.arm("here")
+    assert stop.value.status == LACKING
+    mine = blocks.create(folder.run_folder("here"), law_of(Scene("bare")))
+    with pytest.raises(Stop, match="does not tick") as stop:
+        arm.arm("here")
+    assert stop.value.status == LACKING
+    assert peek(mine.control, blocks.ARM) == 0
+    poke(mine.control, blocks.HEARTBEAT, time.monotonic_ns() + 10**12)
+    arm.arm("here")
+    assert peek(mine.control, blocks.ARM) == 1
+    assert "armed" in capsys.readouterr().out
