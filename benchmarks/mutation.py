@@ -1,4 +1,6 @@
-"""How many wrong programs the tests notice: python benchmarks/mutation.py [--count 200] [--seed 1] [--only NAME].
+"""Mutation score of the tests: share of wrong programs that they notice.
+
+python benchmarks/mutation.py [--count 200] [--seed 1] [--only NAME]
 
 Stores benchmarks/results/mutation.json. Of every mutant of the modules in TARGETS (one operator, comparison, number,
 call ... changed, by poodle's mutators: mutation_mutants.py) some are drawn by the seed, and each must make one of its
@@ -50,6 +52,7 @@ GOAL = 0.85
 
 _STICK = "tests/unit/drumstick"
 _SERVO = "tests/unit/haptic_server"
+_HELD = "tests/stability/servo/test_held_arm.py"
 _LIVE = "tests/stability/servo/test_live_sets.py"
 _PANEL = "tests/unit/web_panel"
 _ANY = "tests/stability/stick/test_any_parameters.py::test_no_contact_exceeds_what_the_envelope_predicts"
@@ -58,11 +61,17 @@ _DOOR = "tests/unit/protocol/test_roles_at_the_door.py"
 TARGETS: dict[str, tuple[Sequence[str], Sequence[str]]] = {
     "envelope": (
         ["shared/drumstick/envelope.py"],
-        [f"{_STICK}/test_envelope.py", f"{_SERVO}/test_rendering.py", f"{_SERVO}/test_servo.py", _LIVE],
+        [
+            f"{_STICK}/test_envelope.py", f"{_STICK}/test_envelope_on_an_arm.py", f"{_SERVO}/test_rendering.py",
+            f"{_SERVO}/test_servo.py", _HELD, _LIVE,
+        ],
     ),
     "sampled": (
         ["shared/drumstick/sampled_contact.py"],
-        [f"{_STICK}/test_sampled_contact.py", f"{_STICK}/test_envelope.py", f"{_SERVO}/test_rendering.py", _LIVE],
+        [
+            f"{_STICK}/test_sampled_contact.py", f"{_STICK}/test_envelope_on_an_arm.py", f"{_STICK}/test_envelope.py",
+            f"{_SERVO}/test_rendering.py", _HELD, _LIVE,
+        ],
     ),
     "bounds": (
         ["shared/drumstick/bounds.py", "shared/drumstick/blow.py"],
@@ -70,7 +79,7 @@ TARGETS: dict[str, tuple[Sequence[str], Sequence[str]]] = {
     ),
     "guard": (
         ["services/haptic_server/servo/guard.py"],
-        [f"{_SERVO}/test_rendering.py", f"{_SERVO}/test_fences.py", _LIVE],
+        [f"{_SERVO}/test_guard.py", f"{_SERVO}/test_rendering.py", f"{_SERVO}/test_fences.py", _HELD, _LIVE],
     ),
     "fence": (
         ["services/haptic_server/servo/fence.py"],
@@ -108,7 +117,7 @@ def _id(mutant: Mutant, imports: Imports) -> str:
 
 @dataclass
 class Run:
-    """What was drawn and what became of it. `lock` guards `verdicts` and the file that keeps them."""
+    """The mutants drawn and their verdicts. `lock` guards `verdicts` and the file that keeps them."""
 
     mutants: list[Mutant]
     imports: Imports
@@ -160,7 +169,7 @@ def score(fates: Counter[str]) -> float | None:
 
 
 def told(run: Run, module: str | None = None) -> dict[str, Any]:
-    """What is stored of all modules, or of one."""
+    """The stored row of all modules, or of one."""
     mine = [(mutant, ident) for mutant, ident in run.ids() if module in (None, mutant.module)]
     equal = [(mutant, reason) for mutant, _ in mine if (reason := reason_of(mutant)) is not None]
     tried = [(m, run.verdicts[i]) for m, i in mine if reason_of(m) is None and i in run.verdicts]

@@ -52,7 +52,7 @@ def _makes_a_type(node: ast.AST) -> bool:
 
 
 class _Places:
-    """What stands where in a file: lines of kernels, calls that are a statement, indices, texts that are left alone."""
+    """Places in a file: lines of kernels, calls that are a statement, indices, texts that are left alone."""
 
     def __init__(self, tree: ast.Module) -> None:
         self.kernels: set[int] = set()

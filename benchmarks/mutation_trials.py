@@ -32,7 +32,7 @@ _FIRST_FAILURE = re.compile(r"^(?:FAILED|ERROR) (\S+)", re.MULTILINE)
 
 @dataclass(frozen=True)
 class Verdict:
-    """How a mutant fared, by which test, how long that took, and on top of which commit."""
+    """A mutant's fate, the test that decided it, its time, and the commit it was tried on."""
 
     fate: str
     by: str
@@ -54,7 +54,7 @@ def _git(*words: str) -> str:
 
 
 class Imports:
-    """Who imports whom among our packages, by reading them: `import` anywhere in a file counts."""
+    """Imports among our packages, by reading them: `import` anywhere in a file counts."""
 
     def __init__(self, tree: Path) -> None:
         self._files = {

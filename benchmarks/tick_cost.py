@@ -2,7 +2,9 @@
 
 The whole tick as the loop does it, in virtual time and with warm caches: orders, latch, physics or rendering and guard,
 events, trace, status for the gateway; without the sleep. Scenes: the stick of `roll` without its effects, with them,
-with all the alterations that the paper rejects; a sampled arm (`phantom`) that strokes, without and with its pulse.
+with all the alterations that the paper rejects; `cor-roll` and `delay-drum`; a sampled arm (`phantom`) that strokes,
+without and with its pulse, and one that rests in its hand. On a stick also ticks in which a set waits for its moment.
+And the judgement of a set by the envelope, which the tick makes once a revision.
 
 Baselines in the same run, interleaved: one read of the clock, and the barest tick that plays the same scene: the exact
 stick advanced and thrown again, or the arm carried, told and pushed by a spring; no parameters, events, guard or trace.
@@ -10,6 +12,7 @@ CPU time of the thread, so that others on the machine count for little.
 """
 
 import argparse
+import dataclasses
 import json
 import math
 import os
@@ -25,7 +28,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from drumstick import exact
+from drumstick import envelope, exact
 from drumstick.law import law_of
 from drumstick.scene import Scene, parse, shipped_text
 from haptic_server import block as blocks
@@ -41,6 +44,7 @@ RESULT = Path(__file__).parent / "results" / "tick_cost.json"
 TARGET_NS = 300.0  # of a tick without effects
 _EVENTS_IN_A_TICK = 64
 _WARM_TICKS = 2000
+_TICKS_A_JUDGEMENT = 100  # so many fewer judgements than ticks are timed
 
 
 def _without_effects(text: str) -> str:
@@ -49,16 +53,24 @@ def _without_effects(text: str) -> str:
 
 def scenes() -> dict[str, Scene]:
     """By the name that results show; a stick that has come to rest is thrown again soon, so that it does not idle."""
-    again = "\n[hand]\nrest_s = 0.05\n"
-    strokes = '\n[device]\nplant = "phantom"\n[hand]\ngesture = "strokes"\n'
-    texts = {
-        "stick, no effects": _without_effects(shipped_text("roll")) + again,
-        "stick, pulse": shipped_text("roll"),
-        "stick, rejected alterations": shipped_text("rejected-by-the-paper") + again,
-        "arm, no effects": _without_effects(shipped_text("phantom")) + strokes,
-        "arm, pulse": shipped_text("phantom") + strokes,
+    again: dict[str, Any] = {"rest_s": 0.05}
+
+    def played(name: str, effects: bool = True, plant: str = "stick", **hand: Any) -> Scene:
+        text = shipped_text(name)
+        found = parse(text if effects else _without_effects(text), name)
+        device = dataclasses.replace(found.device, plant=plant)
+        return dataclasses.replace(found, device=device, hand=dataclasses.replace(found.hand, **hand))
+
+    return {
+        "stick, no effects": played("roll", effects=False, **again),
+        "stick, pulse": played("roll"),
+        "stick, rejected alterations": played("rejected-by-the-paper", **again),
+        "stick, cor-roll": played("cor-roll"),
+        "stick, delay-drum": played("delay-drum"),
+        "arm, at rest": played("phantom", False, "phantom", gesture="hold", rest_s=60.0),
+        "arm, no effects": played("phantom", False, "phantom", gesture="strokes"),
+        "arm, pulse": played("phantom", True, "phantom", gesture="strokes"),
     }
-    return {name: parse(text, name) for name, text in texts.items()}
 
 
 def servo_of(scene: Scene) -> Servo:
@@ -105,21 +117,39 @@ def bare_arm(
         phantom.obey(plant[0], -k_coll * min(reading[0].z_m, 0.0))
 
 
+@njit()
+def judgements(law: np.ndarray, limits: np.ndarray, room: np.ndarray, times: int) -> int:
+    codes = 0
+    for _ in range(times):
+        codes += envelope.judge(law[0], limits[0], room).code
+    return codes
+
+
 class Case(NamedTuple):
-    """One scene: how to make so many whole ticks of it, and so many bare ones; both go on where they stopped."""
+    """One scene: how to make so many ticks or judgements of it, by what; each goes on where it stopped."""
 
     servo: Servo
-    whole: Callable[[int], object]
-    bare: Callable[[int], object]
+    work: dict[str, Callable[[int], object]]
 
 
 def case(scene: Scene) -> Case:
     """Both compiled and warm."""
-    servo, spare = servo_of(scene), servo_of(scene)
-    now = [0]
+    servo, spare, held = servo_of(scene), servo_of(scene), servo_of(scene)
+    held.player["holding"], held.player["offer_reach"] = (
+        1,
+        -1.0,
+    )  # a set that passes, and never gets its moment
+    held.offer["law"] = held.law
+    now = {"whole": 0, "waiting": 0}
 
     def whole(ticks: int) -> None:
-        now[0] = loop.run_virtual(servo, ticks, now[0])
+        now["whole"] = loop.run_virtual(servo, ticks, now["whole"])
+
+    def waiting(ticks: int) -> None:
+        now["waiting"] = loop.run_virtual(held, ticks, now["waiting"])
+
+    def judging(times: int) -> None:
+        judgements(servo.law, servo.limits, servo.room, max(times // _TICKS_A_JUDGEMENT, 1))
 
     def bare(ticks: int) -> None:
         if scene.device.plant == "phantom":
@@ -129,9 +159,12 @@ def case(scene: Scene) -> Case:
             period_s = 1.0 / scene.servo.rate_Hz
             bare_stick(spare.law, spare.motion, scene.hand.throw_m_per_s, period_s, ticks)
 
-    for work in (whole, bare):
-        work(_WARM_TICKS)
-    return Case(servo, whole, bare)
+    work: dict[str, Callable[[int], object]] = {"whole": whole, "bare": bare, "judging": judging}
+    if scene.device.plant != "phantom":  # a set in the hand never waits above the head
+        work["waiting"] = waiting
+    for each in work.values():
+        each(_WARM_TICKS)
+    return Case(servo, work)
 
 
 def ns_each(work: Callable[[int], object], times: int) -> float:
@@ -142,14 +175,17 @@ def ns_each(work: Callable[[int], object], times: int) -> float:
 
 
 def interleaved(cases: dict[str, Case], runs: int, ticks: int) -> dict[str, dict[str, list[float]]]:
-    """ns each, by case and by what (whole, bare, clock), run by run."""
+    """ns each, by case and by what (a part of the work, or a read of the clock), run by run."""
     timespec = np.zeros(2, np.int64)
     clock_reads(timespec, 1)
-    found: dict[str, dict[str, list[float]]] = {n: {"whole": [], "bare": [], "clock": []} for n in cases}
+    found: dict[str, dict[str, list[float]]] = {
+        name: {what: [] for what in (*each.work, "clock")} for name, each in cases.items()
+    }
     for _ in range(runs):
         for name, each in cases.items():
-            found[name]["whole"].append(ns_each(each.whole, ticks))
-            found[name]["bare"].append(ns_each(each.bare, ticks))
+            for what, work in each.work.items():
+                found[name][what].append(ns_each(work, ticks))
+            found[name]["judging"][-1] *= _TICKS_A_JUDGEMENT
             found[name]["clock"].append(ns_each(lambda n: clock_reads(timespec, n), ticks))
     return found
 
@@ -161,6 +197,11 @@ def _row(name: str, each: Case, ns: dict[str, list[float]], seconds: float) -> d
         "least_ns": least["whole"],
         "bare_ns": median["bare"],
         "clock_read_ns": median["clock"],
+        "judgement_ns": median["judging"],
+        "waiting_ns": median.get("waiting"),
+        "ratio_of_waiting": statistics.median(np.divide(ns["waiting"], ns["whole"]).tolist())
+        if "waiting" in ns
+        else None,
         "ratio_to_bare": statistics.median(np.divide(ns["whole"], ns["bare"]).tolist()),
         "ratio_to_clock_read": statistics.median(np.divide(ns["whole"], ns["clock"]).tolist()),
         "strikes_per_s": int(each.servo.player["seq"][0]) / seconds,
@@ -185,7 +226,9 @@ def main() -> None:
         print(
             f"{name:28s} {row['ns']:6.0f} ns (least {row['least_ns']:.0f}), bare {row['bare_ns']:.0f},"
             f" clock {row['clock_read_ns']:.1f}; to bare {row['ratio_to_bare']:.2f},"
-            f" to clock {row['ratio_to_clock_read']:.1f}; {row['strikes_per_s']:.1f} strikes/s"
+            f" to clock {row['ratio_to_clock_read']:.1f}; {row['strikes_per_s']:.1f} strikes/s;"
+            f" a judgement {row['judgement_ns'] / 1e3:.1f} us"
+            + (f", waiting {row['ratio_of_waiting']:.2f}" if row["ratio_of_waiting"] else "")
         )
     result = {"machine": description(), "load_before": load, "target_ns": TARGET_NS, "rows": rows}
     RESULT.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")

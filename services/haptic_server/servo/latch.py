@@ -68,17 +68,15 @@ def latch_in_hand(servo: Servo) -> bool:
 
 
 @njit()
-def latch(servo: Servo) -> bool:
+def latch(servo: Servo) -> None:
     """As `latch_in_hand`, for a stick whose hand is the law's own spring.
 
     A set that would turn the stick's height into too much speed waits for a better moment, at the latest the next
     release.
     """
     if not _offered(servo):
-        return False
+        return
     motion = servo.motion[0]
     left = composition.left_at_most(servo.law[0], motion)
-    if not envelope.entry_speed(servo.offer[0].law, motion.z, motion.v) + left <= servo.player[0].offer_reach:
-        return False
-    _use(servo)
-    return True
+    if envelope.entry_speed(servo.offer[0].law, motion.z, motion.v) + left <= servo.player[0].offer_reach:
+        _use(servo)

@@ -38,6 +38,12 @@ def _orders(servo: Servo, now_ns: int) -> None:
 
 
 @njit()
+def _latch(servo: Servo) -> None:
+    if latch_in_hand(servo):
+        servo.guard[0].e, servo.guard[0].b = guard.may_add(servo.law[0])
+
+
+@njit()
 def _enter(servo: Servo, ahead_m: float, now_ns: int) -> None:
     # ahead_m: how far above the head the stick really is; the lead has seen the contact before it happens.
     law, motion = servo.law[0], servo.motion[0]
@@ -113,14 +119,13 @@ def _rendered(servo: Servo, reading: Record, now_ns: int, span_s: float) -> floa
     if guard.ready(held, allowed, reading, z, period_s) != NO_FAULT or held.seen_above == 0:
         if servo.motion[0].place != exact.ABOVE:
             _let_go(servo, now_ns)
-        if latch_in_hand(servo):
-            held.e, held.b = guard.may_add(servo.law[0])
+        _latch(servo)
         return 0.0
     see(servo, z, v, now_ns)
     if player.fault != NO_FAULT:
         return 0.0
-    if servo.motion[0].place == exact.ABOVE and latch_in_hand(servo):
-        held.e, held.b = guard.may_add(servo.law[0])
+    if servo.motion[0].place == exact.ABOVE:
+        _latch(servo)
     head_N, pulse_N = ask(servo, period_s)
     if not abs(head_N + pulse_N) < math.inf:
         player.fault = OUT_OF_BOUNDS
@@ -148,8 +153,7 @@ def render(servo: Servo, reading: Record, now_ns: int, span_s: float) -> float:
         force = _rendered(servo, reading, now_ns, span_s)
     if player.fault != NO_FAULT or player.panicked != 0:
         _let_go(servo, now_ns)
-        if latch_in_hand(servo):
-            servo.guard[0].e, servo.guard[0].b = guard.may_add(servo.law[0])
+        _latch(servo)
         force = 0.0
     streaming.settle(servo)
     player.force_N = force
