@@ -270,6 +270,7 @@ def main() -> None:
         "most_rebound": sampled_contact.MOST_REBOUND,
         "most_kick_m_per_s": sampled_contact.MOST_KICK_M_PER_S,
         "most_swing_m_per_s": sampled_contact.MOST_SWING_M_PER_S,
+        "most_slow_rebound": sampled_contact.MOST_SLOW_REBOUND,
         "regions": [region(setting) for setting in SETTINGS],
         "over_mass": over_mass(),
     }

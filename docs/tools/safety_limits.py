@@ -47,6 +47,7 @@ def table(rows: list[tuple[str, ...]]) -> str:
     return "\n".join(f"| {' | '.join(row)} |" for row in (head, ("---",) * len(head), *body))
 
 
+GUARD = "unit/haptic_server/test_guard.py"
 RENDERING, FENCES = "unit/haptic_server/test_rendering.py", "unit/haptic_server/test_fences.py"
 ENVELOPE, LIVE = "unit/drumstick/test_envelope.py", "stability/servo/test_live_sets.py"
 HD, PLAYS = "unit/haptic_server/openhaptics", "system/test_haptic_plays.py"
@@ -110,7 +111,7 @@ def before() -> str:
             ),
             (
                 "roughness by single encoder counts, on an arm",
-                f"one count may change the speed by {sampled_contact.MOST_KICK_M_PER_S * 1e3:g} mm/s a tick, by way of the damper; lightest arm",
+                f"one count may change the speed by {sampled_contact.MOST_KICK_M_PER_S * 1e3:g} mm/s a tick, by way of the damper. A blow of {sampled_contact.SLOW_M_PER_S * 1e3:g} mm/s, seen in counts, comes back at {sampled_contact.MOST_SLOW_REBOUND:g} of its speed at most. Lightest arm",
                 both,
                 "the same",
                 _tests(*SELF_MOVING),
@@ -141,8 +142,13 @@ SELF_MOVING: tuple[str, ...] = (
 SELF_DRIVEN: tuple[str, ...] = (
     "stability/servo/test_held_arm.py"
     "::test_a_head_that_drives_the_arm_is_a_fault_though_the_account_is_wrong",
+    f"{GUARD}::test_thirteen_contacts_in_a_row_that_begin_in_debt_are_a_fault",
+    f"{GUARD}::test_contacts_at_the_limit_of_force_faster_than_a_hand_strikes_are_a_fault",
 )
-SOFT_STOP: tuple[str, ...] = (f"{RENDERING}::test_the_workspace_ends_softly_and_without_a_fault",)
+SOFT_STOP: tuple[str, ...] = (
+    f"{RENDERING}::test_the_workspace_ends_softly_and_without_a_fault",
+    f"{GUARD}::test_near_the_lowest_position_the_force_is_a_share_of_the_motors_not_of_what_is_asked",
+)
 
 
 def always() -> str:
@@ -182,6 +188,7 @@ def always() -> str:
                 _tests(
                     f"{RENDERING}::test_nothing_is_rendered_before_the_stick_was_above_the_head",
                     f"{RENDERING}::test_only_arm_ends_a_fault_and_only_above_the_head",
+                    f"{GUARD}::test_the_ramp_is_a_share_of_the_motors_too",
                 ),
             ),
             (
@@ -190,7 +197,11 @@ def always() -> str:
                 f" contact; what is left over is not. Counted for an arm of {PREMIUM_1_5.moving_kg[0] * 1e3:g} g, the lightest declared",
                 f"{servo}; what effects may add comes from the same bounds as in the envelope",
                 "the head pushes less",
-                _tests(f"{LIVE}::test_an_arm_is_never_given_more_than_its_account"),
+                _tests(
+                    f"{LIVE}::test_an_arm_is_never_given_more_than_its_account",
+                    f"{GUARD}::test_what_a_contact_gave_too_much_is_owed_by_the_next_and_what_it_kept_is_not_saved",
+                    f"{GUARD}::test_a_head_in_debt_pushes_no_stick_that_leaves_and_brakes_one_that_comes",
+                ),
             ),
             (
                 "a head that drives the arm by itself",

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from drumstick.sampled_contact import LONGEST_WINDOW
 from realtime.jit import Record, njit
 
-LONGEST = 16  # positions kept: a window of 15 ticks at most
+LONGEST = LONGEST_WINDOW + 1  # positions kept
 # The last positions z and their instants t, as rings: `newest` is the index of the last, `known` their number.
 # `widest`: ticks of the longest window, which a stiff or strongly damped head takes short (drumstick.sampled_contact).
 TRACK: np.dtype[Any] = np.dtype(
