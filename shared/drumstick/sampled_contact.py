@@ -29,7 +29,7 @@ from drumstick.contact import PAPER
 from drumstick.segment import free_response
 from realtime.jit import njit
 
-LONGEST_WINDOW = 15  # ticks
+LONGEST_WINDOW = 15  # ticks; the servo keeps 16 positions
 MOST_DELAY_TICKS = 8
 # Of a blow's speed; the rest of 1 is for what the model leaves out: encoder counts, and the motors' limit.
 MOST_REBOUND = 0.92
