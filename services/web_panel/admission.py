@@ -73,7 +73,8 @@ class Admission:
         )
 
     def _right(self, token: str) -> bool:
-        return hmac.compare_digest(token.encode(), self.token.encode())
+        # Bytes that are no text come as lone surrogates, which no encoding takes as they are.
+        return hmac.compare_digest(token.encode(errors="backslashreplace"), self.token.encode())
 
     def _cookies(self, headers: Headers) -> list[str]:
         found: list[str] = []

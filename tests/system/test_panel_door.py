@@ -36,6 +36,13 @@ def get(served: PanelProcess, path: str, **headers: str) -> http.client.HTTPResp
     return response
 
 
+def status_of(served: PanelProcess, request: bytes) -> int:
+    """Of a request as raw bytes."""
+    with socket.create_connection(("127.0.0.1", served.port), timeout=10) as connection:
+        connection.sendall(request)
+        return int(connection.makefile("rb").readline().split()[1])
+
+
 def dial(served: PanelProcess, origin: str | None = None, path: str = "/", **headers: str) -> Connection:
     return dial_port(served.port, origin, path, **headers)
 
@@ -46,6 +53,10 @@ def test_pages(served: PanelProcess) -> None:
     assert get(served, "/").status == 401
     assert get(served, "/?token=wrong").status == 401
     assert get(served, "/index.html").status == 401
+    host = b"Host: 127.0.0.1:%d\r\n" % served.port
+    for line in (b"GET /?token=\xe4\xff HTTP/1.1\r\n", b"GET / HTTP/1.1\r\nCookie: %s=\xff\r\n"):
+        start = line % served.cookie.partition("=")[0].encode() if b"%s" in line else line
+        assert status_of(served, start + host + b"\r\n") in (400, 401)
     assert get(served, "/", Cookie=served.cookie).status == 200
     assert get(served, by_address, Origin=own).status == 200
     assert get(served, by_address, Origin="http://evil.example").status == 403

@@ -37,6 +37,8 @@ def test_the_cookie_admits_and_is_kept_from_scripts_and_other_sites() -> None:
         f"/?token={TOKEN}a",
         f"/?tokens={TOKEN}",
         "/?token=%ff",
+        "/?token=\udcff",
+        "/?token=\u00e4",
         "//[",
     ],
 )
