@@ -8,6 +8,7 @@ _PANEL = "services/web_panel/guard.py"
 _FENCE = "services/haptic_server/servo/fence.py"
 _LEASE = "services/haptic_server/gateway/lease.py"
 _BOUNDS = "shared/drumstick/bounds.py"
+_SAMPLED = "shared/drumstick/sampled_contact.py"
 
 # (file, line as it is): any other number there is as good.
 _ANY_NUMBER: dict[tuple[str, str], str] = {
@@ -67,6 +68,16 @@ _THIS: dict[tuple[str, str, str], str] = {
         "newton = t - z / speed",
         "newton = t / (z / speed)",
     ): "a step that leads out of the bracket, or nowhere, is a bisection: the same root",
+    (
+        _SAMPLED,
+        "return (1.0 - c) * arm.period_s * arm.period_s / bend if bend > 1e-6 else 0.5 * arm.period_s**2",
+        "return (1.0 - c) * arm.period_s * arm.period_s / bend if bend >= 1e-06 else 0.5 * arm.period_s**2",
+    ): "at the border both are the same but for rounding",
+    (
+        _SAMPLED,
+        "own = contact.beta(head.release, arm.m, head.k, head.r) if head.r >= 0.0 else 1.0",
+        "own = contact.beta(head.release, arm.m, head.k, head.r) if head.r >= 0.0 else 2.0",
+    ): "anything above _MOST_OWN is cut to it",
 }
 
 

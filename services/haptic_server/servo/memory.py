@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from drumstick import envelope
+from drumstick import envelope, exact
 from drumstick.law import thrown
 from drumstick.scene import Scene
 from haptic_server import contacts
@@ -99,6 +99,9 @@ def prepare(scene: Scene, block: Block, specification: Specification = EXACT_STI
     player["revision"] = block.live["revision"][0]
     player["panicked"] = peek(block.control, HELD)
     law = block.live["law"][:1].copy()
+    motion = thrown(scene, scene.hand.throw_m_per_s)
+    if player["panicked"][0]:  # it is not thrown before somebody arms
+        motion["v"], motion["fate"] = 0.0, exact.LEFT
     limits, room = limits_of(scene, specification).record(), envelope.new_room()
     judgement = envelope.judge(law[0], limits[0], room)
     accepted = judgement.code == envelope.OK  # only tests play what the envelope refuses
@@ -109,7 +112,7 @@ def prepare(scene: Scene, block: Block, specification: Specification = EXACT_STI
     return Servo(
         block=block,
         law=law,
-        motion=thrown(scene, scene.hand.throw_m_per_s),
+        motion=motion,
         player=player,
         plan=_plan(scene),
         event=np.zeros(1, EVENT),

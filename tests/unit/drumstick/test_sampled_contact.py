@@ -20,6 +20,7 @@ from drumstick.sampled_contact import (
     kick,
     most_rebound,
     rebound,
+    slow_rebound,
     swing,
     widest_window,
     worst_rebound,
@@ -137,3 +138,29 @@ def test_one_count_is_what_damper_and_spring_make_of_it() -> None:
     arm, head = _arm(lead_s=0.5e-3), Head(3500.0, 2.0, UNILATERAL)
     assert kick(arm, head, 5, 3e-5) == pytest.approx((2.0 + 1.75) * 3e-5 / (5 * 0.075))
     assert swing(arm, head, 3e-5) == pytest.approx(math.sqrt(3500.0 / 0.075) * 3e-5)
+
+
+@pytest.mark.parametrize(
+    ("delay", "k", "r", "window"),
+    [(2, 800.0, 4.0, 3), (1, 2000.0, 4.0, 1), (0, 3000.0, 4.0, 1), (2, 2000.0, 9.0, 1)],
+)
+def test_a_slow_blow_is_tried_at_two_phases_of_the_tick_and_four_of_the_count(
+    delay: int, k: float, r: float, window: int
+) -> None:
+    arm, head, room = _arm(delay=delay), Head(k, r, UNILATERAL), np.zeros(ROOM)
+    found = [
+        rebound(arm, head, window, Blow(0.01, phase, 3e-5, offset), room)
+        for phase in (0.25, 0.75)
+        for offset in (0.125, 0.375, 0.625, 0.875)
+    ]
+    assert min(found) < max(found)
+    assert slow_rebound(arm, head, window, 3e-5, room) == max(found)
+
+
+def test_with_fine_counts_a_slow_blow_is_like_any_other() -> None:
+    """The law is linear while the arm is in the head, so without counts the speed does not matter."""
+    arm, head, room = _arm(lead_s=T / 2.0), Head(800.0, 4.0, UNILATERAL), np.zeros(ROOM)
+    for phase in (0.25, 0.75):
+        exact = rebound(arm, head, 1, Blow(1.0, phase, 0.0, 0.0), room)
+        assert rebound(arm, head, 1, Blow(0.01, phase, 0.0, 0.0), room) == pytest.approx(exact, rel=1e-9)
+        assert rebound(arm, head, 1, Blow(1.0, phase, 1e-7, 0.5), room) == pytest.approx(exact, rel=0.02)

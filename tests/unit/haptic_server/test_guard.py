@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from haptic_server.records import NO_FAULT, READING, SELF_DRIVEN, STALLED
+from haptic_server.records import NO_FAULT, NOT_A_NUMBER, READING, SELF_DRIVEN, STALLED
 from haptic_server.servo import guard
 
 T, M, LIMIT_N, COUNT_M = 1e-3, 0.075, 8.5, 3e-5
@@ -237,3 +237,17 @@ def test_the_ramp_takes_its_time_and_begins_a_millimetre_above_the_head(held: Gu
     for _ in range(310):
         guard.ready(held.state[0], held.allowed[0], reading[0], 0.0, T)
     assert held.of_state("gain") == 1.0
+
+
+@pytest.mark.parametrize("axis", ["x_m", "y_m", "z_m"])
+def test_a_place_a_kilometre_away_is_no_number(held: Guard, axis: str) -> None:
+    held.allowed["lowest_m"], held.allowed["highest_m"] = -1e4, 1e4
+    for place, code in (
+        (999.0, NO_FAULT),
+        (-999.0, NO_FAULT),
+        (1001.0, NOT_A_NUMBER),
+        (-1001.0, NOT_A_NUMBER),
+    ):
+        reading = np.zeros(1, READING)
+        reading["fresh"], reading[axis] = 1, place
+        assert guard.look(held.state[0], held.allowed[0], reading[0], 10**9, T) == code

@@ -82,6 +82,7 @@ def test_a_set_waits_until_the_stick_is_above_the_head() -> None:
     live = np.zeros(1, set_type(servo.law.dtype))
     assert triple.read_into(servo.block.live_cells, servo.block.live, live)
     assert live["revision"][0] == 7
+    assert servo.player["holding"][0] == 0, "it is used once"
 
 
 @pytest.mark.parametrize(
@@ -131,6 +132,20 @@ def test_panic_stops_everything_until_armed() -> None:
     loop.run_virtual(servo, 1000, now)
     assert servo.player["seq"][0] > struck
     assert servo.status["status"][0] == PLAYING
+
+
+def test_a_servo_that_starts_held_shows_a_stick_at_rest_until_somebody_arms() -> None:
+    played = scene()
+    block = blocks.in_memory(law_of(played))
+    poke(block.control, blocks.HELD, 1)
+    servo = memory.prepare(played, block)
+    now = loop.run_virtual(servo, 100, 0)
+    assert servo.status["status"][0] == PANIC
+    assert servo.status["v_m_per_s"][0] == servo.status["z_m"][0] == servo.status["force_N"][0] == 0.0
+    poke(servo.block.control, blocks.ARM, 1)
+    loop.run_virtual(servo, 1000, now)
+    assert servo.status["status"][0] == PLAYING
+    assert servo.player["seq"][0] > 3
 
 
 def test_a_panic_after_an_arm_is_never_lost() -> None:
