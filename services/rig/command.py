@@ -1,6 +1,7 @@
 """The `drumstick` command line: every command by its name. --help must be instant."""
 
 import logging
+import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -105,8 +106,19 @@ def _leave(status: int, message: str) -> NoReturn:
     sys.exit(status)
 
 
+def _open_closed_streams() -> None:
+    # Whoever started us closed them: no file that is opened later may take their place and get what is printed.
+    while (fd := os.open(os.devnull, os.O_RDWR)) <= 2:
+        pass
+    os.close(fd)
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115  until the process ends
+
+
 def main() -> None:
     """Entry point; exit status 0 done, 2 what was given is wrong, 3 the machine lacks something, 1 a fault of ours."""
+    _open_closed_streams()
     try:
         app(prog_name=Path(sys.argv[0]).name)
     except Stop as stop:

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
+from io import FileIO
 
 _PR_SET_PDEATHSIG = 1
 _LIBC = ctypes.CDLL(None)
@@ -45,6 +46,7 @@ class Service:
         self._command = list(command)
         self._say = say
         self._process: subprocess.Popen[bytes] | None = None
+        self._output: FileIO | None = None  # what the child prints
         self._partial = b""
         self._delay_s = _FIRST_DELAY_S
         self._started_at = 0.0
@@ -54,16 +56,22 @@ class Service:
 
     def start(self) -> None:
         """Start the child in a process group of its own: Ctrl-C reaches only the supervisor."""
-        self._process = subprocess.Popen(
-            self._command,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            start_new_session=True,
-            preexec_fn=_die_with_parent,
-        )
-        assert self._process.stdout is not None
-        os.set_blocking(self._process.stdout.fileno(), False)
+        inner, outer = os.pipe()
+        # The child's end too: what a driver's library prints there must not hold up sound while this process stands.
+        os.set_blocking(inner, False)
+        os.set_blocking(outer, False)
+        self._output = open(inner, "rb", buffering=0)  # noqa: SIM115  as long as the child lives
+        try:
+            self._process = subprocess.Popen(
+                self._command,
+                stdin=subprocess.DEVNULL,
+                stdout=outer,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+                preexec_fn=_die_with_parent,
+            )
+        finally:
+            os.close(outer)
         self._started_at = time.monotonic()
 
     def start_anew(self) -> None:
@@ -79,9 +87,9 @@ class Service:
         return self._process.pid if self._process and self._process.poll() is None else None
 
     def _read(self) -> None:
-        if self._process is None or self._process.stdout is None:
+        if self._output is None:
             return
-        while chunk := self._process.stdout.read(65536):
+        while chunk := self._output.read(65536):
             *lines, self._partial = (self._partial + chunk).split(b"\n")
             for line in lines:
                 self._tell(line)
@@ -124,10 +132,11 @@ class Service:
 
     def _close(self) -> None:
         self._read()
-        if self._process is not None and self._process.stdout is not None:
+        if self._output is not None:
             if self._partial:
                 self._tell(self._partial)
-            self._process.stdout.close()
+            self._output.close()
+            self._output = None
         self._partial = b""
         self._process = None
 

@@ -1,8 +1,8 @@
 """`drumstick replay`: a recording on the wires again, in the haptic server's place."""
 
 import json
+import logging
 import signal
-import sys
 import time
 from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from protocol.keys import Keys
+from realtime.log import say
 from realtime.stop import StopRequest
 from rig import ports
 from rig.fault import lacking, wrong
@@ -84,7 +85,7 @@ def _session(keys: Keys, wishes: Wishes) -> "Generator[zenoh.Session]":
 
 
 def _say(words: str) -> None:
-    print(f"replay: {words}", file=sys.stderr, flush=True)
+    say(logging.INFO, f"replay: {words}")
 
 
 def _await_sound(session: "zenoh.Session", keys: Keys, enough: Callable[[], bool]) -> None:

@@ -1,9 +1,11 @@
 """`drumstick service`: become one process of a rig, for systemd to supervise instead of `drumstick up`."""
 
+import logging
 import os
 import sys
 from typing import NoReturn
 
+from realtime.log import say
 from rig import checks, folder
 from rig.admission import require_admission
 from rig.fault import lacking, wrong
@@ -13,7 +15,7 @@ SERVICES = ("servo", "gateway", "door", "sound", "panel")
 
 
 def _say(words: str) -> None:
-    print(f"drumstick: {words}", file=sys.stderr, flush=True)
+    say(logging.INFO, f"drumstick: {words}")
 
 
 def become(name: str, options: Options) -> NoReturn:

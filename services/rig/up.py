@@ -139,13 +139,13 @@ class Rig:
 
     def _stop(self) -> None:
         self._watch.look()
-        self._terminal.end_status()
         self._watch.close()
         for service in reversed(self._services):
             service.ask_to_stop()
         deadline = time.monotonic() + _STOP_WITHIN_S
         for service in reversed(self._services):
             service.wait_stopped(deadline)
+        self._terminal.end_status()
 
     def summary(self) -> dict[str, Any]:
         """How it went, with units in the names; null where a service was not part of it."""

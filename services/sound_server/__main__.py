@@ -6,7 +6,7 @@ import os
 import signal
 import sys
 
-from realtime.log import open_log
+from realtime.log import flush_log, open_log
 from realtime.stop import StopRequest
 from sound_server import options
 
@@ -43,7 +43,7 @@ def main() -> int:
         Server(wanted.rigs, wanted.connect, sink, stop, wanted.identity, wanted.most, wanted.room, told).run()
     except DeviceLost as lost:
         logging.error("audio device lost: %s", lost)
-        sys.stderr.flush()
+        flush_log()
         if ended.is_set() or not sink.comes_back:
             os._exit(0 if ended.is_set() else 1)
         # Not closed: PortAudio would wait for ever for a JACK that is dead.
@@ -56,6 +56,7 @@ def main() -> int:
 
 def _start_anew(command: list[str]) -> None:
     # The process keeps its number, so whoever supervises it sees no end. What the driver had open stays behind.
+    flush_log()
     for fd in (int(name) for name in os.listdir("/dev/fd")):
         if fd > sys.stderr.fileno():
             with contextlib.suppress(OSError):  # the listing's own

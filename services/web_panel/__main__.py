@@ -12,10 +12,12 @@ from pathlib import Path
 
 from protocol.identity import add_options, identity_of
 from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, checked_rig
-from realtime.log import say
+from realtime.log import open_log
 from realtime.notify import Supervisor
 from web_panel.port import free_port
 from web_panel.visitor_token import TokenFileError, token_of
+
+_log = logging.getLogger("panel")
 
 
 def _arguments() -> argparse.Namespace:
@@ -39,7 +41,7 @@ def _arguments() -> argparse.Namespace:
 
 
 def _end(status: int, words: str) -> int:
-    say(logging.ERROR, f"panel: {words}")
+    _log.error("panel: %s", words)
     return status
 
 
@@ -49,6 +51,9 @@ def main() -> int:
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda signum, frame: told.append(signum))
     given = _arguments()
+    open_log()
+    logging.getLogger().setLevel(logging.WARNING)  # each browser that comes is news to viser's libraries
+    _log.setLevel(logging.INFO)
     try:
         token, port = token_of(given.token_file), free_port(given.port)
     except TokenFileError as error:

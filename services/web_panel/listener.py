@@ -20,11 +20,11 @@ from drumstick.parameters import table_of
 from drumstick.scene import SceneError, from_tables
 from protocol.keys import Keys
 from protocol.messages import Lease, Message, Meter, PresetNews, Readback, State, decode
-from realtime.log import say
 from web_panel.mirror import SILENT_AFTER_S, Mirror
 from web_panel.question import Asking
 from web_panel.watching import Watching
 
+_log = logging.getLogger("panel")
 _M = TypeVar("_M", bound=Message)
 _READBACKS_AGAIN_S = 0.5
 # Rings: a full queue of one subscription would stop every other one of the session.
@@ -101,7 +101,7 @@ class Listener:
         # Once for each key: a foreign program that publishes rubbish must not fill the log.
         if key not in self._complained:
             self._complained.add(key)
-            say(logging.WARNING, f"panel: {key}: {words}")
+            _log.warning("panel: %s: %s", key, words)
 
     def _take_state(self, state: State, now: float) -> None:
         mirror = self._mirror

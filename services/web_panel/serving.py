@@ -1,7 +1,7 @@
 """Guard, page, Zenoh, changes, lease and prediction, joined and run."""
 
 import gc
-import sys
+import logging
 import threading
 import time
 from collections.abc import Callable
@@ -23,6 +23,7 @@ from web_panel.rig_link import RigLink
 from web_panel.shelf import Doors
 from web_panel.views import Sources
 
+_log = logging.getLogger("panel")
 _PICTURE_S = 1.0 / 30.0
 _TURNS_A_PAGE = 2  # pictures for each time that the rest is written
 _ALONE_S = (
@@ -39,7 +40,7 @@ def serve(
     identity: Identity | None = None,
     accuracy: Files = NO_FILES,
 ) -> None:
-    """Serve until `keep_on` says no; prints the address when it can be visited. Raises GuardError. Main thread."""
+    """Serve until `keep_on` says no; logs the address when it can be visited. Raises GuardError. Main thread."""
     messages, mirror = ClientMessages(), Mirror()
     link = RigLink(rig, endpoint, mirror, identity)
     server = start(Admission(token, port), messages, PointerDoor(link.point))
@@ -67,7 +68,7 @@ def serve(
         changes.start()
         lease.start()
         page.show(mirror, time.monotonic())
-        print(f"panel: http://127.0.0.1:{port}/?token={token}", file=sys.stderr, flush=True)
+        _log.info("panel: http://127.0.0.1:%d/?token=%s", port, token)
         # What is there now lives as long as the panel. Not looked through any more, it holds up no collection of what
         # each browser leaves behind: else those wait until there is a quarter as much of it.
         gc.freeze()

@@ -53,8 +53,17 @@ def wait_for(what: str, get: Callable[[], _T | None], patience_s: float = PATIEN
 class Rig:
     """The running command: its ports, its children, what it printed."""
 
-    def __init__(self, part: str, *options: str, state: Path | None = None, name: str = "") -> None:
-        """`state`: where it keeps its presets; its own, removed afterwards, if not given."""
+    def __init__(
+        self,
+        part: str,
+        *options: str,
+        state: Path | None = None,
+        name: str = "",
+        stderr: int = subprocess.PIPE,
+    ) -> None:
+        """`state`: where it keeps its presets; its own, removed afterwards, if not given.
+
+        `stderr`: a file descriptor that gets what would else be in `lines`."""
         self.name = name or f"test-{os.getpid()}-{free_port()}"
         self.keys = Keys(self.name)
         self.zenoh_port, self.panel_port = free_port(), free_port()
@@ -73,7 +82,7 @@ class Rig:
         self.process = subprocess.Popen(
             [*command, *options],
             stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
+            stderr=stderr,
             text=True,
             env=dict(os.environ, XDG_STATE_HOME=str(state or self._own_state)),
         )
@@ -81,8 +90,7 @@ class Rig:
         self._reader.start()
 
     def _read(self) -> None:
-        assert self.process.stderr is not None
-        for line in self.process.stderr:
+        for line in self.process.stderr or ():
             self.lines.append(line.rstrip())
 
     @property
@@ -158,8 +166,10 @@ def assert_steady(before: State, after: State, still_s: float) -> None:
 
 
 @contextmanager
-def running(part: str, *options: str, state: Path | None = None, name: str = "") -> Iterator[Rig]:
-    rig = Rig(part, *options, state=state, name=name)
+def running(
+    part: str, *options: str, state: Path | None = None, name: str = "", stderr: int = subprocess.PIPE
+) -> Iterator[Rig]:
+    rig = Rig(part, *options, state=state, name=name, stderr=stderr)
     try:
         yield rig
     finally:

@@ -1,16 +1,19 @@
 """python -m rig.recording: the service of `drumstick up --record`. Status 3: the disk took no more."""
 
 import argparse
+import logging
 import sys
 from itertools import chain
 from pathlib import Path
 
 from protocol.identity import add_options, identity_of
 from protocol.keys import Keys
+from realtime.log import open_log
 from rig.fault import Stop, lacking
 from rig.record import recorded, words
 from rig.settled import FarEnd
 
+_log = logging.getLogger("record")
 _MOST_PARTS = 10_000
 
 
@@ -21,6 +24,10 @@ def _free(out: Path) -> Path:
     if found is None:
         lacking(f"{out}: {_MOST_PARTS} parts are there already: move them away")
     return found
+
+
+def _warn(what: str) -> None:
+    _log.warning("record: %s", what)
 
 
 def main() -> int:
@@ -36,14 +43,15 @@ def main() -> int:
         end = FarEnd(given.connect, Keys(given.rig), identity_of(given))
     except ValueError as error:
         parser.error(str(error))
+    open_log()
     try:
         out = _free(given.out)
-        print(f"recording into {out}", file=sys.stderr, flush=True)
-        result = recorded(end, out, force=given.force, wait=True)
+        _log.info("recording into %s", out)
+        result = recorded(end, out, force=given.force, wait=True, say=_warn)
     except Stop as stop:
-        print(stop, file=sys.stderr, flush=True)
+        _log.error("%s", stop)
         return stop.status
-    print(words(result), file=sys.stderr, flush=True)
+    _log.info("%s", words(result))
     return 0
 
 

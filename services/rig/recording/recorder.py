@@ -4,8 +4,8 @@ The calling thread waits for the end and asks the rig for its clock; one thread 
 """
 
 import json
+import logging
 import queue
-import sys
 import threading
 import time
 from collections.abc import Callable
@@ -16,6 +16,7 @@ from typing import Any, cast
 from drumstick.parameters import table_of
 from drumstick.scene import Scene, SceneError, from_tables
 from protocol.messages import Message, Meter, decode
+from realtime.log import say
 from realtime.stop import StopRequest
 from rig.recording import channels
 from rig.recording.filing import CLOCK_METADATA, SCENE_ATTACHMENT, Filing
@@ -294,4 +295,4 @@ class Recorder:
 
 def to_stderr(words: str) -> None:
     """Where a recorder says what is amiss."""
-    print(f"record: {words}", file=sys.stderr, flush=True)
+    say(logging.WARNING, f"record: {words}")

@@ -2,6 +2,7 @@
 
 import logging
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -9,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from realtime.log import is_journal, marked
+from unread import full_pipe
 
 SAY = """
 import logging
@@ -54,7 +56,101 @@ def test_what_a_process_says(tmp_path: Path, is_the_journals: bool) -> None:
         assert said == ["ready", "WARNING: late", "ERROR: lost", "for good", "drumstick: wrong"]
 
 
+SERVICES = Path(__file__).resolve().parents[3] / "services"
+MAINS = (
+    "haptic_server/servo",
+    "haptic_server/gateway",
+    "haptic_server/door",
+    "sound_server",
+    "web_panel",
+    "rig/recording",
+)
+
+
 def test_every_service_has_this_log() -> None:
-    services = Path(__file__).resolve().parents[3] / "services"
-    found = [path for path in services.rglob("*.py") if "logging.basicConfig(" in path.read_text()]
+    found = [path for path in SERVICES.rglob("*.py") if "logging.basicConfig(" in path.read_text()]
     assert not found
+    assert not [main for main in MAINS if "open_log(" not in (SERVICES / main / "__main__.py").read_text()]
+
+
+def test_no_service_prints() -> None:
+    prints = re.compile(r"(?<!\w)print\(|import .*\bsay\b|sys\.std(out|err)\.write")
+    # These two answer whoever starts them as a process, on standard output.
+    answer = {SERVICES / "haptic_server/servo/selftest.py", SERVICES / "sound_server/sinks/awaited.py"}
+    parts = [SERVICES / part for part in ("haptic_server", "sound_server", "web_panel", "rig/recording")]
+    found = {path for part in parts for path in part.rglob("*.py") if prints.search(path.read_text())}
+    assert found - answer == {SERVICES / "rig/recording/recorder.py"}  # for `drumstick record`
+
+
+@pytest.mark.parametrize("ends_by_itself", [True, False])
+def test_a_log_that_nobody_reads_holds_up_neither_the_process_nor_its_end(ends_by_itself: bool) -> None:
+    code = """
+import logging, sys
+from realtime.log import flush_log, open_log
+open_log()
+for number in range(5000):
+    logging.warning("late by %d", number)
+print("still here", flush=True)
+sys.exit(3)
+"""
+    with full_pipe() as (reading, writing):
+        process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=writing)
+        try:
+            assert process.stdout is not None
+            assert process.stdout.readline() == b"still here\n"
+            if not ends_by_itself:
+                os.close(reading)  # its end need not wait for anybody then
+            assert process.wait(60.0) == 3
+        finally:
+            process.kill()
+            process.wait()
+            assert process.stdout is not None
+            process.stdout.close()
+
+
+def test_exceptions_that_nobody_caught_are_in_the_log_in_their_order() -> None:
+    code = """
+import logging, threading
+from realtime.log import open_log
+open_log(names_level=True)
+class Bad:
+    def __del__(self):
+        raise ValueError("in del")
+def run():
+    raise ValueError("in thread")
+logging.info("begin")
+logging.info("%d", "no number")
+Bad()
+thread = threading.Thread(target=run, name="osc")
+thread.start()
+thread.join()
+logging.info("end")
+raise ValueError("in main")
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "JOURNAL_STREAM": ""},
+    )
+    assert done.returncode == 1
+    heads = [line for line in done.stderr.splitlines() if not line.startswith(("  ", "Traceback"))]
+    assert heads[0] == "begin"
+    assert "logs what cannot be put in words" in heads[1]
+    assert heads[2].startswith("TypeError: ")
+    assert heads[3].startswith("ERROR: ")
+    assert heads[4:] == [
+        "ValueError: in del",
+        "CRITICAL: a fault that ends the thread osc: ValueError",
+        "ValueError: in thread",
+        "end",
+        "CRITICAL: a fault that ends this process: ValueError",
+        "ValueError: in main",
+    ]
+
+
+@pytest.mark.parametrize("where", ["2>/dev/full", "2>&-", "1>&- 2>&-"])
+def test_a_command_whose_words_are_lost_keeps_its_exit_status(where: str) -> None:
+    command = f"exec '{sys.executable}' -c 'from rig.command import main; main()' scene show nope {where}"
+    done = subprocess.run(["sh", "-c", command], stdout=subprocess.PIPE)
+    assert (done.returncode, done.stdout) == (2, b"")

@@ -113,3 +113,33 @@ time.sleep(60)
     assert part.fault_status is None
     part.ask_to_stop()
     assert part.wait_stopped(time.monotonic() + 20.0)
+
+
+def test_a_supervisor_that_stands_still_holds_up_nothing_that_the_child_prints(tmp_path: Path) -> None:
+    # Natively, as a sound library does; nobody looks meanwhile.
+    mark = tmp_path / "printed"
+    code = f"""
+import os, pathlib, time
+lost = 0
+for _ in range(100):
+    for fd in (1, 2):
+        try:
+            os.write(fd, b"underrun" * 500 + b"\\n")
+        except BlockingIOError:
+            lost += 1
+pathlib.Path({str(mark)!r}).write_text(str(lost))
+time.sleep(60)
+"""
+    said: list[str] = []
+    part = service(code, said)
+    part.start()
+    try:
+        end = time.monotonic() + 30.0
+        while not mark.exists():
+            assert time.monotonic() < end
+            time.sleep(0.01)
+        part.look(time.monotonic())
+        assert f"[part] {'underrun' * 500}" in said
+    finally:
+        part.ask_to_stop()
+        assert part.wait_stopped(time.monotonic() + 20.0)
