@@ -15,6 +15,7 @@ from haptic_server.door.refusals import Refusals
 from haptic_server.door.told import told
 from protocol.identity import add_options, identity_of
 from protocol.keys import DEFAULT_ROUTER, Keys
+from protocol.queryables import Queryables
 from protocol.roles import ROLES, checked_roles
 from protocol.session import Public, open_door
 from realtime.log import open_log
@@ -62,8 +63,9 @@ def main() -> int:
             query.reply(key, words, encoding=zenoh.Encoding.APPLICATION_JSON)
             query.drop()
 
-        keys = [Keys(rig).door for rig in public.rigs]
-        answering = [session.declare_queryable(key, partial(answer, key)) for key in keys]
+        queryables = Queryables(session)
+        for key in (Keys(rig).door for rig in public.rigs):
+            queryables.declare_reading(key, partial(answer, key))
         supervisor = Supervisor()
 
         def tell() -> None:
@@ -74,8 +76,7 @@ def main() -> int:
         tell()
         while not stop.wait(_TURN_S):
             tell()
-        for each in answering:
-            each.undeclare()
+        queryables.undeclare()
     return 0
 
 

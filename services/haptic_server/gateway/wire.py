@@ -19,6 +19,7 @@ from haptic_server.gateway.scene_door import SceneDoor
 from haptic_server.gateway.settings import Echo, ParameterDesk
 from protocol import messages
 from protocol.keys import Keys
+from protocol.queryables import Queryables
 from protocol.questions import Questions, payload_of, refuse
 from protocol.requests import Claim, requested_text, requested_value, requested_values
 
@@ -70,34 +71,19 @@ class Wire:
         self._state = session.declare_publisher(keys.state, encoding=self._encoding)
         self._questions = Questions("queries", self._answer, self._settle)
         self._writes = Questions("preset files", self._save)
-        self._queryables = [
-            session.declare_queryable(key, receive)
-            for key, receive in (
-                *(
-                    (key, self._questions.receive)
-                    for key in (
-                        keys.set_many,
-                        keys.set_one("*"),
-                        keys.param("*"),
-                        keys.scene,
-                        keys.scene_load,
-                        keys.clock,
-                        keys.doctor,
-                        keys.lease,
-                        keys.preset,
-                        keys.preset_load,
-                    )
-                ),
-                (keys.preset_save, self._writes.receive),
-                (keys.panic, self._panic),
-            )
-        ]
+        self.queryables = Queryables(session)
+        for key in (keys.param("*"), keys.scene, keys.clock, keys.doctor, keys.preset):
+            self.queryables.declare_reading(key, self._questions.receive)
+        for key in (keys.set_many, keys.set_one("*"), keys.scene_load, keys.lease, keys.preset_load):
+            self.queryables.declare_writing(key, self._questions.receive)
+        self.queryables.declare_writing(keys.preset_save, self._writes.receive)
+        self.queryables.declare_writing(keys.panic, self._panic)
         self._token = session.liveliness().declare_token(keys.alive("haptic", f"{boot():x}"))
 
     @property
     def refused(self) -> int:
         """Queries that were refused, for whatever reason."""
-        return self._questions.refused + self._writes.refused
+        return self._questions.refused + self._writes.refused + self.queryables.refused
 
     def put_strike(self, strike: messages.Strike) -> None:
         """Publish one strike."""
@@ -133,9 +119,8 @@ class Wire:
         self._writes.close()
 
     def _panic(self, query: zenoh.Query) -> None:
-        # At once, on zenoh's own thread: no queue stands before zero force. A wildcard that only looks is refused.
-        if str(query.key_expr) == self._keys.panic:
-            self._desk.panic("zenoh")
+        # At once, on zenoh's own thread: no queue stands before zero force.
+        self._desk.panic("zenoh")
         self._questions.receive(query)
 
     def _answer(self, query: zenoh.Query) -> bool:

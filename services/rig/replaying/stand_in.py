@@ -15,6 +15,7 @@ import zenoh
 from protocol import messages
 from protocol.keys import Keys
 from protocol.messages import Clock, Message
+from protocol.queryables import Queryables
 from protocol.questions import Questions
 from rig.recording import channels
 from rig.recording.channels import Channel
@@ -61,16 +62,11 @@ class StandIn:
                 (channels.STATE, keys.state),
             )
         }
-        asked = (
-            keys.set_many,
-            keys.set_one("*"),
-            keys.param("*"),
-            keys.scene,
-            keys.clock,
-            keys.doctor,
-            keys.panic,
-        )
-        self._queryables = [session.declare_queryable(key, self._questions.receive) for key in asked]
+        self.queryables = Queryables(session)
+        for key in (keys.param("*"), keys.scene, keys.clock, keys.doctor):
+            self.queryables.declare_reading(key, self._questions.receive)
+        for key in (keys.set_many, keys.set_one("*"), keys.panic):
+            self.queryables.declare_writing(key, self._questions.receive)
         self._token = session.liveliness().declare_token(keys.alive("haptic", f"{boot:x}"))
 
     def put(self, channel: Channel, name: str, message: Message) -> None:

@@ -3,6 +3,7 @@
 import socket
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import NamedTuple
 
 import msgspec
 import pytest
@@ -37,8 +38,17 @@ def panics() -> list[str]:
     return []
 
 
+class Wired(NamedTuple):
+    """A gateway's Zenoh side on a router, with what it changes."""
+
+    session: zenoh.Session
+    wire: Wire
+    desk: ParameterDesk
+    presets: Presets
+
+
 @pytest.fixture
-def router(tmp_path: Path, panics: list[str], monkeypatch: pytest.MonkeyPatch) -> Iterator[zenoh.Session]:
+def wired(tmp_path: Path, panics: list[str], monkeypatch: pytest.MonkeyPatch) -> Iterator[Wired]:
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
@@ -55,9 +65,14 @@ def router(tmp_path: Path, panics: list[str], monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(desk, "panic", noted)
     presets = Presets(PresetStore(tmp_path / "state"), desk, "roll", desk.values())
     wire = Wire(session, KEYS, desk, lambda: mine.boot, "{}", _no_health, presets, SceneDoor(tmp_path, True))
-    yield session
+    yield Wired(session, wire, desk, presets)
     wire.close()
     session.close()
+
+
+@pytest.fixture
+def router(wired: Wired) -> zenoh.Session:
+    return wired.session
 
 
 def test_a_question_that_fails_does_not_silence_the_rest(router: zenoh.Session) -> None:
@@ -76,6 +91,44 @@ def test_looking_around_is_no_panic(router: zenoh.Session, panics: list[str]) ->
     answered = next(iter(router.get(KEYS.panic, timeout=10.0)))
     assert answered.ok is not None
     assert panics == ["zenoh"]
+
+
+# What each writing question would change, if it were heard.
+WRITES: dict[str, bytes] = {
+    KEYS.set_many: msgspec.msgpack.encode([1, {"dv_pls": 0.05}]),
+    KEYS.set_one("*"): msgspec.msgpack.encode([1, 0.05]),
+    KEYS.scene_load: msgspec.msgpack.encode([1, "tom"]),
+    KEYS.lease: encode(LeaseRequest(who="secret", name="Ada")),
+    KEYS.preset_load: msgspec.msgpack.encode([1, "kept"]),
+    KEYS.preset_save: msgspec.msgpack.encode([1, "taken"]),
+    KEYS.panic: b"",
+}
+
+
+def wildcards_for(key: str) -> list[str]:
+    """Patterns that stand for this key and others, or for it alone."""
+    folder, _, name = key.rpartition("/")
+    ends = f"{folder}/$*{name[-1]}" if name != "*" else f"{folder}/d$*"
+    other_rigs = f"drumstick/*/{key.split('/', 2)[2]}"
+    return ["drumstick/**", f"{folder}/*", f"{folder}/**", f"{key}/**", ends, other_rigs]
+
+
+@pytest.mark.parametrize("key", WRITES)
+def test_no_wildcard_changes_anything(wired: Wired, panics: list[str], tmp_path: Path, key: str) -> None:
+    assert set(wired.wire.queryables.writing) == set(WRITES)  # every one of them is tried
+    wired.presets.save("kept", "test")
+    wired.desk.set({"dv_pls": 0.1}, "test")
+
+    def stands() -> tuple[object, ...]:
+        names = [row.name for row in wired.presets.list()]
+        return wired.desk.revision, wired.desk.lease_holder(), names, (tmp_path / files.WANTED).exists()
+
+    before = stands()
+    for pattern in wildcards_for(key):
+        list(wired.session.get(pattern, payload=WRITES[key], timeout=5.0))
+    assert stands() == before
+    assert panics == []
+    assert wired.wire.refused > 0
 
 
 def ask_for(router: zenoh.Session, name: object) -> str:
