@@ -28,6 +28,7 @@ from haptic_server.front import (
     HELD,
     MAGIC,
     MAGIC_CELL,
+    PID_CELL,
     SIGNATURE_CELL,
     BlockError,
     Cells,
@@ -47,7 +48,7 @@ RING_SLOTS = 16384  # three minutes of a roll at 45 Hz, two events a contact
 LATENESS_BINS = 512
 LATENESS_BIN_NS = 10_000  # the last bin takes everything above 5.1 ms
 _LAYOUT_VERSION = 2
-_PID, _POINTED = 3, 4
+_POINTED = 4
 
 Slots = npt.NDArray[np.void]
 
@@ -87,7 +88,7 @@ class Block(NamedTuple):
     @property
     def pid(self) -> int:
         """Process id of the servo."""
-        return int(self.header[_PID])
+        return int(self.header[PID_CELL])
 
     @property
     def is_pointed(self) -> bool:

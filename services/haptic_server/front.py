@@ -18,7 +18,7 @@ from realtime.atomics import add_to, peek
 STOP, PANIC, ARM, HEARTBEAT, HELD, PANICS_SEEN = 0, 8, 16, 24, 32, 40  # one cache line each
 HEADER_CELLS, CONTROL_CELLS = 8, 48
 MAGIC = 0x6B63697473  # "stick"
-MAGIC_CELL, SIGNATURE_CELL, BOOT_CELL = 0, 1, 2
+MAGIC_CELL, SIGNATURE_CELL, BOOT_CELL, PID_CELL = 0, 1, 2, 3
 DISOWNED = 0  # no signature is 0
 STALE_NS = 100_000_000
 _BYTES = 8 * (HEADER_CELLS + CONTROL_CELLS)
@@ -76,6 +76,23 @@ def was_held(folder: Path) -> bool:
     except OSError:
         return True
     return found is not None and is_held(found.control)
+
+
+def is_stuck(folder: Path) -> bool:
+    """Whether the servo whose block lies in `folder` is there and does not tick; also when that cannot be known."""
+    try:
+        found = front(folder)
+    except OSError:
+        return True
+    if found is None or is_alive(found.control):
+        return False
+    try:
+        os.kill(int(found.header[PID_CELL]), 0)
+    except ProcessLookupError:
+        return False  # it died: that is its supervisor's business
+    except PermissionError:
+        return True
+    return True
 
 
 def disown(folder: Path) -> None:

@@ -97,6 +97,9 @@ class Rig:
         except FileNotFoundError:
             return
         wanted.unlink(missing_ok=True)
+        if front.was_held(self._options.folder):
+            self._tell_held()  # and nothing stops: a servo that starts anew has forgotten which fault it was
+            return
         self._terminal.say(f"another scene: {name}")
         self._scene_before = self._scene
         self._play(scene_file.laid_out(name))
@@ -109,14 +112,17 @@ class Rig:
             service.ask_to_stop()
             service.wait_stopped(time.monotonic() + _STOP_WITHIN_S)
         if front.was_held(self._options.folder):
-            self._terminal.say(
-                f"a panic or a fault is latched: the scene stays; {command('arm', self._options.rig)} first"
-            )
+            self._tell_held()
         else:
             self._scene = scene
             scene.put(self._options.folder)
         for service in haptic:
             service.start_anew()
+
+    def _tell_held(self) -> None:
+        self._terminal.say(
+            f"a panic or a fault is latched: the scene stays; {command('arm', self._options.rig)} first"
+        )
 
     def _is_ready(self) -> bool:
         parts = self._options.parts

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from drumstick.parameters import Refusal
 from drumstick.scene import shipped_names
-from haptic_server import files
+from haptic_server import files, front
 
 
 class SceneDoor:
@@ -23,6 +23,11 @@ class SceneDoor:
             )
         if name not in shipped_names():
             raise Refusal(f"no scene {name[:80]!r}; shipped: {', '.join(shipped_names())}")
+        if front.is_stuck(self._run_dir):
+            # A servo put in its place would be free, and nobody would know of the fault.
+            raise Refusal(
+                "scene: a fault: the servo process does not tick; wait until it does, or start the rig anew"
+            )
         beside = self._run_dir / f".{files.WANTED}.{os.getpid()}"
         try:
             beside.write_text(name, encoding="utf-8")

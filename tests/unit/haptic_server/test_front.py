@@ -1,5 +1,8 @@
 """The front of the block: that a servo was held outlives it, its scene, its version, and every death in between."""
 
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -119,3 +122,16 @@ def test_a_panic_goes_on_to_the_newest_of_many_blocks(tmp_path: Path) -> None:
     (tmp_path / files.BLOCK).unlink()
     front.raise_panic(tmp_path, gateway.front)
     assert peek(gateway.control, blocks.PANIC) == 3
+
+
+def test_a_servo_that_is_there_and_does_not_tick_is_stuck(tmp_path: Path) -> None:
+    assert not front.is_stuck(tmp_path)
+    block = made(tmp_path)  # of this process, which lives
+    assert front.is_stuck(tmp_path)
+    poke(block.control, blocks.HEARTBEAT, time.monotonic_ns() + 3600 * 10**9)
+    assert not front.is_stuck(tmp_path)
+    poke(block.control, blocks.HEARTBEAT, 0)
+    with subprocess.Popen([sys.executable, "-c", ""]) as dead:
+        pass
+    block.header[front.PID_CELL] = dead.pid
+    assert not front.is_stuck(tmp_path)

@@ -1,6 +1,7 @@
 """The gateway's Zenoh side: a question that cannot be answered is refused, and the next one is heard."""
 
 import socket
+import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
@@ -13,7 +14,7 @@ from drumstick.law import law_of
 from drumstick.parameters import Refusal
 from drumstick.scene import parse, shipped_text
 from haptic_server import block as blocks
-from haptic_server import files
+from haptic_server import files, front
 from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.presets import Presets
 from haptic_server.gateway.scene_door import SceneDoor
@@ -23,6 +24,7 @@ from haptic_server.presets.store import PresetStore
 from protocol.keys import Keys
 from protocol.messages import Clock, LeaseRequest, RefusalReply, decode, encode
 from protocol.session import open_router
+from realtime.atomics import poke
 
 ROLL = parse(shipped_text("roll"), "roll")
 KEYS = Keys("wired")
@@ -53,6 +55,7 @@ def wired(tmp_path: Path, panics: list[str], monkeypatch: pytest.MonkeyPatch) ->
         probe.bind(("127.0.0.1", 0))
         endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
     mine = blocks.create(tmp_path, law_of(ROLL))  # kept: the mapping lives as long as its views
+    poke(mine.control, blocks.HEARTBEAT, time.monotonic_ns() + 3600 * 10**9)  # as if it ticked for an hour
     link = ServoLink(tmp_path, law_of(ROLL))
     session = open_router(endpoint)
     desk = ParameterDesk(ROLL, link)
@@ -155,6 +158,16 @@ def test_no_other_scene_beside_a_lease_or_a_panic(router: zenoh.Session, tmp_pat
     assert next(iter(router.get(KEYS.lease, payload=given_back, timeout=10.0))).ok is not None
     assert next(iter(router.get(KEYS.panic, timeout=10.0))).ok is not None
     assert "drumstick arm" in ask_for(router, "tom")
+    assert not (tmp_path / files.WANTED).exists()
+
+
+def test_no_other_scene_in_the_place_of_a_servo_that_does_not_tick(
+    router: zenoh.Session, tmp_path: Path
+) -> None:
+    there = front.front(tmp_path)
+    assert there is not None
+    poke(there.control, blocks.HEARTBEAT, 0)
+    assert "the servo process does not tick" in ask_for(router, "tom")
     assert not (tmp_path / files.WANTED).exists()
 
 
