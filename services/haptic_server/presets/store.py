@@ -3,7 +3,9 @@
 Writing waits for the disk (fsync), so it belongs to a thread that may wait. Reading never changes a file.
 """
 
+import errno
 import os
+import stat
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
@@ -13,6 +15,7 @@ from haptic_server.presets.preset import Preset, PresetError, checked_name, from
 _SUFFIX, _BEFORE = ".preset", ".preset.before"
 _NAMED = "presets"
 _LAST = "last"
+_NEVER_WAIT = getattr(os, "O_NONBLOCK", 0)  # Windows has no pipes among files
 
 
 class Found(NamedTuple):
@@ -70,7 +73,7 @@ class PresetStore:
     def save_last(self, preset: Preset) -> Path:
         """Keep as the last good set. What another scene had there is laid aside under that scene's name."""
         try:
-            aside = from_bytes((self._folder / f"{_LAST}{_SUFFIX}").read_bytes())
+            aside = from_bytes(_content(self._folder / f"{_LAST}{_SUFFIX}"))
         except (PresetError, OSError):
             aside = None  # none, or none that is worth keeping
         if aside is not None and aside.scene != preset.scene and is_name(_last_of(aside.scene)):
@@ -129,7 +132,7 @@ class PresetStore:
         for suffix in (_SUFFIX, _BEFORE):
             file = folder / f"{name}{suffix}"
             try:
-                preset = from_bytes(file.read_bytes())
+                preset = from_bytes(_content(file))
             except FileNotFoundError:
                 continue
             except OSError as error:
@@ -148,9 +151,17 @@ def _last_of(scene: str) -> str:
     return f"{_LAST} of {scene}"
 
 
+def _content(file: Path) -> bytes:
+    # OSC's thread reads a preset that is loaded: a pipe of that name would hold it up until somebody writes there.
+    with open(file, "rb", opener=lambda path, flags: os.open(path, flags | _NEVER_WAIT)) as opened:
+        if not stat.S_ISREG(os.fstat(opened.fileno()).st_mode):
+            raise OSError(errno.EINVAL, "it is no file")
+        return opened.read()
+
+
 def _is_whole(file: Path) -> bool:
     try:
-        from_bytes(file.read_bytes())
+        from_bytes(_content(file))
     except (PresetError, FileNotFoundError):
         return False
     return True

@@ -212,3 +212,21 @@ def test_each_scene_has_its_last_good_set(tmp_path: Path) -> None:
     assert found.preset == odd
     store.save_last(tom)
     assert store.load_last("a/b") is None
+
+
+@pytest.mark.timeout(20)
+def test_a_pipe_among_the_presets_holds_up_nobody(tmp_path: Path) -> None:
+    store = PresetStore(tmp_path)
+    saved = store.save(FIRST)
+    store.save(SECOND)
+    saved.unlink()
+    os.mkfifo(saved)
+    found = store.load("slow")
+    assert found.preset == FIRST
+    assert "cannot be read: it is no file" in found.note
+    assert [row.name for row in store.list()] == ["slow"]
+    os.mkfifo(tmp_path / "last.preset")
+    with pytest.raises(PresetError, match="it is no file"):
+        store.load_last()
+    with pytest.raises(PresetError, match="it is no file"):
+        store.save_last(FIRST)
