@@ -9,11 +9,13 @@ from typing import Any
 
 from haptic_server import files, front
 from protocol.endpoint import host_and_port
+from protocol.foreign_text import shown
 from protocol.keys import Keys, command
 from rig import folder, ports, scene_file
 from rig.admission import require_admission
 from rig.fault import OURS, Stop, wrong
 from rig.laid_out import LaidOut
+from rig.machine_needs import require_machine
 from rig.plan import HAPTIC, NOT_ESSENTIAL, PANEL, SOUND, Options, commands
 from rig.process import Service
 from rig.record import check_out
@@ -22,6 +24,7 @@ from rig.watch import Watch
 
 _LOOK_S = 0.05
 _STOP_WITHIN_S = 4.0
+_TELL_AFTER_S = 10.0
 _READY_WITHIN_S = 120.0  # the very first start compiles every kernel
 
 
@@ -47,13 +50,14 @@ class Rig:
             signal.signal(number, self._ask_to_stop)
         begun = time.monotonic()
         ready_at: float | None = None
+        told_s = _TELL_AFTER_S
         try:
             for service in self._services:
                 service.start()
             while not self._stopping:
                 now = time.monotonic()
                 self._look(now)
-                if ready_at is None and self._is_ready():
+                if ready_at is None and not self._waits_for():
                     ready_at = now
                     self._strikes_before = self._watch.strikes
                 if ready_at is not None:
@@ -61,8 +65,10 @@ class Rig:
                     if duration_s is not None and self._played_s >= duration_s:
                         break
                 elif now - begun > _READY_WITHIN_S and duration_s is not None:
-                    silent = ", ".join(s.name for s in self._services)
-                    raise Stop(OURS, f"not ready after {_READY_WITHIN_S:.0f} s (waiting for {silent})")
+                    raise Stop(OURS, f"not ready after {_READY_WITHIN_S:.0f} s: {self._waits_for()}")
+                elif now - begun > told_s:
+                    self._terminal.say(f"not ready after {told_s:.0f} s: {self._waits_for()}")
+                    told_s *= 2.0
                 self._terminal.status(self._status_line())
                 time.sleep(_LOOK_S)
         finally:
@@ -124,13 +130,17 @@ class Rig:
             f"a panic or a fault is latched: the scene stays; {command('arm', self._options.rig)} first"
         )
 
-    def _is_ready(self) -> bool:
+    def _waits_for(self) -> str:
+        """Empty when all parts play."""
         parts = self._options.parts
+        missing: list[str] = []
+        if HAPTIC in parts and self._watch.state is None:
+            missing.append("no state from the gateway")
         if SOUND in parts and self._watch.meter is None:
-            return False
+            missing.append("no meter from the sound server")
         if PANEL in parts and not ports.listens("127.0.0.1", self._options.panel_port):
-            return False
-        return self._watch.state is not None or HAPTIC not in parts
+            missing.append("no page from the panel")
+        return ", ".join(missing)
 
     def _status_line(self) -> str:
         state, meter = self._watch.state, self._watch.meter
@@ -138,7 +148,7 @@ class Rig:
             return "starting (the first start compiles for about half a minute) ..."
         sound = f" | sound load {meter.load:.0%}, {self._watch.xruns} xruns" if meter else ""
         return (
-            f"{state.status} | {state.strikes} strikes"
+            f"{shown(state.status)} | {state.strikes} strikes"
             f" | roll {state.roll_rate_Hz:5.2f} Hz, v_E {state.v_e_m_per_s:.3f} m/s"
             f" | late p99 {state.lateness_p99_us / 1e3:.2f} ms, worst {state.lateness_worst_us / 1e3:.2f} ms{sound}"
         )
@@ -202,6 +212,7 @@ def up(options: Options, scene: str, duration_s: float | None, as_json: bool) ->
         check_out(options.record, "--record")
     elif options.record_force:
         wrong("--record-force: give --record FILE.mcap too")
+    require_machine()
     laid = LaidOut(scene)
     with ExitStack() as held:
         if HAPTIC in options.parts:
