@@ -27,13 +27,13 @@ from haptic_server import block as blocks
 from haptic_server.contacts import LISTENED, SAMPLE, SLOTS
 from haptic_server.gateway.pieces import Pieces
 from haptic_server.servo import loop, memory
+from protocol.complaints import Complaints
 from protocol.messages import CONTACT_PIECE_S, encode
 from realtime import ring
 from realtime.atomics import poke
 from rig.this_machine import description
 from sound_server.build import new_engine
 from sound_server.calibrate import blow_at
-from sound_server.complaints import Complaints
 from sound_server.events import StrikeRing
 from sound_server.render import render, render_all
 from sound_server.stream.desk import ContactDesk

@@ -24,10 +24,10 @@ from audio_live import Work, idle, sorting
 from jack_device import RATE_HZ, dummy_device
 
 from drumstick.scene import Scene
+from protocol.complaints import Complaints
 from protocol.messages import Strike, encode
 from rig.this_machine import description
 from sound_server.calibrate import blow_at, build
-from sound_server.complaints import Complaints
 from sound_server.events import StrikeRing
 from sound_server.sinks.choose import named_device
 from sound_server.strikes import StrikeDesk

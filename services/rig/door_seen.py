@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from protocol.foreign_text import shown
 from protocol.keys import DEFAULT_RIG
 from rig import remote, settled
 from rig.doctor import Finding
@@ -45,16 +46,16 @@ def _told(gateway: dict[str, Any], public: dict[str, Any] | None) -> list[Findin
     )
     if public is None:
         return [Finding("public listener", True, False, "none: loopback only"), osc]
-    here = ", ".join(f"{name} {n}x" for name, n in sorted(public["present"].items())) or "nobody"
+    here = ", ".join(f"{shown(name)} {n}x" for name, n in sorted(public["present"].items())) or "nobody"
     failed, roleless = public["handshakes_refused"], public["without_role"]
-    beyond = ", ".join(f"{role} {n}x" for role, n in sorted(public["beyond_role"].items())) or "none"
+    beyond = ", ".join(f"{shown(role)} {n}x" for role, n in sorted(public["beyond_role"].items())) or "none"
     words = (
-        f"{public['endpoint']}; here now: {here}; refused {failed} handshakes, {roleless} without a role;"
+        f"{shown(public['endpoint'])}; here now: {here}; refused {failed} handshakes, {roleless} without a role;"
         f" messages beyond the sender's role: {beyond}"
     )
     good = bool(public["is_open"]) and not failed and not roleless and not public["beyond_role"]
     last = (
-        f"last: {public['last']}"
+        f"last: {shown(public['last'], 300)}"
         if public["last"]
         else "its address or port cannot be had; it is tried again"
     )

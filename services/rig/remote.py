@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 import msgspec
 
 from protocol.endpoint import host_and_port, is_tls
+from protocol.foreign_text import shown
 from protocol.keys import command
 from protocol.messages import PresetNews, PresetReply, Readback, RefusalReply, SetReply, decode
 from protocol.session import client_config
@@ -18,6 +19,7 @@ from rig.ports import listens
 from rig.settled import FarEnd
 
 _ANSWER_WITHIN_S = 2.0
+_LONGEST_REASON = 1000  # names of parameters that there are may be in it
 
 
 @contextmanager
@@ -55,7 +57,7 @@ def _ask(session: Any, key: str, payload: bytes | None = None) -> list[Any]:
     replies: list[Any] = []
     for reply in session.get(key, payload=payload, timeout=_ANSWER_WITHIN_S):
         if reply.ok is None:
-            wrong(decode(reply.err.payload.to_bytes(), RefusalReply).reason)
+            wrong(shown(decode(reply.err.payload.to_bytes(), RefusalReply).reason, _LONGEST_REASON))
         replies.append(reply.ok)
     if not replies:
         lacking(
@@ -73,7 +75,9 @@ def params_get(end: FarEnd, names: list[str], as_json: bool) -> None:
                 values[str(sample.key_expr).rpartition("/")[2]] = decode(
                     sample.payload.to_bytes(), Readback
                 ).value
-    print(json.dumps(values) if as_json else "\n".join(f"{n} = {v:g}" for n, v in sorted(values.items())))
+    print(
+        json.dumps(values) if as_json else "\n".join(f"{shown(n)} = {v:g}" for n, v in sorted(values.items()))
+    )
 
 
 def params_set(end: FarEnd, pairs: list[str], as_json: bool) -> None:
@@ -98,7 +102,7 @@ def _print_set(reply: SetReply | PresetReply, as_json: bool) -> None:
         print(json.dumps({"values": reply.values, "revision": reply.revision, "pending": reply.pending}))
         return
     waits = "  (accepted; takes effect when the stick is above the head)" if reply.pending else ""
-    print("\n".join(f"{n} = {v:g}{waits}" for n, v in reply.values.items()))
+    print("\n".join(f"{shown(n)} = {v:g}{waits}" for n, v in reply.values.items()))
 
 
 def params_watch(end: FarEnd, duration_s: float | None) -> None:
@@ -112,7 +116,8 @@ def params_watch(end: FarEnd, duration_s: float | None) -> None:
             while (sample := changes.try_recv()) is not None:
                 readback = decode(sample.payload.to_bytes(), Readback)
                 waits = " (waits)" if readback.pending else ""
-                print(f"{str(sample.key_expr).rpartition('/')[2]} = {readback.value:g}{waits}", flush=True)
+                name = shown(str(sample.key_expr).rpartition("/")[2])
+                print(f"{name} = {readback.value:g}{waits}", flush=True)
             time.sleep(0.05)
 
 
@@ -121,7 +126,7 @@ def preset_save(end: FarEnd, name: str) -> None:
     with opened(end) as session:
         payload = msgspec.msgpack.encode([1, name])
         news = decode(_ask(session, end.keys.preset_save, payload)[0].payload.to_bytes(), PresetNews)
-    print(f"preset {news.name} saved on the haptic machine")
+    print(f"preset {shown(news.name)} saved on the haptic machine")
 
 
 def preset_load(end: FarEnd, name: str, as_json: bool) -> None:
@@ -130,7 +135,7 @@ def preset_load(end: FarEnd, name: str, as_json: bool) -> None:
         payload = msgspec.msgpack.encode([1, name])
         reply = decode(_ask(session, end.keys.preset_load, payload)[0].payload.to_bytes(), PresetReply)
     if reply.note:
-        print(f"drumstick: {reply.note}", file=sys.stderr)
+        print(f"drumstick: {shown(reply.note, _LONGEST_REASON)}", file=sys.stderr)
     _print_set(reply, as_json)
 
 
@@ -142,8 +147,8 @@ def preset_list(end: FarEnd, as_json: bool) -> None:
         print(json.dumps({"presets": listed}))
         return
     for row in listed:
-        trouble = f"  ({row['trouble']})" if row["trouble"] else ""
-        print(f"{row['name']}  {row['scene']}, {row['saved_at']}{trouble}")
+        trouble = f"  ({shown(row['trouble'])})" if row["trouble"] else ""
+        print(f"{shown(row['name'])}  {shown(row['scene'])}, {shown(row['saved_at'])}{trouble}")
 
 
 def panic(end: FarEnd) -> None:

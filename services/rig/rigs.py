@@ -5,6 +5,7 @@ import time
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
+from protocol.foreign_text import shown as foreign
 from rig.remote import opened
 from rig.settled import FarEnd
 
@@ -69,16 +70,11 @@ def _shown(seen: "Seen") -> _Shown:
 
 
 def _words(shown: _Shown) -> str:
-    return _plain(f"{shown.scene or 'no scene'}, {shown.state}; {_present(dict(shown.services))}")
-
-
-def _plain(words: str) -> str:
-    # What somebody on the network made up must not steer this terminal.
-    return "".join(letter if letter.isprintable() else "?" for letter in words)
+    return f"{foreign(shown.scene or 'no scene')}, {foreign(shown.state)}; {_present(dict(shown.services))}"
 
 
 def _present(services: dict[str, int]) -> str:
-    return _plain(", ".join(f"{name} {count}" for name, count in services.items()))
+    return foreign(", ".join(f"{name} {count}" for name, count in services.items()))
 
 
 def _object(end: FarEnd, seen: "Sequence[Seen]") -> str:
@@ -102,8 +98,8 @@ def _table(end: FarEnd, seen: "Sequence[Seen]") -> str:
 def _row(seen: "Seen") -> tuple[str, ...]:
     return (
         seen.rig,
-        _plain(seen.scene or "-"),
-        _plain(seen.state),
+        foreign(seen.scene or "-"),
+        foreign(seen.state),
         "-" if seen.strikes is None else str(seen.strikes),
         "-" if seen.round_trip_ms is None else f"{seen.round_trip_ms:.1f} ms",
         _present(seen.services),

@@ -13,6 +13,8 @@ from protocol.messages import Meter, State, decode
 from protocol.session import client_config, open_client
 from rig.ports import listens
 
+_MOST_METERS = 100  # sound servers, each start of one too
+
 
 class Watch:
     """A Zenoh client that opens when the router is there."""
@@ -50,6 +52,8 @@ class Watch:
 
     def _take(self, message: State | Meter) -> None:
         if isinstance(message, Meter):
+            if message.id not in self._meters and len(self._meters) >= _MOST_METERS:
+                del self._meters[next(iter(self._meters))]
             self._meters[message.id] = message
             self._heard_meter_at = time.monotonic()
             return

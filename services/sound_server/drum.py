@@ -10,12 +10,12 @@ import time
 from collections.abc import Callable
 
 from drumstick.scene import Scene
+from protocol.complaints import Complaints
 from protocol.messages import Meter, State, decode
 from realtime.jit import Record
 from realtime.stop import StopRequest
 from sound_server.build import Unplayable, words
 from sound_server.calibrate import build
-from sound_server.complaints import Complaints
 from sound_server.engine import Engine
 from sound_server.events import StrikeRing
 from sound_server.fitting import fitted

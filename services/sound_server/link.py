@@ -15,9 +15,9 @@ import zenoh
 
 from drumstick.scene import Scene, SceneError, from_tables
 from protocol.clock import ClockMap, HapticClock, asked_clock
+from protocol.complaints import Complaints
 from protocol.keys import Keys
 from protocol.messages import ENCODING, Meter, encode
-from sound_server.complaints import Complaints
 from sound_server.stream.hearing import Hearing
 
 _RING = 256

@@ -13,13 +13,13 @@ from collections.abc import Callable, Sequence
 
 import zenoh
 
+from protocol.complaints import Complaints
 from protocol.identity import Identity
 from protocol.keys import Keys
 from protocol.pattern import is_pattern
 from protocol.session import open_client
 from realtime.notify import Supervisor
 from realtime.stop import StopRequest
-from sound_server.complaints import Complaints
 from sound_server.drum import Drum
 from sound_server.link import Link
 from sound_server.lookout import Lookout

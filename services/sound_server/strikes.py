@@ -8,8 +8,8 @@ from collections import OrderedDict
 from collections.abc import Callable
 
 from protocol.clock import HapticClock
+from protocol.complaints import Complaints
 from protocol.messages import Strike, decode
-from sound_server.complaints import Complaints
 from sound_server.events import StrikeRing
 from sound_server.punctuality import Punctuality
 

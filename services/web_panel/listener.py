@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import logging
 import math
+import time
 from collections.abc import Callable
 from typing import Any, TypeVar
 
@@ -18,6 +19,8 @@ import zenoh
 from drumstick.envelope import Limits
 from drumstick.parameters import table_of
 from drumstick.scene import SceneError, from_tables
+from protocol.complaints import Complaints
+from protocol.foreign_text import shown
 from protocol.keys import Keys
 from protocol.messages import Lease, Message, Meter, PresetNews, Readback, State, decode
 from web_panel.mirror import SILENT_AFTER_S, Mirror
@@ -27,6 +30,8 @@ from web_panel.watching import Watching
 _log = logging.getLogger("panel")
 _M = TypeVar("_M", bound=Message)
 _READBACKS_AGAIN_S = 0.5
+_QUIET_S = 10.0
+_MOST_PRESENT = 1000  # tokens; anybody who may declare them could make up any number
 # Rings: a full queue of one subscription would stop every other one of the session.
 _DEPTH = 256
 
@@ -60,7 +65,9 @@ class Listener:
         self._lease = Asking(session, keys.lease, self._read_lease)
         self._limits = Asking(session, keys.doctor, self._read_limits)
         self._revision_explained = -1
-        self._complained: set[str] = set()
+        self._complaints = Complaints(
+            time.monotonic_ns, _QUIET_S, lambda line: _log.warning("panel: %s", line)
+        )
 
     def poll(self, now: float) -> None:
         """Take what has arrived and ask for what is missing. Never blocks."""
@@ -98,10 +105,8 @@ class Listener:
         return True
 
     def _complain(self, key: str, words: str) -> None:
-        # Once for each key: a foreign program that publishes rubbish must not fill the log.
-        if key not in self._complained:
-            self._complained.add(key)
-            _log.warning("panel: %s: %s", key, words)
+        # Not once for each key: who publishes rubbish also makes up any number of keys.
+        self._complaints.complain(f"{key}: {words}")
 
     def _take_state(self, state: State, now: float) -> None:
         mirror = self._mirror
@@ -119,7 +124,11 @@ class Listener:
             *_, service, instance = str(sample.key_expr).split("/")
             for told in (mirror.present, mirror.pointed) if service == "pointer" else (mirror.present,):
                 here = sample.kind == zenoh.SampleKind.PUT
-                (told.add if here else told.discard)(f"{service}/{instance}")
+                name = shown(f"{service}/{instance}")
+                if not here:
+                    told.discard(name)
+                elif len(told) < _MOST_PRESENT:
+                    told.add(name)
 
     def _take_news(self, _: str, news: PresetNews) -> None:
         self._presets.stale = True

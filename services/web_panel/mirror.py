@@ -10,6 +10,7 @@ from protocol.messages import Cost, Membrane, Meter, Readback, Release, Spectrum
 
 SILENT_AFTER_S = 1.0  # State comes 30 times a second
 METER_LIFE_S = 3.0
+_MOST = 1000  # names of any kind: whoever may publish could make up any number
 
 
 @dataclass
@@ -75,9 +76,10 @@ class Mirror:
 
     def note_meter(self, meter: Meter, now: float) -> None:
         """Take a sound server's meter; those not heard lately are forgotten."""
-        self.meters[meter.id] = (now, meter)
         for gone in [name for name, (at, _) in self.meters.items() if now - at > METER_LIFE_S]:
             del self.meters[gone]
+        if meter.id in self.meters or len(self.meters) < _MOST:
+            self.meters[meter.id] = (now, meter)
 
     def note_scene(self, scene: Scene, table: dict[str, Parameter]) -> None:
         """Take the scene; `scenes_seen` grows when it is another one, and the old values go."""
@@ -93,6 +95,8 @@ class Mirror:
         """Take a value, unless a newer one is known. Of one revision, the one that waits no more is the newer: an
         answer to a query and a publication can overtake each other."""
         known = self.readbacks.get(name)
+        if known is None and len(self.readbacks) >= _MOST:
+            return
         if known is None or (readback.revision, not readback.pending) >= (known.revision, not known.pending):
             self.readbacks[name] = readback
         waiting = self.setpoints.get(name)

@@ -5,10 +5,12 @@ from __future__ import annotations
 import logging
 import queue
 import threading
+import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from protocol import messages
+from protocol.complaints import Complaints
 
 if TYPE_CHECKING:
     import zenoh
@@ -16,6 +18,7 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 _MOST_QUEUED = 256
 _SETTLE_PERIOD_S = 0.005
+_QUIET_S = 10.0
 
 
 def _nothing_open() -> bool:
@@ -37,6 +40,7 @@ class Questions:
         self._answer = answer
         self._settle = settle
         self.refused = 0
+        self._faults = Complaints(time.monotonic_ns, _QUIET_S, lambda line: _log.error("%s", line))
         self._queries: queue.Queue[zenoh.Query | None] = queue.Queue(_MOST_QUEUED)
         self._thread = threading.Thread(target=self._answer_all, name=name, daemon=True)
         self._thread.start()
@@ -73,7 +77,7 @@ class Questions:
         except ValueError as error:  # a Refusal and a PresetError are
             self._refuse(query, str(error))
         except Exception as error:  # noqa: BLE001  one question that fails must not silence all that come after it
-            _log.error("query %s could not be answered: %r", query.key_expr, error)
+            self._faults.complain(f"query {query.key_expr} could not be answered: {error!r}")
             self._refuse(query, f"a fault of ours: {error}")
 
     def _refuse(self, query: zenoh.Query, reason: str) -> None:

@@ -18,6 +18,8 @@ import time
 from collections import Counter
 from collections.abc import Callable
 
+from protocol.foreign_text import shown
+
 _log = logging.getLogger("door")
 _RULES = "zenoh::net::routing::interceptor::access_control"
 _FILTER = f"error,zenoh_link_tls=warn,{_RULES}=trace"
@@ -36,6 +38,7 @@ _BEYOND = re.compile(
 _KINDS_OF_MESSAGE = 9
 _MOST_KNOWN = 10_000
 _LINE_EVERY_S = 10.0
+_LONGEST = 200
 
 
 class Refusals:
@@ -65,10 +68,10 @@ class Refusals:
             self._take_rule(words, said)
         elif found := _HANDSHAKE.search(words):
             self.handshakes += 1
-            self._note(f"a handshake failed: {found['why']}")
+            self._note(f"a handshake failed: {shown(found['why'], _LONGEST)}")
         elif self._now() >= self._other_at_s:
             self._other_at_s = self._now() + _LINE_EVERY_S
-            _log.warning("%s", _printable(words))
+            _log.warning("%s", shown(words, _LONGEST))
 
     def _take_rule(self, words: str, said: str) -> None:
         if found := _CACHING.match(said):
@@ -98,7 +101,7 @@ class Refusals:
     def _note_beyond(self, found: re.Match[str]) -> None:
         role = self._role_of.get(found["who"], "a certificate of no role")
         self.beyond_role[role] += 1
-        self._note(f"{role} may not {found['what'].lower()} on {_printable(found['key'])}")
+        self._note(f"{role} may not {found['what'].lower()} on {shown(found['key'])}")
 
     def _note(self, words: str) -> None:
         self.last = words
@@ -133,11 +136,6 @@ class Refusals:
         with os.fdopen(inner, encoding="utf-8", errors="replace") as lines:
             for line in lines:
                 self.take(line)
-
-
-def _printable(words: str) -> str:
-    # Of what somebody else chose, as much as a line should hold.
-    return "".join(letter if letter.isprintable() else "?" for letter in words[:200])
 
 
 def _thread_of(words: str) -> str:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from haptic_server.door.refusals import Refusals
 from protocol.endpoint import host_and_port, is_tls
+from protocol.foreign_text import shown
 from protocol.session import Public
 
 if TYPE_CHECKING:
@@ -17,7 +18,9 @@ if TYPE_CHECKING:
 
 def told(session: zenoh.Session, public: Public, refusals: Refusals) -> dict[str, object]:
     """JSON-ready. Any thread; a system call or two."""
-    present = Counter(link.auth_identifier or "?" for link in session.info.links() if is_tls(str(link.src)))
+    present = Counter(
+        shown(link.auth_identifier or "?") for link in session.info.links() if is_tls(str(link.src))
+    )
     return {
         "endpoint": public.endpoint,
         "is_open": _is_taken(public.endpoint),

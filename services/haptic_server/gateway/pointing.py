@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 from typing import TYPE_CHECKING, Protocol
 
+from protocol.foreign_text import shown
 from protocol.keys import Keys
 from protocol.messages import Pointer, decode
 
@@ -107,7 +108,7 @@ class Pointing:
         except ValueError as error:
             if now_ns >= self._complain_at_ns:
                 self._complain_at_ns = now_ns + _COMPLAIN_NS
-                _log.warning("a pointer that cannot be read: %s", error)
+                _log.warning("a pointer that cannot be read: %s", shown(error))
             return
         if self._holder.admits(pointer, now_ns):
             self._link.point(

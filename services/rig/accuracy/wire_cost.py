@@ -8,10 +8,10 @@ import numpy as np
 from haptic_server.contacts import SAMPLE
 from haptic_server.gateway.pieces import Pieces
 from protocol.clock import HapticClock
+from protocol.complaints import Complaints
 from protocol.messages import Strike, encode
 from rig.accuracy import blows
 from rig.accuracy.timing import Window, spent_ns
-from sound_server.complaints import Complaints
 from sound_server.events import StrikeRing
 from sound_server.stream.desk import ContactDesk
 from sound_server.stream.timeline import stream_of

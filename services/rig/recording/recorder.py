@@ -15,6 +15,7 @@ from typing import Any, cast
 
 from drumstick.parameters import table_of
 from drumstick.scene import Scene, SceneError, from_tables
+from protocol.complaints import Complaints
 from protocol.messages import Message, Meter, decode
 from realtime.log import say
 from realtime.stop import StopRequest
@@ -26,6 +27,7 @@ from rig.recording.times import TimeLine, wall_minus_monotonic_ns
 from rig.settled import FarEnd
 
 _TURN_S = 0.1
+_QUIET_S = 1.0  # between complaints
 _CLOCK_EVERY_S = 10.0
 _BOOT_EVERY_S = 0.5
 _ASK_AGAIN_S = 0.2  # a rig that is not there is said so at once
@@ -108,7 +110,7 @@ class Recorder:
         self._boot = 0  # whose clock and scene the file has
         self._heard_boot = 0  # of the newest message; written by the writing thread
         self._scene = b""
-        self._complained: set[str] = set()
+        self._complaints = Complaints(time.monotonic_ns, _QUIET_S, say)
         self.result = Result(str(out))
 
     def run(self, stop: StopRequest, duration_s: float | None = None) -> Result:
@@ -221,10 +223,8 @@ class Recorder:
             self._listening.overrun["clock"] += 1  # it is measured again
 
     def _complain(self, words: str) -> None:
-        # Once each: a foreign program that publishes rubbish must not fill the log.
-        if words not in self._complained and len(self._complained) < 100:
-            self._complained.add(words)
-            self._say(words)
+        # A foreign program that publishes rubbish must not fill the log.
+        self._complaints.complain(words)
 
     # The writing thread
 

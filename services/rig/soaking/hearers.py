@@ -66,7 +66,7 @@ class SoundDesk:
     def __init__(self, clocks: Clocks) -> None:
         import numpy as np
 
-        from sound_server.complaints import Complaints
+        from protocol.complaints import Complaints
         from sound_server.events import EVENT, RING_SLOTS, StrikeRing
         from sound_server.strikes import StrikeDesk
 

@@ -13,8 +13,8 @@ from collections.abc import Callable
 import numpy as np
 
 from protocol.clock import HapticClock
+from protocol.complaints import Complaints
 from protocol.messages import CONTACT_PIECE_S, Contact, Strike, decode
-from sound_server.complaints import Complaints
 from sound_server.stream.feed import Feed, Forces
 from sound_server.stream.timeline import Stream
 from sound_server.strikes import Once

@@ -12,10 +12,10 @@ from haptic_server.gateway.pieces import Pieces
 from haptic_server.records import EVENT, RELEASE
 from haptic_server.servo import loop, memory
 from protocol.clock import HapticClock
+from protocol.complaints import Complaints
 from protocol.messages import encode
 from realtime import ring
 from realtime.atomics import poke
-from sound_server.complaints import Complaints
 from sound_server.stream.desk import ContactDesk
 from stability.catalogue import shows
 from streamed_engine import MS, Player, streamed_text

@@ -9,9 +9,9 @@ import pytest
 
 from drumstick.drum_effects import Cavity, InternalLoss, Muffle, Rim, Snare, Tension
 from membranes import energy
+from protocol.complaints import Complaints
 from protocol.messages import Strike, encode
 from sound_server.calibrate import build, full_scale
-from sound_server.complaints import Complaints
 from sound_server.events import StrikeRing
 from sound_server.render import render_all
 from sound_server.strikes import StrikeDesk

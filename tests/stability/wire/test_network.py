@@ -14,8 +14,8 @@ from typing import NamedTuple
 import pytest
 
 from protocol.clock import ClockMap, RoundTrip
+from protocol.complaints import Complaints
 from protocol.messages import Strike, encode
-from sound_server.complaints import Complaints
 from sound_server.strikes import StrikeDesk
 from stability.catalogue import shows
 

@@ -16,10 +16,10 @@ from osc_mutants import KILLERS
 from pythonosc.osc_bundle import OscBundle
 
 from haptic_server.gateway.osc.prescan import Unreadable, prescan
+from protocol.complaints import Complaints
 from protocol.messages import Strike, decode, encode
 from realtime import ring
 from realtime.atomics import peek
-from sound_server.complaints import Complaints
 from stability.catalogue import shows
 
 RECORD = np.dtype([("n", "i8")])

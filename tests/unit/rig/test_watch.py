@@ -7,7 +7,7 @@ import time
 import zenoh
 
 from protocol.keys import Keys
-from protocol.messages import State, encode
+from protocol.messages import Meter, State, encode
 from protocol.session import open_router
 from rig.watch import Watch
 
@@ -34,6 +34,17 @@ def test_what_is_no_state_is_counted_and_ends_nothing() -> None:
             watch.look()
             time.sleep(0.02)
         assert watch.strikes == 7
+        end = time.monotonic() + 30.0
+        for number in range(300):
+            meter = Meter(
+                id=f"made up {number}", t_ns=0, sink="null", peak_left=0.0, peak_right=0.0, load=0.0, xruns=1,
+                latency_ms=0.0, played=0, late=0, duplicates=0,
+            )  # fmt: skip
+            while watch.meter is None or watch.meter.id != meter.id:
+                assert time.monotonic() < end
+                router.put(keys.meter, encode(meter))
+                watch.look()
+        assert watch.xruns == 100  # one each of those that are remembered
     finally:
         watch.close()
         router.close()

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from drumstick.scene import Scene
 from protocol.clock import HapticClock
+from protocol.complaints import Complaints
 from protocol.messages import Contact, Strike, encode
 from realtime.ring import drain
 from sound_server.build import new_engine
-from sound_server.complaints import Complaints
 from sound_server.events import StrikeRing
 from sound_server.stream.desk import ContactDesk
 from sound_server.stream.timeline import PIECE, RING_SLOTS, stream_of

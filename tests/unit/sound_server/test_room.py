@@ -11,10 +11,10 @@ import pytest
 from drumstick.drum import Drum as DrumOfScene
 from drumstick.scene import Scene
 from protocol.clock import HapticClock
+from protocol.complaints import Complaints
 from protocol.messages import Contact, Strike, encode
 from realtime.stop import StopRequest
 from sound_server import options
-from sound_server.complaints import Complaints
 from sound_server.drum import Drum
 from sound_server.room import Room
 from sound_server.stage import Stage, mix

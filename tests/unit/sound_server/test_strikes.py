@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from protocol.clock import HapticClock
+from protocol.complaints import Complaints
 from protocol.messages import Strike, encode
 from realtime.ring import drain
-from sound_server.complaints import Complaints
 from sound_server.events import EVENT, RING_SLOTS, StrikeRing
 from sound_server.strikes import Once, StrikeDesk
 from stability.catalogue import shows

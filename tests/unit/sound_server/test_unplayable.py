@@ -7,12 +7,12 @@ from typing import Any
 import pytest
 
 from drumstick.scene import Scene, parse, shipped_text
+from protocol.complaints import Complaints
 from realtime.stop import StopRequest
 from rig import scenes_shown
 from rig.fault import Stop
 from sound_server.build import Unplayable, new_engine
 from sound_server.calibrate import build
-from sound_server.complaints import Complaints
 from sound_server.drum import Drum
 from sound_server.events import StrikeRing
 from sound_server.fitting import fitted

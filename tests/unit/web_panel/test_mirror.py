@@ -14,6 +14,12 @@ def state(boot: int) -> State:
     )  # fmt: skip
 
 
+METER = Meter(
+    id="a", t_ns=0, sink="null", peak_left=0.0, peak_right=0.0, load=0.0, xruns=0, latency_ms=0.0, played=0, late=0,
+    duplicates=0,
+)  # fmt: skip
+
+
 def test_silence_is_counted_from_the_last_state() -> None:
     mirror = Mirror()
     assert mirror.silent_s(10.0) is None
@@ -84,13 +90,22 @@ def test_the_same_scene_again_keeps_the_values() -> None:
 
 def test_a_sound_server_that_went_away_is_not_shown() -> None:
     mirror = Mirror()
-    meter = Meter(
-        id="a", t_ns=0, sink="null", peak_left=0.0, peak_right=0.0, load=0.0, xruns=0, latency_ms=0.0, played=0, late=0,
-        duplicates=0,
-    )  # fmt: skip
-    mirror.note_meter(meter, 0.0)
-    mirror.note_meter(msgspec.structs.replace(meter, id="b"), 2.0)
+    mirror.note_meter(METER, 0.0)
+    mirror.note_meter(msgspec.structs.replace(METER, id="b"), 2.0)
     assert [m.id for m in mirror.living_meters(2.5)] == ["a", "b"]
     assert [m.id for m in mirror.living_meters(4.0)] == ["b"]
-    mirror.note_meter(msgspec.structs.replace(meter, id="b"), 10.0)
+    mirror.note_meter(msgspec.structs.replace(METER, id="b"), 10.0)
     assert list(mirror.meters) == ["b"]
+
+
+def test_names_that_somebody_makes_up_do_not_fill_the_memory() -> None:
+    mirror = Mirror()
+    mirror.note_readback("dv_pls", Readback(value=0.3, revision=1))
+    for number in range(5000):
+        mirror.note_readback(f"made up {number}", Readback(value=0.3, revision=1))
+        mirror.note_meter(msgspec.structs.replace(METER, id=str(number)), 0.0)
+    assert len(mirror.readbacks) == len(mirror.meters) == 1000
+    mirror.note_readback("dv_pls", Readback(value=0.4, revision=2))
+    assert mirror.readbacks["dv_pls"].value == 0.4
+    mirror.note_meter(METER, 10.0)  # those that fell silent make room
+    assert [meter.id for meter in mirror.living_meters(10.0)] == [METER.id]

@@ -4,7 +4,10 @@ import logging
 import threading
 from collections import Counter
 
+from protocol.foreign_text import shown
+
 _LINE_EVERY_S = 1.0
+_LONGEST = 300
 _log = logging.getLogger(__name__)
 
 
@@ -28,7 +31,7 @@ class Tally:
         with self._lock:
             self._counts[reason] += 1
             self._untold += 1
-            self._last = f"from {source}, last: {why}"
+            self._last = f"from {source}, last: {shown(why, _LONGEST)}"
         self.tell(now_s)
 
     def tell(self, now_s: float, *, at_once: bool = False) -> None:
