@@ -49,11 +49,20 @@ def _told(gateway: dict[str, Any], public: dict[str, Any] | None) -> list[Findin
     here = ", ".join(f"{shown(name)} {n}x" for name, n in sorted(public["present"].items())) or "nobody"
     failed, roleless = public["handshakes_refused"], public["without_role"]
     beyond = ", ".join(f"{shown(role)} {n}x" for role, n in sorted(public["beyond_role"].items())) or "none"
+    over = (
+        ", ".join(f"{shown(role)} {n}x" for role, n in sorted(public.get("over_limit", {}).items())) or "none"
+    )
     words = (
         f"{shown(public['endpoint'])}; here now: {here}; refused {failed} handshakes, {roleless} without a role;"
-        f" messages beyond the sender's role: {beyond}"
+        f" messages beyond the sender's role: {beyond}; sessions ended beyond a limit: {over}"
     )
-    good = bool(public["is_open"]) and not failed and not roleless and not public["beyond_role"]
+    good = (
+        bool(public["is_open"])
+        and not failed
+        and not roleless
+        and not public["beyond_role"]
+        and over == "none"
+    )
     last = (
         f"last: {shown(public['last'], 300)}"
         if public["last"]

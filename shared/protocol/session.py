@@ -25,6 +25,8 @@ _REFUSED_AGAIN_S = 3.0  # each failed handshake holds up everybody else's joinin
 _TURN_S = 0.1
 # Nothing here is larger than a scene's text; Zenoh's own limit is 1 GB, in the memory of the receiver.
 LARGEST_MESSAGE_BYTES = 4_000_000
+# Of one link of the public listener: so much is still acted on after the link was ended for going beyond a limit.
+UNREAD_BYTES = 8192
 # A reply that finds a full queue waits so long for its reader, and then closes the link.
 SLOW_READER_US = 1_000_000
 # A network that is not there yet: the public listener is tried again.
@@ -163,6 +165,8 @@ def open_door(router: str, public: Public) -> zenoh.Session:
                 **_PATIENT,
                 "access_control": access_control(public.rigs, public.roles),
                 "transport/link/rx/max_message_size": LARGEST_MESSAGE_BYTES,
+                "transport/link/tls/so_rcvbuf": UNREAD_BYTES,
+                "transport/link/tx/batch_size": UNREAD_BYTES,
                 "transport/link/tx/queue/congestion_control/block/wait_before_close": SLOW_READER_US,
             }
         )

@@ -11,6 +11,7 @@ import signal
 import sys
 from functools import partial
 
+from haptic_server.door.allowances import Cutter
 from haptic_server.door.refusals import Refusals
 from haptic_server.door.told import told
 from protocol.identity import add_options, identity_of
@@ -57,6 +58,8 @@ def main() -> int:
     refusals.follow_zenoh()
     with open_door(router, public) as session:
         import zenoh
+
+        refusals.cut = Cutter(session).cut
 
         def answer(key: str, query: zenoh.Query) -> None:
             words = json.dumps(told(session, public, refusals))

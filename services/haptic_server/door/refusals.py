@@ -1,9 +1,10 @@
 """What Zenoh turned away at the public listener, counted from its own log: it keeps no such numbers itself.
 
 Three kinds are told there: handshakes that failed (no certificate, another authority's, out of date, no TLS at all),
-certificates of no admitted role, and messages beyond the sender's role. Zenoh lets ten failed handshakes through in a
-second at most. Of messages its log tells every one, permitted or not: that is why the listener has a process of its
-own, in which a full pipe holds up nobody on the haptic machine.
+certificates of no admitted role, and messages beyond the sender's role. What a session does within its role is counted
+too, against limits. Zenoh lets ten failed handshakes through in a second at most. Of messages its log tells every one,
+permitted or not: that is why the listener has a process of its own, in which a full pipe holds up nobody on the haptic
+machine.
 
 Zenoh logs to the process's standard output; that is turned into a pipe here, and a thread of its own reads it. Who sets
 RUST_LOG gets the log that he asks for, by way of ours, and these counters count what of it is a refusal.
@@ -18,6 +19,7 @@ import time
 from collections import Counter
 from collections.abc import Callable
 
+from haptic_server.door.allowances import Allowances
 from protocol.foreign_text import shown
 
 _log = logging.getLogger("door")
@@ -31,6 +33,9 @@ _THREAD = re.compile(r"ThreadId\((?P<thread>\d+)\)")
 _CACHING = re.compile(r"ACL \((in|e)gress\): caching permissions for `(?P<key>.*)` \.\.\.$")
 _CACHED = "Using cached result: "
 _OF_ROLE = re.compile(r"(?P<who>[0-9a-f]+) on \S*CertCommonName\((?P<role>[^)]*)\)")
+_DONE = re.compile(
+    r"(?P<who>[0-9a-f]+) (?:on \S+ )?is authorized to (?P<what>.+?) \(ingress\) on (?P<key>\S+)"
+)
 _BEYOND = re.compile(
     r"(?P<who>[0-9a-f]+) (?:on \S+ )?is unauthorized to (?P<what>.+?) \(ingress\) on (?P<key>\S+)"
 )
@@ -53,6 +58,9 @@ class Refusals:
             str, tuple[str, int]
         ] = {}  # thread -> how many lines on which key are still no messages
         self._role_of: dict[str, str] = {}  # Zenoh's name of a session -> role
+        self._allowances = Allowances()
+        self.cut: Callable[[str], None] = lambda who: None  # ends a session; called by the thread that reads
+        self.over_limit: Counter[str] = Counter()
         self.handshakes = 0
         self.without_role = 0
         self.beyond_role: Counter[str] = Counter()
@@ -84,8 +92,13 @@ class Refusals:
                 if len(self._role_of) >= _MOST_KNOWN:  # a name that is forgotten is learnt again
                     self._role_of.clear()
                 self._role_of[found["who"]] = found["role"]
-            if not self._was_foreseen(words, said) and (beyond := _BEYOND.match(said.removeprefix(_CACHED))):
+            if self._was_foreseen(words, said):
+                return
+            did = said.removeprefix(_CACHED)
+            if beyond := _BEYOND.match(did):
                 self._note_beyond(beyond)
+            elif (done := _DONE.match(did)) and done["who"] in self._role_of:
+                self._note_done(done)
 
     def _was_foreseen(self, words: str, said: str) -> bool:
         if said.startswith(_CACHED) or not self._foreseen:
@@ -103,6 +116,16 @@ class Refusals:
         self.beyond_role[role] += 1
         self._note(f"{role} may not {found['what'].lower()} on {shown(found['key'])}")
 
+    def _note_done(self, found: re.Match[str]) -> None:
+        over = self._allowances.spend(found["who"], found["what"], found["key"])
+        if over:
+            role = self._role_of[found["who"]]
+            self.over_limit[role] += 1
+            self.cut(found["who"])
+            self._note(
+                f"{role} (session {found['who']}) has {over}, the limit of one session: its link was ended"
+            )
+
     def _note(self, words: str) -> None:
         self.last = words
         self._untold += 1
@@ -117,6 +140,7 @@ class Refusals:
             "handshakes_refused": self.handshakes,
             "without_role": self.without_role,
             "beyond_role": dict(self.beyond_role),
+            "over_limit": dict(self.over_limit),
             "last": self.last,
         }
 

@@ -4,6 +4,7 @@ import logging
 
 import pytest
 
+from haptic_server.door.allowances import MOST
 from haptic_server.door.refusals import Refusals
 
 # As Zenoh 1.10 writes them, colours included.
@@ -26,6 +27,7 @@ def test_each_kind_is_counted_and_the_last_is_told() -> None:
         "handshakes_refused": 2,
         "without_role": 0,
         "beyond_role": {},
+        "over_limit": {},
         "last": "a handshake failed: invalid peer certificate: UnknownIssuer",
     }
     refusals.take(NO_ROLE)
@@ -133,6 +135,35 @@ def test_names_that_clients_choose_feign_nothing_and_fill_no_log(caplog: pytest.
         "handshakes_refused": 0,
         "without_role": 0,
         "beyond_role": {"listener": 100},
+        "over_limit": {},
         "last": "listener may not put on drumstick/r/49/ACL",
     }
     assert len(caplog.messages) == 1
+
+
+def test_who_declares_beyond_the_limit_is_named_and_ended() -> None:
+    refusals = Refusals(lambda: 0.0)
+    ended: list[str] = []
+    refusals.cut = ended.append
+    foresee(refusals, "ingress")  # from which the role is known
+    most, words = MOST["Liveliness Token"]
+    for number in range(most):
+        key = f"drumstick/r/alive/record/{number}"
+        for _ in range(2):  # told again, it is no other one
+            refusals.take(
+                rule(f"Using cached result: {WHO} is authorized to Liveliness Token (ingress) on {key}")
+            )
+    refusals.take(
+        rule(f"{WHO} on Interface(lo)+Transport(Tcp) is authorized to Query (ingress) on drumstick/r/x")
+    )
+    assert (ended, refusals.over_limit) == ([], {})
+    refusals.take(
+        rule(
+            f"Using cached result: {WHO} is authorized to Liveliness Token (ingress) on drumstick/r/alive/record/x"
+        )
+    )
+    assert ended == [WHO]
+    assert refusals.counters()["over_limit"] == {"listener": 1}
+    assert refusals.last == (
+        f"listener (session {WHO}) has more than {most} {words}, the limit of one session: its link was ended"
+    )
