@@ -12,7 +12,9 @@ from dataclasses import asdict, dataclass
 from typing import Any, cast
 
 _FORMAT = "drumstick-preset 1 sha256="
-_MOST_BYTES = 1_000_000
+MOST_BYTES = 1_000_000
+_MOST_CHARACTERS = 400  # of a name or a time
+_MOST_SHOWN = 200  # characters of what is wrong
 _NAME = re.compile(r"[A-Za-z0-9_-]([A-Za-z0-9 _.-]{0,58}[A-Za-z0-9_-])?")
 
 
@@ -56,27 +58,53 @@ def to_bytes(preset: Preset) -> bytes:
 
 def from_bytes(data: bytes) -> Preset:
     """The preset of a whole file; PresetError when a byte is missing, changed or too many."""
-    head, newline, body = data[:_MOST_BYTES].partition(b"\n")
+    head, newline, body = data[:MOST_BYTES].partition(b"\n")
     if not head.startswith(_FORMAT.encode()) or not newline:
         raise PresetError("not a preset of this version, or its beginning is damaged")
-    if head != f"{_FORMAT}{hashlib.sha256(body).hexdigest()}".encode() or len(data) > _MOST_BYTES:
+    if head != f"{_FORMAT}{hashlib.sha256(body).hexdigest()}".encode() or len(data) > MOST_BYTES:
         raise PresetError("damaged or changed by hand: its checksum does not fit")
     try:
-        tables = cast(dict[str, Any], json.loads(body))
+        tables = _table(json.loads(body, object_pairs_hook=_once_each))
         return Preset(
-            name=str(tables["name"]),
-            scene=str(tables["scene"]),
-            saved_at=str(tables["saved_at"]),
+            name=_text(tables["name"]),
+            scene=_text(tables["scene"]),
+            saved_at=_text(tables["saved_at"]),
             values=_numbers(tables["values"]),
             before=_numbers(tables["before"]),
         )
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-        raise PresetError(f"its checksum fits, but it is no preset: {error!r}") from None
+    except (ValueError, KeyError, TypeError, RecursionError, OverflowError) as error:
+        words = repr(error)[:_MOST_SHOWN]
+        raise PresetError(f"its checksum fits, but it is no preset: {words}") from None
+
+
+def _once_each(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    table = dict(pairs)
+    if len(table) < len(pairs):
+        raise ValueError("a name stands twice in one table")
+    return table
+
+
+def _table(given: object) -> dict[str, Any]:
+    if not isinstance(given, dict):
+        raise TypeError(f"a table was expected, not a {type(given).__name__}")
+    return cast(dict[str, Any], given)
+
+
+def _text(given: object) -> str:
+    if not isinstance(given, str) or len(given) > _MOST_CHARACTERS:
+        raise TypeError(f"a text of at most {_MOST_CHARACTERS} characters was expected")
+    given.encode()  # UnicodeEncodeError, a ValueError: half a character could not be sent to anybody
+    return given
 
 
 def _numbers(given: object) -> dict[str, float]:
-    numbers = {str(name): float(value) for name, value in cast(dict[str, Any], given).items()}
-    for name, value in numbers.items():
-        if not math.isfinite(value):
-            raise ValueError(f"{name} is {value}")
-    return numbers
+    return {_text(name): _number(name, value) for name, value in _table(given).items()}
+
+
+def _number(name: str, given: object) -> float:
+    if isinstance(given, bool) or not isinstance(given, int | float):
+        raise TypeError(f"{name} is no number")
+    value = float(given)  # OverflowError: a whole number may have thousands of digits
+    if not math.isfinite(value):
+        raise ValueError(f"{name} is {value}")
+    return value

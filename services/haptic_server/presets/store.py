@@ -5,17 +5,24 @@ Writing waits for the disk (fsync), so it belongs to a thread that may wait. Rea
 
 import errno
 import os
-import stat
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from haptic_server.presets.preset import Preset, PresetError, checked_name, from_bytes, is_name, to_bytes
+from haptic_server.presets.preset import (
+    MOST_BYTES,
+    Preset,
+    PresetError,
+    checked_name,
+    from_bytes,
+    is_name,
+    to_bytes,
+)
+from realtime.regular_file import read_bytes
 
 _SUFFIX, _BEFORE = ".preset", ".preset.before"
 _NAMED = "presets"
 _LAST = "last"
-_NEVER_WAIT = getattr(os, "O_NONBLOCK", 0)  # Windows has no pipes among files
 
 
 class Found(NamedTuple):
@@ -67,7 +74,9 @@ class PresetStore:
         try:
             found = self.load(name)
         except PresetError as error:
-            return Listed(name, "", "", str(error))
+            # A file's name need not be text that can be sent.
+            told = name.encode("utf-8", "backslashreplace").decode()
+            return Listed(told, "", "", str(error))
         return Listed(name, found.preset.scene, found.preset.saved_at, found.note)
 
     def save_last(self, preset: Preset) -> Path:
@@ -153,15 +162,16 @@ def _last_of(scene: str) -> str:
 
 def _content(file: Path) -> bytes:
     # OSC's thread reads a preset that is loaded: a pipe of that name would hold it up until somebody writes there.
-    with open(file, "rb", opener=lambda path, flags: os.open(path, flags | _NEVER_WAIT)) as opened:
-        if not stat.S_ISREG(os.fstat(opened.fileno()).st_mode):
-            raise OSError(errno.EINVAL, "it is no file")
-        return opened.read()
+    return read_bytes(file, MOST_BYTES)
 
 
 def _is_whole(file: Path) -> bool:
     try:
         from_bytes(_content(file))
     except (PresetError, FileNotFoundError):
+        return False
+    except OSError as error:
+        if error.errno != errno.EFBIG:
+            raise
         return False
     return True

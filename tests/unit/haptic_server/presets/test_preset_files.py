@@ -2,6 +2,8 @@
 
 import dataclasses
 import errno
+import hashlib
+import json
 import os
 from pathlib import Path
 
@@ -17,6 +19,16 @@ SECOND = Preset(
     "slow", "roll", "2026-01-02T00:00:00+00:00", {"dv_pls": 0.15, "k_hand": 30.0}, {"dv_pls": 0.2}
 )
 _NUMBERS = st.dictionaries(st.text(max_size=20), st.floats(allow_nan=False, allow_infinity=False), max_size=8)
+
+
+def preset_body(values: bytes, name: bytes = b'"a"') -> bytes:
+    """JSON of a preset with these values."""
+    return b'{"name":' + name + b',"scene":"b","saved_at":"c","values":' + values + b',"before":{}}'
+
+
+def with_checksum(body: bytes) -> bytes:
+    """A whole file: whoever makes one can make its checksum."""
+    return f"drumstick-preset 1 sha256={hashlib.sha256(body).hexdigest()}\n".encode() + body
 
 
 @given(st.text(max_size=60), st.text(max_size=60), _NUMBERS, _NUMBERS)
@@ -45,14 +57,51 @@ def test_no_byte_can_be_missing_changed_or_too_many() -> None:
 
 @pytest.mark.parametrize(
     "body",
-    [b"", b"[]", b"3", b'{"name": 1}', b'{"name":"a","scene":"b","saved_at":"c","values":3,"before":{}}'],
+    [
+        b"",
+        b"[]",
+        b"3",
+        b'{"name": 1}',
+        preset_body(b"3"),
+        preset_body(b'{"m":' + b"9" * 4000 + b"}"),  # a number that Python reads, and makes no float of
+        preset_body(b'{"m":' + b"9" * 5000 + b"}"),
+        preset_body(b'{"m":1e999}'),
+        preset_body(b'{"m":NaN}'),
+        preset_body(b'{"m":true}'),
+        preset_body(b'{"m":"0.1"}'),
+        preset_body(b'{"m":0.1,"m":0.2}'),
+        preset_body(b'{"m":' + b"[" * 100_000),
+        preset_body(b'{"\\ud800":0.1}'),
+        preset_body(b"{}", name=b"[1]"),
+        preset_body(b"{}", name=b'"\\ud800"'),
+        preset_body(b"{}", name=b'"' + b"a" * 401 + b'"'),
+    ],
 )
 def test_a_checksum_alone_makes_no_preset(body: bytes) -> None:
-    import hashlib
+    with pytest.raises(PresetError, match="it is no preset") as refused:
+        from_bytes(with_checksum(body))
+    assert len(str(refused.value)) < 300
 
-    head = f"drumstick-preset 1 sha256={hashlib.sha256(body).hexdigest()}\n".encode()
-    with pytest.raises(PresetError, match="it is no preset"):
-        from_bytes(head + body)
+
+@pytest.mark.parametrize("values", [b'{"m":' + b"9" * 4000 + b"}", b'{"\\ud800":0.1}'])
+def test_one_file_that_is_no_preset_is_listed_with_its_reason_among_the_others(
+    tmp_path: Path, values: bytes
+) -> None:
+    store = PresetStore(tmp_path)
+    folder = store.save(FIRST).parent
+    (folder / "bad.preset").write_bytes(with_checksum(preset_body(values)))
+    (folder / os.fsdecode(b"\xff.preset")).write_bytes(b"")  # a name that is no text
+    large = folder / "large.preset"
+    with large.open("wb") as file:
+        file.truncate(10**12)  # a hole: no disk has as much
+    rows = {row.name: row for row in store.list()}
+    assert list(rows) == ["bad", "large", "slow", "\\udcff"]
+    assert "it is no preset" in rows["bad"].trouble
+    assert "more than 1000000 bytes" in rows["large"].trouble
+    assert rows["slow"].trouble == ""
+    json.dumps(list(rows.values()), ensure_ascii=False).encode()
+    store.save(dataclasses.replace(FIRST, name="large"))
+    assert store.load("large").preset.values == FIRST.values
 
 
 @pytest.mark.parametrize(
@@ -223,10 +272,10 @@ def test_a_pipe_among_the_presets_holds_up_nobody(tmp_path: Path) -> None:
     os.mkfifo(saved)
     found = store.load("slow")
     assert found.preset == FIRST
-    assert "cannot be read: it is no file" in found.note
+    assert "cannot be read: not a regular file" in found.note
     assert [row.name for row in store.list()] == ["slow"]
     os.mkfifo(tmp_path / "last.preset")
-    with pytest.raises(PresetError, match="it is no file"):
+    with pytest.raises(PresetError, match="not a regular file"):
         store.load_last()
-    with pytest.raises(PresetError, match="it is no file"):
+    with pytest.raises(PresetError, match="not a regular file"):
         store.save_last(FIRST)

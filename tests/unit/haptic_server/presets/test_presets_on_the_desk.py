@@ -1,6 +1,7 @@
 """Presets on the desk: one set through the envelope, and what is restored at a start."""
 
 import dataclasses
+import hashlib
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -128,6 +129,22 @@ def test_another_scenes_last_set_is_left_alone(tmp_path: Path) -> None:
     other = Bench(tmp_path, TOM)
     other.presets.restore()
     assert other.desk.revision == 0
+
+
+def test_a_last_set_with_a_number_of_thousands_of_digits_does_not_stop_the_start(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    bench = Bench(tmp_path)
+    bench.keep({"dv_pls": 0.3})
+    last = tmp_path / "state" / "last.preset"
+    body = last.read_bytes().partition(b"\n")[2].replace(b'"dv_pls": 0.3', b'"dv_pls": ' + b"9" * 4000)
+    last.write_bytes(f"drumstick-preset 1 sha256={hashlib.sha256(body).hexdigest()}\n".encode() + body)
+    again = Bench(tmp_path)
+    again.presets.restore()
+    assert again.desk.revision == 0
+    assert "the last good set cannot be" in caplog.text
+    again.keep({"dv_pls": 0.4})  # nor does it keep the next one from being kept
+    assert again.store.load_last() is not None
 
 
 def test_one_that_is_damaged_or_no_longer_allowed_does_not_stop_the_start(
