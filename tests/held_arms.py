@@ -12,35 +12,15 @@ import arm_witness
 import live_sets
 from drumstick import envelope
 from drumstick.law import law_of
-from drumstick.scene import Scene, parse
+from drumstick.rig import Device, Guard, Hand, Servo
+from drumstick.scene import Scene
+from drumstick.stick import Stick
 from haptic_server.device.simulated import Simulated
 from haptic_server.limits import limits_of
 
 RATES_HZ, DELAYS, FRICTIONS_N = (500, 1000, 2000, 4000), (0, 0, 1, 2, 4, 8), (0.0, 0.04, 0.2)
 NEAR = 0.02  # of the boundary
 LONGEST_S, LEAST_S, STEP_S, STILL_M_PER_S = 30.0, 3.0, 0.25, 1e-3
-TEXT = """
-[stick]
-m_kg = {m}
-k_coll_N_per_m = {k}
-r_in_N_s_per_m = {r}
-k_hand_N_per_m = {k_hand}
-r_out_N_s_per_m = {r_out}
-z_ss_m = {z_ss}
-release = "{release}"
-[servo]
-rate_Hz = {rate}
-predictor = "{predictor}"
-[device]
-plant = "phantom"
-delay_ticks = {delay}
-friction_N = {friction}
-[hand]
-gesture = "hold"
-rest_s = 60.0
-[guard]
-max_force_N = {force}
-"""
 SET = {
     "m": 0.075, "k": 3500.0, "r": 75.0, "k_hand": 60.0, "r_out": 0.5, "z_ss": -0.01, "release": "unilateral",
     "rate": 1000, "predictor": "lead", "delay": 0, "friction": 0.04, "force": 8.5,
@@ -55,8 +35,16 @@ KNOWN: dict[str, dict[str, Any]] = {
 
 
 def scene_of(**values: Any) -> Scene:
-    """A held arm without effects."""
-    return parse(TEXT.format(**{**SET, **values}), "held arm")
+    """A held arm without effects, in which nobody throws."""
+    v = {**SET, **values}
+    return Scene(
+        "held arm",
+        stick=Stick(v["m"], v["k"], v["r"], v["k_hand"], v["r_out"], v["z_ss"], v["release"]),
+        servo=Servo(rate_Hz=v["rate"], predictor=v["predictor"]),
+        device=Device("phantom", v["delay"], v["friction"]),
+        hand=Hand(gesture="hold", rest_s=60.0),
+        guard=Guard(max_force_N=v["force"]),
+    )
 
 
 def judged(scene: Scene) -> envelope.Judgement:

@@ -36,7 +36,7 @@ MOST_REBOUND = 0.92
 # An arm at rest hunts by a count or two. So what one count changes of its speed by way of the damper in a tick, and how
 # fast it swings by one count on the head's spring, have limits, m/s; with these no arm was seen to hunt faster than
 # 0.01 m/s (benchmarks/held_arm.py).
-MOST_KICK_M_PER_S = 0.00055
+MOST_KICK_M_PER_S = 0.00046
 MOST_SWING_M_PER_S = 0.00705
 # And a blow as slow as that, seen in counts, must hardly grow, whatever the phases of tick and count.
 SLOW_M_PER_S = 0.01
@@ -47,6 +47,7 @@ _SLOW_PHASES, _COUNT_PHASES = 2, 4  # of the tick and of the count, in which a s
 ROOM = LONGEST_WINDOW + MOST_DELAY_TICKS + 3
 _INSIDE = 1.0 - 1e-9
 _MOST_TICKS = 400  # of a blow that is played
+_AT_REST_TICKS = 250  # then an arm that stays in the head moves by counts alone, or slowly
 
 Coefficients = npt.NDArray[np.float64]
 
@@ -141,7 +142,7 @@ def _told(blow: Blow, z: float) -> float:
 def rebound(arm: Arm, head: Head, window: int, blow: Blow, room: Coefficients) -> float:
     """Speed that the arm leaves with over the speed of its blow.
 
-    0 when it does not come out. `room`: shape (ROOM,), written to: its positions at the last ticks, and the forces that
+    Of one that does not come out: what it still moves at by encoder counts, 0 without counts. `room`: shape (ROOM,), written to: its positions at the last ticks, and the forces that
     are on their way.
     """
     a, w2 = 0.5 * arm.r_hand / arm.m, arm.k_hand / arm.m
@@ -154,7 +155,7 @@ def rebound(arm: Arm, head: Head, window: int, blow: Blow, room: Coefficients) -
         room[(places - back) % places] = _told(blow, z + back * period * blow.speed)
     for tick in range(arm.delay_ticks):
         room[places + tick] = 0.0
-    touching = False
+    touching, hunting = False, 0.0
     for tick in range(_MOST_TICKS):
         newest = tick % places
         speed = (room[newest] - room[(newest + 1) % places]) / (window * period)
@@ -177,7 +178,9 @@ def rebound(arm: Arm, head: Head, window: int, blow: Blow, room: Coefficients) -
         push = force / arm.m
         z, v = c * z + s * v + g * push, -w2 * s * z + s_rate * v + s * push
         room[(newest + 1) % places] = _told(blow, z)
-    return 0.0
+        if tick > _AT_REST_TICKS:
+            hunting = max(hunting, abs(v))
+    return hunting / blow.speed if blow.count_m > 0.0 else 0.0
 
 
 @njit()

@@ -1,5 +1,7 @@
 """A held arm comes to rest, whatever was accepted: judged by a witness that knows nothing of envelope and guard."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -7,12 +9,13 @@ import arm_witness
 import held_arms
 import live_sets
 from drumstick import envelope
+from drumstick.effects.pulse import Pulse
 from drumstick.law import law_of
 from drumstick.parameters import Refusal
-from drumstick.scene import Scene, parse
+from drumstick.scene import Scene
 from haptic_server.records import NO_FAULT, SELF_DRIVEN
 from haptic_server.servo import loop
-from held_arms import KNOWN, SET, Trial, play, scene_of
+from held_arms import KNOWN, Trial, play, scene_of
 from stability.catalogue import shows
 
 SECONDS = 6.0
@@ -130,8 +133,7 @@ def test_the_motors_give_no_more_than_what_is_stored_and_the_pulses(seed: int) -
     while pulses < 8:
         values = held_arms.drawn(rng)
         dv, tau = rng.uniform(0.01, 0.2), rng.uniform(1e-3, 0.02)
-        text = f"[effects.pulse]\ndv_m_per_s = {dv}\ntau_s = {tau}\n"
-        scene = parse(held_arms.TEXT.format(**{**SET, **values}) + text, "pulses")
+        scene = dataclasses.replace(held_arms.scene_of(**values), effects={"pulse": Pulse(dv, tau)})
         if held_arms.judged(scene).code != envelope.OK:
             continue
         pulses += 1
