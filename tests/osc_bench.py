@@ -16,6 +16,7 @@ from drumstick.parameters import Refusal, table_of, values_of, with_changes
 from drumstick.scene import parse
 from haptic_server.gateway.lease import Holder, Lease
 from haptic_server.gateway.osc.front import OscFront
+from haptic_server.gateway.rounding import is_same
 from haptic_server.presets.preset import PresetError
 from protocol.messages import Release, SetReply, Strike
 from protocol.requests import ANYBODY, Claim
@@ -59,6 +60,9 @@ class FakeDesk:
             raise RuntimeError("the block is gone")
         return values_of(self._law, self.table)
 
+    def accepted_values(self) -> dict[str, float]:
+        return self.values()
+
     def take_lease(self, who: str, name: str, seconds: float) -> Holder:
         return self.lease.take(who, name, seconds, self.now_s)
 
@@ -72,7 +76,11 @@ class FakeDesk:
         self.asked.append(dict(changes))
         if changes.get("dv_pls", 0.0) > 5.0:
             raise Refusal("dv_pls: the roll could reach 20 m/s, the limit is 10 m/s")
-        self._law = with_changes(self._law, self.table, changes)
+        before = self.values()
+        law = with_changes(self._law, self.table, changes)
+        if all(is_same(value, before[name]) for name, value in changes.items()):
+            return SetReply(values={n: before[n] for n in changes}, revision=len(self.sets), pending=False)
+        self._law = law
         self.sets.append((dict(changes), source))
         values = self.values()
         if self.after_set is not None:

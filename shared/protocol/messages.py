@@ -86,7 +86,7 @@ class State(Message, array_like=True, frozen=True, kw_only=True):
 
 
 class Readback(Message, array_like=True, frozen=True, kw_only=True):
-    """One parameter as the servo uses it; `revision` grows with every accepted set."""
+    """One parameter as the servo uses it; `revision` grows with every accepted change."""
 
     value: float
     revision: int

@@ -21,8 +21,14 @@ class Desk(Protocol):
         """The servo's readback, SI units; NaN where a parameter has no value (z_h0 of a hand without stiffness)."""
         ...
 
+    def accepted_values(self) -> dict[str, float]:
+        """What the servo will use once it has taken the newest accepted set."""
+        ...
+
     def set(self, changes: Mapping[str, float], source: str, claim: Claim = ANYBODY) -> SetReply:
         """Set all of `changes` or, raising drumstick.parameters.Refusal, none. Blocks a few ms at most.
+
+        No readback follows an answer that is not pending: what was set is so already.
 
         `source` names who asked, for the log, e.g. "osc 127.0.0.1:50412"; `claim`: what must hold for it.
         """

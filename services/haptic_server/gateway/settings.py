@@ -7,7 +7,7 @@ import logging
 import math
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import NamedTuple
 
 from drumstick import envelope, parameters
@@ -16,6 +16,7 @@ from drumstick.parameters import Parameter, Refusal
 from drumstick.scene import Scene
 from haptic_server.gateway.lease import Holder, Lease
 from haptic_server.gateway.link import ServoLink
+from haptic_server.gateway.rounding import is_same
 from haptic_server.permission import EVENTS, SCENE, SET
 from protocol.keys import DEFAULT_RIG, command
 from protocol.messages import SetReply
@@ -108,7 +109,8 @@ class ParameterDesk:
         """Accept all of `changes` or raise Refusal; the servo takes them when the stick is above the head.
 
         Changes build on the newest accepted set, so nothing accepted before is lost while it waits. Somebody else's
-        lease refuses them, and so does a newer set than the one that the claim names.
+        lease refuses them, and so does a newer set than the one that the claim names. Values that the newest accepted
+        set has already, to 32 bits, make no revision and no readback; the answer's `pending` is then whether they wait.
         """
         if not changes:
             raise Refusal("an empty set: name at least one parameter")
@@ -119,6 +121,13 @@ class ParameterDesk:
                     f"set for revision {claim.revision}, but somebody made it {self._revision}: look again"
                 )
             wanted = parameters.with_changes(self._accepted, self.table, changes)
+            present = parameters.values_of(self._accepted, self.table)
+            same = {name for name, value in changes.items() if is_same(value, present[name])}
+            if len(same) == len(changes):
+                return self._nothing_changes(present, changes)
+            if same:  # what was only rounded on its way stays what it is to the last digit
+                kept = {name: present[name] if name in same else value for name, value in changes.items()}
+                wanted = parameters.with_changes(self._accepted, self.table, kept)
             envelope.require(wanted, self._limits)
             self._accepted = wanted
             self._revision += 1
@@ -129,6 +138,13 @@ class ParameterDesk:
             return SetReply(
                 values={name: values[name] for name in changes}, revision=self._revision, pending=True
             )
+
+    def _nothing_changes(self, present: Mapping[str, float], names: Iterable[str]) -> SetReply:
+        # No revision, and no readback beyond the one that a set before it may still wait for.
+        live = parameters.values_of(self._live, self.table)
+        pending = any(name in self._touched or live[name] != present[name] for name in names)
+        revision = self._revision if pending else self._live_revision
+        return SetReply(values={name: present[name] for name in names}, revision=revision, pending=pending)
 
     def panic(self, source: str) -> None:
         """Zero force, latched; only `drumstick arm` on this machine clears it."""

@@ -3,6 +3,7 @@
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from drumstick.law import law_of
@@ -13,7 +14,7 @@ from haptic_server import files
 from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.settings import ParameterDesk
 from haptic_server.servo import loop, memory
-from protocol.requests import ANYBODY
+from protocol.requests import ANYBODY, Claim
 from realtime.atomics import poke
 
 ROLL = parse(shipped_text("roll"), "roll")
@@ -59,10 +60,55 @@ def test_what_is_shown_is_the_servos(bench: Bench) -> None:
     assert not bench.desk.pending
 
 
-def test_an_accepted_set_is_echoed_even_when_it_changes_nothing(bench: Bench) -> None:
-    bench.desk.set({"tau": 0.002}, "test")
+@pytest.mark.parametrize("value", [0.002, 0.002 * (1 + 1e-9), float(np.float32(0.002))])
+def test_a_set_that_changes_nothing_makes_no_revision_and_no_echo(bench: Bench, value: float) -> None:
+    reply = bench.desk.set({"tau": value, "dv_pls": 0.2}, "test")
+    assert (reply.values, reply.revision, reply.pending) == ({"tau": 0.002, "dv_pls": 0.2}, 0, False)
+    assert (bench.desk.revision, bench.desk.pending) == (0, False)
     bench.tick(200)
-    assert bench.echoes() == {"tau": 0.002}
+    assert bench.echoes() == {}
+
+
+def test_what_is_compared_is_the_newest_accepted_set_though_it_waits(bench: Bench) -> None:
+    first = bench.desk.set({"dv_pls": 0.3}, "test")
+    again = bench.desk.set({"dv_pls": 0.3}, "another")
+    assert (again.values, again.revision, again.pending) == ({"dv_pls": 0.3}, first.revision, True)
+    other = bench.desk.set({"tau": 0.002}, "another")  # is so already, whatever waits beside it
+    assert (other.revision, other.pending) == (0, False)
+    bench.desk.set({"dv_pls": 0.2}, "back")  # what the servo uses, but not what was accepted
+    assert bench.desk.revision == first.revision + 1
+    assert bench.desk.set({"dv_pls": 0.2}, "back").pending
+    bench.tick(200)
+    assert bench.echoes() == {"dv_pls": 0.2}
+
+
+def test_one_value_that_differs_makes_a_change_and_the_others_keep_their_last_digit(bench: Bench) -> None:
+    before = bench.desk.values()
+    given = {name: float(np.float32(value)) for name, value in before.items() if name != "z_h0"}
+    reply = bench.desk.set({**given, "dv_pls": 0.3}, "test")
+    assert (reply.revision, reply.pending) == (1, True)
+    bench.tick(200)
+    assert bench.echoes().keys() == given.keys()
+    after = bench.desk.values()
+    assert {n: v for n, v in after.items() if n != "dv_pls"} == {
+        n: v for n, v in before.items() if n != "dv_pls"
+    }
+
+
+def test_z_h0_in_a_batch_holds_although_it_is_so_already(bench: Bench) -> None:
+    before = bench.desk.values()
+    bench.desk.set({"k_hand": 40.0, "z_h0": before["z_h0"]}, "test")
+    assert bench.desk.accepted_values()["z_h0"] == pytest.approx(before["z_h0"], abs=1e-12)
+    assert bench.desk.accepted_values()["z_ss"] != before["z_ss"]
+
+
+def test_what_changes_nothing_is_refused_beside_a_lease_and_by_an_old_revision(bench: Bench) -> None:
+    bench.desk.set({"dv_pls": 0.3}, "test")
+    with pytest.raises(Refusal, match="for revision 0"):
+        bench.desk.set({"dv_pls": 0.3}, "test", Claim(revision=0))
+    bench.desk.take_lease("hers", "Ada", 5.0)
+    with pytest.raises(Refusal, match="Ada is tuning"):
+        bench.desk.set({"dv_pls": 0.3}, "test")
 
 
 def test_z_h0_is_echoed_when_the_mass_moves_it(bench: Bench) -> None:

@@ -1,6 +1,7 @@
 """The OSC front: one UDP socket, one receive thread, everything that goes out and comes in by OSC."""
 
 import logging
+import math
 import select
 import socket
 import threading
@@ -13,9 +14,11 @@ from haptic_server.gateway.osc.echoes import Echoes
 from haptic_server.gateway.osc.inbound import Inbound, LoadPreset, Network
 from haptic_server.gateway.osc.naming import find, numeric, split
 from haptic_server.gateway.osc.outlet import Outlet
+from haptic_server.gateway.osc.own import OwnAddress
 from haptic_server.gateway.osc.prescan import MAX_BYTES
 from haptic_server.gateway.osc.tally import Tally
 from haptic_server.gateway.osc.targets import Endpoint, Targets
+from haptic_server.gateway.osc.told import Told
 from protocol import osc
 from protocol.messages import Release, Strike
 
@@ -48,6 +51,7 @@ class OscFront:
         self._now = now
         self._tally = Tally()
         self._echoes = Echoes()
+        self._told = Told()
         known, names = split(targets)
         self._udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
@@ -55,8 +59,9 @@ class OscFront:
             self._udp.bind(numeric(bind))  # without SO_REUSEADDR: a taken port is an error
             host, port = self._udp.getsockname()
             self.endpoint: Endpoint = (str(host), int(port))
-            if self.endpoint in known:
-                raise ValueError(f"{host}:{port} is where OSC is heard: send to another port")
+            self._own = OwnAddress(self.endpoint)
+            if own := [f"{host}:{port}" for host, port in known if self._own.holds((host, port))]:
+                raise ValueError(f"{own[0]} is where OSC is heard: send to another port")
         except BaseException:
             self._udp.close()
             raise
@@ -67,10 +72,11 @@ class OscFront:
             desk,
             load_preset,
             allow,
-            self.endpoint,
+            self._own,
             self._outlet,
             self._targets,
             self._echoes,
+            self._told,
             self._tally,
         )
         self._closing = threading.Event()
@@ -138,11 +144,11 @@ class OscFront:
 
     def readback(self, name: str, value: float, norm: float) -> None:
         """Send what the servo uses now, to every target and to whoever set this value within the last second."""
-        p = self._prefix
-        self._send_all(
-            lambda: [osc.param(p, name, value), osc.param_norm(p, name, norm)],
-            self._echoes.claim(name, value, self._now()),
-        )
+        p, now_s = self._prefix, self._now()
+        claimed = self._echoes.claim(name, value, now_s)
+        if math.isfinite(value):
+            self._told.note(name, value, [t for t in self._targets.present(now_s) if t not in claimed], now_s)
+        self._send_all(lambda: [osc.param(p, name, value), osc.param_norm(p, name, norm)], claimed)
 
     def alive(self, rig: str, status: str, strikes: int) -> None:
         """Send /alive; once a second."""
@@ -175,7 +181,7 @@ class OscFront:
         self._inbound.hear(datagram, sender, self._now())
 
     def _found(self, target: Endpoint) -> None:
-        if target == self.endpoint:
+        if self._own.holds(target):
             _log.error("%s:%d is where OSC is heard: nothing is sent there", *target)
         else:
             self._targets.add(target)

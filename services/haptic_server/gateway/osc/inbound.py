@@ -7,7 +7,6 @@ target, and changes nothing; a flood of mistakes is counted, but answered only 2
 import logging
 import math
 import secrets
-import struct
 from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache, partial
 from ipaddress import IPv4Network, IPv6Network, ip_address
@@ -16,11 +15,16 @@ from drumstick.parameters import Parameter, Refusal
 from haptic_server.gateway.desk import Desk
 from haptic_server.gateway.lease import LONGEST_S
 from haptic_server.gateway.osc.allowance import Allowance
+from haptic_server.gateway.osc.arguments import Refused, in_range, number, port, text
 from haptic_server.gateway.osc.echoes import Echoes
 from haptic_server.gateway.osc.outlet import Outlet
+from haptic_server.gateway.osc.own import OwnAddress
+from haptic_server.gateway.osc.pace import SETS_A_SECOND, Pace, Verdict
 from haptic_server.gateway.osc.prescan import Unreadable, prescan
 from haptic_server.gateway.osc.tally import Tally
 from haptic_server.gateway.osc.targets import MOST_SUBSCRIPTIONS, SUBSCRIPTION_S, Endpoint, Targets
+from haptic_server.gateway.osc.told import Told
+from haptic_server.gateway.rounding import is_norm_of
 from haptic_server.presets.preset import PresetError
 from protocol import osc
 from protocol.requests import Claim
@@ -36,57 +40,16 @@ _REMEMBERED_HOSTS = 1024
 _log = logging.getLogger(__name__)
 
 
-class Refused(Exception):
-    """A message that is not acted on: `reason` is what it is counted under, the text is for the sender."""
-
-    def __init__(self, reason: str, why: str) -> None:
-        super().__init__(why)
-        self.reason = reason
-
-
 LoadPreset = Callable[[str, str, Claim], object]
 _Action = Callable[[Sequence[osc.Argument], Endpoint, float], None]
-
-
-def _as_float32(value: float) -> float:
-    return struct.unpack(">f", struct.pack(">f", value))[0]
-
-
-def _number(args: Sequence[osc.Argument]) -> float:
-    if len(args) != 1 or isinstance(args[0], str):
-        raise Refused("arguments", "send one number to set, nothing to ask")
-    return float(args[0])
-
-
-def _in_range(row: Parameter, value: float) -> float:
-    # A limit such as 1e-6 is no 32-bit number: what a client sends for it, or echoes back, lies a rounding beyond it.
-    for limit in (row.quantity.low, row.quantity.high):
-        if math.isfinite(value) and value == _as_float32(limit):
-            return limit
-    return row.check(value)
-
-
-def _text(args: Sequence[osc.Argument]) -> str:
-    if len(args) != 1 or not isinstance(args[0], str):
-        raise Refused("arguments", "send one text")
-    return args[0]
 
 
 def _named(sender: Endpoint) -> str:
     return f"osc {sender[0]}:{sender[1]}"
 
 
-def _port(args: Sequence[osc.Argument]) -> int:
-    if len(args) == 1 and not isinstance(args[0], str):
-        value = args[0]
-        # Pd sends every number as a float.
-        if math.isfinite(value) and value == int(value) and 1 <= value <= 65535:
-            return int(value)
-    raise Refused("arguments", "send one port, 1 to 65535")
-
-
 class Inbound:
-    """Hears datagrams. `own` is the endpoint of the front's own socket, which must never become a target.
+    """Hears datagrams. `own` is the front's own socket, which is never heard and never becomes a target.
 
     `load_preset(name, source, claim)` raises PresetError or Refusal.
     """
@@ -97,10 +60,11 @@ class Inbound:
         desk: Desk,
         load_preset: LoadPreset,
         allow: Sequence[Network],
-        own: Endpoint,
+        own: OwnAddress,
         outlet: Outlet,
         targets: Targets,
         echoes: Echoes,
+        told: Told,
         tally: Tally,
     ) -> None:
         self._prefix = prefix
@@ -111,6 +75,9 @@ class Inbound:
         self._outlet = outlet
         self._targets = targets
         self._echoes = echoes
+        self._told = told
+        self._pace = Pace()
+        self._heard_itself = False
         self._tally = tally
         self._errors = Allowance(*ERRORS_A_SECOND)
         self._syncs = Allowance(*SYNCS_A_SECOND)
@@ -146,6 +113,9 @@ class Inbound:
 
     def hear(self, datagram: bytes, sender: Endpoint, now_s: float) -> None:
         """Act on one datagram, or refuse it. Never raises."""
+        if self._own.holds(sender):
+            self._note_own()
+            return
         if not self._allowed(sender[0]) and sender not in self.insiders:
             self._tally.refuse("source", sender[0], "this source is not allowed", now_s)
             return
@@ -170,8 +140,19 @@ class Inbound:
         else:
             self._tally.count("served")
 
+    def _note_own(self) -> None:
+        self._tally.count("own")
+        if not self._heard_itself:  # once: it comes back with every message that goes out
+            self._heard_itself = True
+            _log.warning(
+                "osc: what the rig sends comes back to its own port, and is dropped: look at the targets"
+            )
+
     def _refuse(self, reason: str, address: str, why: str, sender: Endpoint, now_s: float) -> None:
         # Count, tell, and answer unless the sender has had its answers of this second.
+        if not why:
+            self._tally.count(reason)
+            return
         self._tally.refuse(reason, sender[0], f"{address}: {why}", now_s)
         if address in self._never_answered or not self._errors.spend(sender, now_s):
             return
@@ -189,8 +170,9 @@ class Inbound:
     def _param(self, row: Parameter, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
         if not args:
             self._tell(row, sender, now_s)
-        else:
-            self._set(row, _in_range(row, _number(args)), sender, now_s)
+            return
+        self._require_calm(sender, now_s)
+        self._set(row, in_range(row, number(args)), sender, now_s)
 
     def _param_norm(
         self, row: Parameter, args: Sequence[osc.Argument], sender: Endpoint, now_s: float
@@ -198,39 +180,59 @@ class Inbound:
         if not args:
             self._tell(row, sender, now_s)
             return
-        norm = _number(args)
+        self._require_calm(sender, now_s)
+        norm = number(args)
         if not 0.0 <= norm <= 1.0:
             raise Refused("value", f"{norm:g} is outside 0 .. 1")
-        self._set(row, row.from_norm(norm), sender, now_s)
+        present = self._desk.accepted_values()[row.name]
+        same = math.isfinite(present) and is_norm_of(row, norm, present)
+        self._set(row, present if same else row.from_norm(norm), sender, now_s)
+
+    def _require_calm(self, sender: Endpoint, now_s: float) -> None:
+        # One error, and then silence: whoever floods the rig with sets would get a flood of answers, and answer them.
+        verdict = self._pace.judge(sender, now_s)
+        if verdict is Verdict.HELD_FIRST:
+            why = f"more than {SETS_A_SECOND:g} sets a second: a loop? None is taken from you until there are fewer"
+            raise Refused("held_back", why)
+        if verdict is Verdict.HELD:
+            raise Refused("held_back", "")
 
     def _tell(self, row: Parameter, sender: Endpoint, now_s: float) -> None:
-        packets = self._both_forms(row, self._desk.values()[row.name])
-        shared = self._shared_asks.spend(sender, now_s)
-        self._outlet.send(packets, self._with_targets(sender, now_s) if shared else [sender])
+        value = self._desk.values()[row.name]
+        packets = self._both_forms(row, value)
+        targets = self._targets.present(now_s) if self._shared_asks.spend(sender, now_s) else []
+        self._note_told(row.name, value, targets, sender, now_s)
+        self._outlet.send(packets, [sender, *targets])
+
+    def _note_told(
+        self, name: str, value: float, targets: Iterable[Endpoint], sender: Endpoint, now_s: float
+    ) -> None:
+        self._told.note(name, value, [target for target in targets if target != sender], now_s)
 
     def _set(self, row: Parameter, value: float, sender: Endpoint, now_s: float) -> None:
-        present = self._desk.values()[row.name]
         before = self._echoes.expect(row.name, sender, value, now_s)
         try:
             reply = self._desk.set({row.name: value}, _named(sender), self._claim(sender))
         except Refusal:
             self._echoes.forget(row.name, sender, before)
             raise
-        accepted = reply.values.get(row.name, value)
-        is_target = sender in self._targets.present(now_s)
-        if not is_target and math.isfinite(present) and _as_float32(accepted) == _as_float32(present):
-            # Nothing will change, so nothing need be waited for. Targets hear of it when the servo latches the set.
+        if not reply.pending:
+            # Nothing changes, so no readback will come. The sender alone is answered.
             self._echoes.forget(row.name, sender)
-            self._outlet.send(self._both_forms(row, present), [sender])
+            accepted = reply.values[row.name]
+            if self._told.spend(row.name, accepted, sender, now_s):
+                self._outlet.send(self._both_forms(row, accepted), [sender])
 
     def _sync(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
         # Buttons of touch screens send a number with every message: it means nothing here.
         if not self._syncs.spend(sender, now_s):
             raise Refused("too_often", f"asked more than {SYNCS_A_SECOND[0]} times in a second")
         values = self._desk.values()
-        endpoints = self._with_targets(sender, now_s)
+        targets = self._targets.present(now_s)
+        endpoints = [sender, *targets]
         for name, row in self._desk.table.items():
             if math.isfinite(values[name]):
+                self._note_told(name, values[name], targets, sender, now_s)
                 self._outlet.send(self._both_forms(row, values[name]), endpoints)
             else:
                 refused = osc.address(self._prefix, osc.SET, name)
@@ -246,8 +248,8 @@ class Inbound:
 
     def _subscribe(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
         self._require_own_address(sender)
-        endpoint = (sender[0], _port(args))
-        if endpoint == self._own:
+        endpoint = (sender[0], port(args))
+        if self._own.holds(endpoint):
             raise Refused("arguments", "that is the rig's own port")
         if not self._targets.subscribe(endpoint, now_s):
             why = f"{MOST_SUBSCRIPTIONS} ports have subscribed: wait {SUBSCRIPTION_S:g} s for one to expire"
@@ -255,7 +257,7 @@ class Inbound:
 
     def _unsubscribe(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
         self._require_own_address(sender)
-        self._targets.unsubscribe(sender[0], _port(args) if args else None)
+        self._targets.unsubscribe(sender[0], port(args) if args else None)
 
     def _require_own_address(self, sender: Endpoint) -> None:
         if sender in self.insiders:  # its address is ours, and so would be whose subscriptions it changes
@@ -265,13 +267,13 @@ class Inbound:
         return Claim(lease=f"{self._secret} {_named(sender)}")
 
     def _preset_load(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
-        name = _text(args)
+        name = text(args)
         if not self._loads.spend(sender, now_s):
             raise Refused("too_often", f"more than {PRESETS_A_SECOND[0]} presets in a second")
         self._load_preset(name, _named(sender), self._claim(sender))
 
     def _take_lease(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
-        name = _text(args)
+        name = text(args)
         seconds = LONGEST_S if name else 0.0
         holder = self._desk.take_lease(self._claim(sender).lease, name or _named(sender), seconds)
         self._outlet.send([osc.lease(self._prefix, *holder)], [sender])

@@ -251,10 +251,10 @@ def test_presets_are_capped_for_each_sender() -> None:
     with client() as a, client() as b, opened_front(desk, now=time) as front:
         for _ in range(50):
             front.hear(built(P + "/preset/load", "slow"), a.endpoint)
-        assert len(desk.sets) == 5
+        assert len(desk.asked) == 5
         assert "more than 5 presets in a second" in str(a.waiting()[-1])
         front.hear(built(P + "/preset/load", "slow"), b.endpoint)
-        assert len(desk.sets) == 6
+        assert len(desk.asked) == 6
         time.s += 1.0
         front.hear(built(P + "/preset/load", "slow"), a.endpoint)
-        assert len(desk.sets) == 7
+        assert len(desk.asked) == 7

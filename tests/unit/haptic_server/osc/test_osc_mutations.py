@@ -20,7 +20,7 @@ def _assert_serves(front: OscFront, desk: FakeDesk, time: Time) -> None:
         time.s += 1.0
         desk.now_s += 10.0  # a mutant may have taken the lease
         sets, panics = len(desk.sets), len(desk.panics)
-        front.hear(built(P + "/param/r_in", 1.0), good.endpoint)
+        front.hear(built(P + "/param/r_in", 1.0 + 1e-3 * sets), good.endpoint)  # another value each time
         front.hear(built(P + "/panic"), good.endpoint)
         assert (len(desk.sets), len(desk.panics)) == (sets + 1, panics + 1)
 

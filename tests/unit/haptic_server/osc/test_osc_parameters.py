@@ -2,10 +2,13 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from haptic_server.gateway.osc.echoes import MOST_WAITING, Echoes
+from haptic_server.gateway.osc.told import ANSWERS, Told
 from osc_bench import FakeDesk, Time, built, client, opened_front, tell
+from protocol import osc
 
 P = "/drumstick"
 
@@ -211,11 +214,80 @@ def test_setting_what_is_already_so_is_echoed_at_once() -> None:
             ]
 
 
-def test_a_target_that_sets_what_is_already_so_waits_for_the_servo_like_all_targets() -> None:
-    with client() as target, opened_front(FakeDesk(), target) as front:
-        assert tell(front, target, built(P + "/param/dv_pls", 0.2)) == []
-        front.readback("dv_pls", 0.2, 0.02)
-        assert len(target.waiting()) == 2
+@pytest.mark.parametrize("form", ["", "/norm"])
+def test_setting_what_is_already_so_is_told_to_nobody_else(form: str) -> None:
+    desk = FakeDesk()
+    with client() as a, client() as sender, client() as b, opened_front(desk, a, sender, b) as front:
+        value = 0.2 if not form else desk.table["dv_pls"].norm(0.2)
+        answers = tell(front, sender, built(f"{P}/param/dv_pls{form}", value))
+        assert answers == [
+            ("/drumstick/param/dv_pls", [near(0.2)]),
+            ("/drumstick/param/dv_pls/norm", [near(0.02)]),
+        ]
+        assert a.waiting() == b.waiting() == []
+        assert desk.sets == []
+
+
+@pytest.mark.parametrize("name", ["k_coll", "z_ss", "z_h0", "tau", "m", "dv_pls"])
+def test_what_comes_back_from_a_rig_that_holds_32_bits_is_no_change(name: str) -> None:
+    ours, theirs = FakeDesk(), FakeDesk()
+    row = ours.table[name]
+    with client() as a, opened_front(ours) as front, opened_front(theirs) as other:
+        for share in range(1, 400):
+            value = row.from_norm(0.3 + share * 1e-3 / 3.0)
+            ours.set({name: value}, "test")
+            tell(other, a, osc.param(P, name, ours.values()[name]))
+            changes = (len(ours.sets), len(theirs.sets))
+            tell(other, a, osc.param_norm(P, name, row.norm(ours.values()[name])))
+            tell(front, a, osc.param(P, name, theirs.values()[name]))
+            tell(front, a, osc.param_norm(P, name, row.norm(theirs.values()[name])))
+            assert (len(ours.sets), len(theirs.sets)) == changes
+
+
+@pytest.mark.parametrize("name", ["k_coll", "z_ss", "dv_pls"])
+def test_the_next_number_of_32_bits_is_a_change(name: str) -> None:
+    desk = FakeDesk()
+    with client() as a, opened_front(desk) as front:
+        following = float(np.nextafter(np.float32(desk.values()[name]), np.float32(math.inf)))
+        tell(front, a, built(f"{P}/param/{name}", following))
+        assert desk.sets[-1][0] == {name: following}
+
+
+def test_what_a_target_was_told_anyway_is_not_told_again_when_it_sends_it_back() -> None:
+    time = Time()
+    with client() as target, client() as plain, opened_front(FakeDesk(), target, now=time) as front:
+        back = built(P + "/param/dv_pls", 0.2)
+        for tell_it in (
+            lambda: front.readback("dv_pls", 0.2, 0.02),
+            lambda: front.hear(built(P + "/param/dv_pls"), plain.endpoint),
+            lambda: front.hear(built(P + "/sync"), plain.endpoint),
+        ):
+            tell_it()
+            plain.waiting()
+            target.waiting()
+            assert tell(front, target, back) == []
+            assert len(tell(front, plain, back)) == 2
+            time.s += 2.0
+        assert len(tell(front, target, back)) == 2
+
+
+def test_the_same_again_and_again_is_answered_a_few_times() -> None:
+    time = Time()
+    with client() as a, client() as b, opened_front(FakeDesk(), now=time) as front:
+        same = built(P + "/param/dv_pls", 0.2)
+        assert sum(len(tell(front, a, same)) for _ in range(50)) == 2 * ANSWERS
+        assert len(tell(front, b, same)) == 2
+        time.s += 2.0
+        assert len(tell(front, a, same)) == 2
+
+
+def test_a_crowd_that_is_told_is_not_remembered() -> None:
+    told = Told()
+    crowd = [("127.0.0.1", port) for port in range(1, 1001)]
+    told.note("tau", 0.5, crowd, 0.0)
+    assert [told.spend("tau", 0.5, each, 0.0) for each in crowd] == [True] * 1000
+    told.note("tau", 0.5, crowd, 0.0)
+    assert not told.spend("tau", 0.5, crowd[-1], 0.0)
 
 
 def test_a_readback_with_another_last_digit_ends_the_wait() -> None:
