@@ -78,6 +78,9 @@ readbacks, `alive`.
 - `set` is refused with a reason; `panic` ends it. It will not play beside a live rig of the same `--rig` name on the
   same router.
 - Each message has an absolute deadline; how late they went out is told at the end.
+- What would play for more than an hour is refused, with its length and its longest silence: one bad time makes years.
+  `--longest SECONDS` allows more. So are messages whose times no recorder writes: that go back, that happened after
+  they were recorded or more than an hour before.
 - A file that was cut off is played to its last whole chunk, which is said. A recording across a change of scene is
   played with the first one.
 
@@ -86,7 +89,8 @@ readbacks, `alive`.
 `drumstick render SCENE --strikes take.mcap` plays the recorded strikes on the drum of SCENE, by their estimates of
 peak force and contact time as the live sound server does; for a SCENE that streams, the recorded forces instead
 (without any it says what to do). The first strike falls 0.05 s into the file; without `--duration` all of the
-recording is rendered, and a second to ring.
+recording is rendered, and a second to ring; one that lasts for more than an hour only with `--duration`. What the disk
+has no room for, or a WAV file (4.29 GB), is refused before anything is written.
 
 ## What is in the file
 

@@ -3,11 +3,14 @@
 import csv
 import json
 import math
+import shutil
 import time
 from collections.abc import Iterable
+from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from realtime.regular_file import read_text
 from rig import scene_file
 from rig.fault import lacking, wrong
 from rig.playable import playable
@@ -23,6 +26,8 @@ if TYPE_CHECKING:
 
 _COLUMNS = {"t_s": (0.0, 86_400.0), "x": (-2.0, 2.0), "y": (-2.0, 2.0), "speed_m_per_s": (0.0, 100.0)}
 _MOST_STRIKES = 1_000_000
+_LARGEST_TABLE = 200_000_000  # bytes
+_LONGEST_RECORDING_S = 3600.0  # that is rendered whole without being asked for: one bad time makes years
 _LONGEST_PICTURE_S = 120.0
 _ONE_STRIKE_S = 0.05  # when the one strike falls that is played without --strikes
 
@@ -49,10 +54,11 @@ class Written(NamedTuple):
 
 def _number(row: dict[str, str | None], name: str, place: str) -> float:
     low, high = _COLUMNS[name]
+    text = row[name]
     try:
-        value = float(row[name] or "")
+        value = float(text or "")
     except ValueError:
-        wrong(f"{place}: {name}: {row[name]!r} is not a number")
+        wrong(f"{place}: {name}: {text and text[:60]!r} is not a number")
     if not (math.isfinite(value) and low <= value <= high):
         wrong(f"{place}: {name}: {value:g} is outside {low:g} .. {high:g}")
     return value
@@ -63,16 +69,20 @@ def _read(path: Path, scene: "Scene") -> list["Blow"]:
 
     blows: list[Blow] = []
     try:
-        with path.open(encoding="utf-8", newline="") as lines:
-            table = csv.DictReader(lines)
-            missing = [name for name in _COLUMNS if name not in (table.fieldnames or [])]
-            if missing:
-                wrong(f"{path}: not a table of strikes: it needs the columns {', '.join(_COLUMNS)}")
-            for row in table:
-                t_s, x, y, speed = (_number(row, name, f"{path}:{table.line_num}") for name in _COLUMNS)
-                blows.append(blow_at(scene, speed, x, y, t_s))
-                if len(blows) > _MOST_STRIKES:
-                    wrong(f"{path}: more than {_MOST_STRIKES} strikes; cut it")
+        table = csv.DictReader(StringIO(read_text(path, _LARGEST_TABLE), newline=""))
+        missing = [name for name in _COLUMNS if name not in (table.fieldnames or [])]
+        if missing:
+            wrong(f"{path}: not a table of strikes: it needs the columns {', '.join(_COLUMNS)}")
+        before_s = 0.0
+        for row in table:
+            place = f"{path}:{table.line_num}"
+            t_s, x, y, speed = (_number(row, name, place) for name in _COLUMNS)
+            if t_s < before_s:
+                wrong(f"{place}: t_s goes back: {t_s:.15g} s after {before_s:.15g} s")
+            before_s = t_s
+            blows.append(blow_at(scene, speed, x, y, t_s))
+            if len(blows) > _MOST_STRIKES:
+                wrong(f"{path}: more than {_MOST_STRIKES} strikes; cut it")
     except OSError as error:
         wrong(f"{path}: cannot be read: {error.strerror}")
     except (UnicodeDecodeError, csv.Error) as error:
@@ -163,6 +173,42 @@ def _write(scene: "Scene", blows: Iterable["Blow"], presses: list["Press"], wish
     return Written(top, times, np.concatenate(kept))
 
 
+def _check_room(wishes: Wishes) -> None:
+    # Before the first byte: a disk that a sound has filled serves nobody.
+    from sound_server.sinks.wavfile import MOST_BYTES, bytes_of
+
+    size = bytes_of(wishes.duration_s, wishes.rate_Hz)
+    what = f"{wishes.out}: {wishes.duration_s:g} s are {size / 1e9:.3g} GB"
+    if size > MOST_BYTES:
+        wrong(
+            f"{what}; a WAV file holds {MOST_BYTES / 1e9:.3g} GB: give a shorter --duration or a lower --rate"
+        )
+    if wishes.out.exists() and not wishes.out.is_file():
+        return  # a device such as /dev/null takes no room
+    try:
+        free = shutil.disk_usage(wishes.out.parent).free
+        free += wishes.out.stat().st_size if wishes.out.exists() else 0
+    except OSError as error:
+        lacking(f"{wishes.out}: cannot be written: {error.strerror}")
+    if size > free:
+        lacking(
+            f"{what}, and the disk has room for {free / 1e9:.3g} GB: make room, or give a shorter --duration"
+        )
+
+
+def _whole(wishes: Wishes, length_s: float) -> Wishes:
+    # All of a recording, unless nobody can have meant it.
+    if length_s > _LONGEST_RECORDING_S:
+        from sound_server.sinks.wavfile import bytes_of
+
+        wrong(
+            f"{wishes.strikes}: from its first strike to its last it lasts {length_s:.4g} s, "
+            f"{bytes_of(length_s, wishes.rate_Hz) / 1e9:.3g} GB of sound: is a time in it wrong? More than "
+            f"{_LONGEST_RECORDING_S:g} s are rendered only when asked for: --duration SECONDS, from its beginning"
+        )
+    return wishes._replace(duration_s=length_s)
+
+
 def _check_pictures(wishes: Wishes) -> None:
     from rig.figures.ready import require_matplotlib
 
@@ -205,9 +251,11 @@ def _draw(scene: "Scene", sound: "npt.NDArray[np.float32]", wishes: Wishes) -> l
 def render(scene: str, wishes: Wishes, as_json: bool, whole: bool = False) -> None:
     """Write the file and say what is in it; `whole`: a recording from end to end. Raises Stop."""
     loaded = scene_file.load(scene)
+    _check_room(wishes)
     score = _score(scene, loaded, wishes)
     if whole and score.length_s is not None:
-        wishes = wishes._replace(duration_s=score.length_s)
+        wishes = _whole(wishes, score.length_s)
+        _check_room(wishes)
     _check_pictures(wishes)
     blows = [blow for blow in score.blows if blow.t_s < wishes.duration_s]
     presses = [press for press in score.presses if press.first_tick < wishes.duration_s * press.rate_Hz]

@@ -2,10 +2,12 @@
 
 import json
 import logging
+import math
 import signal
 import time
 from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
 
     from drumstick.scene import Scene
     from rig.recording.reading import Recording
+    from rig.replaying.cues import Cue
 
 _ON_ITS_WAY_S = 0.2  # what was put last is heard before the session ends
 _LOOK_S = 0.1
@@ -38,6 +41,7 @@ class Wishes(NamedTuple):
     connect: str | None
     osc_out: tuple[str, ...]
     prefix: str
+    longest_s: float  # one bad time would make it wait for years
 
 
 def load(path: Path) -> tuple["Recording", "Scene"]:
@@ -57,6 +61,25 @@ def load(path: Path) -> tuple["Recording", "Scene"]:
         wrong(str(error))
     except ValueError as error:
         wrong(f"{path}: its scene cannot be read: {error}")
+
+
+def _cues(recording: "Recording", wishes: Wishes) -> "list[Cue]":
+    # What is to be played when. Stop with what no servo can have told, and where nobody can have meant so long a play.
+    from rig.replaying.cues import cues_of
+
+    try:
+        cues = cues_of(recording.events, wishes.speed)
+    except ValueError as error:
+        wrong(f"{wishes.file}: {error}")
+    lasts_s = cues[-1].at_ns * 1e-9
+    if lasts_s > wishes.longest_s:
+        gap_s, at_s = max((b.at_ns - a.at_ns, a.at_ns) for a, b in pairwise(cues))
+        wrong(
+            f"{wishes.file}: would play for {lasts_s:.4g} s, {gap_s * 1e-9:.4g} s of it in silence after the first"
+            f" {at_s * 1e-9:.4g} s: is a time in it wrong? More than {wishes.longest_s:g} s are played only when asked"
+            f" for: --longest {math.ceil(lasts_s)}"
+        )
+    return cues
 
 
 @contextmanager
@@ -99,6 +122,7 @@ def _await_sound(session: "zenoh.Session", keys: Keys, enough: Callable[[], bool
 def replay(keys: Keys, wishes: Wishes, as_json: bool) -> None:
     """Play the recording, then say how it went. Raises Stop."""
     recording, scene = load(wishes.file)
+    cues = _cues(recording, wishes)
     stop = StopRequest()
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, stop.ask)
@@ -109,7 +133,7 @@ def replay(keys: Keys, wishes: Wishes, as_json: bool) -> None:
             f"the scene changed {len(recording.scenes) - 1} times in it; {scene.name!r}, the first, is answered"
         )
     with _session(keys, wishes) as session:
-        summary = _played(session, keys, wishes, recording, scene, stop)
+        summary = _played(session, keys, wishes, recording, cues, scene, stop)
     print(json.dumps(summary) if as_json else _words(summary))
 
 
@@ -118,16 +142,16 @@ def _played(
     keys: Keys,
     wishes: Wishes,
     recording: "Recording",
+    cues: "list[Cue]",
     scene: "Scene",
     stop: StopRequest,
 ) -> dict[str, Any]:
     from drumstick.parameters import table_of
-    from rig.replaying.cues import Retelling, cues_of, numbers_of
+    from rig.replaying.cues import Retelling, numbers_of
     from rig.replaying.osc_out import OscOut
     from rig.replaying.player import Player
     from rig.replaying.stand_in import StandIn, new_boot
 
-    cues = cues_of(recording.events, wishes.speed)
     boot, panic = new_boot(), StopRequest()
     what = f"a replay of {wishes.file.name}"
     stand_in = StandIn(
@@ -186,14 +210,16 @@ def checked_wishes(
     connect: str | None,
     osc_out: Sequence[str],
     prefix: str,
+    longest_s: float,
 ) -> Wishes:
     """The options, checked. Raises Stop."""
     from rig import checks
     from rig.settled import require_loopback
 
     checks.finite(speed, "--speed", 0.01, 100.0, "times the recorded one")
+    checks.finite(longest_s, "--longest", 0.0, 1e13, "s")
     checks.endpoint(connect)
     require_loopback(checks.endpoint(listen, "--listen"))
     checks.prefix(prefix)
     targets = tuple(checks.known_target(target) for target in osc_out)
-    return Wishes(file, speed, loop, await_sound, listen, connect, targets, prefix)
+    return Wishes(file, speed, loop, await_sound, listen, connect, targets, prefix, longest_s)

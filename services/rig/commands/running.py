@@ -54,6 +54,9 @@ def replay_command(
     listen: Listen = DEFAULT_ROUTER,
     osc_out: OscOut = None,
     prefix: Prefix = "/drumstick",
+    longest: Annotated[
+        float, typer.Option(metavar="SECONDS", help="Refuse a recording that would play for longer.")
+    ] = 3600.0,
     as_json: Json = False,
 ) -> None:
     """Play a recording over Zenoh and OSC, in the haptic server's place."""
@@ -62,7 +65,8 @@ def replay_command(
 
     _, keys = checks.wire(rig, connect)
     out = osc_out or ["127.0.0.1:9101"]
-    replay(keys, checked_wishes(file, speed, loop, await_sound, listen, connect, out, prefix), as_json)
+    wishes = checked_wishes(file, speed, loop, await_sound, listen, connect, out, prefix, longest)
+    replay(keys, wishes, as_json)
 
 
 def rigs_command(

@@ -17,11 +17,18 @@ from mcap.records import Message as FileMessage
 from mcap.stream_reader import StreamReader, breakup_chunk
 
 from protocol.messages import encode
+from realtime.regular_file import opened
 from rig.recording.channels import CHANNELS, FORMAT, MESSAGE_ENCODING, Channel, channel_of, from_json
 from rig.recording.filing import METADATA, SCENE_ATTACHMENT
+from rig.recording.times import OLDEST_NS
 
 _LARGEST_RECORD = 64 * 1024 * 1024
 _MOST_MESSAGES = 5_000_000
+_LARGEST_FILE = 8_000_000_000
+_MOST_BYTES = (
+    2_000_000_000  # of messages and scenes, which are all in memory: a chunk of a few kB may hold 64 MB
+)
+_SLACK_NS = 2_000_000_000  # between a recorder's times, whose threads and clocks are several
 # What a record raises that the disk has spoilt: its checksum, its sizes, its compression, its text.
 _SPOILT = (
     McapError,
@@ -57,6 +64,7 @@ class Recording:
     scenes: list[bytes] = field(default_factory=list[bytes])
     events: list[Event] = field(default_factory=list[Event])
     torn: str = ""
+    held: int = 0  # bytes of scenes and payloads
 
     def of(self, channel: Channel) -> list[Event]:
         """The events of one channel, as they happened."""
@@ -119,7 +127,7 @@ def read(path: Path, wanted: Collection[Channel] = CHANNELS) -> Recording:
     declared: set[int] = set()
     found, told = 0, 0
     try:
-        with path.open("rb") as file:
+        with opened(path, _LARGEST_FILE) as file:
             for record in _records(file, recording):
                 if isinstance(record, FileChannel):
                     declared.add(record.id)
@@ -131,8 +139,10 @@ def read(path: Path, wanted: Collection[Channel] = CHANNELS) -> Recording:
                         recording.about = dict(record.metadata)
                         formats.append(recording.about.get("format", "?"))
                     case Attachment() if record.name == SCENE_ATTACHMENT:
+                        _hold(recording, record.data)
                         recording.scenes.insert(0, record.data)
                     case Attachment() if record.name.startswith("scene-"):
+                        _hold(recording, record.data)
                         recording.scenes.append(record.data)
                     case FileChannel() if record.message_encoding == MESSAGE_ENCODING:
                         known = channel_of(record.topic)
@@ -160,7 +170,29 @@ def _take(recording: Recording, record: FileMessage, channel: Channel, name: str
         raise RecordingError(f"{recording.path}: more than {_MOST_MESSAGES} messages: cut it")
     try:
         payload = encode(from_json(channel, record.data))
+        _check_times(recording, record)
     except ValueError as error:
         place = f"{recording.path}: message {len(recording.events) + 1}, on {channel.topic}"
         raise RecordingError(f"{place}: {error}") from None
+    _hold(recording, payload)
     recording.events.append(Event(record.publish_time, record.log_time, channel, name, payload))
+
+
+def _check_times(recording: Recording, record: FileMessage) -> None:
+    # The file's order is that in which messages were heard; one may have been under way for long, and a recorder has
+    # several threads. ValueError for what no recorder writes.
+    back_ns = recording.events[-1].log_ns - record.log_time if recording.events else 0
+    if back_ns > _SLACK_NS:
+        raise ValueError(
+            f"its time goes back: it was recorded {back_ns / 1e9:g} s before the message ahead of it"
+        )
+    age_ns = record.log_time - record.publish_time
+    if not -_SLACK_NS <= age_ns <= OLDEST_NS + _SLACK_NS:
+        when = f"{abs(age_ns) / 1e9:g} s {'before' if age_ns > 0 else 'after'} it was recorded"
+        raise ValueError(f"its times do not fit: it happened {when}")
+
+
+def _hold(recording: Recording, content: bytes) -> None:
+    recording.held += len(content)
+    if recording.held > _MOST_BYTES:
+        raise RecordingError(f"{recording.path}: more than {_MOST_BYTES} bytes of messages: cut it")

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from protocol.clock import HapticClock
 
 _IMPLAUSIBLE_NS = 1_000_000_000
+OLDEST_NS = 3600 * 1_000_000_000  # that an event can have been under way: a strike may wait for a gateway
 
 
 def wall_minus_monotonic_ns() -> int:
@@ -48,13 +49,14 @@ class TimeLine:
         """Wall-clock ns of an event at `t_ns` of the haptic machine, heard at `heard_ns` of our monotonic clock.
 
         Of an event without a time, or of a boot whose clock is not known, it is when it was heard; so it is for one
-        that would be heard more than a second before it happened, and for a message without a boot whose time is more
-        than a second from then (its sender had no clock).
+        that would be heard more than a second before it happened or more than an hour after, and for a message without
+        a boot whose time is more than a second from then (its sender had no clock).
         """
         clock = self.clock
         if t_ns is None or clock is None or (boot is not None and boot != clock.boot):
             return self.wall_ns(heard_ns)
         ours = clock.ours(t_ns)
-        if ours - heard_ns > _IMPLAUSIBLE_NS or (boot is None and heard_ns - ours > _IMPLAUSIBLE_NS):
+        oldest_ns = _IMPLAUSIBLE_NS if boot is None else OLDEST_NS
+        if ours - heard_ns > _IMPLAUSIBLE_NS or heard_ns - ours > oldest_ns:
             return self.wall_ns(heard_ns)
         return max(self.wall_ns(ours), 0)

@@ -17,6 +17,9 @@ from rig.recording.reading import Event
 
 PLAYED = (channels.STRIKE, channels.RELEASE, channels.CONTACT, channels.STATE, channels.PARAM)
 _SHORTEST_BREATH_NS = 10_000_000
+# What a servo can count to, and a replay's passes after it; far beyond, a message would hold no such number.
+_MOST_OF_A_PASS, _MOST = 2**40, 2**53
+_RATES_HZ = (1.0, 1e6)
 
 
 class Cue(NamedTuple):
@@ -37,7 +40,10 @@ class Numbers(NamedTuple):
 
 
 def cues_of(events: Iterable[Event], speed: float = 1.0) -> list[Cue]:
-    """The cues of one pass, in order. `speed` moves contacts apart or together; each contact keeps its own length."""
+    """The cues of one pass, in order. `speed` moves contacts apart or together; each contact keeps its own length.
+
+    ValueError, worded, for what no servo can have told.
+    """
     found = [event for event in events if event.channel in PLAYED]
     if not found:
         return []
@@ -46,13 +52,36 @@ def cues_of(events: Iterable[Event], speed: float = 1.0) -> list[Cue]:
     cues: list[Cue] = []
     for event in sorted(found, key=lambda event: event.publish_ns):
         part_ns = 0
+        _check(event)
         if event.channel is channels.CONTACT:
             piece = decode(event.payload, Contact)
             first_ns = contacts.setdefault((piece.boot, piece.seq), event.publish_ns)
             part_ns = event.publish_ns - first_ns
         at_ns = round((event.publish_ns - part_ns - begin_ns) / speed) + part_ns
         cues.append(Cue(at_ns, part_ns, event.channel, event.name, event.payload))
+    if numbers_of(cues).span > _MOST_OF_A_PASS:
+        raise ValueError("its strikes are numbered as by no servo, with gaps of many millions")
     return sorted(cues, key=lambda cue: cue.at_ns)
+
+
+def _check(event: Event) -> None:
+    message = decode(event.payload, event.channel.kind)
+    counted: tuple[int, ...] = ()
+    match message:
+        case Strike() | Release():
+            counted = (message.seq,)
+        case State():
+            counted = (message.strikes,)
+        case Contact():
+            counted = (message.seq, message.first_tick)
+            low, high = _RATES_HZ
+            if not low <= message.rate_Hz <= high:
+                raise ValueError(f"a contact of {message.rate_Hz:g} ticks a second: no servo has that")
+        case _:
+            pass
+    for number in counted:
+        if not 0 <= number < _MOST:
+            raise ValueError(f"{event.channel.topic}: no servo counts to {number}")
 
 
 def numbers_of(cues: Iterable[Cue]) -> Numbers:

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 LONGEST_S = 600.0
+MOST_BYTES = 2**32 - 1 - 36  # of sound: the header holds its length, with its own, in 32 bits
 _CHANNELS = 2
 _FRAME_BYTES = 2 * _CHANNELS
 
@@ -24,13 +25,18 @@ def _header(rate_Hz: int, sound_bytes: int) -> bytes:
     )
 
 
+def bytes_of(duration_s: float, rate_Hz: int) -> float:
+    """How large the sound of such a file is."""
+    return duration_s * rate_Hz * _FRAME_BYTES
+
+
 class WavFile:
     """16-bit stereo. OSError when `path` cannot be written. One thread records; `close` comes after its end."""
 
     def __init__(self, path: Path, rate_Hz: int, longest_s: float = LONGEST_S) -> None:
         self._path = path
         self._rate_Hz = rate_Hz
-        self._room = round(longest_s * rate_Hz)
+        self._room = min(round(longest_s * rate_Hz), MOST_BYTES // _FRAME_BYTES)
         self._bytes = 0
         self._fd: int | None = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o644)
         try:

@@ -43,6 +43,7 @@ def test_strikes_of_all_boots_and_passes_become_one_boot_without_a_number_twice(
 ) -> None:
     once = {(boot, seq): at_s for boot, seq, at_s in given_}
     messages = [(at_s, "/strike", a_strike(seq, boot)) for (boot, seq), at_s in once.items()]
+    messages.sort(key=lambda message: message[0])
     cues = recorded(tmp_path_factory.getbasetemp() / "b.mcap", messages, speed)
     told = played(cues, turns=turns)
     assert [when for when, _ in told] == sorted(when for when, _ in told)

@@ -200,7 +200,7 @@ def test_a_router_without_rules_is_for_this_machine_only(listen: str) -> None:
     with pytest.raises(Stop, match="must be a loopback address over TCP"):
         settle(ALL, None, listen=listen)
     with pytest.raises(Stop, match="must be a loopback address over TCP"):
-        checked_wishes(Path("x.mcap"), 1.0, False, False, listen, None, [], "/drumstick")
+        checked_wishes(Path("x.mcap"), 1.0, False, False, listen, None, [], "/drumstick", 3600.0)
 
 
 def test_tls_without_a_certificate_is_told_at_once() -> None:
