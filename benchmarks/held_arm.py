@@ -6,11 +6,14 @@ Each accepted one is played by the very tick that plays, in virtual time, with a
 way, and judged by tests/arm_witness.py, which knows nothing of envelope or guard. Half the sets are played without the
 guard's energy account, so that the envelope is judged alone.
 
+The search goes on from where it was stopped as long as the text that it judges is the same; --minutes bounds a part.
+
 `--known` plays the sets that hammered for ever before 2026-11-23, when a damper was bounded from one side only; they
 are refused now, and the guard alone is shown with them. Results go to benchmarks/results/held_arm.json.
 """
 
 import argparse
+import hashlib
 import json
 import math
 import multiprocessing
@@ -34,6 +37,14 @@ from haptic_server.limits import limits_of
 from held_arms import KNOWN, Trial, play, scene_of
 from rig.this_machine import description
 
+_SERVO, _STICK = "services/haptic_server/servo", "shared/drumstick"
+_JUDGED = (
+    *(f"{_STICK}/{name}.py" for name in ("sampled_contact", "envelope", "bounds")),
+    *(f"{_SERVO}/{name}.py" for name in ("guard", "rendering", "velocity", "latch")),
+    "services/haptic_server/device/phantom.py",
+    "tests/arm_witness.py",
+    "tests/held_arms.py",
+)
 RESULT = Path(__file__).parent / "results" / "held_arm.json"
 
 
@@ -77,17 +88,31 @@ def search(job: tuple[int, int]) -> dict[str, Any]:
     return {"seed": seed, "sets": count, "tried": tried, "near": near, "unsafe": bad, **worst}
 
 
-def _summary(parts: list[dict[str, Any]], seed: int, spent_s: float) -> dict[str, Any]:
-    return {
-        "seed": seed,
-        "sets": sum(part["sets"] for part in parts),
-        "drawn": sum(part["tried"] for part in parts),
-        "within_2_percent_of_the_boundary": sum(part["near"] for part in parts),
-        "unsafe": [row for part in parts for row in part["unsafe"]],
-        "worst_late_m_per_s": max(part["late_m_per_s"] for part in parts),
-        "worst_late_entry_m_per_s": max(part["late_entry_m_per_s"] for part in parts),
-        "wall_s": round(spent_s, 1),
-    }
+def _fingerprint() -> str:
+    """Of all that a verdict depends on: with other text the search begins anew."""
+    digest = hashlib.sha256()
+    for name in _JUDGED:
+        digest.update((Path(__file__).parents[1] / name).read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _begun(stored: dict[str, Any], seed: int) -> dict[str, Any]:
+    """The search so far, if the same was searched; else an empty one from `seed` on."""
+    of = _fingerprint()
+    if stored.get("search", {}).get("of") == of:
+        return dict(stored["search"])
+    counts = {"sets": 0, "drawn": 0, "within_2_percent_of_the_boundary": 0}
+    worst = {"worst_late_m_per_s": 0.0, "worst_late_entry_m_per_s": 0.0, "wall_s": 0.0}
+    return {"of": of, "seed": seed, "next_seed": seed, **counts, "unsafe": [], **worst}
+
+
+def _add(search: dict[str, Any], part: dict[str, Any]) -> None:
+    search["next_seed"] = part["seed"] + 1
+    for total, name in (("sets", "sets"), ("drawn", "tried"), ("within_2_percent_of_the_boundary", "near")):
+        search[total] += part[name]
+    search["unsafe"] += part["unsafe"]
+    for name in ("late_m_per_s", "late_entry_m_per_s"):
+        search[f"worst_{name}"] = max(search[f"worst_{name}"], part[name])
 
 
 def main() -> None:
@@ -105,23 +130,27 @@ def main() -> None:
         print(row["case"], "|", row["refused"] or "ACCEPTED", "|", row["guard_alone"])
     if not given.known:
         os.nice(10)
-        begun, parts = time.monotonic(), []
-        jobs = [(given.seed + at, given.part) for at in range(-(-given.sets // given.part))]
+        found = _begun(stored, given.seed)
+        missing = max(-(-(given.sets - found["sets"]) // given.part), 0)
+        jobs = [(found["next_seed"] + at, given.part) for at in range(missing)]
+        begun, before_s = time.monotonic(), found["wall_s"]
         with multiprocessing.get_context("spawn").Pool(given.workers) as pool:
-            for part in pool.imap_unordered(search, jobs):
-                parts.append(part)
+            for number, part in enumerate(pool.imap(search, jobs), 1):  # in order: what is stored has no gaps
+                _add(found, part)
+                gone_s = time.monotonic() - begun
+                found["wall_s"] = round(before_s + gone_s, 1)
                 for row in part["unsafe"]:
                     print("UNSAFE", row, flush=True)
-                if len(parts) % 10 == 0:
-                    print(
-                        f"{sum(p['sets'] for p in parts)} sets, {time.monotonic() - begun:.0f} s", flush=True
-                    )
-                if time.monotonic() - begun > 60.0 * given.minutes:
+                if number % 10 == 0 or gone_s > 60.0 * given.minutes:
+                    stored["search"] = found
+                    RESULT.write_text(json.dumps(stored, indent=1) + "\n", encoding="utf-8")
+                    print(f"{found['sets']} sets, {gone_s:.0f} s", flush=True)
+                if gone_s > 60.0 * given.minutes:
                     pool.terminate()
                     break
-        stored["search"] = _summary(parts, given.seed, time.monotonic() - begun)
-        print(json.dumps({k: v for k, v in stored["search"].items() if k != "unsafe"}), flush=True)
-        print(f"{len(stored['search']['unsafe'])} unsafe")
+        stored["search"] = found
+        print(json.dumps({k: v for k, v in found.items() if k != "unsafe"}), flush=True)
+        print(f"{len(found['unsafe'])} unsafe")
     RESULT.write_text(json.dumps(stored, indent=1) + "\n", encoding="utf-8")
 
 
