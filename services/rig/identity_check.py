@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from protocol.identity import Identity
 from protocol.roles import HAPTIC, ROLES
+from realtime.regular_file import read_bytes
 from rig.fault import lacking, wrong
 
 if TYPE_CHECKING:
@@ -102,8 +103,10 @@ def _require_private(path: Path) -> None:
 
 
 def _read(path: Path) -> bytes:
+    from rig import certificates
+
     try:
-        return path.read_bytes()
+        return read_bytes(path, certificates.LARGEST_PEM)
     except OSError as error:
         wrong(f"{path}: cannot be read: {error.strerror}")
 

@@ -20,6 +20,7 @@ from protocol.identity import Identity
 from protocol.keys import DEFAULT_RIG, checked_rig
 from protocol.roles import HAPTIC, ROLES
 from protocol.router_access import ROUTER
+from realtime.regular_file import read_bytes
 from rig.fault import lacking, wrong
 from rig.rig_template import rig_file_text
 
@@ -197,8 +198,10 @@ def _put(path: Path, content: bytes) -> None:
 
 
 def _read(path: Path) -> bytes:
+    from rig import certificates
+
     try:
-        return path.read_bytes()
+        return read_bytes(path, certificates.LARGEST_PEM)
     except OSError as error:
         wrong(f"{path}: cannot be read: {error.strerror}")
 

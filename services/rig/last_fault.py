@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from haptic_server import files
 from haptic_server.records import FAULT_WORDS, NO_FAULT
+from realtime.regular_file import read_lines
 
 PICTURE = "fault.png"
 _COLUMNS = ("t_ns", "span_s", "z_m", "v_m_per_s", "force_N", "told_z_m", "fault")
@@ -50,17 +51,16 @@ def _number(path: Path, line: int, name: str, text: str | None) -> float:
     try:
         value = float(text or "")
     except ValueError:
-        raise TraceError(f"{path}:{line}: {name}: {text!r} is not a number") from None
+        raise TraceError(f"{path}:{line}: {name}: {text and text[:60]!r} is not a number") from None
     return value if math.isfinite(value) else math.nan
 
 
 def _rows(path: Path) -> list[list[float]]:
-    with path.open(encoding="utf-8", newline="") as lines:
-        reader = csv.DictReader(lines)
-        absent = [name for name in _COLUMNS if name not in (reader.fieldnames or ())]
-        if absent:
-            raise TraceError(f"{path}: has no column {', '.join(absent)}")
-        return [[_number(path, reader.line_num, name, row[name]) for name in _COLUMNS] for row in reader]
+    reader = csv.DictReader(read_lines(path, _LARGEST_BYTES))
+    absent = [name for name in _COLUMNS if name not in (reader.fieldnames or ())]
+    if absent:
+        raise TraceError(f"{path}: has no column {', '.join(absent)}")
+    return [[_number(path, reader.line_num, name, row[name]) for name in _COLUMNS] for row in reader]
 
 
 def read(folder: Path) -> LastFault | None:
@@ -70,10 +70,6 @@ def read(folder: Path) -> LastFault | None:
         found = path.stat()
         if found.st_uid != os.getuid():
             raise TraceError(f"{path} belongs to somebody else")
-        if found.st_size > _LARGEST_BYTES:
-            raise TraceError(
-                f"{path}: {found.st_size} bytes; the force loop's own has at most {_LARGEST_BYTES}"
-            )
         rows = np.array(_rows(path)).reshape(-1, len(_COLUMNS))
     except FileNotFoundError:
         return None

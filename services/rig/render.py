@@ -6,11 +6,10 @@ import math
 import shutil
 import time
 from collections.abc import Iterable
-from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from realtime.regular_file import read_text
+from realtime.regular_file import read_lines
 from rig import scene_file
 from rig.fault import lacking, wrong
 from rig.playable import playable
@@ -64,12 +63,13 @@ def _number(row: dict[str, str | None], name: str, place: str) -> float:
     return value
 
 
-def _read(path: Path, scene: "Scene") -> list["Blow"]:
+def strikes_of(path: Path, scene: "Scene") -> list["Blow"]:
+    """The strikes of a CSV table, for this scene's drum. Raises Stop."""
     from sound_server.calibrate import blow_at
 
     blows: list[Blow] = []
     try:
-        table = csv.DictReader(StringIO(read_text(path, _LARGEST_TABLE), newline=""))
+        table = csv.DictReader(read_lines(path, _LARGEST_TABLE))
         missing = [name for name in _COLUMNS if name not in (table.fieldnames or [])]
         if missing:
             wrong(f"{path}: not a table of strikes: it needs the columns {', '.join(_COLUMNS)}")
@@ -110,7 +110,7 @@ def _strikes(scene: "Scene", wishes: Wishes) -> list["Blow"]:
     from sound_server.calibrate import blow_at
 
     if wishes.strikes is not None:
-        return _read(wishes.strikes, scene)
+        return strikes_of(wishes.strikes, scene)
     if wishes.roll:
         return rolled(scene, wishes.duration_s)
     return [blow_at(scene, scene.strike.full_scale_m_per_s / 2.0, 0.5, 0.0, _ONE_STRIKE_S)]

@@ -6,22 +6,23 @@ Without one, everything stays on loopback. Paths are relative to the file.
 from __future__ import annotations
 
 import ipaddress
-import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar, cast
 
 from drumstick.declare import text
-from drumstick.reading import Reader
+from drumstick.reading import Reader, shown, tables_of
 from protocol.endpoint import host_and_port, is_loopback, is_tls
 from protocol.identity import Identity
 from protocol.keys import checked_rig
 from protocol.roles import ROLES, checked_roles
+from realtime.regular_file import read_text
 from rig.fault import wrong
 
 LARGEST_BYTES = 100_000
 _MOST_ITEMS = 64
+_LONGEST_TEXT = 400
 _WIDEST_BITS = 8
 _T = TypeVar("_T")
 
@@ -75,9 +76,7 @@ class RigFileError(ValueError):
 def load(path: Path) -> RigFile:
     """Read and check a rig file; the files it names are not opened. Raises Stop with every mistake."""
     try:
-        if path.stat().st_size > LARGEST_BYTES:
-            wrong(f"--rig-file {path}: {path.stat().st_size} bytes, a rig file has at most {LARGEST_BYTES}")
-        return parse(path.read_text(encoding="utf-8"), str(path), path.absolute().parent)
+        return parse(read_text(path, LARGEST_BYTES), str(path), path.absolute().parent)
     except UnicodeDecodeError as error:
         wrong(f"--rig-file {path}: not UTF-8 text (byte {error.start}); save it as UTF-8")
     except OSError as error:
@@ -89,8 +88,8 @@ def load(path: Path) -> RigFile:
 def parse(text: str, source: str, folder: Path) -> RigFile:
     """Read a rig file's text; `source` names it in messages, `folder` holds its keys. Raises RigFileError."""
     try:
-        given = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
+        given = tables_of(text)
+    except ValueError as error:
         raise RigFileError([f"{source}: not valid TOML: {error}"]) from None
     reader = Reader(source, text)
     values: dict[str, Any] = {}
@@ -211,8 +210,8 @@ def _network(words: str) -> str:
 
 
 def _checked(reader: Reader, path: str, value: object, check: Callable[[str], _T]) -> _T | None:
-    if not isinstance(value, str):
-        reader.refuse(path, f"{value!r} must be text in quotes")
+    if not isinstance(value, str) or len(value) > _LONGEST_TEXT:
+        reader.refuse(path, f"{shown(value)} must be text in quotes, at most {_LONGEST_TEXT} characters")
         return None
     try:
         return check(value)
@@ -231,7 +230,7 @@ def _listed(
     items = cast(list[object], value) if isinstance(value, list) else None
     if items is None or len(items) > _MOST_ITEMS:
         reader.refuse(
-            path, f"{str(cast(object, value))[:60]!r} must be a list of at most {_MOST_ITEMS} texts in quotes"
+            path, f"{shown(cast(object, value))} must be a list of at most {_MOST_ITEMS} texts in quotes"
         )
         return None
     checked = [_checked(reader, path, item, check) for item in items]

@@ -6,14 +6,14 @@ from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from realtime.regular_file import read_text
 from rig.fault import wrong
 from rig.laid_out import LaidOut
 
 if TYPE_CHECKING:
     from drumstick.scene import Scene
 
-LARGEST_BYTES = 1_000_000
-LARGEST_GESTURE_BYTES = 200_000_000
+LARGEST_BYTES = 200_000
 
 
 class SceneText(NamedTuple):
@@ -33,9 +33,7 @@ def read(scene: str) -> SceneText:
     if not (scene.endswith(".toml") or "/" in scene or path.is_file()):
         wrong(f"no scene {scene!r}; shipped: {', '.join(shipped_names())}; or give a .toml file")
     try:
-        if path.stat().st_size > LARGEST_BYTES:
-            wrong(f"{scene}: {path.stat().st_size} bytes, a scene has at most {LARGEST_BYTES}")
-        return SceneText(path.read_text(encoding="utf-8"), str(path))
+        return SceneText(read_text(path, LARGEST_BYTES), str(path))
     except UnicodeDecodeError as error:
         wrong(f"{scene}: not UTF-8 text (byte {error.start}); save it as UTF-8")
     except OSError as error:
@@ -45,13 +43,11 @@ def read(scene: str) -> SceneText:
 def _gesture_text(scene: str, file_name: str) -> str:
     # Beside the scene: in the package for a shipped one, else in the scene file's own folder.
     from drumstick.scene import shipped_gesture, shipped_names
+    from haptic_server.device.recording import LARGEST_BYTES as LARGEST_GESTURE
 
     if scene in shipped_names():
         return shipped_gesture(file_name)
-    path = Path(scene).parent / file_name
-    if path.stat().st_size > LARGEST_GESTURE_BYTES:
-        wrong(f"{path}: {path.stat().st_size} bytes, a gesture has at most {LARGEST_GESTURE_BYTES}")
-    return path.read_text(encoding="utf-8")
+    return read_text(Path(scene).parent / file_name, LARGEST_GESTURE)
 
 
 def gesture(scene: str, loaded: Scene) -> str | None:

@@ -19,6 +19,7 @@ from llvmlite import binding
 
 from drumstick.scene import Scene
 from realtime.jit import CACHE_FOLDER
+from realtime.regular_file import read_text
 from sound_server import outlook, tiers
 from sound_server.build import Unplayable, new_engine
 from sound_server.events import StrikeRing
@@ -31,6 +32,7 @@ _FEWEST_ACROSS = 24.0
 _BLOW_N, _BLOW_S = 5.0, 0.005
 _AS_TRUE_CENTS = 0.05  # a hundredth of what the best ear tells from another pitch
 _FILE = "speeds.json"
+_MOST_BYTES = 10_000_000
 
 
 class Line(NamedTuple):
@@ -188,7 +190,7 @@ def _read() -> dict[str, Line]:
     if CACHE_FOLDER is None:
         return {}
     try:
-        told = json.loads((CACHE_FOLDER / _FILE).read_text(encoding="utf-8"))
+        told = json.loads(read_text(CACHE_FOLDER / _FILE, _MOST_BYTES))
         lines = {str(key): Line(float(fixed), float(update)) for key, (fixed, update) in told.items()}
         return {
             key: line for key, line in lines.items() if all(map(math.isfinite, line)) and line.update_ns > 0.0

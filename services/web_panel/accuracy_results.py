@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from realtime.regular_file import read_text
 from web_panel.plots.joined import Pair
 
 _MOST_BYTES = 20_000_000
@@ -42,17 +43,14 @@ def read(path: Path | None) -> Result | None:
     if path is None:
         return None
     try:
-        size = path.stat().st_size
-        if size > _MOST_BYTES:
-            raise ValueError(f"it has {size} bytes, at most {_MOST_BYTES} are read")
-        found = json.loads(path.read_text(encoding="utf-8"))
+        found = json.loads(read_text(path, _MOST_BYTES))
         machine = found["machine"]
         words = f"{machine['processor']}, {machine['date']}" + (", quick" if machine["quick"] else "")
         pairs = {name: _pair(found, *where) for name, where in _DRAWN.items()}
     except FileNotFoundError:
         return None
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError, OverflowError) as error:
-        raise ValueError(f"{path} cannot be read: {error or type(error).__name__}") from error
+        raise ValueError(f"{path} cannot be read: {str(error)[:200] or type(error).__name__}") from error
     return Result(words[:200], **pairs)
 
 

@@ -5,7 +5,10 @@ import re
 import secrets
 from pathlib import Path
 
+from realtime.regular_file import read_text
+
 _SHAPE = re.compile(r"[A-Za-z0-9_-]{32,128}")
+_MOST_BYTES = 200
 
 
 class TokenFileError(Exception):
@@ -44,7 +47,7 @@ def _read(path: Path) -> str:
         raise TokenFileError(
             f"token file {path} can be read by others: chmod 600 it, or delete it for a new token"
         )
-    token = path.read_text(encoding="ascii").strip()
+    token = read_text(path, _MOST_BYTES).strip()
     if not _SHAPE.fullmatch(token):
         raise TokenFileError(f"token file {path} holds no token: delete it, and the panel makes a new one")
     return token

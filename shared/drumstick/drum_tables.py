@@ -5,13 +5,13 @@ from typing import Any, cast
 
 from drumstick.drum import Drum, Listen, Mesh
 from drumstick.drum_effects import DRUM_EFFECTS
-from drumstick.reading import Reader
+from drumstick.reading import Reader, shown
 
 
 def named_tables(reader: Reader, path: str, known: dict[str, type], given: object) -> dict[str, Any]:
     """The tables of effects under `path`, in the order of `known`; every mistake is noted."""
     if not isinstance(given, dict):
-        reader.refuse(path, f"must hold tables such as [{path}.{next(iter(known))}], not {given!r}")
+        reader.refuse(path, f"must hold tables such as [{path}.{next(iter(known))}], not {shown(given)}")
         return {}
     named = cast(dict[str, object], given)
     for name in named:

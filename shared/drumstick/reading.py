@@ -1,22 +1,42 @@
-"""Checking a scene's tables against their declarations: each mistake names file, line, key, value, limit and unit."""
+"""Reading a TOML text, and checking its tables: each mistake names file, line, key, value, limit and unit."""
 
 import difflib
 import math
+import tomllib
 from typing import Any, cast
 
 from drumstick.declare import Quantity, quantities
 from drumstick.lines import lines_of
 
+LARGEST_TEXT = 200_000  # characters; scenes have some thousand
+_MOST_DOTS = 200  # in one line: Python's reader of TOML needs their square in time for a key a.b.c...
+_SHOWN_PATH = 120
 _SHOWN = 60  # characters of a value in a message
 
 
-def _shown(value: object) -> str:
+def tables_of(text: str) -> dict[str, Any]:
+    """The tables of a TOML text, whoever wrote it, in bounded time. Raises ValueError, worded."""
+    if len(text) > LARGEST_TEXT:
+        raise ValueError(f"it has {len(text)} characters, more than {LARGEST_TEXT}")
+    for number, line in enumerate(text.split("\n"), 1):
+        if line.count(".") > _MOST_DOTS:
+            raise ValueError(f"line {number} has more than {_MOST_DOTS} dots")
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise ValueError("brackets in brackets, too many to be read") from None
+
+
+def shown(value: object) -> str:
+    """A value that somebody gave, in a message: no more than its beginning."""
     try:
         words = repr(value)
     except (
         ValueError
-    ):  # Python writes no number of more than some thousand digits, but reads one in hexadecimal
+    ):  # Python reads hexadecimal numbers of any length, and writes none of thousands of digits
         return "a number of thousands of digits"
+    except RecursionError:
+        return "tables in tables, too many to be shown"
     return words if len(words) <= _SHOWN else f"{words[:_SHOWN]}..."
 
 
@@ -49,7 +69,10 @@ class Reader:
         while line is None and place:  # of a key in a table that stands in braces: where the table begins
             line, place = self._lines.get(place), place.rpartition(".")[0]
         at = f"{self.source}:{line}" if line else self.source
-        self.mistakes.append(f"{at}: {path}: {words}")
+        told = "".join(
+            c if c.isprintable() else repr(c)[1:-1] for c in path[:_SHOWN_PATH]
+        )  # keys are anybody's
+        self.mistakes.append(f"{at}: {told}: {words}")
 
     def table(self, path: str, kind: type, given: object) -> Any:
         """The table as its dataclass; defaults where keys are missing or refused."""
@@ -61,7 +84,7 @@ class Reader:
         """The values that the table really gives and that are good; `also_known` keys are left to the caller."""
         declared = quantities(kind)
         if not isinstance(given, dict):
-            self.refuse(path, f"must be a table, not {_shown(given)}")
+            self.refuse(path, f"must be a table, not {shown(given)}")
             return {}
         values: dict[str, Any] = {}
         for key, value in cast(dict[str, object], given).items():
@@ -70,9 +93,7 @@ class Reader:
             if key not in declared:
                 known = ", ".join((*declared, *also_known))
                 meant = _meant(key, declared)
-                self.refuse(
-                    f"{path}.{key}", f"unknown key, given {_shown(value)}{meant}; known here: {known}"
-                )
+                self.refuse(f"{path}.{key}", f"unknown key, given {shown(value)}{meant}; known here: {known}")
                 continue
             checked = self.value(f"{path}.{key}", declared[key], value)
             if checked is not None:
@@ -84,7 +105,7 @@ class Reader:
         if quantity.choices:
             if isinstance(value, bool) or value not in quantity.choices:
                 known = ", ".join(repr(c) for c in quantity.choices)
-                self.refuse(path, f"{_shown(value)} is not one of {known}")
+                self.refuse(path, f"{shown(value)} is not one of {known}")
                 return None
             return value
         if quantity.kind is tuple:
@@ -93,7 +114,7 @@ class Reader:
             return self._text(path, quantity, value)
         if quantity.kind is int and (isinstance(value, bool) or not isinstance(value, int)):
             self.refuse(
-                path, f"{_shown(value)} must be a whole number in {quantity.unit}, {_limits(quantity)}"
+                path, f"{shown(value)} must be a whole number in {quantity.unit}, {_limits(quantity)}"
             )
             return None
         return self._number(path, quantity, value)
@@ -101,19 +122,19 @@ class Reader:
     def _text(self, path: str, quantity: Quantity, value: object) -> str | None:
         most = int(quantity.high)
         if not isinstance(value, str) or len(value) > most or not value.isprintable():
-            self.refuse(path, f"{value!r} must be one line of text, {_limits(quantity)}")
+            self.refuse(path, f"{shown(value)} must be one line of text, {_limits(quantity)}")
             return None
         return value
 
     def _number(self, path: str, quantity: Quantity, value: object) -> Any:
         if isinstance(value, bool) or not isinstance(value, (int, float)):
-            self.refuse(path, f"{_shown(value)} must be a number in {quantity.unit}, {_limits(quantity)}")
+            self.refuse(path, f"{shown(value)} must be a number in {quantity.unit}, {_limits(quantity)}")
             return None
         if isinstance(value, float) and not math.isfinite(value):
             self.refuse(path, f"{value!r} must be a finite number in {quantity.unit}, {_limits(quantity)}")
             return None
         if not quantity.low <= value <= quantity.high:
-            self.refuse(path, f"{_shown(value)} {quantity.unit} is outside {_limits(quantity)}")
+            self.refuse(path, f"{shown(value)} {quantity.unit} is outside {_limits(quantity)}")
             return None
         return quantity.kind(value) if quantity.kind is not tuple else float(value)
 
@@ -121,13 +142,13 @@ class Reader:
         rows = cast(list[object], value) if isinstance(value, list) else []
         if not isinstance(value, list) or not quantity.fewest <= len(rows) <= 16:
             rows_wanted = f"{quantity.fewest} to 16 rows of {quantity.length} numbers"
-            self.refuse(path, f"{_shown(cast(object, value))} must be a list of {rows_wanted}")
+            self.refuse(path, f"{shown(cast(object, value))} must be a list of {rows_wanted}")
             return None
         checked: list[tuple[float, ...]] = []
         for row in rows:
             items = cast(list[object], row) if isinstance(row, list) else []
             if len(items) != quantity.length:
-                self.refuse(path, f"{_shown(cast(object, row))} must be a row of {quantity.length} numbers")
+                self.refuse(path, f"{shown(cast(object, row))} must be a row of {quantity.length} numbers")
                 return None
             numbers = [self._number(path, quantity, item) for item in items]
             if any(n is None for n in numbers):

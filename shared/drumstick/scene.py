@@ -4,7 +4,6 @@ A table that the text does not name is absent (an effect) or has its defaults (`
 """
 
 import dataclasses
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import resources
@@ -19,7 +18,7 @@ from drumstick.effects.negative_damping import NegativeDamping
 from drumstick.effects.noise import Noise
 from drumstick.effects.pulse import Pulse
 from drumstick.effects.system_delay import SystemDelay
-from drumstick.reading import Reader
+from drumstick.reading import Reader, shown, tables_of
 from drumstick.rig import Device, Guard, Hand, Servo, Strike
 from drumstick.stick import Stick
 from drumstick.stick_tables import stick_of
@@ -35,6 +34,7 @@ EFFECTS: dict[str, type] = {
     "chaos": Chaos,
 }
 
+_LONGEST_LINE = 400
 _TABLES: dict[str, type] = {
     "stick": Stick,
     "drum": Drum,
@@ -116,23 +116,24 @@ def _check_gesture(reader: Reader, hand: Hand, device: Device) -> None:
         )
 
 
+def _line(reader: Reader, key: str, value: object, fewest: int) -> str:
+    if isinstance(value, str) and fewest <= len(value) <= _LONGEST_LINE and value.isprintable():
+        return value
+    reader.refuse(key, f"{shown(value)} must be one line of text, {fewest} to {_LONGEST_LINE} characters")
+    return ""
+
+
 def parse(text: str, source: str) -> Scene:
     """Read a scene's TOML text; `source` names it in messages. Raises SceneError with every mistake found."""
     try:
-        given = tomllib.loads(text)
-    except (
-        ValueError,
-        RecursionError,
-    ) as error:  # bad TOML, a number of thousands of digits, endless brackets
+        given = tables_of(text)
+    except ValueError as error:
         raise SceneError([f"{source}: not valid TOML: {error}"]) from None
     reader = Reader(source, text)
     values: dict[str, Any] = {"name": source.rpartition("/")[2].removesuffix(".toml")}
     for key, value in given.items():
         if key in ("name", "words"):
-            if not isinstance(value, str) or not 0 < len(value) <= 400 or not value.isprintable():
-                reader.refuse(key, f"{value!r} must be one line of text, 1 to 400 characters")
-            else:
-                values[key] = value
+            values[key] = _line(reader, key, value, 1)
         elif key == "effects":
             values["effects"] = named_tables(reader, "effects", EFFECTS, value)
         elif key == "stick":
@@ -162,7 +163,7 @@ def as_tables(scene: Scene) -> dict[str, Any]:
 def from_tables(tables: Mapping[str, Any]) -> Scene:
     """The inverse of `as_tables`, checked like any scene; lists may stand for tuples. Raises SceneError."""
     reader = Reader("scene", "")
-    values: dict[str, Any] = {"name": str(tables.get("name", "")), "words": str(tables.get("words", ""))}
+    values: dict[str, Any] = {key: _line(reader, key, tables.get(key, ""), 0) for key in ("name", "words")}
     for key, kind in _TABLES.items():
         if key != "drum" and not (key == "modal" and tables.get(key) is None):
             values[key] = reader.table(key, kind, _listed(tables.get(key, {})))

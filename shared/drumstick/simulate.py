@@ -108,8 +108,21 @@ def _run(
     return rows
 
 
-def simulate(scene: Scene, duration_s: float, v0_m_per_s: float = 0.4, stepper: Stepper | None = None) -> Run:
-    """Play the scene's stick for `duration_s` from z = 0+, upward at `v0_m_per_s`; by `exact` without a stepper."""
+class TooLong(ValueError):
+    """More contacts than were allowed; says after how many seconds."""
+
+
+def simulate(
+    scene: Scene,
+    duration_s: float,
+    v0_m_per_s: float = 0.4,
+    stepper: Stepper | None = None,
+    most_contacts: float = math.inf,
+) -> Run:
+    """Play the scene's stick for `duration_s` from z = 0+, upward at `v0_m_per_s`; by `exact` without a stepper.
+
+    Raises TooLong when more than `most_contacts` would have to be kept, give or take a thousand.
+    """
     law = law_of(scene)
     motion = thrown(scene, v0_m_per_s)
     blocks: list[npt.NDArray[np.float64]] = []
@@ -122,4 +135,6 @@ def simulate(scene: Scene, duration_s: float, v0_m_per_s: float = 0.4, stepper: 
         blocks.append(out[:rows])
         if rows < _BLOCK:
             break
+        if len(blocks) * _BLOCK > most_contacts:
+            raise TooLong(f"more than {most_contacts:g} contacts in the first {float(clock[0]):.6g} s")
     return Run(np.concatenate(blocks), _ENDS[int(motion["fate"][0])], float(clock[0]))

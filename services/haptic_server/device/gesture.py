@@ -10,7 +10,8 @@ import numpy as np
 
 from drumstick.scene import Scene
 from haptic_server.device.protocol import DeviceError
-from haptic_server.device.recording import Recording, RecordingError, recording_of
+from haptic_server.device.recording import LARGEST_BYTES, Recording, RecordingError, recording_of
+from realtime.regular_file import read_lines
 
 # What the guard limits is the stick: a mass on a spring goes up to twice as fast as the end of its spring.
 _OF_THE_STICKS = 0.5
@@ -40,8 +41,7 @@ def gesture_of(lines: Iterable[str], source: str, scene: Scene) -> Recording:
 def read(path: Path, scene: Scene) -> Recording:
     """The gesture in the run folder. DeviceError when it is not there or not good."""
     try:
-        with path.open(encoding="utf-8", newline="") as lines:
-            return gesture_of(lines, scene.hand.gesture_file, scene)
+        return gesture_of(read_lines(path, LARGEST_BYTES), scene.hand.gesture_file, scene)
     except (RecordingError, UnicodeDecodeError) as error:
         raise DeviceError(str(error)) from None
     except OSError as error:

@@ -14,7 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 MOST_ROWS = 10_000_000
+LARGEST_BYTES = 200_000_000
 FARTHEST_M = 1.0
+_SHOWN = 200  # characters of what stands there, in a message
 _TIMES = {"t_s": 1.0, "t_ns": 1e-9}
 _PLACES = ("x_m", "y_m", "z_m")
 
@@ -35,7 +37,9 @@ class _Table:
         self._reader.fieldnames = self.names
         twice = {name for name in self.names if self.names.count(name) > 1}
         if twice:
-            raise RecordingError(f"{source}: has {', '.join(sorted(twice))} more than once in its first line")
+            raise RecordingError(
+                f"{source}: has {', '.join(sorted(twice))[:_SHOWN]} more than once in its first line"
+            )
 
     def rows(self) -> Iterable[dict[str, str | None]]:
         for row in self._reader:
@@ -57,7 +61,7 @@ class _Table:
         try:
             value = float(text)
         except ValueError:
-            raise self.wrong(f"{name}: {text!r} is not a number") from None
+            raise self.wrong(f"{name}: {text[:_SHOWN]!r} is not a number") from None
         if not math.isfinite(value):
             raise self.wrong(f"{name}: {value} is not a finite number")
         return value
@@ -81,7 +85,7 @@ def _place(table: _Table, row: dict[str, str | None], limits: _Limits) -> tuple[
 def _read(table: _Table, limits: _Limits) -> list[Row]:
     time = next((name for name in _TIMES if name in table.names), None)
     if time is None or "z_m" not in table.names:
-        has = ", ".join(table.names) or "none"
+        has = ", ".join(table.names)[:_SHOWN] or "none"
         raise RecordingError(f"{table.source}: needs the columns t_s (or t_ns) and z_m; it has {has}")
     rows: list[Row] = []
     first = before = 0.0

@@ -5,10 +5,12 @@ import os
 from pathlib import Path
 from typing import Any
 
+from realtime.regular_file import read_text
 from rig.fault import lacking
 
 FILE = "accuracy.json"
 UNFINISHED = "accuracy-unfinished.json"  # of a run that was stopped or failed
+_LARGEST_BYTES = 20_000_000
 SHIPPED = Path(__file__).parent / "shipped.json"
 
 
@@ -25,8 +27,8 @@ def keep(found: dict[str, Any], out: Path, name: str = FILE) -> None:
 def is_full(out: Path) -> bool:
     """Does a full run's result lie there?"""
     try:
-        return json.loads((out / FILE).read_text(encoding="utf-8"))["machine"]["quick"] is False
-    except (OSError, ValueError, KeyError, TypeError):
+        return json.loads(read_text(out / FILE, _LARGEST_BYTES))["machine"]["quick"] is False
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return False
 
 

@@ -129,7 +129,7 @@ def test_a_file_that_cannot_be_read(tmp_path: Path) -> None:
     with pytest.raises(Stop, match="not UTF-8"):
         load(path)
     path.write_text(" " * (LARGEST_BYTES + 1))
-    with pytest.raises(Stop, match=f"at most {LARGEST_BYTES}"):
+    with pytest.raises(Stop, match=f"more than {LARGEST_BYTES} bytes"):
         load(path)
     path.write_text("x = 1\n")
     with pytest.raises(Stop, match=r"rig\.toml:1: x: unknown key") as stop:
