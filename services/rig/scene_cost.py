@@ -4,6 +4,7 @@ import dataclasses
 import json
 import math
 import statistics
+import time
 from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -19,6 +20,10 @@ _STEPPER = "rk4"
 _DEVICE_RATE_Hz = 48_000
 _FRAMES = 12_000
 _LONG_T60_S = 20.0  # so that there is something left to measure the pitch of
+# Somebody waits for the answer: a large head is measured fewer times, and its pitch not at all where that takes long.
+_RUNS_S = 1.0
+_PITCH_S = 2.0
+_now = time.monotonic
 ACCURACIES = ("draft", "standard", "fine")
 
 Step = Callable[[str], None]
@@ -108,6 +113,15 @@ def _without(scene: Scene, effect: str) -> Scene:
     return dataclasses.replace(scene, drum=dataclasses.replace(scene.drum, effects=effects))
 
 
+def _while_time(seconds: float) -> Iterator[int]:
+    # The repeats of a measurement: one at least, and no new one once so much time has gone by.
+    begun = _now()
+    for run in range(_REPEATS):
+        if run and _now() - begun >= seconds:
+            return
+        yield run
+
+
 def _drum_effects(scene: Scene, step: Step) -> dict[str, float]:
     # ns a sample that each effect of the drum adds to all the others; in turn, as the stick's.
     from sound_server import cost
@@ -115,7 +129,7 @@ def _drum_effects(scene: Scene, step: Step) -> dict[str, float]:
     whole = scene if scene.modal is not None else _pinned(scene)
     tried = {"": whole} | {name: _without(whole, name) for name in scene.drum.effects}
     runs: dict[str, list[float]] = {name: [] for name in tried}
-    for _ in range(_REPEATS if scene.drum.effects else 0):
+    for _ in _while_time(len(tried) * _RUNS_S) if scene.drum.effects else ():
         for name, drum in tried.items():
             step(f"drum without {name}" if name else "drum")
             runs[name].append(cost.ringing(drum, _DEVICE_RATE_Hz, _FRAMES).cpu_s / _FRAMES * 1e9)
@@ -142,16 +156,19 @@ def _tiers(scene: Scene) -> dict[str, Scene]:
 def _tier(tried: Scene) -> dict[str, Any]:
     from sound_server import cost
 
-    runs = [cost.ringing(tried, _DEVICE_RATE_Hz, _FRAMES) for _ in range(_REPEATS)]
+    runs = [cost.ringing(tried, _DEVICE_RATE_Hz, _FRAMES) for _ in _while_time(_RUNS_S)]
     cpu_s = statistics.median(run.cpu_s for run in runs)
+    pitch_takes_s = cpu_s / _FRAMES * _DEVICE_RATE_Hz * cost.PITCH_HEARD_S
+    measured = pitch_takes_s <= _PITCH_S
     # The head's own pitch: alone, and for long enough to be measured.
-    alone = dataclasses.replace(tried.drum, t60_s=_LONG_T60_S, effects={})
+    alone = dataclasses.replace(tried, drum=dataclasses.replace(tried.drum, t60_s=_LONG_T60_S, effects={}))
     return {
         "ns_per_sample": cpu_s / _FRAMES * 1e9,
         "share_of_core": cpu_s * _DEVICE_RATE_Hz / _FRAMES,
         "junctions": runs[0].junctions,
         "mesh_rate_Hz": round(runs[0].steps * _DEVICE_RATE_Hz / _FRAMES),
-        "f01_error_cents": cost.f01_error_cents(dataclasses.replace(tried, drum=alone), _DEVICE_RATE_Hz),
+        "f01_error_cents": cost.f01_error_cents(alone, _DEVICE_RATE_Hz) if measured else None,
+        "pitch_would_take_s": None if measured else pitch_takes_s,
     }
 
 
@@ -199,6 +216,12 @@ def measure(scene: Scene) -> dict[str, Any]:
         }
 
 
+def _pitch(row: dict[str, Any]) -> str:
+    if row["f01_error_cents"] is None:
+        return f"not measured: {row['pitch_would_take_s']:.0f} s of computing"
+    return f"{row['f01_error_cents']:+12.3f} cents"
+
+
 def _shown(found: dict[str, Any]) -> Iterator[str]:
     stick, sound = found["stick"], found["sound"]
     yield f"{found['scene']} on this machine"
@@ -231,7 +254,7 @@ def _shown(found: dict[str, Any]) -> Iterator[str]:
             continue
         yield (
             f"{mark} {accuracy:20s} {row['ns_per_sample']:12.0f} {100.0 * row['share_of_core']:9.2f} %"
-            f" {row['junctions']:11d} {row['f01_error_cents']:+12.3f} cents"
+            f" {row['junctions']:11d} {_pitch(row)}"
         )
     yield "* what this scene asks for"
     if sound["chosen"]:

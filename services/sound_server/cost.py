@@ -15,6 +15,7 @@ from sound_server.events import StrikeRing
 from sound_server.render import render, render_all
 
 _BLOCK = 128
+PITCH_HEARD_S = 8.0  # of sound, from which the pitch is measured
 
 
 class RingingCost(NamedTuple):
@@ -45,7 +46,7 @@ def f01_error_cents(scene: Scene, rate_Hz: int) -> float:
     The drum's t60_s should be some seconds, or nothing is left to measure.
     """
     f01 = scene.drum.f01_Hz
-    sound = render(scene, [blow_at(scene, 1.0, 0.0, 0.0)], 8.0, rate_Hz)[:, 0].astype(float)
+    sound = render(scene, [blow_at(scene, 1.0, 0.0, 0.0)], PITCH_HEARD_S, rate_Hz)[:, 0].astype(float)
     length = 3 * rate_Hz
     t = np.arange(length) / rate_Hz
     carrier = np.exp(-2j * np.pi * f01 * t) * np.hanning(length)

@@ -84,3 +84,31 @@ def test_a_tier_that_cannot_be_is_told_and_the_others_measured(
     out = capsys.readouterr().out
     assert re.search(r"draft +cannot be: no room for a wave", out)
     assert re.search(r"\* standard +\d+ ", out)
+
+
+def test_a_head_that_takes_long_is_measured_less_and_what_is_not_is_said(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The clock is ours: each ringing of this drum takes a second, and eight seconds of it as many."""
+    clock = [0.0]
+    rung: list[Scene] = []
+
+    def ringing(drum: Scene, rate_Hz: int, frames: int) -> cost.RingingCost:
+        clock[0] += 1.0
+        rung.append(drum)
+        return cost.RingingCost(frames / rate_Hz, 200_000, frames)
+
+    def no_pitch(drum: Scene, rate_Hz: int) -> float:
+        raise AssertionError("it would take eight seconds")
+
+    monkeypatch.setattr(scene_cost, "_now", lambda: clock[0])
+    monkeypatch.setattr(cost, "ringing", ringing)
+    monkeypatch.setattr(cost, "f01_error_cents", no_pitch)
+    row = scene_cost._tier(Scene("huge"))
+    assert len(rung) == 1
+    assert row["f01_error_cents"] is None
+    assert "not measured: 8 s of computing" in scene_cost._pitch(row)
+    json.dumps(row, allow_nan=False)
+    rung.clear()
+    scene_cost._drum_effects(parse("[drum.effects.cavity]\n[drum.effects.snare]\n", "x"), lambda what: None)
+    assert len(rung) == 3, "one round: the drum, and it without each effect"
