@@ -27,6 +27,14 @@ def test_a_strike_that_waited_for_a_gateway_keeps_its_instant() -> None:
     assert line().event_ns(NOW - 60_000 * MS, 3, NOW) == 10**18 + NOW - 60_007 * MS
 
 
+def test_a_time_of_hours_ago_is_nobodys_and_spoils_no_recording() -> None:
+    """Anybody may publish one; a recording that held it would seem to last as long."""
+    hour = 3_600_000 * MS
+    late = line(offset_ns=10**18, haptic_ns=0)
+    assert late.event_ns(0, 3, hour) == 10**18
+    assert late.event_ns(0, 3, hour + 1) == 10**18 + hour + 1
+
+
 def test_without_a_clock_for_it_an_event_is_when_it_was_heard() -> None:
     heard = 10**18 + NOW
     assert line().event_ns(None, None, NOW) == heard
