@@ -43,7 +43,7 @@ def _times_faster(case: str, enough: float) -> float:
 @pytest.mark.parametrize("case", bounces.CASES)
 def test_exact_is_a_thousand_times_faster_than_solve_ivp_and_no_less_exact(case: str) -> None:
     asked = bounces.CASES[case]
-    # The thousand itself is for a quiet machine (benchmarks/stick_methods.py); what is left of it here is other people's.
+    # The thousand itself is for a quiet machine: benchmarks/stick_methods.py.
     assert _times_faster(case, 1000.0) >= 700.0
     assert len(bounces.contacts(case)) >= asked.bounces
     true = bounces.reference(case)
