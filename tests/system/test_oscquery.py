@@ -176,7 +176,7 @@ def _steady(rig: Rig, session: zenoh.Session, disturb: Callable[[], None]) -> No
     assert after.strikes > before.strikes
     assert after.ring_dropped == before.ring_dropped
     assert after.boot == before.boot
-    another = 0.2 + 1e-3 * (after.revision + 1)  # a set that changes nothing makes no revision
+    another = 0.25 + 1e-3 * (after.revision % 97)  # a set that changes nothing makes no revision
     assert decode(ask(session, rig.keys.set_one("dv_pls"), another), Readback).revision > after.revision
 
 
