@@ -89,7 +89,7 @@ def search(job: tuple[int, int]) -> dict[str, Any]:
 
 
 def _fingerprint() -> str:
-    """Of all that a verdict depends on: with other text the search begins anew."""
+    """Hash of all that a verdict depends on: with other text the search begins anew."""
     digest = hashlib.sha256()
     for name in _JUDGED:
         digest.update((Path(__file__).parents[1] / name).read_bytes())

@@ -1,4 +1,4 @@
-"""How much one session at the public listener may declare and ask for, and the end of one that goes beyond.
+"""Limits on what one session at the public listener may declare and ask for; one that goes beyond is ended.
 
 Each token or subscription of a stranger is carried to the gateway's own router, where thousands of them hold up
 strikes, most of all when they end at once. Zenoh limits none of it (its access rules know keys, no numbers), so what
@@ -33,7 +33,7 @@ _MOST_SESSIONS = 2000
 
 
 class Allowances:
-    """Of every session that is in. One thread: the one that reads Zenoh's log."""
+    """Counts of every session that is in. One thread: the one that reads Zenoh's log."""
 
     def __init__(self) -> None:
         self._named: dict[

@@ -1,4 +1,4 @@
-"""What a message's arguments must be, and the refusal of one that is not acted on. Pure; any thread."""
+"""Checks of a message's arguments, and the refusal of one that is not acted on. Pure; any thread."""
 
 import math
 from collections.abc import Sequence

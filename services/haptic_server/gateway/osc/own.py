@@ -9,7 +9,7 @@ _EVERYWHERE = "0.0.0.0"
 
 
 class OwnAddress:
-    """Of the socket bound at `bound`. Any thread; does not block."""
+    """Addresses of the socket bound at `bound`. Any thread; does not block."""
 
     def __init__(self, bound: Endpoint) -> None:
         self._host, self._port = bound
