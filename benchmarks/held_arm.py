@@ -64,15 +64,12 @@ def known() -> list[dict[str, Any]]:
     return rows
 
 
-def _is_bad(row: dict[str, Any]) -> bool:
-    return not row["safe"] or row["fault"] != 0
-
-
 def search(job: tuple[int, int]) -> dict[str, Any]:
     """So many sets from one seed; what was unsafe, and the worst that was seen."""
     seed, count = job
     rng = np.random.default_rng(seed)
-    bad: list[dict[str, Any]] = []
+    unsafe: list[dict[str, Any]] = []
+    stopped: list[dict[str, Any]] = []  # by the servo's own fault, though it was safe
     worst = {"late_m_per_s": 0.0, "late_entry_m_per_s": 0.0}
     tried, near = 0, 0
     for number in range(count):
@@ -81,11 +78,12 @@ def search(job: tuple[int, int]) -> dict[str, Any]:
         tried, near = tried + trial.tried, near + close
         other = Trial(rng, close) if number % 4 == 3 else None
         row = play(trial, other, guarded=number % 8 >= 4)
-        if _is_bad(row):
-            bad.append({**trial.values, "seed": seed, "number": number, **row})
+        if not row["safe"] or row["fault"] != 0:
+            (stopped if row["safe"] else unsafe).append({**trial.values, "seed": seed, "number": number, **row})
         for name, value in worst.items():
             worst[name] = max(value, float(row[name]))
-    return {"seed": seed, "sets": count, "tried": tried, "near": near, "unsafe": bad, **worst}
+    found = {"unsafe": unsafe, "stopped": stopped}
+    return {"seed": seed, "sets": count, "tried": tried, "near": near, **found, **worst}
 
 
 def _fingerprint() -> str:
@@ -103,14 +101,15 @@ def _begun(stored: dict[str, Any], seed: int) -> dict[str, Any]:
         return dict(stored["search"])
     counts = {"sets": 0, "drawn": 0, "within_2_percent_of_the_boundary": 0}
     worst = {"worst_late_m_per_s": 0.0, "worst_late_entry_m_per_s": 0.0, "wall_s": 0.0}
-    return {"of": of, "seed": seed, "next_seed": seed, **counts, "unsafe": [], **worst}
+    return {"of": of, "seed": seed, "next_seed": seed, **counts, "unsafe": [], "stopped": [], **worst}
 
 
 def _add(search: dict[str, Any], part: dict[str, Any]) -> None:
     search["next_seed"] = part["seed"] + 1
     for total, name in (("sets", "sets"), ("drawn", "tried"), ("within_2_percent_of_the_boundary", "near")):
         search[total] += part[name]
-    search["unsafe"] += part["unsafe"]
+    for verdict in ("unsafe", "stopped"):
+        search[verdict] += part[verdict]
     for name in ("late_m_per_s", "late_entry_m_per_s"):
         search[f"worst_{name}"] = max(search[f"worst_{name}"], part[name])
 
@@ -139,8 +138,9 @@ def main() -> None:
                 _add(found, part)
                 gone_s = time.monotonic() - begun
                 found["wall_s"] = round(before_s + gone_s, 1)
-                for row in part["unsafe"]:
-                    print("UNSAFE", row, flush=True)
+                for verdict in ("unsafe", "stopped"):
+                    for row in part[verdict]:
+                        print(verdict.upper(), row, flush=True)
                 if number % 10 == 0 or gone_s > 60.0 * given.minutes:
                     stored["search"] = found
                     RESULT.write_text(json.dumps(stored, indent=1) + "\n", encoding="utf-8")
@@ -149,8 +149,8 @@ def main() -> None:
                     pool.terminate()
                     break
         stored["search"] = found
-        print(json.dumps({k: v for k, v in found.items() if k != "unsafe"}), flush=True)
-        print(f"{len(found['unsafe'])} unsafe")
+        print(json.dumps({k: v for k, v in found.items() if k not in ("unsafe", "stopped")}), flush=True)
+        print(f"{len(found['unsafe'])} unsafe, {len(found['stopped'])} safe ones stopped by a fault")
     RESULT.write_text(json.dumps(stored, indent=1) + "\n", encoding="utf-8")
 
 

@@ -215,7 +215,7 @@ def _on_arm(law: Record, limits: Record, room: Coefficients) -> tuple[int, float
     if not window >= 1:
         return SELF_DRIVEN, 0.0, 0
     kick = sampled_contact.kick(lightest, head, window, limits.resolution_m)
-    if not kick <= sampled_contact.MOST_KICK_M_PER_S:
+    if not kick <= sampled_contact.most_kick(lightest.delay_ticks):
         return COARSE, 0.0, 0
     free = Arm(lightest.m, 0.0, 0.0, lightest.period_s, lightest.delay_ticks, lightest.lead_s)
     slow = sampled_contact.slow_rebound(free, head, window, limits.resolution_m, room)

@@ -37,6 +37,7 @@ MOST_REBOUND = 0.92
 # fast it swings by one count on the head's spring, have limits, m/s; with these no arm was seen to hunt faster than
 # 0.01 m/s (benchmarks/held_arm.py).
 MOST_KICK_M_PER_S = 0.00046
+KICK_SHARE_OF_A_DELAY_TICK = 0.06  # a late push goes on though the reading has flipped back: so much less is let pass
 MOST_SWING_M_PER_S = 0.00705
 # And a blow as slow as that, seen in counts, must hardly grow, whatever the phases of tick and count.
 SLOW_M_PER_S = 0.01
@@ -253,6 +254,12 @@ def widest_window(lightest: Arm, heaviest: Arm, head: Head, room: Coefficients) 
 def kick(arm: Arm, head: Head, window: int, resolution_m: float) -> float:
     """What one encoder count changes of the arm's speed in a tick by way of the damper, m/s."""
     return (head.r + head.k * arm.lead_s) * resolution_m / (window * arm.m)
+
+
+@njit()
+def most_kick(delay_ticks: int) -> float:
+    """The most that one encoder count may change of an arm's speed in a tick, m/s, when its force is so late."""
+    return MOST_KICK_M_PER_S / (1.0 + KICK_SHARE_OF_A_DELAY_TICK * delay_ticks)
 
 
 @njit()

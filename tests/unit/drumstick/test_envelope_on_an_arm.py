@@ -76,11 +76,13 @@ def test_a_head_that_is_sampled_itself_comes_whole_ticks_later(period_s: float, 
     assert found[0].window == found[1].window
 
 
-def test_a_damper_that_answers_each_count_with_a_jerk() -> None:
+@pytest.mark.parametrize(("delay", "kick"), [(0, 0.46e-3), (2, 0.46e-3 / 1.12), (4, 0.46e-3 / 1.24)])
+def test_a_damper_that_answers_each_count_with_a_jerk(delay: int, kick: float) -> None:
     """(R_in - R_out + K lead) q/(n m) of the lightest arm, with the longest window that is stable."""
     heavy = dataclasses.replace(ARM, lightest_kg=0.3, heaviest_kg=0.31, period_s=T / 2.0, lead_s=T / 4.0)
+    heavy = dataclasses.replace(heavy, delay_ticks=delay)
     k, window = 1000.0, sampled_contact.LONGEST_WINDOW
-    most = sampled_contact.MOST_KICK_M_PER_S * window * 0.3 / COUNT_M - k * T / 4.0 + 0.1
+    most = kick * window * 0.3 / COUNT_M - k * T / 4.0 + 0.1
     assert _judged(_law(k, most * (1.0 - JUST)), heavy).code == envelope.OK
     refused = _law(k, most * (1.0 + JUST))
     assert _judged(refused, heavy).code == envelope.COARSE
