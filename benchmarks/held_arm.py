@@ -79,7 +79,9 @@ def search(job: tuple[int, int]) -> dict[str, Any]:
         other = Trial(rng, close) if number % 4 == 3 else None
         row = play(trial, other, guarded=number % 8 >= 4)
         if not row["safe"] or row["fault"] != 0:
-            (stopped if row["safe"] else unsafe).append({**trial.values, "seed": seed, "number": number, **row})
+            (stopped if row["safe"] else unsafe).append(
+                {**trial.values, "seed": seed, "number": number, **row}
+            )
         for name, value in worst.items():
             worst[name] = max(value, float(row[name]))
     found = {"unsafe": unsafe, "stopped": stopped}

@@ -79,7 +79,20 @@ class Service:
         self.fault_status = None
         self._is_first = True
         self._delay_s = _FIRST_DELAY_S
-        self.start()
+        self._try_to_start(time.monotonic())
+
+    def _try_to_start(self, now: float) -> None:
+        # A machine that has no process or descriptor left for a moment must not end what still plays.
+        try:
+            self.start()
+        except OSError as error:
+            self._close()
+            self._wait(f"cannot be started: {error.strerror}; trying again", now)
+
+    def _wait(self, why: str, now: float) -> None:
+        self._say(f"[{self.name}] {why}")
+        self._restart_at = now + self._delay_s
+        self._delay_s = min(self._delay_s * 2.0, _LONGEST_DELAY_S)
 
     @property
     def pid(self) -> int | None:
@@ -107,7 +120,7 @@ class Service:
             if self.fault_status is None and not self._gone and now >= self._restart_at:
                 self.restarts += 1
                 self._is_first = False
-                self.start()
+                self._try_to_start(now)
             return
         status = self._process.poll()
         if status is None:
@@ -126,9 +139,7 @@ class Service:
         ended = (
             f"was ended by {signal.Signals(-status).name}" if status < 0 else f"ended with status {status}"
         )
-        self._say(f"[{self.name}] {ended}; restarting")
-        self._restart_at = now + self._delay_s
-        self._delay_s = min(self._delay_s * 2.0, _LONGEST_DELAY_S)
+        self._wait(f"{ended}; restarting", now)
 
     def _close(self) -> None:
         self._read()

@@ -1,13 +1,12 @@
 """`drumstick record`: what a running rig does, into an MCAP file, until Ctrl-C or for a while."""
 
 import json
-import signal
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from realtime.stop import StopRequest
+from realtime.stop import StopRequest, on_stop_signals
 from rig.fault import lacking, wrong
 from rig.settled import FarEnd
 
@@ -43,8 +42,7 @@ def recorded(
     from rig.recording.recorder import NoForce, NoRig, Recorder, to_stderr
 
     stop = StopRequest()
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, stop.ask)
+    on_stop_signals(stop.ask)
     try:
         result = Recorder(end, out, force, wait, say or to_stderr).run(stop, duration_s)
     except FileExistsError:

@@ -3,7 +3,6 @@
 import json
 import logging
 import math
-import signal
 import time
 from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from protocol.keys import Keys
 from realtime.log import say
-from realtime.stop import StopRequest
+from realtime.stop import StopRequest, on_stop_signals
 from rig import ports
 from rig.fault import lacking, wrong
 from rig.watch import host_and_port
@@ -124,8 +123,7 @@ def replay(keys: Keys, wishes: Wishes, as_json: bool) -> None:
     recording, scene = load(wishes.file)
     cues = _cues(recording, wishes)
     stop = StopRequest()
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, stop.ask)
+    on_stop_signals(stop.ask)
     if recording.torn:
         _say(f"{wishes.file} {recording.torn}; it is played as far as it goes")
     if len(recording.scenes) > 1:

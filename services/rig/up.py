@@ -1,7 +1,6 @@
 """`drumstick up` and its parts: start the services, watch them, stop them, tell how it went."""
 
 import json
-import signal
 import sys
 import time
 from contextlib import ExitStack
@@ -11,6 +10,7 @@ from haptic_server import files, front
 from protocol.endpoint import host_and_port
 from protocol.foreign_text import shown
 from protocol.keys import Keys, command
+from realtime.stop import on_stop_signals
 from rig import folder, ports, scene_file
 from rig.admission import require_admission
 from rig.fault import OURS, Stop, wrong
@@ -46,8 +46,7 @@ class Rig:
 
     def run(self, duration_s: float | None) -> None:
         """Run until a signal or for `duration_s` seconds of play. Raises Stop when a service cannot run here."""
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-            signal.signal(number, self._ask_to_stop)
+        on_stop_signals(self._ask_to_stop)
         begun = time.monotonic()
         ready_at: float | None = None
         told_s = _TELL_AFTER_S

@@ -37,7 +37,8 @@ MOST_REBOUND = 0.92
 # fast it swings by one count on the head's spring, have limits, m/s; with these no arm was seen to hunt faster than
 # 0.01 m/s (benchmarks/held_arm.py).
 MOST_KICK_M_PER_S = 0.00046
-KICK_SHARE_OF_A_DELAY_TICK = 0.06  # a late push goes on though the reading has flipped back: so much less is let pass
+# So much less for each tick of delay, since a late push goes on when the reading has flipped back long ago.
+KICK_SHARE_OF_A_DELAY_TICK = 0.06
 MOST_SWING_M_PER_S = 0.00705
 # And a blow as slow as that, seen in counts, must hardly grow, whatever the phases of tick and count.
 SLOW_M_PER_S = 0.01

@@ -4,7 +4,9 @@
 that the first one holds. A plain attribute has no lock.
 """
 
+import signal
 import time
+from collections.abc import Callable
 
 _LOOK_S = 0.02
 
@@ -29,3 +31,14 @@ class StopRequest:
         while not self._asked and (left := end - time.monotonic()) > 0.0:
             time.sleep(min(left, _LOOK_S))
         return self._asked
+
+
+def on_stop_signals(ask: Callable[..., None]) -> None:
+    """Call `ask` at SIGINT, SIGTERM and SIGHUP; the last one only where the caller did not ignore it, as nohup does.
+
+    The main thread.
+    """
+    signal.signal(signal.SIGINT, ask)
+    signal.signal(signal.SIGTERM, ask)
+    if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:
+        signal.signal(signal.SIGHUP, ask)

@@ -2,12 +2,11 @@
 
 import json
 import logging
-import signal
 import sys
 import tempfile
 from pathlib import Path
 
-from realtime.stop import StopRequest
+from realtime.stop import StopRequest, on_stop_signals
 from rig import scene_file
 from rig.fault import OURS, Stop, lacking
 from rig.figures import ready
@@ -37,8 +36,7 @@ def soak(
         ready.require_matplotlib()
         ready.require_folder(out)
     stop, terminal = StopRequest(), Terminal()
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, stop.ask)
+    on_stop_signals(stop.ask)
     samples = Samples(None if out is None else out / CSV)
     try:
         with tempfile.TemporaryDirectory(prefix="drumstick-soak-") as place:

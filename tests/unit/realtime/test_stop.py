@@ -6,6 +6,8 @@ import subprocess
 import sys
 import time
 
+import pytest
+
 from realtime.stop import StopRequest
 
 # With threading.Event in place of StopRequest this never ends: found when a parent's death sent several SIGTERMs.
@@ -33,6 +35,26 @@ def test_many_signals_at_once_stop_it() -> None:
             assert program.wait(30.0) in (0, -signal.SIGTERM)
         finally:
             program.kill()
+
+
+ENDED_BY_HANGUP = """
+import signal, sys
+from realtime.stop import StopRequest, on_stop_signals
+if sys.argv[1] == "nohup":
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+stop = StopRequest()
+on_stop_signals(stop.ask)
+signal.raise_signal(signal.SIGHUP)
+print("stopped" if stop.is_set() else "goes on")
+signal.raise_signal(signal.SIGTERM)
+print("stopped" if stop.is_set() else "goes on")
+"""
+
+
+@pytest.mark.parametrize(("started", "at_hangup"), [("plainly", "stopped"), ("nohup", "goes on")])
+def test_a_hangup_stops_what_was_not_started_with_nohup(started: str, at_hangup: str) -> None:
+    ended = subprocess.run([sys.executable, "-c", ENDED_BY_HANGUP, started], capture_output=True, text=True)
+    assert ended.stdout.split("\n")[:2] == [at_hangup, "stopped"], ended.stderr
 
 
 def test_it_waits_until_asked_or_until_the_time_is_over() -> None:

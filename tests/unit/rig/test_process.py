@@ -1,9 +1,16 @@
 """A service as a child: what ends the whole rig, and what is only started again."""
 
+import errno
+import os
+import signal
+import subprocess
 import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
+
+import pytest
 
 from rig.process import Service
 
@@ -140,6 +147,36 @@ time.sleep(60)
             time.sleep(0.01)
         part.look(time.monotonic())
         assert f"[part] {'underrun' * 500}" in said
+    finally:
+        part.ask_to_stop()
+        assert part.wait_stopped(time.monotonic() + 20.0)
+
+
+def test_a_machine_without_a_process_left_ends_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fork fails while a dead part is started again, twice; then it runs."""
+    said: list[str] = []
+    part = service("import time; print('playing', flush=True); time.sleep(60)", said)
+    part.start()
+    real, refused = subprocess.Popen, 0
+
+    def fork(*given: Any, **options: Any) -> Any:
+        nonlocal refused
+        if refused < 2:
+            refused += 1
+            raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN))
+        return real(*given, **options)
+
+    try:
+        look_until(part, lambda: part.last_line == "playing")
+        first = part.pid
+        assert first is not None
+        before = len(os.listdir("/proc/self/fd"))
+        monkeypatch.setattr(subprocess, "Popen", fork)
+        os.kill(first, signal.SIGKILL)
+        look_until(part, lambda: part.pid not in (None, first))
+        assert refused == 2
+        assert sum("cannot be started: Resource temporarily unavailable" in line for line in said) == 2
+        assert len(os.listdir("/proc/self/fd")) == before
     finally:
         part.ask_to_stop()
         assert part.wait_stopped(time.monotonic() + 20.0)
