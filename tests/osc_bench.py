@@ -122,9 +122,9 @@ class Time:
 class Client:
     """A UDP port on loopback that speaks OSC through python-osc, and reads with it too."""
 
-    def __init__(self) -> None:
+    def __init__(self, host: str = "127.0.0.1") -> None:
         self.udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self.udp.bind(("127.0.0.1", 0))
+        self.udp.bind((host, 0))
         self.udp.settimeout(BOUND_S)
         self.endpoint: tuple[str, int] = self.udp.getsockname()
 
@@ -147,8 +147,8 @@ class Client:
 
 
 @contextmanager
-def client() -> Iterator[Client]:
-    made = Client()
+def client(host: str = "127.0.0.1") -> Iterator[Client]:
+    made = Client(host)
     try:
         yield made
     finally:

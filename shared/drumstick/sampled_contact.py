@@ -46,6 +46,7 @@ MOST_SLOW_REBOUND = 1.03
 _LIVELY, _MOST_OWN = 1.01, 0.98
 _PHASES = 6  # of the tick, in which a blow is tried
 _SLOW_PHASES, _COUNT_PHASES = 2, 4  # of the tick and of the count, in which a slow one is
+_SLOW_SPEEDS = (1.0, 1.1)  # of SLOW_M_PER_S, that it is tried with: counts favour some speeds
 ROOM = LONGEST_WINDOW + MOST_DELAY_TICKS + 3
 _INSIDE = 1.0 - 1e-9
 _MOST_TICKS = 400  # of a blow that is played
@@ -197,14 +198,14 @@ def worst_rebound(arm: Arm, head: Head, window: int, room: Coefficients) -> floa
 
 @njit()
 def slow_rebound(arm: Arm, head: Head, window: int, resolution_m: float, room: Coefficients) -> float:
-    """The largest rebound of a blow of SLOW_M_PER_S that is seen in encoder counts."""
+    """The largest rebound of a blow of SLOW_M_PER_S, or a little more, that is seen in encoder counts."""
     worst = 0.0
-    for phase in range(_SLOW_PHASES):
-        for offset in range(_COUNT_PHASES):
-            blow = Blow(
-                SLOW_M_PER_S, (phase + 0.5) / _SLOW_PHASES, resolution_m, (offset + 0.5) / _COUNT_PHASES
-            )
-            worst = max(worst, rebound(arm, head, window, blow, room))
+    for share in _SLOW_SPEEDS:
+        for phase in range(_SLOW_PHASES):
+            for offset in range(_COUNT_PHASES):
+                tick_phase, count_phase = (phase + 0.5) / _SLOW_PHASES, (offset + 0.5) / _COUNT_PHASES
+                blow = Blow(share * SLOW_M_PER_S, tick_phase, resolution_m, count_phase)
+                worst = max(worst, rebound(arm, head, window, blow, room))
     return worst
 
 

@@ -144,12 +144,13 @@ def test_one_count_is_what_damper_and_spring_make_of_it() -> None:
     ("delay", "k", "r", "window"),
     [(2, 800.0, 4.0, 3), (1, 2000.0, 4.0, 1), (0, 3000.0, 4.0, 1), (2, 2000.0, 9.0, 1)],
 )
-def test_a_slow_blow_is_tried_at_two_phases_of_the_tick_and_four_of_the_count(
+def test_a_slow_blow_is_tried_at_two_speeds_two_phases_of_the_tick_and_four_of_the_count(
     delay: int, k: float, r: float, window: int
 ) -> None:
     arm, head, room = _arm(delay=delay), Head(k, r, UNILATERAL), np.zeros(ROOM)
     found = [
-        rebound(arm, head, window, Blow(0.01, phase, 3e-5, offset), room)
+        rebound(arm, head, window, Blow(speed, phase, 3e-5, offset), room)
+        for speed in (0.01, 0.011)
         for phase in (0.25, 0.75)
         for offset in (0.125, 0.375, 0.625, 0.875)
     ]

@@ -22,7 +22,7 @@ from haptic_server.gateway.osc.own import OwnAddress
 from haptic_server.gateway.osc.pace import SETS_A_SECOND, Pace, Verdict
 from haptic_server.gateway.osc.prescan import Unreadable, prescan
 from haptic_server.gateway.osc.tally import Tally
-from haptic_server.gateway.osc.targets import MOST_SUBSCRIPTIONS, SUBSCRIPTION_S, Endpoint, Targets
+from haptic_server.gateway.osc.targets import SUBSCRIPTION_S, Endpoint, Targets
 from haptic_server.gateway.osc.told import Told
 from haptic_server.gateway.rounding import is_norm_of
 from haptic_server.presets.preset import PresetError
@@ -251,9 +251,8 @@ class Inbound:
         endpoint = (sender[0], port(args))
         if self._own.holds(endpoint):
             raise Refused("arguments", "that is the rig's own port")
-        if not self._targets.subscribe(endpoint, now_s):
-            why = f"{MOST_SUBSCRIPTIONS} ports have subscribed: wait {SUBSCRIPTION_S:g} s for one to expire"
-            raise Refused("subscription", why)
+        if full := self._targets.subscribe(endpoint, now_s):
+            raise Refused("subscription", f"{full}: end one, or wait {SUBSCRIPTION_S:g} s for one to expire")
 
     def _unsubscribe(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
         self._require_own_address(sender)

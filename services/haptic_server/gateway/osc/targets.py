@@ -7,6 +7,7 @@ Endpoint = tuple[str, int]  # numeric IPv4 address, UDP port
 
 SUBSCRIPTION_S = 60.0
 MOST_SUBSCRIPTIONS = 64
+MOST_OF_A_HOST = 16  # so that no host alone can keep the others out
 
 
 class Targets:
@@ -22,16 +23,19 @@ class Targets:
         with self._lock:
             self._fixed[endpoint] = None
 
-    def subscribe(self, endpoint: Endpoint, now_s: float) -> bool:
-        """Begin or renew a subscription; False when there are 64 others."""
+    def subscribe(self, endpoint: Endpoint, now_s: float) -> str:
+        """Begin or renew a subscription; otherwise why there is no room for it."""
         with self._lock:
             if endpoint in self._fixed:
-                return True
+                return ""
             self._expire(now_s)
-            if endpoint not in self._until and len(self._until) >= MOST_SUBSCRIPTIONS:
-                return False
+            if endpoint not in self._until:
+                if sum(host == endpoint[0] for host, _ in self._until) >= MOST_OF_A_HOST:
+                    return f"{MOST_OF_A_HOST} ports of {endpoint[0]} have subscribed"
+                if len(self._until) >= MOST_SUBSCRIPTIONS:
+                    return f"{MOST_SUBSCRIPTIONS} ports have subscribed"
             self._until[endpoint] = now_s + SUBSCRIPTION_S
-            return True
+            return ""
 
     def unsubscribe(self, host: str, port: int | None) -> None:
         """End one subscription of a host, or (None) all of them; what is not subscribed is no mistake."""

@@ -7,7 +7,7 @@ from ipaddress import ip_network
 import pytest
 
 from haptic_server.gateway.osc.front import OscFront
-from haptic_server.gateway.osc.targets import MOST_SUBSCRIPTIONS
+from haptic_server.gateway.osc.targets import MOST_OF_A_HOST, MOST_SUBSCRIPTIONS, Targets
 from osc_bench import FakeDesk, Time, built, client, no_preset, opened_front, tell
 from protocol import osc
 from stability.catalogue import shows
@@ -83,20 +83,35 @@ def test_a_given_target_stays_whatever_is_unsubscribed() -> None:
         assert len(target.waiting()) == 1
 
 
-def test_there_are_at_most_64_subscriptions() -> None:
+def test_one_host_has_at_most_16_subscriptions_and_keeps_no_other_out() -> None:
     time = Time()
     with client() as sender, client() as target, opened_front(FakeDesk(), target, now=time) as front:
-        ports = [p for p in range(20000, 20000 + MOST_SUBSCRIPTIONS + 2) if p != front.endpoint[1]]
-        for port in ports[:MOST_SUBSCRIPTIONS]:
+        ports = [p for p in range(20000, 20000 + MOST_OF_A_HOST + 2) if p != front.endpoint[1]]
+        for port in ports[:MOST_OF_A_HOST]:
             assert tell(front, sender, built(P + "/subscribe", port)) == []
-        full = built(P + "/subscribe", ports[MOST_SUBSCRIPTIONS])
+        full = built(P + "/subscribe", ports[MOST_OF_A_HOST])
         answers = tell(front, sender, full)
-        assert "64 ports have subscribed" in str(answers[0][1][1])
+        assert "16 ports of 127.0.0.1 have subscribed: end one, or wait 60 s" in str(answers[0][1][1])
         assert tell(front, sender, built(P + "/subscribe", ports[0])) == []  # a renewal is always possible
         target.waiting()
         assert tell(front, target, built(P + "/subscribe", target.endpoint[1])) == []  # needs no subscription
+        with client("127.0.0.2") as neighbour:
+            assert tell(front, neighbour, built(P + "/subscribe", neighbour.endpoint[1])) == []
+            front.alive("main", "ready", 0)
+            assert len(neighbour.waiting()) == 1
         time.s += 60.0
         assert tell(front, sender, full) == []
+
+
+def test_there_are_at_most_64_subscriptions() -> None:
+    targets = Targets([])
+    hosts = [f"127.0.0.{number}" for number in range(2, 2 + MOST_SUBSCRIPTIONS // MOST_OF_A_HOST)]
+    for host in hosts:
+        for port in range(20000, 20000 + MOST_OF_A_HOST):
+            assert targets.subscribe((host, port), 0.0) == ""
+    assert targets.subscribe(("127.0.0.9", 20000), 1.0) == "64 ports have subscribed"
+    assert targets.subscribe((hosts[0], 20000), 1.0) == ""
+    assert targets.subscribe(("127.0.0.9", 20000), 60.5) == ""
 
 
 def test_the_rigs_own_port_can_be_no_target() -> None:
