@@ -150,7 +150,7 @@ def test_a_slow_blow_is_tried_at_two_speeds_two_phases_of_the_tick_and_four_of_t
     arm, head, room = _arm(delay=delay), Head(k, r, UNILATERAL), np.zeros(ROOM)
     found = [
         rebound(arm, head, window, Blow(speed, phase, 3e-5, offset), room)
-        for speed in (0.01, 0.011)
+        for speed in (1.0 * 0.01, 1.1 * 0.01)  # as it reckons: another last digit is another count
         for phase in (0.25, 0.75)
         for offset in (0.125, 0.375, 0.625, 0.875)
     ]
