@@ -27,9 +27,13 @@ _STALL_NS = 10_000_000
 
 
 def pytest_configure() -> None:
-    """A suite in the background of a shell ignores Ctrl-C, and so would every program that it starts and interrupts."""
+    """A suite in a shell's background ignores Ctrl-C, one under nohup a hangup, and so would all that it starts."""
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+    if (
+        signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+    ):  # a handler is not inherited; the suite itself goes on
+        signal.signal(signal.SIGHUP, lambda *_: None)
 
 
 class HostStoodStill(Exception):
