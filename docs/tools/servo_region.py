@@ -159,7 +159,7 @@ def section() -> list[str]:
         "- *Encoder counts do not jerk it.* The reading of an arm at rest still flips by a count. Through the damper that changes its speed in a",
         f"  tick by at most {1e3 * result['most_kick_m_per_s']:g} mm/s, with d ticks of delay by 1/(1 + {sampled_contact.KICK_SHARE_OF_A_DELAY_TICK:g} d) of that, since a late",
         f"  push outlives the count. On the head's spring it swings by a count at {1e3 * result['most_swing_m_per_s']:g} mm/s at most. A blow of",
-        f"  {1e3 * sampled_contact.SLOW_M_PER_S:g} mm/s or a tenth more, which an encoder sees as a few counts, is played at several phases of the tick and of a count, and must leave",
+        f"  {1e3 * sampled_contact.SLOW_M_PER_S:g} mm/s, or up to a tenth more, which an encoder sees as a few counts, is played with a light, a middling and a heavy arm at several phases of the tick and of a count, and must leave",
         f"  with at most {result['most_slow_rebound']:g} of its speed: else an arm that hunts slowly could go on. All four numbers are chosen by trial, not",
         "  derived.",
         "",

@@ -217,22 +217,21 @@ def _on_arm(law: Record, limits: Record, room: Coefficients) -> tuple[int, float
     kick = sampled_contact.kick(lightest, head, window, limits.resolution_m)
     if not kick <= sampled_contact.most_kick(lightest.delay_ticks):
         return COARSE, 0.0, 0
-    free = Arm(lightest.m, 0.0, 0.0, lightest.period_s, lightest.delay_ticks, lightest.lead_s)
-    slow = sampled_contact.slow_rebound(free, head, window, limits.resolution_m, room)
-    if not slow <= sampled_contact.MOST_SLOW_REBOUND:
-        return COARSE, 0.0, 0
     swing = sampled_contact.swing(lightest, head, limits.resolution_m)
     if not swing <= sampled_contact.MOST_SWING_M_PER_S:
         return FINE, 0.0, 0
+    slow = sampled_contact.slow_rebound(lightest, heaviest, head, window, limits.resolution_m, room)
+    if not slow <= sampled_contact.MOST_SLOW_REBOUND:
+        return COARSE, 0.0, 0
     # At the speeds of a roll the window is two ticks at most: a straight line explains no more.
     return OK, sampled_contact.worst_rebound(heaviest, head, min(window, 2), room), window
 
 
 @njit()
 def judge(law: Record, limits: Record, room: Coefficients) -> Judgement:
-    """Whether this set may reach the device, and what the tick has to know of it. Once a revision: up to 0.2 ms.
+    """Whether this set may reach the device, and what the tick has to know of it.
 
-    Written so that a NaN fails every comparison. room: `new_room()`.
+    Once a revision: 0.3 ms on the mean, up to 1.1 ms. Written so that a NaN fails every comparison. room: `new_room()`.
     """
     code, rebound, window = _of_numbers(law), 0.0, sampled_contact.LONGEST_WINDOW
     sampled = limits.period_s > 0.0

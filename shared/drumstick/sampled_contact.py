@@ -42,11 +42,12 @@ KICK_SHARE_OF_A_DELAY_TICK = 0.06
 MOST_SWING_M_PER_S = 0.00705
 # And a blow as slow as that, seen in counts, must hardly grow, whatever the phases of tick and count.
 SLOW_M_PER_S = 0.01
-MOST_SLOW_REBOUND = 1.03
+MOST_SLOW_REBOUND = 1.013
 _LIVELY, _MOST_OWN = 1.01, 0.98
 _PHASES = 6  # of the tick, in which a blow is tried
 _SLOW_PHASES, _COUNT_PHASES = 2, 4  # of the tick and of the count, in which a slow one is
-_SLOW_SPEEDS = (1.0, 1.1)  # of SLOW_M_PER_S, that it is tried with: counts favour some speeds
+# Of SLOW_M_PER_S; and of the way from the lightest arm to the heaviest: counts favour some speeds, and some masses.
+_SLOW_SPEEDS, _SLOW_MASSES = (0.97, 1.0, 1.03, 1.06, 1.1), (0.0, 0.5, 1.0)
 ROOM = LONGEST_WINDOW + MOST_DELAY_TICKS + 3
 _INSIDE = 1.0 - 1e-9
 _MOST_TICKS = 400  # of a blow that is played
@@ -137,8 +138,8 @@ class Blow(NamedTuple):
 
 
 @njit()
-def _told(blow: Blow, z: float) -> float:
-    return blow.count_m * math.floor(z / blow.count_m + blow.offset) if blow.count_m > 0.0 else z
+def _told(blow: Blow, per_m: float, z: float) -> float:
+    return blow.count_m * math.floor(z * per_m + blow.offset) if blow.count_m > 0.0 else z
 
 
 @njit()
@@ -153,16 +154,19 @@ def rebound(arm: Arm, head: Head, window: int, blow: Blow, room: Coefficients) -
     g = _held(arm, c)
     period = arm.period_s
     z, v = blow.phase * period * blow.speed + blow.count_m, -blow.speed
-    places = window + 1
-    for back in range(places):
-        room[(places - back) % places] = _told(blow, z + back * period * blow.speed)
+    places, arriving = window + 1, window + 1 + arm.delay_ticks
+    newest, oldest, due = 0, 1, places
+    per_s, per_m = 1.0 / (window * period), 1.0 / blow.count_m if blow.count_m > 0.0 else 0.0
+    back, on, push = -w2 * s, g / arm.m, s / arm.m
+    for ago in range(places):
+        room[(places - ago) % places] = _told(blow, per_m, z + ago * period * blow.speed)
     for tick in range(arm.delay_ticks):
         room[places + tick] = 0.0
-    touching, hunting = False, 0.0
+    touching, hunting, idle = False, 0.0, 0  # idle: ticks since a force was reckoned
     for tick in range(_MOST_TICKS):
-        newest = tick % places
-        speed = (room[newest] - room[(newest + 1) % places]) / (window * period)
-        seen = room[newest] + arm.lead_s * speed
+        told = room[newest]
+        speed = (told - room[oldest]) * per_s
+        seen = told + arm.lead_s * speed
         # As the servo sees it: a contact ends above two counts, for a stick that lies on the head must not chatter.
         touching = seen <= 2.0 * blow.count_m if touching else seen < 0.0
         force = 0.0
@@ -170,17 +174,16 @@ def rebound(arm: Arm, head: Head, window: int, blow: Blow, room: Coefficients) -
             force = -head.k * seen - head.r * speed
             if head.release != PAPER:
                 force = max(force, 0.0)
-        coming = abs(force)
+        idle = 0 if force != 0.0 else idle + 1
         if arm.delay_ticks > 0:
-            place = places + tick % arm.delay_ticks
-            force, room[place] = room[place], force
-            for ahead in range(arm.delay_ticks):
-                coming = max(coming, abs(room[places + ahead]))
-        if z > 0.0 and v > 0.0 and not touching and force == 0.0 and coming == 0.0:
+            force, room[due] = room[due], force
+            due = due + 1 if due + 1 < arriving else places
+        if z > 0.0 and v > 0.0 and not touching and idle > arm.delay_ticks:
             return v / blow.speed
-        push = force / arm.m
-        z, v = c * z + s * v + g * push, -w2 * s * z + s_rate * v + s * push
-        room[(newest + 1) % places] = _told(blow, z)
+        z, v = c * z + s * v + on * force, back * z + s_rate * v + push * force
+        newest = oldest
+        oldest = oldest + 1 if oldest + 1 < places else 0
+        room[newest] = _told(blow, per_m, z)
         if tick > _AT_REST_TICKS:
             hunting = max(hunting, abs(v))
     return hunting / blow.speed if blow.count_m > 0.0 else 0.0
@@ -197,15 +200,25 @@ def worst_rebound(arm: Arm, head: Head, window: int, room: Coefficients) -> floa
 
 
 @njit()
-def slow_rebound(arm: Arm, head: Head, window: int, resolution_m: float, room: Coefficients) -> float:
-    """The largest rebound of a blow of SLOW_M_PER_S, or a little more, that is seen in encoder counts."""
+def slow_rebound(
+    lightest: Arm, heaviest: Arm, head: Head, window: int, resolution_m: float, room: Coefficients
+) -> float:
+    """The largest rebound of a blow of about SLOW_M_PER_S that is seen in encoder counts, in no hand.
+
+    Ends at the first that is above MOST_SLOW_REBOUND.
+    """
     worst = 0.0
-    for share in _SLOW_SPEEDS:
-        for phase in range(_SLOW_PHASES):
-            for offset in range(_COUNT_PHASES):
-                tick_phase, count_phase = (phase + 0.5) / _SLOW_PHASES, (offset + 0.5) / _COUNT_PHASES
-                blow = Blow(share * SLOW_M_PER_S, tick_phase, resolution_m, count_phase)
-                worst = max(worst, rebound(arm, head, window, blow, room))
+    for way in _SLOW_MASSES:
+        m = lightest.m * (heaviest.m / lightest.m) ** way
+        arm = Arm(m, 0.0, 0.0, lightest.period_s, lightest.delay_ticks, lightest.lead_s)
+        for share in _SLOW_SPEEDS:
+            for phase in range(_SLOW_PHASES):
+                for offset in range(_COUNT_PHASES):
+                    tick_phase, count_phase = (phase + 0.5) / _SLOW_PHASES, (offset + 0.5) / _COUNT_PHASES
+                    blow = Blow(share * SLOW_M_PER_S, tick_phase, resolution_m, count_phase)
+                    worst = max(worst, rebound(arm, head, window, blow, room))
+                    if not worst <= MOST_SLOW_REBOUND:
+                        return worst
     return worst
 
 

@@ -12,6 +12,7 @@ from drumstick.contact import PAPER, UNILATERAL
 from drumstick.sampled_contact import (
     LONGEST_WINDOW,
     MOST_DELAY_TICKS,
+    MOST_SLOW_REBOUND,
     ROOM,
     Arm,
     Blow,
@@ -144,18 +145,23 @@ def test_one_count_is_what_damper_and_spring_make_of_it() -> None:
     ("delay", "k", "r", "window"),
     [(2, 800.0, 4.0, 3), (1, 2000.0, 4.0, 1), (0, 3000.0, 4.0, 1), (2, 2000.0, 9.0, 1)],
 )
-def test_a_slow_blow_is_tried_at_two_speeds_two_phases_of_the_tick_and_four_of_the_count(
+def test_a_slow_blow_is_tried_with_three_masses_at_five_speeds_and_eight_phases_of_tick_and_count(
     delay: int, k: float, r: float, window: int
 ) -> None:
-    arm, head, room = _arm(delay=delay), Head(k, r, UNILATERAL), np.zeros(ROOM)
+    light, heavy = _arm(m=0.06, delay=delay), _arm(m=0.09, delay=delay)
+    head, room = Head(k, r, UNILATERAL), np.zeros(ROOM)
     found = [
-        rebound(arm, head, window, Blow(speed, phase, 3e-5, offset), room)
-        for speed in (1.0 * 0.01, 1.1 * 0.01)  # as it reckons: another last digit is another count
+        rebound(
+            light._replace(m=0.06 * 1.5**way), head, window, Blow(share * 0.01, phase, 3e-5, offset), room
+        )
+        for way in (0.0, 0.5, 1.0)  # all as it reckons them: another last digit is another count
+        for share in (0.97, 1.0, 1.03, 1.06, 1.1)
         for phase in (0.25, 0.75)
         for offset in (0.125, 0.375, 0.625, 0.875)
     ]
     assert min(found) < max(found)
-    assert slow_rebound(arm, head, window, 3e-5, room) == max(found)
+    first = next((each for each in found if each > MOST_SLOW_REBOUND), max(found))
+    assert slow_rebound(light, heavy, head, window, 3e-5, room) == first
 
 
 def test_with_fine_counts_a_slow_blow_is_like_any_other() -> None:
