@@ -200,6 +200,37 @@ def _wire() -> list[str]:
     return lines
 
 
+def _torture() -> list[str]:
+    found = read("torture")
+    panics, values, strikes = found["panics"], found["values"], found["strikes"]
+    lines = [
+        "",
+        "## A rig that is tortured",
+        "",
+        "`python benchmarks/torture.py`: services killed and stopped, floods, a full disk, output that nobody reads, busy processors, a clock that",
+        f"jumps, a link that is cut, one or two at a time on a playing rig: {found['minutes']:.0f} minutes, {found['rounds']} rounds. {where(found)}",
+        "",
+        f"Promises broken: {len(found['broken'])}. Strikes heard by a listener: {strikes['heard']:,}, lost: {strikes['lost']}. Values accepted:"
+        f" {values['accepted']:,}, lost: {values['lost']}.",
+        f"Panics sent once: {panics['sent'] - panics['after_a_kill']}, the longest took {panics['longest_s'] * 1e3:.0f} ms until the state said so; sent again and"
+        f" again after the gateway was killed: {panics['after_a_kill']}, the longest {panics['longest_after_a_kill_s']:.1f} s.",
+        "",
+        "| what was done | rounds | strikes lost | strikes are back after, s | sound | panel |",
+        "|---|---|---|---|---|---|",
+    ]
+    for name, row in sorted(found["harms"].items()):
+        cells = [
+            f"{total / count:.2f} (at most {most:.2f})" if count else ""
+            for count, total, most in (
+                row["back_s"].get(part, (0, 0.0, 0.0)) for part in ("strikes", "sound", "panel")
+            )
+        ]
+        lines.append(f"| {name} | {row['rounds']} | {row['strikes_lost']} | {' | '.join(cells)} |")
+    if found["not_tried"]:
+        lines += ["", f"Not tried here: {'; '.join(found['not_tried'])}."]
+    return lines
+
+
 def _door() -> list[str]:
     found = read("door")
     lines = [

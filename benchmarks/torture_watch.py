@@ -1,0 +1,173 @@
+"""What a rig promises, watched from outside while it is tortured: strikes, values, panics, and that all comes back."""
+
+import contextlib
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+HERE = Path(__file__).parent
+sys.path[:0] = [str(HERE.parent / "tests"), str(HERE.parent / "tests" / "system")]
+
+import msgspec
+import zenoh
+from osc_port import send
+from pythonosc.osc_message import OscMessage
+from rig_process import DRUMSTICK, Listener, ask
+from torture_harm import SERVICES, Stage
+
+from protocol.messages import Meter, Readback, SetReply, State, Strike, decode
+from rig.ports import listens
+
+BACK_WITHIN_S = 60.0
+# Of the scene `roll`, each well inside its envelope whatever the others are.
+RANGES = {"dv_pls": (0.05, 0.25), "k_coll": (2000.0, 5000.0), "k_hand": (15.0, 30.0), "tau": (0.003, 0.006)}
+_PARTS = ("panel", "strikes", "OSC", "sound", "services")
+
+
+def _is_no_answer(reply: zenoh.Reply) -> bool:
+    # Zenoh says for itself, in words, that time is over.
+    return reply.ok is None and reply.err.payload.to_bytes() == b"Timeout"
+
+
+class Broken(Exception):
+    """A promise did not hold."""
+
+
+class Watch:
+    """Listens to one rig. `accepted`: every value that was answered ok, as it was answered."""
+
+    def __init__(self, stage: Stage) -> None:
+        rig, session = stage.rig, stage.session
+        self._stage = stage
+        self.states = Listener(session, rig.keys.state, State)
+        self.strikes = Listener(session, rig.keys.strike, Strike)
+        self._meters = Listener(session, rig.keys.meter, Meter)
+        self.udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.udp.bind(("127.0.0.1", rig.osc_out))
+        self.udp.setblocking(False)
+        self.accepted: dict[str, float] = {}
+        self.sets = self.refused = 0
+
+    def close(self) -> None:
+        self.udp.close()
+
+    def osc_strikes(self) -> int:
+        """Heard by OSC since the last call."""
+        count = 0
+        with contextlib.suppress(BlockingIOError):
+            while True:
+                count += OscMessage(self.udp.recv(65536)).address == "/drumstick/strike"
+        return count
+
+    def forget(self) -> None:
+        """What was heard until now: memory shall not grow for hours."""
+        for listener in (self.states, self.strikes, self._meters):
+            del listener.got[:-1]
+
+    def lost(self) -> int:
+        """Strikes that the servo made and nobody heard, between the first and the last heard one of each boot."""
+        seqs: dict[int, list[int]] = {}
+        for strike in list(self.strikes.got):
+            seqs.setdefault(strike.boot, []).append(strike.seq)
+        return sum(max(s) - min(s) + 1 - len(set(s)) for s in seqs.values())
+
+    def set_some(self) -> None:
+        """Ask for one new value; what is answered ok is to stay."""
+        name = self._stage.chance.choice(list(RANGES))
+        value = self._stage.chance.uniform(*RANGES[name])
+        replies = list(
+            self._stage.session.get(
+                self._stage.rig.keys.set_many, payload=msgspec.msgpack.encode([1, {name: value}]), timeout=2.0
+            )
+        )
+        if not replies or _is_no_answer(replies[0]):
+            self.accepted.pop(name, None)  # it may be in force, now or later; nobody promised anything
+            return
+        if replies[0].ok is None:
+            self.refused += 1
+            return
+        self.sets += 1
+        self.accepted.update(decode(replies[0].ok.payload.to_bytes(), SetReply).values)
+
+    def values(self) -> dict[str, float]:
+        """Of all parameters that it sets, as the rig tells them now."""
+        keys, session = self._stage.rig.keys, self._stage.session
+        return {name: decode(ask(session, keys.param(name)), Readback).value for name in RANGES}
+
+    def values_lost(self) -> list[str]:
+        """Which accepted values are not there; these are taken as they are from now on.
+
+        Not so a value whose set nobody has answered: it may still come into force.
+        """
+        found = self.values()
+        lost = [
+            f"{name}: accepted {value!r}, now {found[name]!r}"
+            for name, value in self.accepted.items()
+            if abs(found[name] - value) > 1e-6 * abs(value)
+        ]
+        self.accepted = {name: found[name] for name in self.accepted}
+        return lost
+
+    def status(self) -> str:
+        """Of the newest state; empty before there is one."""
+        return self.states.got[-1].status if self.states.got else ""
+
+    def panicked(self, since_s: float, within_s: float, repeated: bool) -> float:
+        """Seconds from `since_s` until the state says panic, after one /panic or one every 50 ms; Broken if never."""
+        send(self.udp, self._stage.rig, "/drumstick/panic")
+        while self.status() != "panic":
+            time.sleep(0.005 if not repeated else 0.05)
+            if repeated:
+                send(self.udp, self._stage.rig, "/drumstick/panic")
+            if time.monotonic() > since_s + within_s:
+                raise Broken(f"a panic did not act within {within_s} s: the state says {self.status()!r}")
+        return time.monotonic() - since_s
+
+    def assert_still(self) -> None:
+        """After a panic nothing is struck and nothing pushes."""
+        first = self.states.got[-1]
+        time.sleep(0.3)
+        last = self.states.got[-1]
+        if last.boot == first.boot and last.strikes != first.strikes:
+            raise Broken(f"{last.strikes - first.strikes} strikes after a panic")
+        if last.status == "panic" and last.force_N != 0.0:
+            raise Broken(f"{last.force_N} N after a panic")
+
+    def arm(self) -> None:
+        """At the haptic machine, as a player does."""
+        subprocess.run([*DRUMSTICK, "arm", "--rig", self._stage.rig.name], check=False, timeout=60)
+
+    def back(self, sounds: int) -> dict[str, float]:
+        """Seconds until each part works again; Broken when one does not. A latched fault or panic is armed."""
+        begun, heard = time.monotonic(), dict[str, float]()
+        rig = self._stage.rig
+        self.osc_strikes()
+        first = self.strikes.got[-1].t_ns if self.strikes.got else 0
+        played: dict[str, int] = {m.id: m.played for m in list(self._meters.got)}
+        armed = 0.0
+        while len(heard) < len(_PARTS):
+            now = time.monotonic()
+            if rig.process.poll() is not None:
+                raise Broken(f"the rig ended with {rig.process.returncode}: {rig.lines[-3:]}")
+            if self.status().startswith(("panic", "fault")) and now - armed > 3.0:
+                armed = now
+                self.arm()
+            new = [m for m in list(self._meters.got) if m.played > played.get(m.id, m.played)]
+            there = (
+                listens("127.0.0.1", rig.panel_port),
+                bool(self.strikes.got) and self.strikes.got[-1].t_ns > first,
+                self.osc_strikes() > 0,
+                len({m.id for m in new}) >= sounds,
+                len(rig.children()) == len(SERVICES),
+            )
+            for name, is_there in zip(_PARTS, there, strict=True):
+                if is_there:
+                    heard.setdefault(name, now - begun)
+            for meter in list(self._meters.got):
+                played.setdefault(meter.id, meter.played)
+            if now > begun + BACK_WITHIN_S:
+                raise Broken(f"not back after {BACK_WITHIN_S:.0f} s: only {sorted(heard)}, {self.status()!r}")
+            time.sleep(0.02)
+        return heard
