@@ -21,6 +21,7 @@ HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "services"), str(HERE.parent / "shared")]
 
 import atheris
+from atheris.import_hook import instrument_imports
 from fuzz_targets import MAKERS, PLANTED, TRACED
 
 RESULT, CORPUS = HERE / "results" / "fuzz.json", HERE / "corpus"
@@ -36,7 +37,7 @@ _OPTIONS = [
 
 def child(target: str, arguments: list[str]) -> None:
     """Hand this process over to libFuzzer: it does not come back. arguments: of libFuzzer, its own program first."""
-    with atheris.instrument_imports(include=TRACED[target]):
+    with instrument_imports(include=TRACED[target]):
         made = MAKERS[target]()
     if arguments == ["--seeds"]:
         print(json.dumps([base64.b64encode(seed).decode() for seed in made.seeds]))
