@@ -296,6 +296,7 @@ def page() -> str:
             *_month(),
             *_soak(),
             *_wire(),
+            *_torture(),
             *_door(),
             *measured_panel.panel(),
             *measured_panel.attacked(),
