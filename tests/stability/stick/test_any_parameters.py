@@ -277,7 +277,10 @@ def test_beta_depends_on_the_product_of_mass_and_stiffness_only(
 def test_speed_scales_without_a_scale_of_its_own(
     combination: str, data: st.DataObject, v0: float, power: int
 ) -> None:
-    """The equations are linear: lengths and speeds (z_ss, dv too) times 2^n give the same events at the same times."""
+    """The equations are linear: lengths and speeds (z_ss, dv too) times 2^n give the same events at the same times.
+
+    Not to the last bit: a push that has died away to nothing is left out, and then another form of the solution serves.
+    """
     scene = data.draw(likely_scenes(COMBINATIONS[combination]))
     factor = 2.0**power
     effects = {name: _times(table, factor, ("dv_m_per_s",)) for name, table in scene.effects.items()}
@@ -287,8 +290,11 @@ def test_speed_scales_without_a_scale_of_its_own(
         stick_cases.events(law_of(s), thrown(s, v), duration_s)
         for s, v in ((scene, v0), (scaled, factor * v0))
     )
-    assert [(event, t) for event, t, *_ in once] == [(event, t) for event, t, *_ in other]
-    assert [(factor * z, factor * v) for *_, z, v in once] == [(z, v) for *_, z, v in other]
+    assert [event for event, *_ in once] == [event for event, *_ in other]
+    assert [t for _, t, *_ in once] == pytest.approx([t for _, t, *_ in other], rel=1e-9)
+    for column in (2, 3):
+        ours, theirs = (np.array([row[column] for row in rows]) for rows in (once, other))
+        assert factor * ours == pytest.approx(theirs, rel=1e-9, abs=1e-9 * np.abs(theirs).max(initial=0.0))
 
 
 def test_the_rows_name_what_the_envelope_bounds() -> None:
