@@ -1,12 +1,9 @@
 """A JACK server with the dummy driver: real-time audio and MIDI without a sound card."""
 
-import fcntl
-import os
 import subprocess
 import sys
-import tempfile
+import uuid
 from pathlib import Path
-from typing import IO
 
 import pytest
 
@@ -14,30 +11,12 @@ import pytest
 LOOK = "import sounddevice; print([api['name'] for api in sounddevice.query_hostapis()])"
 
 
-# JACK's registry has room for eight servers on a machine, and one that was killed keeps its place until another comes
-# under the same name: with a new name for each, the suite's own were once the ninth.
-SLOTS = 6
-
-
-def _own_slot() -> tuple[int, IO[bytes]]:
-    for slot in range(SLOTS):
-        lock = (Path(tempfile.gettempdir()) / f"drumstick-test-jack-{os.getuid()}-{slot}").open("ab")
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            lock.close()
-            continue
-        return slot, lock
-    raise AssertionError(f"{SLOTS} other tests have a JACK server now: wait until they have ended")
-
-
 class Jack:
     """A JACK server under a name of its own; `environment` leads clients to it and to no other."""
 
     def __init__(self, environment: dict[str, str], folder: Path) -> None:
         self.log = folder / "jackd.log"
-        slot, self._lock = _own_slot()
-        name = f"drumstick-test-{slot}"
+        name = f"test-{uuid.uuid4().hex[:8]}"
         self.environment = environment | {
             "JACK_DEFAULT_SERVER": name,
             "JACK_NO_AUDIO_RESERVATION": "1",
@@ -65,7 +44,6 @@ class Jack:
         return "JACK" in look.stdout
 
     def close(self) -> None:
-        # Never kill it: only one that ends by itself leaves the registry.
+        # Never kill it: JACK's registry has room for eight servers, and only one that ends by itself leaves it.
         self.process.terminate()
         self.process.wait(20.0)
-        self._lock.close()
