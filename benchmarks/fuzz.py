@@ -9,6 +9,7 @@ Stores benchmarks/results/fuzz.json; an input that breaks a promise lies in benc
 import argparse
 import base64
 import json
+import os
 import re
 import shlex
 import subprocess
@@ -52,13 +53,17 @@ def run(target: str, folder: Path, *arguments: str) -> subprocess.CompletedProce
     itself = shlex.join([sys.executable, __file__, "--child", target, "--", str(program)])
     program.write_text(f'#!/bin/sh\nexec {itself} "$@"\n', encoding="utf-8")
     program.chmod(0o700)
-    return subprocess.run([program, *arguments], capture_output=True, text=True, check=False)
+    surroundings = dict(os.environ, TMPDIR=str(folder))  # what a target leaves goes with the folder
+    return subprocess.run(
+        [program, *arguments], capture_output=True, text=True, check=False, env=surroundings
+    )
 
 
-def seeds(target: str) -> list[bytes]:
+def seeds(target: str, folder: Path) -> list[bytes]:
     """Good inputs, as the target's own writers make them."""
     command = [sys.executable, __file__, "--child", target, "--", "--seeds"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    surroundings = dict(os.environ, TMPDIR=str(folder))
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env=surroundings)
     if done.returncode != 0:
         raise RuntimeError(f"{target}: {done.stderr[-2000:]}")
     return [base64.b64decode(line) for line in json.loads(done.stdout)]
@@ -87,14 +92,14 @@ def fuzz(target: str, seconds: int, seed: int, found: Path, is_check: bool) -> d
         old.mkdir()
         small.mkdir()
         known = kept(target)
-        for number, data in enumerate([*seeds(target), *known]):
+        for number, data in enumerate([*seeds(target, Path(folder)), *known]):
             (old / f"{number:05d}").write_bytes(data)
         found.mkdir(exist_ok=True)
         prefix = f"-artifact_prefix={found}/{target.replace(' ', '_')}-"
         done = run(
             target, Path(folder), *_OPTIONS, f"-max_total_time={seconds}", f"-seed={seed}", prefix, str(old)
         )
-        row = _row(done.stderr, known=len(known))
+        row = {"seconds": seconds, "seed": seed, **_row(done.stderr, known=len(known))}
         if done.returncode != 0:
             row["found"] = done.stderr[-3000:]
             print(done.stderr[-3000:])
@@ -144,7 +149,7 @@ def main() -> int:
     if not args.check:
         from rig.this_machine import description
 
-        result |= {"machine": description(), "seconds": args.seconds, "seed": args.seed}
+        result["machine"] = description()
         RESULT.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
     return 0 if is_good else 1
 

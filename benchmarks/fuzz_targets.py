@@ -1,4 +1,4 @@
-"""What the fuzzer feeds: everything here that reads bytes from outside. Each raises if a promise of its reader fails.
+"""Readers of bytes from outside, as targets of the fuzzer. Each raises if a promise of its reader fails.
 
 A reader may refuse, in its own documented error; any other exception is a find.
 """
@@ -21,14 +21,14 @@ sys.path[:0] = [str(HERE), str(HERE.parent / "tests"), str(HERE.parent / "tests"
 
 
 class Target(NamedTuple):
-    """`feed` takes one input. `traced`: the modules whose branches guide the fuzzer; none with compiled kernels."""
+    """One reader: `feed` takes one input, `seeds` are good ones."""
 
     feed: Callable[[bytes], None]
     seeds: list[bytes]
 
 
 PLANTED = "planted"  # a fault on purpose: does the fuzzer find what it should?
-# Module names by target, needed before anything is imported.
+# Modules whose branches guide the fuzzer, by target; needed before any is imported, and none with compiled kernels.
 TRACED = {
     "osc": ["haptic_server.gateway.osc", "protocol.osc", "haptic_server.gateway.lease"],
     "payloads": ["protocol.messages", "protocol.requests"],

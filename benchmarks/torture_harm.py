@@ -1,12 +1,12 @@
-"""What may go wrong on an evening, each as a context: it begins on entering and is over on leaving."""
+"""Faults that a stage meets, each as a context: it begins on entering and is over on leaving."""
 
 import contextlib
 import os
 import random
-import select
 import signal
 import socket
 import struct
+import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
@@ -36,7 +36,7 @@ class Stage:
         self.chance = random.Random(seed)
 
     def pid(self, module: str) -> int:
-        """Of the service that runs now."""
+        """Process id of the service that runs now."""
         return wait_for(module, lambda: self.rig.children().get(module))
 
 
@@ -159,24 +159,14 @@ def link_cut(stage: Stage) -> Iterator[None]:
 
 @contextlib.contextmanager
 def busy(_stage: Stage) -> Iterator[None]:
-    """Four threads of other work on the rig's processors, at its own priority."""
-    read, write = os.pipe()
-    pids: list[int] = []
-    for _ in range(4):
-        pid = os.fork()
-        if pid == 0:  # nothing here but turning: other threads' locks may be held
-            os.close(write)
-            while not select.select([read], [], [], 0.0)[0]:
-                pass
-            os._exit(0)
-        pids.append(pid)
-    os.close(read)
+    """Four programs that never wait, on the rig's processors and at its own priority."""
+    turning = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(4)]
     try:
         yield
     finally:
-        os.close(write)
-        for pid in pids:
-            os.waitpid(pid, 0)
+        for process in turning:
+            process.kill()
+            process.wait()
 
 
 def _write_offset(path: Path, seconds: int) -> None:

@@ -1,4 +1,4 @@
-"""What a rig promises, watched from outside while it is tortured: strikes, values, panics, and that all comes back."""
+"""Watch over a tortured rig's promises, from outside: strikes, values, panics, and that all comes back."""
 
 import contextlib
 import socket
@@ -14,16 +14,17 @@ import msgspec
 import zenoh
 from osc_port import send
 from pythonosc.osc_message import OscMessage
-from rig_process import DRUMSTICK, Listener, ask
+from rig_process import DRUMSTICK, Listener, ask, wait_for
 from torture_harm import SERVICES, Stage
 
 from protocol.messages import Meter, Readback, SetReply, State, Strike, decode
 from rig.ports import listens
 
-BACK_WITHIN_S = 60.0
+ARM_EVERY_S = 3.0  # an arm that came too early is said again
 # Of the scene `roll`, each well inside its envelope whatever the others are.
 RANGES = {"dv_pls": (0.05, 0.25), "k_coll": (2000.0, 5000.0), "k_hand": (15.0, 30.0), "tau": (0.003, 0.006)}
 _PARTS = ("panel", "strikes", "OSC", "sound", "services")
+_STILL_STATES = 8  # of 30 a second
 
 
 def _is_no_answer(reply: zenoh.Reply) -> bool:
@@ -54,7 +55,7 @@ class Watch:
         self.udp.close()
 
     def osc_strikes(self) -> int:
-        """Heard by OSC since the last call."""
+        """Count of strikes heard by OSC since the last call."""
         count = 0
         with contextlib.suppress(BlockingIOError):
             while True:
@@ -62,7 +63,7 @@ class Watch:
         return count
 
     def forget(self) -> None:
-        """What was heard until now: memory shall not grow for hours."""
+        """Drop what was heard until now: memory shall not grow for hours."""
         for listener in (self.states, self.strikes, self._meters):
             del listener.got[:-1]
 
@@ -92,7 +93,7 @@ class Watch:
         self.accepted.update(decode(replies[0].ok.payload.to_bytes(), SetReply).values)
 
     def values(self) -> dict[str, float]:
-        """Of all parameters that it sets, as the rig tells them now."""
+        """Values of all parameters in RANGES, as the rig tells them now."""
         keys, session = self._stage.rig.keys, self._stage.session
         return {name: decode(ask(session, keys.param(name)), Readback).value for name in RANGES}
 
@@ -111,29 +112,34 @@ class Watch:
         return lost
 
     def status(self) -> str:
-        """Of the newest state; empty before there is one."""
+        """Status in the newest state; empty before there is one."""
         return self.states.got[-1].status if self.states.got else ""
 
     def panicked(self, since_s: float, within_s: float, repeated: bool) -> float:
-        """Seconds from `since_s` until the state says panic, after one /panic or one every 50 ms; Broken if never."""
+        """Seconds from `since_s` until the state says panic, after one /panic or one every 20 ms.
+
+        AssertionError when it does not within `within_s`.
+        """
         send(self.udp, self._stage.rig, "/drumstick/panic")
-        while self.status() != "panic":
-            time.sleep(0.005 if not repeated else 0.05)
+
+        def acts() -> bool:
             if repeated:
                 send(self.udp, self._stage.rig, "/drumstick/panic")
-            if time.monotonic() > since_s + within_s:
-                raise Broken(f"a panic did not act within {within_s} s: the state says {self.status()!r}")
+            return self.status() == "panic"
+
+        wait_for("the panic", acts, since_s + within_s - time.monotonic())
         return time.monotonic() - since_s
 
     def assert_still(self) -> None:
-        """After a panic nothing is struck and nothing pushes."""
+        """Check that after a panic nothing is struck and nothing pushes, in the next states that are heard."""
+        heard = len(self.states.got)
         first = self.states.got[-1]
-        time.sleep(0.3)
-        last = self.states.got[-1]
-        if last.boot == first.boot and last.strikes != first.strikes:
-            raise Broken(f"{last.strikes - first.strikes} strikes after a panic")
-        if last.status == "panic" and last.force_N != 0.0:
-            raise Broken(f"{last.force_N} N after a panic")
+        wait_for("states after the panic", lambda: len(self.states.got) > heard + _STILL_STATES)
+        for state in self.states.got[heard:]:
+            if state.boot == first.boot and state.strikes != first.strikes:
+                raise Broken(f"{state.strikes - first.strikes} strikes after a panic")
+            if state.force_N != 0.0:
+                raise Broken(f"{state.force_N} N after a panic")
 
     def arm(self) -> None:
         """At the haptic machine, as a player does."""
@@ -144,30 +150,33 @@ class Watch:
         begun, heard = time.monotonic(), dict[str, float]()
         rig = self._stage.rig
         self.osc_strikes()
-        first = self.strikes.got[-1].t_ns if self.strikes.got else 0
+        begun_ns = time.monotonic_ns()  # the servo's clock: what was on its way before does not count
         played: dict[str, int] = {m.id: m.played for m in list(self._meters.got)}
         armed = 0.0
-        while len(heard) < len(_PARTS):
+
+        def all_there() -> bool:
+            nonlocal armed
             now = time.monotonic()
             if rig.process.poll() is not None:
                 raise Broken(f"the rig ended with {rig.process.returncode}: {rig.lines[-3:]}")
-            if self.status().startswith(("panic", "fault")) and now - armed > 3.0:
+            if self.status().startswith(("panic", "fault")) and now - armed > ARM_EVERY_S:
                 armed = now
                 self.arm()
-            new = [m for m in list(self._meters.got) if m.played > played.get(m.id, m.played)]
+            new = [m for m in list(self._meters.got) if m.played > played.setdefault(m.id, m.played)]
             there = (
                 listens("127.0.0.1", rig.panel_port),
-                bool(self.strikes.got) and self.strikes.got[-1].t_ns > first,
-                self.osc_strikes() > 0,
-                len({m.id for m in new}) >= sounds,
+                bool(self.strikes.got) and self.strikes.got[-1].t_ns > begun_ns,
+                self.osc_strikes() > 0 and "strikes" in heard,
+                len({m.id for m in new}) >= sounds and "strikes" in heard,
                 len(rig.children()) == len(SERVICES),
             )
             for name, is_there in zip(_PARTS, there, strict=True):
                 if is_there:
-                    heard.setdefault(name, now - begun)
-            for meter in list(self._meters.got):
-                played.setdefault(meter.id, meter.played)
-            if now > begun + BACK_WITHIN_S:
-                raise Broken(f"not back after {BACK_WITHIN_S:.0f} s: only {sorted(heard)}, {self.status()!r}")
-            time.sleep(0.02)
+                    heard.setdefault(name, time.monotonic() - begun)
+            return len(heard) == len(_PARTS)
+
+        try:
+            wait_for("all parts", all_there)
+        except AssertionError:
+            raise Broken(f"not back: only {sorted(heard)}, {self.status()!r}") from None
         return heard
