@@ -1,31 +1,20 @@
-"""The one door to numba's decorators: typed, with a compile cache that cannot go stale or stop a process.
+"""The one door to numba's decorators: typed, with options of their own and `kernel_cache` in place of numba's.
 
-numba's own cache ignores edits in *other* files and raises on a read-only, full or truncated cache folder.
-Here the folder is named by a hash of every kernel source and of numba's version, and any cache error means
-"compile without it". Call the decorators at import time only, from ordinary Python threads.
+Call the decorators at import time only, from ordinary Python threads.
 """
 
 import functools
 import hashlib
 import inspect
-import os
-import shutil
-import sys
-import tempfile
 import warnings
 from collections.abc import Callable
-from importlib import metadata
-from importlib.util import find_spec
-from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
 import numpy.typing as npt
-from numba.core.caching import UserProvidedCacheLocator
 from numba.core.errors import NumbaWarning
 
-KERNEL_PACKAGES = ("realtime", "drumstick", "haptic_server", "sound_server")
-_KEPT_CACHES = 4
+from realtime import kernel_cache
 
 # The loop of a `parallel` kernel; everywhere else it is `range`.
 prange: Any = numba.prange
@@ -38,48 +27,6 @@ Record = Any
 Records = npt.NDArray[Any]
 # What the function under `overload` gets: the numba type of an argument, at compile time.
 ArgumentType = Any
-
-
-@functools.cache
-def _roots() -> list[tuple[str, Path]]:
-    """Where the packages with kernels lie."""
-    found: list[tuple[str, Path]] = []
-    for name in KERNEL_PACKAGES:
-        spec = find_spec(name)
-        folders = spec.submodule_search_locations or [] if spec else []
-        found += [(name, Path(folder).resolve()) for folder in folders]
-    return found
-
-
-def _source_hash() -> str:
-    digest = hashlib.sha256(f"{sys.version}|{metadata.version('numba')}".encode())
-    for _, root in _roots():
-        for path in sorted(root.rglob("*.py")):
-            digest.update(path.relative_to(root).as_posix().encode())
-            digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
-
-
-def _cache_root() -> Path:
-    base = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-    return Path(base) / "haptic-drumstick"
-
-
-def _open_cache() -> Path | None:
-    """A writable folder for this exact set of sources, or None: then everything compiles afresh."""
-    root = _cache_root()
-    folder = root / f"kernels-{_source_hash()}"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-        os.utime(folder)
-        old = sorted(root.glob("kernels-*"), key=lambda p: p.stat().st_mtime, reverse=True)
-        for stale in old[_KEPT_CACHES:]:
-            shutil.rmtree(stale, ignore_errors=True)
-    except OSError:
-        return None
-    return folder
 
 
 # Without the wrapper for passing a kernel as a value, which nothing does: a fifth of the time of a cold compile.
@@ -96,47 +43,10 @@ def _name_records_by_content() -> None:
     numba.types.Record.mangling_args = property(mangling_args)
 
 
-class Locator(UserProvidedCacheLocator):
-    """Names a kernel's folder by its package, not by where that lies: an installed release, and the next one with the
-    same kernels, start with what was compiled before. The cache folder's hash vouches for the sources."""
-
-    @classmethod
-    def get_suitable_cache_subpath(cls, py_file: str) -> str:
-        """The folder of `py_file`'s kernels, inside the cache folder."""
-        folder = Path(py_file).resolve().parent
-        for name, root in _roots():
-            if folder.is_relative_to(root):
-                return ".".join((name, *folder.relative_to(root).parts))
-        return super().get_suitable_cache_subpath(py_file)
-
-
 _name_records_by_content()
-CACHE_FOLDER = _open_cache()
-if CACHE_FOLDER is not None:
-    numba.config.CACHE_DIR = str(CACHE_FOLDER)
-    numba.config.CACHE_LOCATOR_CLASSES = f"{__name__}.{Locator.__name__}"
-
-
-class _ForgivingCache:
-    """numba's function cache, where a broken entry or a full disk means a fresh compile, not an exception."""
-
-    def __init__(self, inner: Any) -> None:
-        self._inner = inner
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._inner, name)
-
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        try:
-            return self._inner.load_overload(sig, target_context)
-        except Exception:  # noqa: BLE001  unpickling a damaged file can raise anything
-            return None
-
-    def save_overload(self, sig: Any, data: Any) -> None:
-        try:
-            self._inner.save_overload(sig, data)
-        except Exception as error:  # noqa: BLE001  a full disk, a damaged index: the compiled code is good without it
-            warnings.warn(f"kernel cache not written: {error}", NumbaWarning, stacklevel=2)
+if kernel_cache.ROOT is not None:
+    numba.config.CACHE_DIR = str(kernel_cache.ROOT)
+    numba.config.CACHE_LOCATOR_CLASSES = f"{kernel_cache.__name__}.{kernel_cache.Locator.__name__}"
 
 
 def njit(
@@ -155,9 +65,8 @@ def njit(
         if inline:
             options["forceinline"] = True
         dispatcher = numba.njit(**options)(function)
-        if CACHE_FOLDER is not None:
-            dispatcher.enable_caching()
-            dispatcher._cache = _ForgivingCache(dispatcher._cache)
+        if kernel_cache.ROOT is not None:
+            kernel_cache.SharedCache(dispatcher)
         return dispatcher
 
     return decorate
@@ -247,9 +156,10 @@ class CFunction:
 
     def __init__(self, function: Callable[..., Any], signature: str, cache: bool = True) -> None:
         options = {"error_model": "numpy"}
-        if cache and CACHE_FOLDER is not None:
+        if cache and kernel_cache.ROOT is not None:
             try:
-                self._cfunc = numba.cfunc(signature, nopython=True, cache=True, **options)(function)
+                with kernel_cache.alone(f"{function.__module__}.{function.__qualname__}"):
+                    self._cfunc = numba.cfunc(signature, nopython=True, cache=True, **options)(function)
                 return
             except Exception as error:  # noqa: BLE001  a damaged file can raise anything; a real mistake raises again below
                 warnings.warn(f"kernel cache not used: {error}", NumbaWarning, stacklevel=2)

@@ -5,6 +5,7 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -15,7 +16,7 @@ PROGRAM = """
 import ctypes, json, warnings
 warnings.simplefilter("always")
 from drumstick import contact
-from realtime import jit
+from realtime import jit, kernel_cache
 
 @jit.cfunction("float64(float64)")
 def twice(x):
@@ -24,8 +25,8 @@ def twice(x):
 value = contact.beta_eq3(0.015, 5000.0, 1.3)
 called = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)(twice.address)(21.0)
 hits = sum(contact.beta_eq3.stats.cache_hits.values())
-folder = None if jit.CACHE_FOLDER is None else str(jit.CACHE_FOLDER)
-print(json.dumps([folder, value, called, hits]))
+folder = kernel_cache.folder_of("drumstick.contact")
+print(json.dumps([None if folder is None else str(folder), value, called, hits]))
 """
 EXPECTED_BETA = 0.78941675618  # exp(-R pi / sqrt(4 m K - R^2)) of set A
 
@@ -57,7 +58,7 @@ def test_the_second_start_compiles_nothing(tmp_path: Path) -> None:
 def test_damaged_files_are_compiled_over(tmp_path: Path, damage: str) -> None:
     folder, _, _ = _run(tmp_path / "cache", tmp_path / "program.py")
     assert folder is not None
-    files = [path for path in Path(folder).rglob("*.nb*") if path.is_file()]
+    files = [path for path in Path(folder).parent.rglob("*.nb*") if path.is_file()]
     assert len(files) >= 4
     for path in files:
         content = path.read_bytes()
@@ -100,29 +101,178 @@ def test_the_same_sources_elsewhere_compile_nothing(tmp_path: Path) -> None:
 
 
 def test_a_changed_source_gets_another_folder(tmp_path: Path) -> None:
-    """An edit in any kernel's file, also in one that the running kernel only calls, leaves the old code behind."""
+    """An edit in any file that the kernel's own imports, however far, leaves the old code behind; others do not."""
     copy = _copied(tmp_path / "copy")
     first, _, _ = _run(tmp_path / "cache", tmp_path / "program.py", copy)
+    for untouched in ("drumstick/analysis/gain.py", "drumstick/stick.py"):
+        _edit(copy / "shared" / untouched)
+        same, hits, _ = _run(tmp_path / "cache", tmp_path / "program.py", copy)
+        assert (same, hits) == (first, 1)
+    _edit(copy / "shared" / "realtime" / "float_mode.py")  # contact, jit, kernel_cache: none of them names it
     same, hits, _ = _run(tmp_path / "cache", tmp_path / "program.py", copy)
     assert (same, hits) == (first, 1)
-    edited = copy / "shared" / "drumstick" / "segment.py"
-    edited.write_text(edited.read_text(encoding="utf-8") + "\n# a change\n", encoding="utf-8")
+    _edit(copy / "shared" / "realtime" / "kernel_cache.py")  # by way of jit
     second, hits, _ = _run(tmp_path / "cache", tmp_path / "program.py", copy)
     assert second != first
     assert hits == 0
 
 
+def _edit(path: Path) -> None:
+    path.write_text(path.read_text(encoding="utf-8") + "\n# a change\n", encoding="utf-8")
+
+
+def test_what_python_imports_is_what_the_hash_covers() -> None:
+    """Judged by Python itself: each module of ours that importing a kernel's module loads is in its hash."""
+    program = """
+import importlib, json, sys
+from realtime import kernel_cache
+
+before = set(sys.modules)
+importlib.import_module(sys.argv[1])
+loaded = {name for name in set(sys.modules) - before if name.split(".")[0] in kernel_cache.KERNEL_PACKAGES}
+seen, left = {sys.argv[1]}, [sys.argv[1]]
+while left:
+    new = kernel_cache._imports(left.pop()) - seen
+    seen |= new
+    left += new
+print(json.dumps(sorted(loaded - seen)))
+"""
+    path = os.pathsep.join(str(ROOT / part) for part in ("shared", "services"))
+    for module in (
+        "drumstick.exact",
+        "haptic_server.servo.tick",
+        "sound_server.render",
+        "drumstick.envelope",
+    ):
+        done = subprocess.run(
+            [sys.executable, "-c", program, module], env=dict(os.environ, PYTHONPATH=path), capture_output=True,
+            text=True, check=False,
+        )  # fmt: skip
+        assert (done.returncode, done.stdout) == (0, "[]\n"), done.stderr
+
+
 def test_old_folders_are_cleared_away(tmp_path: Path) -> None:
-    root = tmp_path / "cache" / "haptic-drumstick"
+    root = tmp_path / "cache" / "haptic-drumstick" / "kernels"
     for age in range(10):
-        old = root / f"kernels-{age:016d}"
-        old.mkdir(parents=True)
-        os.utime(old, (1000 + age, 1000 + age))
+        for module in ("drumstick.contact", "drumstick.contact_ahead"):
+            old = root / f"{module}-{age:016d}"
+            old.mkdir(parents=True)
+            os.utime(old, (1000 + age, 1000 + age))
     folder, _, _ = _run(tmp_path / "cache", tmp_path / "program.py")
-    left = {path.name for path in root.iterdir()}
     assert folder is not None
+    left = {path.name for path in root.glob("drumstick.contact-*")}
     assert len(left) == 4
-    assert {Path(folder).name, f"kernels-{9:016d}"} <= left
+    assert {Path(folder).name, f"drumstick.contact-{9:016d}"} <= left
+    assert len(list(root.glob("drumstick.contact_ahead-*"))) == 10
+
+
+# The program says each step that it was given to stand before, and goes on with the next line of its standard input.
+STEPS = """
+import sys, warnings
+warnings.simplefilter("ignore")
+from realtime import jit, kernel_cache
+import kernels
+
+def stand(owner, name):
+    real = getattr(owner, name)
+    def standing(*given):
+        print(name, flush=True)
+        sys.stdin.readline()
+        return real(*given)
+    setattr(owner, name, standing)
+
+number, patience_s, *steps = sys.argv[1:]
+kernel_cache._PATIENCE_S = float(patience_s)
+file = kernels.doubled._cache._inner._cache_file
+owners = {"compile": kernels.doubled._compiler, "sleep": kernel_cache.time}
+for step in steps:
+    stand(owners.get(step, file), step)
+print(kernels.doubled(eval(number)), flush=True)
+print(sum(kernels.doubled.stats.cache_hits.values()), flush=True)
+"""
+KERNELS = """
+from realtime import jit
+
+@jit.njit()
+def doubled(x):
+    return x + x
+"""
+
+
+class Process:
+    """A process that compiles a kernel, step by step."""
+
+    def __init__(self, folder: Path, number: str, *steps: str, patience_s: float = 60.0) -> None:
+        (folder / "kernels.py").write_text(KERNELS, encoding="utf-8")
+        path = os.pathsep.join((str(folder), *(str(ROOT / part) for part in ("shared", "services"))))
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", STEPS, number, str(patience_s), *steps],
+            env=dict(os.environ, XDG_CACHE_HOME=str(folder), PYTHONPATH=path),
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+        )  # fmt: skip
+
+    def says(self) -> str:
+        assert self.process.stdout is not None
+        return self.process.stdout.readline().strip()
+
+    def go_on(self) -> None:
+        assert self.process.stdin is not None
+        self.process.stdin.write("\n")
+        self.process.stdin.flush()
+
+    def close(self) -> None:
+        self.process.kill()
+        self.process.communicate()
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Iterator[Callable[..., Process]]:
+    started: list[Process] = []
+
+    def begin(*words: str, **options: float) -> Process:
+        started.append(Process(tmp_path, *words, **options))
+        return started[-1]
+
+    yield begin
+    for each in started:
+        each.close()
+
+
+def test_one_process_compiles_and_the_other_waits_for_it(start: Callable[..., Process]) -> None:
+    first = start("21", "compile")
+    assert first.says() == "compile"
+    second = start("21", "sleep")
+    assert second.says() == "sleep"
+    first.go_on()
+    assert [first.says(), first.says()] == ["42", "0"]
+    second.go_on()
+    assert [second.says(), second.says()] == ["42", "1"]
+
+
+def test_who_was_stopped_while_compiling_is_waited_for_no_longer_than_a_minute(
+    start: Callable[..., Process],
+) -> None:
+    first = start("21", "compile")
+    assert first.says() == "compile"
+    second = start("21", patience_s=0.1)
+    assert [second.says(), second.says()] == ["42", "0"]
+
+
+def test_two_that_save_at_once_never_share_a_file(start: Callable[..., Process]) -> None:
+    """Each has read the list before the other writes it; one's line is written last, and the other's code."""
+    whole = start("21", "_save_index", "_save_data")
+    assert whole.says() == "_save_index"
+    real = start("1.5", "_save_index", patience_s=0.1)  # as where the file system has no locks
+    assert real.says() == "_save_index"
+    whole.go_on()
+    assert whole.says() == "_save_data"
+    real.go_on()
+    assert [real.says(), real.says()] == ["3.0", "0"]
+    whole.go_on()
+    assert [whole.says(), whole.says()] == ["42", "0"]
+    third = start("1.5")
+    assert [third.says(), third.says()] == ["3.0", "1"]
+    assert start("21").says() == "42"
 
 
 # How fast a roll with each of these effects can get: kernels too long to be copied into their caller.

@@ -49,7 +49,7 @@ def made(arm: StandIn, during: Callable[[], object]) -> tuple[int, float]:
     return called, called / due
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_ten_seconds_under_a_busy_interpreter(arm: StandIn) -> None:
     arm.sim("place", 0.0, CENTRE_MM[1] - 10.0, 0.0)
     servo = servo_at()

@@ -1,0 +1,275 @@
+"""The store of compiled kernels: never stale, shared by all processes, and never the reason why one does not start.
+
+numba's own cache ignores edits in *other* files, raises on a read-only, full or truncated folder, and lets two
+processes that save at the same moment take one file for two signatures: a third would then run the one's code on the
+other's memory. Here a module's kernels have a folder that is named by a hash of all that the module imports, a file is
+never written twice, whoever compiles locks out the others, and any error means "compile without it". Ordinary Python
+threads only.
+"""
+
+import functools
+import hashlib
+import os
+import re
+import shutil
+import sys
+import tempfile
+import time
+import uuid
+import warnings
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from importlib import metadata
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from numba.core.caching import UserProvidedCacheLocator
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.errors import NumbaWarning
+
+if sys.platform != "win32":
+    import fcntl
+
+KERNEL_PACKAGES = ("realtime", "drumstick", "haptic_server", "sound_server")
+_KEPT = 4  # folders a module
+# Longer than any kernel takes to compile: whoever holds a lock for longer was stopped, and is waited for no more.
+_PATIENCE_S = 60.0
+_LOOK_AGAIN_S = 0.01
+_IMPORT = re.compile(
+    rb"^\s*(?:from\s+([\w.]+)\s+import\s+(\([^)]*\)|[^\n]*)|import\s+([^\n]*))", re.MULTILINE
+)
+
+
+@functools.cache
+def _roots() -> list[tuple[str, Path]]:
+    """Where the packages with kernels lie."""
+    found: list[tuple[str, Path]] = []
+    for name in KERNEL_PACKAGES:
+        spec = find_spec(name)
+        folders = spec.submodule_search_locations or [] if spec else []
+        found += [(name, Path(folder).resolve()) for folder in folders]
+    return found
+
+
+@functools.cache
+def _source(module: str) -> bytes | None:
+    """The text of a module of ours; None when there is none of that name."""
+    package, *inner = module.split(".")
+    for name, root in _roots():
+        if name == package:
+            path = root.joinpath(*inner)
+            for file in (path / "__init__.py", path.with_suffix(".py") if inner else None):
+                if file is not None and file.is_file():
+                    return file.read_bytes()
+    return None
+
+
+@functools.cache
+def _imports(module: str) -> frozenset[str]:
+    """What of ours a module imports, anywhere in its text, each with the packages around it."""
+    named: set[str] = set()
+    for origin, names, plain in _IMPORT.findall(_source(module) or b""):
+        named |= {f"{origin.decode()}.{name.decode()}" for name in re.findall(rb"\w+", names)}
+        named |= {word.decode() for word in re.findall(rb"[\w.]+", plain)}
+    parts = [name.split(".") for name in named]
+    around = {".".join(words[:length]) for words in parts for length in range(1, len(words) + 1)}
+    return frozenset(
+        name for name in around if name.split(".")[0] in KERNEL_PACKAGES and _source(name) is not None
+    )
+
+
+def _hashed(modules: set[str]) -> str:
+    digest = hashlib.sha256(f"{sys.version}|{metadata.version('numba')}".encode())
+    for module in sorted(modules):
+        digest.update(module.encode())
+        digest.update(_source(module) or b"")
+    return digest.hexdigest()[:16]
+
+
+@functools.cache
+def hash_of(module: str) -> str:
+    """A hash of a module of ours, of all of ours that it imports, however far, of Python and of numba."""
+    seen, left = {module}, [module]
+    while left:
+        new = _imports(left.pop()) - seen
+        seen |= new
+        left += new
+    return _hashed(seen)
+
+
+@functools.cache
+def hash_of_all() -> str:
+    """A hash of every module of the packages with kernels, of Python and of numba."""
+    return _hashed({_module_at(path) for _, root in _roots() for path in root.rglob("*.py")} - {""})
+
+
+def _module_at(path: Path) -> str:
+    """The name of the module in a file of ours; empty for another's."""
+    for name, root in _roots():
+        if path.is_relative_to(root):
+            inner = path.relative_to(root).with_suffix("").parts
+            return ".".join((name, *(inner[:-1] if inner[-1] == "__init__" else inner)))
+    return ""
+
+
+def _open_root() -> Path | None:
+    """A writable folder, or None: then everything compiles afresh."""
+    base = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
+    root = Path(base) / "haptic-drumstick" / "kernels"
+    try:
+        root.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=root):
+            pass
+    except OSError:
+        return None
+    return root
+
+
+def _open_locks() -> int | None:
+    # Open for as long as the process lives: closing a file gives up every lock on it.
+    if ROOT is None or sys.platform == "win32":
+        return None
+    try:
+        return os.open(ROOT / "locks", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+    except OSError:
+        return None
+
+
+ROOT = _open_root()
+_LOCKS = _open_locks()
+
+
+def folder_of(module: str) -> Path | None:
+    """The folder for what depends on the sources of a module of ours; None where nothing can be kept."""
+    if ROOT is None:
+        return None
+    folder = ROOT / f"{module}-{hash_of(module)}"
+    try:
+        if folder.is_dir():
+            os.utime(folder)  # in use
+        else:
+            folder.mkdir(exist_ok=True)
+            _clear_away(module)
+    except OSError:
+        return None
+    return folder
+
+
+def _clear_away(module: str) -> None:
+    assert ROOT is not None
+    newest = sorted(ROOT.glob(f"{module}-*"), key=lambda path: path.stat().st_mtime, reverse=True)
+    for stale in newest[_KEPT:]:
+        shutil.rmtree(stale, ignore_errors=True)
+
+
+class Locator(UserProvidedCacheLocator):
+    """Names a kernel's folder by its module and the sources, not by where they lie: an installed release, and the next
+    one with the same kernels, start with what was compiled before."""
+
+    @classmethod
+    def get_suitable_cache_subpath(cls, py_file: str) -> str:
+        """The folder of `py_file`'s kernels, inside the store."""
+        module = _module_at(Path(py_file).resolve())
+        if not module:  # a test's, a tool's: it may import anything
+            return f"{super().get_suitable_cache_subpath(py_file)}-{hash_of_all()}"
+        folder = folder_of(module)
+        return folder.name if folder is not None else f"{module}-{hash_of(module)}"
+
+
+def _lock(name: str) -> int | None:
+    """Take the lock of a name from all other processes; None after a minute, or where there are no locks.
+
+    A lock is a byte of one file, far from all others'. Nothing but the time of a compile depends on having it.
+    """
+    if _LOCKS is None or sys.platform == "win32":
+        return None
+    place = int.from_bytes(hashlib.sha256(name.encode()).digest()[:7])
+    end = time.monotonic() + _PATIENCE_S
+    while time.monotonic() < end:
+        try:
+            fcntl.lockf(_LOCKS, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, place)
+            return place
+        except BlockingIOError:
+            time.sleep(_LOOK_AGAIN_S)
+        except OSError:
+            return None
+    return None
+
+
+def _unlock(place: int) -> None:
+    assert _LOCKS is not None
+    assert sys.platform != "win32"
+    fcntl.lockf(_LOCKS, fcntl.LOCK_UN, 1, place)
+
+
+@contextmanager
+def alone(name: str) -> Generator[None]:
+    """Keep other processes out of the blocks with this name, where there are locks."""
+    place = _lock(name)
+    try:
+        yield
+    finally:
+        if place is not None:
+            _unlock(place)
+
+
+class SharedCache:
+    """A dispatcher's cache of compiled functions, in the place of numba's own.
+
+    A kernel that is not stored is compiled by one process, while the others that want it wait for it. A broken entry
+    or a full disk means a fresh compile, not an exception.
+    """
+
+    def __init__(self, dispatcher: Any) -> None:
+        dispatcher.enable_caching()
+        self._inner = dispatcher._cache
+        self._inner._cache_file._data_name = self._unique_name
+        self._name = f"{dispatcher.py_func.__module__}.{dispatcher.py_func.__qualname__}"
+        self._held: list[int] = []
+        dispatcher._cache = self
+        dispatcher.compile = self._releasing(dispatcher.compile)
+
+    def _unique_name(self, _number: int) -> str:
+        # numba takes the next free number, which two processes may do at once.
+        pattern: str = self._inner._cache_file._data_name_pattern
+        return pattern.replace("{number:d}", uuid.uuid4().hex)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._inner, name)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """The stored function, or None when it is now ours to compile. numba calls this."""
+        found = self._load(sig, target_context)
+        if found is None and (place := _lock(f"{self._name} {sig}")) is not None:
+            self._held.append(place)  # until it is compiled
+            found = self._load(sig, target_context)
+        return found
+
+    def _load(self, sig: Any, target_context: Any) -> Any:
+        try:
+            return self._inner.load_overload(sig, target_context)
+        except Exception:  # noqa: BLE001  unpickling a damaged file can raise anything
+            return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Store what was compiled. numba calls this."""
+        # Alone, for numba reads the list of what is stored, adds a line and writes it.
+        with alone(self._name):
+            try:
+                self._inner.save_overload(sig, data)
+            except Exception as error:  # noqa: BLE001  a full disk, a damaged index: the compiled code is good without it
+                warnings.warn(f"kernel cache not written: {error}", NumbaWarning, stacklevel=2)
+
+    def _releasing(self, compile_here: Callable[[Any], Any]) -> Callable[[Any], Any]:
+        def compile(sig: Any) -> Any:
+            # numba's own lock first: while a thread waits for another process, none compiles what that one may want.
+            with global_compiler_lock:
+                before = len(self._held)
+                try:
+                    return compile_here(sig)
+                finally:
+                    while len(self._held) > before:
+                        _unlock(self._held.pop())
+
+        return compile
