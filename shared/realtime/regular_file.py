@@ -1,4 +1,4 @@
-"""Files that somebody named: regular files only, and never more of one than a limit. Waits for the disk only.
+"""Files that somebody named: regular files only, and never more read of one than a limit. Waits for the disk only.
 
 A device of that name could be read for ever, and a pipe would hold up whoever opens it. What cannot be read is an
 OSError whose strerror says why, as the system's own are.
@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import BinaryIO, TextIO
 
 _NEVER_WAIT = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0)  # Windows has neither
+_NOT_INHERITED = getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_NOINHERIT", 0)
 
 
 def opened(path: Path, most_bytes: int) -> BinaryIO:
@@ -20,7 +21,7 @@ def opened(path: Path, most_bytes: int) -> BinaryIO:
     try:
         found = os.fstat(file.fileno())
         if not stat.S_ISREG(found.st_mode):
-            raise OSError(errno.EINVAL, "not a regular file, but a device, a pipe or the like", str(path))
+            raise _not_regular(path)
         if found.st_size > most_bytes:
             raise _too_large(path, most_bytes)
     except OSError:
@@ -38,6 +39,24 @@ def read_bytes(path: Path, most_bytes: int) -> bytes:
     return content
 
 
+def created(path: Path) -> int:
+    """A descriptor to write the file with, new or emptied; whoever calls closes it. Raises OSError."""
+    try:
+        descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | _NEVER_WAIT | _NOT_INHERITED, 0o644)
+    except OSError as error:
+        if error.errno == errno.ENXIO:  # a pipe that nobody reads, a device that is not there
+            raise _not_regular(path) from error
+        raise
+    try:
+        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+            raise _not_regular(path)
+        os.ftruncate(descriptor, 0)
+    except OSError:
+        os.close(descriptor)
+        raise
+    return descriptor
+
+
 def read_text(path: Path, most_bytes: int) -> str:
     """All of a UTF-8 file, its line ends as newlines. Raises OSError, UnicodeDecodeError."""
     return read_bytes(path, most_bytes).decode("utf-8").replace("\r\n", "\n").replace("\r", "\n")
@@ -48,8 +67,18 @@ def read_lines(path: Path, most_bytes: int) -> TextIO:
     return io.TextIOWrapper(io.BytesIO(read_bytes(path, most_bytes)), encoding="utf-8", newline="")
 
 
+def write_text(path: Path, text: str) -> None:
+    """Write all of a UTF-8 file. Raises OSError."""
+    with open(created(path), "w", encoding="utf-8") as file:
+        file.write(text)
+
+
 def _open_at_once(name: str, flags: int) -> int:
     return os.open(name, flags | _NEVER_WAIT)
+
+
+def _not_regular(path: Path) -> OSError:
+    return OSError(errno.EINVAL, "not a regular file, but a device, a pipe or the like", str(path))
 
 
 def _too_large(path: Path, most_bytes: int) -> OSError:

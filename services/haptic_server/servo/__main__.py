@@ -29,6 +29,7 @@ from haptic_server.servo.streaming import stream_to
 from realtime.atomics import poke
 from realtime.log import open_log
 from realtime.notify import Supervisor
+from realtime.regular_file import write_text
 from realtime.stop import StopRequest
 
 _log = logging.getLogger("servo")
@@ -37,7 +38,7 @@ _LOOK_EVERY_S = 0.25
 
 def _tell_granted(path: Path, granted: dict[str, str]) -> None:
     try:
-        path.write_text(json.dumps(granted), encoding="utf-8")
+        write_text(path, json.dumps(granted))
     except OSError as error:  # only `doctor` reads it: no reason not to play
         _log.warning("%s cannot be written: %s", path, error.strerror)
 
@@ -47,8 +48,8 @@ def _save_trace(servo: memory.Servo, path: Path) -> None:
     _log.error("fault: %s; the last ticks are in %s", fault, path)
     rows = trace.ordered(servo.trace, int(servo.player[0]["traced"]))
     try:
-        path.write_text(trace.as_csv(rows), encoding="utf-8")
-    except OSError as error:  # a full disk must not end the servo
+        write_text(path, trace.as_csv(rows))
+    except OSError as error:  # a full disk or a pipe that nobody reads must not end the servo
         _log.error("%s cannot be written: %s", path, error.strerror)
 
 

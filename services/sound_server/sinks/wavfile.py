@@ -11,6 +11,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from realtime.regular_file import created
+
 LONGEST_S = 600.0
 MOST_BYTES = 2**32 - 1 - 36  # of sound: the header holds its length, with its own, in 32 bits
 _CHANNELS = 2
@@ -38,7 +40,7 @@ class WavFile:
         self._rate_Hz = rate_Hz
         self._room = min(round(longest_s * rate_Hz), MOST_BYTES // _FRAME_BYTES)
         self._bytes = 0
-        self._fd: int | None = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o644)
+        self._fd: int | None = created(path)
         try:
             self._append(self._fd, _header(rate_Hz, 0))
         except OSError:

@@ -1,4 +1,5 @@
 import io
+import os
 import subprocess
 import sys
 import threading
@@ -51,11 +52,33 @@ def test_the_file_ends_at_its_limit_and_says_so_once(
     assert [r.getMessage() for r in caplog.records] == [f"{path} is full; playing on without recording"]
 
 
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")
-def test_a_full_disk_at_the_start_is_a_wrong_request() -> None:
-    with pytest.raises(SinkError, match="cannot be written: No space left") as refusal:
-        choose.wav(Path("/dev/full"), 48000, 128)
-    assert refusal.value.status == 2
+@pytest.mark.timeout(20)
+def test_what_is_no_file_is_a_wrong_request(tmp_path: Path) -> None:
+    unread = tmp_path / "unread"
+    os.mkfifo(unread)
+    for path in (unread, Path("/dev/null")):
+        with pytest.raises(SinkError, match="cannot be written: not a regular file") as refusal:
+            choose.wav(path, 48000, 128)
+        assert refusal.value.status == 2
+
+
+def test_a_full_disk_at_the_start_is_a_wrong_request(tmp_path: Path) -> None:
+    """In a process of its own, whose files may not grow beyond ten bytes."""
+    path = tmp_path / "roll.wav"
+    program = f"""
+import pathlib, resource
+from sound_server.sinks import choose
+from sound_server.sinks.sink import SinkError
+resource.setrlimit(resource.RLIMIT_FSIZE, (10, 10))
+try:
+    choose.wav(pathlib.Path({str(path)!r}), 48000, 128)
+except SinkError as error:
+    print(error.status, error)
+"""
+    run = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=True
+    )
+    assert run.stdout == f"2 {path} cannot be written: File too large\n"
 
 
 def test_a_full_disk_later_ends_the_recording_only(tmp_path: Path) -> None:
