@@ -17,6 +17,7 @@ from realtime.notify import Supervisor
 from web_panel.port import free_port
 from web_panel.visitor_token import TokenFileError, token_of
 
+CHANGES = "panel-changes.json"  # beside the token: undo, A and B
 _log = logging.getLogger("panel")
 
 
@@ -62,6 +63,7 @@ def main() -> int:
         return _end(3, f"port {given.port} of 127.0.0.1 is not free: {error}")
     try:
         from web_panel.accuracy_results import Files
+        from web_panel.kept import Kept
         from web_panel.serving import GuardError, serve
     except ImportError as error:
         return _end(3, f"{error}; install haptic-drumstick[panel]")
@@ -74,7 +76,8 @@ def main() -> int:
 
     try:
         files = Files(given.accuracy_shipped, given.accuracy_own)
-        serve(given.rig, given.connect, port, token, keep_on, given.identity, files)
+        kept = Kept(given.token_file.with_name(CHANGES))
+        serve(given.rig, given.connect, port, token, kept, keep_on, given.identity, files)
     except GuardError as error:
         return _end(1, str(error))
     return 0

@@ -8,18 +8,21 @@ from collections.abc import Callable
 from drumstick.parameters import Z_H0
 from web_panel.answer import Answer
 from web_panel.compare import SLOTS, Compare, settable
+from web_panel.kept import Kept
 from web_panel.mirror import Mirror
 from web_panel.undo import History
 from web_panel.wishes import Wish, Wishes
 
 UNDO, REDO, PRESET = "undo", "redo", "preset"
+_WRITE_EVERY_S = 0.5
 
 
 class Changes:
     """`set_` and `load_preset` ask the haptic server and wait; `lease_of` gives a browser's lease, "" without.
 
     `foresee` is told of the whole set that each single wish would make, and must not block; what it returns waits, not
-    for long, until the pages have been handed what it found: then the wish is sent.
+    for long, until the pages have been handed what it found: then the wish is sent. `kept`: where undo, A and B outlive
+    the panel.
     """
 
     def __init__(
@@ -28,6 +31,7 @@ class Changes:
         load_preset: Callable[[str, str], Answer],
         lease_of: Callable[[int | None], str],
         foresee: Callable[[dict[str, float]], Callable[[], object]],
+        kept: Kept,
     ) -> None:
         self._wishes = Wishes(set_)
         self._load_preset = load_preset
@@ -38,6 +42,8 @@ class Changes:
         self.compare = Compare()
         self.words, self.alarm = "", False  # about the last whole set
         self._scenes_seen = 0
+        self._kept = kept
+        self._unwritten, self._write_at = False, 0.0
 
     def start(self) -> None:
         """Begin to ask."""
@@ -84,6 +90,7 @@ class Changes:
     def store(self, slot: str) -> None:
         """Keep what was accepted last in A or B."""
         self.compare.store(slot, self._standing)
+        self._unwritten = True
 
     def _want_all(self, values: dict[str, float], purpose: str, client: int | None) -> None:
         self._wishes.want(Wish(dict(values), self._lease_of(client), purpose, self._standing))
@@ -99,10 +106,9 @@ class Changes:
 
     def take_answers(self, mirror: Mirror, now: float) -> list[tuple[Wish, Answer]]:
         """Note what was answered since the last call; the answers to single controls, which show them in place."""
-        if mirror.scenes_seen != self._scenes_seen:
+        if mirror.scene is not None and mirror.scenes_seen != self._scenes_seen:
+            self.history, self.compare = self._kept.read(mirror.scene)
             self._scenes_seen = mirror.scenes_seen
-            self.history.clear()
-            self.compare.clear()
             self.words = ""
         single: list[tuple[Wish, Answer]] = []
         while not self._wishes.answers.empty():
@@ -113,6 +119,9 @@ class Changes:
             if not wish.purpose:
                 single.append((wish, answer))
         self._standing = mirror.standing()
+        if mirror.scene is not None and self._unwritten and now >= self._write_at:
+            self._unwritten, self._write_at = False, now + _WRITE_EVERY_S
+            self._kept.write(mirror.scene, self.history, self.compare)
         return single
 
     def _note(self, wish: Wish, answer: Answer, now: float) -> None:
@@ -122,6 +131,7 @@ class Changes:
             self.words = ""
         if not answer.taken:
             return
+        self._unwritten = True
         after = {name: readback.value for name, readback in answer.readbacks.items()}
         if wish.purpose == UNDO:
             self.history.undone(wish.values)

@@ -33,11 +33,6 @@ class Compare:
         """The slot's values were accepted."""
         self.on = slot
 
-    def clear(self) -> None:
-        """Another scene: its values are not these."""
-        self.slots.clear()
-        self.on = ""
-
     def changed(self, values: Mapping[str, float]) -> list[str]:
         """Names of the values that are no more what the slot that is on holds."""
         kept = self.slots.get(self.on, {})

@@ -14,6 +14,7 @@ from web_panel.client_message import ClientMessages
 from web_panel.computing.computer import Computer
 from web_panel.guard import GuardError as GuardError
 from web_panel.guard import start
+from web_panel.kept import Kept
 from web_panel.lease_door import LeaseDoor
 from web_panel.mirror import Mirror
 from web_panel.page import Page
@@ -36,6 +37,7 @@ def serve(
     endpoint: str,
     port: int,
     token: str,
+    kept: Kept,
     keep_on: Callable[[], bool],
     identity: Identity | None = None,
     accuracy: Files = NO_FILES,
@@ -49,7 +51,7 @@ def serve(
     foreseen = threading.Event()
     for_wishes, for_plots = Computer(tell=foreseen.set), Computer()
     prediction = Prediction(for_wishes)
-    changes = Changes(link.set, link.load_preset, lease.secret_of, prediction.ask)
+    changes = Changes(link.set, link.load_preset, lease.secret_of, prediction.ask, kept)
     try:
         presets = Doors(changes.load, link.save_preset)
         page = Page(

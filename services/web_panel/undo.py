@@ -66,8 +66,3 @@ class History:
         if self.forth and self.forth[-1].after == values:
             self.back.append(self.forth.pop())
         self._noted_at = float("-inf")
-
-    def clear(self) -> None:
-        """Another scene: its values are not these."""
-        self.back.clear()
-        self.forth.clear()

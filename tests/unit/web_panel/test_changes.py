@@ -1,7 +1,10 @@
 """Undo, A and B as whole sets, against a haptic server made of a dictionary."""
 
+import dataclasses
+import json
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import pytest
 
@@ -10,6 +13,7 @@ from drumstick.scene import parse, shipped_text
 from protocol.messages import Readback
 from web_panel.answer import Answer
 from web_panel.changes import Changes
+from web_panel.kept import Kept
 from web_panel.mirror import Mirror
 from web_panel.steps_row import sets_words, step_words
 from web_panel.wishes import Wish
@@ -22,7 +26,8 @@ HOLDER, OTHER = 1, 2
 class Rig:
     """Accepts what is not refused; and the panel's mirror of it."""
 
-    def __init__(self) -> None:
+    def __init__(self, path: Path) -> None:
+        self.path = path
         self.values = {"dv_pls": 0.2, "k_coll": 5000.0, "z_ss": -0.02, "z_h0": -0.0126}
         self.revision = 0
         self.refusal = ""
@@ -34,9 +39,19 @@ class Rig:
         for name, value in self.values.items():
             self.mirror.note_readback(name, Readback(value=value, revision=0))
         self.sent_before: list[int] = []  # sets that were sent before each wait
-        self.changes = Changes(self.set, self.load, self.lease_of, self.foresee)
+        self.start_panel()
+
+    def start_panel(self) -> None:
+        """A panel as it starts, and the first that it hears."""
+        self.changes = Changes(self.set, self.load, self.lease_of, self.foresee, Kept(self.path))
         self.changes.start()
         self.changes.take_answers(self.mirror, self.now)
+
+    def restart_panel(self) -> None:
+        """As after a kill: nothing is said at the end."""
+        self.changes.take_answers(self.mirror, self.now + 5.0)
+        self.changes.close()
+        self.start_panel()
 
     def foresee(self, values: dict[str, float]) -> Callable[[], object]:
         self.foreseen.append(values)
@@ -71,8 +86,8 @@ class Rig:
 
 
 @pytest.fixture
-def rig() -> Iterator[Rig]:
-    made = Rig()
+def rig(tmp_path: Path) -> Iterator[Rig]:
+    made = Rig(tmp_path / "panel-changes.json")
     yield made
     made.changes.close()
 
@@ -177,3 +192,73 @@ def test_another_scene_forgets_all_of_it(rig: Rig) -> None:
     rig.changes.take_answers(rig.mirror, rig.now)
     assert not rig.changes.history.back
     assert not rig.changes.compare.slots
+
+
+def test_undo_redo_a_and_b_outlive_the_panel(rig: Rig) -> None:
+    rig.changes.store("A")
+    for value in (0.3, 0.4):
+        rig.change("dv_pls", value)
+    rig.changes.store("B")
+    rig.changes.undo(OTHER)
+    rig.until(lambda: rig.changes.history.forth)
+    rig.restart_panel()
+    assert [step.before for step in rig.changes.history.back] == [{"dv_pls": 0.2}]
+    assert sets_words(rig.changes, rig.mirror.standing(), TABLE).endswith("A and B differ in Δv_pls.")
+    rig.changes.redo(OTHER)
+    rig.until(lambda: rig.values["dv_pls"] == 0.4)
+    rig.changes.switch("A", OTHER)
+    rig.until(lambda: rig.values["dv_pls"] == 0.2)
+    for _ in range(3):
+        steps = len(rig.changes.history.back)
+        rig.changes.undo(OTHER)
+        rig.until(lambda before=steps: len(rig.changes.history.back) < before)
+    assert rig.values["dv_pls"] == 0.2
+    assert not rig.changes.history.back
+
+
+def test_another_scene_begins_without_the_steps_of_this_one(rig: Rig) -> None:
+    rig.change("dv_pls", 0.3)
+    rig.changes.store("A")
+    rig.restart_panel()
+    assert rig.changes.history.back
+    rig.mirror.note_scene(dataclasses.replace(SCENE, name="another"), TABLE)
+    rig.changes.take_answers(rig.mirror, rig.now)
+    assert not rig.changes.history.back
+    assert not rig.changes.compare.slots
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "", "[", "[1]", "3", '{"scene": MARK}', '{"scene": MARK, "back": 1, "forth": [], "slots": {}, "on": ""}',
+        '{"scene": MARK, "back": [[{"dv_pls": NaN}, {"dv_pls": 1}]], "forth": [], "slots": {}, "on": ""}',
+        '{"scene": MARK, "back": [[{"dv_pls": 1}, {"k_coll": 1}]], "forth": [], "slots": {}, "on": ""}',
+        '{"scene": MARK, "back": [[1, 2, 3]], "forth": [], "slots": {}, "on": ""}',
+        '{"scene": MARK, "back": [], "forth": [], "slots": {"A": {"dv_pls": true}}, "on": "A"}',
+        '{"scene": MARK, "back": [[{"dv_pls": %s}, {"dv_pls": 1}]], "forth": [], "slots": {}, "on": ""}' % ("9" * 4000),
+        "[" * 100_000,
+    ],
+)  # fmt: skip
+def test_a_file_that_is_not_as_the_panel_wrote_it_is_as_none(
+    rig: Rig, content: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    rig.changes.store("A")
+    rig.restart_panel()
+    mark = json.loads(rig.path.read_text())["scene"]
+    rig.path.write_text(content.replace("MARK", json.dumps(mark)))
+    rig.changes.close()
+    rig.start_panel()
+    assert not rig.changes.compare.slots
+    assert not rig.changes.history.back
+    assert f"{rig.path} is not used" in caplog.text
+    rig.change("dv_pls", 0.3)  # and it goes on
+    assert len(rig.changes.history.back) == 1
+
+
+def test_a_folder_that_takes_no_file_stops_nothing(rig: Rig, caplog: pytest.LogCaptureFixture) -> None:
+    (rig.path.parent / f".{rig.path.name}").mkdir()
+    rig.change("dv_pls", 0.3)
+    rig.changes.take_answers(rig.mirror, rig.now + 5.0)
+    assert "cannot be written" in caplog.text
+    rig.changes.undo(OTHER)
+    rig.until(lambda: rig.values["dv_pls"] == 0.2)
