@@ -6,8 +6,8 @@ import numpy as np
 
 STRIKE, RELEASE = 1, 2
 
-# One strike or release. a..c: strike: speed m/s (> 0), peak estimate N, contact estimate s;
-# release: exit speed m/s, impulse N s, contact s. peak_N is measured, on release only.
+# One strike or release. A strike tells its speed (m/s, > 0) and foresees the contact, a release tells the speed that it
+# was left with and what the contact was.
 EVENT: np.dtype[Any] = np.dtype(
     [
         ("kind", "i8"),
@@ -15,11 +15,11 @@ EVENT: np.dtype[Any] = np.dtype(
         ("t_ns", "i8"),
         ("x", "f8"),
         ("y", "f8"),
-        ("a", "f8"),
-        ("b", "f8"),
-        ("c", "f8"),
-        ("level", "f8"),
+        ("speed_m_per_s", "f8"),
         ("peak_N", "f8"),
+        ("contact_s", "f8"),
+        ("impulse_N_s", "f8"),
+        ("level", "f8"),
     ],
     align=True,
 )
@@ -72,7 +72,8 @@ STATUS: np.dtype[Any] = np.dtype(
 # What the simulated player and the tick remember. `phase` walks the strikes over the head; `rest_s` is how long the
 # stick has lain dead, `still_s` how long it crept or was out of reach; the last two strike instants make the roll rate.
 # `reach`: the fastest entry that keeps all limits, m/s, with the law that plays (envelope.Judgement). `holding`: a set
-# that passed waits to be latched, with its own reach and its longest window for the speed.
+# that passed waits to be latched, with its own reach and its longest window for the speed. `loss`: the share of its
+# push that the head holds back while a slow blow leaves it (drumstick.sampled_contact); `last_v`: the last speed but 0.
 PLAYER: np.dtype[Any] = np.dtype(
     [
         ("phase", "f8"),
@@ -95,6 +96,8 @@ PLAYER: np.dtype[Any] = np.dtype(
         ("reach", "f8"),
         ("offer_reach", "f8"),
         ("offer_window", "i8"),
+        ("loss", "f8"),
+        ("last_v", "f8"),
         ("force_N", "f8"),
         ("traced", "i8"),
         ("trace_ended", "i8"),

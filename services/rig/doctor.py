@@ -69,12 +69,10 @@ def _real_time() -> list[Finding]:
 
 
 def _kernel_cache() -> Finding:
-    from realtime.jit import CACHE_FOLDER
+    from realtime.kernel_cache import ROOT
 
     remedy = "make ~/.cache writable or set XDG_CACHE_HOME; until then every start compiles for half a minute"
-    return Finding(
-        "kernel cache", CACHE_FOLDER is not None, False, str(CACHE_FOLDER or "not writable"), remedy
-    )
+    return Finding("kernel cache", ROOT is not None, False, str(ROOT or "not writable"), remedy)
 
 
 def _port(name: str, check: Callable[[], None]) -> Finding:

@@ -92,8 +92,10 @@ def strikes_of(path: Path, scene: "Scene") -> list["Blow"]:
 
 def rolled(scene: "Scene", duration_s: float) -> list["Blow"]:
     """What the scene's own stick plays, thrown once, on the hand's circle."""
+    from drumstick.contact_ahead import LONGEST_S
     from drumstick.simulate import COLUMNS, simulate
     from sound_server.calibrate import blow_at
+    from sound_server.render import Blow
 
     hand = scene.hand
     blows: list[Blow] = []
@@ -102,7 +104,11 @@ def rolled(scene: "Scene", duration_s: float) -> list["Blow"]:
         t_s = contact["t_in_s"]
         turn = 2.0 * math.pi * t_s / hand.orbit_period_s
         x, y = hand.orbit_radius * math.cos(turn), hand.orbit_radius * math.sin(turn)
-        blows.append(blow_at(scene, -contact["v_in_m_per_s"], x, y, t_s))
+        lasts_s = contact["t_out_s"] - t_s
+        if lasts_s > LONGEST_S:  # a press, announced as a lone blow
+            blows.append(blow_at(scene, -contact["v_in_m_per_s"], x, y, t_s))
+        else:
+            blows.append(Blow(t_s, x, y, contact["peak_force_N"], lasts_s, contact["impulse_N_s"]))
     return blows
 
 
@@ -117,7 +123,7 @@ def _strikes(scene: "Scene", wishes: Wishes) -> list["Blow"]:
 
 
 class Score(NamedTuple):
-    """What is played: strikes by their half-sine, contacts by their forces; how long that lasts, if it tells."""
+    """What is played: strikes by their messages, contacts by their forces; how long that lasts, if it tells."""
 
     blows: "list[Blow]"
     presses: "list[Press]"

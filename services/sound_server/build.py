@@ -4,13 +4,16 @@ from typing import Any, cast
 
 import numpy as np
 
+from drumstick.contact import PAPER
+from drumstick.effects.system_delay import SystemDelay
+from drumstick.law import law_of
 from drumstick.scene import Scene
 from realtime.jit import Record, Records
 from sound_server.effects import built
 from sound_server.effects.internal_loss import Momentum
 from sound_server.engine import CONTROL, METERS, PENDING, Engine
 from sound_server.events import EVENT, StrikeRing
-from sound_server.excitation import FORCES, POOL, PULSE
+from sound_server.excitation import CONTACT, FORCES, POOL, PULSE
 from sound_server.membrane.heads import aligned, ears_on, head_of
 from sound_server.membrane.scheme import tuned
 from sound_server.membrane.surface import Places, of_modes, on_mesh
@@ -24,9 +27,26 @@ from sound_server.tiers import divisor_for
 from sound_server.upsample import TAPS, interpolator
 
 
-def _common(divisor: int, strikes: StrikeRing, places: Places) -> dict[str, Any]:
+def _contact_of(scene: Scene, step_s: float) -> Records:
+    # A head that comes too late pushes as if its damper were weaker.
+    law: Record = law_of(scene)[0]
+    late = scene.effects.get("system_delay")
+    taken = float(law["r_in"]) - (
+        float(law["k_coll"]) * late.mean_lag_s if isinstance(late, SystemDelay) else 0.0
+    )
+    per_step = step_s / (2.0 * float(law["m"]))
+    contact: Records = np.zeros(1, CONTACT)
+    fields: Record = contact[0]
+    fields["decay"] = per_step * max(taken, 0.0)
+    fields["own_decay"] = per_step * max(taken - float(law["r_out"]), 0.0)
+    fields["pulls"] = int(law["release"]) == PAPER
+    return contact
+
+
+def _common(scene: Scene, step_s: float, divisor: int, strikes: StrikeRing, places: Places) -> dict[str, Any]:
     # What every engine has, whatever renders its head.
     return {
+        "contact": _contact_of(scene, step_s),
         "meters": cast(Records, np.zeros(1, METERS)),
         "pulses": cast(Records, np.zeros(POOL, PULSE)),
         "phases": interpolator(divisor),
@@ -55,7 +75,7 @@ def _of_mesh(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     size = lattice.weights.size
     ears, ear_gains = ears_on(scene, head, 1.0)
     return Engine(
-        **_common(divisor, strikes, on_mesh(head)),
+        **_common(scene, step_s, divisor, strikes, on_mesh(head)),
         control=numbers.control(scene, rate_Hz, divisor),
         head=head,
         forces=cast(Records, np.zeros(FORCES, FORCE)),
@@ -83,7 +103,7 @@ def _of_modes(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     fields["rate_Hz"], fields["divisor"] = rate_Hz, divisor
     fields["output_gain"], fields["asleep"], fields["looked"] = 1.0, 1, -1
     return Engine(
-        **_common(divisor, strikes, of_modes(highest_zero(scene, 1.0 / step_s))),
+        **_common(scene, step_s, divisor, strikes, of_modes(highest_zero(scene, 1.0 / step_s))),
         control=control,
         head=cast(Head, None),  # for compiled code: nothing of a mesh
         forces=cast(Records, np.zeros(0, FORCE)),

@@ -63,13 +63,14 @@ METERS: np.dtype[Any] = np.dtype(
 
 class Engine(NamedTuple):
     """One drum, of a mesh or of a bank of modes. Shapes, with J junctions stored, P pickups and C corners (3 or 4):
-    pulses (32,), forces (32 C,), ears (C P,) and their gains (C P, 2), phases (divisor, TAPS), history (2, 2 TAPS),
-    pending (256,), ring cells (24,) and slots (256,); bend (J,), for fourth order only."""
+    pulses (32,), contact (1,), forces (32 C,), ears (C P,) and their gains (C P, 2), phases (divisor, TAPS),
+    history (2, 2 TAPS), pending (256,), ring cells (24,) and slots (256,); bend (J,), for fourth order only."""
 
     control: Records
     meters: Records
     head: Head  # None where there is a bank of modes
     pulses: Records
+    contact: Records
     forces: Records
     ears: npt.NDArray[np.int64]
     ear_gains: npt.NDArray[np.float32]

@@ -10,9 +10,17 @@ from realtime.jit import Records
 
 RING_SLOTS = 256
 
-# `onset_ns` is this machine's monotonic time at which the force begins; 0 means at once.
+# `onset_ns` is this machine's monotonic time at which the force begins; 0 means at once. An impulse of 0 was not told.
 EVENT: np.dtype[Any] = np.dtype(
-    [("onset_ns", "i8"), ("x", "f8"), ("y", "f8"), ("peak_N", "f8"), ("contact_s", "f8")], align=True
+    [
+        ("onset_ns", "i8"),
+        ("x", "f8"),
+        ("y", "f8"),
+        ("peak_N", "f8"),
+        ("contact_s", "f8"),
+        ("impulse_N_s", "f8"),
+    ],
+    align=True,
 )
 
 
@@ -24,7 +32,9 @@ class StrikeRing:
         self.slots: Records = np.zeros(RING_SLOTS, EVENT)
         self._event: Records = np.zeros(1, EVENT)
 
-    def push(self, onset_ns: int, x: float, y: float, peak_N: float, contact_s: float) -> bool:
+    def push(
+        self, onset_ns: int, x: float, y: float, peak_N: float, contact_s: float, impulse_N_s: float = 0.0
+    ) -> bool:
         """Hand a strike to the audio thread; False when 256 are waiting already."""
-        self._event[0] = (onset_ns, x, y, peak_N, contact_s)
+        self._event[0] = (onset_ns, x, y, peak_N, contact_s, impulse_N_s)
         return bool(ring.push(self.cells, self.slots, self._event[0]))

@@ -18,7 +18,7 @@ import numpy as np
 from llvmlite import binding
 
 from drumstick.scene import Scene
-from realtime.jit import CACHE_FOLDER
+from realtime.kernel_cache import folder_of
 from realtime.regular_file import read_text
 from sound_server import outlook, tiers
 from sound_server.build import Unplayable, new_engine
@@ -187,10 +187,11 @@ def _key(scene: Scene, rate_Hz: int, order: int) -> str:
 
 
 def _read() -> dict[str, Line]:
-    if CACHE_FOLDER is None:
+    folder = folder_of(__name__)
+    if folder is None:
         return {}
     try:
-        told = json.loads(read_text(CACHE_FOLDER / _FILE, _MOST_BYTES))
+        told = json.loads(read_text(folder / _FILE, _MOST_BYTES))
         lines = {str(key): Line(float(fixed), float(update)) for key, (fixed, update) in told.items()}
         return {
             key: line for key, line in lines.items() if all(map(math.isfinite, line)) and line.update_ns > 0.0
@@ -200,12 +201,13 @@ def _read() -> dict[str, Line]:
 
 
 def _write(lines: dict[str, Line]) -> None:
-    if CACHE_FOLDER is None:
+    folder = folder_of(__name__)
+    if folder is None:
         return
-    beside = CACHE_FOLDER / f".{_FILE}.{time.monotonic_ns():x}"
+    beside = folder / f".{_FILE}.{time.monotonic_ns():x}"
     try:
         beside.write_text(json.dumps(lines, indent=1), encoding="utf-8")
-        beside.replace(CACHE_FOLDER / _FILE)
+        beside.replace(folder / _FILE)
     except OSError:
         with contextlib.suppress(OSError):  # then the next start measures again
             beside.unlink(missing_ok=True)

@@ -15,7 +15,7 @@ from realtime.lent import lend
 from realtime.ring import drain
 from sound_server.engine import Engine
 from sound_server.events import StrikeRing
-from sound_server.excitation import POOL, begin
+from sound_server.excitation import POOL, begin, bend
 from sound_server.limiter import limit, limited
 from sound_server.modal import bank
 from sound_server.shown import show_sound, show_surface
@@ -48,6 +48,9 @@ def _start_due(engine: Engine, block_start_ns: int, frames: int) -> None:
         duration = event.contact_s * control.rate_Hz / control.divisor
         bank.aim(engine, control.begun % POOL, event.x, event.y)
         control.begun = begin(engine.pulses, control.begun, event.x, event.y, age, duration, event.peak_N)
+        if event.impulse_N_s > 0.0:
+            pulse: Record = engine.pulses[(control.begun - 1) % POOL]
+            bend(pulse, engine.contact[0], event.impulse_N_s * control.rate_Hz / control.divisor)
         control.asleep = 0
     control.pending = kept
 
@@ -118,13 +121,14 @@ def render_all(engine: Engine, out: npt.NDArray[np.float32], block: int, first_n
 
 @dataclass(frozen=True)
 class Blow:
-    """One strike for the offline renderer: when, where (in radii), how hard, how long."""
+    """One strike for the offline renderer: when, where (in radii), how hard, how long; 0 N s: a half-sine."""
 
     t_s: float
     x: float
     y: float
     peak_N: float  # noqa: N815
     contact_s: float
+    impulse_N_s: float = 0.0  # noqa: N815
 
 
 _BLOCK = 128
@@ -156,7 +160,7 @@ def parts(
         while waiting and waiting[0].t_s < until_s:
             blow = waiting[0]
             onset = _EPOCH_NS + round(blow.t_s * 1e9)
-            if not ring.push(onset, blow.x, blow.y, blow.peak_N, blow.contact_s):
+            if not ring.push(onset, blow.x, blow.y, blow.peak_N, blow.contact_s, blow.impulse_N_s):
                 break
             waiting.popleft()
         if score is not None:

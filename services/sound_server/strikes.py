@@ -83,7 +83,14 @@ class StrikeDesk:
         onset_ns = self._onset(strike, now_ns)
         if onset_ns is None:
             self.late += 1
-        elif self.ring.push(onset_ns, strike.x, strike.y, strike.peak_estimate_N, strike.contact_estimate_s):
+        elif self.ring.push(
+            onset_ns,
+            strike.x,
+            strike.y,
+            strike.peak_estimate_N,
+            strike.contact_estimate_s,
+            strike.impulse_N_s,
+        ):
             self.played += 1
         else:
             self._complaints.complain("strike dropped: 256 are waiting for the audio already")
@@ -121,5 +128,7 @@ def check(strike: Strike) -> None:
         raise ValueError(f"peak force {strike.peak_estimate_N:g} N is outside 0 .. {_MOST_N:g} N")
     if not 0.0 <= strike.contact_estimate_s <= _LONGEST_S:
         raise ValueError(f"contact of {strike.contact_estimate_s:g} s is outside 0 .. {_LONGEST_S:g} s")
+    if not abs(strike.impulse_N_s) <= _MOST_N * _LONGEST_S:
+        raise ValueError(f"an impulse of {strike.impulse_N_s:g} N s is no stick's")
     if not (abs(strike.x) <= 1e3 and abs(strike.y) <= 1e3):
         raise ValueError(f"position {strike.x:g}, {strike.y:g} is nowhere near the head")

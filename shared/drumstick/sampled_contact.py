@@ -40,9 +40,13 @@ MOST_KICK_M_PER_S = 0.00046
 # So much less for each tick of delay, since a late push goes on when the reading has flipped back long ago.
 KICK_SHARE_OF_A_DELAY_TICK = 0.06
 MOST_SWING_M_PER_S = 0.00705
-# And a blow as slow as that, seen in counts, must hardly grow, whatever the phases of tick and count.
+# And a blow as slow as that, seen in counts, must come back slower, whatever the phases of tick and count that are
+# tried: the rest of 1 is for those that are not.
 SLOW_M_PER_S = 0.01
-MOST_SLOW_REBOUND = 1.013
+MOST_SLOW_REBOUND = 0.95
+# So that few sets fail in this, the head holds back that share of its push while such a blow leaves it: of one up to
+# SLOW_LOSS_M_PER_S, fading to none at twice that, a tenth of the quietest stroke that a player means.
+SLOW_LOSS, SLOW_LOSS_M_PER_S = 0.2, 0.02
 _LIVELY, _MOST_OWN = 1.01, 0.98
 _PHASES = 6  # of the tick, in which a blow is tried
 _SLOW_PHASES, _COUNT_PHASES = 2, 4  # of the tick and of the count, in which a slow one is
@@ -125,6 +129,18 @@ def is_stable(arm: Arm, head: Head, window: int, room: Coefficients) -> bool:
     return _inside_unit_circle(room, degree)
 
 
+@njit()
+def slow_loss(loss: float, z_before: float, v_before: float, z: float, v: float) -> float:
+    """The share of its push that the head holds back while this blow leaves it (v >= 0), as z m and v m/s are seen.
+
+    Found as it comes in, and gone as soon as it sinks again: an arm that is held down keeps the whole push. v_before:
+    the last speed that was not 0; between two counts a slow arm seems to stand.
+    """
+    if z < 0.0 <= z_before:
+        return SLOW_LOSS * min(max(2.0 - abs(v) / SLOW_LOSS_M_PER_S, 0.0), 1.0)
+    return 0.0 if v < 0.0 < v_before else loss
+
+
 class Blow(NamedTuple):
     """A blow as the encoders tell it: m/s; share of a tick that it begins after one; a count, m, and the share of one.
 
@@ -163,17 +179,26 @@ def rebound(arm: Arm, head: Head, window: int, blow: Blow, room: Coefficients) -
     for tick in range(arm.delay_ticks):
         room[places + tick] = 0.0
     touching, hunting, idle = False, 0.0, 0  # idle: ticks since a force was reckoned
+    loss, seen_before, speed_before = 0.0, 0.0, 0.0
     for tick in range(_MOST_TICKS):
         told = room[newest]
         speed = (told - room[oldest]) * per_s
         seen = told + arm.lead_s * speed
-        # As the servo sees it: a contact ends above two counts, for a stick that lies on the head must not chatter.
+        # As the servo sees it: a contact ends above two counts, for a stick that lies on the head must not chatter, but
+        # a head acts below z = 0 only.
+        if blow.count_m > 0.0:
+            loss = slow_loss(loss, seen_before, speed_before, seen, speed)
+            seen_before = seen
+            if speed != 0.0:
+                speed_before = speed
         touching = seen <= 2.0 * blow.count_m if touching else seen < 0.0
         force = 0.0
-        if touching:
+        if touching and seen < 0.0:
             force = -head.k * seen - head.r * speed
             if head.release != PAPER:
                 force = max(force, 0.0)
+            if speed >= 0.0:
+                force *= 1.0 - loss
         idle = 0 if force != 0.0 else idle + 1
         if arm.delay_ticks > 0:
             force, room[due] = room[due], force

@@ -21,7 +21,11 @@ class Message(msgspec.Struct, array_like=True, frozen=True, kw_only=True):
 
 
 class Strike(Message, array_like=True, frozen=True, kw_only=True):
-    """The stick met the head. x, y in -1..1 of the radius; z_speed > 0 downward; level 0..1 of full scale."""
+    """The stick met the head. x, y in -1..1 of the radius; z_speed > 0 downward; level 0..1 of full scale.
+
+    Peak, time and impulse are of the contact that begins, foreseen to its end: its release tells what they were.
+    `source`: who struck.
+    """
 
     boot: int
     seq: int
@@ -32,6 +36,8 @@ class Strike(Message, array_like=True, frozen=True, kw_only=True):
     level: float
     peak_estimate_N: float  # noqa: N815
     contact_estimate_s: float
+    impulse_N_s: float = 0.0  # noqa: N815  0: not told, as before 2026-11-24
+    source: str = "stick"
 
 
 class Release(Message, array_like=True, frozen=True, kw_only=True):

@@ -105,10 +105,11 @@ class Relay:
                 t_ns=int(event["t_ns"]),
                 x=float(event["x"]),
                 y=float(event["y"]),
-                z_speed_m_per_s=float(event["a"]),
+                z_speed_m_per_s=float(event["speed_m_per_s"]),
                 level=float(event["level"]),
-                peak_estimate_N=float(event["b"]),
-                contact_estimate_s=float(event["c"]),
+                peak_estimate_N=float(event["peak_N"]),
+                contact_estimate_s=float(event["contact_s"]),
+                impulse_N_s=float(event["impulse_N_s"]),
             )
             self._wire.put_strike(strike)
             if fresh:
@@ -120,10 +121,10 @@ class Relay:
             boot=self._link.boot,
             seq=int(event["seq"]),
             t_ns=int(event["t_ns"]),
-            exit_speed_m_per_s=float(event["a"]),
-            impulse_N_s=float(event["b"]),
+            exit_speed_m_per_s=float(event["speed_m_per_s"]),
+            impulse_N_s=float(event["impulse_N_s"]),
             peak_N=float(event["peak_N"]),
-            contact_s=float(event["c"]),
+            contact_s=float(event["contact_s"]),
         )
         self._wire.put_release(release)
         if fresh:

@@ -27,14 +27,16 @@ class Servo(NamedTuple):
 
     plant: None for the exact stick and for real devices, else the record of a simulated arm or of a recording; gesture:
     the hand's, of its own or after a pointer. Their types choose the code, so that a servo has only its own device's.
-    path: shape (n, 2), times s and heights m of a recorded gesture, or (n, 4), a recording. limits, room: of the
-    envelope, and what its judgement writes to. offer: the set that is looked at, a copy of our own; offer_words and
-    offer_numbers are its law in the same memory. stream: None unless the scene streams its contacts' force.
+    ahead: a motion in which the contact that begins is played to its end. path: shape (n, 2), times s and heights m of
+    a recorded gesture, or (n, 4), a recording. limits, room: of the envelope, and what its judgement writes to. offer:
+    the set that is looked at, a copy of our own; offer_words and offer_numbers are its law in the same memory. stream:
+    None unless the scene streams its contacts' force.
     """
 
     block: Block
     law: npt.NDArray[np.void]
     motion: npt.NDArray[np.void]
+    ahead: npt.NDArray[np.void]
     player: npt.NDArray[np.void]
     plan: npt.NDArray[np.void]
     event: npt.NDArray[np.void]
@@ -113,6 +115,7 @@ def prepare(scene: Scene, block: Block, specification: Specification = EXACT_STI
         block=block,
         law=law,
         motion=motion,
+        ahead=motion.copy(),
         player=player,
         plan=_plan(scene),
         event=np.zeros(1, EVENT),

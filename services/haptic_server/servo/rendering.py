@@ -10,6 +10,7 @@ import math
 
 from drumstick import composition, exact, transitions
 from drumstick.events import SINK
+from drumstick.sampled_contact import slow_loss
 from haptic_server.block import HEARTBEAT, HELD, PANICS_SEEN
 from haptic_server.records import NO_FAULT, OUT_OF_BOUNDS
 from haptic_server.servo import guard, streaming
@@ -62,9 +63,13 @@ def _enter(servo: Servo, ahead_m: float, now_ns: int) -> None:
 def see(servo: Servo, z: float, v: float, now_ns: int) -> None:
     """Lead the position and note what it passes: entry, turn, release. The stick is at z m, v m/s now."""
     law, motion = servo.law[0], servo.motion[0]
-    before = motion.v
+    before, above = motion.v, motion.z
     motion.z = z + v * servo.plan[0].lead_s
     motion.v = v
+    player = servo.player[0]
+    player.loss = slow_loss(player.loss, above, player.last_v, motion.z, v)
+    if v != 0.0:
+        player.last_v = v
     if motion.place == exact.ABOVE:
         if motion.z < 0.0 and v < 0.0:
             _enter(servo, z, now_ns)
@@ -87,7 +92,10 @@ def ask(servo: Servo, period_s: float) -> tuple[float, float]:
     """
     law, motion = servo.law[0], servo.motion[0]
     transitions.renew(law, motion)
-    head_N = transitions.force_now(law, motion)
+    # Strikes are told apart two counts above the head, but up there the head neither pushes nor pulls.
+    head_N = transitions.force_now(law, motion) if motion.z < 0.0 else 0.0
+    if motion.v >= 0.0:
+        head_N *= 1.0 - servo.player[0].loss
     before = composition.left(law, motion)
     composition.elapse(law, motion, period_s, composition.fades(law, period_s))
     return head_N, law.m * (before - composition.left(law, motion)) / period_s

@@ -3,7 +3,8 @@
 Tick thread: no allocation, no locks, no Python, no exceptions.
 """
 
-from drumstick import composition, contact, exact
+from drumstick import composition, exact
+from drumstick.contact_ahead import contact_ahead
 from haptic_server.records import FAULT, PANIC, PLAYING, READY, RELEASE, STRIKE
 from haptic_server.servo import streaming
 from haptic_server.servo.memory import Servo
@@ -34,11 +35,12 @@ def note_strike(servo: Servo, t_ns: int) -> None:
     event.t_ns = t_ns
     event.x = player.x
     event.y = player.y
-    event.a = speed
-    event.b = contact.peak_force(law.m, law.k_coll, law.r_in, speed)
-    event.c = contact.contact_time(law.release, law.m, law.k_coll, law.r_in)
+    event.speed_m_per_s = speed
+    foreseen = contact_ahead(law, motion, servo.ahead)
+    event.peak_N = min(foreseen.peak_N, servo.allowed[0].max_force_N)
+    event.contact_s = foreseen.contact_s
+    event.impulse_N_s = foreseen.impulse_N_s
     event.level = min(speed / servo.plan[0].full_scale_m_per_s, 1.0)
-    event.peak_N = 0.0
     ring.push(servo.block.ring_cells, servo.block.events, event)
 
 
@@ -51,9 +53,9 @@ def note_release(servo: Servo, t_ns: int) -> None:
     event.kind = RELEASE
     event.seq = player.seq
     event.t_ns = t_ns
-    event.a = motion.v_out
-    event.b = motion.impulse_N_s
-    event.c = motion.contact_s
+    event.speed_m_per_s = motion.v_out
+    event.impulse_N_s = motion.impulse_N_s
+    event.contact_s = motion.contact_s
     event.level = 0.0
     event.peak_N = motion.peak_N
     ring.push(servo.block.ring_cells, servo.block.events, event)

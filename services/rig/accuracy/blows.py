@@ -1,7 +1,7 @@
-"""One blow, three ways: as the contact law has it, as a strike's half-sine, and as a servo tells it. Any thread.
+"""One blow, three ways: as the stick makes it, as a strike's message tells it, and as a servo streams it. Any thread.
 
-The truth is the isolated blow of drumstick.contact, z = -(v/w_d) e^(-a t) sin(w_d t), until the head lets go: its
-force is m z'', so the impulse up to t is m (z'(t) - z'(0)), and means over any time are exact.
+The truth is a contact of the roll that has settled, hand and pulse included, by the exact solver: the head's impulse
+on the stick up to any time of it. The message is what is announced of that contact when it begins.
 """
 
 import dataclasses
@@ -13,20 +13,23 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.law import law_of
+from drumstick import exact
+from drumstick.contact_ahead import Foreseen, contact_ahead
+from drumstick.law import law_of, thrown
 from drumstick.scene import Scene, parse, shipped_text
 from realtime.jit import Record, njit
 from realtime.lent import lend
 from sound_server.build import new_engine
-from sound_server.calibrate import blow_at
 from sound_server.engine import Engine
 from sound_server.events import StrikeRing
+from sound_server.excitation import PULSE, begin, bend, mean_force
 from sound_server.render import Blow
 from sound_server.stream import playing
 from sound_server.stream.offline import Press, Score
 
 SCENE = "roll"
-SPEED_M_PER_S = 1.0
+_SETTLED = 60  # contacts until each is like the one before
+_SAMPLE_S = 1e-6  # of the true impulse; between two, a straight line
 PLACE = (0.5, 0.0)
 FINE_RATE_HZ = 192_000.0  # of the truth, as a stream
 _BLOCK_STEPS = 8
@@ -44,37 +47,63 @@ def scene(streamed: bool) -> Scene:
     return dataclasses.replace(found, drum=dataclasses.replace(found.drum, excitation=kind))
 
 
+class Contact(NamedTuple):
+    """What is announced at its beginning, the speed, and the head's impulse, N s, up to each time in s."""
+
+    announced: Foreseen
+    speed_m_per_s: float
+    t_s: Numbers
+    impulse_N_s: Numbers  # noqa: N815
+
+
+def contact_of(played: Scene, settled: int = _SETTLED) -> Contact:
+    """A contact of the scene's exact stick, after so many others. Raises ValueError when it makes no more."""
+    law, motion = law_of(played), thrown(played, played.hand.throw_m_per_s)
+    stick, begun = motion[0], 0
+    while begun <= settled:
+        what, _ = exact.advance(law[0], stick, 1.0)
+        if what == exact.HORIZON or stick["fate"] != exact.MOVING:
+            raise ValueError(f"{played.name} makes {begun} contacts, not {settled + 1}")
+        begun += what == exact.ENTRY
+    announced, speed = contact_ahead(law[0], stick, motion.copy()), -float(stick["v_in"])
+    t_s, impulses = [0.0], [0.0]
+    while what != exact.RELEASE:
+        what, gone_s = exact.advance(law[0], stick, _SAMPLE_S)
+        t_s.append(t_s[-1] + gone_s)
+        impulses.append(float(stick["impulse_N_s"]))
+    return Contact(announced, speed, np.array(t_s), np.array(impulses))
+
+
 @functools.cache
+def roll() -> Contact:
+    """The contact that all three ways are of."""
+    return contact_of(scene(False))
+
+
 def strike(at_s: float) -> Blow:
-    """What the strike's message says: its half-sine's peak and duration."""
-    return blow_at(scene(False), SPEED_M_PER_S, *PLACE, at_s)
+    """What the strike's message says: peak, duration and impulse."""
+    told = roll().announced
+    return Blow(at_s, *PLACE, told.peak_N, told.contact_s, told.impulse_N_s)
 
 
 def true_impulse() -> Impulse:
-    """By the scene's contact law."""
-    law: Record = law_of(scene(False))[0]
-    m, k, r = float(law["m"]), float(law["k_coll"]), float(law["r_in"])
-    a = r / (2.0 * m)
-    w = math.sqrt(k / m - a * a)
-    lasts_s = strike(0.0).contact_s
-
-    def impulse(t_s: Numbers) -> Numbers:
-        t = np.clip(t_s, 0.0, lasts_s)
-        speed = np.exp(-a * t) * (np.cos(w * t) - a / w * np.sin(w * t))
-        return m * SPEED_M_PER_S * (1.0 - speed)
-
-    return impulse
+    """By the exact solver."""
+    contact = roll()
+    return lambda t_s: np.interp(t_s, contact.t_s, contact.impulse_N_s)
 
 
-def half_sine_impulse() -> Impulse:
-    """By the strike's message."""
-    blow = strike(0.0)
-
-    def impulse(t_s: Numbers) -> Numbers:
-        turn = math.pi * np.clip(t_s / blow.contact_s, 0.0, 1.0)
-        return blow.peak_N * blow.contact_s / math.pi * (1.0 - np.cos(turn))
-
-    return impulse
+def message_forces(blow: Blow, engine: Engine, steps: int, is_bent: bool = True) -> Numbers:
+    """Mean force in each of an engine's first steps, N, by a strike's message: bent by its contact, or a half-sine."""
+    step_s = float(engine.control["divisor"][0] / engine.control["rate_Hz"][0])
+    pulses: Any = np.zeros(1, PULSE)
+    begin(pulses, 0, 0.0, 0.0, -blow.t_s / step_s, blow.contact_s / step_s, blow.peak_N)
+    if is_bent:
+        bend(pulses[0], engine.contact[0], blow.impulse_N_s / step_s)
+    found = np.zeros(steps)
+    for i in range(steps):
+        found[i] = mean_force(pulses[0])
+        pulses["age"] += 1.0
+    return found
 
 
 def press_of(impulse: Impulse, at_s: float, rate_Hz: float) -> Press:
@@ -102,10 +131,10 @@ def pressed(engine: Engine, start_ns: int, out: Numbers) -> None:
 
 
 class Forces(NamedTuple):
-    """Mean force over each step of the mesh, N: the truth, the half-sine, and what a stream makes of the truth."""
+    """Mean force over each step of the mesh, N: the truth, the message's, and what a stream makes of the truth."""
 
     true: Numbers
-    half_sine: Numbers
+    message: Numbers
     streamed: Numbers
 
 
@@ -115,13 +144,13 @@ def forces_at(place: float, rate_Hz: float) -> Forces:
     control: Record = engine.control[0]
     step_s = float(control["divisor"] / control["rate_Hz"])
     at_s = (math.floor(_LEAD_S * rate_Hz) + place) / rate_Hz
-    true, half_sine = true_impulse(), half_sine_impulse()
+    true = true_impulse()
     score = Score(engine, [press_of(true, at_s, rate_Hz)], 0)
     steps = _BLOCK_STEPS * math.ceil(_SPAN_S / step_s / _BLOCK_STEPS)
     ends_s = np.arange(steps + 1, dtype=np.float64) * step_s - at_s
     found = np.zeros(steps)
-    for begin in range(0, steps, _BLOCK_STEPS):
-        score.give((begin + _BLOCK_STEPS) * step_s)
-        part: Any = found[begin : begin + _BLOCK_STEPS]
-        pressed(engine, round(begin * step_s * 1e9), part)
-    return Forces(np.diff(true(ends_s)) / step_s, np.diff(half_sine(ends_s)) / step_s, found)
+    for first in range(0, steps, _BLOCK_STEPS):
+        score.give((first + _BLOCK_STEPS) * step_s)
+        part: Any = found[first : first + _BLOCK_STEPS]
+        pressed(engine, round(first * step_s * 1e9), part)
+    return Forces(np.diff(true(ends_s)) / step_s, message_forces(strike(at_s), engine, steps), found)

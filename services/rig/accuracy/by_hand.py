@@ -69,10 +69,14 @@ def by_hand(drum: Drum, out: Floats) -> None:
         for k in range(drum.blows.shape[0]):
             blow: Record = drum.blows[k]
             if blow.age < blow.duration:
-                scale = math.pi / blow.duration
-                begun = min(max(blow.age, 0.0), blow.duration)
-                ended = min(max(blow.age + 1.0, 0.0), blow.duration)
-                force = blow.peak / scale * (math.cos(scale * begun) - math.cos(scale * ended))
+                scale, decay, phase = blow.turn / blow.duration, blow.decay, blow.phase
+                begun = scale * min(max(blow.age, 0.0), blow.duration)
+                ended = scale * min(max(blow.age + 1.0, 0.0), blow.duration)
+                before = math.exp(-decay * begun) * (
+                    decay * math.sin(begun + phase) + math.cos(begun + phase)
+                )
+                after = math.exp(-decay * ended) * (decay * math.sin(ended + phase) + math.cos(ended + phase))
+                force = blow.size / scale * (before / (1.0 + decay * decay) - after / (1.0 + decay * decay))
                 then[drum.junction] += np.float32(drum.force_gain * force)
                 blow.age += 1.0
         left = right = 0.0

@@ -1,13 +1,12 @@
-"""What excites the drum: a strike's half-sine, or the servo's force as a stream; how true, how late, at what cost.
+"""What excites the drum: a strike's message, or the servo's force as a stream; how true, how late, at what cost.
 
-Errors are against the blow as the contact law has it (rig.accuracy.blows), on the mean over places between two ticks;
-of the sound below BAND_Hz, the same for all: twenty modes of the default drum lie there. A servo knows nothing beyond
-half of its rate, which a slow one is to show. Latency is from the contact to its force in the
-mesh on the audio's own time line, in blocks of 128 samples at 48 kHz, the network left out: a half-sine waits half a
+Errors are against a contact of the roll, hand and pulse included (rig.accuracy.blows), on the mean over places between
+two ticks; of the sound below BAND_Hz, the same for all: twenty modes of the default drum lie there. A servo knows
+nothing beyond half of its rate, which a slow one is to show. Latency is from the contact to its force in the
+mesh on the audio's own time line, in blocks of 128 samples at 48 kHz, the network left out: a strike waits half a
 tick and half a block on the mean, a stream as long as the sound server delays it.
 
-The force of a damped contact peaks before its middle, a half-sine's there: a third of a millisecond of lateness is most
-of the half-sine's error. `magnitude_error_dB` leaves time out: of the spectrum's magnitudes in the same band.
+`magnitude_error_dB` leaves time out: of the spectrum's magnitudes in the same band.
 """
 
 import math
@@ -42,9 +41,9 @@ def _mean_dB(levels: list[float | None]) -> float | None:  # noqa: N802
     return 10.0 * math.log10(float(np.mean(found))) if found else None
 
 
-def _spectrum(rate_Hz: float | None, at_s: float, half_sine: bool) -> Any:
-    # Of the sound of a blow at at_s: a half-sine, or a stream of the true force at this rate.
-    if half_sine:
+def _spectrum(rate_Hz: float | None, at_s: float, by_message: bool) -> Any:
+    # Of the sound of a blow at at_s: by its message, or as a stream of the true force at this rate.
+    if by_message:
         sound = render(blows.scene(False), [blows.strike(at_s)], _HEARD_S, _DEVICE_RATE_HZ)
     else:
         press = blows.press_of(blows.true_impulse(), at_s, rate_Hz or blows.FINE_RATE_HZ)
@@ -52,7 +51,7 @@ def _spectrum(rate_Hz: float | None, at_s: float, half_sine: bool) -> Any:
     return np.fft.rfft(sound[:, 0])
 
 
-def errors(rate_Hz: float, half_sine: bool, places: int) -> dict[str, float | None]:
+def errors(rate_Hz: float, by_message: bool, places: int) -> dict[str, float | None]:
     """force_error_dB, sound_error_dB, magnitude_error_dB; blows lie between the ticks of a servo of rate_Hz."""
     heard = np.fft.rfftfreq(round(_HEARD_S * _DEVICE_RATE_HZ), 1.0 / _DEVICE_RATE_HZ) < BAND_Hz
     of_force: list[float | None] = []
@@ -62,11 +61,11 @@ def errors(rate_Hz: float, half_sine: bool, places: int) -> dict[str, float | No
         place = (k + 0.5) / places
         forces = blows.forces_at(place, rate_Hz)
         of_force.append(
-            _level_dB((forces.half_sine if half_sine else forces.streamed) - forces.true, forces.true)
+            _level_dB((forces.message if by_message else forces.streamed) - forces.true, forces.true)
         )
         at_s = (math.floor(_BEGIN_S * rate_Hz) + place) / rate_Hz
         wanted = _spectrum(None, at_s, False)[heard]
-        got = _spectrum(rate_Hz, at_s, half_sine)[heard]
+        got = _spectrum(rate_Hz, at_s, by_message)[heard]
         of_sound.append(_level_dB(got - wanted, wanted))
         magnitude.append(_level_dB(np.abs(got) - np.abs(wanted), wanted))
     return {
@@ -95,7 +94,7 @@ def jobs(quick: bool, found: dict[str, Any]) -> Iterator[Job]:
     places = _QUICK_PLACES if quick else _PLACES
 
     def of(rate_Hz: float | None) -> Job:
-        words = "a half-sine" if rate_Hz is None else f"the force at {rate_Hz:g} Hz"
+        words = "a message" if rate_Hz is None else f"the force at {rate_Hz:g} Hz"
         return Job(f"excitation: {words}", lambda: rows.append(_row(rate_Hz, places)))
 
     def cost() -> None:

@@ -9,7 +9,7 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from realtime.jit import CACHE_FOLDER
+from realtime.kernel_cache import hash_of_all
 from rig.accuracy.job import Job
 from rig.accuracy.peers.windows import versions
 from rig.this_machine import description
@@ -41,9 +41,7 @@ def _bar(total: int) -> Generator[Callable[[str, bool], None]]:
 
 def begun(quick: bool, parts: tuple[str, ...] = PARTS) -> dict[str, Any]:
     """A result in which every part is still empty, behind the machine that it will hold for."""
-    # The cache of kernels is named by a hash of their sources; None where there is none.
-    kernels = None if CACHE_FOLDER is None else CACHE_FOLDER.name
-    made_by = {"kernels": kernels, "peers": versions()}
+    made_by = {"kernels": hash_of_all(), "peers": versions()}
     return {"machine": {**description(), **made_by, "quick": quick}} | {part: {} for part in parts}
 
 

@@ -32,10 +32,11 @@ def _message(seq: int, t_ns: int) -> bytes:
             t_ns=t_ns,
             x=blow.x,
             y=blow.y,
-            z_speed_m_per_s=blows.SPEED_M_PER_S,
+            z_speed_m_per_s=blows.roll().speed_m_per_s,
             level=0.5,
             peak_estimate_N=blow.peak_N,
             contact_estimate_s=blow.contact_s,
+            impulse_N_s=blow.impulse_N_s,
         )
     )
 

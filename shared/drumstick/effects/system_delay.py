@@ -26,11 +26,22 @@ class SystemDelay:
     )  # fmt: skip
     delay_ticks: int = count(1, 0, MOST_TICKS, "samples", "How many samples late the force comes")
 
+    @property
+    def mean_lag_s(self) -> float:
+        """How old the force is on the average."""
+        return self.period_s * (0.5 + self.delay_ticks)
+
 
 @only_with("system_delay", otherwise=False)
 def sampled(law: Record) -> bool:
     """Is the head's force a held sample?"""
     return True
+
+
+@only_with("system_delay", otherwise=math.inf)
+def period_s(law: Record) -> float:
+    """Time between samples of the head's force, s."""
+    return law.system_delay.period
 
 
 @only_with("system_delay", otherwise=0.0)

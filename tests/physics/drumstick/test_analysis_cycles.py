@@ -218,7 +218,7 @@ def test_three_speeds_over_dv() -> None:
         roll_speeds(stick_cases.scene(A), np.array([0.2]))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @settings(max_examples=25, deadline=None)
 @given(any_scene.STICKS, st.none() | any_scene.PULSES)
 @example(Stick(1e-4, 1e6, 1e3, 1e4, 1e3, -1.0, "paper"), Pulse(10.0, 1e-6, "exit", 1))

@@ -57,7 +57,7 @@ class Line:
                 self.arrived.append((now + delay, np.frombuffer(piece.forces, "<f4")))
             count = ring.drain(self.servo.block.ring_cells, self.servo.block.events, events)
             taken = events[:count]
-            self.impulses += taken["b"][taken["kind"] == RELEASE].tolist()
+            self.impulses += taken["impulse_N_s"][taken["kind"] == RELEASE].tolist()
             for half in range(2):
                 at = now + half * MS // 2
                 for arrival, payload in [m for m in self.on_the_way if m[0] <= at]:

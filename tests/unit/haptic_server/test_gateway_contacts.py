@@ -1,6 +1,5 @@
 """The gateway's part of a streamed force: pieces for whoever subscribes; for nobody, nothing at all is done."""
 
-import socket
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -14,6 +13,7 @@ from haptic_server.contacts import LISTENED, SAMPLE, ContactRing
 from haptic_server.gateway import contacts as gateway
 from haptic_server.gateway.contacts import Contacts, contacts_of
 from haptic_server.gateway.pieces import Pieces
+from ports import free_port
 from protocol.keys import Keys
 from protocol.messages import Contact, decode
 from protocol.session import open_client, open_router
@@ -78,9 +78,7 @@ def test_what_waited_for_a_gateway_that_was_away_is_not_sent() -> None:
 
 
 def endpoint() -> str:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    return f"tcp/127.0.0.1:{free_port()}"
 
 
 class Bench:

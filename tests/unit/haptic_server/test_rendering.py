@@ -68,7 +68,7 @@ def test_strokes_are_strikes_with_a_release_each() -> None:
     strikes, releases = events[events["kind"] == STRIKE], events[events["kind"] == RELEASE]
     assert len(strikes) >= 15
     assert len(strikes) - len(releases) in (0, 1)
-    assert np.all(strikes["a"] > 0.0)
+    assert np.all(strikes["speed_m_per_s"] > 0.0)
     assert np.all(np.diff(strikes["t_ns"]) > 0)
     assert np.all(releases["peak_N"] <= 8.5)
     assert servo.player[0]["fault"] == NO_FAULT

@@ -54,7 +54,7 @@ def compare_with_releases(samples: np.ndarray, events: np.ndarray, period_s: flo
     releases = events[events["kind"] == RELEASE]
     for release in releases:
         own = samples[samples["seq"] == release["seq"]]
-        assert own["force_N"].sum() * period_s == pytest.approx(release["b"], rel=1e-12, abs=1e-15)
+        assert own["force_N"].sum() * period_s == pytest.approx(release["impulse_N_s"], rel=1e-12, abs=1e-15)
         assert np.diff(own["tick"]).tolist() == [1] * (len(own) - 1), "contiguous"
         assert own["force_N"][-1] == 0.0, "closed"
     return len(releases)
@@ -117,7 +117,7 @@ def test_an_overrun_spreads_the_impulse_over_the_ticks_it_took(ticks: int) -> No
     release = events[(events["kind"] == RELEASE) & (events["seq"] == late["seq"][0])]
     own = samples[samples["seq"] == late["seq"][0]]
     # All but what went out before, which this test took from the ring.
-    assert own["force_N"].sum() * 1e-3 < release["b"][0]
+    assert own["force_N"].sum() * 1e-3 < release["impulse_N_s"][0]
     assert np.diff(own["tick"]).tolist() == [1] * (len(own) - 1)
 
 

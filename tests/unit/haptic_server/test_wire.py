@@ -1,6 +1,5 @@
 """The gateway's Zenoh side: a question that cannot be answered is refused, and the next one is heard."""
 
-import socket
 import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -21,6 +20,7 @@ from haptic_server.gateway.scene_door import SceneDoor
 from haptic_server.gateway.settings import ParameterDesk
 from haptic_server.gateway.wire import Wire
 from haptic_server.presets.store import PresetStore
+from ports import free_port
 from protocol.keys import Keys
 from protocol.messages import Clock, LeaseRequest, RefusalReply, decode, encode
 from protocol.session import open_router
@@ -51,9 +51,7 @@ class Wired(NamedTuple):
 
 @pytest.fixture
 def wired(tmp_path: Path, panics: list[str], monkeypatch: pytest.MonkeyPatch) -> Iterator[Wired]:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
     mine = blocks.create(tmp_path, law_of(ROLL))  # kept: the mapping lives as long as its views
     poke(mine.control, blocks.HEARTBEAT, time.monotonic_ns() + 3600 * 10**9)  # as if it ticked for an hour
     link = ServoLink(tmp_path, law_of(ROLL))

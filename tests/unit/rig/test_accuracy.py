@@ -13,7 +13,7 @@ import worse
 from typer.testing import CliRunner
 
 from drumstick.scene import parse
-from realtime.jit import CACHE_FOLDER
+from realtime.kernel_cache import hash_of_all
 from rig import folder
 from rig.accuracy import command, store
 from rig.accuracy.choices import choices
@@ -173,7 +173,7 @@ def test_a_result_says_what_made_it() -> None:
     machine = begun(True, ())["machine"]
     assert machine["packages"]["haptic-drumstick"] == version("haptic-drumstick")
     assert {"scipy", "matplotlib"} <= machine["packages"].keys()
-    assert machine["kernels"] == (CACHE_FOLDER and CACHE_FOLDER.name)
+    assert machine["kernels"] == hash_of_all()
     assert machine["peers"] == windows.versions()
 
 

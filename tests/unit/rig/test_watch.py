@@ -1,11 +1,11 @@
 """Watching a rig over Zenoh, where anybody may publish anything."""
 
 import json
-import socket
 import time
 
 import zenoh
 
+from ports import free_port
 from protocol.keys import Keys
 from protocol.messages import Meter, State, encode
 from protocol.session import open_router
@@ -19,9 +19,7 @@ STATE = State(
 
 
 def test_what_is_no_state_is_counted_and_ends_nothing() -> None:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
     keys = Keys("watched")
     router: zenoh.Session = open_router(endpoint)
     watch = Watch(endpoint, keys)

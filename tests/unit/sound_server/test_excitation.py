@@ -1,15 +1,17 @@
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
 
 from drumstick.scene import parse, shipped_text
 from sound_server.build import new_engine
 from sound_server.engine import Engine
 from sound_server.events import StrikeRing
-from sound_server.excitation import POOL, PULSE, begin, mean_force, press
+from sound_server.excitation import CONTACT, POOL, PULSE, begin, bend, mean_force, press
 
 
 def engine_of(inject: str = "nearest") -> Engine:
@@ -28,6 +30,64 @@ def test_the_impulse_is_exact_wherever_the_onset_falls(duration: float, age: flo
     assert sum(forces) == pytest.approx(7.0 * 2.0 / math.pi * max(duration, 1e-3), rel=1e-9)
     assert min(forces) >= -1e-12
     assert max(forces) <= 7.0 + 1e-9
+
+
+def bent(
+    duration: float, age: float, impulse: float, decay: float, own_decay: float, pulls: bool
+) -> np.ndarray:
+    """Mean forces of all steps of a bent pulse; decays a step."""
+    pulses, contact = np.zeros(1, PULSE), np.zeros(1, CONTACT)
+    begin(pulses, 0, 0.0, 0.0, age, duration, 7.0)
+    contact[0] = (decay, own_decay, pulls)
+    bend(pulses[0], contact[0], impulse)
+    forces: list[float] = []
+    while pulses[0]["age"] < pulses[0]["duration"]:
+        forces.append(mean_force(pulses[0]))
+        pulses[0]["age"] += 1.0
+    return np.array(forces)
+
+
+@given(
+    st.floats(0.0, 300.0), st.floats(-20.0, 0.0), st.floats(1e-6, 1e3), st.floats(0.0, 10.0), st.floats(0.0, 1.0),
+    st.booleans(),
+)  # fmt: skip
+def test_a_told_impulse_is_exact_for_any_contact(
+    duration: float, age: float, impulse: float, decay: float, share: float, pulls: bool
+) -> None:
+    forces = bent(duration, age, impulse, decay, share * decay, pulls)
+    assert np.sum(forces) == pytest.approx(impulse, rel=1e-9)
+    if not pulls:
+        assert np.min(forces) >= -1e-9 * impulse
+
+
+@pytest.mark.parametrize("release", ["paper", "unilateral"])
+@pytest.mark.parametrize("r_out", [0.0, 0.4])
+def test_a_lone_blow_is_that_of_the_equation_of_motion(release: str, r_out: float) -> None:
+    """m z'' = -K z - R_in z', by another program; the head's part of the damper is R_in - R_out."""
+    m, k, r_in, step_s = 0.015, 5000.0, 1.3, 1.0 / 16_000.0
+
+    def motion(_: float, y: np.ndarray) -> tuple[float, float, float]:
+        return y[1], (-k * y[0] - r_in * y[1]) / m, -k * y[0] - (r_in - r_out) * y[1]
+
+    def leaves(_: float, y: np.ndarray) -> float:
+        return y[0] if release == "paper" else k * y[0] + (r_in - r_out) * y[1]
+
+    leaves.terminal, leaves.direction = True, 1.0  # type: ignore[attr-defined]
+    options: dict[str, Any] = {"rtol": 1e-12, "atol": 1e-15, "dense_output": True}
+    solved = solve_ivp(motion, (0.0, 0.1), (-1e-300, -1.0, 0.0), events=leaves, **options)
+    lasts_s, impulse = float(solved.t[-1]), float(solved.y[2, -1])
+    ends_s = np.minimum(np.arange(math.ceil(lasts_s / step_s) + 1) * step_s, lasts_s)
+    expected = np.diff(solved.sol(ends_s)[2]) / step_s
+    per_step = step_s / (2.0 * m)
+    found = bent(
+        lasts_s / step_s,
+        0.0,
+        impulse / step_s,
+        r_in * per_step,
+        (r_in - r_out) * per_step,
+        release == "paper",
+    )
+    np.testing.assert_allclose(found, expected, atol=1e-6 * float(np.max(expected)))
 
 
 def test_the_onset_may_fall_between_steps() -> None:

@@ -21,7 +21,7 @@ TIE_CENTS = 0.05
 
 @pytest.fixture
 def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setattr(fitting, "CACHE_FOLDER", tmp_path)
+    monkeypatch.setattr(fitting, "folder_of", lambda _module: tmp_path)
     return tmp_path / "speeds.json"
 
 
@@ -132,7 +132,7 @@ def test_a_folder_that_cannot_be_written_only_costs_another_trial(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for folder in (None, tmp_path / "missing"):
-        monkeypatch.setattr(fitting, "CACHE_FOLDER", folder)
+        monkeypatch.setattr(fitting, "folder_of", lambda _module, folder=folder: folder)
         tried = priced(monkeypatch, 20.0, 0.2)
         assert fitted(scene(), RATE_HZ) == fitted(scene(), RATE_HZ)
         assert tried == [2, 4, 2, 4]

@@ -77,7 +77,8 @@ def test_distance_delays_and_weakens() -> None:
     both = render(scene((0.0, 0.0, 5.0, -1.0), (0.0, 0.0, 20.0, 1.0)), [blow], 0.2, RATE)
     delay_s = onset_s(both[:, 1]) - onset_s(both[:, 0])
     assert delay_s == pytest.approx((far_m - near_m) / SOUND_M_PER_S, abs=1e-4)
-    assert np.abs(both[:, 0]).max() / np.abs(both[:, 1]).max() == pytest.approx(4.0, rel=0.1)
+    near, far = np.sqrt(np.mean(both.astype(np.float64) ** 2, axis=0))  # a peak is where modes happen to meet
+    assert near / far == pytest.approx(4.0, rel=0.05)
 
 
 def test_above_the_middle_only_round_modes_are_heard() -> None:

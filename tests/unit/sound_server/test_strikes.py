@@ -102,6 +102,7 @@ def test_a_full_ring_drops_and_says_so(caplog: pytest.LogCaptureFixture) -> None
         {"peak_estimate_N": 1e5},
         {"peak_estimate_N": -1.0},
         {"contact_estimate_s": 2.0},
+        {"impulse_N_s": 1e5},
         {"contact_estimate_s": -0.001},
         {"x": 1e300},
         {"y": float("nan")},

@@ -176,7 +176,7 @@ def test_a_recording_strikes_where_it_meets_the_head(tmp_path: Path) -> None:
     strikes = events[events["kind"] == STRIKE]
     assert len(strikes) == 4  # once every half second
     np.testing.assert_allclose(np.diff(strikes["t_ns"]), 5e8, atol=2e6)
-    np.testing.assert_allclose(strikes["a"], 0.22, rtol=0.05)
+    np.testing.assert_allclose(strikes["speed_m_per_s"], 0.22, rtol=0.05)
     np.testing.assert_allclose(strikes["x"], 0.5)
     assert strikes["t_ns"][0] == pytest.approx(1e9 * 0.1 * 0.02 / 0.022, abs=1.5e6)
     assert np.count_nonzero(events["kind"] == RELEASE) == 4

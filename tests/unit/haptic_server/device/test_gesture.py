@@ -51,7 +51,7 @@ def strikes_of(servo: memory.Servo, seconds: float) -> tuple[np.ndarray, np.ndar
     events = sampled_arm.events_of(servo)
     found = events[events["kind"] == STRIKE]
     assert np.count_nonzero(events["kind"] == RELEASE) == len(found)
-    return found["t_ns"] * 1e-9 - LIFT_S, found["a"]
+    return found["t_ns"] * 1e-9 - LIFT_S, found["speed_m_per_s"]
 
 
 def blows(*instants_s: float, length_s: float, low_m: float = -0.01, high_m: float = 0.025) -> str:

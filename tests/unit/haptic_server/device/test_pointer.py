@@ -85,7 +85,7 @@ def test_a_stroke_strikes_where_it_points_and_lifting_ends_it(scene: Scene) -> N
     assert len(strikes) >= 1
     np.testing.assert_allclose(strikes["x"], 0.6, atol=1e-6)
     np.testing.assert_allclose(strikes["y"], -0.3, atol=1e-6)
-    assert np.all(strikes["a"] > 0.05)
+    assert np.all(strikes["speed_m_per_s"] > 0.05)
     player.tick(1000)
     assert len(player.strikes()) == 0
 

@@ -1,7 +1,6 @@
 """The front neither sends to itself nor hears itself, at whatever address of this machine it can be reached."""
 
 import logging
-import socket
 
 import pytest
 
@@ -9,6 +8,7 @@ from haptic_server.gateway.osc import own
 from haptic_server.gateway.osc.front import OscFront
 from haptic_server.gateway.osc.own import OwnAddress
 from osc_bench import FakeDesk, built, client, no_preset, opened_front
+from ports import free_port
 
 P = "/drumstick"
 CABLE, WIRELESS, ANOTHER = "192.168.7.2", "10.1.2.3", "192.168.7.9"
@@ -69,9 +69,7 @@ def test_a_subscription_to_the_rigs_own_port_is_refused(bind: str) -> None:
 
 @pytest.mark.parametrize("target", ["127.0.0.1", "127.0.0.7", "0.0.0.0"])
 def test_a_front_that_hears_everywhere_takes_none_of_its_addresses_as_target(target: str) -> None:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = int(probe.getsockname()[1])
+    port = free_port()
     with pytest.raises(ValueError, match="send to another port"):
         OscFront(("0.0.0.0", port), [(target, port)], P, FakeDesk(), no_preset)
 

@@ -31,7 +31,7 @@ def found(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     return result
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_rows_are_complete_and_json(found: dict[str, Any]) -> None:
     assert json.loads(json.dumps(found, allow_nan=False)) == found
     assert [row["effect"] for row in found["sample"]] == ["none", "air_loss", "all"]
