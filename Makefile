@@ -1,5 +1,6 @@
 # make play                     install, and play the default scene; options by ARGS="--scene paper-roll"
-# make test                     install, and run every check and test; some of them by TESTS="tests/physics -x"
+# make test                     install, and run every check and the tests of every day; some by TESTS="tests/physics -x"
+# make test-long                the tests that are marked long; SLICE=0 ... 4 runs a fifth of them
 # make install                  only make .venv, with every extra
 # make lock                     resolve the dependencies of pyproject.toml afresh
 # make PYTHON=python3.13 ...    with another Python, 3.11 to 3.14
@@ -11,7 +12,7 @@ BIN := .venv/bin
 STAMP := .venv/.installed
 DEV_STAMP := .venv/.installed-dev
 
-.PHONY: play test check install install-dev lock system-play system-test
+.PHONY: play test test-long check install install-dev lock system-play system-test
 .DEFAULT_GOAL := play
 
 play: install
@@ -24,10 +25,19 @@ test: check
 ifdef TESTS
 	$(BIN)/pytest $(TESTS)
 else
-	$(PYTEST) --ignore tests/system -m "not real_clock" --numprocesses auto --maxprocesses 4 --dist loadfile
-	$(PYTEST) tests/system -m "not real_clock" --numprocesses auto --maxprocesses 2 --dist loadfile
-	$(PYTEST) -m "real_clock"
+	$(PYTEST) --ignore tests/system -m "not real_clock and not long" --numprocesses auto --maxprocesses 4 --dist loadfile
+	$(PYTEST) tests/system -m "not real_clock and not long" --numprocesses auto --maxprocesses 2 --dist loadfile
+	$(PYTEST) -m "real_clock and not long"
 endif
+
+# pytest ends with 5 when a pass holds no test: a slice may have none of one kind.
+SLICE ?= all
+test-long: install-dev
+	$(PYTEST) --slice $(SLICE) --ignore tests/system -m "long and not real_clock" --numprocesses auto --maxprocesses 4 \
+		--dist loadfile || test $$? -eq 5
+	$(PYTEST) --slice $(SLICE) tests/system -m "long and not real_clock" --numprocesses auto --maxprocesses 2 \
+		--dist loadfile || test $$? -eq 5
+	$(PYTEST) --slice $(SLICE) -m "long and real_clock" || test $$? -eq 5
 
 check: install-dev
 	$(BIN)/ruff check

@@ -4,7 +4,6 @@ import os
 import re
 import shutil
 import signal
-import socket
 import sys
 from collections.abc import Callable, Generator
 from pathlib import Path
@@ -14,6 +13,7 @@ from hypothesis import settings
 
 ROOT = Path(__file__).resolve().parents[1]
 SYSTEM_TESTS = ROOT / "tests" / "system"
+SLICES = 5
 IN_CI = os.environ.get("CI", "").lower() == "true"
 
 # The first example may compile kernels, so an example has no deadline; CI draws the same examples every time.
@@ -49,8 +49,25 @@ def _package_of(program: str) -> str:
     raise LookupError(f"deploy/system-packages.txt names no package that brings {program}")
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """`--slice N`: of the files with tests marked long, every fifth."""
+    parser.addoption("--slice", choices=("all", *map(str, range(SLICES))), default="all")
+
+
+def _keep_slice(config: pytest.Config, items: list[pytest.Item]) -> None:
+    # By file, so that what tests of one file share is started once; round and round, so that slices take much the same.
+    chosen = str(config.getoption("slice"))
+    if chosen == "all":
+        return
+    files = sorted({item.path for item in items if item.get_closest_marker("long") is not None})
+    due = set(files[int(chosen) :: SLICES])
+    config.hook.pytest_deselected(items=[item for item in items if item.path not in due])
+    items[:] = [item for item in items if item.path in due]
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Mark what lies in tests/system, and run it last: when a unit is broken, its own test should say so first."""
+    _keep_slice(config, items)
     for item in items:
         if item.path.is_relative_to(SYSTEM_TESTS) and item.get_closest_marker("system") is None:
             item.add_marker(pytest.mark.system)
@@ -122,26 +139,10 @@ def pytest_make_collect_report() -> Generator[None, pytest.CollectReport, pytest
 
 @pytest.fixture
 def free_port() -> Callable[[], int]:
-    """Each call gives a port of 127.0.0.1 that is free for TCP and for UDP, and was not given before in this test."""
-    given: set[int] = set()
+    """Each call gives a port of 127.0.0.1 that is free for TCP and for UDP (ports.py)."""
+    from ports import free_port
 
-    def find() -> int:
-        while True:
-            with (
-                socket.socket(socket.AF_INET, socket.SOCK_STREAM) as tcp,
-                socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as udp,
-            ):
-                tcp.bind(("127.0.0.1", 0))
-                port = int(tcp.getsockname()[1])
-                try:
-                    udp.bind(("127.0.0.1", port))
-                except OSError:
-                    continue
-            if port not in given:
-                given.add(port)
-                return port
-
-    return find
+    return free_port
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from haptic_server import block as blocks
 from haptic_server.device.simulated import Simulated
 from haptic_server.records import EVENT
 from haptic_server.servo import memory
-from haptic_server.servo.rendering import ask, render
+from haptic_server.servo.rendering import ask, render, see
 from realtime import ring
 from realtime.jit import Record, njit
 from realtime.lent import lend
@@ -67,3 +67,9 @@ def render_once(servo: memory.Servo, reading: Record, now_ns: int, span_s: float
 def ask_once(servo: memory.Servo, period_s: float) -> tuple[float, float]:
     """What the head and the pulses ask for, before the guard, N."""
     return ask(lend(servo), period_s)
+
+
+@njit()
+def see_once(servo: memory.Servo, z: float, v: float, now_ns: int) -> None:
+    """Tell it that the stick is at z m, v m/s."""
+    see(lend(servo), z, v, now_ns)

@@ -66,9 +66,9 @@ def fill_event(event: Record, n: int) -> None:
     event.t_ns = n * 0x10001
     event.x = n
     event.y = -n
-    event.a = 0.5 * n
-    event.b = 2.0 * n
-    event.c = n + 0.25
+    event.speed_m_per_s = 0.5 * n
+    event.impulse_N_s = 2.0 * n
+    event.contact_s = n + 0.25
     event.level = n - 0.25
     event.peak_N = 3.0 * n
 
@@ -82,9 +82,9 @@ def whole_event(event: Record) -> bool:
         and event.t_ns == n * 0x10001
         and event.x == n
         and event.y == -n
-        and event.a == 0.5 * n
-        and event.b == 2.0 * n
-        and event.c == n + 0.25
+        and event.speed_m_per_s == 0.5 * n
+        and event.impulse_N_s == 2.0 * n
+        and event.contact_s == n + 0.25
         and event.level == n - 0.25
         and event.peak_N == 3.0 * n
     )

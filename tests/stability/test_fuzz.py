@@ -28,7 +28,7 @@ def _fuzzed(target: str, seconds: int, found: Path) -> subprocess.CompletedProce
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=200)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("target", TARGETS)
 def test_no_input_breaks_a_reader(target: str, tmp_path: Path) -> None:
     done = _fuzzed(target, SLICE_S, tmp_path / "found")
@@ -39,7 +39,7 @@ def test_no_input_breaks_a_reader(target: str, tmp_path: Path) -> None:
     assert int(told.split()[0]) > 0  # inputs were read
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_fault_that_only_branches_lead_to_is_found(tmp_path: Path) -> None:
     done = _fuzzed("planted", 60, tmp_path / "found")
     assert done.returncode == 1, done.stdout + done.stderr

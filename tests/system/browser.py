@@ -113,6 +113,27 @@ def slider(page: Page, name: str) -> Locator:
     return page.locator(f'xpath=//*[@data-param="{name}"]/following::*[@role="slider"][1]')
 
 
+def grasp(page: Page, name: str) -> tuple[float, float]:
+    """Press the mouse on the thumb of a slider; where, in pixels.
+
+    What comes above the slider late moves it away between the look and the press, so it is seen that the thumb is held.
+    """
+    thumb = slider(page, name)
+    for _ in range(10):
+        thumb.hover()  # waits until it stands still
+        box = thumb.bounding_box()
+        assert box is not None, f"{name} has no slider that is shown"
+        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        page.mouse.move(x, y)
+        page.mouse.down()
+        if thumb.get_attribute("data-dragging") is not None:
+            return x, y
+        page.mouse.up()
+        print(f"the slider of {name} was not where it had stood")
+        page.wait_for_timeout(500)
+    raise AssertionError(f"the slider of {name} was not grasped in ten tries")
+
+
 def part(page: Page, name: str) -> Locator:
     """A named part of the page: notice, roll-rate, v-e, strike, servo, sound, panic, exact, absent."""
     return page.locator(f'[data-part="{name}"]')

@@ -1,7 +1,6 @@
 """A haptic side made of a Zenoh router and queryables: answers as the gateway does, remembers what it was asked."""
 
 import json
-import socket
 import threading
 import time
 from collections.abc import Callable
@@ -14,6 +13,7 @@ from rig_process import is_subscribed
 from drumstick.law import law_of
 from drumstick.parameters import Refusal, table_of, values_of, with_changes
 from drumstick.scene import Scene, as_tables
+from ports import free_port
 from protocol.keys import Keys
 from protocol.messages import (
     Clock,
@@ -37,12 +37,6 @@ from protocol.messages import (
 )
 from protocol.requests import requested_text, requested_value, requested_values
 from protocol.session import router_config
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 def wait_until(true: Callable[[], Any], what: str, timeout_s: float = 15.0) -> Any:

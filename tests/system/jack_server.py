@@ -12,9 +12,14 @@ LOOK = "import sounddevice; print([api['name'] for api in sounddevice.query_host
 
 
 class Jack:
-    """A JACK server under a name of its own; `environment` leads clients to it and to no other."""
+    """A JACK server under a name of its own; `environment` leads clients to it and to no other.
 
-    def __init__(self, environment: dict[str, str], folder: Path) -> None:
+    One that waits gives each client the time it needs; any other goes on without it, and what it had for that block,
+    such as a note, is nobody's.
+    """
+
+    def __init__(self, environment: dict[str, str], folder: Path, waits: bool = False) -> None:
+        self._mode = ["-S"] if waits else []
         self.log = folder / "jackd.log"
         name = f"test-{uuid.uuid4().hex[:8]}"
         self.environment = environment | {
@@ -28,7 +33,7 @@ class Jack:
     def start(self) -> None:
         with self.log.open("ab") as log:
             self.process = subprocess.Popen(
-                ["jackd", "-n", self._name, "-r", "-d", "dummy", "-r", "48000", "-p", "128"],
+                ["jackd", "-n", self._name, "-r", *self._mode, "-d", "dummy", "-r", "48000", "-p", "128"],
                 stdout=log,
                 stderr=subprocess.STDOUT,
                 env=self.environment,

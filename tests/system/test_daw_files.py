@@ -129,7 +129,7 @@ class PureData:
 
 @pytest.mark.needs("pd")
 def test_the_patch_of_pure_data(rig: Rig, session: zenoh.Session, tmp_path: Path) -> None:
-    port = free_port(socket.SOCK_DGRAM)
+    port = free_port()
     driver = DRIVER.format(port=port)
     boxes = driver.count("#X obj")
     for name in PRINTED:
@@ -147,6 +147,8 @@ def test_the_patch_of_pure_data(rig: Rig, session: zenoh.Session, tmp_path: Path
         sequence = [float(word) for word in pd.shown("seq")]
         assert sequence == [sequence[0] + i for i in range(len(sequence))]
         heard = receive(beside, "/drumstick/strike")
+        while heard[0] < sequence[0]:  # of the time when the program was not yet subscribed
+            heard = receive(beside, "/drumstick/strike")
         assert isinstance(heard[4], float)
         wait_for("that strike", lambda: heard[0] in map(float, pd.shown("seq")))
         for name, number in zip(("x", "y", "speed", "level", "peak"), heard[1:], strict=True):
@@ -204,7 +206,7 @@ class SuperCollider:
 @contextmanager
 def conducted(rig: Rig, folder: Path, before: str, environment: dict[str, str]) -> Iterator[SuperCollider]:
     """The program with the file, when it listens."""
-    port = free_port(socket.SOCK_DGRAM)
+    port = free_port()
     script = folder / "conductor.scd"
     script.write_text(CONDUCTOR.format(before=before, file=ported(rig, "drumstick.scd", folder)))
     with listening(["sclang", "-u", str(port), "-D", str(script)], environment) as lines:

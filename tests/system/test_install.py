@@ -4,7 +4,6 @@ import json
 import os
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -15,9 +14,9 @@ from pathlib import Path
 import pytest
 from rig_process import free_port, wait_for
 
-from realtime.jit import CACHE_FOLDER
+from realtime.kernel_cache import ROOT as KERNELS
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
+pytestmark = [pytest.mark.long, pytest.mark.timeout(600)]
 CHECKOUT = Path(__file__).resolve().parents[2]
 PARTS = (
     "services",
@@ -58,9 +57,8 @@ class Stage:
             place.mkdir(parents=True, mode=0o700)
             self.environment[variable] = str(place)
         # As on a machine that has played before: kernels are found by their sources, wherever a release lies.
-        if CACHE_FOLDER is not None:
-            kept = self.root / "var/cache/drumstick" / CACHE_FOLDER.parent.name / CACHE_FOLDER.name
-            shutil.copytree(CACHE_FOLDER, kept)
+        if KERNELS is not None:
+            shutil.copytree(KERNELS, self.root / "var/cache/drumstick" / KERNELS.parent.name / KERNELS.name)
 
     def script(self, path: Path, *words: str) -> str:
         """Run one of deploy's; what it says."""
@@ -88,7 +86,7 @@ class Stage:
 
     def ports(self) -> list[str]:
         self.endpoint = f"tcp/127.0.0.1:{free_port()}"
-        udp = [str(free_port(socket.SOCK_DGRAM)) for _ in range(2)]
+        udp = [str(free_port()) for _ in range(2)]
         return ["--listen", self.endpoint, "--osc-in", udp[0], "--osc-out", f"127.0.0.1:{udp[1]}"]
 
     @contextmanager

@@ -57,7 +57,7 @@ class Heard:
 
 @contextmanager
 def serving(folder: Path) -> Iterator[Jack]:
-    started = Jack(dict(os.environ), folder)
+    started = Jack(dict(os.environ), folder, waits=True)
     try:
         wait_for("JACK", started.is_up)
         yield started

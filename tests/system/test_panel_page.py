@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from contextlib import closing
 
 import pytest
-from browser import DESKTOP, PHONE, note, page_at, part, readback, slider, visitor
+from browser import DESKTOP, PHONE, grasp, note, page_at, part, readback, slider, visitor
 from fake_rig import FakeRig, wait_until
 from panel_process import PanelProcess
 from playwright.sync_api import Browser, Locator, Page, expect
@@ -126,12 +126,7 @@ def test_who_holds_the_lease_is_shown(page: Page, rig: FakeRig) -> None:
 
 
 def test_while_dragging_the_newest_value_wins(page: Page, rig: FakeRig) -> None:
-    slider(page, "dv_pls").hover()  # it waits until what comes above it is there: the thumb would move away
-    box = slider(page, "dv_pls").bounding_box()
-    assert box is not None
-    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-    page.mouse.move(x, y)
-    page.mouse.down()
+    x, y = grasp(page, "dv_pls")
     page.mouse.move(x + 120, y, steps=40)
     page.mouse.up()
     last = wait_until(lambda: (at := position(page, "dv_pls")) > 0.3 and at, "the slider to have moved")

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 import pytest
 import zenoh
-from browser import NARROW, note, opened, part, readback, slider, visitor
+from browser import NARROW, grasp, note, opened, part, readback, slider, visitor
 from playwright.sync_api import Browser, Page, expect
 from rig_process import DRUMSTICK, Listener, Rig, ask, running, wait_for
 
@@ -197,12 +197,7 @@ def test_a_page_closed_in_mid_drag_leaves_what_was_accepted_last(
 ) -> None:
     with visiting(browser, rig) as leaving:  # nobody lets go of the thumb
         see(leaving, "dv_pls", "0.2m/s")
-        slider(leaving, "dv_pls").hover()  # until it stands still
-        box = slider(leaving, "dv_pls").bounding_box()
-        assert box is not None
-        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-        leaving.mouse.move(x, y)
-        leaving.mouse.down()
+        x, y = grasp(leaving, "dv_pls")
         leaving.mouse.move(x + 100, y, steps=20)
         wait_for("the drag to be heard", lambda: value_of(session, rig, "dv_pls") > 0.25)
     time.sleep(1.0)  # what was under way has come to an end

@@ -410,7 +410,7 @@ def test_only_the_public_listener_is_added_to_the_sockets(stage: Stage, local: z
 def test_a_second_rig_at_the_same_public_listener_says_so(stage: Stage, local: zenoh.Session) -> None:
     wait_for("the first one's listener", lambda: stage.door(local)["is_open"])
     other = [*DRUMSTICK, "haptic", "--rig-file", str(stage.file("haptic")), "--rig", f"{stage.rig.name}-2"]
-    ports = ["--listen", f"tcp/127.0.0.1:{free_port()}", "--osc-in", str(free_port(socket.SOCK_DGRAM))]
+    ports = ["--listen", f"tcp/127.0.0.1:{free_port()}", "--osc-in", str(free_port())]
     done = subprocess.run([*other, *ports], capture_output=True, text=True, timeout=60, check=False)
     assert done.returncode == 3, done.stderr
     assert f"public Zenoh port 127.0.0.1:{stage.port}: Address already in use" in done.stderr

@@ -41,9 +41,9 @@ def servo(place: Path) -> Iterator[Supervised]:
 def gateway(place: Path, servo: Supervised, router: str) -> Iterator[Supervised]:
     osc = [
         "--osc-in",
-        str(free_port(socket.SOCK_DGRAM)),
+        str(free_port()),
         "--osc-out",
-        f"127.0.0.1:{free_port(socket.SOCK_DGRAM)}",
+        f"127.0.0.1:{free_port()}",
     ]
     with supervised(place, "gateway", "--listen", router, *osc) as started:
         started.ready()

@@ -82,7 +82,7 @@ ROUNDING = 2e-6
 
 
 @shows("effects that meet", "ours")
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("pair", PAIRS, ids="+".join)
 def test_no_pair_of_effects_gives_energy(pair: tuple[str, str]) -> None:
     """Compiled for these two alone. The lossless scheme is the same code with other numbers."""

@@ -79,7 +79,7 @@ def test_without_losses_energy_stays(effects: str, accuracy: str, topology: str)
 
 
 @shows("hundred million steps", "ours")
-@pytest.mark.slow
+@pytest.mark.long
 def test_ten_million_samples_of_the_shipped_drum() -> None:
     engine = struck(scene_of({}, f01_Hz=150.0), [(0.3, 0.2, 1.0)])
     first = energy(engine)

@@ -43,7 +43,7 @@ def _many_as_written(
 
 
 @shows("hundred million steps")
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_hundred_million_steps_keep_their_energy_in_float32() -> None:
     """199 junctions, 2e10 junction updates. The textbook's sums, in any order, gain or lose in half a million steps."""
     engine = engine_of(drum_of({}, f01_Hz=2000.0))

@@ -19,7 +19,7 @@ from rig.soaking.samples import Samples
 SPEED, SPAN_S = 20.0, 25.0
 LEAKED_BYTES, DESCRIPTOR_EVERY = 120, 500  # each strike; strikes
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.long
 
 
 def soaked(place: Path, also: virtual.Take | None = None) -> Result:

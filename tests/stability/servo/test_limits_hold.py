@@ -110,7 +110,7 @@ def test_no_throw_and_no_order_of_sets_passes_a_limit(
         assert fastest <= speed * SLACK
         events = _events(servo)
         assert np.all(events["peak_N"] <= force_N * SLACK)
-        assert np.all(events["a"] <= speed * SLACK)
+        assert np.all(events["speed_m_per_s"] <= speed * SLACK)
     assert servo.player["fault"][0] == NO_FAULT
 
 

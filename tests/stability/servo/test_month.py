@@ -73,7 +73,7 @@ def first_day() -> npt.NDArray[np.void]:
 
 
 @shows("month of ticks", "ours")
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("clock", CLOCKS_NS)
 def test_a_late_clock_plays_the_very_same(clock: str, first_day: npt.NDArray[np.void]) -> None:
     """To the nanosecond and to the last bit: the stick does not know how late it is. The middle of it is the limit."""
@@ -87,7 +87,7 @@ def test_a_late_clock_plays_the_very_same(clock: str, first_day: npt.NDArray[np.
 
 
 @shows("month of ticks", "ours")
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("count", COUNTS)
 def test_counters_go_on_beyond(count: str, first_day: npt.NDArray[np.void]) -> None:
     servo = live_sets.servo_of(live_sets.roll())
@@ -119,7 +119,7 @@ def _sets_and_panics_still_work(servo: memory.Servo, ahead: int) -> None:
     assert peek(servo.block.control, PANICS_SEEN) == ahead + 1
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_ring_that_was_dropped_from_for_ages_wraps_at_its_own_length() -> None:
     """Its slots are found by the remainder: nothing in it depends on how much went through before."""
     for count in COUNTS.values():
@@ -153,7 +153,7 @@ def _resident_pages() -> int:
 
 
 @shows("month of ticks", "ours")
-@pytest.mark.slow
+@pytest.mark.long
 def test_an_hour_and_a_half_across_every_limit_keeps_the_rate_and_the_memory() -> None:
     """Five million ticks: the clock passes 2^53 ns, the ticks 2^31, the strikes 2^32. Every strike is on the cycle."""
     servo, minutes = live_sets.servo_of(live_sets.roll()), 84
@@ -192,7 +192,7 @@ def _strokes(late: bool, start_ns: int) -> tuple[npt.NDArray[np.void], Any]:
 
 
 @shows("month of ticks", "ours")
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("clock", ["30 days", "a year", "2^53 ns"])
 def test_an_arm_strikes_in_time_however_late_it_is(clock: str) -> None:
     """Its speed comes from positions over time, which a late clock rounds to 4 ns: the strokes stay where they are."""
@@ -216,7 +216,7 @@ def _first_of_each_stroke(events: npt.NDArray[np.void]) -> npt.NDArray[np.int64]
     return strikes[np.unique(stroke, return_index=True)[1]]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_hand_that_has_played_for_a_month_keeps_time() -> None:
     """Its gesture's clock starts again each period: no sum grows, and none is rounded more coarsely from day to day."""
     servo = sampled_arm.servo_of(sampled_arm.scene("strokes"))

@@ -97,9 +97,12 @@ def test_another_version_is_refused() -> None:
 def test_the_strike_is_laid_out_as_the_wire_says() -> None:
     strike = messages.Strike(
         boot=7, seq=3, t_ns=5, x=0.5, y=-0.5, z_speed_m_per_s=1.5, level=0.75, peak_estimate_N=12.0,
-        contact_estimate_s=0.005,
+        contact_estimate_s=0.005, impulse_N_s=0.04,
     )  # fmt: skip
-    assert msgspec.msgpack.decode(encode(strike)) == [1, 7, 3, 5, 0.5, -0.5, 1.5, 0.75, 12.0, 0.005]
+    laid_out = [1, 7, 3, 5, 0.5, -0.5, 1.5, 0.75, 12.0, 0.005, 0.04, "stick"]
+    assert msgspec.msgpack.decode(encode(strike)) == laid_out
+    older = decode(msgspec.msgpack.encode(laid_out[:10]), messages.Strike)
+    assert (older.contact_estimate_s, older.impulse_N_s, older.source) == (0.005, 0.0, "stick")
 
 
 def test_a_contact_is_laid_out_as_the_wire_says_and_may_end_after_its_forces() -> None:

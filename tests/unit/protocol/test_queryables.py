@@ -1,13 +1,13 @@
 """Queries by wildcard: whoever looks around is answered where that changes nothing, and only there."""
 
 import re
-import socket
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 import zenoh
 
+from ports import free_port
 from protocol.messages import RefusalReply, decode
 from protocol.queryables import Queryables
 from protocol.session import open_router
@@ -17,9 +17,7 @@ ROOT = Path(__file__).parents[3]
 
 @pytest.fixture(scope="module")
 def session() -> Iterator[zenoh.Session]:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
     with open_router(endpoint) as opened:
         yield opened
 
