@@ -9,7 +9,6 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from socket import SOCK_DGRAM
 from typing import Any
 
 import zenoh
@@ -40,7 +39,7 @@ class Gateway:
     def __init__(self, run_dir: Path) -> None:
         self.rig = f"lateness-{os.getpid()}"
         self.endpoint = f"tcp/127.0.0.1:{free_port()}"
-        self.osc_port, out = free_port(SOCK_DGRAM), free_port(SOCK_DGRAM)
+        self.osc_port, out = free_port(), free_port()
         command = [
             sys.executable,
             "-m",

@@ -153,7 +153,7 @@ def work(run: Run, copy: Copy, waiting: SimpleQueue[tuple[Mutant, str]], stop: t
             mutant, ident = waiting.get_nowait()
         except Empty:
             return
-        verdict = copy.judge(mutant.path, mutant.source, TARGETS[mutant.module][1], run.imports)
+        verdict = copy.judge(mutant.path, mutant.source, TARGETS[mutant.module][1])
         if stop.is_set():
             return  # the tests were interrupted too
         run.keep(ident, Verdict(verdict.fate, verdict.by, round(verdict.seconds, 1), run.head))

@@ -1,8 +1,7 @@
 """Trials of mutants: each in a copy of the tree, by the tests of its module, until one fails.
 
 The copies are of the commit at HEAD, never of what somebody is typing. Every worker has its own, with its own kernel
-cache: a mutant starts with the kernels of the unchanged tree, less those of the modules that import the mutated one,
-directly or not, since numba does not see what a kernel calls in other files.
+cache: a mutant starts with the kernels of the unchanged tree, and what it compiles goes with it.
 """
 
 import ast
@@ -19,8 +18,6 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-
-from realtime.jit import KERNEL_PACKAGES
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("shared", "services")
@@ -73,13 +70,6 @@ class Imports:
                 named.update({node.module, *(f"{node.module}.{each.name}" for each in node.names)})
         return named & self._files.keys()
 
-    def importers(self, path: str) -> set[str]:
-        """This module, and every one that reaches it."""
-        found = {_name_of(path)}
-        while more := {name for name, named in self._direct.items() if named & found} - found:
-            found |= more
-        return found
-
     def below(self, path: str) -> str:
         """A hash of every module that this one reaches, itself left out."""
         found = {_name_of(path)}
@@ -125,7 +115,7 @@ class Copy:
         return copy
 
     def twin(self, folder: Path) -> "Copy":
-        """Another one for another worker: with the files' times, by which numba knows its kernels."""
+        """Another one for another worker."""
         shutil.rmtree(folder, ignore_errors=True)
         shutil.copytree(self.tree.parent, folder, symlinks=True)
         return Copy(folder)
@@ -134,20 +124,20 @@ class Copy:
         """The tests of the unchanged tree, which also compiles its kernels."""
         return self._run(tests, self._kernels, _FIRST_TIME_S)
 
-    def judge(self, path: str, source: str, tests: Sequence[str], imports: Imports) -> Verdict:
+    def judge(self, path: str, source: str, tests: Sequence[str]) -> Verdict:
         target, aside = self.tree / path, self._aside / path
         aside.parent.mkdir(parents=True)
         shutil.copy2(target, aside)
         try:
             target.write_text(source, encoding="utf-8")
-            self._lend_kernels(imports.importers(path))
+            shutil.copytree(self._kernels, self._own, copy_function=os.link)
             return self._run(tests, self._own, _ONE_TEST_S)
         finally:
             self.restore()
             shutil.rmtree(self._own, ignore_errors=True)
 
     def restore(self) -> None:
-        """Undo the mutant, also one that an end in mid-trial left, with the file's time, by which numba knows it."""
+        """Undo the mutant, also one that an end in mid-trial left."""
         for aside in self._aside.rglob("*.py"):
             shutil.copy2(aside, self.tree / aside.relative_to(self._aside))
         shutil.rmtree(self._aside, ignore_errors=True)
@@ -158,23 +148,6 @@ class Copy:
         return dict(
             os.environ, PYTHONPATH=path, XDG_CACHE_HOME=str(cache), CI="true", PYTHONDONTWRITEBYTECODE="1"
         )
-
-    def _lend_kernels(self, changed: set[str]) -> None:
-        shutil.rmtree(self._own, ignore_errors=True)
-        asked = subprocess.run(
-            (sys.executable, "-c", "from realtime import jit; print(jit.CACHE_FOLDER)"),
-            env=self._environment(self._own), cwd=self.tree, capture_output=True, text=True, check=False,
-        )  # fmt: skip
-        if asked.returncode != 0:
-            return  # nor will the tests start
-        lent = Path(asked.stdout.strip())
-        for kernels in self._kernels.glob("haptic-drumstick/kernels-*"):
-            for stored in kernels.glob("*/*"):
-                # A folder is a package, a file begins with its module; kernels of tests and tools are made anew.
-                module = f"{stored.parent.name}.{stored.name.partition('.')[0]}"
-                if stored.parent.name.partition(".")[0] in KERNEL_PACKAGES and module not in changed:
-                    (lent / stored.parent.name).mkdir(exist_ok=True)
-                    os.link(stored, lent / stored.parent.name / stored.name)
 
     def _run(self, tests: Sequence[str], cache: Path, one_test_s: int) -> Verdict:
         begun = time.monotonic()

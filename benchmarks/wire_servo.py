@@ -36,7 +36,8 @@ def main(folder: Path, rate_Hz: float, seconds: float, port: int) -> None:
     limits.write(folder, limits.limits_of(scene, EXACT_STICK))
     block = blocks.create(folder, law_of(scene))
     event, status = np.zeros(1, EVENT), np.zeros(1, STATUS)
-    event["kind"], event["a"], event["b"], event["c"], event["level"] = STRIKE, 0.6, 5.0, 0.005, 0.3
+    event["kind"], event["speed_m_per_s"], event["peak_N"], event["contact_s"] = STRIKE, 0.6, 5.0, 0.005
+    event["level"] = 0.3
     status["status"] = PLAYING
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(80))

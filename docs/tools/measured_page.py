@@ -43,6 +43,36 @@ def _streamed() -> list[str]:
     return lines
 
 
+def _announced() -> list[str]:
+    found = read("announced")
+    lines = [
+        "",
+        "## What a strike announces",
+        "",
+        "A strike tells peak force, impulse and time in the head of the contact that begins, which the exact solver plays to its end in advance. Beside what",
+        f"the contact then was: median, and the worst. Before 2026-11-24 it told those of a lone blow. `python benchmarks/announced.py`. {where(found)}",
+        "An arm's strike is foreseen from what its encoders tell and the scene's hand; the hand that plays moves meanwhile.",
+        "",
+        "| | contacts | peak, dB | impulse, dB | time, % | a lone blow's peak, dB | impulse, dB | time, % | one look, us |",
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
+    for row in (*found["stick"], *found["arm"]):
+        cells = [
+            f"{median + 0.0:.2f}, {worst + 0.0:.2f}".replace("-0.00", "0.00")
+            for which in ("announced", "alone")
+            for median, worst in (row[f"{which}_{field}"] for field in ("peak_N", "impulse_N_s", "contact_s"))
+        ]
+        lines.append(
+            f"| {row['name']} | {row['contacts']} | {' | '.join(cells)} | {row.get('look_us', ''):.3} |"
+        )
+    dearest = ", ".join(f"{name} {cost:.0f} us" for name, cost in found["dearest_us"].items())
+    return [
+        *lines,
+        "",
+        f"One look is CPU time in the tick that sees a strike. The dearest, of sticks that are pressed down: {dearest}.",
+    ]
+
+
 def _ticks() -> list[str]:
     found = read("tick_cost")
     lines = [
@@ -291,6 +321,7 @@ def page() -> str:
         [
             *lines,
             *_streamed(),
+            *_announced(),
             *_ticks(),
             *_lateness(),
             *_month(),
