@@ -22,7 +22,7 @@ class Drum:
     excitation: Literal["analytic", "streamed"] = choice(
         "analytic",
         ("analytic", "streamed"),
-        "analytic: the force that one strike message implies, that of a damped contact; streamed: the force itself, tick by tick",
+        "analytic: the damped contact that one strike message announces; streamed: the force itself, tick by tick",
     )
     latency_s: float = number(
         0.0, 0.0, 0.5, "s", "A strike sounds this long after its contact; 0 plays it as soon as it can be"

@@ -59,7 +59,7 @@ class Contact(NamedTuple):
 def contact_of(played: Scene, settled: int = _SETTLED) -> Contact:
     """A contact of the scene's exact stick, after so many others. Raises ValueError when it makes no more."""
     law, motion = law_of(played), thrown(played, played.hand.throw_m_per_s)
-    stick, begun = motion[0], 0
+    stick, begun, what = motion[0], 0, exact.HORIZON
     while begun <= settled:
         what, _ = exact.advance(law[0], stick, 1.0)
         if what == exact.HORIZON or stick["fate"] != exact.MOVING:
