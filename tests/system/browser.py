@@ -20,6 +20,9 @@ FLAGS = [
     "--disable-component-update",
     "--disable-sync",
 ]
+# Software WebGL beside other tests: what a person sees in a second has taken half a minute. Whoever waits, waits for an
+# event; this is only when to give up.
+PATIENCE_MS = 60_000.0
 DESKTOP = (1280, 800)
 PHONE = (390, 844)
 NARROW = (560, 900)  # laid out as on a phone, without the picture: software WebGL makes every click slow

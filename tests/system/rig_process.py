@@ -21,7 +21,7 @@ import zenoh
 from haptic_server.servo.witness import Witnesses
 from ports import free_port
 from protocol.keys import Keys
-from protocol.messages import Message, State, decode
+from protocol.messages import Message, RefusalReply, State, decode
 from protocol.session import open_client
 from rig.folder import run_folder
 
@@ -189,15 +189,25 @@ def is_subscribed(publisher: zenoh.Publisher) -> bool:
     return bool(status.matching)
 
 
-def ask(session: zenoh.Session, key: str, payload: object = None) -> bytes:
-    """One query's only good reply; AssertionError with the reason of a refusal.
+def reply_to(session: zenoh.Session, key: str, encoded: bytes | None = None) -> zenoh.Reply:
+    """The first reply to a query, which is asked again until somebody answers.
 
-    Asked again until somebody answers: a process that has just started plays before it is known that it answers.
+    A process that has just started, or that has no processor for a while, is not known to answer yet.
     """
-    encoded = None if payload is None else msgspec.msgpack.encode([1, payload])
-    replies = wait_for(f"an answer to {key}", lambda: list(session.get(key, payload=encoded, timeout=5.0)))
-    assert replies[0].ok is not None, replies[0].err.payload.to_bytes()
-    return replies[0].ok.payload.to_bytes()
+    return wait_for(f"an answer to {key}", lambda: list(session.get(key, payload=encoded, timeout=5.0)))[0]
+
+
+def ask(session: zenoh.Session, key: str, payload: object = None) -> bytes:
+    """One query's only good reply; AssertionError with the reason of a refusal."""
+    reply = reply_to(session, key, None if payload is None else msgspec.msgpack.encode([1, payload]))
+    assert reply.ok is not None, reply.err.payload.to_bytes()
+    return reply.ok.payload.to_bytes()
+
+
+def reason_of(reply: zenoh.Reply) -> str:
+    """Why it was refused; AssertionError when it was not."""
+    assert reply.err is not None, reply.ok.payload.to_bytes()
+    return decode(reply.err.payload.to_bytes(), RefusalReply).reason
 
 
 def is_alive(pid: int) -> bool:

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from browser import NARROW, part, readback, visitor
+from browser import NARROW, PATIENCE_MS, part, readback, visitor
 from fake_rig import FakeRig, wait_until
 from panel_process import PanelProcess, panel
 from playwright.sync_api import Browser, Page, expect
@@ -13,7 +13,6 @@ from playwright.sync_api import Browser, Page, expect
 from drumstick.scene import parse, shipped_text
 
 pytestmark = [pytest.mark.system, pytest.mark.needs("chromium")]
-PATIENCE_MS = 20_000.0
 AGAIN_MS = 60_000.0  # a browser makes a page wait, longer each time, after connections that failed
 WORDS = (
     "No connection to the panel: what you see is old, and PANIC is not heard. Use the switch at the device."

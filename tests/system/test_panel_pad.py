@@ -4,7 +4,7 @@ import time
 from collections.abc import Iterator
 
 import pytest
-from browser import page_at, part
+from browser import PATIENCE_MS, page_at, part
 from fake_rig import FakeRig, wait_until
 from panel_process import PanelProcess
 from panel_wire import dial_port
@@ -13,7 +13,6 @@ from playwright.sync_api import Browser, Page, WebSocket, expect
 from drumstick.scene import parse, shipped_text
 
 pytestmark = [pytest.mark.system, pytest.mark.needs("chromium")]
-PATIENCE_MS = 20_000.0
 MOST_PADS = 16
 
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from contextlib import closing
 
 import pytest
-from browser import DESKTOP, PHONE, grasp, note, page_at, part, readback, slider, visitor
+from browser import DESKTOP, PATIENCE_MS, PHONE, grasp, note, page_at, part, readback, slider, visitor
 from fake_rig import FakeRig, wait_until
 from panel_process import PanelProcess
 from playwright.sync_api import Browser, Locator, Page, expect
@@ -13,7 +13,6 @@ from playwright.sync_api import Browser, Locator, Page, expect
 from drumstick.scene import Scene, parse, shipped_text
 
 pytestmark = [pytest.mark.system, pytest.mark.needs("chromium")]
-PATIENCE_MS = 20_000.0
 
 
 def scene(name: str) -> Scene:

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from browser import NARROW, note, part, readback, slider, visitor
+from browser import NARROW, PATIENCE_MS, note, part, readback, slider, visitor
 from fake_rig import FakeRig, wait_until
 from panel_process import panel
 from playwright.sync_api import Browser, Page, expect
@@ -13,7 +13,6 @@ from playwright.sync_api import Browser, Page, expect
 from drumstick.scene import Scene, parse, shipped_text
 
 pytestmark = [pytest.mark.system, pytest.mark.needs("chromium")]
-PATIENCE_MS = 20_000.0
 BARE = 'name = "bare"\n[stick]\nk_coll_N_per_m = 4000.0\n'
 
 

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 import pytest
 import zenoh
-from browser import NARROW, grasp, note, opened, part, readback, slider, visitor
+from browser import NARROW, PATIENCE_MS, grasp, note, opened, part, readback, slider, visitor
 from playwright.sync_api import Browser, Page, expect
 from rig_process import DRUMSTICK, Listener, Rig, ask, running, wait_for
 
@@ -24,7 +24,6 @@ pytestmark = [
     # More than the patience of one test's waits; the usual one would end pytest as a whole.
     pytest.mark.timeout(600),
 ]
-PATIENCE_MS = 30_000.0
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from browser import opened, page_at, part, readback
+from browser import PATIENCE_MS, opened, page_at, part, readback
 from fake_rig import FakeRig, free_port, wait_until
 from panel_process import panel
 from playwright.sync_api import Browser, Page, expect
@@ -12,7 +12,6 @@ from playwright.sync_api import Browser, Page, expect
 from drumstick.scene import parse, shipped_text
 
 pytestmark = [pytest.mark.system, pytest.mark.needs("chromium"), pytest.mark.timeout(300)]
-PATIENCE_MS = 20_000.0
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from browser import DESKTOP, NARROW, page_at, part, visitor
+from browser import DESKTOP, NARROW, PATIENCE_MS, page_at, part, visitor
 from fake_rig import FakeRig, free_port, wait_until
 from panel_process import PanelProcess, panel
 from playwright.sync_api import Browser, Page, expect
@@ -21,7 +21,6 @@ pytestmark = [
         900
     ),  # more than the patience of one test's waits; the usual one would end pytest as a whole
 ]
-PATIENCE_MS = 30_000.0
 COMPILING_S = 180.0  # the first theory and the first timed tick compile their kernels
 # What a plot of uPlot's holds, and its labels; the page has one plot or two at a time.
 _DATA = """() => Object.values(window.__viserTestpoints.uplots).map(each => ({

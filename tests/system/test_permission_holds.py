@@ -13,13 +13,24 @@ from collections.abc import Callable, Iterator
 
 import pytest
 import zenoh
-from rig_process import DRUMSTICK, PATIENCE_S, Listener, Rig, ask, is_alive, running, wait_for
+from rig_process import (
+    DRUMSTICK,
+    PATIENCE_S,
+    Listener,
+    Rig,
+    ask,
+    is_alive,
+    reason_of,
+    reply_to,
+    running,
+    wait_for,
+)
 
 from haptic_server import files, permission
 from haptic_server.permission import EVENTS, FAULTED, FREE, MAY_PUSH, PANICKED, REFUSED, STATES, after
 from haptic_server.records import FAULT_WORDS, STALE, STALLED
 from permission_walk import walk
-from protocol.messages import LeaseRequest, RefusalReply, State, decode, encode
+from protocol.messages import LeaseRequest, State, encode
 from rig.folder import run_folder
 
 SERVO, GATEWAY = "haptic_server.servo", "haptic_server.gateway"
@@ -99,13 +110,13 @@ class Played:
 
     def ask_for_scene(self) -> str:
         payload = b"\x92\x01\xa7phantom"  # laid out anew, a scene of the same name is another one too
-        (reply,) = self.session.get(self.rig.keys.scene_load, payload=payload, timeout=5.0)
-        return "" if reply.ok else decode(reply.err.payload.to_bytes(), RefusalReply).reason
+        reply = reply_to(self.session, self.rig.keys.scene_load, payload)
+        return "" if reply.ok else reason_of(reply)
 
     def lease(self) -> None:
         for seconds in (1.0, 0.0):
             request = encode(LeaseRequest(who="mine", name="a test", seconds=seconds))
-            (reply,) = self.session.get(self.rig.keys.lease, payload=request, timeout=5.0)
+            reply = reply_to(self.session, self.rig.keys.lease, request)
             assert reply.ok is not None, reply.err.payload.to_bytes()
 
     def since(self) -> list[State]:

@@ -5,14 +5,13 @@ import time
 from collections.abc import Iterator
 
 import pytest
-from browser import NARROW, part, readback, visitor
+from browser import NARROW, PATIENCE_MS, part, readback, visitor
 from playwright.sync_api import Browser, Page, expect
 from rig_process import Listener, Rig, running, wait_for
 
 from protocol.messages import Pointer, State, Strike, encode
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(240)]
-PATIENCE_MS = 30_000.0
 
 
 @pytest.fixture(scope="module")
@@ -53,6 +52,25 @@ def box(page: Page) -> tuple[float, float, float, float]:
     return found["x"], found["y"], found["width"], found["height"]
 
 
+def press(page: Page, rig: Rig, across: float) -> None:
+    """The mouse's button goes down near the top of the pad, `across` of its width from the left."""
+    pad = part(page, "pad")
+    pad.hover(
+        position={"x": across * box(page)[2], "y": 5.0}
+    )  # scrolls, and waits until it no longer moves about
+    page.mouse.down()
+    try:
+        expect(pad).to_have_attribute("data-held", "", timeout=PATIENCE_MS)
+    except AssertionError as missed:
+        raise AssertionError(f"the pad is not held; it says {pad.inner_text()!r}\n{rig.said}") from missed
+
+
+def push(page: Page, across: float, steps: int) -> None:
+    """The held mouse goes down to just above the pad's lower edge."""
+    left, top, width, height = box(page)
+    page.mouse.move(left + across * width, top + height - 3.0, steps=steps)
+
+
 def quiet(strikes: Listener) -> None:
     """Until nothing has struck for half a second: a stick that was let go rings out."""
 
@@ -66,18 +84,17 @@ def quiet(strikes: Listener) -> None:
 
 
 @pytest.mark.needs("chromium")
-def test_a_drag_strikes_where_it_points_and_letting_go_ends_it(page: Page, strikes: Listener) -> None:
-    left, top, width, height = box(page)
+def test_a_drag_strikes_where_it_points_and_letting_go_ends_it(
+    page: Page, rig: Rig, strikes: Listener
+) -> None:
     quiet(strikes)
-    x = left + 0.8 * width
-    page.mouse.move(x, top + 5.0)
-    page.mouse.down()
-    page.mouse.move(x, top + height - 3.0, steps=10)
+    press(page, rig, 0.8)
+    push(page, 0.8, steps=10)
     wait_for("a roll under the held mouse", lambda: len(strikes.got) >= 20)
     page.mouse.up()
     quiet(strikes)
-    page.mouse.down()
-    page.mouse.move(x, top + height - 3.0, steps=3)
+    press(page, rig, 0.8)
+    push(page, 0.8, steps=3)
     wait_for("a strike", lambda: strikes.got)
     assert strikes.got[-1].x == pytest.approx(0.6, abs=0.05)
     assert strikes.got[-1].y == 0.0
@@ -101,8 +118,8 @@ def test_the_space_bar_strikes_and_the_arrows_move_over_the_head(page: Page, str
 
 @pytest.mark.needs("chromium")
 def test_a_finger_strikes(page: Page, strikes: Listener) -> None:
-    left, top, width, height = box(page)
     quiet(strikes)
+    left, top, width, height = box(page)
     touch = page.context.new_cdp_session(page)
     point = {"x": left + 0.5 * width, "y": top + height - 4.0}
     touch.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [point]})
@@ -114,9 +131,8 @@ def test_a_finger_strikes(page: Page, strikes: Listener) -> None:
 @pytest.mark.needs("chromium")
 def test_a_page_that_is_closed_lets_go(browser: Browser, rig: Rig, strikes: Listener) -> None:
     page = visit(browser, rig)
-    left, top, width, height = box(page)
-    page.mouse.move(left + 0.5 * width, top + height - 3.0)
-    page.mouse.down()
+    press(page, rig, 0.5)
+    push(page, 0.5, steps=3)
     wait_for("strikes", lambda: len(strikes.got) >= 5)
     page.context.close()
     quiet(strikes)

@@ -12,7 +12,7 @@ import msgspec
 import pytest
 import zenoh
 from osc_port import receive, send
-from rig_process import DRUMSTICK, Listener, Rig, ask, running, wait_for
+from rig_process import DRUMSTICK, Listener, Rig, ask, reason_of, reply_to, running, wait_for
 
 from protocol.messages import (
     Lease,
@@ -20,7 +20,6 @@ from protocol.messages import (
     PresetNews,
     PresetReply,
     Readback,
-    RefusalReply,
     SetReply,
     decode,
     encode,
@@ -38,9 +37,7 @@ def value_of(session: zenoh.Session, rig: Rig, name: str) -> float:
 
 
 def refusal(session: zenoh.Session, key: str, payload: object) -> str:
-    reply = next(iter(session.get(key, payload=msgspec.msgpack.encode(payload), timeout=5.0)))
-    assert reply.err is not None
-    return decode(reply.err.payload.to_bytes(), RefusalReply).reason
+    return reason_of(reply_to(session, key, msgspec.msgpack.encode(payload)))
 
 
 def drumstick(rig: Rig, *words: str) -> subprocess.CompletedProcess[str]:
@@ -100,7 +97,7 @@ def test_one_technician_at_a_time(rig: Rig, session: zenoh.Session, osc: socket.
     other = rig.client()
     assert decode(ask(other, rig.keys.lease), Lease) == Lease(name="", left_s=0.0)
     request = encode(LeaseRequest(who="my secret", name="Ada", seconds=5.0))
-    reply = next(iter(session.get(rig.keys.lease, payload=request, timeout=5.0)))
+    reply = reply_to(session, rig.keys.lease, request)
     assert reply.ok is not None
     assert decode(reply.ok.payload.to_bytes(), Lease).name == "Ada"
     wait_for("the others to see it", lambda: shown.got and shown.got[-1].name == "Ada")
@@ -117,7 +114,7 @@ def test_one_technician_at_a_time(rig: Rig, session: zenoh.Session, osc: socket.
     assert value_of(session, rig, "dv_pls") == before
 
     payload = msgspec.msgpack.encode([1, 0.28, {"lease": "my secret"}])
-    reply = next(iter(session.get(rig.keys.set_one("dv_pls"), payload=payload, timeout=5.0)))
+    reply = reply_to(session, rig.keys.set_one("dv_pls"), payload)
     assert reply.ok is not None
     assert decode(reply.ok.payload.to_bytes(), Readback).value == 0.28
     wait_for("its end", lambda: shown.got[-1].name == "", 20.0)
@@ -142,12 +139,12 @@ def test_a_set_for_an_older_revision_is_refused(rig: Rig, session: zenoh.Session
     key = rig.keys.set_one("dv_pls")
     assert f"somebody made it {newer}" in refusal(session, key, [1, 0.26, {"revision": seen}])
     payload = msgspec.msgpack.encode([1, 0.26, {"revision": newer}])
-    assert next(iter(session.get(key, payload=payload, timeout=5.0))).ok is not None
+    assert reply_to(session, key, payload).ok is not None
 
 
 def test_a_panic_needs_no_lease(session: zenoh.Session, rig: Rig) -> None:
     request = encode(LeaseRequest(who="my secret", name="Ada"))
-    assert next(iter(session.get(rig.keys.lease, payload=request, timeout=5.0))).ok is not None
+    assert reply_to(session, rig.keys.lease, request).ok is not None
     with rig_to_panic(rig) as other:
         ask(other, rig.keys.panic)
 

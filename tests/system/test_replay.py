@@ -16,12 +16,12 @@ import pytest
 import zenoh
 from haptic_side import drum, sounding
 from pythonosc.osc_message import OscMessage
-from rig_process import DRUMSTICK, Listener, ask, running, wait_for
+from rig_process import DRUMSTICK, Listener, ask, reason_of, reply_to, running, wait_for
 from wav_heard import RATE, onsets_s, sound_in
 
 from drumstick.scene import Scene, as_tables
 from protocol.keys import Keys
-from protocol.messages import Clock, Contact, Meter, Readback, RefusalReply, State, Strike, decode
+from protocol.messages import Clock, Contact, Meter, Readback, State, Strike, decode
 from protocol.session import client_config
 from recordings import a_release, a_state, a_strike, made
 from sound_server.calibrate import blow_at
@@ -175,8 +175,7 @@ def test_it_answers_as_a_rig_does_and_panic_ends_it(free_port: Callable[[], int]
             (keys.param("x"), None),
         ):
             encoded = msgspec.msgpack.encode([1, payload])
-            (reply,) = session.get(key, payload=encoded, timeout=5.0)
-            reason = decode(reply.err.payload.to_bytes(), RefusalReply).reason
+            reason = reason_of(reply_to(session, key, encoded))
             assert ("a replay of a.mcap: nothing can be set" if payload else "it has k_coll") in reason
         assert json.loads(ask(session, keys.doctor)) == {"replay": str(recorded)}
         ask(session, keys.panic)

@@ -72,12 +72,13 @@ class Wire:
         self._questions = Questions("queries", self._answer, self._settle)
         self._writes = Questions("preset files", self._save)
         self.queryables = Queryables(session)
-        for key in (keys.param("*"), keys.scene, keys.clock, keys.doctor, keys.preset):
-            self.queryables.declare_reading(key, self._questions.receive)
+        # A panic is heard first of all; `clock`, by which others know that a gateway is there, is answered last.
+        self.queryables.declare_writing(keys.panic, self._panic)
         for key in (keys.set_many, keys.set_one("*"), keys.scene_load, keys.lease, keys.preset_load):
             self.queryables.declare_writing(key, self._questions.receive)
         self.queryables.declare_writing(keys.preset_save, self._writes.receive)
-        self.queryables.declare_writing(keys.panic, self._panic)
+        for key in (keys.param("*"), keys.scene, keys.doctor, keys.preset, keys.clock):
+            self.queryables.declare_reading(key, self._questions.receive)
         self._token = session.liveliness().declare_token(keys.alive("haptic", f"{boot():x}"))
 
     @property
