@@ -20,6 +20,7 @@ from collections import Counter
 from collections.abc import Callable
 
 from haptic_server.door.allowances import Allowances
+from haptic_server.door.cutter import TURNED_BACK_S
 from protocol.foreign_text import shown
 
 _log = logging.getLogger("door")
@@ -123,7 +124,8 @@ class Refusals:
             self.over_limit[role] += 1
             self.cut(found["who"])
             self._note(
-                f"{role} (session {found['who']}) has {over}, the limit of one session: its link was ended"
+                f"{role} (session {found['who']}) has {over}, the limit of one session: its link was ended,"
+                f" and it is turned back for {TURNED_BACK_S:g} s"
             )
 
     def _note(self, words: str) -> None:
