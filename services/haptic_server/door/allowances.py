@@ -7,6 +7,11 @@ its log tells is counted here.
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
+
+from haptic_server.pace import PATIENCE_S, SETS_A_SECOND, Pace, Verdict
+
 # Different keys of each kind that one session may name in its life. A page names some twenty, a program that follows
 # the play fewer; a venue's router speaks for all behind it. Thousands that came and went made strikes 0.26 s late.
 MOST: dict[str, tuple[int, str]] = {
@@ -22,7 +27,9 @@ _MOST_SESSIONS = 2000
 class Allowances:
     """Counts of every session that is in. One thread: the one that reads Zenoh's log."""
 
-    def __init__(self) -> None:
+    def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
+        self._now = now
+        self._pace = Pace()  # the gateway cannot tell who asks, so a flood of sets has to end here
         self._named: dict[
             str, dict[str, set[int]]
         ] = {}  # session -> kind -> hashes of keys: a key may be long
@@ -31,6 +38,8 @@ class Allowances:
         """Note what a session did. Empty while it keeps within its limits, else which one it went beyond, in words."""
         if kind not in MOST:
             return ""
+        if kind == "Query" and self._pace.judge(who, self._now()) is Verdict.HELD_FIRST:
+            return f"more than {SETS_A_SECOND:g} queries a second for {PATIENCE_S:g} s"
         if who not in self._named and len(self._named) >= _MOST_SESSIONS:
             del self._named[next(iter(self._named))]
         most, words = MOST[kind]

@@ -59,7 +59,7 @@ class Refusals:
             str, tuple[str, int]
         ] = {}  # thread -> how many lines on which key are still no messages
         self._role_of: dict[str, str] = {}  # Zenoh's name of a session -> role
-        self._allowances = Allowances()
+        self._allowances = Allowances(now)
         self.cut: Callable[[str], None] = lambda who: None  # ends a session; called by the thread that reads
         self.over_limit: Counter[str] = Counter()
         self.handshakes = 0

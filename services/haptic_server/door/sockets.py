@@ -4,7 +4,7 @@ import ipaddress
 import os
 import socket
 import stat
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 
 # A connection that says nothing is the kernel's, not Zenoh's, for so long: a good one speaks first, and at once.
@@ -36,7 +36,7 @@ def _numbers() -> list[int]:
 
 
 @contextmanager
-def _internet_socket(number: int) -> Iterator[socket.socket | None]:
+def _internet_socket(number: int) -> Generator[socket.socket | None, None, None]:
     if not stat.S_ISSOCK(os.fstat(number).st_mode):
         yield None
         return

@@ -13,6 +13,7 @@ from rig_process import free_port, wait_for
 
 from haptic_server.door.allowances import MOST, Allowances
 from made_keys import Keyring
+from osc_bench import Time
 from protocol.session import client_config, open_client, open_router
 
 
@@ -25,6 +26,21 @@ def test_each_session_has_its_own_limit_of_each_kind() -> None:
         assert allowances.spend("a1", kind, "one more") == f"more than {most} {words}"
         assert not allowances.spend("a1", kind, "one more")  # a link that ended begins anew
     assert not any(allowances.spend("a1", "Put", str(number)) for number in range(10_000))
+
+
+def test_a_flood_of_queries_is_ended_once_and_a_fader_is_not() -> None:
+    now = Time()
+    allowances = Allowances(now)
+    ended: list[tuple[str, str]] = []
+    for _ in range(
+        3000
+    ):  # 3 s: one asks 1000 times a second, the others 200 times; all set the same parameter
+        now.s += 0.001
+        who = ["flood", *(["fader", "panel"] if round(now.s * 1000) % 5 == 0 else [])]
+        ended += [(each, over) for each in who if (over := allowances.spend(each, "Query", "set/dv_pls"))]
+    assert ended == [("flood", "more than 500 queries a second for 2 s")]
+    now.s += 61.0  # it was turned back for a minute, and begins anew
+    assert not allowances.spend("flood", "Query", "set/dv_pls")
 
 
 def test_what_is_remembered_is_bounded() -> None:
