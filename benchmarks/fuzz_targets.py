@@ -38,6 +38,7 @@ TRACED = {
     "presets": ["haptic_server.presets.preset"],
     "recordings": ["rig.recording.reading", "rig.recording.channels", "mcap"],
     "page": ["web_panel.admission", "http.cookies", "urllib.parse"],
+    "page messages": ["web_panel.client_message"],
     PLANTED: ["planted_fault"],
 }
 
@@ -224,6 +225,58 @@ def _page() -> Target:
     return Target(feed, [good.encode(), kept.encode(), b"/?token=wrong\nHost: evil.example\nOrigin: null"])
 
 
+def _page_messages() -> Target:
+    import msgspec
+
+    from web_panel.client_message import (
+        CAMERA_AT_FIRST,
+        Check,
+        ClientMessages,
+        is_click,
+        is_number,
+        is_short_text,
+    )
+
+    checks: dict[str, Check] = {
+        "slider": is_number,
+        "button": is_click,
+        "name": lambda v: is_short_text(v, 60),
+    }
+    messages = ClientMessages()
+    messages.controls.update(checks)
+    messages.keys.add("key")
+
+    def feed(data: bytes) -> None:
+        if not messages.admits(data):
+            return
+        given = msgspec.msgpack.decode(data)
+        if given["type"] == "GuiUpdateMessage":
+            assert given.keys() == {"type", "uuid", "updates"}
+            assert given["updates"].keys() == {"value"}
+            assert checks[given["uuid"]](given["updates"]["value"])
+        elif given["type"] == "CommandTriggerMessage":
+            assert given == {"type": "CommandTriggerMessage", "uuid": "key"}
+        else:
+            camera = msgspec.msgpack.decode(CAMERA_AT_FIRST)
+            assert given["type"] == camera["type"]
+            assert given.keys() == camera.keys()
+            numbers = [
+                n
+                for v in given.values()
+                if not isinstance(v, str)
+                for n in (v if isinstance(v, list) else [v])
+            ]
+            assert all(math.isfinite(number) for number in numbers)
+
+    good = [
+        {"type": "GuiUpdateMessage", "uuid": "slider", "updates": {"value": 0.3}},
+        {"type": "GuiUpdateMessage", "uuid": "button", "updates": {"value": True}},
+        {"type": "GuiUpdateMessage", "uuid": "name", "updates": {"value": "slow"}},
+        {"type": "CommandTriggerMessage", "uuid": "key"},
+    ]
+    return Target(feed, [CAMERA_AT_FIRST, *(msgspec.msgpack.encode(each) for each in good)])
+
+
 class _Raw:
     # Headers as websockets gives them: text without decoding.
     def __init__(self, headers: Headers) -> None:
@@ -248,5 +301,6 @@ MAKERS: dict[str, Callable[[], Target]] = {
     "presets": _presets,
     "recordings": _recordings,
     "page": _page,
+    "page messages": _page_messages,
     PLANTED: _planted,
 }

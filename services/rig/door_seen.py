@@ -54,7 +54,8 @@ def _told(gateway: dict[str, Any], public: dict[str, Any] | None) -> list[Findin
     )
     words = (
         f"{shown(public['endpoint'])}; here now: {here}; refused {failed} handshakes, {roleless} without a role;"
-        f" messages beyond the sender's role: {beyond}; sessions ended beyond a limit: {over}"
+        f" messages beyond the sender's role: {beyond}; sessions ended beyond a limit: {over},"
+        f" turned back since: {sum(public.get('turned_back', {}).values())}x"
     )
     good = (
         bool(public["is_open"])

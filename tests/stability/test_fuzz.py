@@ -9,7 +9,7 @@ import pytest
 pytest.importorskip("atheris", reason="atheris has wheels for Linux on x86_64 and Python up to 3.13 alone")
 
 FUZZ = Path(__file__).parents[2] / "benchmarks" / "fuzz.py"
-TARGETS = ("osc", "payloads", "keys", "scenes", "rig files", "presets", "recordings", "page")
+TARGETS = ("osc", "payloads", "keys", "scenes", "rig files", "presets", "recordings", "page", "page messages")
 SLICE_S = 8
 
 

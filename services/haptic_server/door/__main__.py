@@ -11,9 +11,11 @@ import signal
 import sys
 from functools import partial
 
-from haptic_server.door.allowances import Cutter
+from haptic_server.door.cutter import Cutter
 from haptic_server.door.refusals import Refusals
+from haptic_server.door.sockets import hold_silent
 from haptic_server.door.told import told
+from protocol.endpoint import host_and_port
 from protocol.identity import add_options, identity_of
 from protocol.keys import DEFAULT_ROUTER, Keys
 from protocol.queryables import Queryables
@@ -59,10 +61,12 @@ def main() -> int:
     with open_door(router, public) as session:
         import zenoh
 
-        refusals.cut = Cutter(session).cut
+        cutter = Cutter(session)
+        refusals.cut = cutter.cut
+        _, port = host_and_port(public.endpoint)
 
         def answer(key: str, query: zenoh.Query) -> None:
-            words = json.dumps(told(session, public, refusals))
+            words = json.dumps(told(session, public, refusals, cutter))
             query.reply(key, words, encoding=zenoh.Encoding.APPLICATION_JSON)
             query.drop()
 
@@ -72,13 +76,19 @@ def main() -> int:
         supervisor = Supervisor()
 
         def tell() -> None:
+            hold_silent(port)  # each time: Zenoh opens its listener when it can, and anew after a fault
             if supervisor.is_due:
-                heard = "open" if told(session, public, refusals)["is_open"] else "cannot be had, tried again"
+                heard = (
+                    "open"
+                    if told(session, public, refusals, cutter)["is_open"]
+                    else "cannot be had, tried again"
+                )
                 supervisor.turned(f"{public.endpoint}: {heard}")
 
         tell()
         while not stop.wait(_TURN_S):
             tell()
+        cutter.close()
         queryables.undeclare()
     return 0
 

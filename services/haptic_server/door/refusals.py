@@ -20,6 +20,7 @@ from collections import Counter
 from collections.abc import Callable
 
 from haptic_server.door.allowances import Allowances
+from haptic_server.door.cutter import TURNED_BACK_S
 from protocol.foreign_text import shown
 
 _log = logging.getLogger("door")
@@ -58,7 +59,7 @@ class Refusals:
             str, tuple[str, int]
         ] = {}  # thread -> how many lines on which key are still no messages
         self._role_of: dict[str, str] = {}  # Zenoh's name of a session -> role
-        self._allowances = Allowances()
+        self._allowances = Allowances(now)
         self.cut: Callable[[str], None] = lambda who: None  # ends a session; called by the thread that reads
         self.over_limit: Counter[str] = Counter()
         self.handshakes = 0
@@ -123,7 +124,8 @@ class Refusals:
             self.over_limit[role] += 1
             self.cut(found["who"])
             self._note(
-                f"{role} (session {found['who']}) has {over}, the limit of one session: its link was ended"
+                f"{role} (session {found['who']}) has {over}, the limit of one session: its link was ended,"
+                f" and it is turned back for {TURNED_BACK_S:g} s"
             )
 
     def _note(self, words: str) -> None:

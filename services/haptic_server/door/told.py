@@ -7,6 +7,7 @@ import socket
 from collections import Counter
 from typing import TYPE_CHECKING
 
+from haptic_server.door.cutter import Cutter
 from haptic_server.door.refusals import Refusals
 from protocol.endpoint import host_and_port, is_tls
 from protocol.foreign_text import shown
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     import zenoh
 
 
-def told(session: zenoh.Session, public: Public, refusals: Refusals) -> dict[str, object]:
+def told(session: zenoh.Session, public: Public, refusals: Refusals, cutter: Cutter) -> dict[str, object]:
     """JSON-ready. Any thread; a system call or two."""
     present = Counter(
         shown(link.auth_identifier or "?") for link in session.info.links() if is_tls(str(link.src))
@@ -27,6 +28,7 @@ def told(session: zenoh.Session, public: Public, refusals: Refusals) -> dict[str
         "roles": list(public.roles),
         "present": dict(present),
         **refusals.counters(),
+        "turned_back": dict(cutter.turned_back),
     }
 
 

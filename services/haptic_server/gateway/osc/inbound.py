@@ -19,12 +19,12 @@ from haptic_server.gateway.osc.arguments import Refused, in_range, number, port,
 from haptic_server.gateway.osc.echoes import Echoes
 from haptic_server.gateway.osc.outlet import Outlet
 from haptic_server.gateway.osc.own import OwnAddress
-from haptic_server.gateway.osc.pace import SETS_A_SECOND, Pace, Verdict
 from haptic_server.gateway.osc.prescan import Unreadable, prescan
 from haptic_server.gateway.osc.tally import Tally
 from haptic_server.gateway.osc.targets import SUBSCRIPTION_S, Endpoint, Targets
 from haptic_server.gateway.osc.told import Told
 from haptic_server.gateway.rounding import is_norm_of
+from haptic_server.pace import SETS_A_SECOND, Pace, Verdict
 from haptic_server.presets.preset import PresetError
 from protocol import osc
 from protocol.requests import Claim

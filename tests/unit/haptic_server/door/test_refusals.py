@@ -5,6 +5,7 @@ import logging
 import pytest
 
 from haptic_server.door.allowances import MOST
+from haptic_server.door.cutter import TURNED_BACK_S
 from haptic_server.door.refusals import Refusals
 
 # As Zenoh 1.10 writes them, colours included.
@@ -165,5 +166,6 @@ def test_who_declares_beyond_the_limit_is_named_and_ended() -> None:
     assert ended == [WHO]
     assert refusals.counters()["over_limit"] == {"listener": 1}
     assert refusals.last == (
-        f"listener (session {WHO}) has more than {most} {words}, the limit of one session: its link was ended"
+        f"listener (session {WHO}) has more than {most} {words}, the limit of one session: its link was ended,"
+        f" and it is turned back for {TURNED_BACK_S:g} s"
     )

@@ -3,7 +3,7 @@
 import pytest
 
 from haptic_server.gateway.osc.front import OscFront
-from haptic_server.gateway.osc.pace import Pace, Verdict
+from haptic_server.pace import Pace, Verdict
 from osc_bench import Client, FakeDesk, Time, built, client, opened_front, tell
 
 P = "/drumstick"

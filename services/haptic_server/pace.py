@@ -1,9 +1,8 @@
 """A source that sends more sets than any hand, fader or automation: a loop of programs that answer each other."""
 
 import enum
+from collections.abc import Hashable
 from typing import NamedTuple
-
-from haptic_server.gateway.osc.targets import Endpoint
 
 SETS_A_SECOND = 500.0  # automation in a DAW sends some 200
 PATIENCE_S = 2.0
@@ -30,9 +29,9 @@ class Pace:
     """Holds back sources that were over 500 sets a second for two seconds, until they are calm. One thread only."""
 
     def __init__(self) -> None:
-        self._stretches: dict[Endpoint, _Stretch] = {}
+        self._stretches: dict[Hashable, _Stretch] = {}
 
-    def judge(self, source: Endpoint, now_s: float) -> Verdict:
+    def judge(self, source: Hashable, now_s: float) -> Verdict:
         """Count one set."""
         stretch = self._stretches.pop(source, None)
         if stretch is None or stretch.calm_at_s <= now_s:
