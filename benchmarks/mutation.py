@@ -62,8 +62,8 @@ TARGETS: dict[str, tuple[Sequence[str], Sequence[str]]] = {
     "envelope": (
         ["shared/drumstick/envelope.py"],
         [
-            f"{_STICK}/test_envelope.py", f"{_STICK}/test_envelope_on_an_arm.py", f"{_SERVO}/test_rendering.py",
-            f"{_SERVO}/test_servo.py", _HELD, _LIVE,
+            f"{_STICK}/test_envelope_borders.py", f"{_STICK}/test_envelope.py", f"{_STICK}/test_envelope_on_an_arm.py",
+            f"{_SERVO}/test_rendering.py", f"{_SERVO}/test_servo.py", _HELD, _LIVE,
         ],
     ),
     "sampled": (
@@ -75,7 +75,9 @@ TARGETS: dict[str, tuple[Sequence[str], Sequence[str]]] = {
     ),
     "bounds": (
         ["shared/drumstick/bounds.py", "shared/drumstick/blow.py"],
-        [f"{_STICK}/test_bounds.py", f"{_STICK}/test_envelope.py", _ANY, _LIVE],
+        [
+            f"{_STICK}/test_bounds_by_hand.py", f"{_STICK}/test_bounds.py", f"{_STICK}/test_envelope.py", _ANY, _LIVE,
+        ],
     ),
     "guard": (
         ["services/haptic_server/servo/guard.py"],

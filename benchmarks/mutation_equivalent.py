@@ -7,6 +7,7 @@ _MESSAGES = "services/web_panel/client_message.py"
 _PANEL = "services/web_panel/guard.py"
 _FENCE = "services/haptic_server/servo/fence.py"
 _LEASE = "services/haptic_server/gateway/lease.py"
+_ENVELOPE = "shared/drumstick/envelope.py"
 _BOUNDS = "shared/drumstick/bounds.py"
 _SAMPLED = "shared/drumstick/sampled_contact.py"
 
@@ -35,6 +36,11 @@ _ANY_NUMBER: dict[tuple[str, str], str] = {
     ): "Newton's last step doubles the digits: half or twice as close is the same number",
     (_BOUNDS, "ENDLESS_M_PER_S = 1e300"): "any number that no speed reaches",
 }
+
+for _code in ("STIFF", "LATE", "SELF_DRIVEN", "COARSE", "FINE"):
+    _ANY_NUMBER[_ENVELOPE, f"return {_code}, 0.0, 0"] = "`judge` looks at nothing but the code of a refusal"
+for _code in ("HAND", "ENDLESS", "SPEED", "FORCE", "THROW"):
+    _ANY_NUMBER[_ENVELOPE, f"return {_code}, 0.0"] = "`judge` looks at nothing but the code of a refusal"
 
 # (file, line as it is, line as mutated).
 _THIS: dict[tuple[str, str, str], str] = {
@@ -74,6 +80,16 @@ _THIS: dict[tuple[str, str, str], str] = {
         "return (1.0 - c) * arm.period_s * arm.period_s / bend if bend >= 1e-06 else 0.5 * arm.period_s**2",
     ): "at the border both are the same but for rounding",
     (
+        _BOUNDS,
+        "return math.exp(-math.pi * a / math.sqrt(w2 - a * a)) if w2 > a * a else 0.0",
+        "return math.exp(-math.pi * a / math.sqrt(w2 - a * a)) if w2 >= a * a else 0.0",
+    ): "kernels divide by zero as IEEE 754 does: at the border the exponent is minus infinity, which makes 0 too",
+    (
+        _SAMPLED,
+        "return worst_rebound(heaviest, head, window, room) < most_rebound(heaviest, head)",
+        "return worst_rebound(heaviest, head, window, room) <= most_rebound(heaviest, head)",
+    ): "a blow played tick by tick would have to meet the bound to the last bit",
+    (
         _SAMPLED,
         "own = contact.beta(head.release, arm.m, head.k, head.r) if head.r >= 0.0 else 1.0",
         "own = contact.beta(head.release, arm.m, head.k, head.r) if head.r >= 0.0 else 2.0",
@@ -85,4 +101,10 @@ def reason_of(mutant: Mutant) -> str | None:
     """Why this one does not count, or None: it does."""
     if mutant.kind == "Number" and (mutant.path, mutant.removed) in _ANY_NUMBER:
         return _ANY_NUMBER[mutant.path, mutant.removed]
+    if (
+        mutant.path == _ENVELOPE
+        and mutant.kind == "Number"
+        and mutant.added.replace("[-1]", "[0]") == mutant.removed
+    ):
+        return "the only element of an array of one: -1 is 0"
     return _THIS.get((mutant.path, mutant.removed, mutant.added))

@@ -97,6 +97,17 @@ def test_a_refusal_has_words(case: str) -> None:
         assert word in str(refused.value)
 
 
+@pytest.mark.parametrize("case", REFUSED)
+def test_a_refused_set_reaches_nothing_and_names_no_parameter_twice(case: str) -> None:
+    law, code, _ = REFUSED[case]
+    limits = dataclasses.replace(LIMITS, throw_m_per_s=4.0 if code == envelope.THROW else 0.0)
+    assert _judged(law, limits) == (code, 0.0, 0)
+    with pytest.raises(Refusal) as refused:
+        require(law, limits)
+    assert str(refused.value).count("k_hand") <= 1
+    assert str(refused.value).count("k_coll") <= 1
+
+
 @pytest.mark.parametrize("effects", [True, False])
 @given(st.data())
 def test_nothing_unusable_passes(effects: bool, data: st.DataObject) -> None:

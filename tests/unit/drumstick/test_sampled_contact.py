@@ -21,6 +21,7 @@ from drumstick.sampled_contact import (
     kick,
     most_rebound,
     rebound,
+    slow_loss,
     slow_rebound,
     swing,
     widest_window,
@@ -171,3 +172,81 @@ def test_with_fine_counts_a_slow_blow_is_like_any_other() -> None:
         exact = rebound(arm, head, 1, Blow(1.0, phase, 0.0, 0.0), room)
         assert rebound(arm, head, 1, Blow(0.01, phase, 0.0, 0.0), room) == pytest.approx(exact, rel=1e-9)
         assert rebound(arm, head, 1, Blow(1.0, phase, 1e-7, 0.5), room) == pytest.approx(exact, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("before", "v_before", "z", "v", "loss"),
+    [
+        (1e-4, -0.01, -1e-4, -0.01, 0.2),  # it comes in: what its speed says
+        (0.0, -0.01, -1e-4, -0.03, 0.1),
+        (1e-4, -0.01, -1e-4, -0.04, 0.0),
+        (1e-4, -0.01, 0.0, -0.01, 0.15),  # on the surface it is not in yet
+        (-1e-4, -0.01, -2e-4, -0.01, 0.15),
+        (-2e-4, -0.01, -1e-4, 0.01, 0.15),
+        (-2e-4, 0.01, -1e-4, 0.01, 0.15),
+        (-1e-4, 0.01, -1e-4, 0.0, 0.15),
+        (-1e-4, 0.0, -2e-4, -0.01, 0.15),
+        (-1e-4, 0.01, -2e-4, -0.01, 0.0),  # it sinks again
+    ],
+)
+def test_what_a_slow_blow_loses_is_settled_as_it_comes_in_and_forgotten_as_it_sinks_again(
+    before: float, v_before: float, z: float, v: float, loss: float
+) -> None:
+    assert slow_loss(0.15, before, v_before, z, v) == pytest.approx(loss)
+
+
+def _played(arm: Arm, head: Head, window: int, blow: Blow) -> float:
+    """The same blow in plain lists, each tick by the matrix exponential's series."""
+    period, q = arm.period_s, blow.count_m
+    step = _matrix(arm._replace(delay_ticks=0), Head(0.0, 0.0, PAPER), 1)[:2, :2]
+    pushes = -_matrix(arm._replace(delay_ticks=0, lead_s=0.0), Head(1.0, 0.0, PAPER), 1)[:2, 0] + step[:, 0]
+
+    def told(z: float) -> float:
+        return q * math.floor(z / q + blow.offset) if q > 0.0 else z
+
+    z, v = blow.phase * period * blow.speed + q, -blow.speed
+    seen = [told(z + ago * period * blow.speed) for ago in range(window, -1, -1)]
+    asked, touching, loss, hunting = [0.0] * (arm.delay_ticks + 1), False, 0.0, 0.0
+    above_before, last_speed = 0.0, 0.0
+    for tick in range(400):
+        speed = (seen[-1] - seen[-1 - window]) / (window * period)
+        at = seen[-1] + arm.lead_s * speed
+        if q > 0.0:
+            loss = slow_loss(loss, above_before, last_speed, at, speed)
+            above_before, last_speed = at, speed if speed != 0.0 else last_speed
+        touching = at <= 2.0 * q if touching else at < 0.0
+        force = -head.k * at - head.r * speed if touching and at < 0.0 else 0.0
+        if head.release == UNILATERAL:
+            force = max(force, 0.0)
+        asked.append(force * (1.0 - loss if speed >= 0.0 else 1.0))
+        if z > 0.0 and v > 0.0 and not touching and not any(asked[-1 - arm.delay_ticks :]):
+            return v / blow.speed
+        z, v = (float(each) for each in step @ [z, v] + pushes * asked[-1 - arm.delay_ticks])
+        seen.append(told(z))
+        if tick > 250:
+            hunting = max(hunting, abs(v))
+    return hunting / blow.speed if q > 0.0 else 0.0
+
+
+@pytest.mark.parametrize("release", [PAPER, UNILATERAL])
+@pytest.mark.parametrize("count_m", [0.0, 3e-5])
+@pytest.mark.parametrize(
+    ("arm", "k", "r", "window"),
+    [
+        (_arm(), 800.0, 4.0, 1),
+        (_arm(delay=1, lead_s=T / 2.0), 800.0, 4.0, 3),
+        (_arm(delay=3, k_hand=500.0, r_hand=0.5), 400.0, 5.0, 2),
+        (_arm(k_hand=2000.0), 800.0, 4.0, 5),
+        (_arm(delay=2), 100.0, 60.0, 1),
+    ],
+)
+def test_a_blow_is_what_plain_lists_make_of_it(
+    arm: Arm, k: float, r: float, window: int, count_m: float, release: int
+) -> None:
+    head, room = Head(k, r, release), np.zeros(ROOM)
+    for speed in (0.0103, 0.51):
+        for phase in (0.17, 0.71):
+            blow = Blow(speed, phase, count_m, 0.37)
+            assert rebound(arm, head, window, blow, room) == pytest.approx(
+                _played(arm, head, window, blow), rel=1e-6, abs=1e-9
+            )

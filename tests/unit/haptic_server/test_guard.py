@@ -161,6 +161,38 @@ def test_contacts_at_the_limit_of_force_faster_than_a_hand_strikes_are_a_fault(h
     assert _saturated(held, 40_000_000) == SELF_DRIVEN
 
 
+def test_the_fourteenth_of_them_is_counted_from_the_first(held: Guard) -> None:
+    """Thirteen in a row after one that was not; a break begins anew."""
+    codes = []
+    for number in range(1, 31):
+        held.state["peak_N"] = 0.0 if number in (1, 5) else LIMIT_N
+        codes.append(held.opened(-0.5, number * 40_000_000))
+    assert codes.index(SELF_DRIVEN) == 17
+
+
+@pytest.mark.parametrize("newest", range(guard.MEMORY))
+def test_it_does_not_matter_where_the_ring_of_forces_begins(held: Guard, newest: int) -> None:
+    """Of three ticks ago 4 N, and 1 N on its way: what is left of the account buys so much force and no more."""
+    held.allowed["delay_ticks"], held.state["newest"] = 3, newest
+    held.state["budget_J"], held.state["z_m"] = 0.0005, -0.01
+    ring = held.state["head_N"][0]
+    for ago, force_N in enumerate((1.0, 1.0, 1.0, 4.0)):
+        ring[(newest - ago) % guard.MEMORY] = force_N
+    found = held.limited(8.0, z=-0.009, v=0.01)
+    assert held.of_state("given_J") == pytest.approx(4.0 * 0.001)
+    held.state["given_J"], held.state["newest"] = 0.0, newest
+    ring[(newest + 1) % guard.MEMORY] = 0.0
+    again = held.limited(8.0, z=-0.009, v=0.01)
+    # By hand: v in the middle of the tick that 4 N act in, then a tick of 1 N three times, then F (v T + c F) = left.
+    v, c, left = 0.01 + 0.5 * T * 4.0 / M, 0.5 * T * T / M, 0.0005
+    for _ in range(3):
+        left -= v * T + c
+        v += T / M
+    most = (-v * T + (v * v * T * T + 4.0 * c * left) ** 0.5) / (2.0 * c)
+    assert found == 0.0
+    assert again == pytest.approx(most)
+
+
 @pytest.mark.parametrize(
     "but",
     [
