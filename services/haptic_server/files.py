@@ -8,3 +8,5 @@ GESTURE = "gesture.csv"  # the scene's recorded gesture, if it has one; put ther
 TRACE = "trace.csv"  # the last thousand ticks before the last fault
 GRANTED = "servo.json"  # what the servo asked of the operating system, and got
 CONTACTS = "contacts.ring"  # the force of contacts, where the scene streams it; the servo makes it
+
+LARGEST_SCENE_BYTES = 200_000  # as much as `drumstick` lays out

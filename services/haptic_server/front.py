@@ -52,6 +52,10 @@ def front(folder: Path) -> Front | None:
             memory = mmap.mmap(file.fileno(), _BYTES)
     except FileNotFoundError:
         return None
+    except BlockError:
+        raise
+    except OSError as error:  # a folder, a file of somebody else's
+        raise BlockError(f"{path}: cannot be opened: {error.strerror}") from error
     header = np.frombuffer(memory, np.int64, HEADER_CELLS)
     if int(header[MAGIC_CELL]) != MAGIC:
         raise BlockError(f"{path}: no block")

@@ -1,13 +1,20 @@
 """The limits of the envelope for a scene on its device: one text for gateway and servo. Control threads."""
 
 import json
+import logging
 import math
+import os
 from pathlib import Path
+from typing import Any, cast
 
 from drumstick.envelope import Limits
 from drumstick.scene import Scene
 from haptic_server.device.specification import EXACT_STICK, Specification
 from haptic_server.files import LIMITS
+from realtime.regular_file import read_text, write_text
+
+MOST_BYTES = 100_000  # of a file that the servo writes for the gateway: some hundred bytes
+_log = logging.getLogger("gateway")
 
 
 def lag_s(scene: Scene) -> float:
@@ -41,9 +48,30 @@ def limits_of(scene: Scene, specification: Specification) -> Limits:
 def write(folder: Path, limits: Limits) -> None:
     """For the gateway: the servo knows its device, the gateway does not. OSError when the folder has no room."""
     finite = {key: value for key, value in vars(limits).items() if math.isfinite(value)}
-    (folder / LIMITS).write_text(json.dumps(finite), encoding="utf-8")
+    beside = folder / f".{LIMITS}.{os.getpid()}"
+    write_text(beside, json.dumps(finite))
+    beside.replace(folder / LIMITS)  # a gateway that starts meanwhile reads all of it
 
 
-def read(folder: Path) -> Limits:
-    """What the servo of this folder wrote before it made its block; a number that it left out has no limit."""
-    return Limits(**json.loads((folder / LIMITS).read_text(encoding="utf-8")))
+def read(folder: Path, scene: Scene) -> Limits:
+    """What the servo of this folder wrote before it made its block; a number that it left out has no limit.
+
+    Where that cannot be read, what the scene itself allows, with a warning: the servo judges every set again.
+    """
+    try:
+        told = cast(dict[str, Any], json.loads(read_text(folder / LIMITS, MOST_BYTES)))
+        limits = Limits(**told)
+        limits.record()  # each of them a number
+        return limits
+    except (OSError, ValueError, TypeError, RecursionError) as error:
+        _log.warning("%s: %s; sets are judged by the scene's own limits, and by the servo", LIMITS, error)
+        return Limits.of(scene)
+
+
+def told(path: Path) -> dict[str, object]:
+    """What the servo wrote there for `doctor`; why not, where it could not or a crash cut it off."""
+    try:
+        found: object = json.loads(read_text(path, MOST_BYTES))
+    except (OSError, ValueError, RecursionError) as error:
+        return {"unreadable": str(error)[:200]}
+    return cast(dict[str, object], found) if isinstance(found, dict) else {"unreadable": "no JSON object"}

@@ -10,11 +10,13 @@ from dataclasses import asdict
 from pathlib import Path
 
 from protocol.keys import DEFAULT_RIG, command
-from rig import folder, scene_file
+from realtime.regular_file import read_text
+from rig import folder, scene_file, wanted_scene
 from rig.fault import GIVEN, LACKING, Stop
 from rig.laid_out import LaidOut
 
 CONFIGURED = "scene.configured"  # hash of the scene that was laid out because the options name it
+_LARGEST_BYTES = 500_000_000  # a recorded gesture, as JSON beside its scene
 BEFORE = "scene.before"  # the scene to go back to, until the one that somebody asked for has played
 
 Say = Callable[[str], None]
@@ -26,24 +28,11 @@ def _lying(run: Path) -> LaidOut | None:
     from haptic_server import files
 
     try:
-        text = (run / files.SCENE).read_text(encoding="utf-8")
+        text = read_text(run / files.SCENE, scene_file.LARGEST_BYTES)
         name = parse(text, files.SCENE).name
-    except (FileNotFoundError, SceneError):
+    except (OSError, UnicodeDecodeError, SceneError):
         return None
-    gesture = run / files.GESTURE
-    return LaidOut(name, text, gesture.read_text(encoding="utf-8") if gesture.is_file() else None)
-
-
-def _take_wanted(run: Path) -> str | None:
-    from haptic_server import files
-
-    wanted = run / files.WANTED
-    try:
-        name = wanted.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        return None
-    wanted.unlink(missing_ok=True)
-    return name
+    return LaidOut(name, text, _read(run / files.GESTURE) or None)
 
 
 def _mark(scene: LaidOut) -> str:
@@ -51,9 +40,10 @@ def _mark(scene: LaidOut) -> str:
 
 
 def _read(path: Path) -> str:
+    # What cannot be read is as good as not there.
     try:
-        return path.read_text(encoding="utf-8")
-    except FileNotFoundError:
+        return read_text(path, _LARGEST_BYTES)
+    except (OSError, UnicodeDecodeError):
         return ""
 
 
@@ -66,7 +56,7 @@ def lay_out(run: Path, configured: str, say: Say, rig: str = DEFAULT_RIG) -> Non
     """
     from haptic_server import front
 
-    lying, wanted = _lying(run), _take_wanted(run)
+    lying, wanted = _lying(run), wanted_scene.take(run, say)
     first = scene_file.laid_out(configured)
     is_new = _read(run / CONFIGURED) != _mark(first)
     if lying is not None and wanted is None and not is_new:
@@ -74,10 +64,9 @@ def lay_out(run: Path, configured: str, say: Say, rig: str = DEFAULT_RIG) -> Non
     if lying is not None and front.was_held(run):
         say(f"a panic or a fault is latched: the scene stays; {command('arm', rig)} first")
     elif wanted is not None and lying is not None and not is_new:
-        say(f"another scene: {wanted}")
-        asked = scene_file.laid_out(wanted)
+        say(f"another scene: {wanted.name}")
         folder.put_text(run / BEFORE, json.dumps(asdict(lying)))
-        asked.put(run)
+        wanted.put(run)
     else:
         (run / BEFORE).unlink(missing_ok=True)
         first.put(run)

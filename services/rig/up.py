@@ -11,7 +11,7 @@ from protocol.endpoint import host_and_port
 from protocol.foreign_text import shown
 from protocol.keys import Keys, command
 from realtime.stop import on_stop_signals
-from rig import folder, ports, scene_file
+from rig import folder, ports, scene_file, wanted_scene
 from rig.admission import require_admission
 from rig.fault import OURS, Stop, wrong
 from rig.laid_out import LaidOut
@@ -96,18 +96,15 @@ class Rig:
         # Somebody asked the gateway for another scene.
         if HAPTIC not in self._options.parts:
             return
-        wanted = self._options.folder / files.WANTED
-        try:
-            name = wanted.read_text(encoding="utf-8")
-        except FileNotFoundError:
+        wanted = wanted_scene.take(self._options.folder, self._terminal.say)
+        if wanted is None:
             return
-        wanted.unlink(missing_ok=True)
         if front.was_held(self._options.folder):
             self._tell_held()  # and nothing stops: a servo that starts anew has forgotten which fault it was
             return
-        self._terminal.say(f"another scene: {name}")
+        self._terminal.say(f"another scene: {wanted.name}")
         self._scene_before = self._scene
-        self._play(scene_file.laid_out(name))
+        self._play(wanted)
 
     def _play(self, scene: LaidOut) -> None:
         """Stop the force, then start gateway and servo with `scene`; with the present one where a panic is latched."""

@@ -18,12 +18,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from numba import types
 from numba.np.numpy_support import carray
 
 from realtime.atomics import load_acquire, peek, poke, store_release
 from realtime.foreign import call_block
-from realtime.handover import Handed, take_up
-from realtime.jit import CFunction, Record, Records, cfunction, njit
+from realtime.handover import Handed, take_up_typed, typed_callback
+from realtime.jit import CFunction, Record, Records, njit
 from realtime.lent import lend
 from sound_server.engine import Engine
 from sound_server.limiter import limit
@@ -105,17 +106,17 @@ def mix(boards: Boards, out: npt.NDArray[np.float32], rate_Hz: float, start_ns: 
     limit(out)
 
 
+def _play(argument: Any, output: Any, frames: int, start_ns: int) -> None:
+    # No closure over the kind: that would be compiled anew in each process, for longer than all else takes.
+    taken, begun = take_up_typed(argument)
+    out: npt.NDArray[np.float32] = _array(output, (frames, 2), np.float32)
+    render_block(lend(taken), out, start_ns)
+    begun[0] = taken.meters[0].begun
+
+
 @functools.cache
 def _player_of(kind: Any) -> CFunction:
-    # The parts are compiled and cached on their own; this closure over them is small and compiled in each process.
-    @cfunction("void(voidptr, voidptr, int64, int64)", cache=False)
-    def play(argument: Any, output: Any, frames: int, start_ns: int) -> None:
-        taken, begun = take_up(argument, kind)
-        out: npt.NDArray[np.float32] = _array(output, (frames, 2), np.float32)
-        render_block(lend(taken), out, start_ns)
-        begun[0] = taken.meters[0].begun
-
-    return play
+    return CFunction(_play, typed_callback(kind, types.voidptr, types.int64, types.int64))
 
 
 class Stage:

@@ -55,6 +55,7 @@ def _config(settings: dict[str, object]) -> zenoh.Config:
     quiet: dict[str, object] = {
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": False,
+        "scouting/delay": 0,  # a router would wait half a second for what scouting finds
         "transport/shared_memory/enabled": False,
         "adminspace/enabled": False,
     }

@@ -91,6 +91,28 @@ def _take_up(typingctx, address, kind):
 take_up: Any = _take_up
 
 
+@intrinsic
+def _take_up_typed(typingctx, address):
+    if not isinstance(address, types.CPointer):
+        return None
+    returned = address.dtype
+
+    def codegen(context, builder, signature, args):
+        pointer = builder.bitcast(args[0], context.get_value_type(returned).as_pointer())
+        return builder.load(pointer)
+
+    return returned(address), codegen
+
+
+# take_up_typed(address): the same by an address whose own type says what lies there, as `typed_callback` declares it.
+take_up_typed: Any = _take_up_typed
+
+
+def typed_callback(kind: Any, *arguments: Any) -> Any:
+    """Signature of `void f(kind *, arguments...)`: the kind is no closure, so what is compiled is found again."""
+    return types.void(types.CPointer(kind), *arguments)
+
+
 @njit()
 def _size_of(value):
     return _size(value)

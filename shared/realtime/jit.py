@@ -154,7 +154,8 @@ def only_with(effect: str, otherwise: float | bool | tuple[float, ...] | None = 
 class CFunction:
     """A compiled C callback: `address` may be called by foreign threads without the GIL."""
 
-    def __init__(self, function: Callable[..., Any], signature: str, cache: bool = True) -> None:
+    def __init__(self, function: Callable[..., Any], signature: Any, cache: bool = True) -> None:
+        """`signature`: in numba's words, or one of numba's own."""
         options = {"error_model": "numpy"}
         if cache and kernel_cache.ROOT is not None:
             try:
@@ -169,6 +170,11 @@ class CFunction:
     def address(self) -> int:
         """The C function's address, valid while this object lives."""
         return int(self._cfunc.address)
+
+    @property
+    def was_stored(self) -> bool:
+        """Whether it came from the store instead of being compiled."""
+        return bool(self._cfunc.cache_hits)
 
 
 def cfunction(signature: str, *, cache: bool = True) -> Callable[[Callable[..., Any]], CFunction]:

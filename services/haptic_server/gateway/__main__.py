@@ -11,7 +11,7 @@ from pathlib import Path
 
 from drumstick.law import law_of
 from drumstick.parameters import values_of
-from drumstick.scene import as_tables, parse
+from drumstick.scene import SceneError, as_tables, parse
 from haptic_server import files, limits
 from haptic_server.gateway.contacts import contacts_of
 from haptic_server.gateway.extras import Extras, Lacking
@@ -29,6 +29,7 @@ from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, Keys
 from protocol.session import open_client, open_router
 from realtime.log import open_log
 from realtime.notify import Supervisor
+from realtime.regular_file import read_text
 from realtime.stop import StopRequest
 
 _log = logging.getLogger("gateway")
@@ -87,7 +88,11 @@ def main() -> int:
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, stop.ask)
     text = given.run_dir / files.SCENE
-    scene = parse(text.read_text(encoding="utf-8"), str(text))
+    try:
+        scene = parse(read_text(text, files.LARGEST_SCENE_BYTES), str(text))
+    except (OSError, UnicodeDecodeError, SceneError) as error:
+        _log.error("%s cannot be played: %s", text, error)
+        return 1
     rehearse(law_of(scene))
     supervisor = Supervisor()
     link = wait_for_servo(
@@ -95,7 +100,7 @@ def main() -> int:
     )
     if link is None:
         return 0
-    desk = ParameterDesk(scene, link, limits.read(given.run_dir), rig=given.rig)
+    desk = ParameterDesk(scene, link, limits.read(given.run_dir, scene), rig=given.rig)
     scene_values = values_of(law_of(scene), desk.table)
     presets = Presets(PresetStore(given.state_dir), desk, scene.name, scene_values)
     try:
@@ -139,9 +144,9 @@ def main() -> int:
         def health() -> Mapping[str, object]:
             told: dict[str, object] = {} if contacts is None else {"contact": contacts.counters()}
             return {
-                "servo": json.loads((given.run_dir / files.GRANTED).read_text()),
+                "servo": limits.told(given.run_dir / files.GRANTED),
                 "lateness": link.lateness(),
-                "limits": json.loads((given.run_dir / files.LIMITS).read_text()),
+                "limits": limits.told(given.run_dir / files.LIMITS),
                 "osc": dict(osc.counters),
                 "queries_refused": wire.refused,
                 **told,

@@ -14,7 +14,7 @@ from pathlib import Path
 from drumstick import envelope
 from drumstick.law import law_of
 from drumstick.parameters import Refusal
-from drumstick.scene import Scene, parse
+from drumstick.scene import Scene, SceneError, parse
 from haptic_server import block, contacts, files
 from haptic_server.device.chosen import KINDS, chosen
 from haptic_server.device.protocol import Device, DeviceError
@@ -29,7 +29,7 @@ from haptic_server.servo.streaming import stream_to
 from realtime.atomics import poke
 from realtime.log import open_log
 from realtime.notify import Supervisor
-from realtime.regular_file import write_text
+from realtime.regular_file import read_text, write_text
 from realtime.stop import StopRequest
 
 _log = logging.getLogger("servo")
@@ -135,11 +135,14 @@ def main() -> int:
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, stop.ask)
     text = given.run_dir / files.SCENE
-    scene = parse(text.read_text(encoding="utf-8"), str(text))
     device: Device | None = None
     try:
+        scene = parse(read_text(text, files.LARGEST_SCENE_BYTES), str(text))
         device = chosen(given.device, scene, given.pose_is_held, given.run_dir)
         return _play(device, scene, given.run_dir, stop)
+    except (SceneError, UnicodeDecodeError) as error:
+        _log.error("%s cannot be played: %s", text, error)
+        return 1
     except Refusal as refusal:
         _log.error("%s: the scene itself is outside the envelope: %s", text, refusal)
         return 2
@@ -147,7 +150,7 @@ def main() -> int:
         _log.error("%s", error)
         return 3
     except OSError as error:
-        _log.error("%s: no room for the servo's files: %s", given.run_dir, error.strerror)
+        _log.error("%s: the servo's files cannot be read or written: %s", given.run_dir, error.strerror)
         return 3
     finally:
         if device is not None:
