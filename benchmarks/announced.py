@@ -19,14 +19,14 @@ import numpy as np
 sys.path[:0] = [str(Path(__file__).parents[1] / "tests")]
 
 import sampled_arm
-from drumstick import exact
-from drumstick.contact_ahead import Foreseen, contact_ahead, isolated
-from drumstick.law import law_of, thrown
-from drumstick.scene import Scene, parse, shipped_names, shipped_text
+from drumstick.parameters.scene import Scene, parse, shipped_names, shipped_text
+from drumstick.stick.contact_ahead import Foreseen, contact_ahead, isolated
+from drumstick.stick.law import law_of, thrown
+from drumstick.stick.motion import exact
 from haptic_server.records import RELEASE, STRIKE
 from haptic_server.servo import loop
 from realtime.jit import Records, njit
-from rig.this_machine import description
+from rig.machine.this_machine import description
 
 RESULT = Path(__file__).parent / "results" / "announced.json"
 CONTACTS, EVENTS, ARM_S = 200, 2000, 20.0

@@ -27,12 +27,12 @@ import numpy.typing as npt
 from jack_device import RATE_HZ, dummy_device
 from seldom_witness import SeldomWitnesses
 
-from drumstick.scene import parse
+from drumstick.drum.calibrate import blow_at, build
+from drumstick.drum.engine import Engine
+from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.parameters.scene import parse
 from haptic_server.servo.witness import excused
-from rig.this_machine import description
-from sound_server.calibrate import blow_at, build
-from sound_server.engine import Engine
-from sound_server.events import StrikeRing
+from rig.machine.this_machine import description
 from sound_server.sinks.choose import named_device
 
 if TYPE_CHECKING:  # it loads PortAudio, which must find the JACK server running

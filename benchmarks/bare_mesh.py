@@ -5,12 +5,12 @@ from collections.abc import Callable
 
 import numpy as np
 
+from drumstick.drum.membrane.heads import head_of
+from drumstick.drum.membrane.lattice import TOPOLOGIES, lattice_of
+from drumstick.drum.membrane.scheme import even_losses, scheme_of
+from drumstick.drum.membrane.sweep import Head, sweep
 from realtime.float_mode import flush_denormals, restore
 from realtime.jit import njit
-from sound_server.membrane.heads import head_of
-from sound_server.membrane.lattice import TOPOLOGIES, lattice_of
-from sound_server.membrane.scheme import even_losses, scheme_of
-from sound_server.membrane.sweep import Head, sweep
 
 RATE_HZ = 48_000
 

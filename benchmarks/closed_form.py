@@ -3,9 +3,9 @@
 import time
 
 import bounces
-from drumstick.crossing import point_after
-from drumstick.law import law_of, thrown
-from drumstick.transitions import segment_of
+from drumstick.stick.law import law_of, thrown
+from drumstick.stick.motion.crossing import point_after
+from drumstick.stick.motion.transitions import segment_of
 from realtime.jit import Record, njit
 
 _POINTS = 20_000

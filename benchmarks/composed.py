@@ -14,10 +14,10 @@ import statistics
 from pathlib import Path
 from typing import Any
 
-from drumstick.scene import Scene
+from drumstick.drum.excitation.analytic import POOL
+from drumstick.parameters.scene import Scene
 from rig.accuracy.by_hand import GOAL, Race
-from rig.this_machine import description
-from sound_server.excitation import POOL
+from rig.machine.this_machine import description
 
 RESULT = Path(__file__).parent / "results" / "composed.json"
 F01_HZ = (300.0, 150.0, 75.0)

@@ -28,7 +28,7 @@ from rig_process import free_port, wait_for
 from made_keys import Keyring
 from protocol.keys import Keys
 from protocol.session import client_config, open_client, open_router
-from rig.this_machine import description
+from rig.machine.this_machine import description
 
 RESULT = Path(__file__).parent / "results" / "door.json"
 KEYS = Keys("bench")
@@ -95,7 +95,7 @@ def main() -> None:
     public = f"tls/127.0.0.1:{port}"
     with tempfile.TemporaryDirectory() as folder, open_router(local) as source:
         keyring = Keyring(Path(folder) / "keys")
-        command = [sys.executable, "-m", "haptic_server.door", "--connect", local, "--public", public]
+        command = [sys.executable, "-m", "haptic_server.access", "--connect", local, "--public", public]
         door = Popen([*command, "--carry", KEYS.rig, *keyring.listener().options()], stderr=DEVNULL)
         try:
             far = open_client(public, lambda: door.poll() is None, keyring.identity("listener"))

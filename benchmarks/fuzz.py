@@ -147,7 +147,7 @@ def main() -> int:
             + ("" if "found" not in row else ": FOUND")
         )
     if not args.check:
-        from rig.this_machine import description
+        from rig.machine.this_machine import description
 
         result["machine"] = description()
         RESULT.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")

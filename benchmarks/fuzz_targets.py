@@ -33,12 +33,17 @@ TRACED = {
     "osc": ["haptic_server.gateway.osc", "protocol.osc", "haptic_server.gateway.lease"],
     "payloads": ["protocol.messages", "protocol.requests"],
     "keys": ["protocol.pattern", "protocol.keys", "protocol.foreign_text", "protocol.endpoint"],
-    "scenes": ["drumstick.scene", "drumstick.reading", "drumstick.lines", "tomllib"],
-    "rig files": ["rig.rig_file", "drumstick.reading", "tomllib"],
+    "scenes": [
+        "drumstick.parameters.scene",
+        "drumstick.parameters.reading",
+        "drumstick.parameters.lines",
+        "tomllib",
+    ],
+    "rig files": ["rig.identity.rig_file", "drumstick.parameters.reading", "tomllib"],
     "presets": ["haptic_server.presets.preset"],
     "recordings": ["rig.recording.reading", "rig.recording.channels", "mcap"],
-    "page": ["web_panel.admission", "http.cookies", "urllib.parse"],
-    "page messages": ["web_panel.client_message"],
+    "page": ["web_panel.access.admission", "http.cookies", "urllib.parse"],
+    "page messages": ["web_panel.access.client_message"],
     PLANTED: ["planted_fault"],
 }
 
@@ -132,7 +137,14 @@ def _keys() -> Target:
 
 
 def _scenes() -> Target:
-    from drumstick.scene import SceneError, as_tables, from_tables, parse, shipped_names, shipped_text
+    from drumstick.parameters.scene import (
+        SceneError,
+        as_tables,
+        from_tables,
+        parse,
+        shipped_names,
+        shipped_text,
+    )
 
     def feed(data: bytes) -> None:
         with contextlib.suppress(SceneError, UnicodeDecodeError):
@@ -144,8 +156,8 @@ def _scenes() -> Target:
 
 def _rig_files() -> Target:
     from protocol.roles import ROLES
-    from rig.rig_file import RigFileError, parse
-    from rig.rig_template import rig_file_text
+    from rig.identity.rig_file import RigFileError, parse
+    from rig.identity.rig_template import rig_file_text
 
     def feed(data: bytes) -> None:
         with contextlib.suppress(RigFileError, UnicodeDecodeError):
@@ -199,7 +211,7 @@ def _some_recordings() -> Iterator[bytes]:
 
 
 def _page() -> Target:
-    from web_panel.admission import Admission
+    from web_panel.access.admission import Admission
 
     token, port = "correct-horse", 8080
     admission = Admission(token, port)
@@ -228,7 +240,7 @@ def _page() -> Target:
 def _page_messages() -> Target:
     import msgspec
 
-    from web_panel.client_message import (
+    from web_panel.access.client_message import (
         CAMERA_AT_FIRST,
         Check,
         ClientMessages,

@@ -29,13 +29,13 @@ sys.path[:0] = [str(Path(__file__).parents[1] / "tests")]
 
 import arm_witness
 import live_sets
-from drumstick import envelope
-from drumstick.law import law_of
-from drumstick.parameters import Refusal
+from drumstick.parameters.table import Refusal
+from drumstick.safety import envelope
+from drumstick.stick.law import law_of
 from haptic_server.device.simulated import Simulated
 from haptic_server.limits import limits_of
 from held_arms import KNOWN, Trial, play, scene_of
-from rig.this_machine import description
+from rig.machine.this_machine import description
 
 _SERVO, _STICK = "services/haptic_server/servo", "shared/drumstick"
 _JUDGED = (

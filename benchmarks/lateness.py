@@ -31,9 +31,9 @@ sys.path[:0] = [str(HERE), str(HERE.parent / "tests" / "system")]
 from lateness_loads import Flood, Gateway, busy_processes
 from lateness_pair import CLoop, Loop, ServoLoop, Window, built, compared, percentiles, window
 
-from drumstick.scene import Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene, parse, shipped_text
 from haptic_server import files
-from rig.this_machine import description
+from rig.machine.this_machine import description
 
 RESULT = HERE / "results" / "lateness.json"
 WINDOWS = 4

@@ -17,8 +17,8 @@ import msgspec
 import zenoh
 from pythonosc.osc_message_builder import OscMessageBuilder
 
-from drumstick.law import law_of
-from drumstick.scene import parse
+from drumstick.parameters.scene import parse
+from drumstick.stick.law import law_of
 from haptic_server import files
 from haptic_server.gateway.link import ServoLink
 from protocol.keys import Keys

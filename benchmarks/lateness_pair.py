@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.scene import Scene
+from drumstick.parameters.scene import Scene
 from haptic_server.servo.priority import FIFO_PRIORITY
 from haptic_server.servo.witness import Witnesses, excused
 

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from drumstick.law import law_of
-from drumstick.scene import parse
+from drumstick.parameters.scene import parse
+from drumstick.stick.law import law_of
 from haptic_server import block, files, limits
 from haptic_server.device.simulated import Simulated
 from haptic_server.servo import memory, selftest

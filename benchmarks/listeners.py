@@ -26,7 +26,7 @@ import numpy as np
 from lone_router import lone_router
 from rig_load import payload_bytes_per_s, per_s
 
-from rig.this_machine import description
+from rig.machine.this_machine import description
 
 RESULT = HERE / "results" / "listeners.json"
 COUNTS = (1, 10, 30, 100, 300)

@@ -23,16 +23,16 @@ sys.path[:0] = [str(HERE), str(HERE.parent / "tests")]
 import numpy as np
 from bare_mesh import RATE_HZ, BareMesh, start, timed
 
-from drumstick.drum_effects import DRUM_EFFECTS
-from drumstick.scene import Scene
+from drumstick.drum.build import new_engine
+from drumstick.drum.engine import Engine
+from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.step import step
+from drumstick.parameters.drum_effects import DRUM_EFFECTS
+from drumstick.parameters.scene import Scene
 from realtime.float_mode import flush_denormals, restore
 from realtime.jit import njit
 from realtime.lent import lend
-from rig.this_machine import description
-from sound_server.build import new_engine
-from sound_server.engine import Engine
-from sound_server.events import StrikeRing
-from sound_server.step import step
+from rig.machine.this_machine import description
 
 RESULT = HERE / "results" / "mesh_kernel.json"
 ACROSS = (16, 32, 64, 128, 256)

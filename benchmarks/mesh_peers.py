@@ -21,13 +21,13 @@ sys.path.insert(0, str(HERE))
 
 from our_mesh import Ours
 
+from drumstick.drum.membrane.lattice import lattice_of
 from rig.accuracy import stored_peers
 from rig.accuracy.peers import compiled
 from rig.accuracy.peers.supercollider import shape
 from rig.accuracy.peers.windows import missing, of_library, of_supercollider, versions
 from rig.accuracy.timing import Window
-from rig.this_machine import description
-from sound_server.membrane.lattice import lattice_of
+from rig.machine.this_machine import description
 
 RESULT = HERE / "results" / "mesh_peers.json"
 ACROSS = (32, 64, 128, 256)

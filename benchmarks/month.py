@@ -23,15 +23,15 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from drumstick.scene import parse, shipped_text
+from drumstick.parameters.scene import parse, shipped_text
 from haptic_server.records import PLAYING
 from haptic_server.servo import loop
 from realtime import ring
 from realtime.jit import allocations
+from rig.machine.this_machine import description
 from rig.soaking import ticks
 from rig.soaking.ticks import Comb, Counted
 from rig.soaking.usage import usage
-from rig.this_machine import description
 
 RESULT = Path(__file__).parent / "results" / "month.json"
 PARTS = Path(tempfile.gettempdir()) / "drumstick-month"

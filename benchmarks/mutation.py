@@ -44,7 +44,7 @@ from mutation_trials import (
     uncommitted,
 )
 
-from rig.this_machine import description
+from rig.machine.this_machine import description
 
 RESULT = Path(__file__).parent / "results" / "mutation.json"
 CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "haptic-drumstick-mutation"
@@ -60,41 +60,48 @@ _DOOR = "tests/unit/protocol/test_roles_at_the_door.py"
 # Which files, and which tests of them: what fails soonest first.
 TARGETS: dict[str, tuple[Sequence[str], Sequence[str]]] = {
     "envelope": (
-        ["shared/drumstick/envelope.py"],
+        ["shared/drumstick/safety/envelope.py"],
         [
-            f"{_STICK}/test_envelope_borders.py", f"{_STICK}/test_envelope.py", f"{_STICK}/test_envelope_on_an_arm.py",
-            f"{_SERVO}/test_rendering.py", f"{_SERVO}/test_servo.py", _HELD, _LIVE,
+            f"{_STICK}/test_envelope_borders.py", "tests/unit/drumstick/safety/test_envelope.py", "tests/unit/drumstick/safety/test_envelope_on_an_arm.py",
+            "tests/unit/haptic_server/servo/force/test_rendering.py",
+            "tests/unit/haptic_server/servo/test_servo.py", _HELD, _LIVE,
         ],
     ),
     "sampled": (
-        ["shared/drumstick/sampled_contact.py"],
+        ["shared/drumstick/safety/sampled_contact.py"],
         [
-            f"{_STICK}/test_sampled_contact.py", f"{_STICK}/test_envelope_on_an_arm.py", f"{_STICK}/test_envelope.py",
-            f"{_SERVO}/test_rendering.py", _HELD, _LIVE,
+            "tests/unit/drumstick/safety/test_sampled_contact.py",
+            "tests/unit/drumstick/safety/test_envelope_on_an_arm.py", "tests/unit/drumstick/safety/test_envelope.py",
+            "tests/unit/haptic_server/servo/force/test_rendering.py", _HELD, _LIVE,
         ],
     ),
     "bounds": (
-        ["shared/drumstick/bounds.py", "shared/drumstick/blow.py"],
+        ["shared/drumstick/safety/bounds.py", "shared/drumstick/safety/blow.py"],
         [
-            f"{_STICK}/test_bounds_by_hand.py", f"{_STICK}/test_bounds.py", f"{_STICK}/test_envelope.py", _ANY, _LIVE,
+            f"{_STICK}/test_bounds_by_hand.py", "tests/unit/drumstick/safety/test_bounds.py", "tests/unit/drumstick/safety/test_envelope.py", _ANY, _LIVE,
         ],
     ),
     "guard": (
-        ["services/haptic_server/servo/guard.py"],
-        [f"{_SERVO}/test_guard.py", f"{_SERVO}/test_rendering.py", f"{_SERVO}/test_fences.py", _HELD, _LIVE],
+        ["services/haptic_server/servo/force/guard.py"],
+        ["tests/unit/haptic_server/servo/force/test_guard.py",
+         "tests/unit/haptic_server/servo/force/test_rendering.py", f"{_SERVO}/test_fences.py", _HELD, _LIVE],
     ),
     "fence": (
-        ["services/haptic_server/servo/fence.py"],
-        [f"{_SERVO}/test_servo_fence.py", f"{_SERVO}/test_fences.py", f"{_SERVO}/test_servo.py", _LIVE],
+        ["shared/drumstick/safety/fence.py"],
+        ["tests/unit/drumstick/safety/test_servo_fence.py", f"{_SERVO}/test_fences.py",
+         "tests/unit/haptic_server/servo/test_servo.py", _LIVE],
     ),
     "latch": (
-        ["services/haptic_server/servo/latch.py"],
-        [f"{_SERVO}/test_servo.py", f"{_SERVO}/test_fences.py", f"{_SERVO}/test_rendering.py", _LIVE],
+        ["services/haptic_server/servo/force/latch.py"],
+        ["tests/unit/haptic_server/servo/test_servo.py", f"{_SERVO}/test_fences.py",
+         "tests/unit/haptic_server/servo/force/test_rendering.py", _LIVE],
     ),
     "panel": (
-        ["services/web_panel/guard.py", "services/web_panel/admission.py", "services/web_panel/client_message.py"],
+        ["services/web_panel/access/guard.py", "services/web_panel/access/admission.py",
+         "services/web_panel/access/client_message.py"],
         [
-            f"{_PANEL}/test_admission.py", f"{_PANEL}/test_client_message.py", f"{_PANEL}/test_guard.py",
+            "tests/unit/web_panel/access/test_admission.py", "tests/unit/web_panel/access/test_client_message.py",
+            "tests/unit/web_panel/access/test_guard.py",
             "tests/system/test_panel_door.py",
         ],
     ),
@@ -102,12 +109,13 @@ TARGETS: dict[str, tuple[Sequence[str], Sequence[str]]] = {
         ["shared/protocol/access.py", "shared/protocol/roles.py", "shared/protocol/router_access.py"],
         [
             "tests/unit/protocol/test_access.py", "tests/contract/test_router_files.py",
-            "tests/unit/rig/test_keys.py", "tests/unit/rig/test_settled.py", _DOOR, "tests/system/test_router_files.py",
+            "tests/unit/rig/identity/test_keys.py", "tests/unit/rig/supervision/test_settled.py", _DOOR,
+            "tests/system/test_router_files.py",
         ],
     ),
     "lease": (
         ["services/haptic_server/gateway/lease.py"],
-        [f"{_SERVO}/test_lease.py", f"{_SERVO}/presets/test_presets_on_the_desk.py"],
+        ["tests/unit/haptic_server/gateway/test_lease.py", f"{_SERVO}/presets/test_presets_on_the_desk.py"],
     ),
 }  # fmt: skip
 

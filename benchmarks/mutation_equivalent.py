@@ -3,13 +3,13 @@
 from mutation_mutants import Mutant
 
 _CAMERA = "any camera will do: viser only has to know one"
-_MESSAGES = "services/web_panel/client_message.py"
-_PANEL = "services/web_panel/guard.py"
-_FENCE = "services/haptic_server/servo/fence.py"
+_MESSAGES = "services/web_panel/access/client_message.py"
+_PANEL = "services/web_panel/access/guard.py"
+_FENCE = "shared/drumstick/safety/fence.py"
 _LEASE = "services/haptic_server/gateway/lease.py"
-_ENVELOPE = "shared/drumstick/envelope.py"
-_BOUNDS = "shared/drumstick/bounds.py"
-_SAMPLED = "shared/drumstick/sampled_contact.py"
+_ENVELOPE = "shared/drumstick/safety/envelope.py"
+_BOUNDS = "shared/drumstick/safety/bounds.py"
+_SAMPLED = "shared/drumstick/safety/sampled_contact.py"
 
 # (file, line as it is): any other number there is as good.
 _ANY_NUMBER: dict[tuple[str, str], str] = {

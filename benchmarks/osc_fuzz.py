@@ -28,7 +28,7 @@ from pythonosc.osc_message_builder import OscMessageBuilder
 from rig_process import Rig, ask, running, wait_for
 
 from haptic_server.servo.witness import Witnesses, excused
-from rig.this_machine import description
+from rig.machine.this_machine import description
 
 RESULT = HERE / "results" / "osc_fuzz.json"
 GROUP = 100

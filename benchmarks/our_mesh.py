@@ -58,7 +58,7 @@ def main() -> None:
     sys.path.insert(0, str(HERE))
     from bare_mesh import BareMesh, timed
 
-    from sound_server.membrane.lanes import WIDTH
+    from drumstick.drum.membrane.lanes import WIDTH
 
     meshes: dict[int, BareMesh] = {}
     for line in sys.stdin:

@@ -27,7 +27,7 @@ from rig_process import Listener, Rig, ask, running, wait_for
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from protocol.messages import Readback
-from rig.this_machine import description
+from rig.machine.this_machine import description
 
 RESULT = HERE / "results" / "panel_attack.json"
 ATTACKS = ("no token", "megabytes", "messages", "pads")

@@ -24,15 +24,15 @@ from browser import DESKTOP, NARROW, chromium, part, readback, visitor
 from playwright.sync_api import Page, expect
 from rig_process import Rig, running, wait_for
 
-from drumstick.scene import Scene, parse, shipped_text
+from drumstick.drum.block import render_all
+from drumstick.drum.calibrate import build
+from drumstick.drum.engine import Engine
+from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.output.shown import FRAMES_PER_S, show_sound, show_surface, want
+from drumstick.parameters.scene import Scene, parse, shipped_text
 from realtime.jit import Record, njit
 from realtime.lent import lend
-from rig.this_machine import description
-from sound_server.calibrate import build
-from sound_server.engine import Engine
-from sound_server.events import StrikeRing
-from sound_server.render import render_all
-from sound_server.shown import FRAMES_PER_S, show_sound, show_surface, want
+from rig.machine.this_machine import description
 
 RESULT = Path(__file__).parent / "results" / "panel_cost.json"
 VIEWS = ("Nothing", "Roll", "Orbit", "Return map", "Spectrum", "Cost", "Health")

@@ -31,7 +31,7 @@ from playwright.sync_api import Browser, Page, expect
 from rig_process import Listener, Rig, ask, running, wait_for
 
 from protocol.messages import Release, Strike
-from rig.this_machine import description
+from rig.machine.this_machine import description
 
 RESULT = HERE / "results" / "panel_latency.json"
 GOAL_MS = 150.0
@@ -184,7 +184,7 @@ def newcomer(browser: Browser, where: str) -> dict[str, float]:
 
 def one_prediction() -> dict[str, float]:
     """Milliseconds that a prediction takes for one set of values, its process and pipes left out."""
-    from drumstick.scene import parse, shipped_text
+    from drumstick.parameters.scene import parse, shipped_text
     from web_panel.computing.foresee import foresee
 
     roll = parse(shipped_text("roll"), "roll")

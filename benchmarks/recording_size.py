@@ -22,8 +22,8 @@ sys.path[:0] = [
 from rig_process import DRUMSTICK, Listener, Rig, running, wait_for
 
 from protocol.messages import Meter
+from rig.machine.this_machine import description
 from rig.recording.reading import read
-from rig.this_machine import description
 from streamed_engine import streamed_text
 
 RESULT = Path(__file__).parent / "results" / "recording_size.json"

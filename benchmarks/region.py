@@ -22,12 +22,12 @@ sys.path[:0] = [str(Path(__file__).parents[1] / "tests")]
 import arm_witness
 import held_arms
 import live_sets
-from drumstick import envelope, sampled_contact
-from drumstick.law import law_of
-from drumstick.scene import parse, shipped_text
+from drumstick.parameters.scene import parse, shipped_text
+from drumstick.safety import envelope, sampled_contact
+from drumstick.stick.law import law_of
 from haptic_server.device.simulated import Simulated, specification_of
 from haptic_server.limits import lag_s, limits_of
-from rig.this_machine import description
+from rig.machine.this_machine import description
 
 RESULT = Path(__file__).parent / "results" / "region.json"
 HAND = parse(shipped_text("phantom"), "phantom").stick

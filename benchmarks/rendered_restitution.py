@@ -14,7 +14,7 @@ from haptic_server.limits import lag_s
 from rig.accuracy import falling
 from rig.accuracy.falling import PREDICTORS, Sampled
 from rig.accuracy.servo import DELAYS, RATES_HZ, STIFFNESSES
-from rig.this_machine import description
+from rig.machine.this_machine import description
 
 RESULT = Path(__file__).parent / "results" / "rendered_restitution.json"
 

@@ -29,7 +29,7 @@ _CONTACT_PIECES = (
 )
 _BOOT, _T_NS = 0x1234_5678_9ABC, 10**15
 _ID = "1234-abcdef"
-RINGS, SPOKES = 16, 48  # of sound_server.membrane.surface, which would bring a compiler along
+RINGS, SPOKES = 16, 48  # of drumstick.drum.membrane.surface, which would bring a compiler along
 _LEVELS = 400
 
 

@@ -18,10 +18,10 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from drumstick.drum import Drum, Mesh
-from drumstick.scene import Scene, parse, shipped_text
-from rig.this_machine import description
-from sound_server.cost import f01_error_cents, ringing
+from drumstick.drum.cost import f01_error_cents, ringing
+from drumstick.parameters.drum import Drum, Mesh
+from drumstick.parameters.scene import Scene, parse, shipped_text
+from rig.machine.this_machine import description
 
 RESULT = Path(__file__).parent / "results" / "sound_cost.json"
 RATE_HZ = 48_000

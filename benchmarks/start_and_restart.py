@@ -22,8 +22,8 @@ sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parent.parent / "
 from rig_process import DRUMSTICK, Listener, Rig, running, wait_for
 
 from protocol.messages import Meter, State
-from rig.ports import listens
-from rig.this_machine import description
+from rig.machine.ports import listens
+from rig.machine.this_machine import description
 
 RESULT = Path(__file__).parent / "results" / "start_and_restart.json"
 

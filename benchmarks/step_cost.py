@@ -17,9 +17,9 @@ sys.path[:0] = [str(HERE), str(HERE.parent / "tests")]
 
 import plain_steps
 import steps
-from drumstick.law import law_type, motion_type
-from drumstick.scene import EFFECTS
-from rig.this_machine import description
+from drumstick.parameters.scene import EFFECTS
+from drumstick.stick.law import law_type, motion_type
+from rig.machine.this_machine import description
 
 RESULT = HERE / "results" / "step_cost.json"
 

@@ -18,12 +18,12 @@ sys.path[:0] = [str(HERE), str(HERE.parent / "tests")]
 from closed_form import point_ns
 
 import bounces
-from drumstick.methods.carry import ORDERS, STEPPERS
-from drumstick.simulate import Stepper
+from drumstick.stick.methods.carry import ORDERS, STEPPERS
+from drumstick.stick.simulate import Stepper
 from rig.accuracy import solve_ivp_stick
 from rig.accuracy.contacts import finite, largest_error
 from rig.accuracy.stick import ATOL_PER_RTOL, STEPS_S, TOLERANCES
-from rig.this_machine import description
+from rig.machine.this_machine import description
 
 RESULT = HERE / "results" / "stick_methods.json"
 SWEPT = ("roll", "unilateral")

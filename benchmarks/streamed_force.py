@@ -21,25 +21,26 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from drumstick.law import law_of
-from drumstick.scene import Scene, parse, shipped_text
+from drumstick.drum.block import render_all
+from drumstick.drum.build import new_engine
+from drumstick.drum.calibrate import blow_at
+from drumstick.drum.excitation.feed import Feed
+from drumstick.drum.excitation.offline import Press
+from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.excitation.timeline import stream_of
+from drumstick.drum.render import render
+from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server.contacts import LISTENED, SAMPLE, SLOTS
-from haptic_server.gateway.pieces import Pieces
+from haptic_server.gateway.zenoh.pieces import Pieces
 from haptic_server.servo import loop, memory
 from protocol.complaints import Complaints
 from protocol.messages import CONTACT_PIECE_S, encode
 from realtime import ring
 from realtime.atomics import poke
-from rig.this_machine import description
-from sound_server.build import new_engine
-from sound_server.calibrate import blow_at
-from sound_server.events import StrikeRing
-from sound_server.render import render, render_all
-from sound_server.stream.desk import ContactDesk
-from sound_server.stream.feed import Feed
-from sound_server.stream.offline import Press
-from sound_server.stream.timeline import stream_of
+from rig.machine.this_machine import description
+from sound_server.receiving.desk import ContactDesk
 
 RESULT = Path(__file__).parent / "results" / "streamed_force.json"
 RATE_HZ = 48_000

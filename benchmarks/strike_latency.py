@@ -23,15 +23,15 @@ import numpy as np
 from audio_live import Work, idle, sorting
 from jack_device import RATE_HZ, dummy_device
 
-from drumstick.scene import Scene
+from drumstick.drum.calibrate import blow_at, build
+from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.output.upsample import TAPS
+from drumstick.parameters.scene import Scene
 from protocol.complaints import Complaints
 from protocol.messages import Strike, encode
-from rig.this_machine import description
-from sound_server.calibrate import blow_at, build
-from sound_server.events import StrikeRing
+from rig.machine.this_machine import description
+from sound_server.receiving.strikes import StrikeDesk
 from sound_server.sinks.choose import named_device
-from sound_server.strikes import StrikeDesk
-from sound_server.upsample import TAPS
 
 if TYPE_CHECKING:  # it loads PortAudio, which must find the JACK server running
     from sound_server.sinks.device import DeviceSink

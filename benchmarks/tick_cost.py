@@ -28,9 +28,10 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from drumstick import envelope, exact
-from drumstick.law import law_of
-from drumstick.scene import Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.safety import envelope
+from drumstick.stick.law import law_of
+from drumstick.stick.motion import exact
 from haptic_server import block as blocks
 from haptic_server.device import phantom
 from haptic_server.device.simulated import Simulated
@@ -38,7 +39,7 @@ from haptic_server.servo import loop, memory
 from haptic_server.servo.memory import Servo
 from realtime.clock import now_ns
 from realtime.jit import njit
-from rig.this_machine import description
+from rig.machine.this_machine import description
 
 RESULT = Path(__file__).parent / "results" / "tick_cost.json"
 TARGET_NS = 300.0  # of a tick without effects

@@ -33,7 +33,7 @@ from torture_harm import GATEWAY, SERVO, Stage, all_harms
 from torture_link import Link
 from torture_watch import Broken, Watch
 
-from rig.this_machine import description
+from rig.machine.this_machine import description
 
 RESULT = HERE / "results" / "torture.json"
 PANIC_WITHIN_S, PANIC_AFTER_A_KILL_S = 1.0, 4.0

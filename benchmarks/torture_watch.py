@@ -18,7 +18,7 @@ from rig_process import DRUMSTICK, Listener, ask, wait_for
 from torture_harm import SERVICES, Stage
 
 from protocol.messages import Meter, Readback, SetReply, State, Strike, decode
-from rig.ports import listens
+from rig.machine.ports import listens
 
 ARM_EVERY_S = 3.0  # an arm that came too early is said again
 # Of the scene `roll`, each well inside its envelope whatever the others are.

@@ -1,6 +1,6 @@
 """Speed from encoder counts, noise against lag: python benchmarks/velocity_estimate.py.
 
-The servo's estimate (haptic_server.servo.velocity) against the plain difference, fixed windows and a first-order
+The servo's estimate (haptic_server.servo.force.velocity) against the plain difference, fixed windows and a first-order
 low-pass of the difference (rig.accuracy.filters). A device of 0.03 mm counts at 1 kHz: held still with the noise of a
 quarter count, moved evenly at 0.45 to 0.55 m/s, and through a blow at 0.5 m/s on the head of set E, computed exactly.
 64 phases of count and tick.
@@ -13,14 +13,14 @@ from typing import Any
 
 import numpy as np
 
-from drumstick import exact
-from drumstick.law import law_of, thrown
-from drumstick.scene import Scene
-from drumstick.stick import Stick
-from drumstick.trajectory import onward
-from haptic_server.servo.velocity import LONGEST
+from drumstick.parameters.scene import Scene
+from drumstick.parameters.stick import Stick
+from drumstick.stick.law import law_of, thrown
+from drumstick.stick.motion import exact
+from drumstick.stick.trajectory import onward
+from haptic_server.servo.force.velocity import LONGEST
 from rig.accuracy.filters import ADAPTIVE, Samples, told
-from rig.this_machine import description
+from rig.machine.this_machine import description
 
 RESULT = Path(__file__).parent / "results" / "velocity_estimate.json"
 T, COUNT_M, NOISE_COUNTS = 1e-3, 3e-5, 0.25

@@ -27,7 +27,7 @@ import numpy.typing as npt
 from wire_servo import WARM_S
 
 from haptic_server.servo.witness import Witnesses, excused
-from rig.this_machine import description
+from rig.machine.this_machine import description
 
 RESULT = HERE / "results" / "wire.json"
 GOAL_US = 350.0

@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from drumstick.law import law_of
-from drumstick.scene import parse, shipped_text
+from drumstick.parameters.scene import parse, shipped_text
+from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server import limits
 from haptic_server.device.specification import EXACT_STICK

@@ -10,10 +10,10 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from drumstick.declare import Quantity, quantities
-from drumstick.effects.pulse import Pulse
-from drumstick.scene import EFFECTS, Scene
-from drumstick.stick import Stick
+from drumstick.parameters.declare import Quantity, quantities
+from drumstick.parameters.scene import EFFECTS, Scene
+from drumstick.parameters.stick import Stick
+from drumstick.stick.effects.pulse import Pulse
 
 # Every effect stands in at least one of these; each tuple is a record type, compiled once for the whole suite.
 COMBINATIONS: dict[str, tuple[str, ...]] = {

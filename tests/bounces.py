@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import mp_stick
-from drumstick import exact, stepping
-from drumstick.law import Records, law_of, thrown
-from drumstick.methods.carry import STEPPERS
-from drumstick.scene import Scene, parse, shipped_text
-from drumstick.simulate import Stepper, simulate
+from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.stick.law import Records, law_of, thrown
+from drumstick.stick.methods.carry import STEPPERS
+from drumstick.stick.motion import exact, stepping
+from drumstick.stick.simulate import Stepper, simulate
 from realtime.jit import Record, njit
 from rig.accuracy import solve_ivp_stick
 from rig.accuracy.contacts import Contacts, largest_error

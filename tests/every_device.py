@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 import sampled_arm
-from drumstick.law import law_of
-from drumstick.scene import Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server.device.openhaptics.device import OpenHaptics
 from haptic_server.device.pointer import Pointed
@@ -19,8 +19,8 @@ from haptic_server.device.replay import Replay
 from haptic_server.device.simulated import Simulated
 from haptic_server.records import POINTER
 from haptic_server.servo import memory
+from haptic_server.servo.force.rendering import render
 from haptic_server.servo.memory import Servo
-from haptic_server.servo.rendering import render
 from hd_stand_in import CENTRE_MM, StandIn
 from realtime import triple
 

@@ -2,8 +2,8 @@
 
 import math
 
-from drumstick.law import law_of
-from drumstick.scene import parse, shipped_text
+from drumstick.parameters.scene import parse, shipped_text
+from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server.block import ARM, HELD
 from haptic_server.records import NO_FAULT

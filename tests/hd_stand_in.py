@@ -14,10 +14,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from haptic_server.device.openhaptics import calls, opening, port, protection
+from haptic_server.device.openhaptics import port, protection
 from haptic_server.device.openhaptics.callback import Law, conclude
 from haptic_server.device.openhaptics.device import OpenHaptics
-from haptic_server.device.openhaptics.hd import Hd
+from haptic_server.device.openhaptics.driver import calls, opening
+from haptic_server.device.openhaptics.driver.hd import Hd
 from haptic_server.device.openhaptics.tick import begin_at, finish
 from haptic_server.servo.memory import Servo
 from realtime.handover import Handed, take_up
@@ -25,7 +26,7 @@ from realtime.jit import CFunction, cfunction
 from realtime.lent import lend
 from realtime.stop import StopRequest
 
-SOURCE = Path(__file__).parent / "unit" / "haptic_server" / "openhaptics" / "stand_in.c"
+SOURCE = Path(__file__).parent / "unit" / "haptic_server" / "device" / "openhaptics" / "stand_in.c"
 AT_BEGIN, AT_END = 1, 2
 ROOM = 1 << 17
 # The middle of its usable workspace, mm: x, y, z of the device's frame.
@@ -70,7 +71,7 @@ class StandIn:
         return answer.decode() if isinstance(answer, bytes) else answer
 
     def load(self) -> tuple[str, Hd]:
-        """In the place of haptic_server.device.openhaptics.library.load."""
+        """In the place of haptic_server.device.openhaptics.driver.library.load."""
         return "stand-in", self.hd
 
     def sent(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:

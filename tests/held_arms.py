@@ -10,11 +10,11 @@ import numpy as np
 
 import arm_witness
 import live_sets
-from drumstick import envelope
-from drumstick.law import law_of
-from drumstick.rig import Device, Guard, Hand, Servo
-from drumstick.scene import Scene
-from drumstick.stick import Stick
+from drumstick.parameters.rig import Device, Guard, Hand, Servo
+from drumstick.parameters.scene import Scene
+from drumstick.parameters.stick import Stick
+from drumstick.safety import envelope
+from drumstick.stick.law import law_of
 from haptic_server.device.simulated import Simulated
 from haptic_server.limits import limits_of
 

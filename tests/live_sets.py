@@ -11,10 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 import sampled_arm
-from drumstick import envelope, parameters
-from drumstick.law import Records, law_of
-from drumstick.parameters import Refusal
-from drumstick.scene import Scene, parse, shipped_text
+from drumstick.parameters import table as parameters
+from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.parameters.table import Refusal
+from drumstick.safety import envelope
+from drumstick.stick.law import Records, law_of
 from haptic_server import block as blocks
 from haptic_server.device.simulated import Simulated
 from haptic_server.limits import limits_of

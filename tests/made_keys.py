@@ -5,7 +5,7 @@ from datetime import datetime, timedelta
 from pathlib import Path
 
 from protocol.identity import Identity
-from rig import certificates
+from rig.identity import certificates
 
 
 class Keyring:

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from sound_server.effects.snare import Snare
-from sound_server.effects.tension import Tension
-from sound_server.engine import Engine
-from sound_server.membrane.sweep import Head
+from drumstick.drum.effects.snare import Snare
+from drumstick.drum.effects.tension import Tension
+from drumstick.drum.engine import Engine
+from drumstick.drum.membrane.sweep import Head
 
 Plane = npt.NDArray[np.float64]
 

@@ -10,7 +10,7 @@ import mpmath as mp
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.scene import Scene
+from drumstick.parameters.scene import Scene
 from rig.accuracy.solve_ivp_stick import ENTRY, RELEASE, TURN, Case, Played
 
 DIGITS = 40

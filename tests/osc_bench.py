@@ -11,9 +11,9 @@ from typing import Any
 from pythonosc.osc_message import OscMessage
 from pythonosc.osc_message_builder import OscMessageBuilder
 
-from drumstick.law import law_of
-from drumstick.parameters import Refusal, table_of, values_of, with_changes
-from drumstick.scene import parse
+from drumstick.parameters.scene import parse
+from drumstick.parameters.table import Refusal, table_of, values_of, with_changes
+from drumstick.stick.law import law_of
 from haptic_server.gateway.lease import Holder, Lease
 from haptic_server.gateway.osc.front import OscFront
 from haptic_server.gateway.rounding import is_same
@@ -42,7 +42,7 @@ class FakeDesk:
     """Accepts what the table's ranges allow; `after_set`, if given, is called with what a servo would have latched."""
 
     def __init__(self) -> None:
-        text = (resources.files("drumstick") / "scenes" / "roll.toml").read_text()
+        text = (resources.files("drumstick.parameters") / "scenes" / "roll.toml").read_text()
         scene = parse(text, "roll")
         self.table = table_of(scene)
         self._law = law_of(scene)

@@ -1,9 +1,9 @@
 """The step written down by hand, for three scenes: no effect, `pulse`, and `pulse` with two alterations of the head.
 
-Semi-implicit Euler without event location (drumstick.stepping.unlocated), release "paper": the equations, the events
-and the contact's record stand in one loop, parameters and state are plain numbers, and whatever does not change is
-computed before the loop. Only what ends a run (captured, left) is missing: the scenes here do not end. It is what the
-composed kernels are measured against; the result is the same to the last bit.
+Semi-implicit Euler without event location (drumstick.stick.motion.stepping.unlocated), release "paper": the equations,
+the events and the contact's record stand in one loop, parameters and state are plain numbers, and whatever does not
+change is computed before the loop. Only what ends a run (captured, left) is missing: the scenes here do not end. It is
+what the composed kernels are measured against; the result is the same to the last bit.
 """
 
 import math

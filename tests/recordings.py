@@ -8,7 +8,7 @@ from pathlib import Path
 
 from hypothesis import strategies as st
 
-from drumstick.scene import Scene, as_tables
+from drumstick.parameters.scene import Scene, as_tables
 from protocol.messages import Contact, Message, Meter, Readback, Release, State, Strike
 from rig.recording.channels import Channel, Presence, channel_of
 from rig.recording.filing import SCENE_ATTACHMENT, Filing

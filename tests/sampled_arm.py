@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from drumstick.law import law_of
-from drumstick.scene import Scene, parse
+from drumstick.parameters.scene import Scene, parse
+from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server.device.simulated import Simulated
 from haptic_server.records import EVENT
 from haptic_server.servo import memory
-from haptic_server.servo.rendering import ask, render, see
+from haptic_server.servo.force.rendering import ask, render, see
 from realtime import ring
 from realtime.jit import Record, njit
 from realtime.lent import lend

@@ -9,7 +9,7 @@ junction, Y = (2 - tau)/(tau w), stands for what a step leaves of u itself.
 import numpy as np
 import numpy.typing as npt
 
-from sound_server.membrane.lattice import Lattice
+from drumstick.drum.membrane.lattice import Lattice
 
 Plane = npt.NDArray[np.float64]
 

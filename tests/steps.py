@@ -9,14 +9,14 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import plain_steps
-from drumstick import exact, stepping
-from drumstick.effects.hysteretic_spring import HystereticSpring
-from drumstick.effects.negative_damping import NegativeDamping
-from drumstick.effects.pulse import Pulse
-from drumstick.law import Records, law_of, thrown
-from drumstick.methods.carry import STEPPERS
-from drumstick.scene import Scene
-from drumstick.stick import Stick
+from drumstick.parameters.scene import Scene
+from drumstick.parameters.stick import Stick
+from drumstick.stick.effects.hysteretic_spring import HystereticSpring
+from drumstick.stick.effects.negative_damping import NegativeDamping
+from drumstick.stick.effects.pulse import Pulse
+from drumstick.stick.law import Records, law_of, thrown
+from drumstick.stick.methods.carry import STEPPERS
+from drumstick.stick.motion import exact, stepping
 from realtime.jit import Record, njit
 
 DT_S = 2.0**-17  # 7.6 µs

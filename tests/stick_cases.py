@@ -3,11 +3,11 @@
 import csv
 from pathlib import Path
 
-from drumstick import exact
-from drumstick.effects.pulse import Pulse
-from drumstick.law import Records, law_of, thrown
-from drumstick.scene import Scene
-from drumstick.stick import Stick
+from drumstick.parameters.scene import Scene
+from drumstick.parameters.stick import Stick
+from drumstick.stick.effects.pulse import Pulse
+from drumstick.stick.law import Records, law_of, thrown
+from drumstick.stick.motion import exact
 
 REFERENCE = Path(__file__).parent / "physics" / "drumstick" / "reference"
 RELEASE = {"zero": "paper", "force": "unilateral"}

@@ -4,12 +4,12 @@ import dataclasses
 
 import numpy as np
 
-from drumstick.scene import Scene, shipped_text
+from drumstick.drum.build import new_engine
+from drumstick.drum.excitation.feed import Feed
+from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.parameters.scene import Scene, shipped_text
 from realtime.jit import Record
 from rig.accuracy.blows import pressed
-from sound_server.build import new_engine
-from sound_server.events import StrikeRing
-from sound_server.stream.feed import Feed
 
 MS = 1_000_000
 _STEPS = 8  # of the mesh in a block: half a millisecond

@@ -14,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 from numba import types
 
-from drumstick.law import law_of
-from drumstick.scene import parse, shipped_text
+from drumstick.parameters.scene import parse, shipped_text
+from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server.records import EVENT, set_type
 from realtime import ring, triple

@@ -5,12 +5,12 @@ A fader travels as far as the panel's slider does: around the value of the scene
 
 from dataclasses import dataclass
 
-from drumstick.law import law_of
-from drumstick.parameters import Parameter, table_of, values_of
-from drumstick.scene import parse, shipped_text
+from drumstick.parameters.scene import parse, shipped_text
+from drumstick.parameters.table import Parameter, table_of, values_of
+from drumstick.stick.law import law_of
 from protocol import osc
-from rig.plan import Options
-from web_panel.travel import Travel, travel_around
+from rig.supervision.plan import Options
+from web_panel.tuning.travel import Travel, travel_around
 
 PREFIX = osc.DEFAULT_PREFIX
 HOST, PORT_IN = osc.DEFAULT_IN  # where the rig hears

@@ -4,12 +4,13 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from drumstick import envelope, rig, sampled_contact
-from drumstick.declare import quantities
-from drumstick.scene import parse, shipped_text
+from drumstick.parameters import rig
+from drumstick.parameters.declare import quantities
+from drumstick.parameters.scene import parse, shipped_text
+from drumstick.safety import envelope, sampled_contact
 from haptic_server.device.openhaptics import device, freshness
 from haptic_server.device.specification import PREMIUM_1_5
-from haptic_server.servo import guard
+from haptic_server.servo.force import guard
 
 TESTS = Path(__file__).parents[2] / "tests"
 SCENE = parse(shipped_text("phantom"), "phantom")

@@ -29,7 +29,7 @@ from safety_pressure import (
     radii,
 )
 
-from drumstick import rig
+from drumstick.parameters import rig
 from haptic_server.device.openhaptics import freshness
 from haptic_server.device.specification import PREMIUM_1_5
 from haptic_server.servo.trace import TICKS

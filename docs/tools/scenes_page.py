@@ -6,14 +6,14 @@ from collections.abc import Iterator
 from dataclasses import MISSING, fields
 from pathlib import Path
 
-from drumstick.declare import Quantity, quantities
-from drumstick.drum import Drum, Listen, Mesh, Modal
-from drumstick.drum_effects import DRUM_EFFECTS
-from drumstick.parameters import table_of
-from drumstick.rig import Device, Guard, Hand, Servo, Strike
-from drumstick.scene import EFFECTS, Scene, parse, shipped_names, shipped_text
-from drumstick.stick import Geometry, Stick
-from drumstick.stick_tables import Z_H0
+from drumstick.parameters.declare import Quantity, quantities
+from drumstick.parameters.drum import Drum, Listen, Mesh, Modal
+from drumstick.parameters.drum_effects import DRUM_EFFECTS
+from drumstick.parameters.rig import Device, Guard, Hand, Servo, Strike
+from drumstick.parameters.scene import EFFECTS, Scene, parse, shipped_names, shipped_text
+from drumstick.parameters.stick import Geometry, Stick
+from drumstick.parameters.stick_tables import Z_H0
+from drumstick.parameters.table import table_of
 
 PAGE = Path(__file__).parent.parent / "scenes.md"
 

@@ -6,7 +6,7 @@ The words are in security.template.md.
 from pathlib import Path
 
 from protocol.roles import ROLES
-from rig.rig_template import PUBLIC_PORT
+from rig.identity.rig_template import PUBLIC_PORT
 
 PAGE = Path(__file__).parent.parent / "security.md"
 TEMPLATE = Path(__file__).parent / "security.template.md"

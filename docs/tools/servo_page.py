@@ -41,7 +41,7 @@ def _speed() -> list[str]:
         f" {result['count_m'] * 1e3:g} mm a",
         f"tick is {result['count_m'] / result['period_s'] * 1e3:g} mm/s, which the head's damper turns into a force that one feels as"
         " roughness. A longer window is calmer and later; a",
-        "late damper gives back what it should take. The servo's window (`services/haptic_server/servo/velocity.py`) is as long as a straight",
+        "late damper gives back what it should take. The servo's window (`services/haptic_server/servo/force/velocity.py`) is as long as a straight",
         "line explains the positions to one count: long at rest, short where the stick turns.",
         "",
         "![Noise of the estimated speed over its lag](images/servo-velocity.png)",

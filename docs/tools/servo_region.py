@@ -6,7 +6,7 @@ from typing import Any
 
 from stored import read
 
-from drumstick import sampled_contact
+from drumstick.safety import sampled_contact
 
 PICTURE = Path(__file__).parent.parent / "images" / "servo-region.png"
 SLOW_M_PER_S = 0.01  # as in tests/arm_witness.py
@@ -39,8 +39,8 @@ def _row(region: dict[str, Any]) -> str:
 
 
 def _first_that_moves(region: dict[str, Any]) -> list[tuple[float, float]]:
-    # Over each stiffness played: the least R_in above the accepted ones at which the simulated arm moved by itself, over
-    # the largest accepted; and its speed at the end.
+    # Over each stiffness played: the least R_in above the accepted ones at which the simulated arm moved by itself,
+    # over the largest accepted; and its speed at the end.
     points = region["points"]
     found: dict[float, tuple[float, float]] = {}
     for at, k in enumerate(points["k_coll"]):
@@ -148,7 +148,7 @@ def section() -> list[str]:
         "",
         "with the speed taken over n ticks, and the device d ticks late. This is exact while the arm stays in the head. It comes to rest if",
         "the n + d + 2 roots of the loop's polynomial lie inside the unit circle, which the recursion of Schur and Cohn tells without",
-        "finding them (`shared/drumstick/sampled_contact.py`). A set must pass four rules, for the lightest arm and the heaviest:",
+        "finding them (`shared/drumstick/safety/sampled_contact.py`). A set must pass four rules, for the lightest arm and the heaviest:",
         "",
         "- *The force does not come too late.* R_in > K_coll (T/2 + t_d), without credit for the prediction. This rule was there before.",
         "  A late spring pushes more on the way out than on the way in, and the damper must pay for it.",
@@ -264,7 +264,8 @@ def _draw_setting(axes: Any, region: dict[str, Any], low: float, high: float) ->
 
 
 def draw() -> None:
-    """Accepted K_coll and R_in at eight settings, with what the simulation makes of them; the largest R_in over mass."""
+    """Accepted K_coll and R_in at eight settings, with what the simulation makes of them; the largest R_in over
+    mass."""
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch

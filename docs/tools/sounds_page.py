@@ -11,7 +11,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from drumstick.scene import parse, shipped_gesture, shipped_names, shipped_text
+from drumstick.parameters.scene import parse, shipped_gesture, shipped_names, shipped_text
 
 DOCS = Path(__file__).parent.parent
 PAGE = DOCS / "sounds.md"
@@ -42,12 +42,12 @@ def _rendered(name: str) -> dict[str, Any]:
     import soundfile
     from PIL import Image
 
+    from drumstick.drum.calibrate import blow_at
+    from drumstick.drum.render import render
     from rig.figures.spectrogram import spectrogram
     from rig.figures.style import drawn_png
-    from rig.render import rolled
-    from rig.streamed_roll import presses
-    from sound_server.calibrate import blow_at
-    from sound_server.render import render
+    from rig.offline.render import rolled
+    from rig.offline.streamed_roll import presses
 
     scene = parse(shipped_text(name), name)
     speed = 0.5 * scene.strike.full_scale_m_per_s

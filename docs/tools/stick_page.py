@@ -1,6 +1,7 @@
 """Writes docs/stick.md and its pictures from the code: python docs/tools/stick_page.py.
 
-The words are in stick.template.md, every number among them is computed here; pictures are drawn only where they are not up to date (stick_pictures.py).
+The words are in stick.template.md, every number among them is computed here; pictures are drawn only where they are not
+up to date (stick_pictures.py).
 """
 
 from collections.abc import Callable
@@ -10,16 +11,16 @@ from typing import Any
 
 import numpy as np
 
-from drumstick import contact
+from drumstick.analysis.cycles.lap import scratch_of
+from drumstick.analysis.cycles.settling import Settled, settle
+from drumstick.analysis.cycles.sweep import BUZZ_HZ
 from drumstick.analysis.findings import Findings, analyse
 from drumstick.analysis.flight import flight
 from drumstick.analysis.gain import gain
-from drumstick.analysis.lap import scratch_of
 from drumstick.analysis.rebound import rebound
-from drumstick.analysis.settling import Settled, settle
-from drumstick.analysis.sweep import BUZZ_HZ
-from drumstick.law import law_of
-from drumstick.scene import Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.stick import contact
+from drumstick.stick.law import law_of
 
 DOCS = Path(__file__).parent.parent
 PAGE = DOCS / "stick.md"

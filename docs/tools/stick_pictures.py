@@ -15,9 +15,9 @@ from matplotlib.figure import Figure
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
+from drumstick.analysis.cycles.sweep import Axis, Swept, sweep
 from drumstick.analysis.findings import analyse
-from drumstick.analysis.sweep import Axis, Swept, sweep
-from drumstick.scene import Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene, parse, shipped_text
 from rig import figures
 from rig.figures.bifurcation import bifurcation
 from rig.figures.phase_plane import phase_plane

@@ -1,10 +1,11 @@
-"""Writes docs/zenoh.md and docs/wire.json from keys, messages, addresses and parameters: python docs/tools/zenoh_page.py."""
+"""Writes docs/zenoh.md and docs/wire.json from keys, messages, addresses and parameters: python
+docs/tools/zenoh_page.py."""
 
 import json
 from pathlib import Path
 
-from drumstick.parameters import table_of
-from drumstick.scene import parse, shipped_text
+from drumstick.parameters.scene import parse, shipped_text
+from drumstick.parameters.table import table_of
 from protocol import messages
 from protocol.description import ZENOH, described, key_of, words_of, words_of_key
 

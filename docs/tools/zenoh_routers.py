@@ -4,7 +4,7 @@ from pathlib import Path
 
 from protocol.identity import Identity
 from protocol.router_access import Crossing
-from rig.router_file import browser_router, text, venue_router
+from rig.identity.router_file import browser_router, text, venue_router
 
 FOLDER = Path(__file__).parents[2] / "deploy" / "zenoh"
 _MADE = "Made by docs/tools/zenoh_routers.py from the table of roles; do not edit. docs/network.md tells how to use it."

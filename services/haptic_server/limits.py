@@ -7,8 +7,8 @@ import os
 from pathlib import Path
 from typing import Any, cast
 
-from drumstick.envelope import Limits
-from drumstick.scene import Scene
+from drumstick.parameters.scene import Scene
+from drumstick.safety.envelope import Limits
 from haptic_server.device.specification import EXACT_STICK, Specification
 from haptic_server.files import LIMITS
 from realtime.regular_file import read_text, write_text

@@ -73,7 +73,8 @@ STATUS: np.dtype[Any] = np.dtype(
 # stick has lain dead, `still_s` how long it crept or was out of reach; the last two strike instants make the roll rate.
 # `reach`: the fastest entry that keeps all limits, m/s, with the law that plays (envelope.Judgement). `holding`: a set
 # that passed waits to be latched, with its own reach and its longest window for the speed. `loss`: the share of its
-# push that the head holds back while a slow blow leaves it (drumstick.sampled_contact); `last_v`: the last speed but 0.
+# push that the head holds back while a slow blow leaves it (drumstick.safety.sampled_contact); `last_v`: the last speed
+# but 0.
 PLAYER: np.dtype[Any] = np.dtype(
     [
         ("phase", "f8"),

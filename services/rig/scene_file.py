@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from realtime.regular_file import read_text
 from rig.fault import wrong
-from rig.laid_out import LaidOut
+from rig.supervision.laid_out import LaidOut
 
 if TYPE_CHECKING:
-    from drumstick.scene import Scene
+    from drumstick.parameters.scene import Scene
 
 LARGEST_BYTES = 200_000
 
@@ -25,7 +25,7 @@ class SceneText(NamedTuple):
 
 def read(scene: str) -> SceneText:
     """The text of a shipped scene or of a file (anything with a / or ending in .toml). Raises Stop."""
-    from drumstick.scene import shipped_names, shipped_text
+    from drumstick.parameters.scene import shipped_names, shipped_text
 
     if scene in shipped_names():
         return SceneText(shipped_text(scene), scene)
@@ -42,7 +42,7 @@ def read(scene: str) -> SceneText:
 
 def _gesture_text(scene: str, file_name: str) -> str:
     # Beside the scene: in the package for a shipped one, else in the scene file's own folder.
-    from drumstick.scene import shipped_gesture, shipped_names
+    from drumstick.parameters.scene import shipped_gesture, shipped_names
     from haptic_server.device.recording import LARGEST_BYTES as LARGEST_GESTURE
 
     if scene in shipped_names():
@@ -80,7 +80,7 @@ def laid_out(scene: str) -> LaidOut:
 
 def load(scene: str):
     """The validated scene. Raises Stop with every mistake in it."""
-    from drumstick.scene import SceneError, parse
+    from drumstick.parameters.scene import SceneError, parse
 
     found = read(scene)
     try:

@@ -7,7 +7,7 @@ from pathlib import Path
 from realtime.regular_file import read_text
 from rig import scene_file
 from rig.fault import Stop
-from rig.laid_out import LaidOut
+from rig.supervision.laid_out import LaidOut
 
 _LONGEST_BYTES = 4096  # a scene's name, or the path of its file
 

@@ -9,22 +9,22 @@ import threading
 import time
 from collections.abc import Callable
 
-from drumstick.scene import Scene
+from drumstick.drum.build import Unplayable, words
+from drumstick.drum.calibrate import build
+from drumstick.drum.engine import Engine
+from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.fitting import fitted
+from drumstick.drum.output.upsample import TAPS
+from drumstick.parameters.scene import Scene
 from protocol.complaints import Complaints
 from protocol.messages import Meter, State, decode
 from realtime.jit import Record
 from realtime.stop import StopRequest
-from sound_server.build import Unplayable, words
-from sound_server.calibrate import build
-from sound_server.engine import Engine
-from sound_server.events import StrikeRing
-from sound_server.fitting import fitted
-from sound_server.link import Link
+from sound_server.receiving.desk import ContactDesk
+from sound_server.receiving.link import Link
+from sound_server.receiving.strikes import StrikeDesk
 from sound_server.room import Room
 from sound_server.sinks.sink import Sink
-from sound_server.stream.desk import ContactDesk
-from sound_server.strikes import StrikeDesk
-from sound_server.upsample import TAPS
 from sound_server.viewing import Viewing
 
 _PATIENCE_S = 2.0

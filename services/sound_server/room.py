@@ -3,7 +3,7 @@
 import dataclasses
 from typing import NamedTuple
 
-from drumstick.scene import Scene
+from drumstick.parameters.scene import Scene
 
 MOST_LATENCY_MS = 500.0
 LEVELS_dB = (-60.0, 12.0)

@@ -21,9 +21,9 @@ from protocol.session import open_client
 from realtime.notify import Supervisor
 from realtime.stop import StopRequest
 from sound_server.drum import Drum
-from sound_server.link import Link
-from sound_server.lookout import Lookout
 from sound_server.options import MOST_RIGS
+from sound_server.receiving.link import Link
+from sound_server.receiving.lookout import Lookout
 from sound_server.room import Room
 from sound_server.roster import Roster
 from sound_server.sinks.sink import Sink

@@ -21,14 +21,14 @@ import numpy.typing as npt
 from numba import types
 from numba.np.numpy_support import carray
 
+from drumstick.drum.block import render_block
+from drumstick.drum.engine import Engine
+from drumstick.drum.output.limiter import limit
 from realtime.atomics import load_acquire, peek, poke, store_release
 from realtime.foreign import call_block
 from realtime.handover import Handed, take_up_typed, typed_callback
 from realtime.jit import CFunction, Record, Records, njit
 from realtime.lent import lend
-from sound_server.engine import Engine
-from sound_server.limiter import limit
-from sound_server.render import render_block
 
 PLACES = 16
 EMPTY, PLAYING, LEAVING, GONE = 0, 1, 2, 3

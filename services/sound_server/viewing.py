@@ -1,7 +1,7 @@
 """One drum shown to whoever looks: its surface, its spectrum, its cost, each only while somebody subscribes.
 
 A thread of its own, which Zenoh is asked by five times a second while nobody looks. The audio thread is told what to
-copy (sound_server.shown) and never waits.
+copy (drumstick.drum.output.shown) and never waits.
 """
 
 import logging
@@ -14,14 +14,14 @@ import numpy as np
 import numpy.typing as npt
 import zenoh
 
-from drumstick.scene import Scene
+from drumstick.drum import outlook
+from drumstick.drum.engine import Engine
+from drumstick.drum.membrane.surface import RINGS, SPOKES, metres_per_unit, of_modes
+from drumstick.drum.output.shown import FRAMES_PER_S, HEARD, last_heard, take_surface, want
+from drumstick.parameters.scene import Scene
 from protocol import messages
 from protocol.keys import Keys
 from realtime.stop import StopRequest
-from sound_server import outlook
-from sound_server.engine import Engine
-from sound_server.membrane.surface import RINGS, SPOKES, metres_per_unit, of_modes
-from sound_server.shown import FRAMES_PER_S, HEARD, last_heard, take_surface, want
 
 _LOOK_S = 0.2
 _SPECTRUM_S, _COST_S = 0.25, 1.0
@@ -72,7 +72,7 @@ class Viewing:
         """From now on this drum is the one to look at; `words` say what renders it."""
         shapes = None
         if scene.modal is not None:
-            from sound_server.modal.modes import highest_zero
+            from drumstick.drum.modal.modes import highest_zero
 
             control: Any = engine.control[0]
             shapes = of_modes(highest_zero(scene, control["rate_Hz"] / control["divisor"])).shapes

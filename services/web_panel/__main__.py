@@ -14,8 +14,8 @@ from protocol.identity import add_options, identity_of
 from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, checked_rig
 from realtime.log import open_log
 from realtime.notify import Supervisor
-from web_panel.port import free_port
-from web_panel.visitor_token import TokenFileError, token_of
+from web_panel.access.port import free_port
+from web_panel.access.visitor_token import TokenFileError, token_of
 
 CHANGES = "panel-changes.json"  # beside the token: undo, A and B
 _log = logging.getLogger("panel")
@@ -63,8 +63,8 @@ def main() -> int:
         return _end(3, f"port {given.port} of 127.0.0.1 is not free: {error}")
     try:
         from web_panel.accuracy_results import Files
-        from web_panel.kept import Kept
         from web_panel.serving import GuardError, serve
+        from web_panel.tuning.kept import Kept
     except ImportError as error:
         return _end(3, f"{error}; install haptic-drumstick[panel]")
     supervisor = Supervisor()

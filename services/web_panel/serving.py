@@ -7,22 +7,22 @@ import time
 from collections.abc import Callable
 
 from protocol.identity import Identity
+from web_panel.access.admission import Admission
+from web_panel.access.client_message import ClientMessages
+from web_panel.access.guard import GuardError as GuardError
+from web_panel.access.guard import start
+from web_panel.access.lease_door import LeaseDoor
+from web_panel.access.pointer_door import PointerDoor
 from web_panel.accuracy_results import NO_FILES, Files
-from web_panel.admission import Admission
-from web_panel.changes import Changes
-from web_panel.client_message import ClientMessages
 from web_panel.computing.computer import Computer
-from web_panel.guard import GuardError as GuardError
-from web_panel.guard import start
-from web_panel.kept import Kept
-from web_panel.lease_door import LeaseDoor
-from web_panel.mirror import Mirror
-from web_panel.page import Page
-from web_panel.pointer_door import PointerDoor
-from web_panel.prediction import Prediction
-from web_panel.rig_link import RigLink
-from web_panel.shelf import Doors
-from web_panel.views import Sources
+from web_panel.controls.shelf import Doors
+from web_panel.page.page import Page
+from web_panel.rig.mirror import Mirror
+from web_panel.rig.rig_link import RigLink
+from web_panel.tuning.changes import Changes
+from web_panel.tuning.kept import Kept
+from web_panel.tuning.prediction import Prediction
+from web_panel.views.chosen import Sources
 
 _log = logging.getLogger("panel")
 _PICTURE_S = 1.0 / 30.0

@@ -14,22 +14,23 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drumstick.declare import quantities
-from drumstick.drum import Drum
-from drumstick.effects.pulse import Pulse
-from drumstick.rig import Device, Hand, Servo
-from drumstick.scene import Scene, SceneError, as_tables, parse
-from drumstick.stick import Stick
+from drumstick.parameters.declare import quantities
+from drumstick.parameters.drum import Drum
+from drumstick.parameters.rig import Device, Hand, Servo
+from drumstick.parameters.scene import Scene, SceneError, as_tables, parse
+from drumstick.parameters.stick import Stick
+from drumstick.stick.effects.pulse import Pulse
 from haptic_server import files
 from haptic_server.device.recording import RecordingError, recording_of
 from haptic_server.presets.preset import PresetError, from_bytes
 from recordings import a_release, a_state, a_strike
-from rig import last_fault, render
 from rig.fault import Stop
+from rig.identity.rig_file import RigFileError
+from rig.identity.rig_file import parse as parse_rig_file
+from rig.machine import last_fault
+from rig.offline import render
 from rig.recording.channels import CHANNELS, Channel, as_json, from_json
 from rig.recording.recorder import scene_of
-from rig.rig_file import RigFileError
-from rig.rig_file import parse as parse_rig_file
 from web_panel import accuracy_results
 
 _NUMBERS = [

@@ -12,18 +12,22 @@ from typing import NamedTuple
 
 import pytest
 
-from drumstick.scene import Scene, parse
+from drumstick.parameters.scene import Scene, parse
 from haptic_server import files
 from haptic_server.device import gesture, replay
 from haptic_server.device.protocol import DeviceError
 from haptic_server.presets.preset import PresetError
 from haptic_server.presets.store import PresetStore
 from protocol.identity import Identity
-from rig import identity_check, keys, last_fault, render, rig_file, scene_file
+from rig import scene_file
 from rig.accuracy import store
 from rig.fault import Stop
+from rig.identity import identity_check, keys, rig_file
+from rig.machine import last_fault
+from rig.offline import render
 from rig.recording import reading
-from web_panel import accuracy_results, visitor_token
+from web_panel import accuracy_results
+from web_panel.access import visitor_token
 
 _SCENE = '[hand]\ngesture = "recorded"\ngesture_file = "named"\n[device]\nplant = "phantom"\n'
 

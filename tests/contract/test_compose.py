@@ -10,8 +10,8 @@ import pytest
 import typer
 import yaml
 
-from rig.command import app
-from rig.keys import ROUTER_FILE
+from rig.cli.command import app
+from rig.identity.keys import ROUTER_FILE
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "deploy" / "compose"

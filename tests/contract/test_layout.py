@@ -12,16 +12,16 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 
 FORBIDDEN = [
-    ("shared/drumstick/stick.py", "import socket", "drumstick does no I/O"),
-    ("shared/drumstick/effects/pulse.py", "from pathlib import Path", "drumstick does no I/O"),
-    ("shared/drumstick/scene.py", "from protocol import keys", "drumstick imports only realtime"),
-    ("shared/realtime/ring.py", "import drumstick.contact", "realtime imports nothing of ours"),
+    ("shared/drumstick/parameters/stick.py", "import socket", "drumstick does no I/O"),
+    ("shared/drumstick/stick/effects/pulse.py", "from pathlib import Path", "drumstick does no I/O"),
+    ("shared/drumstick/parameters/scene.py", "from protocol import keys", "drumstick imports only realtime"),
+    ("shared/realtime/ring.py", "import drumstick.stick.contact", "realtime imports nothing of ours"),
     ("shared/protocol/keys.py", "import realtime.ring", "protocol imports only drumstick"),
-    ("services/sound_server/step.py", "import haptic_server.block", "Services never import one another"),
+    ("shared/drumstick/drum/step.py", "import haptic_server.block", "Services never import one another"),
     ("services/web_panel/__init__.py", "import rig", "Nothing imports rig"),
     ("services/rig/replaying/cues.py", "import haptic_server.records", "Recording and replaying meet"),
     ("shared/protocol/identity.py", "import cryptography", "Only rig makes and reads certificates"),
-    ("services/sound_server/step.py", "import os", "The kernels of the services do no I/O"),
+    ("shared/drumstick/drum/step.py", "import os", "The kernels of the services do no I/O"),
 ]
 
 

@@ -10,7 +10,7 @@ from types import ModuleType
 import pytest
 import soundfile
 
-from drumstick.scene import shipped_names
+from drumstick.parameters.scene import shipped_names
 from protocol.description import ZENOH
 from protocol.keys import Keys
 
@@ -71,7 +71,7 @@ def test_the_description_for_programs_is_up_to_date_and_whole() -> None:
 
 def test_the_load_that_is_counted_is_that_of_the_messages_as_they_are() -> None:
     tool = _tool("scaling_page")
-    from sound_server.membrane import surface
+    from drumstick.drum.membrane import surface
 
     load = sys.modules["rig_load"]
     assert (load.RINGS, load.SPOKES) == (surface.RINGS, surface.SPOKES)

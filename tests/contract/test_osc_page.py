@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from drumstick.effects.pulse import Pulse
-from drumstick.parameters import table_of
-from drumstick.scene import Scene
+from drumstick.parameters.scene import Scene
+from drumstick.parameters.table import table_of
+from drumstick.stick.effects.pulse import Pulse
 from protocol import osc
 
 PAGE = (Path(__file__).parents[2] / "docs" / "osc.md").read_text(encoding="utf-8")

@@ -10,7 +10,7 @@ import pytest
 from haptic_server import files
 from haptic_server.servo.priority import FIFO_PRIORITY
 from rig.fault import GIVEN
-from rig.service import SERVICES
+from rig.supervision.service import SERVICES
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "deploy" / "systemd"

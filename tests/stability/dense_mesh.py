@@ -5,9 +5,9 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from drumstick.drum.membrane.heads import head_of
+from drumstick.drum.membrane.lattice import TOPOLOGIES, lattice_of
 from membranes import Membrane
-from sound_server.membrane.heads import head_of
-from sound_server.membrane.lattice import TOPOLOGIES, lattice_of
 
 Plane = npt.NDArray[np.float64]
 

@@ -5,14 +5,14 @@ import math
 
 import numpy as np
 
-from drumstick.scene import Scene
+from drumstick.drum.build import new_engine
+from drumstick.drum.engine import Engine
+from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.step import step
+from drumstick.parameters.scene import Scene
 from realtime.float_mode import flush_denormals, restore
 from realtime.jit import Record, njit
 from realtime.lent import lend
-from sound_server.build import new_engine
-from sound_server.engine import Engine
-from sound_server.events import StrikeRing
-from sound_server.step import step
 
 RATE = 48_000
 

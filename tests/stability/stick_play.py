@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from drumstick import exact
-from drumstick.law import law_of, thrown
-from drumstick.scene import Scene
+from drumstick.parameters.scene import Scene
+from drumstick.stick.law import law_of, thrown
+from drumstick.stick.motion import exact
 
 MOST_EVENTS = 60
 

@@ -10,9 +10,9 @@ import numpy as np
 import zenoh
 from rig_process import is_subscribed
 
-from drumstick.law import law_of
-from drumstick.parameters import Refusal, table_of, values_of, with_changes
-from drumstick.scene import Scene, as_tables
+from drumstick.parameters.scene import Scene, as_tables
+from drumstick.parameters.table import Refusal, table_of, values_of, with_changes
+from drumstick.stick.law import law_of
 from ports import free_port
 from protocol.keys import Keys
 from protocol.messages import (

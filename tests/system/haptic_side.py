@@ -14,11 +14,11 @@ from typing import TypeVar
 
 import zenoh
 
-from drumstick.scene import Scene, as_tables
+from drumstick.drum.calibrate import blow_at
+from drumstick.parameters.scene import Scene, as_tables
 from protocol.keys import Keys
 from protocol.messages import Clock, Meter, State, Strike, decode, encode
 from protocol.session import router_config
-from sound_server.calibrate import blow_at
 
 _T = TypeVar("_T")
 PATIENCE_S = 60.0  # how long a test waits for something that must come; kernels may have to compile first

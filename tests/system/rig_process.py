@@ -25,7 +25,7 @@ from protocol.messages import Message, RefusalReply, State, decode
 from protocol.session import open_client
 from rig.folder import run_folder
 
-DRUMSTICK = [sys.executable, "-c", "from rig.command import main; main()"]
+DRUMSTICK = [sys.executable, "-c", "from rig.cli.command import main; main()"]
 PATIENCE_S = 60.0  # how long a test waits for something that must come; kernels may have to compile first
 
 

@@ -70,7 +70,7 @@ def test_handshakes_that_stand_keep_no_other_machine_out(tmp_path: Path) -> None
             venue.join(name, address)
         venue["haptic"].run("nft", "-f", str(FILTER))
         public = f"tls/{HAPTIC}:7448"
-        start("haptic", "-m", "haptic_server.door", "--public", public, "--carry", "r", *mine.options())
+        start("haptic", "-m", "haptic_server.access", "--public", public, "--carry", "r", *mine.options())
         good = start("sound", "-c", JOIN, public, *map(str, theirs))
         assert good.stdout is not None
         assert good.stdout.readline() == "in\n"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from lateness_pair import WARM_TICKS, CLoop, Kept, ServoLoop, Window, built, compared, window
 
-from drumstick.scene import parse, shipped_text
+from drumstick.parameters.scene import parse, shipped_text
 from haptic_server import block, files
 from haptic_server.records import NO_FAULT
 
@@ -66,7 +66,7 @@ def test_what_a_window_keeps_is_what_the_servo_counts(servo: ServoLoop, folder: 
 
 
 def _law() -> np.dtype[np.void]:
-    from drumstick.law import law_of
+    from drumstick.stick.law import law_of
 
     return law_of(parse(shipped_text("roll"), "roll")).dtype
 

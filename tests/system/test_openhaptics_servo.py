@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from rig_process import wait_for
 
-from drumstick.law import law_of
-from drumstick.scene import parse, shipped_text
+from drumstick.parameters.scene import parse, shipped_text
+from drumstick.stick.law import law_of
 from haptic_server import block, files
-from haptic_server.device.openhaptics import library
+from haptic_server.device.openhaptics.driver import library
 from haptic_server.records import FAULT, READY, STATUS, UNPLUGGED
 from hd_stand_in import CENTRE_MM, build
 from realtime import triple

@@ -25,7 +25,7 @@ from websockets.asyncio.client import connect
 from websockets.exceptions import InvalidStatus
 from websockets.typing import Origin, Subprotocol
 
-from rig import certificates
+from rig.identity import certificates
 
 pytestmark = pytest.mark.system
 FILES = Path(__file__).parents[2] / "deploy" / "proxy"

@@ -17,7 +17,7 @@ from panel_wire import Visitor, dial_port
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.connection import Connection
 
-from drumstick.scene import parse, shipped_text
+from drumstick.parameters.scene import parse, shipped_text
 
 
 @pytest.fixture

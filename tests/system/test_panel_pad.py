@@ -10,7 +10,7 @@ from panel_process import PanelProcess
 from panel_wire import dial_port
 from playwright.sync_api import Browser, Page, WebSocket, expect
 
-from drumstick.scene import parse, shipped_text
+from drumstick.parameters.scene import parse, shipped_text
 
 pytestmark = [pytest.mark.system, pytest.mark.needs("chromium")]
 MOST_PADS = 16

@@ -10,7 +10,7 @@ from fake_rig import FakeRig, wait_until
 from panel_process import PanelProcess
 from playwright.sync_api import Browser, Locator, Page, expect
 
-from drumstick.scene import Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene, parse, shipped_text
 
 pytestmark = [pytest.mark.system, pytest.mark.needs("chromium")]
 

@@ -19,12 +19,12 @@ from pythonosc.osc_message import OscMessage
 from rig_process import DRUMSTICK, Listener, ask, reason_of, reply_to, running, wait_for
 from wav_heard import RATE, onsets_s, sound_in
 
-from drumstick.scene import Scene, as_tables
+from drumstick.drum.calibrate import blow_at
+from drumstick.parameters.scene import Scene, as_tables
 from protocol.keys import Keys
 from protocol.messages import Clock, Contact, Meter, Readback, State, Strike, decode
 from protocol.session import client_config
 from recordings import a_release, a_state, a_strike, made
-from sound_server.calibrate import blow_at
 from streamed_engine import streamed
 
 

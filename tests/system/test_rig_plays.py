@@ -241,7 +241,7 @@ def test_help_imports_nothing_heavy() -> None:
     """What makes --help quick, without a clock: none of the heavy packages is imported for it."""
     code = (
         "import sys; sys.argv=['drumstick','--help']\n"
-        "from rig.command import main\n"
+        "from rig.cli.command import main\n"
         "try: main()\n"
         "except SystemExit: pass\n"
         "print(sorted({'numba','numpy','zenoh','viser','sounddevice','msgspec','cryptography'} & set(sys.modules)))"

@@ -17,7 +17,7 @@ from protocol.identity import Identity
 from protocol.keys import Keys
 from protocol.messages import Readback, State, Strike, decode
 from protocol.session import client_config, open_client
-from rig.rig_file import load
+from rig.identity.rig_file import load
 
 pytestmark = pytest.mark.system
 FILES = Path(__file__).parents[2] / "deploy" / "zenoh"

@@ -33,17 +33,17 @@ from rig_process import (
     wait_for,
 )
 
-from drumstick.scene import from_tables
+from drumstick.parameters.scene import from_tables
 from made_keys import Keyring
 from protocol.identity import Identity
 from protocol.keys import Keys
 from protocol.messages import Meter, Readback, Release, State, Strike, decode
 from protocol.session import client_config, open_client
-from rig.rig_file import load
-from web_panel.mirror import Mirror
-from web_panel.rig_link import RigLink
-from web_panel.watching import DOCTOR, RELEASES, STRIKES
-from web_panel.wishes import Wish
+from rig.identity.rig_file import load
+from web_panel.rig.mirror import Mirror
+from web_panel.rig.rig_link import RigLink
+from web_panel.rig.watching import DOCTOR, RELEASES, STRIKES
+from web_panel.tuning.wishes import Wish
 
 pytestmark = pytest.mark.system
 
@@ -395,7 +395,7 @@ def test_a_door_that_is_killed_comes_back_and_no_strike_is_missed_at_home(
     with stage.client("listener") as session:
         far = Listener(session, stage.keys.strike, Strike)
         wait_for("strikes here and there", lambda: len(at_home.got) > 5 and len(far.got) > 5)
-        os.kill(stage.rig.children()["haptic_server.door"], signal.SIGKILL)
+        os.kill(stage.rig.children()["haptic_server.access"], signal.SIGKILL)
         seen = len(far.got)
         wait_for("strikes through the new door", lambda: len(far.got) > seen + 5)
     seqs = [strike.seq for strike in at_home.got]
@@ -413,7 +413,7 @@ def test_only_the_public_listener_is_added_to_the_sockets(stage: Stage, local: z
     assert ports >= {f"{stage.rig.zenoh_port:04X}", f"{stage.rig.osc_in:04X}"}
     assert all(address.partition(":")[0].endswith(LOOPBACK) for address in at_home)
     # The door: its listener, its clients' links, and one end of the link to the gateway.
-    ports = [address.partition(":")[2] for address in bound(children["haptic_server.door"])]
+    ports = [address.partition(":")[2] for address in bound(children["haptic_server.access"])]
     assert len([port for port in ports if port != f"{stage.port:04X}"]) == 1
 
 

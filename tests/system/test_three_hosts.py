@@ -22,7 +22,7 @@ from rig_process import assert_steady, stood_still_s, wait_for
 from three_hosts import AHEAD_S, HAPTIC, Probe, Running, ThreeHosts, seconds
 from wav_heard import RATE, sound_in
 
-from drumstick.scene import shipped_text
+from drumstick.parameters.scene import shipped_text
 from haptic_server.servo.witness import Witnesses
 from protocol.messages import Meter, State, Strike
 
@@ -143,7 +143,7 @@ def test_a_killed_router_and_its_public_listener_come_back(stage: Playing) -> No
     stage.wait_played(10)
     before, meter = stage.state, stage.meter
     children = stage.running["haptic"].children()
-    for service in ("haptic_server.gateway", "haptic_server.door"):
+    for service in ("haptic_server.gateway", "haptic_server.access"):
         os.kill(children[service], signal.SIGKILL)
     wait_for("telemetry here", lambda: stage.state.t_ns > before.t_ns + 1_500_000_000)
     wait_for("telemetry there", lambda: stage.far.last(State).t_ns > before.t_ns + 1_500_000_000)

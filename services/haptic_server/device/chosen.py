@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from drumstick.scene import Scene
+from drumstick.parameters.scene import Scene
 from haptic_server.device.protocol import Device, DeviceError
 
 KINDS = "simulated, pointer, openhaptics or replay:FILE"
@@ -25,7 +25,7 @@ def chosen(words: str, scene: Scene, pose_is_held: bool = False, folder: Path | 
         return Pointed(scene)
     if words == "openhaptics":
         from haptic_server.device.openhaptics.device import OpenHaptics
-        from haptic_server.servo.rendering import render
+        from haptic_server.servo.force.rendering import render
 
         return OpenHaptics(render, pose_is_held=pose_is_held)
     if kind == "replay" and rest:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from drumstick.scene import Scene
+from drumstick.parameters.scene import Scene
 from haptic_server.device.protocol import DeviceError
 from haptic_server.device.recording import LARGEST_BYTES, Recording, RecordingError, recording_of
 from realtime.regular_file import read_lines

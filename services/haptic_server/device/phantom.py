@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.segment import Segment, propagate
+from drumstick.stick.motion.segment import Segment, propagate
 from haptic_server.device.hand import hand_at, later
 from realtime.jit import Record, njit
 

@@ -6,7 +6,7 @@ the gateway and the block. It can move this hand and nothing else: a panic or a 
 
 import numpy as np
 
-from drumstick.scene import Scene
+from drumstick.parameters.scene import Scene
 from haptic_server.device import paced, simulated
 from haptic_server.device.pointed_hand import HAND, LIFTED_M
 from haptic_server.device.protocol import Info

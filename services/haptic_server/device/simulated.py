@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.scene import Scene
+from drumstick.parameters.scene import Scene
 from haptic_server import files
 from haptic_server.device import gesture, paced
 from haptic_server.device.hand import GESTURE, GESTURES

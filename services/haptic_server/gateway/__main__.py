@@ -9,20 +9,20 @@ from collections.abc import Mapping
 from ipaddress import ip_network
 from pathlib import Path
 
-from drumstick.law import law_of
-from drumstick.parameters import values_of
-from drumstick.scene import SceneError, as_tables, parse
+from drumstick.parameters.scene import SceneError, as_tables, parse
+from drumstick.parameters.table import values_of
+from drumstick.stick.law import law_of
 from haptic_server import files, limits
-from haptic_server.gateway.contacts import contacts_of
 from haptic_server.gateway.extras import Extras, Lacking
 from haptic_server.gateway.link import rehearse, wait_for_servo
 from haptic_server.gateway.osc.front import LOOPBACK, OscFront
-from haptic_server.gateway.pointing import Pointing
 from haptic_server.gateway.presets import Presets
 from haptic_server.gateway.relay import Relay
-from haptic_server.gateway.scene_door import SceneDoor
 from haptic_server.gateway.settings import ParameterDesk
-from haptic_server.gateway.wire import Wire
+from haptic_server.gateway.zenoh.contacts import contacts_of
+from haptic_server.gateway.zenoh.pointing import Pointing
+from haptic_server.gateway.zenoh.scene_door import SceneDoor
+from haptic_server.gateway.zenoh.wire import Wire
 from haptic_server.presets.store import PresetStore
 from protocol.identity import add_options, identity_of
 from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, Keys

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Protocol
 
-from drumstick.parameters import Parameter
+from drumstick.parameters.table import Parameter
 from haptic_server.gateway.lease import Holder
 from protocol.messages import SetReply
 from protocol.requests import ANYBODY, Claim
@@ -26,7 +26,7 @@ class Desk(Protocol):
         ...
 
     def set(self, changes: Mapping[str, float], source: str, claim: Claim = ANYBODY) -> SetReply:
-        """Set all of `changes` or, raising drumstick.parameters.Refusal, none. Blocks a few ms at most.
+        """Set all of `changes` or, raising drumstick.parameters.table.Refusal, none. Blocks a few ms at most.
 
         No readback follows an answer that is not pending: what was set is so already.
 

@@ -5,7 +5,7 @@ The caller's lock guards it. Times are seconds of any clock that does not go bac
 
 from typing import NamedTuple
 
-from drumstick.parameters import Refusal
+from drumstick.parameters.table import Refusal
 
 LONGEST_S = 5.0
 _LONGEST_NAME = 60

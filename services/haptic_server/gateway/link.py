@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from drumstick import envelope
-from drumstick.law import Records
+from drumstick.safety import envelope
+from drumstick.stick.law import Records
 from haptic_server import block as blocks
 from haptic_server.front import is_alive, is_held, raise_panic
 from haptic_server.records import EVENT, POINTER, STATUS, set_type

@@ -11,11 +11,11 @@ import sys
 import time
 from typing import TYPE_CHECKING, Any
 
-from haptic_server.gateway.contacts import Contacts
 from haptic_server.gateway.link import ServoLink
-from haptic_server.gateway.pointing import Pointing
 from haptic_server.gateway.settings import Echo, ParameterDesk
-from haptic_server.gateway.wire import Wire
+from haptic_server.gateway.zenoh.contacts import Contacts
+from haptic_server.gateway.zenoh.pointing import Pointing
+from haptic_server.gateway.zenoh.wire import Wire
 from haptic_server.presets.last_good import LastGood
 from haptic_server.records import FAULT, FAULT_WORDS, NO_FAULT, STATUS_WORDS, STRIKE
 from haptic_server.servo.priority import no_timer_slack

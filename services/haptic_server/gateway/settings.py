@@ -10,10 +10,11 @@ import time
 from collections.abc import Callable, Iterable, Mapping
 from typing import NamedTuple
 
-from drumstick import envelope, parameters
-from drumstick.law import Records
-from drumstick.parameters import Parameter, Refusal
-from drumstick.scene import Scene
+from drumstick.parameters import table as parameters
+from drumstick.parameters.scene import Scene
+from drumstick.parameters.table import Parameter, Refusal
+from drumstick.safety import envelope
+from drumstick.stick.law import Records
 from haptic_server.gateway.lease import Holder, Lease
 from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.rounding import is_same

@@ -11,10 +11,10 @@ import sys
 import threading
 from pathlib import Path
 
-from drumstick import envelope
-from drumstick.law import law_of
-from drumstick.parameters import Refusal
-from drumstick.scene import Scene, SceneError, parse
+from drumstick.parameters.scene import Scene, SceneError, parse
+from drumstick.parameters.table import Refusal
+from drumstick.safety import envelope
+from drumstick.stick.law import law_of
 from haptic_server import block, contacts, files
 from haptic_server.device.chosen import KINDS, chosen
 from haptic_server.device.protocol import Device, DeviceError
@@ -23,7 +23,7 @@ from haptic_server.limits import limits_of
 from haptic_server.limits import write as write_limits
 from haptic_server.records import FAULT_WORDS, NO_FAULT
 from haptic_server.servo import memory, priority, trace
-from haptic_server.servo.latch import passes
+from haptic_server.servo.force.latch import passes
 from haptic_server.servo.pulse import Pulse
 from haptic_server.servo.streaming import stream_to
 from realtime.atomics import poke

@@ -5,20 +5,21 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from drumstick import envelope, exact
-from drumstick.law import thrown
-from drumstick.scene import Scene
+from drumstick.parameters.scene import Scene
+from drumstick.safety import envelope
+from drumstick.safety.fence import fence_of
+from drumstick.stick.law import thrown
+from drumstick.stick.motion import exact
 from haptic_server import contacts
 from haptic_server.block import HELD, Block
 from haptic_server.device.hand import GESTURE
 from haptic_server.device.specification import EXACT_STICK, Specification
 from haptic_server.limits import lead_s, limits_of
 from haptic_server.records import EVENT, PLAN, PLAYER, READING, STATUS, set_type
-from haptic_server.servo.fence import fence_of
-from haptic_server.servo.guard import ALLOWED, GUARD, may_add
+from haptic_server.servo.force.guard import ALLOWED, GUARD, may_add
+from haptic_server.servo.force.velocity import new_track
 from haptic_server.servo.streaming import Stream, stream_to
 from haptic_server.servo.trace import TICKS, TRACE
-from haptic_server.servo.velocity import new_track
 from realtime.atomics import peek
 
 

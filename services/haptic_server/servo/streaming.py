@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drumstick import exact
+from drumstick.stick.motion import exact
 from haptic_server.block import Slots
 from haptic_server.contacts import LISTENED, SAMPLE, ContactRing
 from realtime import ring

@@ -3,12 +3,13 @@
 Tick thread: no allocation, no locks, no Python, no exceptions.
 """
 
-from drumstick import composition, exact
-from drumstick.contact_ahead import contact_ahead
+from drumstick.stick import composition
+from drumstick.stick.contact_ahead import contact_ahead
+from drumstick.stick.motion import exact
 from haptic_server.records import FAULT, PANIC, PLAYING, READY, RELEASE, STRIKE
 from haptic_server.servo import streaming
+from haptic_server.servo.force.orders import forget_arm
 from haptic_server.servo.memory import Servo
-from haptic_server.servo.orders import forget_arm
 from realtime import ring, triple
 from realtime.jit import njit
 

@@ -13,19 +13,18 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from drumstick import exact
-from drumstick.contact_ahead import Foreseen, contact_ahead
-from drumstick.law import law_of, thrown
-from drumstick.scene import Scene, parse, shipped_text
+from drumstick.drum.build import new_engine
+from drumstick.drum.engine import Engine
+from drumstick.drum.excitation import playing
+from drumstick.drum.excitation.analytic import PULSE, begin, bend, mean_force
+from drumstick.drum.excitation.offline import Press, Score
+from drumstick.drum.excitation.strikes import Blow, StrikeRing
+from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.stick.contact_ahead import Foreseen, contact_ahead
+from drumstick.stick.law import law_of, thrown
+from drumstick.stick.motion import exact
 from realtime.jit import Record, njit
 from realtime.lent import lend
-from sound_server.build import new_engine
-from sound_server.engine import Engine
-from sound_server.events import StrikeRing
-from sound_server.excitation import PULSE, begin, bend, mean_force
-from sound_server.render import Blow
-from sound_server.stream import playing
-from sound_server.stream.offline import Press, Score
 
 SCENE = "roll"
 _SETTLED = 60  # contacts until each is like the one before

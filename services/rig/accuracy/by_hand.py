@@ -12,22 +12,22 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.scene import Scene
+from drumstick.drum.build import new_engine
+from drumstick.drum.engine import Engine
+from drumstick.drum.excitation.analytic import POOL, PULSE, begin
+from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.membrane.heads import aligned
+from drumstick.drum.membrane.lanes import WIDTH
+from drumstick.drum.membrane.places import corners_of
+from drumstick.drum.membrane.rows import step_of
+from drumstick.drum.membrane.strip import LEFT
+from drumstick.drum.step import step
+from drumstick.parameters.scene import Scene
 from realtime.float_mode import flush_denormals, restore
 from realtime.jit import Record, Records, njit
 from realtime.lent import lend
 from rig.accuracy.heads import DEVICE_RATE_Hz
 from rig.accuracy.timing import Window, spent_ns
-from sound_server.build import new_engine
-from sound_server.engine import Engine
-from sound_server.events import StrikeRing
-from sound_server.excitation import POOL, PULSE, begin
-from sound_server.membrane.heads import aligned
-from sound_server.membrane.lanes import WIDTH
-from sound_server.membrane.places import corners_of
-from sound_server.membrane.rows import step_of
-from sound_server.membrane.strip import LEFT
-from sound_server.step import step
 
 GOAL = 1.03  # of what is written by hand: no effects cost no effects
 PLACE = (0.3, 0.2)

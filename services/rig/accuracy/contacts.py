@@ -1,7 +1,7 @@
 """How wrong a played roll is against another: its first contacts, and the speed and the rate of its limit cycle.
 
-Contacts have shape (n, 5) or more, columns as drumstick.simulate.COLUMNS: t_in (s), v_in (m/s), t_out (s), v_out (m/s),
-v_E (m/s). Any thread.
+Contacts have shape (n, 5) or more, columns as drumstick.stick.simulate.COLUMNS: t_in (s), v_in (m/s), t_out (s), v_out
+(m/s), v_E (m/s). Any thread.
 """
 
 import math
@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.simulate import COLUMNS
+from drumstick.stick.simulate import COLUMNS
 
 Contacts = npt.NDArray[np.float64]
 

@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.drum_effects import DRUM_EFFECTS
-from drumstick.scene import Scene
+from drumstick.drum.build import size_of
+from drumstick.drum.calibrate import blow_at, build
+from drumstick.drum.excitation.strikes import Blow, StrikeRing
+from drumstick.drum.render import render
+from drumstick.parameters.drum_effects import DRUM_EFFECTS
+from drumstick.parameters.scene import Scene
 from rig.accuracy.heads import DEVICE_RATE_Hz, sounding
 from rig.accuracy.timing import ENGINES, SWEEP, Window, apart, in_turn, plain_sweep
-from sound_server.build import size_of
-from sound_server.calibrate import blow_at, build
-from sound_server.events import StrikeRing
-from sound_server.render import Blow, render
 
 ALL, NONE = "all", "none"
 QUICK = ("air_loss", "internal_loss", "tension", "cavity")  # the rest would compile for a minute more

@@ -4,8 +4,8 @@ import statistics
 from collections.abc import Iterator
 from typing import Any
 
-from drumstick.drum_effects import DRUM_EFFECTS
-from drumstick.scene import EFFECTS
+from drumstick.parameters.drum_effects import DRUM_EFFECTS
+from drumstick.parameters.scene import EFFECTS
 from rig.accuracy import drum_effects, stick_effects
 from rig.accuracy.by_hand import Race
 from rig.accuracy.job import Job

@@ -15,11 +15,11 @@ from typing import Any
 
 import numpy as np
 
+from drumstick.drum.render import render
 from rig.accuracy import blows, wire_cost
 from rig.accuracy.blows import Numbers
 from rig.accuracy.job import Job
 from rig.accuracy.timing import CHAIN, Window, chain, in_turn
-from sound_server.render import render
 
 RATES_HZ = (500.0, 1000.0, 2000.0, 4000.0)
 BAND_Hz = 1000.0

@@ -10,10 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drumstick import contact, envelope
-from drumstick.law import law_of
-from drumstick.parameters import Refusal
-from drumstick.scene import Scene, parse
+from drumstick.parameters.scene import Scene, parse
+from drumstick.parameters.table import Refusal
+from drumstick.safety import envelope
+from drumstick.stick import contact
+from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server.device.simulated import Simulated
 from haptic_server.limits import limits_of

@@ -1,7 +1,7 @@
 """Estimates of the speed from positions that come in counts: the servo's own, and plain ones to compare it with.
 
-The servo has one, a window as long as a straight line explains the positions (haptic_server.servo.velocity); it is
-called here as it stands. Fixed windows and a low-pass of the plain difference exist in this file only. Besides: a
+The servo has one, a window as long as a straight line explains the positions (haptic_server.servo.force.velocity); it
+is called here as it stands. Fixed windows and a low-pass of the plain difference exist in this file only. Besides: a
 simulated arm that falls on the rendered head, with the plant, the law and the guard of the servo itself. Any thread; no
 allocation in the kernels, which stand in one file: the kernel cache does not see an edit of another file of `rig`.
 """
@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.events import ABOVE
+from drumstick.stick.motion.events import ABOVE
 from haptic_server.device import phantom
-from haptic_server.servo import guard
+from haptic_server.servo.force import guard
+from haptic_server.servo.force.rendering import ask, see
+from haptic_server.servo.force.velocity import LONGEST, follow, forget, new_track
 from haptic_server.servo.memory import Servo
-from haptic_server.servo.rendering import ask, see
-from haptic_server.servo.velocity import LONGEST, follow, forget, new_track
 from realtime.jit import Record, njit
 from realtime.lent import lend
 
@@ -50,7 +50,8 @@ def filter_of(name: str, period_s: float) -> npt.NDArray[np.void]:
 
 @njit()
 def estimate(kind: Record, track: Record, t_s: float, z_m: float, slack_m: float) -> float:
-    """Add a position; returns the speed in m/s by the filter `kind`. Else as haptic_server.servo.velocity.follow."""
+    """Add a position; returns the speed in m/s by the filter `kind`. Else as
+    haptic_server.servo.force.velocity.follow."""
     if kind.ticks == 0:
         return follow(track, t_s, z_m, slack_m)
     newest = (track.newest + 1) % LONGEST

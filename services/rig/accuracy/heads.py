@@ -5,20 +5,20 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from drumstick.drum import Mesh
-from drumstick.scene import Scene
+from drumstick.drum.block import render_all
+from drumstick.drum.build import new_engine
+from drumstick.drum.calibrate import full_scale
+from drumstick.drum.engine import Engine
+from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.membrane.lattice import Lattice
+from drumstick.drum.membrane.scheme import Scheme, tuned
+from drumstick.drum.step_numbers import Numbers as StepNumbers
+from drumstick.parameters.drum import Mesh
+from drumstick.parameters.scene import Scene
 from realtime.jit import Record
 from rig.accuracy.modes import Numbers, Step
 from rig.accuracy.plain_mesh import PlainMesh, plain_mesh, plain_steps
 from rig.accuracy.timing import Window, spent_ns
-from sound_server.build import new_engine
-from sound_server.calibrate import full_scale
-from sound_server.engine import Engine
-from sound_server.events import StrikeRing
-from sound_server.membrane.lattice import Lattice
-from sound_server.membrane.scheme import Scheme, tuned
-from sound_server.render import render_all
-from sound_server.step_numbers import Numbers as StepNumbers
 
 DEVICE_RATE_Hz = 48_000
 BLOCK = 128

@@ -6,15 +6,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drumstick.drum import Modal
-from drumstick.scene import Scene
+from drumstick.drum.build import new_engine, size_of
+from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.modal.bank import Bank
+from drumstick.parameters.drum import Modal
+from drumstick.parameters.scene import Scene
 from realtime.jit import Record
 from rig.accuracy.heads import DEVICE_RATE_Hz, sounding
 from rig.accuracy.modes import MODES, Poles, poles_of
 from rig.accuracy.timing import Window
-from sound_server.build import new_engine, size_of
-from sound_server.events import StrikeRing
-from sound_server.modal.bank import Bank
 
 F01_Hz = Scene("drum").drum.f01_Hz
 _UPDATES_A_MODE = 3.0  # a mode costs as much as some junctions

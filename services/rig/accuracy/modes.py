@@ -13,9 +13,9 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 import numpy.typing as npt
 
-from sound_server.membrane.lattice import J01, Lattice
-from sound_server.membrane.scheme import Scheme
-from sound_server.modal.modes import modes_below
+from drumstick.drum.membrane.lattice import J01, Lattice
+from drumstick.drum.membrane.scheme import Scheme
+from drumstick.drum.modal.modes import modes_below
 
 MODES = 20  # the lowest, a pair counts twice
 _AS_MANY_ZEROS = 12.0  # J_m has zeros for more than twenty modes below this one

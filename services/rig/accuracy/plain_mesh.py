@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from drumstick.drum.membrane.lattice import Lattice
+from drumstick.drum.membrane.scheme import Losses, Scheme
 from realtime.jit import njit
-from sound_server.membrane.lattice import Lattice
-from sound_server.membrane.scheme import Losses, Scheme
 
 Plane = npt.NDArray[np.float64]
 
@@ -73,7 +73,7 @@ def plain_steps(mesh: PlainMesh, at: int, steps: int) -> None:
 
 
 def plain_mesh(lattice: Lattice, scheme: Scheme, losses: Losses) -> PlainMesh:
-    """At rest, with even losses: the gains of sound_server.membrane.scheme's step."""
+    """At rest, with even losses: the gains of drumstick.drum.membrane.scheme's step."""
     held_back = 1.0 + losses.s
     spans = np.zeros(lattice.spans.shape, np.int64)
     for row, weights in enumerate(lattice.weights):

@@ -12,7 +12,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from realtime.kernel_cache import hash_of_all
 from rig.accuracy.job import Job
 from rig.accuracy.peers.windows import versions
-from rig.this_machine import description
+from rig.machine.this_machine import description
 
 PARTS = ("stick", "servo", "mesh", "excitation", "effects")
 _WIDTH = 46  # of the words beside the bar

@@ -13,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy import integrate
 
-from drumstick.effects.pulse import Pulse
-from drumstick.scene import Scene
+from drumstick.parameters.scene import Scene
+from drumstick.stick.effects.pulse import Pulse
 
 METHOD, RTOL, ATOL = "DOP853", 1e-10, 1e-12
 LONGEST_S = 1.0  # no flight and no contact of the cases lasts longer
@@ -44,7 +44,8 @@ class Stretch(NamedTuple):
 
 
 class Played(NamedTuple):
-    """The contacts, shape (count, 5), the first columns of drumstick.simulate.COLUMNS; the stretches between events."""
+    """The contacts, shape (count, 5), the first columns of drumstick.stick.simulate.COLUMNS; the stretches between
+    events."""
 
     contacts: npt.NDArray[np.float64]
     stretches: list[Stretch]

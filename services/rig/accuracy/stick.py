@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drumstick.methods.carry import ORDERS, STEPPERS
-from drumstick.scene import parse, shipped_text
-from drumstick.simulate import EXACT, Stepper, simulate
+from drumstick.parameters.scene import parse, shipped_text
+from drumstick.stick.methods.carry import ORDERS, STEPPERS
+from drumstick.stick.simulate import EXACT, Stepper, simulate
 from rig.accuracy.contacts import AVERAGED, COMPARED, SETTLED, Contacts, Errors, errors
 from rig.accuracy.job import Job
 from rig.accuracy.timing import CHAIN, Window, chain, in_turn, spent_ns

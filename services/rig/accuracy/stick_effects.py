@@ -12,10 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from drumstick import cost, exact
-from drumstick.law import law_of, motion_type, thrown
-from drumstick.scene import EFFECTS, Scene, parse, shipped_text
-from drumstick.simulate import COLUMNS, simulate
+from drumstick.parameters.scene import EFFECTS, Scene, parse, shipped_text
+from drumstick.stick import cost
+from drumstick.stick.law import law_of, motion_type, thrown
+from drumstick.stick.motion import exact
+from drumstick.stick.simulate import COLUMNS, simulate
 from realtime.jit import Record, Records, njit
 from rig.accuracy.timing import CHAIN, ENGINES, Window, apart, chain, in_turn, spent_ns
 

@@ -16,7 +16,7 @@ from rig.accuracy.peers import compiled, supercollider
 from rig.accuracy.peers.heard import Numbers, cents_heard, free_square, round_modes
 from rig.accuracy.peers.windows import missing, of_library, of_supercollider, versions
 from rig.accuracy.timing import SWEEP, Window, in_turn, plain_sweep
-from rig.this_machine import description
+from rig.machine.this_machine import description
 
 Row = dict[str, Any]
 STORED = "stored_peers.json"

@@ -5,17 +5,17 @@ from typing import Any
 
 import numpy as np
 
+from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.excitation.timeline import stream_of
 from haptic_server.contacts import SAMPLE
-from haptic_server.gateway.pieces import Pieces
+from haptic_server.gateway.zenoh.pieces import Pieces
 from protocol.clock import HapticClock
 from protocol.complaints import Complaints
 from protocol.messages import Strike, encode
 from rig.accuracy import blows
 from rig.accuracy.timing import Window, spent_ns
-from sound_server.events import StrikeRing
-from sound_server.stream.desk import ContactDesk
-from sound_server.stream.timeline import stream_of
-from sound_server.strikes import StrikeDesk
+from sound_server.receiving.desk import ContactDesk
+from sound_server.receiving.strikes import StrikeDesk
 
 _STRIKES = 20  # in a window: their pieces fit into the ring of a stream
 _APART_S = 0.05

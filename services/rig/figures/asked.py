@@ -5,9 +5,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from drumstick.analysis.sweep import Axis
-from drumstick.parameters import Parameter, Refusal, table_of
-from drumstick.scene import Scene
+from drumstick.analysis.cycles.sweep import Axis
+from drumstick.parameters.scene import Scene
+from drumstick.parameters.table import Parameter, Refusal, table_of
 from rig.fault import wrong
 
 _FORM = "write NAME=LOW:HIGH:COUNT or NAME=LOW:HIGH:COUNT:log, e.g. dv_pls=0.05:2:100"

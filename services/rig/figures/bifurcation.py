@@ -4,8 +4,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from drumstick.analysis.sweep import MEASURED, Swept
-from drumstick.scene import Scene
+from drumstick.analysis.cycles.sweep import MEASURED, Swept
+from drumstick.parameters.scene import Scene
 from rig.figures.heading import axis_label, heading, own_value, scale_of
 from rig.figures.style import BLUE, DPI, GREY, INK, NO_ROLL, WIDTH_IN, legend_below, scaled, styled
 

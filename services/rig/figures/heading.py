@@ -5,11 +5,11 @@ from collections.abc import Collection
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.effects.cor_pulse import CorPulse
-from drumstick.effects.pulse import Pulse
-from drumstick.law import law_of
-from drumstick.parameters import table_of, values_of
-from drumstick.scene import Scene
+from drumstick.parameters.scene import Scene
+from drumstick.parameters.table import table_of, values_of
+from drumstick.stick.effects.cor_pulse import CorPulse
+from drumstick.stick.effects.pulse import Pulse
+from drumstick.stick.law import law_of
 from rig.figures.style import Scale
 
 _WHEN = {"entry": "at entry", "turn": "at the deepest point", "exit": "at exit"}

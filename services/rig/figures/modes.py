@@ -2,8 +2,8 @@
 
 from matplotlib.figure import Figure
 
+from drumstick.drum.heard import Heard, Mode
 from rig.figures.style import BLUE, DPI, GREY, WIDTH_IN, styled
-from sound_server.heard import Heard, Mode
 
 _COLUMNS = ["mode m, n", "ideal, Hz", "heard, Hz", "error, cents", "level, dB"]
 

@@ -6,13 +6,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from drumstick.analysis import lap
-from drumstick.analysis.cycle import Cycle
-from drumstick.analysis.lap import scratch_of
-from drumstick.law import law_of
-from drumstick.scene import Scene
-from drumstick.simulate import simulate
-from drumstick.trajectory import Trajectory, onward, trajectory
+from drumstick.analysis.cycles import lap
+from drumstick.analysis.cycles.cycle import Cycle
+from drumstick.analysis.cycles.lap import scratch_of
+from drumstick.parameters.scene import Scene
+from drumstick.stick.law import law_of
+from drumstick.stick.simulate import simulate
+from drumstick.stick.trajectory import Trajectory, onward, trajectory
 from rig.figures.heading import heading
 from rig.figures.style import BLUE, GREEN, HEAD, INK, ORANGE, PURPLE, VERMILION, legend_below, sheet, styled
 

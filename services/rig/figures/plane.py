@@ -7,8 +7,8 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from drumstick.analysis.sweep import BUZZ_HZ, BUZZING, CAPTURED, LEFT, STABLE, Swept
-from drumstick.scene import Scene
+from drumstick.analysis.cycles.sweep import BUZZ_HZ, BUZZING, CAPTURED, LEFT, STABLE, Swept
+from drumstick.parameters.scene import Scene
 from rig.figures.heading import axis_label, heading, own_value, scale_of
 from rig.figures.style import BUZZ, GREY, HEAT, INK, NO_ROLL, ROLL, WIDTH_IN, scaled, sheet, styled
 

@@ -8,11 +8,11 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from drumstick.analysis.fixed_points import fixed_points
-from drumstick.analysis.lap import scratch_of
+from drumstick.analysis.cycles.fixed_points import fixed_points
+from drumstick.analysis.cycles.lap import scratch_of
 from drumstick.analysis.speeds import roll_speeds
-from drumstick.law import law_of
-from drumstick.scene import Scene
+from drumstick.parameters.scene import Scene
+from drumstick.stick.law import law_of
 from rig.figures.heading import axis_label, heading, scale_of
 from rig.figures.style import BLUE, GREY, INK, ORANGE, VERMILION, legend_below, scaled, sheet, styled
 

@@ -8,13 +8,13 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from drumstick import exact
-from drumstick.analysis import lap
-from drumstick.analysis.cycle import Cycle
-from drumstick.analysis.return_map import return_map as settled_map
+from drumstick.analysis.cycles import lap
+from drumstick.analysis.cycles.cycle import Cycle
+from drumstick.analysis.cycles.return_map import return_map as settled_map
 from drumstick.analysis.unpulsed import NEVER_REPEATING
-from drumstick.law import law_of, thrown
-from drumstick.scene import Scene
+from drumstick.parameters.scene import Scene
+from drumstick.stick.law import law_of, thrown
+from drumstick.stick.motion import exact
 from rig.figures.heading import heading
 from rig.figures.style import BLUE, GREY, INK, NO_ROLL, SKY, VERMILION, legend_below, sheet, styled
 

@@ -9,9 +9,9 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.analysis.sweep import KINDS, MEASURED, Swept
-from drumstick.parameters import table_of
-from drumstick.scene import Scene
+from drumstick.analysis.cycles.sweep import KINDS, MEASURED, Swept
+from drumstick.parameters.scene import Scene
+from drumstick.parameters.table import table_of
 from rig.figures.predictions import Forecast
 from rig.figures.return_map import Curves
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from drumstick.analysis.sweep import Axis
-from drumstick.law import law_of
-from drumstick.parameters import Z_H0, table_of, values_of
-from drumstick.scene import Scene
+from drumstick.analysis.cycles.sweep import Axis
+from drumstick.parameters.scene import Scene
+from drumstick.parameters.table import Z_H0, table_of, values_of
+from drumstick.stick.law import law_of
 
 LINE_POINTS, FORECAST_POINTS, PLANE_POINTS = 240, 36, 41
 # How strong a pulse is, and over which factors below and above the scene's own. gamma stands beside beta in

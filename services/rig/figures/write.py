@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 from rich.console import Console
 from rich.progress import Progress, TaskID
 
+from drumstick.analysis.cycles.sweep import STABLE, Axis, Swept, sweep
 from drumstick.analysis.findings import Findings
-from drumstick.analysis.sweep import STABLE, Axis, Swept, sweep
 from drumstick.analysis.unpulsed import NEVER_REPEATING
-from drumstick.scene import Scene
+from drumstick.parameters.scene import Scene
 from rig.figures import tables, usual
 from rig.figures.bifurcation import bifurcation
 from rig.figures.phase_plane import phase_plane

@@ -10,8 +10,8 @@ from protocol.identity import add_options, identity_of
 from protocol.keys import Keys
 from realtime.log import open_log
 from rig.fault import Stop, lacking
-from rig.record import recorded, words
-from rig.settled import FarEnd
+from rig.recording.record import recorded, words
+from rig.supervision.settled import FarEnd
 
 _log = logging.getLogger("record")
 _MOST_PARTS = 10_000

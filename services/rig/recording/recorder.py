@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
 
-from drumstick.parameters import table_of
-from drumstick.scene import Scene, SceneError, from_tables
+from drumstick.parameters.scene import Scene, SceneError, from_tables
+from drumstick.parameters.table import table_of
 from protocol.complaints import Complaints
 from protocol.messages import Message, Meter, decode
 from realtime.log import say
@@ -24,7 +24,7 @@ from rig.recording.filing import CLOCK_METADATA, SCENE_ATTACHMENT, Filing
 from rig.recording.gaps import Gaps
 from rig.recording.listening import Came, Heard, Item, Listening, NewClock, NewScene
 from rig.recording.times import TimeLine, wall_minus_monotonic_ns
-from rig.settled import FarEnd
+from rig.supervision.settled import FarEnd
 
 _TURN_S = 0.1
 _QUIET_S = 1.0  # between complaints

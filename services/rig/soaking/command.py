@@ -13,7 +13,7 @@ from rig.figures import ready
 from rig.soaking.quicker import quicker
 from rig.soaking.result import Result
 from rig.soaking.samples import Samples
-from rig.terminal import Terminal
+from rig.supervision.terminal import Terminal
 
 VIRTUAL_S, REAL_S, REAL_SPEED = 3600.0, 1800.0, 20.0
 JSON, CSV, FIGURE = "soak.json", "soak.csv", "soak.png"

@@ -7,18 +7,18 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, cast
 
-from drumstick.law import law_of
-from drumstick.parameters import Refusal, values_of
-from drumstick.scene import Scene, as_tables
+from drumstick.parameters.scene import Scene, as_tables
+from drumstick.parameters.table import Refusal, values_of
+from drumstick.stick.law import law_of
 from haptic_server import limits
 from haptic_server.device.simulated import Simulated
 from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.osc.front import OscFront
 from haptic_server.gateway.presets import Presets
 from haptic_server.gateway.relay import Relay
-from haptic_server.gateway.scene_door import SceneDoor
 from haptic_server.gateway.settings import ParameterDesk
-from haptic_server.gateway.wire import Wire
+from haptic_server.gateway.zenoh.scene_door import SceneDoor
+from haptic_server.gateway.zenoh.wire import Wire
 from haptic_server.presets.store import PresetStore
 from protocol import osc
 from protocol.keys import Keys

@@ -4,7 +4,7 @@ import json
 import random
 from pathlib import Path
 
-from drumstick.scene import Scene, as_tables
+from drumstick.parameters.scene import Scene, as_tables
 from protocol.clock import ClockMap, HapticClock, RoundTrip
 from protocol.messages import Release, State, Strike, decode, encode
 from realtime import ring
@@ -66,9 +66,9 @@ class SoundDesk:
     def __init__(self, clocks: Clocks) -> None:
         import numpy as np
 
+        from drumstick.drum.excitation.strikes import EVENT, RING_SLOTS, StrikeRing
         from protocol.complaints import Complaints
-        from sound_server.events import EVENT, RING_SLOTS, StrikeRing
-        from sound_server.strikes import StrikeDesk
+        from sound_server.receiving.strikes import StrikeDesk
 
         self._clocks = clocks
         self._now_ns = 0

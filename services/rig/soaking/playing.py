@@ -12,12 +12,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import IO, Any
 
-from drumstick.parameters import table_of
-from drumstick.scene import parse
+from drumstick.parameters.scene import parse
+from drumstick.parameters.table import table_of
 from rig.folder import run_folder
 from rig.soaking import companion, usage
 
-_DRUMSTICK = (sys.executable, "-c", "from rig.command import main; main()")
+_DRUMSTICK = (sys.executable, "-c", "from rig.cli.command import main; main()")
 _STOP_WITHIN_S = 20.0
 # Which parameter the visitor moves: the first of these that the scene has.
 _MOVED = ("dv_pls", "gamma", "k_hand")

@@ -11,7 +11,7 @@ import tomllib
 from collections.abc import Mapping
 from typing import Any, cast
 
-from drumstick.scene import Scene, as_tables, parse
+from drumstick.parameters.scene import Scene, as_tables, parse
 from rig.fault import wrong
 
 MOST = 100.0
@@ -72,7 +72,7 @@ def _scaled(table: Mapping[str, Any], speed: float) -> dict[str, Any]:
 
 
 def _check(text: str, source: str, speed: float) -> Scene:
-    from drumstick.scene import SceneError
+    from drumstick.parameters.scene import SceneError
 
     try:
         return parse(text, f"{source} at --speed {speed:g}")

@@ -26,7 +26,7 @@ class Result:
 
     def as_json(self, scene: str) -> dict[str, Any]:
         """One plain object, machine included."""
-        from rig.this_machine import description
+        from rig.machine.this_machine import description
 
         return {
             "machine": description(),

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.law import law_of
-from drumstick.scene import Scene
+from drumstick.parameters.scene import Scene
+from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server.device.simulated import Simulated
 from haptic_server.records import EVENT, RELEASE, STRIKE

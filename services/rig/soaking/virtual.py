@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from drumstick.scene import Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene, parse, shipped_text
 from haptic_server.records import PLAYING
 from realtime import ring
 from realtime.stop import StopRequest

@@ -8,8 +8,8 @@ import sys
 
 import msgspec
 
-from drumstick.parameters import Refusal
-from drumstick.scene import from_tables
+from drumstick.parameters.scene import from_tables
+from drumstick.parameters.table import Refusal
 from web_panel.computing.questions import Answer, FindTheory, Foresee, Question, Trouble
 
 _NICENESS = (

@@ -3,13 +3,13 @@
 from collections.abc import Mapping
 from typing import Any
 
-from drumstick import envelope
-from drumstick.analysis.lap import scratch_of
-from drumstick.analysis.settling import settle
+from drumstick.analysis.cycles.lap import scratch_of
+from drumstick.analysis.cycles.settling import settle
 from drumstick.analysis.unpulsed import NEVER_REPEATING
-from drumstick.law import law_of
-from drumstick.parameters import Refusal, table_of, with_changes
-from drumstick.scene import Scene
+from drumstick.parameters.scene import Scene
+from drumstick.parameters.table import Refusal, table_of, with_changes
+from drumstick.safety import envelope
+from drumstick.stick.law import law_of
 from web_panel.computing.questions import Foreseen
 
 

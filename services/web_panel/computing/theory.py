@@ -8,15 +8,15 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.analysis import lap
-from drumstick.analysis.fixed_points import fixed_points
-from drumstick.analysis.lap import scratch_of
-from drumstick.analysis.return_map import OF_V_E, ReturnMap
+from drumstick.analysis.cycles import lap
+from drumstick.analysis.cycles.fixed_points import fixed_points
+from drumstick.analysis.cycles.lap import scratch_of
+from drumstick.analysis.cycles.return_map import OF_V_E, ReturnMap
 from drumstick.analysis.unpulsed import NEVER_REPEATING
-from drumstick.law import Records, law_of
-from drumstick.parameters import Z_H0, table_of, with_changes
-from drumstick.scene import Scene
-from drumstick.trajectory import onward
+from drumstick.parameters.scene import Scene
+from drumstick.parameters.table import Z_H0, table_of, with_changes
+from drumstick.stick.law import Records, law_of
+from drumstick.stick.trajectory import onward
 from web_panel.computing.questions import Curve, Theory
 
 Numbers = npt.NDArray[np.float64]

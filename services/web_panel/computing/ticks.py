@@ -2,8 +2,8 @@
 
 import dataclasses
 
-from drumstick import cost
-from drumstick.scene import Scene
+from drumstick.parameters.scene import Scene
+from drumstick.stick import cost
 from web_panel.computing.questions import Ticks
 
 _TICKS, _REPEATS = 4000, 5

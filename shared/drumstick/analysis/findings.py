@@ -7,16 +7,16 @@ from dataclasses import dataclass
 from typing import Any
 
 from drumstick.analysis import predictions
-from drumstick.analysis.cycle import Cycle
-from drumstick.analysis.fixed_points import fixed_points
+from drumstick.analysis.cycles.cycle import Cycle
+from drumstick.analysis.cycles.fixed_points import fixed_points
+from drumstick.analysis.cycles.lap import scratch_of
+from drumstick.analysis.cycles.settling import End, settle
 from drumstick.analysis.flight import flight
 from drumstick.analysis.gain import overdamped
-from drumstick.analysis.lap import scratch_of
 from drumstick.analysis.rebound import capture_speed, rebound
-from drumstick.analysis.settling import End, settle
 from drumstick.analysis.unpulsed import NEVER_REPEATING
-from drumstick.law import law_of
-from drumstick.scene import Scene
+from drumstick.parameters.scene import Scene
+from drumstick.stick.law import law_of
 
 
 @dataclass(frozen=True)

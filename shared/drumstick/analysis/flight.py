@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drumstick import exact
-from drumstick.analysis import lap
+from drumstick.analysis.cycles import lap
 from drumstick.analysis.unpulsed import repeating, unpulsed_law
-from drumstick.law import thrown
-from drumstick.scene import Scene
+from drumstick.parameters.scene import Scene
+from drumstick.stick.law import thrown
+from drumstick.stick.motion import exact
 
 
 class Flight(NamedTuple):

@@ -10,11 +10,11 @@ settles at dv/(1 + alpha).
 """
 
 from drumstick.analysis.gain import gain, kappa, overdamped
-from drumstick.contact import beta_eq3
-from drumstick.effects.cor_pulse import CorPulse
-from drumstick.effects.pulse import Pulse
-from drumstick.scene import Scene
-from drumstick.stick import Stick
+from drumstick.parameters.scene import Scene
+from drumstick.parameters.stick import Stick
+from drumstick.stick.contact import beta_eq3
+from drumstick.stick.effects.cor_pulse import CorPulse
+from drumstick.stick.effects.pulse import Pulse
 
 # Effects of the head that change R_in or K_coll within a contact: kappa has no closed form then.
 ALTERED_HEADS = ("hysteretic_spring", "negative_damping")

@@ -9,12 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drumstick import exact
-from drumstick.analysis import lap
+from drumstick.analysis.cycles import lap
 from drumstick.analysis.unpulsed import repeating, unpulsed_law
-from drumstick.effects.negative_damping import NegativeDamping
-from drumstick.law import thrown
-from drumstick.scene import Scene
+from drumstick.parameters.scene import Scene
+from drumstick.stick.effects.negative_damping import NegativeDamping
+from drumstick.stick.law import thrown
+from drumstick.stick.motion import exact
 
 # Entry speeds that are tried, in units of the speed at which the head's spring reaches as deep as the hand presses.
 _SLOWEST, _STEP = 1e-6, 0.75

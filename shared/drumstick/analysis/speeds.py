@@ -11,13 +11,13 @@ from typing import NamedTuple
 import numpy as np
 
 from drumstick.analysis import predictions
+from drumstick.analysis.cycles.lap import Numbers, scratch_of
+from drumstick.analysis.cycles.settling import settle
 from drumstick.analysis.flight import flight
-from drumstick.analysis.lap import Numbers, scratch_of
 from drumstick.analysis.rebound import rebound
-from drumstick.analysis.settling import settle
 from drumstick.analysis.unpulsed import NEVER_REPEATING
-from drumstick.law import law_of
-from drumstick.scene import Scene
+from drumstick.parameters.scene import Scene
+from drumstick.stick.law import law_of
 
 
 class RollSpeeds(NamedTuple):

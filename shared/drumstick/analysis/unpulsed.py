@@ -6,8 +6,8 @@ of a sampling clock, is not one number.
 
 import dataclasses
 
-from drumstick.law import Records, law_of
-from drumstick.scene import Scene
+from drumstick.parameters.scene import Scene
+from drumstick.stick.law import Records, law_of
 
 # Their motion has no return map that repeats: seeded noise, the logistic map's own state, a free-running clock.
 NEVER_REPEATING = ("system_delay", "noise", "chaos")

@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pytest
 
+from drumstick.drum import outlook
+from drumstick.drum.membrane.heads import head_of
+from drumstick.drum.membrane.scheme import Scheme
 from membranes import Membrane
 from rig.accuracy import heads, modes
 from rig.accuracy.heads import SCHEMES, head_at, plain_step, played_step
 from rig.accuracy.modal_bank import banks
 from rig.accuracy.modes import cents_off, decay_error, dispersion, measured, patterns_of
-from sound_server import outlook
-from sound_server.membrane.heads import head_of
-from sound_server.membrane.scheme import Scheme
 
 # Of waves on the lattice; and of the first twenty modes, which the rim's own error, of third order, holds back.
 WAVE_ORDER = {"limit": 2, "lossless": 2, "rectilinear": 2, "fourth": 4}

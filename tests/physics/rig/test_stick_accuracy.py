@@ -5,8 +5,8 @@ import pytest
 
 import bounces
 import stick_cases
-from drumstick.methods.carry import ORDERS, STEPPERS
-from drumstick.simulate import Stepper
+from drumstick.stick.methods.carry import ORDERS, STEPPERS
+from drumstick.stick.simulate import Stepper
 from rig.accuracy.contacts import Errors, cycle_of
 from rig.accuracy.stick import EXACT_ERROR, SCENE, Roll
 

@@ -6,10 +6,10 @@ import math
 import numpy as np
 import pytest
 
-from drumstick.drum_effects import AirLoss, Cavity, InternalLoss, Muffle, Rim, Snare, Tension
+from drumstick.drum.engine import Engine
+from drumstick.drum.membrane.scheme import Scheme
+from drumstick.parameters.drum_effects import AirLoss, Cavity, InternalLoss, Muffle, Rim, Snare, Tension
 from membranes import energy
-from sound_server.engine import Engine
-from sound_server.membrane.scheme import Scheme
 from stability.catalogue import shows
 from stability.mesh_steps import drum_of, engine_of, height, strike, take
 

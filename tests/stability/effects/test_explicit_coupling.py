@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from drumstick.drum_effects import Cavity, Muffle, Snare, Tension
+from drumstick.drum.effects.snare import met
+from drumstick.drum.membrane.scheme import even_losses
+from drumstick.drum.step_numbers import Numbers
+from drumstick.parameters.drum_effects import Cavity, Muffle, Snare, Tension
 from membranes import energy
-from sound_server.effects.snare import met
-from sound_server.membrane.scheme import even_losses
-from sound_server.step_numbers import Numbers
 from stability.catalogue import shows
 from stability.dense_mesh import DenseMesh, Plane, grown
 from stability.mesh_steps import RATE, drum_of, engine_of, strike, take

@@ -9,15 +9,24 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from drumstick.drum_effects import DRUM_EFFECTS, AirLoss, Cavity, InternalLoss, Muffle, Snare, Tension
-from drumstick.scene import Scene
+from drumstick.drum.block import render_all
+from drumstick.drum.build import new_engine
+from drumstick.drum.calibrate import blow_at, build, full_scale
+from drumstick.drum.engine import Engine
+from drumstick.drum.excitation.strikes import Blow, StrikeRing
+from drumstick.drum.membrane.scheme import Losses
+from drumstick.drum.render import render
+from drumstick.parameters.drum_effects import (
+    DRUM_EFFECTS,
+    AirLoss,
+    Cavity,
+    InternalLoss,
+    Muffle,
+    Snare,
+    Tension,
+)
+from drumstick.parameters.scene import Scene
 from membranes import energy
-from sound_server.build import new_engine
-from sound_server.calibrate import blow_at, build, full_scale
-from sound_server.engine import Engine
-from sound_server.events import StrikeRing
-from sound_server.membrane.scheme import Losses
-from sound_server.render import Blow, render, render_all
 from stability.catalogue import shows
 
 RATE = 48000

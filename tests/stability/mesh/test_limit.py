@@ -6,9 +6,9 @@ import math
 import numpy as np
 import pytest
 
-from drumstick.drum_effects import Cavity, InternalLoss, Tension
-from drumstick.scene import SceneError, parse
-from sound_server.step_numbers import Numbers
+from drumstick.drum.step_numbers import Numbers
+from drumstick.parameters.drum_effects import Cavity, InternalLoss, Tension
+from drumstick.parameters.scene import SceneError, parse
 from stability.catalogue import shows
 from stability.dense_mesh import DenseMesh, Plane, grown
 from stability.mesh_steps import drum_of

@@ -4,9 +4,9 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from drumstick.drum.build import size_of
 from membranes import Membrane, energy
 from realtime.jit import njit
-from sound_server.build import size_of
 from stability.catalogue import shows
 from stability.mesh_steps import drum_of, engine_of, strike, take
 

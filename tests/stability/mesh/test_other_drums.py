@@ -4,10 +4,10 @@ import dataclasses
 
 import numpy as np
 
-from drumstick.drum_effects import Tension
-from sound_server.calibrate import build
-from sound_server.engine import Engine
-from sound_server.events import StrikeRing
+from drumstick.drum.calibrate import build
+from drumstick.drum.engine import Engine
+from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.parameters.drum_effects import Tension
 from sound_server.stage import GONE, Stage, mix
 from stability.catalogue import shows
 from stability.mesh_steps import RATE, drum_of, engine_of, height, strike, take

@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pytest
 
-from drumstick.drum_effects import Cavity, InternalLoss, Muffle, Rim, Snare, Tension
+from drumstick.drum.block import render_all
+from drumstick.drum.calibrate import build, full_scale
+from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.parameters.drum_effects import Cavity, InternalLoss, Muffle, Rim, Snare, Tension
 from membranes import energy
 from protocol.complaints import Complaints
 from protocol.messages import Strike, encode
-from sound_server.calibrate import build, full_scale
-from sound_server.events import StrikeRing
-from sound_server.render import render_all
-from sound_server.strikes import StrikeDesk
+from sound_server.receiving.strikes import StrikeDesk
 from stability.catalogue import shows
 from stability.dense_mesh import DenseMesh
 from stability.mesh_steps import RATE, drum_of, engine_of, height, strike, take

@@ -7,15 +7,15 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from drumstick.drum import Drum, Modal
-from drumstick.drum_effects import Cavity, InternalLoss, Tension
-from drumstick.scene import Scene
+from drumstick.drum.block import render_all
+from drumstick.drum.calibrate import build, full_scale
+from drumstick.drum.engine import Engine
+from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.parameters.drum import Drum, Modal
+from drumstick.parameters.drum_effects import Cavity, InternalLoss, Tension
+from drumstick.parameters.scene import Scene
 from quiet import least_seconds
 from realtime.jit import njit
-from sound_server.calibrate import build, full_scale
-from sound_server.engine import Engine
-from sound_server.events import StrikeRing
-from sound_server.render import render_all
 from stability.catalogue import shows
 from stability.mesh_steps import take
 

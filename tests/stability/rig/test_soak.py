@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from drumstick.scene import shipped_text
+from drumstick.parameters.scene import shipped_text
 from realtime.stop import StopRequest
 from rig.soaking import virtual
 from rig.soaking.quicker import quicker
@@ -30,7 +30,7 @@ def soaked(place: Path, also: virtual.Take | None = None) -> Result:
 @pytest.mark.timeout(300)
 def test_a_rig_in_virtual_time_passes_and_is_told_whole(tmp_path: Path) -> None:
     """In a process of its own, as it is used: what a test runner allocates is none of the rig's growth."""
-    command = [sys.executable, "-c", "from rig.command import main; main()", "soak", "--json"]
+    command = [sys.executable, "-c", "from rig.cli.command import main; main()", "soak", "--json"]
     command += ["--duration", str(SPAN_S), "--speed", str(SPEED), "--out", str(tmp_path)]
     ended = subprocess.run(command, capture_output=True, text=True, timeout=280, check=False)
     told = json.loads(ended.stdout)

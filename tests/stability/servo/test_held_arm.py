@@ -8,11 +8,11 @@ import pytest
 import arm_witness
 import held_arms
 import live_sets
-from drumstick import envelope
-from drumstick.effects.pulse import Pulse
-from drumstick.law import law_of
-from drumstick.parameters import Refusal
-from drumstick.scene import Scene
+from drumstick.parameters.scene import Scene
+from drumstick.parameters.table import Refusal
+from drumstick.safety import envelope
+from drumstick.stick.effects.pulse import Pulse
+from drumstick.stick.law import law_of
 from haptic_server.records import NO_FAULT, SELF_DRIVEN
 from haptic_server.servo import loop
 from held_arms import KNOWN, Trial, play, scene_of

@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 
 import live_sets
 import sampled_arm
-from drumstick import envelope
-from drumstick.law import law_of
-from drumstick.parameters import Refusal
-from drumstick.scene import Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.parameters.table import Refusal
+from drumstick.safety import envelope
+from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server.device.pointer import Pointed
 from haptic_server.records import EVENT, NO_FAULT, POINTER

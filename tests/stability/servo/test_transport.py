@@ -15,7 +15,7 @@ import numpy.typing as npt
 import pytest
 
 import transport
-from drumstick.law import law_of
+from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server.records import EVENT
 from realtime import ring, triple

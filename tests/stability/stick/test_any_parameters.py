@@ -11,12 +11,14 @@ from hypothesis import strategies as st
 
 import stick_cases
 from any_scene import COMBINATIONS, PULSES, STICKS, eased, likely_scenes, scenes
-from drumstick import bounds, composition, envelope, exact
-from drumstick.effects.pulse import Pulse
-from drumstick.law import Records, law_of, thrown
-from drumstick.scene import Scene
-from drumstick.simulate import COLUMNS, simulate
-from drumstick.stick import Stick
+from drumstick.parameters.scene import Scene
+from drumstick.parameters.stick import Stick
+from drumstick.safety import bounds, envelope
+from drumstick.stick import composition
+from drumstick.stick.effects.pulse import Pulse
+from drumstick.stick.law import Records, law_of, thrown
+from drumstick.stick.motion import exact
+from drumstick.stick.simulate import COLUMNS, simulate
 from stability.catalogue import shows
 from stability.stick_play import MOST_EVENTS, play_on
 

@@ -2,10 +2,10 @@
 
 import pytest
 
-from drumstick.methods.carry import STEPPERS
-from drumstick.scene import Scene
-from drumstick.simulate import Stepper, simulate
-from drumstick.stick import Stick
+from drumstick.parameters.scene import Scene
+from drumstick.parameters.stick import Stick
+from drumstick.stick.methods.carry import STEPPERS
+from drumstick.stick.simulate import Stepper, simulate
 from stability.catalogue import shows
 
 # Found by chance: without a hand's spring, in a head so damped that it lets go and holds again, ever smaller.

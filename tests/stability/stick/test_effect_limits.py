@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from drumstick.declare import quantities
-from drumstick.scene import EFFECTS, Scene
-from drumstick.simulate import COLUMNS, Stepper, simulate
-from drumstick.stick import Stick
+from drumstick.parameters.declare import quantities
+from drumstick.parameters.scene import EFFECTS, Scene
+from drumstick.parameters.stick import Stick
+from drumstick.stick.simulate import COLUMNS, Stepper, simulate
 from stability.catalogue import shows
 from stability.stick_play import play_on
 

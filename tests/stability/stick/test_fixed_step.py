@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import stick_cases
-from drumstick.effects.pulse import Pulse
-from drumstick.methods.carry import STEPPERS
-from drumstick.scene import Scene
-from drumstick.simulate import COLUMNS, Stepper, simulate
-from drumstick.stick import Stick
+from drumstick.parameters.scene import Scene
+from drumstick.parameters.stick import Stick
+from drumstick.stick.effects.pulse import Pulse
+from drumstick.stick.methods.carry import STEPPERS
+from drumstick.stick.simulate import COLUMNS, Stepper, simulate
 from stability.catalogue import shows
 
 TICK_S = 1e-3

@@ -6,10 +6,10 @@ from fractions import Fraction
 import pytest
 
 import stick_cases
-from drumstick import exact, stepping
-from drumstick.law import Records, law_of, thrown
-from drumstick.methods.carry import STEPPERS
-from drumstick.stick import Stick
+from drumstick.parameters.stick import Stick
+from drumstick.stick.law import Records, law_of, thrown
+from drumstick.stick.methods.carry import STEPPERS
+from drumstick.stick.motion import exact, stepping
 from stability.catalogue import shows
 
 

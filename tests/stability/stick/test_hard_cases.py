@@ -13,13 +13,14 @@ import numpy as np
 import pytest
 
 import stick_cases
-from drumstick import contact, exact
-from drumstick.effects.cor_pulse import CorPulse
-from drumstick.effects.pulse import Pulse
-from drumstick.law import law_of, thrown
-from drumstick.scene import Scene
-from drumstick.simulate import COLUMNS, simulate
-from drumstick.stick import Stick
+from drumstick.parameters.scene import Scene
+from drumstick.parameters.stick import Stick
+from drumstick.stick import contact
+from drumstick.stick.effects.cor_pulse import CorPulse
+from drumstick.stick.effects.pulse import Pulse
+from drumstick.stick.law import law_of, thrown
+from drumstick.stick.motion import exact
+from drumstick.stick.simulate import COLUMNS, simulate
 from stability.catalogue import shows
 
 A = stick_cases.STICK_A

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import stick_cases
-from drumstick.simulate import COLUMNS, Stepper, simulate
+from drumstick.stick.simulate import COLUMNS, Stepper, simulate
 from stability.catalogue import shows
 
 ROW = next(row for row in stick_cases.rows("limit_cycles.csv") if row["case"] == "A_stick_X")

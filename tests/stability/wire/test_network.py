@@ -16,7 +16,7 @@ import pytest
 from protocol.clock import ClockMap, RoundTrip
 from protocol.complaints import Complaints
 from protocol.messages import Strike, encode
-from sound_server.strikes import StrikeDesk
+from sound_server.receiving.strikes import StrikeDesk
 from stability.catalogue import shows
 
 MS = 1_000_000

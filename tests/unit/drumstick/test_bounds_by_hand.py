@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 from scipy.optimize import brentq
 
-from drumstick import blow, bounds
-from drumstick.contact import PAPER, UNILATERAL
-from drumstick.law import Records, law_of
-from drumstick.scene import parse
+from drumstick.parameters.scene import parse
+from drumstick.safety import blow, bounds
+from drumstick.stick.contact import PAPER, UNILATERAL
+from drumstick.stick.law import Records, law_of
 
 M, K = 0.02, 800.0  # sqrt(m K) = 4 N s/m, and half a turn takes 15.7 ms
 SPRING = math.sqrt(M * K)

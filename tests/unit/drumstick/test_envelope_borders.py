@@ -4,11 +4,11 @@ import math
 
 import pytest
 
-from drumstick import bounds, envelope
-from drumstick.envelope import Limits, judge, new_room, predicted, require
-from drumstick.law import Records, law_of
-from drumstick.parameters import Refusal
-from drumstick.scene import Scene, parse
+from drumstick.parameters.scene import Scene, parse
+from drumstick.parameters.table import Refusal
+from drumstick.safety import bounds, envelope
+from drumstick.safety.envelope import Limits, judge, new_room, predicted, require
+from drumstick.stick.law import Records, law_of
 
 T = 1e-3
 ARM = Limits(8.5, 1.5, 0.0, 3500.0, T, 0, T / 2.0, 0.064, 0.15, 500.0, 3e-5)

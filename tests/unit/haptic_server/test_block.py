@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drumstick.law import law_of
-from drumstick.scene import Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server import files
 from haptic_server.records import PANIC, set_type

@@ -7,15 +7,16 @@ import numpy as np
 import pytest
 
 import live_sets
-from drumstick import envelope, parameters
-from drumstick.law import law_of
-from drumstick.parameters import Refusal
+from drumstick.parameters import table as parameters
+from drumstick.parameters.table import Refusal
+from drumstick.safety import envelope
+from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.settings import ParameterDesk
 from haptic_server.records import NO_FAULT, OUT_OF_BOUNDS, PLAYING, STALLED
 from haptic_server.servo import loop
-from haptic_server.servo.guard import STALL_FAULT_S, STALL_PAUSE_S
+from haptic_server.servo.force.guard import STALL_FAULT_S, STALL_PAUSE_S
 from live_sets import PERIOD_NS, T
 from realtime import triple
 from stability.catalogue import shows

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 import live_sets
-from drumstick.law import law_of
-from drumstick.parameters import Refusal
+from drumstick.parameters.table import Refusal
+from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server import front, permission
 from haptic_server.device.simulated import Simulated
@@ -15,7 +15,8 @@ from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.settings import ParameterDesk
 from haptic_server.permission import EVENTS, FAULTED, FREE, MAY_PUSH, PANICKED, REFUSED, STATES
 from haptic_server.records import FAULT, PANIC, PLAYING, READY, TOO_FAST
-from haptic_server.servo import loop, memory, orders, telling
+from haptic_server.servo import loop, memory, telling
+from haptic_server.servo.force import orders
 from protocol.requests import ANYBODY, Claim
 from realtime.atomics import add_to, peek, poke
 

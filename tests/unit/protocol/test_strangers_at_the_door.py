@@ -128,7 +128,7 @@ def test_a_clients_certificate_makes_no_listener(keyring: Keyring, role: str) ->
 def test_a_listeners_certificate_that_has_ended(keyring: Keyring, tmp_path: Path) -> None:
     from datetime import timedelta
 
-    from rig import certificates
+    from rig.identity import certificates
 
     port = free_port()
     old = keyring.identity(

@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parents[3]
 PROGRAM = """
 import ctypes, json, warnings
 warnings.simplefilter("always")
-from drumstick import contact
+from drumstick.stick import contact
 from realtime import jit, kernel_cache
 
 @jit.cfunction("float64(float64)")
@@ -25,7 +25,7 @@ def twice(x):
 value = contact.beta_eq3(0.015, 5000.0, 1.3)
 called = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)(twice.address)(21.0)
 hits = sum(contact.beta_eq3.stats.cache_hits.values())
-folder = kernel_cache.folder_of("drumstick.contact")
+folder = kernel_cache.folder_of("drumstick.stick.contact")
 print(json.dumps([None if folder is None else str(folder), value, called, hits]))
 """
 EXPECTED_BETA = 0.78941675618  # exp(-R pi / sqrt(4 m K - R^2)) of set A
@@ -104,7 +104,7 @@ def test_a_changed_source_gets_another_folder(tmp_path: Path) -> None:
     """An edit in any file that the kernel's own imports, however far, leaves the old code behind; others do not."""
     copy = _copied(tmp_path / "copy")
     first, _, _ = _run(tmp_path / "cache", tmp_path / "program.py", copy)
-    for untouched in ("drumstick/analysis/gain.py", "drumstick/stick.py"):
+    for untouched in ("drumstick/analysis/gain.py", "drumstick/parameters/stick.py"):
         _edit(copy / "shared" / untouched)
         same, hits, _ = _run(tmp_path / "cache", tmp_path / "program.py", copy)
         assert (same, hits) == (first, 1)
@@ -139,10 +139,10 @@ print(json.dumps(sorted(loaded - seen)))
 """
     path = os.pathsep.join(str(ROOT / part) for part in ("shared", "services"))
     for module in (
-        "drumstick.exact",
-        "haptic_server.servo.tick",
-        "sound_server.render",
-        "drumstick.envelope",
+        "drumstick.stick.motion.exact",
+        "haptic_server.servo.force.tick",
+        "drumstick.drum.render",
+        "drumstick.safety.envelope",
     ):
         done = subprocess.run(
             [sys.executable, "-c", program, module], env=dict(os.environ, PYTHONPATH=path), capture_output=True,
@@ -154,16 +154,16 @@ print(json.dumps(sorted(loaded - seen)))
 def test_old_folders_are_cleared_away(tmp_path: Path) -> None:
     root = tmp_path / "cache" / "haptic-drumstick" / "kernels"
     for age in range(10):
-        for module in ("drumstick.contact", "drumstick.contact_ahead"):
+        for module in ("drumstick.stick.contact", "drumstick.stick.contact_ahead"):
             old = root / f"{module}-{age:016d}"
             old.mkdir(parents=True)
             os.utime(old, (1000 + age, 1000 + age))
     folder, _, _ = _run(tmp_path / "cache", tmp_path / "program.py")
     assert folder is not None
-    left = {path.name for path in root.glob("drumstick.contact-*")}
+    left = {path.name for path in root.glob("drumstick.stick.contact-*")}
     assert len(left) == 4
-    assert {Path(folder).name, f"drumstick.contact-{9:016d}"} <= left
-    assert len(list(root.glob("drumstick.contact_ahead-*"))) == 10
+    assert {Path(folder).name, f"drumstick.stick.contact-{9:016d}"} <= left
+    assert len(list(root.glob("drumstick.stick.contact_ahead-*"))) == 10
 
 
 # The program says each step that it was given to stand before, and goes on with the next line of its standard input.
@@ -278,9 +278,9 @@ def test_two_that_save_at_once_never_share_a_file(start: Callable[..., Process])
 # How fast a roll with each of these effects can get: kernels too long to be copied into their caller.
 SPEEDS = """
 import json, sys
-from drumstick import bounds
-from drumstick.law import law_of
-from drumstick.scene import EFFECTS, Scene
+from drumstick.safety import bounds
+from drumstick.stick.law import law_of
+from drumstick.parameters.scene import EFFECTS, Scene
 
 print(json.dumps([
     bounds.blows_of(law_of(Scene(name, effects={name: EFFECTS[name]()}))[0]) for name in sys.argv[1:]

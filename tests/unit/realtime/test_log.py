@@ -60,7 +60,7 @@ SERVICES = Path(__file__).resolve().parents[3] / "services"
 MAINS = (
     "haptic_server/servo",
     "haptic_server/gateway",
-    "haptic_server/door",
+    "haptic_server/access",
     "sound_server",
     "web_panel",
     "rig/recording",
@@ -151,6 +151,6 @@ raise ValueError("in main")
 
 @pytest.mark.parametrize("where", ["2>/dev/full", "2>&-", "1>&- 2>&-"])
 def test_a_command_whose_words_are_lost_keeps_its_exit_status(where: str) -> None:
-    command = f"exec '{sys.executable}' -c 'from rig.command import main; main()' scene show nope {where}"
+    command = f"exec '{sys.executable}' -c 'from rig.cli.command import main; main()' scene show nope {where}"
     done = subprocess.run(["sh", "-c", command], stdout=subprocess.PIPE)
     assert (done.returncode, done.stdout) == (2, b"")

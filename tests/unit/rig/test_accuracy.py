@@ -12,14 +12,14 @@ import pytest
 import worse
 from typer.testing import CliRunner
 
-from drumstick.scene import parse
+from drumstick.parameters.scene import parse
 from realtime.kernel_cache import hash_of_all
 from rig import folder
 from rig.accuracy import command, store
 from rig.accuracy.choices import choices
 from rig.accuracy.peers import windows
 from rig.accuracy.run import PARTS, begun, fill
-from rig.command import app
+from rig.cli.command import app
 from rig.figures.accuracy import FIGURES, write
 
 

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from drumstick.envelope import Limits
-from drumstick.law import law_of
-from drumstick.scene import parse, shipped_text
+from drumstick.parameters.scene import parse, shipped_text
+from drumstick.safety.envelope import Limits
+from drumstick.stick.law import law_of
 from haptic_server import block, files, front, limits
-from rig import scene_change, wanted_scene
+from rig import wanted_scene
+from rig.supervision import scene_change
 
 Break = Callable[[Path], object]
 HARMS: dict[str, Break] = {

@@ -13,13 +13,12 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 
+from drumstick.analysis.cycles.sweep import KINDS, MEASURED, STABLE, Axis, Swept, sweep
 from drumstick.analysis.findings import analyse
-from drumstick.analysis.sweep import KINDS, MEASURED, STABLE, Axis, Swept, sweep
-from drumstick.effects.pulse import Pulse
-from drumstick.scene import Scene
-from drumstick.simulate import simulate
-from drumstick.stick import Stick
-from rig.analyse import analyse as analyse_command
+from drumstick.parameters.scene import Scene
+from drumstick.parameters.stick import Stick
+from drumstick.stick.effects.pulse import Pulse
+from drumstick.stick.simulate import simulate
 from rig.fault import GIVEN, LACKING, Stop
 from rig.figures import asked, ready, tables, usual
 from rig.figures.bifurcation import bifurcation
@@ -30,6 +29,7 @@ from rig.figures.predictions import branches, filling, open_forecast, prediction
 from rig.figures.return_map import curves, return_map, telling_throw
 from rig.figures.return_map import played as played_from
 from rig.figures.style import BLUE, HEAD, INK, save
+from rig.offline.analyse import analyse as analyse_command
 from stick_cases import STICK_A, scene
 
 ROLL = scene(STICK_A, Pulse(0.2, 0.002, "exit", 1))

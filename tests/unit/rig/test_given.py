@@ -5,13 +5,15 @@ from pathlib import Path
 
 import pytest
 
-from drumstick.law import law_of
-from drumstick.scene import Scene
+from drumstick.parameters.scene import Scene
+from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from realtime.atomics import peek, poke
-from rig import arm, checks, folder, ports
+from rig import checks, folder
 from rig.fault import GIVEN, LACKING, Stop
-from rig.plan import Options, commands
+from rig.machine import ports
+from rig.supervision import arm
+from rig.supervision.plan import Options, commands
 
 
 @pytest.fixture

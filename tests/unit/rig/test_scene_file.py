@@ -4,11 +4,13 @@ from pathlib import Path
 
 import pytest
 
-from drumstick.scene import shipped_gesture, shipped_text
+from drumstick.parameters.scene import shipped_gesture, shipped_text
 from haptic_server import files
-from rig import scene_file, scenes_shown, up
+from rig import scene_file
 from rig.fault import GIVEN, Stop
-from rig.plan import HAPTIC, Options
+from rig.offline import scenes_shown
+from rig.supervision import up
+from rig.supervision.plan import HAPTIC, Options
 
 
 def scene_in(folder: Path, gesture: str | bytes | None) -> str:

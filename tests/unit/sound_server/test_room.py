@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from drumstick.drum import Drum as DrumOfScene
-from drumstick.scene import Scene
+from drumstick.parameters.drum import Drum as DrumOfScene
+from drumstick.parameters.scene import Scene
 from protocol.clock import HapticClock
 from protocol.complaints import Complaints
 from protocol.messages import Contact, Strike, encode

@@ -8,13 +8,13 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from drumstick.drum import Drum
-from drumstick.scene import Scene
-from sound_server.calibrate import build
-from sound_server.engine import Engine
-from sound_server.events import StrikeRing
-from sound_server.limiter import limited
-from sound_server.render import render_all
+from drumstick.drum.block import render_all
+from drumstick.drum.calibrate import build
+from drumstick.drum.engine import Engine
+from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.output.limiter import limited
+from drumstick.parameters.drum import Drum
+from drumstick.parameters.scene import Scene
 from sound_server.stage import EMPTY, GONE, LEAVING, PLACES, PLAYING, Stage, StageFull, mix
 from stability.catalogue import shows
 
@@ -150,11 +150,11 @@ def test_a_drum_that_enters_or_leaves_changes_nothing_in_the_sound_of_the_other(
 
 
 _ENTERS = """
-from drumstick.drum import Drum
-from drumstick.scene import Scene
+from drumstick.parameters.drum import Drum
+from drumstick.parameters.scene import Scene
 from realtime.handover import Handed
-from sound_server.build import new_engine
-from sound_server.events import StrikeRing
+from drumstick.drum.build import new_engine
+from drumstick.drum.excitation.strikes import StrikeRing
 from sound_server.stage import Stage, _player_of
 
 stage = Stage(48_000)

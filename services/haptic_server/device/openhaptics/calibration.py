@@ -5,8 +5,8 @@ moment for the neutral one: done by itself, on an arm that hangs somewhere, it w
 it is done only when somebody says that they hold the arm in that pose.
 """
 
-from haptic_server.device.openhaptics import names
-from haptic_server.device.openhaptics.hd import Hd
+from haptic_server.device.openhaptics.driver import names
+from haptic_server.device.openhaptics.driver.hd import Hd
 from haptic_server.device.protocol import DeviceError
 
 _STYLES = {

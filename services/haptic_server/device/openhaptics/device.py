@@ -6,20 +6,11 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from haptic_server.block import STOP
-from haptic_server.device.openhaptics import (
-    calibration,
-    facts,
-    library,
-    names,
-    opening,
-    port,
-    protection,
-    rates,
-    thread,
-)
+from haptic_server.device.openhaptics import calibration, facts, port, protection, rates, thread
 from haptic_server.device.openhaptics.callback import Callback, Law, conclude
-from haptic_server.device.openhaptics.faults import is_hard, words_of
-from haptic_server.device.openhaptics.hd import Hd
+from haptic_server.device.openhaptics.driver import library, names, opening
+from haptic_server.device.openhaptics.driver.faults import is_hard, words_of
+from haptic_server.device.openhaptics.driver.hd import Hd
 from haptic_server.device.protocol import DeviceError, Info
 from haptic_server.records import NO_FAULT, SCHEDULER
 from haptic_server.servo.memory import Servo

@@ -7,9 +7,9 @@ for. Where a number has to be interpreted, the words say what was read and how i
 import math
 from typing import NamedTuple
 
-from haptic_server.device.openhaptics import names
+from haptic_server.device.openhaptics.driver import names
+from haptic_server.device.openhaptics.driver.hd import Hd
 from haptic_server.device.openhaptics.frame import MM
-from haptic_server.device.openhaptics.hd import Hd
 from haptic_server.device.openhaptics.rates import FIREWIRE_RATES_HZ
 from haptic_server.device.protocol import DeviceError
 from haptic_server.device.specification import Specification

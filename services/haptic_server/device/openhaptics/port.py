@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from haptic_server.device.openhaptics.driver.hd import Hd
 from haptic_server.device.openhaptics.freshness import FRESHNESS
-from haptic_server.device.openhaptics.hd import Hd
 
 # Indices into `calls`: the addresses of the functions that a tick calls.
 BEGIN_FRAME, END_FRAME, GET_BOOLEAN, GET_INTEGER, GET_DOUBLE, SET_DOUBLE, GET_ERROR = range(7)

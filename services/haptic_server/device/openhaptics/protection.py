@@ -5,8 +5,8 @@ It stands behind our guard, not in its place. Force output itself is enabled onl
 
 from typing import NamedTuple
 
-from haptic_server.device.openhaptics import names
-from haptic_server.device.openhaptics.hd import Hd
+from haptic_server.device.openhaptics.driver import names
+from haptic_server.device.openhaptics.driver.hd import Hd
 from haptic_server.device.protocol import DeviceError
 
 _MM_PER_M = 1e3

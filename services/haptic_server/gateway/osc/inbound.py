@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache, partial
 from ipaddress import IPv4Network, IPv6Network, ip_address
 
-from drumstick.parameters import Parameter, Refusal
+from drumstick.parameters.table import Parameter, Refusal
 from haptic_server.gateway.desk import Desk
 from haptic_server.gateway.lease import LONGEST_S
 from haptic_server.gateway.osc.allowance import Allowance

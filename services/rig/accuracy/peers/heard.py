@@ -12,8 +12,8 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from drumstick.drum.modal.modes import modes_below
 from rig.accuracy.modes import MODES
-from sound_server.modal.modes import modes_below
 
 Numbers = npt.NDArray[np.float64]
 FARTHEST_CENTS = 300.0  # beyond, a mode counts as missing

@@ -15,7 +15,7 @@ from haptic_server.device.replay import Replay, read
 from haptic_server.device.simulated import Simulated
 from haptic_server.records import RELEASE, STRIKE
 from haptic_server.servo import loop
-from haptic_server.servo.velocity import LONGEST, follow, forget, new_track
+from haptic_server.servo.force.velocity import LONGEST, follow, forget, new_track
 from stability.catalogue import shows
 
 RESOLUTION = 3e-5

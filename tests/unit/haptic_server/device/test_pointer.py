@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import sampled_arm
-from drumstick.law import law_of
-from drumstick.scene import Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server.block import ARM, PANIC
 from haptic_server.device.chosen import chosen

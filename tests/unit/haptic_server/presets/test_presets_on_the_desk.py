@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from drumstick.law import law_of
-from drumstick.parameters import Refusal, values_of
-from drumstick.scene import Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.parameters.table import Refusal, values_of
+from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.presets import Presets

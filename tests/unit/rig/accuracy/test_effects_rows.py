@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from drumstick.drum_effects import DRUM_EFFECTS
-from drumstick.exact import ABOVE
-from drumstick.scene import EFFECTS
+from drumstick.parameters.drum_effects import DRUM_EFFECTS
+from drumstick.parameters.scene import EFFECTS
+from drumstick.stick.motion.exact import ABOVE
 from rig.accuracy import by_hand, drum_effects, effects, stick_effects, timing
 from rig.accuracy.by_hand import Race
 from rig.accuracy.store import shipped

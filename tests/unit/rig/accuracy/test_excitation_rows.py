@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from drumstick.law import law_of
+from drumstick.stick.law import law_of
 from rig.accuracy import blows, excitation, wire_cost
 
 KEYS = {

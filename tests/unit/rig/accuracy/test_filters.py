@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from haptic_server.servo.velocity import LONGEST, follow, new_track
+from haptic_server.servo.force.velocity import LONGEST, follow, new_track
 from rig.accuracy.falling import Sampled, rebounds
 from rig.accuracy.filters import ADAPTIVE, FILTERS, FIXED_TICKS, CUTOFFS_Hz, filter_of, told
 

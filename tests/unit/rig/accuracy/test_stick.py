@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from drumstick.methods.carry import ORDERS, STEPPERS
+from drumstick.stick.methods.carry import ORDERS, STEPPERS
 from rig.accuracy import stick
 from rig.accuracy.stick import PEER, Sweep
 from rig.accuracy.timing import CHAIN

@@ -2,8 +2,8 @@
 
 import pytest
 
-from drumstick.scene import parse, shipped_text
-from drumstick.simulate import simulate
+from drumstick.parameters.scene import parse, shipped_text
+from drumstick.stick.simulate import simulate
 from rig.fault import GIVEN, Stop
 from rig.soaking.quicker import quicker
 

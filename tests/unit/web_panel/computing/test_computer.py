@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from drumstick.scene import as_tables, parse, shipped_text
+from drumstick.parameters.scene import as_tables, parse, shipped_text
 from web_panel.computing.computer import COMMAND, Computer
 from web_panel.computing.questions import Answer, Foresee, Foreseen, TimeTicks, Trouble
 

@@ -5,7 +5,7 @@ import dataclasses
 import pytest
 
 from drumstick.analysis.findings import analyse
-from drumstick.scene import parse, shipped_text
+from drumstick.parameters.scene import parse, shipped_text
 from web_panel.computing.foresee import foresee
 from web_panel.computing.questions import Foreseen
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from drumstick.parameters import Refusal
-from drumstick.scene import Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.parameters.table import Refusal
 from web_panel.computing.theory import live_law, theory_of
 from web_panel.computing.ticks import ticks_of
 

@@ -1,0 +1,1 @@
+"""The vendor's HD library: loading, calls, names, faults and diagnosis."""

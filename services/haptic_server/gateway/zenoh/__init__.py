@@ -1,0 +1,1 @@
+"""The gateway's Zenoh side: queries, sets, pointers, contact pieces, scene changes."""

@@ -1,0 +1,247 @@
+"""The gateway's Zenoh side: publishes what the servo does, answers queries, takes sets.
+
+`put_*` are for the relay thread. Queries arrive on zenoh's threads, which only queue them; one worker answers, and
+another one those that wait for the disk. Only a panic is raised where it arrives. A set is answered when the servo uses
+it, or as pending after a while.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+from haptic_server.gateway.lease import Holder
+from haptic_server.gateway.presets import Presets
+from haptic_server.gateway.settings import Echo, ParameterDesk
+from haptic_server.gateway.zenoh.scene_door import SceneDoor
+from protocol import messages
+from protocol.keys import Keys
+from protocol.queryables import Queryables
+from protocol.questions import Questions, payload_of, refuse
+from protocol.requests import Claim, requested_text, requested_value, requested_values
+
+if TYPE_CHECKING:
+    import zenoh
+
+_ANSWER_PENDING_AFTER_S = 0.15
+
+
+class _Waiting(NamedTuple):
+    # `reply` makes the answer of values and of whether they still wait; `key` is where it goes.
+    query: zenoh.Query
+    names: tuple[str, ...]
+    key: str
+    reply: Callable[[dict[str, float], bool], messages.Message]
+    revision: int
+    until: float
+
+
+class Wire:
+    """Keys of one rig on one Zenoh session."""
+
+    def __init__(
+        self,
+        session: zenoh.Session,
+        keys: Keys,
+        desk: ParameterDesk,
+        boot: Callable[[], int],
+        scene_json: str,
+        health: Callable[[], Mapping[str, object]],
+        presets: Presets,
+        scenes: SceneDoor,
+    ) -> None:
+        import zenoh
+
+        self._session = session
+        self._keys = keys
+        self._desk = desk
+        self._boot = boot
+        self._scene_json = scene_json
+        self._health = health
+        self._encoding = zenoh.Encoding(messages.ENCODING)
+        self._json = zenoh.Encoding.APPLICATION_JSON
+        self._presets = presets
+        self._scenes = scenes
+        self._waiting: list[_Waiting] = []
+        self._strike = session.declare_publisher(keys.strike, encoding=self._encoding)
+        self._release = session.declare_publisher(keys.release, encoding=self._encoding)
+        self._state = session.declare_publisher(keys.state, encoding=self._encoding)
+        self._questions = Questions("queries", self._answer, self._settle)
+        self._writes = Questions("preset files", self._save)
+        self.queryables = Queryables(session)
+        # A panic is heard first of all; `clock`, by which others know that a gateway is there, is answered last.
+        self.queryables.declare_writing(keys.panic, self._panic)
+        for key in (keys.set_many, keys.set_one("*"), keys.scene_load, keys.lease, keys.preset_load):
+            self.queryables.declare_writing(key, self._questions.receive)
+        self.queryables.declare_writing(keys.preset_save, self._writes.receive)
+        for key in (keys.param("*"), keys.scene, keys.doctor, keys.preset, keys.clock):
+            self.queryables.declare_reading(key, self._questions.receive)
+        self._token = session.liveliness().declare_token(keys.alive("haptic", f"{boot():x}"))
+
+    @property
+    def refused(self) -> int:
+        """Queries that were refused, for whatever reason."""
+        return self._questions.refused + self._writes.refused + self.queryables.refused
+
+    def put_strike(self, strike: messages.Strike) -> None:
+        """Publish one strike."""
+        self._strike.put(messages.encode(strike))
+
+    def put_release(self, release: messages.Release) -> None:
+        """Publish one release."""
+        self._release.put(messages.encode(release))
+
+    def put_state(self, state: messages.State) -> None:
+        """Publish how the servo stands."""
+        self._state.put(messages.encode(state))
+
+    def put_echoes(self, echoes: list[Echo], revision: int, pending: bool) -> None:
+        """Publish readbacks."""
+        for echo in echoes:
+            readback = messages.Readback(value=echo.value, revision=revision, pending=pending)
+            self._session.put(self._keys.param(echo.name), messages.encode(readback), encoding=self._encoding)
+
+    def put_lease(self, holder: Holder) -> None:
+        """Publish who alone may set."""
+        payload = messages.encode(messages.Lease(name=holder.name, left_s=holder.left_s))
+        self._session.put(self._keys.lease, payload, encoding=self._encoding)
+
+    def put_news(self, what: str, name: str) -> None:
+        """Publish that a preset was saved or loaded; any thread."""
+        payload = messages.encode(messages.PresetNews(what=what, name=name))
+        self._session.put(self._keys.preset, payload, encoding=self._encoding)
+
+    def close(self) -> None:
+        """Stop answering. The caller closes the session."""
+        self._questions.close()
+        self._writes.close()
+
+    def _panic(self, query: zenoh.Query) -> None:
+        # At once, on zenoh's own thread: no queue stands before zero force.
+        self._desk.panic("zenoh")
+        self._questions.receive(query)
+
+    def _answer(self, query: zenoh.Query) -> bool:
+        """Answer now, or remember a set until the servo took it; True when the query is done with."""
+        key = str(query.key_expr)
+        keys = self._keys
+        payload = payload_of(query)
+        if key == keys.set_many:
+            changes, claim = requested_values(payload)
+            return self._set(query, changes, claim, key)
+        if key.startswith(keys.set_one("")):
+            value, claim = requested_value(payload)
+            return self._set(query, {key.removeprefix(keys.set_one("")): value}, claim, key)
+        if key == keys.preset_load:
+            return self._load(query, *requested_text(payload))
+        if key == keys.scene_load:
+            self._load_scene(query, *requested_text(payload))
+        elif key.startswith(keys.param("")):
+            self._ask(query, key.removeprefix(keys.param("")))
+        elif key == keys.scene:
+            query.reply(keys.scene, self._scene_json, encoding=self._json)
+        elif key == keys.clock:
+            clock = messages.Clock(boot=self._boot(), t_ns=time.monotonic_ns())
+            query.reply(keys.clock, messages.encode(clock), encoding=self._encoding)
+        elif key == keys.doctor:
+            query.reply(keys.doctor, json.dumps(self._health()), encoding=self._json)
+        elif key == keys.panic:  # raised already
+            query.reply(keys.panic, messages.encode(messages.Message()), encoding=self._encoding)
+        elif key == keys.lease:
+            query.reply(keys.lease, messages.encode(self._lease(payload)), encoding=self._encoding)
+        elif key == keys.preset:
+            listed = [row._asdict() for row in self._presets.list()]
+            query.reply(keys.preset, json.dumps(listed), encoding=self._json)
+        else:
+            raise ValueError(f"{key}: name one key; wildcards are for param/* only")
+        return True
+
+    def _lease(self, payload: bytes) -> messages.Lease:
+        if payload:
+            asked = messages.decode(payload, messages.LeaseRequest)
+            holder = self._desk.take_lease(asked.who, asked.name, asked.seconds)
+        else:
+            holder = self._desk.lease_holder()
+        return messages.Lease(name=holder.name, left_s=holder.left_s)
+
+    def _load_scene(self, query: zenoh.Query, name: str, claim: Claim) -> None:
+        self._desk.require_quiet(claim)
+        self._scenes.ask_for(name)
+        query.reply(self._keys.scene_load, messages.encode(messages.Message()), encoding=self._encoding)
+
+    def _save(self, query: zenoh.Query) -> bool:
+        name, _ = requested_text(payload_of(query))
+        saved = self._presets.save(name, "zenoh")
+        news = messages.PresetNews(what="saved", name=saved.name)
+        query.reply(self._keys.preset_save, messages.encode(news), encoding=self._encoding)
+        return True
+
+    def _ask(self, query: zenoh.Query, name: str) -> None:
+        echoes = [e for e in self._desk.everything() if name in ("*", "**", e.name)]
+        if not echoes:
+            raise ValueError(f"{name}: no such parameter in this scene; it has {', '.join(self._desk.table)}")
+        for echo in echoes:
+            readback = messages.Readback(
+                value=echo.value, revision=self._desk.live_revision, pending=self._desk.pending
+            )
+            query.reply(self._keys.param(echo.name), messages.encode(readback), encoding=self._encoding)
+
+    def _set(self, query: zenoh.Query, changes: dict[str, float], claim: Claim, key: str) -> bool:
+        taken = self._desk.set(changes, "zenoh", claim)
+
+        def reply(values: dict[str, float], pending: bool) -> messages.Message:
+            if key == self._keys.set_many:
+                return messages.SetReply(values=values, revision=taken.revision, pending=pending)
+            (value,) = values.values()
+            return messages.Readback(value=value, revision=taken.revision, pending=pending)
+
+        return self._answer_later(query, taken, key, reply)
+
+    def _load(self, query: zenoh.Query, name: str, claim: Claim) -> bool:
+        taken, note = self._presets.load(name, "zenoh", claim)
+
+        def reply(values: dict[str, float], pending: bool) -> messages.Message:
+            return messages.PresetReply(
+                name=name, values=values, revision=taken.revision, pending=pending, note=note
+            )
+
+        return self._answer_later(query, taken, self._keys.preset_load, reply)
+
+    def _answer_later(
+        self,
+        query: zenoh.Query,
+        taken: messages.SetReply,
+        key: str,
+        reply: Callable[[dict[str, float], bool], messages.Message],
+    ) -> bool:
+        until = time.monotonic() + _ANSWER_PENDING_AFTER_S
+        self._waiting.append(_Waiting(query, tuple(taken.values), key, reply, taken.revision, until))
+        return False
+
+    def _settle(self) -> bool:
+        # Answer the sets that the servo has taken, and those that have waited long enough; True while some wait.
+        if not self._waiting:
+            return False
+        now = time.monotonic()
+        live = self._desk.live_revision
+        still: list[_Waiting] = []
+        for waiting in self._waiting:
+            taken = live >= waiting.revision
+            if not taken and now < waiting.until:
+                still.append(waiting)
+                continue
+            self._answer_set(waiting, self._desk.values() if taken else self._desk.accepted_values(), taken)
+        self._waiting = still
+        return bool(still)
+
+    def _answer_set(self, waiting: _Waiting, values: dict[str, float], taken: bool) -> None:
+        told = {n: values[n] for n in waiting.names if math.isfinite(values[n])}
+        if len(told) < len(waiting.names):
+            refuse(waiting.query, "accepted, but z_h0 has no meaning any more: k_hand is 0 N/m")
+            return
+        reply = messages.encode(waiting.reply(told, not taken))
+        waiting.query.reply(waiting.key, reply, encoding=self._encoding)
+        waiting.query.drop()

@@ -1,0 +1,301 @@
+"""The guard of a device that a hand holds: what it refuses to render, and how it gives up. Always on.
+
+Every tick it looks at the reading first and at the force last. What is wrong for good is a latched fault: zero force on
+the same tick, until `drumstick arm` on this machine. It is a second line behind the envelope: the envelope bounds what
+parameters may ask, the guard what may reach the motors whatever they ask. Tick thread: no allocation, no locks, no
+Python, no exceptions.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from drumstick.safety import bounds
+from haptic_server.records import (
+    DEAD_MAN,
+    NO_FAULT,
+    NOT_A_NUMBER,
+    SELF_DRIVEN,
+    STALE,
+    STALLED,
+    TOO_FAST,
+)
+from realtime.jit import Record, njit
+
+STALL_PAUSE_S = 0.005  # a longer gap between ticks: no force until the stick was above the head again
+STALL_FAULT_S = 0.020  # a longer one is a latched fault
+STALE_S = 0.010  # a device that has told nothing new for so long
+_SEEN_ABOVE_M = 1e-3  # so far above the head the stick must have been before anything is rendered
+_KEPT = 0.01  # of a blow's energy the head keeps at least, whatever its law says
+_SLOW_M_PER_S = 0.01
+_SOFT_M = 0.01  # over so much before the lowest position the head's force fades to none
+MEMORY = 9  # ticks of the head's force: the longest delay of a device, and the present
+
+# A head that drives the stick by itself. Debts below the energy of _OWED are the encoders'; one above that of
+# _MOST_OWED and above that share of the blow, or so many contacts in a row that begin in debt, are a fault. So are as
+# many contacts in a row at the limit of force, faster than a hand strikes, without a pulse, and not much slower than
+# the first of them: then the account itself is wrong, by a delay that nobody declared.
+_OWED_M_PER_S = 0.05
+_MOST_OWED_M_PER_S = 0.5
+_MOST_OWED_SHARE = 0.5
+_MOST_DRIVEN = 12
+_FASTEST_HAND_NS = 80_000_000
+_AT_THE_LIMIT = 0.99
+_UNTIRED = 0.6
+
+# What it remembers. `gain` ramps from 0 to 1; `given_J` is what the head has given the stick since the contact began,
+# with what it owed then, and `budget_J` what it may give; `head_N` is a ring of the head's share in the forces that
+# went out, `z_m` the position up to which it was counted, `blow_J` the blow's own energy. `driven`, `saturated`:
+# contacts in a row that began in debt, or at the limit of force (the first of these at `first_m_per_s`). `peak_N`,
+# `pulsed`: the largest force and whether a pulse pushed since the last contact began at `entry_ns`.
+GUARD: np.dtype[Any] = np.dtype(
+    [
+        ("seen_above", "i8"),
+        ("gain", "f8"),
+        ("force_N", "f8"),
+        ("head_N", "f8", (MEMORY,)),
+        ("newest", "i8"),
+        ("z_m", "f8"),
+        ("given_J", "f8"),
+        ("budget_J", "f8"),
+        ("fresh_ns", "i8"),
+        ("limited", "i8"),
+        ("held_back", "i8"),
+        ("stalls", "i8"),
+        ("e", "f8"),
+        ("b", "f8"),
+        ("blow_J", "f8"),
+        ("driven", "i8"),
+        ("saturated", "i8"),
+        ("first_m_per_s", "f8"),
+        ("peak_N", "f8"),
+        ("pulsed", "i8"),
+        ("entry_ns", "i8"),
+    ],
+    align=True,
+)
+
+# What a device and the scene allow, in the paper's frame. It does not change while a servo runs.
+ALLOWED: np.dtype[Any] = np.dtype(
+    [
+        ("max_force_N", "f8"),
+        ("max_slew_N_per_s", "f8"),
+        ("max_speed_m_per_s", "f8"),
+        ("lowest_m", "f8"),
+        ("highest_m", "f8"),
+        ("ramp_s", "f8"),
+        ("dead_man", "i8"),
+        ("resolution_m", "f8"),
+        ("delay_ticks", "i8"),
+        ("m_kg", "f8"),
+        ("head_z_m", "f8"),
+    ],
+    align=True,
+)
+
+
+@njit()
+def _owed(guard: Record) -> float:
+    # What the head gave beyond what it took and what its effects may add, J; that it keeps some of a blow is no debt.
+    return max(guard.given_J - max(guard.budget_J, 0.0), 0.0)
+
+
+@njit()
+def let_go(guard: Record) -> None:
+    """No force from here on until the stick has been above the head, and then by a ramp."""
+    guard.seen_above = 0
+    guard.gain = 0.0
+    guard.force_N = 0.0
+    for tick in range(MEMORY):
+        guard.head_N[tick] = 0.0
+    guard.given_J = _owed(guard)  # a debt outlives it
+    guard.budget_J = 0.0
+    guard.driven = 0
+    guard.saturated = 0
+
+
+@njit()
+def look(guard: Record, allowed: Record, reading: Record, now_ns: int, span_s: float) -> int:
+    """Is this reading fit to render from? NO_FAULT, or the code of what is wrong for good. In accept form."""
+    if reading.trouble != NO_FAULT:
+        return int(reading.trouble)
+    if not (abs(reading.x_m) < 1e3 and abs(reading.y_m) < 1e3 and abs(reading.z_m) < 1e3):
+        return NOT_A_NUMBER
+    if not 0.0 <= span_s <= STALL_FAULT_S:
+        return STALLED
+    if reading.fresh != 0 or guard.fresh_ns == 0:
+        guard.fresh_ns = now_ns
+    if not (now_ns - guard.fresh_ns) * 1e-9 <= STALE_S:
+        return STALE
+    if not span_s <= STALL_PAUSE_S:
+        guard.stalls += 1
+        let_go(guard)
+    if not allowed.lowest_m <= reading.z_m <= allowed.highest_m:
+        let_go(guard)  # the force has faded before; it comes back by the ramp from above the head
+    return NO_FAULT
+
+
+@njit()
+def look_at_speed(allowed: Record, v: float) -> int:
+    """Is the stick slow enough? NO_FAULT or TOO_FAST."""
+    return NO_FAULT if abs(v) <= allowed.max_speed_m_per_s else TOO_FAST
+
+
+@njit()
+def ready(guard: Record, allowed: Record, reading: Record, z: float, period_s: float) -> int:
+    """May it push now? NO_FAULT, or DEAD_MAN while the button that must be held is not. Moves the ramp on."""
+    if allowed.dead_man != 0 and reading.buttons == 0:
+        let_go(guard)
+        return DEAD_MAN
+    if guard.seen_above == 0:
+        if z > _SEEN_ABOVE_M:
+            guard.seen_above = 1
+        guard.gain = 0.0
+        return NO_FAULT
+    guard.gain = min(1.0, guard.gain + period_s / allowed.ramp_s)
+    return NO_FAULT
+
+
+@njit()
+def may_add(law: Record) -> tuple[float, float]:
+    """e and b of drumstick.safety.bounds without the pulses: what the head may make of an entry speed."""
+    return bounds.multiplied_by_head(law), bounds.added_by_head(law)
+
+
+@njit()
+def _energy(allowed: Record, speed: float) -> float:
+    return 0.5 * float(allowed.m_kg) * speed * speed
+
+
+@njit()
+def open_account(guard: Record, allowed: Record, m: float, v_in: float, now_ns: int) -> int:
+    """A contact begins at v_in: the head may give back what it took, and what its effects are meant to add.
+
+    guard.e and guard.b as in drumstick.safety.bounds: the contact may end at e |v_in| + b, without its pulses. A live m
+    above what the arm has does not raise what the arm may be given. What the contact before gave too much is owed on;
+    what it kept is not saved up. NO_FAULT, or SELF_DRIVEN.
+    """
+    speed = abs(v_in)
+    leaving = guard.e * speed + guard.b
+    added = leaving * leaving - speed * speed
+    owed = _owed(guard)
+    guard.given_J = owed
+    guard.budget_J = 0.5 * min(m, allowed.m_kg) * max(added, -_KEPT * speed * speed)
+    guard.blow_J = _energy(allowed, speed)
+    indebted = owed > _energy(allowed, _OWED_M_PER_S) and speed > _OWED_M_PER_S
+    guard.driven = guard.driven + 1 if indebted else 0
+    soon = now_ns - guard.entry_ns < _FASTEST_HAND_NS
+    at_the_limit = guard.peak_N >= _AT_THE_LIMIT * allowed.max_force_N
+    if soon and at_the_limit and guard.pulsed == 0 and speed > _UNTIRED * guard.first_m_per_s:
+        guard.saturated += 1
+    else:
+        guard.saturated = 0
+        guard.first_m_per_s = speed
+    guard.entry_ns = now_ns
+    guard.peak_N = 0.0
+    guard.pulsed = 0
+    return SELF_DRIVEN if max(guard.driven, guard.saturated) > _MOST_DRIVEN else NO_FAULT
+
+
+@njit()
+def look_at_account(guard: Record, allowed: Record) -> int:
+    """NO_FAULT, or SELF_DRIVEN where the head has given far more than it may."""
+    most = max(_energy(allowed, _MOST_OWED_M_PER_S), _MOST_OWED_SHARE * guard.blow_J)
+    return NO_FAULT if _owed(guard) <= most else SELF_DRIVEN
+
+
+@njit()
+def _observe(guard: Record, allowed: Record, z: float) -> None:
+    # The head's force that acted over the last tick: of a tick ago, or earlier by the device's own delay. A count that
+    # flips to and fro is no motion, though force and count flip together: what is less than two counts waits.
+    way = z - guard.z_m
+    if abs(way) > 1.5 * allowed.resolution_m:
+        guard.given_J += guard.head_N[(guard.newest - allowed.delay_ticks) % MEMORY] * way
+        guard.z_m = z
+
+
+@njit()
+def _most(v: float, left_J: float, c: float, period_s: float) -> float:
+    # The largest force F >= 0 for which a stick at v gets no more than left_J in a tick: F (v T + c F) <= left, where
+    # c F = F T^2/(2m) is what F itself moves it. Where nothing is left, the one that takes most from a stick that
+    # comes.
+    way = v * period_s
+    inside = way * way + 4.0 * c * left_J
+    if inside < 0.0:
+        return max(-0.5 * way / c, 0.0)
+    return max((math.sqrt(inside) - way) / (2.0 * c), 0.0)
+
+
+@njit()
+def _affordable(guard: Record, allowed: Record, v: float, period_s: float) -> tuple[float, float]:
+    # Between which forces the head may push now, N. Passivity observer and controller in one: Hannaford and Ryu,
+    # "Time-domain passivity control of haptic interfaces", IEEE Trans. Robotics and Automation 18(1), 2002. Theirs adds
+    # damping; this holds the head back, which cannot overshoot. Nothing is forgiven, not even a stick at rest: a head
+    # that is pressed has taken energy, and pushes back out of that.
+    #
+    # The estimate of v is half a tick late at least, and forces on their way act before this one.
+    seen, c = v, 0.5 * period_s * period_s / allowed.m_kg
+    acting = guard.head_N[(guard.newest - allowed.delay_ticks) % MEMORY]
+    v += 0.5 * period_s * max(acting, 0.0) / allowed.m_kg
+    left_J = guard.budget_J - guard.given_J
+    for back in range(allowed.delay_ticks - 1, -1, -1):
+        coming = guard.head_N[(guard.newest - back) % MEMORY]
+        left_J -= coming * (v * period_s + c * coming)
+        v += coming * period_s / allowed.m_kg
+    most = _most(v, left_J, c, period_s)
+    if (
+        seen <= 0.0
+    ):  # a stick that rests in the head may always be held, with what moves it by _SLOW at most in a tick
+        most = max(most, _SLOW_M_PER_S * allowed.m_kg / period_s)
+    return -_most(-v, left_J, c, period_s), most
+
+
+@njit()
+def _faded(allowed: Record, z: float, head_z_m: float) -> float:
+    # The share of the head's force near the lowest position: the workspace ends softly.
+    return min(max((z + head_z_m - allowed.lowest_m) / _SOFT_M, 0.0), 1.0)
+
+
+@njit()
+def limit(
+    guard: Record, allowed: Record, head_N: float, pulse_N: float, z: float, v: float, period_s: float
+) -> float:
+    """The force that goes to the motors, N, out of what the head and the pulses ask for: both must be numbers.
+
+    The account is of forces that really go out. While the ramp rises a head takes little of a blow and could give back
+    all of it; a force that may only fall slowly would push on behind a stick that has left. Ramp and fade are shares of
+    what the motors may do: of a deep press, which asks for far more, they would be nothing.
+    """
+    _observe(guard, allowed, z)
+    share = guard.gain * _faded(allowed, z, allowed.head_z_m)
+    wanted = share * head_N + guard.gain * pulse_N
+    head_N = share * min(max(head_N, -allowed.max_force_N), allowed.max_force_N)
+    pulse_N *= guard.gain
+    least, most = _affordable(guard, allowed, v, period_s)
+    force = min(max(head_N + pulse_N, -allowed.max_force_N), allowed.max_force_N)
+    step = allowed.max_slew_N_per_s * period_s
+    force = min(max(force, guard.force_N - step), guard.force_N + step)
+    if not least <= force - pulse_N <= most:
+        guard.held_back += 1
+        kept = min(max(force - pulse_N, least), most)
+        force = min(max(kept + pulse_N, -allowed.max_force_N), allowed.max_force_N)
+    if not abs(force) <= allowed.max_force_N:  # NaN: nothing finite came in
+        force = 0.0
+    if force != wanted:
+        guard.limited += 1
+    guard.newest = (guard.newest + 1) % MEMORY
+    guard.head_N[guard.newest] = max(
+        force - pulse_N, min(head_N, 0.0)
+    )  # what a limit takes, it takes from the pulse
+    guard.force_N = force
+    guard.peak_N = max(guard.peak_N, abs(force))
+    if pulse_N != 0.0:
+        guard.pulsed = 1
+    return force
+
+
+@njit()
+def felt(guard: Record) -> float:
+    """The head's share of the force that was let through last, N."""
+    return guard.head_N[guard.newest]

@@ -1,0 +1,83 @@
+"""When a set of parameters takes effect: whole, above the head, inside the envelope, without throwing the stick.
+
+Tick thread: no allocation, no locks, no Python, no exceptions.
+"""
+
+from drumstick.safety import envelope
+from drumstick.safety.fence import within
+from drumstick.stick import composition
+from haptic_server.servo.memory import Servo
+from realtime import triple
+from realtime.jit import njit
+
+
+@njit()
+def passes(servo: Servo) -> bool:
+    """Whether the law in servo.offer is one that its scene could have, and safe: the servo trusts nobody.
+
+    Keeps what the judgement tells in servo.player.
+    """
+    player = servo.player[0]
+    if not within(servo.fence, servo.offer_words, servo.offer_numbers):
+        return False
+    judgement = envelope.judge(servo.offer[0].law, servo.limits[0], servo.room)
+    player.offer_reach = judgement.reach
+    player.offer_window = judgement.window
+    return judgement.code == envelope.OK
+
+
+@njit()
+def _offered(servo: Servo) -> bool:
+    # Does a set that passes wait in servo.offer? It is judged once, when it comes.
+    block, player = servo.block, servo.player[0]
+    if not triple.has_fresh(block.wanted_cells):
+        return bool(player.holding != 0)
+    # A copy of our own: what was looked at is what is used, whoever else may write to the block.
+    servo.offer[0] = block.wanted[triple.take(block.wanted_cells, block.wanted)]
+    if passes(servo):
+        player.holding = 1
+        return True
+    player.holding = 0
+    player.refused += 1
+    player.refused_revision = servo.offer[0].revision
+    return False
+
+
+@njit()
+def _use(servo: Servo) -> None:
+    block, player, wanted = servo.block, servo.player[0], servo.offer[0]
+    player.holding = 0
+    player.reach = player.offer_reach
+    servo.track[0].widest = player.offer_window
+    composition.keep_speed(servo.law[0], wanted.law, servo.motion[0])
+    servo.law[0] = wanted.law
+    player.revision = wanted.revision
+    triple.publish(block.live_cells, block.live, wanted)
+
+
+@njit()
+def latch_in_hand(servo: Servo) -> bool:
+    """Take the newest set that waits; call it only at z >= 0. True when the law changed.
+
+    For a stick that somebody holds: a change of K_coll in contact would inject 1/2 dK z^2. The speed of the next
+    contact is the hand's own, whatever the set says of a hand, and the guard limits what the motors do about it.
+    """
+    if not _offered(servo):
+        return False
+    _use(servo)
+    return True
+
+
+@njit()
+def latch(servo: Servo) -> None:
+    """As `latch_in_hand`, for a stick whose hand is the law's own spring.
+
+    A set that would turn the stick's height into too much speed waits for a better moment, at the latest the next
+    release.
+    """
+    if not _offered(servo):
+        return
+    motion = servo.motion[0]
+    left = composition.left_at_most(servo.law[0], motion)
+    if envelope.entry_speed(servo.offer[0].law, motion.z, motion.v) + left <= servo.player[0].offer_reach:
+        _use(servo)

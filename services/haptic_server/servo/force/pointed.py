@@ -1,0 +1,76 @@
+"""One tick of a stick whose hand follows a pointer: the paper's stick itself, or the simulated arm.
+
+Nobody throws this stick or lifts it when it lies dead: whoever points does. Tick thread: no allocation, no locks, no
+Python, no exceptions. The same text runs in real time and in virtual time.
+"""
+
+from drumstick.safety import envelope
+from drumstick.stick import composition
+from drumstick.stick.motion import exact
+from haptic_server.device import phantom
+from haptic_server.device.pointed_hand import follow, height_of
+from haptic_server.servo.force.latch import latch
+from haptic_server.servo.force.rendering import render
+from haptic_server.servo.force.tick import advance, begin, conclude
+from haptic_server.servo.memory import Servo
+from realtime.jit import Record, njit
+
+_WITHIN_M = 0.01  # the arm's hand stays so far inside what the guard allows
+
+
+@njit()
+def _within_reach(law: Record, motion: Record, wanted_m: float, before_m: float, reach: float) -> float:
+    # A hand that swings in time with the stick would pump it up beyond every limit: it stands where it last stood while
+    # its spring would make more of the stick's height than `reach` m/s, and more than it makes now.
+    speed = envelope.entry_speed_to(law, motion.z, motion.v, wanted_m)
+    if speed <= max(reach, envelope.entry_speed_to(law, motion.z, motion.v, before_m)):
+        return wanted_m
+    return before_m
+
+
+@njit()
+def _advance_held(servo: Servo, now_ns: int, span_s: float) -> None:
+    # The law's z_ss is where the hand holds its spring: for this tick it stands where the hand is. A set that is
+    # latched in the middle of the tick brings its own z_ss, which then stays.
+    law, player = servo.law[0], servo.player[0]
+    rest_m, revision, hand = law.z_ss, player.revision, servo.gesture[0]
+    reach = player.reach - composition.left_at_most(law, servo.motion[0])
+    law.z_ss = _within_reach(law, servo.motion[0], height_of(hand, rest_m), hand.stands_m, reach)
+    hand.stands_m = law.z_ss
+    advance(servo, now_ns, span_s)
+    if player.revision == revision:
+        law.z_ss = rest_m
+
+
+@njit()
+def pointed_stick_tick(servo: Servo, now_ns: int, span_s: float) -> None:
+    """Advance the exact stick to `now_ns` over the `span_s` seconds before it."""
+    hand, motion, player = servo.gesture[0], servo.motion[0], servo.player[0]
+    span_s = begin(servo, now_ns, span_s)
+    follow(hand, servo.block, servo.law[0].z_ss, now_ns, span_s)
+    player.x, player.y = hand.x, hand.y
+    if player.panicked != 0 or player.fault != 0:
+        latch(servo)
+    else:
+        motion.fate = exact.MOVING  # a hand can always lift it
+        if motion.z > 0.0:
+            latch(servo)
+        _advance_held(servo, now_ns, span_s)
+    conclude(servo, now_ns)
+
+
+@njit()
+def pointed_arm_tick(servo: Servo, now_ns: int, span_s: float) -> None:
+    """Move the arm on, tell where it is, render, obey."""
+    hand, plant, reading = servo.gesture[0], servo.plant[0], servo.reading[0]
+    allowed, plan = servo.allowed[0], servo.plan[0]
+    rest_m = servo.law[0].z_ss
+    follow(hand, servo.block, rest_m, now_ns, span_s)
+    wanted_m = plan.head_z_m + height_of(hand, rest_m)
+    wanted_m = min(max(wanted_m, allowed.lowest_m + _WITHIN_M), allowed.highest_m - _WITHIN_M)
+    phantom.lead(plant, wanted_m, servo.player[0].reach)
+    phantom.move_on(plant, span_s)
+    phantom.tell(plant, reading, now_ns)
+    reading.x_m = hand.x * plan.reach_m
+    reading.y_m = hand.y * plan.reach_m
+    phantom.obey(plant, render(servo, reading, now_ns, span_s))

@@ -1,0 +1,46 @@
+"""One tick of the simulated arm (move under the held force, tell the position, render, obey) or of a recording.
+
+Tick thread: no allocation, no locks, no Python, no exceptions. The same text runs in real time and in virtual time.
+"""
+
+from haptic_server.device import phantom, playback
+from haptic_server.device.hand import HOLD
+from haptic_server.servo.force.orbit import walk
+from haptic_server.servo.force.rendering import render
+from haptic_server.servo.memory import Servo
+from realtime.jit import njit
+
+_STILL_M_PER_S = 1e-3
+
+
+@njit()
+def _lift_when_dead(servo: Servo, span_s: float) -> None:
+    # A hand that only holds would leave a stick that lies dead in the head there for ever: so it lifts it again.
+    plant, player, plan = servo.plant[0], servo.player[0], servo.plan[0]
+    dead = (
+        servo.gesture[0].kind == HOLD and abs(plant.v_m_per_s) < _STILL_M_PER_S and plant.z_m < plan.head_z_m
+    )
+    player.still_s = player.still_s + span_s if dead else 0.0
+    if player.still_s >= plan.rest_s:
+        player.still_s = 0.0
+        plant.t_s = 0.0
+
+
+@njit()
+def sampled_tick(servo: Servo, now_ns: int, span_s: float) -> None:
+    """Advance to `now_ns` over the `span_s` seconds before it, and set the force for the time after it."""
+    plant, reading, player, plan = servo.plant[0], servo.reading[0], servo.player[0], servo.plan[0]
+    phantom.carry(plant, servo.gesture[0], servo.path, span_s, player.reach)
+    phantom.tell(plant, reading, now_ns)
+    walk(player, plan, span_s)
+    reading.x_m = player.x * plan.reach_m
+    reading.y_m = player.y * plan.reach_m
+    phantom.obey(plant, render(servo, reading, now_ns, span_s))
+    _lift_when_dead(servo, span_s)
+
+
+@njit()
+def replayed_tick(servo: Servo, now_ns: int, span_s: float) -> None:
+    """Follow the recording by `span_s` and render; nobody feels the force."""
+    playback.tell(servo.plant[0], servo.path, servo.plan[0].head_z_m, servo.reading[0], now_ns, span_s)
+    render(servo, servo.reading[0], now_ns, span_s)

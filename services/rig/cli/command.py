@@ -1,0 +1,132 @@
+"""The `drumstick` command line: every command by its name. --help must be instant."""
+
+import logging
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import NoReturn
+
+import typer
+
+from realtime.log import say
+from rig.cli import machine, offline, play, running, service
+from rig.fault import LACKING, Stop
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    help="The haptic drumstick: play it, hear it, tune it, send its strikes as OSC.",
+)
+_Commands = tuple[tuple[str, Callable[..., None]], ...]
+_COMMANDS: _Commands = (
+    ("up", play.up_command),
+    ("haptic", play.haptic_command),
+    ("sound", play.sound_command),
+    ("panel", play.panel_command),
+    ("simulate", offline.simulate_command),
+    ("render", offline.render_command),
+    ("analyse", offline.analyse_command),
+    ("accuracy", offline.accuracy_command),
+    ("servo-test", machine.servo_test_command),
+    ("soak", machine.soak_command),
+    ("doctor", machine.doctor_command),
+    ("record", running.record_command),
+    ("replay", running.replay_command),
+    ("rigs", running.rigs_command),
+    ("panic", running.panic_command),
+    ("arm", running.arm_command),
+)
+_GROUPS: tuple[tuple[str, str, _Commands], ...] = (
+    (
+        "scene",
+        "Scenes: what is simulated, with which numbers.",
+        (
+            ("list", offline.scene_list),
+            ("show", offline.scene_show),
+            ("check", offline.scene_check),
+            ("cost", offline.scene_cost),
+        ),
+    ),
+    (
+        "params",
+        "Parameters of a running rig.",
+        (
+            ("get", running.params_get),
+            ("set", running.params_set),
+            ("watch", running.params_watch),
+        ),
+    ),
+    (
+        "preset",
+        "Sets of parameters by name, kept by the haptic machine.",
+        (
+            ("save", running.preset_save),
+            ("load", running.preset_load),
+            ("list", running.preset_list),
+        ),
+    ),
+    (
+        "keys",
+        "Certificates: who may speak to a rig from another machine.",
+        (
+            ("make", machine.keys_make),
+            ("show", machine.keys_show),
+        ),
+    ),
+    (
+        "service",
+        "One process of a rig, for systemd to supervise (docs/install.md).",
+        (
+            ("servo", service.servo_command),
+            ("gateway", service.gateway_command),
+            ("door", service.door_command),
+            ("sound", service.sound_command),
+            ("panel", service.panel_command),
+            ("servo-ticks", service.servo_ticks_command),
+            ("servo-ended", service.servo_ended_command),
+        ),
+    ),
+)
+
+for _name, _command in _COMMANDS:
+    app.command(_name)(_command)
+for _group, _words, _commands in _GROUPS:
+    _typer = typer.Typer(no_args_is_help=True, help=_words)
+    for _name, _command in _commands:
+        _typer.command(_name)(_command)
+    app.add_typer(_typer, name=_group)
+
+
+def _leave(status: int, message: str) -> NoReturn:
+    if message:
+        say(logging.ERROR, f"drumstick: {message}")
+    sys.exit(status)
+
+
+def _open_closed_streams() -> None:
+    # Whoever started us closed them: no file that is opened later may take their place and get what is printed.
+    while (fd := os.open(os.devnull, os.O_RDWR)) <= 2:
+        pass
+    os.close(fd)
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115  until the process ends
+
+
+def main() -> None:
+    """Entry point; exit status 0 done, 2 what was given is wrong, 3 the machine lacks something, 1 a fault of ours."""
+    _open_closed_streams()
+    try:
+        app(prog_name=Path(sys.argv[0]).name)
+    except Stop as stop:
+        _leave(stop.status, str(stop))
+    except KeyboardInterrupt:
+        _leave(130, "interrupted")
+    except BrokenPipeError:
+        sys.stderr.close()  # the reader of our output went away, as `head` does
+        sys.exit(0)
+    except OSError as error:  # a full disk, a folder that may not be written: the machine's, not ours
+        _leave(LACKING, str(error))

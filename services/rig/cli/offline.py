@@ -1,0 +1,119 @@
+"""The commands that need no rig: they compute, draw and render what a scene would do."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rig.cli.options import Figures, Json, SceneName, Sweeps
+
+
+def simulate_command(
+    scene: SceneName,
+    duration: Annotated[float, typer.Option(help="Simulated seconds.")] = 2.0,
+    v0: Annotated[float, typer.Option("--v0", help="Upward speed at the start, m/s.")] = 0.4,
+    method: Annotated[
+        str,
+        typer.Option(help="exact (no time step), semi_implicit_euler, verlet, rk4 or implicit_midpoint."),
+    ] = "exact",
+    dt: Annotated[float | None, typer.Option(help="Time step of a stepper, s; 1e-5 if not given.")] = None,
+    events: Annotated[
+        bool, typer.Option(help="Whether a stepper finds the instants of contact, or sees them a step late.")
+    ] = True,
+    as_json: Json = False,
+) -> None:
+    """The contacts of a scene's stick: exact, or by a stepper to see what its step costs."""
+    from rig import checks
+    from rig.offline.simulate import simulate
+
+    checks.duration(duration)
+    checks.finite(v0, "--v0", -100.0, 100.0, "m/s")
+    simulate(scene, duration, v0, method, dt, events, as_json)
+
+
+def render_command(
+    scene: SceneName,
+    out: Annotated[Path, typer.Option(help="The WAV file to write.")],
+    duration: Annotated[
+        float | None, typer.Option(help="Seconds of sound; 3, or all of a recording, if not given.")
+    ] = None,
+    strikes: Annotated[
+        Path | None,
+        typer.Option(
+            help="Strikes to play: CSV with t_s, x, y, speed_m_per_s, or a recording (.mcap). Without it, one at half"
+            " radius."
+        ),
+    ] = None,
+    roll: Annotated[bool, typer.Option("--roll", help="Play what the scene's own stick does.")] = False,
+    rate: Annotated[int, typer.Option(help="Samples a second.")] = 48000,
+    spectrogram: Annotated[
+        Path | None, typer.Option(help="Also draw the sound's spectrogram (PNG or SVG).")
+    ] = None,
+    modes: Annotated[
+        Path | None, typer.Option(help="Also draw the drum's modes beside the ideal membrane's (PNG or SVG).")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """A scene's drum into a WAV file, offline."""
+    from rig import checks
+    from rig.offline.render import Wishes, render
+
+    checks.duration(duration)
+    checks.finite(rate, "--rate", 22050.0, 192000.0, "Hz")
+    seconds = 3.0 if duration is None else duration
+    wishes = Wishes(out, seconds, strikes, roll, rate, spectrogram, modes)
+    render(scene, wishes, as_json, whole=duration is None)
+
+
+def analyse_command(
+    scene: SceneName,
+    out: Figures = None,
+    sweep: Sweeps = None,
+    as_json: Json = False,
+) -> None:
+    """Restitution, capture, fixed points and their stability; the paper's v_lc beside the exact one."""
+    from rig.offline.analyse import analyse
+
+    analyse(scene, as_json, out, sweep or [])
+
+
+def accuracy_command(
+    quick: Annotated[bool, typer.Option("--quick", help="Fewer cases: under three minutes.")] = False,
+    as_json: Json = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder for the result and its figures; without it, one of this user's."),
+    ] = None,
+) -> None:
+    """What accuracy costs in time on this machine: stick, servo, mesh, excitation, effects; with figures."""
+    from rig.accuracy.command import accuracy
+
+    accuracy(quick, as_json, out)
+
+
+def scene_list(as_json: Json = False) -> None:
+    """The shipped scenes."""
+    from rig.offline import scenes_shown
+
+    scenes_shown.show_list(as_json)
+
+
+def scene_show(scene: SceneName, as_json: Json = False) -> None:
+    """A scene with every default written out (--json), or its text."""
+    from rig.offline import scenes_shown
+
+    scenes_shown.show(scene, as_json)
+
+
+def scene_check(scene: SceneName) -> None:
+    """Say everything that is wrong with a scene."""
+    from rig.offline import scenes_shown
+
+    scenes_shown.check(scene)
+
+
+def scene_cost(scene: SceneName, as_json: Json = False) -> None:
+    """What each effect and the mesh cost per tick and per sample here, and what accuracy that buys."""
+    from rig.offline.scene_cost import cost
+
+    cost(scene, as_json)

@@ -1,0 +1,182 @@
+"""The commands for a rig that runs: its parameters and presets, panic, arm, and what it does as a recording."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from protocol.keys import DEFAULT_ROUTER
+from rig.cli.options import (
+    Connect,
+    Duration,
+    Json,
+    Listen,
+    OscOut,
+    Prefix,
+    PresetName,
+    RigFile,
+    RigName,
+    RigNameOrFile,
+)
+
+
+def record_command(
+    out: Annotated[Path, typer.Option(help="The new MCAP file; one that exists is never overwritten.")],
+    force: Annotated[
+        bool, typer.Option("--force", help="Also the contacts' force, of a scene that streams it.")
+    ] = False,
+    duration: Annotated[float | None, typer.Option(help="Stop after this many seconds.")] = None,
+    rig: RigNameOrFile = None,
+    rig_file: RigFile = None,
+    connect: Connect = None,
+    as_json: Json = False,
+) -> None:
+    """Record a running rig: strikes, parameters, state, meters; until Ctrl-C."""
+    from rig import checks
+    from rig.recording.record import record
+    from rig.supervision.settled import FOLLOWERS, far_end
+
+    checks.duration(duration)
+    record(far_end(rig_file, rig, connect, roles=FOLLOWERS), out, force, duration, as_json)
+
+
+def replay_command(
+    file: Annotated[
+        Path, typer.Argument(help="A recording, .mcap; one that was cut off plays as far as it goes.")
+    ],
+    speed: Annotated[float, typer.Option(help="Times the recorded speed; a contact keeps its length.")] = 1.0,
+    loop: Annotated[bool, typer.Option("--loop", help="Again and again, until Ctrl-C.")] = False,
+    await_sound: Annotated[
+        bool, typer.Option("--await-sound", help="Begin when a sound server of this rig is there.")
+    ] = False,
+    rig: RigName = "main",
+    connect: Connect = None,
+    listen: Listen = DEFAULT_ROUTER,
+    osc_out: OscOut = None,
+    prefix: Prefix = "/drumstick",
+    longest: Annotated[
+        float, typer.Option(metavar="SECONDS", help="Refuse a recording that would play for longer.")
+    ] = 3600.0,
+    as_json: Json = False,
+) -> None:
+    """Play a recording over Zenoh and OSC, in the haptic server's place."""
+    from rig import checks
+    from rig.replaying.replay import checked_wishes, replay
+
+    _, keys = checks.wire(rig, connect)
+    out = osc_out or ["127.0.0.1:9101"]
+    wishes = checked_wishes(file, speed, loop, await_sound, listen, connect, out, prefix, longest)
+    replay(keys, wishes, as_json)
+
+
+def rigs_command(
+    watch: Annotated[
+        bool, typer.Option("--watch", help="Go on, and tell what comes, changes and goes, until Ctrl-C.")
+    ] = False,
+    duration: Annotated[
+        float | None, typer.Option(help="With --watch: stop after this many seconds.")
+    ] = None,
+    rig_file: RigFile = None,
+    connect: Connect = None,
+    as_json: Json = False,
+) -> None:
+    """The rigs on this network: scene, state, strikes, who is there; with --watch and --json one object a line."""
+    from rig import checks
+    from rig.network import rigs
+    from rig.supervision.settled import READERS, far_end
+
+    checks.duration(duration)
+    end = far_end(rig_file, None, connect, roles=READERS)
+    if watch:
+        rigs.watch(end, as_json, duration)
+    else:
+        rigs.show(end, as_json)
+
+
+def panic_command(rig: RigNameOrFile = None, rig_file: RigFile = None, connect: Connect = None) -> None:
+    """Zero force at once, latched."""
+    from rig.network import remote
+    from rig.supervision.settled import far_end
+
+    remote.panic(far_end(rig_file, rig, connect))
+
+
+def arm_command(rig: RigName = "main") -> None:
+    """Clear a panic or a fault; only on the haptic machine."""
+    from rig import checks
+    from rig.supervision import arm
+
+    checks.rig_name(rig)
+    arm.arm(rig)
+
+
+def params_get(
+    names: Annotated[list[str] | None, typer.Argument(help="Wire names; none means all.")] = None,
+    rig: RigNameOrFile = None,
+    rig_file: RigFile = None,
+    connect: Connect = None,
+    as_json: Json = False,
+) -> None:
+    """What the servo uses now."""
+    from rig.network import remote
+    from rig.supervision.settled import READERS, far_end
+
+    remote.params_get(far_end(rig_file, rig, connect, roles=READERS), names or [], as_json)
+
+
+def params_set(
+    pairs: Annotated[list[str], typer.Argument(help="NAME=VALUE ..., all accepted or none.")],
+    rig: RigNameOrFile = None,
+    rig_file: RigFile = None,
+    connect: Connect = None,
+    as_json: Json = False,
+) -> None:
+    """Set parameters while it plays."""
+    from rig.network import remote
+    from rig.supervision.settled import far_end
+
+    remote.params_set(far_end(rig_file, rig, connect), pairs, as_json)
+
+
+def params_watch(
+    rig: RigNameOrFile = None, rig_file: RigFile = None, connect: Connect = None, duration: Duration = None
+) -> None:
+    """Print every accepted change."""
+    from rig.network import remote
+    from rig.supervision.settled import READERS, far_end
+
+    remote.params_watch(far_end(rig_file, rig, connect, roles=READERS), duration)
+
+
+def preset_save(
+    name: PresetName, rig: RigNameOrFile = None, rig_file: RigFile = None, connect: Connect = None
+) -> None:
+    """Keep the parameters as they are now, on the haptic machine."""
+    from rig.network import remote
+    from rig.supervision.settled import far_end
+
+    remote.preset_save(far_end(rig_file, rig, connect), name)
+
+
+def preset_load(
+    name: PresetName,
+    rig: RigNameOrFile = None,
+    rig_file: RigFile = None,
+    connect: Connect = None,
+    as_json: Json = False,
+) -> None:
+    """Set everything that the preset holds, or nothing."""
+    from rig.network import remote
+    from rig.supervision.settled import far_end
+
+    remote.preset_load(far_end(rig_file, rig, connect), name, as_json)
+
+
+def preset_list(
+    rig: RigNameOrFile = None, rig_file: RigFile = None, connect: Connect = None, as_json: Json = False
+) -> None:
+    """Every preset of the rig."""
+    from rig.network import remote
+    from rig.supervision.settled import READERS, far_end
+
+    remote.preset_list(far_end(rig_file, rig, connect, roles=READERS), as_json)

@@ -1,0 +1,1 @@
+"""Who a machine is: keys, certificates, rig files, router files."""

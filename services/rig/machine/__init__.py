@@ -1,0 +1,1 @@
+"""What this machine has and lacks: doctor, real time, ports, the last fault."""

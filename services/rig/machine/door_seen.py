@@ -1,0 +1,73 @@
+"""What `drumstick doctor --rig-file` finds: this machine's certificate, and what the running rig turned away."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from protocol.foreign_text import shown
+from protocol.keys import DEFAULT_RIG
+from rig.fault import Stop
+from rig.identity.rig_file import load
+from rig.machine.finding import Finding
+from rig.network import remote
+from rig.supervision import settled
+
+
+def rig_of(rig_file: Path | None, rig: str | None) -> str:
+    """The rig that is meant; a rig file that cannot be read is a finding of its own."""
+    try:
+        named = None if rig_file is None else load(rig_file).name
+    except Stop:
+        named = None
+    return rig or named or DEFAULT_RIG
+
+
+def findings(rig_file: Path, rig: str | None) -> list[Finding]:
+    """Of the rig file, and of the rig if it runs and answers. Talks to nobody but the file's own rig."""
+    try:
+        warnings = settled.fitness(rig_file)
+    except Stop as stop:
+        return [
+            Finding("rig file", False, True, str(stop), "docs/security.md says how keys are made and carried")
+        ]
+    found = "; ".join(warnings) or f"{rig_file}: its certificate is good"
+    own = Finding("rig file", not warnings, False, found)
+    try:
+        gateway, public = remote.health(settled.far_end(rig_file, rig, None))
+    except Stop as stop:
+        return [own, Finding("rig", False, False, str(stop), "only a running rig tells whom it turned away")]
+    return [own, *_told(gateway, public)]
+
+
+def _told(gateway: dict[str, Any], public: dict[str, Any] | None) -> list[Finding]:
+    by_osc = gateway.get("osc", {}).get("source", 0)  # a replay has no OSC to hear
+    osc = Finding(
+        "OSC strangers", not by_osc, False, f"{by_osc} messages refused", "osc.allow names who is heard"
+    )
+    if public is None:
+        return [Finding("public listener", True, False, "none: loopback only"), osc]
+    here = ", ".join(f"{shown(name)} {n}x" for name, n in sorted(public["present"].items())) or "nobody"
+    failed, roleless = public["handshakes_refused"], public["without_role"]
+    beyond = ", ".join(f"{shown(role)} {n}x" for role, n in sorted(public["beyond_role"].items())) or "none"
+    over = (
+        ", ".join(f"{shown(role)} {n}x" for role, n in sorted(public.get("over_limit", {}).items())) or "none"
+    )
+    words = (
+        f"{shown(public['endpoint'])}; here now: {here}; refused {failed} handshakes, {roleless} without a role;"
+        f" messages beyond the sender's role: {beyond}; sessions ended beyond a limit: {over},"
+        f" turned back since: {sum(public.get('turned_back', {}).values())}x"
+    )
+    good = (
+        bool(public["is_open"])
+        and not failed
+        and not roleless
+        and not public["beyond_role"]
+        and over == "none"
+    )
+    last = (
+        f"last: {shown(public['last'], 300)}"
+        if public["last"]
+        else "its address or port cannot be had; it is tried again"
+    )
+    return [Finding("public listener", good, False, words, last), osc]

@@ -1,0 +1,1 @@
+"""Running rigs on the network: discovery, and commands sent to one."""

@@ -1,0 +1,166 @@
+"""Commands that talk to a running rig over Zenoh: params, preset, panic."""
+
+import json
+import sys
+import time
+from collections.abc import Generator
+from contextlib import contextmanager
+from typing import Any, NoReturn
+
+import msgspec
+
+from protocol.endpoint import host_and_port, is_tls
+from protocol.foreign_text import shown
+from protocol.keys import command
+from protocol.messages import PresetNews, PresetReply, Readback, RefusalReply, SetReply, decode
+from protocol.session import client_config
+from rig.fault import lacking, wrong
+from rig.machine.ports import listens
+from rig.supervision.settled import FarEnd
+
+_ANSWER_WITHIN_S = 2.0
+_LONGEST_REASON = 1000  # names of parameters that there are may be in it
+
+
+@contextmanager
+def opened(end: FarEnd) -> Generator[Any]:
+    """A session of its own; Stop with the reason when there is no router, or it does not let us in."""
+    if not is_tls(end.endpoint) and not listens(*host_and_port(end.endpoint)):
+        _no_router(
+            end
+        )  # Zenoh would take longer to find out, and a process that failed to open was seen not to end
+    import zenoh
+
+    try:
+        session = zenoh.open(client_config(end.endpoint, end.identity))
+    except zenoh.ZError:
+        from protocol import handshake
+
+        identity = end.identity
+        if identity is not None and (why := handshake.why_refused(end.endpoint, identity)) is not None:
+            lacking(why.words)
+        _no_router(end)
+    try:
+        yield session
+    finally:
+        session.close()
+
+
+def _no_router(end: FarEnd) -> NoReturn:
+    lacking(
+        f"no router answers at {end.endpoint}: start a rig with `drumstick up`, or name its router with --connect"
+    )
+
+
+def _ask(session: Any, key: str, payload: bytes | None = None) -> list[Any]:
+    """The good replies; Stop with the reason of a refusal, or when nobody answers."""
+    replies: list[Any] = []
+    for reply in session.get(key, payload=payload, timeout=_ANSWER_WITHIN_S):
+        if reply.ok is None:
+            wrong(shown(decode(reply.err.payload.to_bytes(), RefusalReply).reason, _LONGEST_REASON))
+        replies.append(reply.ok)
+    if not replies:
+        lacking(
+            f"nobody answers {key}: is a rig of that name running, and may we ask it? (--rig, --rig-file)"
+        )
+    return replies
+
+
+def params_get(end: FarEnd, names: list[str], as_json: bool) -> None:
+    """Print what the servo uses."""
+    with opened(end) as session:
+        values: dict[str, float] = {}
+        for name in names or ["*"]:
+            for sample in _ask(session, end.keys.param(name)):
+                values[str(sample.key_expr).rpartition("/")[2]] = decode(
+                    sample.payload.to_bytes(), Readback
+                ).value
+    print(
+        json.dumps(values) if as_json else "\n".join(f"{shown(n)} = {v:g}" for n, v in sorted(values.items()))
+    )
+
+
+def params_set(end: FarEnd, pairs: list[str], as_json: bool) -> None:
+    """Set values, NAME=VALUE, all or none; print the readback."""
+    changes: dict[str, float] = {}
+    for pair in pairs:
+        name, equals, value = pair.partition("=")
+        try:
+            changes[name] = float(value)
+        except ValueError:
+            wrong(
+                f"{pair!r}: write NAME=NUMBER, e.g. dv_pls=0.3" if equals else f"{pair!r}: write NAME=NUMBER"
+            )
+    with opened(end) as session:
+        payload = msgspec.msgpack.encode([1, changes])
+        reply = decode(_ask(session, end.keys.set_many, payload)[0].payload.to_bytes(), SetReply)
+    _print_set(reply, as_json)
+
+
+def _print_set(reply: SetReply | PresetReply, as_json: bool) -> None:
+    if as_json:
+        print(json.dumps({"values": reply.values, "revision": reply.revision, "pending": reply.pending}))
+        return
+    waits = "  (accepted; takes effect when the stick is above the head)" if reply.pending else ""
+    print("\n".join(f"{shown(n)} = {v:g}{waits}" for n, v in reply.values.items()))
+
+
+def params_watch(end: FarEnd, duration_s: float | None) -> None:
+    """Print every accepted change, one line each, until Ctrl-C or for `duration_s`."""
+    import zenoh
+
+    until = None if duration_s is None else time.monotonic() + duration_s
+    with opened(end) as session:
+        changes = session.declare_subscriber(end.keys.param("*"), zenoh.handlers.RingChannel(256))
+        while until is None or time.monotonic() < until:
+            while (sample := changes.try_recv()) is not None:
+                readback = decode(sample.payload.to_bytes(), Readback)
+                waits = " (waits)" if readback.pending else ""
+                name = shown(str(sample.key_expr).rpartition("/")[2])
+                print(f"{name} = {readback.value:g}{waits}", flush=True)
+            time.sleep(0.05)
+
+
+def preset_save(end: FarEnd, name: str) -> None:
+    """Keep what was accepted last under this name."""
+    with opened(end) as session:
+        payload = msgspec.msgpack.encode([1, name])
+        news = decode(_ask(session, end.keys.preset_save, payload)[0].payload.to_bytes(), PresetNews)
+    print(f"preset {shown(news.name)} saved on the haptic machine")
+
+
+def preset_load(end: FarEnd, name: str, as_json: bool) -> None:
+    """Set everything that the preset holds; print the readback."""
+    with opened(end) as session:
+        payload = msgspec.msgpack.encode([1, name])
+        reply = decode(_ask(session, end.keys.preset_load, payload)[0].payload.to_bytes(), PresetReply)
+    if reply.note:
+        print(f"drumstick: {shown(reply.note, _LONGEST_REASON)}", file=sys.stderr)
+    _print_set(reply, as_json)
+
+
+def preset_list(end: FarEnd, as_json: bool) -> None:
+    """One line for each preset."""
+    with opened(end) as session:
+        listed = json.loads(_ask(session, end.keys.preset)[0].payload.to_bytes())
+    if as_json:
+        print(json.dumps({"presets": listed}))
+        return
+    for row in listed:
+        trouble = f"  ({shown(row['trouble'])})" if row["trouble"] else ""
+        print(f"{shown(row['name'])}  {shown(row['scene'])}, {shown(row['saved_at'])}{trouble}")
+
+
+def panic(end: FarEnd) -> None:
+    """Zero force, latched."""
+    with opened(end) as session:
+        _ask(session, end.keys.panic)
+    print(f"panic: zero force; clear it on the haptic machine with: {command('arm', end.keys.rig)}")
+
+
+def health(end: FarEnd) -> tuple[dict[str, Any], dict[str, Any] | None]:
+    """What the gateway tells about itself, and the public listener if there is one. Stop when the gateway is silent."""
+    with opened(end) as session:
+        gateway = json.loads(_ask(session, end.keys.doctor)[0].payload.to_bytes())
+        told = [reply.ok for reply in session.get(end.keys.door, timeout=_ANSWER_WITHIN_S) if reply.ok]
+        return gateway, json.loads(told[0].payload.to_bytes()) if told else None

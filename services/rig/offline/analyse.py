@@ -1,0 +1,178 @@
+"""`drumstick analyse`: what the equations predict for a scene and what its exact motion does, in words or as JSON."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rig import scene_file
+from rig.fault import wrong
+
+if TYPE_CHECKING:
+    from drumstick.analysis.cycles.cycle import Cycle
+    from drumstick.analysis.cycles.sweep import Axis
+    from drumstick.analysis.findings import Findings
+    from drumstick.parameters.scene import Scene
+    from drumstick.stick.effects.cor_pulse import CorPulse
+
+_ENDS = {
+    "captured": "it comes to rest in the head",
+    "left": "it leaves: it never comes back, or its speed grows without end",
+    "unsettled": "it bounces on without a period of up to 8 contacts",
+}
+
+
+def analyse(scene: str, as_json: bool, out: Path | None = None, sweeps: Sequence[str] = ()) -> None:
+    """Print the findings as a page of words or as one JSON object; with `out` write figures and tables there.
+
+    sweeps: what --sweep was given. Raises Stop.
+    """
+    loaded = scene_file.load(scene)
+    if sweeps and out is None:
+        wrong("--sweep writes a table and figures: say where with --out DIR")
+    axes = _ready(loaded, out, sweeps) if out is not None else []
+    from drumstick.analysis.findings import analyse as findings_of
+
+    found = findings_of(loaded)
+    written: list[str] = []
+    if out is not None:
+        from rig.figures.write import write
+
+        written = write(loaded, found, out, axes, quiet=as_json)
+    if as_json:
+        print(json.dumps(found.as_json(), allow_nan=False))
+        return
+    print(words(loaded, found))
+    if out is not None:
+        print(f"\nwritten to {out}: {', '.join(written)}")
+
+
+def _ready(scene: "Scene", out: Path, sweeps: Sequence[str]) -> "list[Axis]":
+    # Everything that can be wrong with --out and --sweep is said before the long work begins.
+    from rig.figures import asked, ready
+
+    ready.require_matplotlib()
+    axes = asked.axes(scene, sweeps)
+    ready.require_folder(out)
+    return axes
+
+
+def words(scene: "Scene", found: "Findings") -> str:
+    """The findings as a page to read."""
+    parts = [
+        f"{scene.name}: {scene.words}" if scene.words else scene.name,
+        *([] if found.note is None else [found.note]),
+        "",
+        *_contact(scene, found),
+        "",
+        *_speeds(scene, found),
+        "",
+        *_cycles(scene, found),
+    ]
+    return "\n".join(parts)
+
+
+def _number(value: float | None, unit: str = "") -> str:
+    return "none" if value is None else f"{value:.6g}{' ' + unit if unit else ''}"
+
+
+def _contact(scene: "Scene", found: "Findings") -> list[str]:
+    whose = "of the roll" if found.primary is not None else f"at {scene.hand.throw_m_per_s:g} m/s, the throw"
+    lines = [
+        f"beta   {_number(found.beta_eq3):>12s}   restitution by equation (3)"
+        + (": overdamped, it has no value" if found.overdamped else ""),
+        f"       {_number(found.beta_measured):>12s}   measured, {whose}"
+        + ("" if found.beta_measured is not None else ": without a pulse such a contact never ends"),
+        f"alpha  {_number(found.alpha):>12s}   soft collision with the hand, {whose}"
+        + ("" if found.alpha is not None else ": the stick never comes back"),
+    ]
+    if found.kappa is not None:
+        lines.append(f"kappa  {found.kappa:12.6g}   v_E = beta |v_in| + kappa dv, for a small pulse")
+    if found.capture_speed_m_per_s is not None:
+        lines.append(
+            f"dead below {found.capture_speed_m_per_s:.4g} m/s: a slower contact without a pulse ends at rest in the "
+            "head; lift the stick to re-arm"
+        )
+    return lines
+
+
+def _speeds(scene: "Scene", found: "Findings") -> list[str]:
+    if "pulse" not in scene.effects:
+        return ["no pulse: equation (7) has nothing to say", *_equation_8(scene, found)]
+    measured = None if found.primary is None else found.cycles[found.primary].v_e_m_per_s
+    lines = [
+        "speed of the roll, v_lc:",
+        f"  equation (7), as printed     {_number(found.v_lc_eq7_m_per_s, 'm/s')}",
+        f"  with the pulse's own kappa   {_number(found.v_lc_kappa_m_per_s, 'm/s')}{_thrown_back(found)}",
+        f"  exact motion                 {_number(measured, 'm/s')}",
+    ]
+    sentence = _why_not_equation_7(scene, found)
+    return [*lines, sentence] if sentence else lines
+
+
+def _equation_8(scene: "Scene", found: "Findings") -> list[str]:
+    added: CorPulse | None = scene.effects.get("cor_pulse")
+    if added is None or found.alpha is None or found.beta_measured is None:
+        return []
+    factor = found.alpha * (found.beta_measured + added.gamma)
+    where = "at the roll's own speed" if found.primary is not None else "at the throw's speed"
+    return [
+        f"equation (8) multiplies the speed by alpha (beta + gamma) at each contact: {factor:.4g} {where}; "
+        "alpha falls with the speed"
+    ]
+
+
+def _thrown_back(found: "Findings") -> str:
+    if found.kappa is None or found.kappa > 0.0 or found.v_lc_kappa_m_per_s is None:
+        return ""
+    return "   dv/(1 + alpha): the pulse throws the stick back before it compresses the head"
+
+
+def _why_not_equation_7(scene: "Scene", found: "Findings") -> str:
+    pulse = scene.effects["pulse"]
+    if found.beta_eq3 is None or found.kappa is None:
+        return ""
+    if abs(found.kappa - found.beta_eq3) <= 0.02:
+        return ""
+    way = "up, away from the head" if pulse.sign > 0 else "down, into the head"
+    moment = {"entry": "at contact", "turn": "at the deepest point", "exit": "at release"}[pulse.trigger]
+    return (
+        f"  Equation (7) takes kappa = beta, which a quick pulse into the head at contact has. "
+        f"This pulse pushes {way}, {moment}: kappa = {found.kappa:.3g}."
+    )
+
+
+def _cycles(scene: "Scene", found: "Findings") -> list[str]:
+    if found.throw_ends is None:
+        return ["no cycles"]
+    lines = ["no cycle: no roll, at any speed"]
+    if found.cycles:
+        lines = ["       v_E m/s     rate Hz   apex mm  contact ms   multiplier"]
+        lines += [_row(cycle, index == found.primary) for index, cycle in enumerate(found.cycles)]
+        lines += _brink(found)
+    throw = f"thrown at {scene.hand.throw_m_per_s:g} m/s "
+    if found.throw_ends != "cycle":
+        return [*lines, throw + _ENDS[found.throw_ends]]
+    assert found.primary is not None
+    roll = found.cycles[found.primary]
+    if roll.period == 1:
+        return [*lines, throw + f"it rolls at {roll.rate_Hz:.2f} Hz"]
+    return [*lines, throw + f"it repeats every {roll.period} contacts, {roll.rate_Hz:.2f} contacts a second"]
+
+
+def _brink(found: "Findings") -> list[str]:
+    # Between rest and the slowest stable roll, an unstable one is where it is decided.
+    slowest = next((cycle for cycle in found.cycles if cycle.stable), None)
+    brink = found.cycles[0]
+    if slowest is None or brink.stable or brink.period > 1 or not brink.multiplier > 1.0:
+        return []
+    return [f"the unstable one is the brink: below {brink.v_e_m_per_s:.4g} m/s a roll dies away"]
+
+
+def _row(cycle: "Cycle", primary: bool) -> str:
+    kind = "stable" if cycle.stable else "unstable"
+    period = "" if cycle.period == 1 else f", every {cycle.period} contacts"
+    return (
+        f"  {'>' if primary else ' '} {cycle.v_e_m_per_s:10.6f} {cycle.rate_Hz:11.4f} {cycle.apex_m * 1e3:9.4f}"
+        f" {cycle.contact_s * 1e3:11.4f} {cycle.multiplier:12.6f}  {kind}{period}"
+    )

@@ -1,0 +1,143 @@
+"""What the offline renderer plays of a recording: as the live sound server would, but without a network's delay.
+
+Strikes go by their estimates of peak and contact time; in a scene that streams, contacts go by their recorded forces.
+The first of them falls 0.05 s into the sound. Each strike and each tick is played once, and what no stick can do is
+left out and told, as it is live.
+"""
+
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from drumstick.drum.excitation.offline import Press
+from drumstick.drum.excitation.strikes import Blow
+from drumstick.parameters.scene import Scene
+from protocol.messages import Contact, Strike, decode
+from rig.fault import wrong
+from rig.recording import channels
+from rig.recording.reading import Event, Recording, RecordingError, read
+from sound_server.receiving.desk import checked_forces
+from sound_server.receiving.strikes import check
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+_FIRST_S = 0.05
+_RING_S = 1.0  # what is heard of the last one
+
+
+class Played(NamedTuple):
+    """Strikes or contacts, one of the two, and how long they sound."""
+
+    blows: list[Blow]
+    presses: list[Press]
+    length_s: float
+
+
+class _Piece(NamedTuple):
+    contact: Contact
+    forces_N: npt.NDArray[np.float32]  # noqa: N815
+    publish_ns: int
+
+
+def played(path: Path, scene: Scene) -> Played:
+    """For this scene's drum. Stop with what is wrong with the recording, or with the two together."""
+    try:
+        recording = read(path, (channels.STRIKE, channels.CONTACT))
+    except RecordingError as error:
+        wrong(str(error))
+    if recording.torn:
+        print(f"render: {path} {recording.torn}; it is played as far as it goes", file=sys.stderr)
+    if scene.drum.excitation == "streamed":
+        return _by_forces(recording, scene)
+    return _by_strikes(recording)
+
+
+def _by_strikes(recording: Recording) -> Played:
+    seen: set[tuple[int, int]] = set()
+    strikes: list[tuple[Event, Strike]] = []
+    refused = 0
+    for event in recording.of(channels.STRIKE):
+        strike = decode(event.payload, Strike)
+        if (strike.boot, strike.seq) in seen:
+            continue
+        seen.add((strike.boot, strike.seq))
+        try:
+            check(strike)
+        except ValueError:
+            refused += 1
+        else:
+            strikes.append((event, strike))
+    _tell_refused(recording, refused, "strikes")
+    if not strikes:
+        wrong(f"{recording.path}: no strikes in it")
+    first_ns = strikes[0][0].publish_ns
+    blows = [
+        Blow(_since(first_ns, event), s.x, s.y, s.peak_estimate_N, s.contact_estimate_s, s.impulse_N_s)
+        for event, s in strikes
+    ]
+    return Played(blows, [], blows[-1].t_s + _RING_S)
+
+
+def _by_forces(recording: Recording, scene: Scene) -> Played:
+    pieces: list[_Piece] = []
+    refused = 0
+    for event in recording.of(channels.CONTACT):
+        contact = decode(event.payload, Contact)
+        try:
+            pieces.append(_Piece(contact, checked_forces(contact), event.publish_ns))
+        except ValueError:
+            refused += 1
+    _tell_refused(recording, refused, "pieces of contacts")
+    if not pieces:
+        wrong(
+            f"{recording.path}: the scene {scene.name!r} plays the force itself, and none was recorded: record with"
+            ' --force, or render with a scene whose [drum] has excitation = "analytic"'
+        )
+    rates = {piece.contact.rate_Hz for piece in pieces}
+    if len(rates) > 1:
+        told = ", ".join(f"{rate:g}" for rate in sorted(rates))
+        wrong(
+            f"{recording.path}: its forces have several rates, {told} Hz: cut it where the servo's rate changes"
+        )
+    places = {
+        (s.boot, s.seq): (s.x, s.y)
+        for s in (decode(e.payload, Strike) for e in recording.of(channels.STRIKE))
+    }
+    presses = list(_presses(pieces, lambda boot, seq: places.get((boot, seq), (0.0, 0.0))))
+    last = max(press.first_tick + len(press.forces_N) for press in presses)
+    return Played([], presses, last / rates.pop() + _RING_S)
+
+
+def _presses(pieces: Iterable[_Piece], place: "Callable[[int, int], tuple[float, float]]") -> Iterable[Press]:
+    # Each contact on the grid of ticks, its pieces at their own ticks; a tick that came twice counts once.
+    found = sorted(pieces, key=lambda piece: piece.publish_ns)
+    first_ns = found[0].publish_ns
+    begun: dict[tuple[int, int], tuple[int, int]] = {}
+    done: set[tuple[int, int, int]] = set()
+    for contact, forces, publish_ns in found:
+        key = (contact.boot, contact.seq)
+        at_tick = round(((publish_ns - first_ns) * 1e-9 + _FIRST_S) * contact.rate_Hz)
+        start, first_tick = begun.setdefault(key, (at_tick, contact.first_tick))
+        x, y = (contact.x, contact.y) if contact.x is not None and contact.y is not None else place(*key)
+        ticks = [(*key, contact.first_tick + k) for k in range(len(forces))]
+        new = np.array([tick not in done for tick in ticks])
+        done.update(ticks)
+        if not new.any():
+            continue
+        kept = np.where(new, forces, np.float32(0.0)).astype(np.float64)
+        tick = max(start + contact.first_tick - first_tick, 0)
+        yield Press(tick, contact.rate_Hz, x, y, kept)
+
+
+def _since(first_ns: int, event: Event) -> float:
+    return (event.publish_ns - first_ns) * 1e-9 + _FIRST_S
+
+
+def _tell_refused(recording: Recording, count: int, what: str) -> None:
+    if count:
+        print(f"render: {recording.path}: {count} {what} left out that no stick can make", file=sys.stderr)

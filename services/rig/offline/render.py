@@ -1,0 +1,289 @@
+"""`drumstick render`: a scene's drum into a WAV file, offline and as fast as the machine can."""
+
+import csv
+import json
+import math
+import shutil
+import time
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from realtime.regular_file import read_lines
+from rig import scene_file
+from rig.fault import lacking, wrong
+from rig.recording.record import SUFFIX
+from rig.supervision.playable import playable
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    from drumstick.drum.excitation.offline import Press
+    from drumstick.drum.excitation.strikes import Blow
+    from drumstick.parameters.scene import Scene
+
+_COLUMNS = {"t_s": (0.0, 86_400.0), "x": (-2.0, 2.0), "y": (-2.0, 2.0), "speed_m_per_s": (0.0, 100.0)}
+_MOST_STRIKES = 1_000_000
+_LARGEST_TABLE = 200_000_000  # bytes
+_LONGEST_RECORDING_S = 3600.0  # that is rendered whole without being asked for: one bad time makes years
+_LONGEST_PICTURE_S = 120.0
+_ONE_STRIKE_S = 0.05  # when the one strike falls that is played without --strikes
+
+
+class Wishes(NamedTuple):
+    """What is to be rendered; `strikes` is a CSV file or a recording, `roll`: what the scene's own stick plays."""
+
+    out: Path
+    duration_s: float
+    strikes: Path | None
+    roll: bool
+    rate_Hz: int  # noqa: N815
+    spectrogram: Path | None = None  # pictures, PNG or SVG
+    modes: Path | None = None
+
+
+class Written(NamedTuple):
+    """Of a rendering: its largest sample, how many times faster than it sounds, and the sound if it is to be drawn."""
+
+    peak: float
+    times_real_time: float
+    sound: "npt.NDArray[np.float32]"
+
+
+def _number(row: dict[str, str | None], name: str, place: str) -> float:
+    low, high = _COLUMNS[name]
+    text = row[name]
+    try:
+        value = float(text or "")
+    except ValueError:
+        wrong(f"{place}: {name}: {text and text[:60]!r} is not a number")
+    if not (math.isfinite(value) and low <= value <= high):
+        wrong(f"{place}: {name}: {value:g} is outside {low:g} .. {high:g}")
+    return value
+
+
+def strikes_of(path: Path, scene: "Scene") -> list["Blow"]:
+    """The strikes of a CSV table, for this scene's drum. Raises Stop."""
+    from drumstick.drum.calibrate import blow_at
+
+    blows: list[Blow] = []
+    try:
+        table = csv.DictReader(read_lines(path, _LARGEST_TABLE))
+        missing = [name for name in _COLUMNS if name not in (table.fieldnames or [])]
+        if missing:
+            wrong(f"{path}: not a table of strikes: it needs the columns {', '.join(_COLUMNS)}")
+        before_s = 0.0
+        for row in table:
+            place = f"{path}:{table.line_num}"
+            t_s, x, y, speed = (_number(row, name, place) for name in _COLUMNS)
+            if t_s < before_s:
+                wrong(f"{place}: t_s goes back: {t_s:.15g} s after {before_s:.15g} s")
+            before_s = t_s
+            blows.append(blow_at(scene, speed, x, y, t_s))
+            if len(blows) > _MOST_STRIKES:
+                wrong(f"{path}: more than {_MOST_STRIKES} strikes; cut it")
+    except OSError as error:
+        wrong(f"{path}: cannot be read: {error.strerror}")
+    except (UnicodeDecodeError, csv.Error) as error:
+        wrong(f"{path}: not a table of strikes (CSV): {error}")
+    return blows
+
+
+def rolled(scene: "Scene", duration_s: float) -> list["Blow"]:
+    """What the scene's own stick plays, thrown once, on the hand's circle."""
+    from drumstick.drum.calibrate import blow_at
+    from drumstick.drum.excitation.strikes import Blow
+    from drumstick.stick.contact_ahead import LONGEST_S
+    from drumstick.stick.simulate import COLUMNS, simulate
+
+    hand = scene.hand
+    blows: list[Blow] = []
+    for row in simulate(scene, duration_s, hand.throw_m_per_s).contacts:
+        contact = dict(zip(COLUMNS, map(float, row), strict=True))
+        t_s = contact["t_in_s"]
+        turn = 2.0 * math.pi * t_s / hand.orbit_period_s
+        x, y = hand.orbit_radius * math.cos(turn), hand.orbit_radius * math.sin(turn)
+        lasts_s = contact["t_out_s"] - t_s
+        if lasts_s > LONGEST_S:  # a press, announced as a lone blow
+            blows.append(blow_at(scene, -contact["v_in_m_per_s"], x, y, t_s))
+        else:
+            blows.append(Blow(t_s, x, y, contact["peak_force_N"], lasts_s, contact["impulse_N_s"]))
+    return blows
+
+
+def _strikes(scene: "Scene", wishes: Wishes) -> list["Blow"]:
+    from drumstick.drum.calibrate import blow_at
+
+    if wishes.strikes is not None:
+        return strikes_of(wishes.strikes, scene)
+    if wishes.roll:
+        return rolled(scene, wishes.duration_s)
+    return [blow_at(scene, scene.strike.full_scale_m_per_s / 2.0, 0.5, 0.0, _ONE_STRIKE_S)]
+
+
+class Score(NamedTuple):
+    """What is played: strikes by their messages, contacts by their forces; how long that lasts, if it tells."""
+
+    blows: "list[Blow]"
+    presses: "list[Press]"
+    length_s: float | None = None
+
+
+def _score(name: str, scene: "Scene", wishes: Wishes) -> Score:
+    if wishes.strikes is not None and wishes.roll:
+        wrong("--strikes and --roll: give one of the two")
+    if wishes.strikes is not None and wishes.strikes.suffix == SUFFIX:
+        from rig.offline.recorded_strikes import played
+
+        return Score(*played(wishes.strikes, scene))
+    if wishes.roll and scene.drum.excitation == "streamed":  # by its forces, not by its strikes
+        from rig.offline.streamed_roll import presses
+
+        return Score([], list(presses(scene, wishes.duration_s, scene_file.gesture(name, scene))))
+    return Score(_strikes(scene, wishes), [])
+
+
+def _write(scene: "Scene", blows: Iterable["Blow"], presses: list["Press"], wishes: Wishes) -> Written:
+    import numpy as np
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from drumstick.drum.render import parts
+    from sound_server.sinks.wavfile import WavFile
+
+    try:
+        wav = WavFile(wishes.out, wishes.rate_Hz, longest_s=wishes.duration_s + 1.0)
+    except OSError as error:
+        lacking(f"{wishes.out}: cannot be written: {error.strerror}")
+    top, kept = 0.0, [np.zeros((0, 2), np.float32)]
+    # The first part waits for what must be built, and perhaps compiled; the speed is that of the others.
+    frames, first, begun = 0, 0, time.monotonic()
+    try:
+        with Progress(console=Console(stderr=True), transient=True) as progress:
+            task = progress.add_task("rendering", total=wishes.duration_s)
+            for part in parts(scene, blows, wishes.duration_s, wishes.rate_Hz, presses):
+                wav.record(part)
+                if not wav.is_open:
+                    lacking(f"{wishes.out}: the disk took no more")
+                top = max(top, float(np.abs(part).max()))
+                if wishes.spectrogram is not None:
+                    kept.append(part.copy())
+                progress.advance(task, len(part) / wishes.rate_Hz)
+                frames += len(part)
+                if frames == len(part) and frames < round(wishes.duration_s * wishes.rate_Hz):
+                    first, begun = frames, time.monotonic()
+    finally:
+        wav.close()
+    times = (frames - first) / wishes.rate_Hz / (time.monotonic() - begun)
+    return Written(top, times, np.concatenate(kept))
+
+
+def _check_room(wishes: Wishes) -> None:
+    # Before the first byte: a disk that a sound has filled serves nobody.
+    from sound_server.sinks.wavfile import MOST_BYTES, bytes_of
+
+    size = bytes_of(wishes.duration_s, wishes.rate_Hz)
+    what = f"{wishes.out}: {wishes.duration_s:g} s are {size / 1e9:.3g} GB"
+    if size > MOST_BYTES:
+        wrong(
+            f"{what}; a WAV file holds {MOST_BYTES / 1e9:.3g} GB: give a shorter --duration or a lower --rate"
+        )
+    if wishes.out.exists() and not wishes.out.is_file():
+        return  # a device such as /dev/null takes no room
+    try:
+        free = shutil.disk_usage(wishes.out.parent).free
+        free += wishes.out.stat().st_size if wishes.out.exists() else 0
+    except OSError as error:
+        lacking(f"{wishes.out}: cannot be written: {error.strerror}")
+    if size > free:
+        lacking(
+            f"{what}, and the disk has room for {free / 1e9:.3g} GB: make room, or give a shorter --duration"
+        )
+
+
+def _whole(wishes: Wishes, length_s: float) -> Wishes:
+    # All of a recording, unless nobody can have meant it.
+    if length_s > _LONGEST_RECORDING_S:
+        from sound_server.sinks.wavfile import bytes_of
+
+        wrong(
+            f"{wishes.strikes}: from its first strike to its last it lasts {length_s:.4g} s, "
+            f"{bytes_of(length_s, wishes.rate_Hz) / 1e9:.3g} GB of sound: is a time in it wrong? More than "
+            f"{_LONGEST_RECORDING_S:g} s are rendered only when asked for: --duration SECONDS, from its beginning"
+        )
+    return wishes._replace(duration_s=length_s)
+
+
+def _check_pictures(wishes: Wishes) -> None:
+    from rig.figures.ready import require_matplotlib
+
+    for option, path in (("--spectrogram", wishes.spectrogram), ("--modes", wishes.modes)):
+        if path is None:
+            continue
+        if path.suffix not in (".png", ".svg"):
+            wrong(f"{option} {path}: give a file that ends in .png or .svg")
+        require_matplotlib()
+    if wishes.spectrogram is not None and wishes.duration_s > _LONGEST_PICTURE_S:
+        wrong(
+            f"--spectrogram: {wishes.duration_s:g} s are more than the {_LONGEST_PICTURE_S:g} s that it draws"
+        )
+
+
+def _draw(scene: "Scene", sound: "npt.NDArray[np.float32]", wishes: Wishes) -> list[dict[str, object]]:
+    # The pictures that were asked for; returns the table of modes.
+    if wishes.spectrogram is None and wishes.modes is None:
+        return []
+    from rig.figures.style import save
+
+    rows: list[dict[str, object]] = []
+    try:
+        if wishes.spectrogram is not None:
+            from rig.figures.spectrogram import spectrogram
+
+            save(spectrogram(sound, wishes.rate_Hz, scene.drum.f01_Hz, scene.name), wishes.spectrogram)
+        if wishes.modes is not None:
+            from drumstick.drum.heard import heard_modes
+            from rig.figures.modes import modes
+
+            heard = heard_modes(scene, wishes.rate_Hz)
+            save(modes(heard, f"{scene.name}: modes of one soft strike"), wishes.modes)
+            rows = [mode._asdict() for mode in heard.modes]
+    except OSError as error:
+        lacking(f"{error.filename}: cannot be written: {error.strerror}")
+    return rows
+
+
+def render(scene: str, wishes: Wishes, as_json: bool, whole: bool = False) -> None:
+    """Write the file and say what is in it; `whole`: a recording from end to end. Raises Stop."""
+    loaded = scene_file.load(scene)
+    _check_room(wishes)
+    score = _score(scene, loaded, wishes)
+    if whole and score.length_s is not None:
+        wishes = _whole(wishes, score.length_s)
+        _check_room(wishes)
+    _check_pictures(wishes)
+    blows = [blow for blow in score.blows if blow.t_s < wishes.duration_s]
+    presses = [press for press in score.presses if press.first_tick < wishes.duration_s * press.rate_Hz]
+    with playable():
+        written = _write(loaded, blows, presses, wishes)
+    strikes = len(blows) + sum(float(press.forces_N[-1]) == 0.0 for press in presses)  # 0 N closes a contact
+    modes = _draw(loaded, written.sound, wishes)
+    if as_json:
+        found: dict[str, object] = {
+            "scene": loaded.name,
+            "file": str(wishes.out),
+            "duration_s": wishes.duration_s,
+            "rate_Hz": wishes.rate_Hz,
+            "strikes": strikes,
+            "peak": written.peak,
+            "times_real_time": written.times_real_time,
+        }
+        if wishes.modes is not None:
+            found["modes"] = modes
+        print(json.dumps(found))
+        return
+    print(
+        f"{wishes.out}: {wishes.duration_s:g} s of {loaded.name}, {strikes} strikes, peak {written.peak:.3f}, "
+        f"{written.times_real_time:.0f} times faster than it sounds"
+    )

@@ -1,0 +1,69 @@
+"""`drumstick simulate`: the contacts of a scene's stick, by `exact` or by a stepper."""
+
+import json
+from typing import Any
+
+from rig import scene_file
+from rig.fault import wrong
+
+DEFAULT_DT_S = 1e-5
+_MOST_CONTACTS = 1_000_000  # half a day of a roll, and half a gigabyte until they are written
+_MOST_STEPS = 1e10  # some ten minutes
+
+
+def simulate(
+    scene: str,
+    duration_s: float,
+    v0_m_per_s: float,
+    method: str,
+    dt_s: float | None,
+    locates: bool,
+    as_json: bool,
+) -> None:
+    """Print the contacts as a table or as one JSON object. Raises Stop."""
+    loaded = scene_file.load(scene)
+    from drumstick.stick import simulate as exact_run
+
+    if method not in exact_run.METHODS:
+        wrong(f"--method {method}: there is {', '.join(exact_run.METHODS)}")
+    stepper = None
+    if method != exact_run.EXACT:
+        try:
+            stepper = exact_run.Stepper(method, DEFAULT_DT_S if dt_s is None else dt_s, locates)
+        except ValueError as error:
+            wrong(f"--dt: {error}")
+        if duration_s / stepper.dt_s > _MOST_STEPS:
+            wrong(
+                f"--duration {duration_s:g} s are {duration_s / stepper.dt_s:.3g} steps of {stepper.dt_s:g} s,"
+                f" more than {_MOST_STEPS:g}: give a shorter --duration or a longer --dt"
+            )
+    elif dt_s is not None or not locates:
+        steppers = ", ".join(exact_run.METHODS[1:])
+        wrong(
+            f"--method exact has no time step and finds every event: --dt and --no-events go with {steppers}"
+        )
+    try:
+        run = exact_run.simulate(loaded, duration_s, v0_m_per_s, stepper, _MOST_CONTACTS)
+    except exact_run.TooLong as error:
+        wrong(f"--duration {duration_s:g} s: {error}: give a shorter one")
+    contacts: list[dict[str, Any]] = [
+        dict(zip(exact_run.COLUMNS, map(float, row), strict=True)) for row in run.contacts
+    ]
+    if as_json:
+        print(json.dumps({"scene": loaded.name, "method": method, "contacts": contacts, "end": run.end}))
+        return
+    print("      t_in s   v_in m/s     t_out s  v_out m/s    v_E m/s     peak N  impulse Ns   z_min mm")
+    for c in contacts:
+        print(
+            f"{c['t_in_s']:12.6f} {c['v_in_m_per_s']:10.5f} {c['t_out_s']:11.6f} {c['v_out_m_per_s']:10.5f}"
+            f" {c['v_e_m_per_s']:10.5f} {c['peak_force_N']:10.4f} {c['impulse_N_s']:11.6f} {c['z_min_m'] * 1e3:10.5f}"
+        )
+    words = {
+        "time": f"after {duration_s:g} s",
+        "captured": "captured: the stick rests in the head",
+        "left": "left",
+    }
+    rate = ""
+    if len(contacts) > 1:
+        rate = f", roll {1.0 / (contacts[-1]['t_in_s'] - contacts[-2]['t_in_s']):.4f} Hz"
+    print(f"{len(contacts)} contacts, {words[run.end]}{rate}")

@@ -1,0 +1,223 @@
+"""`drumstick replay`: a recording on the wires again, in the haptic server's place."""
+
+import json
+import logging
+import math
+import time
+from collections.abc import Callable, Generator, Sequence
+from contextlib import contextmanager
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from protocol.keys import Keys
+from realtime.log import say
+from realtime.stop import StopRequest, on_stop_signals
+from rig.fault import lacking, wrong
+from rig.machine import ports
+from rig.supervision.watch import host_and_port
+
+if TYPE_CHECKING:
+    import zenoh
+
+    from drumstick.parameters.scene import Scene
+    from rig.recording.reading import Recording
+    from rig.replaying.cues import Cue
+
+_ON_ITS_WAY_S = 0.2  # what was put last is heard before the session ends
+_LOOK_S = 0.1
+_LEAD_S = 1.0  # for those who only now find a router: they try twice a second
+
+
+class Wishes(NamedTuple):
+    """How to play it; `connect` None: this is the Zenoh router itself, at `listen`."""
+
+    file: Path
+    speed: float
+    loop: bool
+    await_sound: bool
+    listen: str
+    connect: str | None
+    osc_out: tuple[str, ...]
+    prefix: str
+    longest_s: float  # one bad time would make it wait for years
+
+
+def load(path: Path) -> tuple["Recording", "Scene"]:
+    """A recording with strikes and a scene. Stop with what is wrong with it."""
+    from rig.recording import channels
+    from rig.recording.reading import RecordingError, read
+    from rig.recording.recorder import scene_of
+
+    try:
+        recording = read(path)
+        if not recording.of(channels.STRIKE):
+            wrong(f"{path}: no strikes in it{f'; it {recording.torn}' if recording.torn else ''}")
+        if not recording.scenes:
+            wrong(f"{path}: no scene in it: nobody would know which drum to play")
+        return recording, scene_of(recording.scenes[0])
+    except RecordingError as error:
+        wrong(str(error))
+    except ValueError as error:
+        wrong(f"{path}: its scene cannot be read: {error}")
+
+
+def _cues(recording: "Recording", wishes: Wishes) -> "list[Cue]":
+    # What is to be played when. Stop with what no servo can have told, and where nobody can have meant so long a play.
+    from rig.replaying.cues import cues_of
+
+    try:
+        cues = cues_of(recording.events, wishes.speed)
+    except ValueError as error:
+        wrong(f"{wishes.file}: {error}")
+    lasts_s = cues[-1].at_ns * 1e-9
+    if lasts_s > wishes.longest_s:
+        gap_s, at_s = max((b.at_ns - a.at_ns, a.at_ns) for a, b in pairwise(cues))
+        wrong(
+            f"{wishes.file}: would play for {lasts_s:.4g} s, {gap_s * 1e-9:.4g} s of it in silence after the first"
+            f" {at_s * 1e-9:.4g} s: is a time in it wrong? More than {wishes.longest_s:g} s are played only when asked"
+            f" for: --longest {math.ceil(lasts_s)}"
+        )
+    return cues
+
+
+@contextmanager
+def _session(keys: Keys, wishes: Wishes) -> "Generator[zenoh.Session]":
+    import zenoh
+
+    from protocol.session import client_config, open_router
+    from rig.replaying.stand_in import present
+
+    try:
+        if wishes.connect is None:
+            ports.require_free_tcp(*host_and_port(wishes.listen), "Zenoh port", "--listen")
+            session = open_router(wishes.listen)
+        else:
+            session = zenoh.open(client_config(wishes.connect))
+    except zenoh.ZError:
+        lacking(f"no Zenoh router answers at {wishes.connect}: start it, or leave out --connect")
+    try:
+        if wishes.connect is not None and present(session, keys.alive("haptic", "*")):
+            lacking(
+                f"rig {keys.rig!r} is played there already: stop it, or give the replay another name with --rig"
+            )
+        yield session
+    finally:
+        session.close()
+
+
+def _say(words: str) -> None:
+    say(logging.INFO, f"replay: {words}")
+
+
+def _await_sound(session: "zenoh.Session", keys: Keys, enough: Callable[[], bool]) -> None:
+    from rig.replaying.stand_in import present
+
+    _say(f"waiting for a sound server of rig {keys.rig!r}")
+    while not enough() and not present(session, keys.alive("sound", "*")):
+        time.sleep(_LOOK_S)
+
+
+def replay(keys: Keys, wishes: Wishes, as_json: bool) -> None:
+    """Play the recording, then say how it went. Raises Stop."""
+    recording, scene = load(wishes.file)
+    cues = _cues(recording, wishes)
+    stop = StopRequest()
+    on_stop_signals(stop.ask)
+    if recording.torn:
+        _say(f"{wishes.file} {recording.torn}; it is played as far as it goes")
+    if len(recording.scenes) > 1:
+        _say(
+            f"the scene changed {len(recording.scenes) - 1} times in it; {scene.name!r}, the first, is answered"
+        )
+    with _session(keys, wishes) as session:
+        summary = _played(session, keys, wishes, recording, cues, scene, stop)
+    print(json.dumps(summary) if as_json else _words(summary))
+
+
+def _played(
+    session: "zenoh.Session",
+    keys: Keys,
+    wishes: Wishes,
+    recording: "Recording",
+    cues: "list[Cue]",
+    scene: "Scene",
+    stop: StopRequest,
+) -> dict[str, Any]:
+    from drumstick.parameters.table import table_of
+    from rig.replaying.cues import Retelling, numbers_of
+    from rig.replaying.osc_out import OscOut
+    from rig.replaying.player import Player
+    from rig.replaying.stand_in import StandIn, new_boot
+
+    boot, panic = new_boot(), StopRequest()
+    what = f"a replay of {wishes.file.name}"
+    stand_in = StandIn(
+        session, keys, boot, recording.scenes[0], what, panic.ask, lambda: {"replay": str(wishes.file)}
+    )
+    osc = OscOut(wishes.osc_out, wishes.prefix, table_of(scene))
+    retelling = Retelling(boot, numbers_of(cues))
+    player = Player(cues, retelling, stand_in, osc, keys.rig, panic.is_set)
+    try:
+        if wishes.await_sound:
+            _await_sound(session, keys, lambda: stop.is_set() or panic.is_set())
+        begun = time.monotonic()
+        end = player.play(stop, wishes.loop, _LEAD_S)
+        lasted_s = max(time.monotonic() - begun - _LEAD_S, 0.0)
+        time.sleep(_ON_ITS_WAY_S)
+    finally:
+        osc.close()
+        stand_in.close()
+    late = player.lateness
+    return {
+        "file": str(wishes.file),
+        "rig": keys.rig,
+        "boot": boot,
+        "end": end,
+        "duration_s": round(lasted_s, 3),
+        "passes": player.passes,
+        "messages": dict(sorted(player.count.items())),
+        "lateness_p50_us": late.percentile_us(0.5),
+        "lateness_p99_us": late.percentile_us(0.99),
+        "lateness_worst_us": late.worst_ns / 1e3,
+        "late": late.late,
+        "osc_unsent": osc.unsent,
+        "torn": recording.torn or None,
+    }
+
+
+def _words(summary: dict[str, Any]) -> str:
+    strikes = summary["messages"].get("/strike", 0)
+    lines = [
+        f"{summary['file']}: {summary['end']} after {summary['duration_s']:.1f} s, {strikes} strikes,"
+        f" {sum(summary['messages'].values())} messages",
+        f"  lateness: p50 {summary['lateness_p50_us'] / 1e3:.2f} ms, p99 {summary['lateness_p99_us'] / 1e3:.2f} ms,"
+        f" worst {summary['lateness_worst_us'] / 1e3:.2f} ms; {summary['late']} later than 2 ms",
+    ]
+    if summary["torn"]:
+        lines.append(f"  the file {summary['torn']}")
+    return "\n".join(lines)
+
+
+def checked_wishes(
+    file: Path,
+    speed: float,
+    loop: bool,
+    await_sound: bool,
+    listen: str,
+    connect: str | None,
+    osc_out: Sequence[str],
+    prefix: str,
+    longest_s: float,
+) -> Wishes:
+    """The options, checked. Raises Stop."""
+    from rig import checks
+    from rig.supervision.settled import require_loopback
+
+    checks.finite(speed, "--speed", 0.01, 100.0, "times the recorded one")
+    checks.finite(longest_s, "--longest", 0.0, 1e13, "s")
+    checks.endpoint(connect)
+    require_loopback(checks.endpoint(listen, "--listen"))
+    checks.prefix(prefix)
+    targets = tuple(checks.known_target(target) for target in osc_out)
+    return Wishes(file, speed, loop, await_sound, listen, connect, targets, prefix, longest_s)

@@ -1,0 +1,52 @@
+"""Whether a scene can be played at all, though each of its values is in range.
+
+Its drum: effects may leave a wave no room together. Its stick: the servo starts with no set outside the envelope.
+"""
+
+import dataclasses
+import math
+from collections.abc import Generator
+from contextlib import contextmanager
+
+from drumstick.parameters.scene import Scene
+from rig.fault import wrong
+
+_DEVICE_RATE_Hz = 48_000
+
+
+@contextmanager
+def playable() -> Generator[None]:
+    """Stop where a drum that is made inside cannot be."""
+    from drumstick.drum.build import Unplayable
+
+    try:
+        yield
+    except Unplayable as error:
+        wrong(str(error))
+
+
+def try_stick(scene: Scene) -> None:
+    """Judge the scene's own set for its simulated device, as the servo does at its start. Raises Stop."""
+    from drumstick.parameters.table import Refusal
+    from drumstick.safety import envelope
+    from drumstick.stick.law import law_of
+    from haptic_server.device.simulated import Simulated
+    from haptic_server.limits import limits_of
+
+    try:
+        envelope.require(law_of(scene), limits_of(scene, Simulated(scene).info().specification))
+    except Refusal as refusal:
+        wrong(f"{scene.name}: the scene itself is outside the envelope: {refusal}")
+
+
+def try_drum(scene: Scene) -> None:
+    """Make the scene's drum, for an audio device at 48 kHz. Raises Unplayable."""
+    from drumstick.drum.build import new_engine
+    from drumstick.drum.excitation.strikes import StrikeRing
+
+    # The finest mesh that `auto` may choose leaves a wave the most room.
+    finest = dataclasses.replace(
+        scene.mesh, accuracy="standard", rate_Hz=_DEVICE_RATE_Hz, cpu_budget=math.inf
+    )
+    mesh = finest if scene.mesh.accuracy == "auto" else scene.mesh
+    new_engine(dataclasses.replace(scene, mesh=mesh), _DEVICE_RATE_Hz, StrikeRing())

@@ -1,0 +1,92 @@
+"""Which scene the next servo plays, where no `drumstick up` remembers: systemd starts it, and knows of no scenes.
+
+Everything lies in the run folder, which the caller has claimed: no servo runs.
+"""
+
+import hashlib
+import json
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+
+from protocol.keys import DEFAULT_RIG, command
+from realtime.regular_file import read_text
+from rig import folder, scene_file, wanted_scene
+from rig.fault import GIVEN, LACKING, Stop
+from rig.supervision.laid_out import LaidOut
+
+CONFIGURED = "scene.configured"  # hash of the scene that was laid out because the options name it
+_LARGEST_BYTES = 500_000_000  # a recorded gesture, as JSON beside its scene
+BEFORE = "scene.before"  # the scene to go back to, until the one that somebody asked for has played
+
+Say = Callable[[str], None]
+
+
+def _lying(run: Path) -> LaidOut | None:
+    # None where there is no scene yet, or one that this version does not understand.
+    from drumstick.parameters.scene import SceneError, parse
+    from haptic_server import files
+
+    try:
+        text = read_text(run / files.SCENE, scene_file.LARGEST_BYTES)
+        name = parse(text, files.SCENE).name
+    except (OSError, UnicodeDecodeError, SceneError):
+        return None
+    return LaidOut(name, text, _read(run / files.GESTURE) or None)
+
+
+def _mark(scene: LaidOut) -> str:
+    return hashlib.sha256(json.dumps(asdict(scene)).encode()).hexdigest()
+
+
+def _read(path: Path) -> str:
+    # What cannot be read is as good as not there.
+    try:
+        return read_text(path, _LARGEST_BYTES)
+    except (OSError, UnicodeDecodeError):
+        return ""
+
+
+def lay_out(run: Path, configured: str, say: Say, rig: str = DEFAULT_RIG) -> None:
+    """Put the scene for the servo that starts now: one that somebody asked for, or the one of the options.
+
+    A servo that crashed finds its scene and its block as they were; so does one that a panic or a fault holds,
+    whatever is asked for. The configured scene is put where none lies, and where the options changed. `rig`: as the
+    words of it name it. Raises Stop.
+    """
+    from haptic_server import front
+
+    lying, wanted = _lying(run), wanted_scene.take(run, say)
+    first = scene_file.laid_out(configured)
+    is_new = _read(run / CONFIGURED) != _mark(first)
+    if lying is not None and wanted is None and not is_new:
+        return
+    if lying is not None and front.was_held(run):
+        say(f"a panic or a fault is latched: the scene stays; {command('arm', rig)} first")
+    elif wanted is not None and lying is not None and not is_new:
+        say(f"another scene: {wanted.name}")
+        folder.put_text(run / BEFORE, json.dumps(asdict(lying)))
+        wanted.put(run)
+    else:
+        (run / BEFORE).unlink(missing_ok=True)
+        first.put(run)
+        folder.put_text(run / CONFIGURED, _mark(first))
+
+
+def played(run: Path) -> None:
+    """The servo ticks: what it plays needs no way back any more."""
+    (run / BEFORE).unlink(missing_ok=True)
+
+
+def ended(run: Path, status: int, say: Say) -> None:
+    """The servo ended with this exit status: where it could not play what was asked for, go back. Raises Stop."""
+    kept = _read(run / BEFORE)
+    if not kept or status not in (GIVEN, LACKING):
+        return
+    say("that scene cannot be played here: back to the one before")
+    (run / BEFORE).unlink(missing_ok=True)
+    try:
+        LaidOut(**json.loads(kept)).put(run)
+    except (ValueError, TypeError) as damaged:  # then the configured one is laid out at the next start
+        (run / CONFIGURED).unlink(missing_ok=True)
+        raise Stop(GIVEN, f"{run / BEFORE}: {damaged}") from None

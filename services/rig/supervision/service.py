@@ -1,0 +1,69 @@
+"""`drumstick service`: become one process of a rig, for systemd to supervise instead of `drumstick up`."""
+
+import logging
+import os
+import sys
+from typing import NoReturn
+
+from realtime.log import say
+from rig import checks, folder
+from rig.fault import lacking, wrong
+from rig.supervision.admission import require_admission
+from rig.supervision.plan import Options, commands
+
+SERVICES = ("servo", "gateway", "door", "sound", "panel")
+
+
+def _say(words: str) -> None:
+    say(logging.INFO, f"drumstick: {words}")
+
+
+def become(name: str, options: Options) -> NoReturn:
+    """Replace this process by the service, with the command line that `drumstick up` would give it. Raises Stop."""
+    command = commands(options).get(name)
+    if command is None:
+        wrong(f"service {name}: the rig file opens no public listener (zenoh.public): nothing to do here")
+    require_admission(options)
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os.execv(command[0], command)
+
+
+def become_gateway(options: Options) -> NoReturn:
+    """The gateway of a scene that lies in the run folder. Raises Stop."""
+    from haptic_server import files
+
+    if not (options.folder / files.SCENE).is_file():
+        lacking(
+            f"{options.folder} holds no scene: the servo of rig {options.rig!r} lays it out; start that first"
+        )
+    become("gateway", options)
+
+
+def become_servo(options: Options, scene: str) -> NoReturn:
+    """The servo, for the scene that is due; it holds the rig's lock as long as it lives. Raises Stop."""
+    from rig.supervision import scene_change
+
+    lock = folder.claim(options.folder, options.rig)
+    scene_change.lay_out(options.folder, scene, _say, options.rig)
+    os.set_inheritable(lock.fileno(), True)
+    become("servo", options)
+
+
+def servo_ticks(rig: str) -> None:
+    """After the servo said that it is ready."""
+    from rig.supervision import scene_change
+
+    checks.rig_name(rig)
+    scene_change.played(folder.run_folder(rig))
+
+
+def servo_ended(rig: str, how: str, status: str) -> None:
+    """After the servo ended; `how` and `status` as systemd tells them (EXIT_CODE, EXIT_STATUS). Raises Stop."""
+    from rig.supervision import scene_change
+
+    checks.rig_name(rig)
+    if how == "exited" and status.isdecimal():
+        run = folder.run_folder(rig)
+        with folder.claim(run, rig):
+            scene_change.ended(run, int(status), _say)

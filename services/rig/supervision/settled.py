@@ -1,0 +1,181 @@
+"""What the command line and the rig file say together. The command line wins; what neither says stays on loopback."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from protocol.endpoint import host_and_port, is_every_address, is_loopback, is_tls
+from protocol.identity import Identity
+from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, Keys
+from protocol.roles import HAPTIC, ROLES
+from protocol.session import Public
+from realtime.log import say
+from rig import checks
+from rig.fault import LACKING, Stop, wrong
+from rig.identity import identity_check
+from rig.identity.rig_file import RigFile, load
+from rig.supervision.plan import DOOR, PANEL, SOUND
+from rig.supervision.plan import HAPTIC as HAPTIC_PART
+
+_OSC_HOST, _OSC_PORT = "127.0.0.1", 9100
+_OSC_TARGETS = ("127.0.0.1:9101",)
+SETTERS = ("technician", "panel")
+READERS = (*SETTERS, "listener")
+FOLLOWERS = ("listener",)
+_ROLES_OF = {HAPTIC_PART: (HAPTIC,), SOUND: ("sound",), PANEL: ("panel",)}
+
+
+class Settled(NamedTuple):
+    """Where a rig listens, connects and sends, and as whom."""
+
+    rig: str
+    connect: str | None
+    listen: str
+    public: Public | None
+    identity: Identity | None  # of clients: None where they stay on loopback
+    osc_bind: tuple[str, int]
+    osc_targets: tuple[str, ...]
+    osc_allow: tuple[str, ...]  # empty: loopback
+
+
+def settle(
+    parts: frozenset[str],
+    rig_file: Path | None,
+    *,
+    rig: str | None = None,
+    connect: str | None = None,
+    listen: str | None = None,
+    osc_in: int | None = None,
+    osc_out: Sequence[str] | None = None,
+) -> Settled:
+    """For the services in `parts`. Raises Stop; tells on stderr which certificates end soon, or have ended.
+
+    No force waits for a network: what time can mend, a certificate or a clock, ends no start that the force loop or its
+    gateway is part of, and nobody asks here for the addresses of names.
+    """
+    file = RigFile() if rig_file is None else load(rig_file)
+    name = _rig(file, rig)
+    end = connect or file.connect
+    checks.endpoint(end)
+    at = listen or DEFAULT_ROUTER
+    checks.endpoint(at, "--listen")
+    if osc_in is not None:
+        checks.port(osc_in, "--osc-in")
+    host, port = file.osc_bind or (_OSC_HOST, _OSC_PORT)
+    targets = (
+        tuple(osc_out) if osc_out else file.osc_targets if file.osc_targets is not None else _OSC_TARGETS
+    )
+    for target in osc_out or ():
+        checks.target(target)
+    if end is None and parts & {HAPTIC_PART, DOOR}:
+        require_loopback(at)
+    return Settled(
+        name,
+        end,
+        at,
+        _public(file, name, at, parts) if DOOR in parts and end is None else None,
+        _identity(file, end, parts),
+        (host, osc_in or port),
+        targets,
+        file.osc_allow or (),
+    )
+
+
+class FarEnd(NamedTuple):
+    """A running rig as a command reaches it: the router's endpoint, its keys, and as whom we come in."""
+
+    endpoint: str
+    keys: Keys
+    identity: Identity | None = None  # None on loopback
+
+
+def far_end(
+    rig_file: Path | None, rig: str | None, connect: str | None, *, roles: tuple[str, ...] = SETTERS
+) -> FarEnd:
+    """Of a command that talks to a running rig, for which a certificate of these roles is good. Raises Stop."""
+    file = RigFile() if rig_file is None else load(rig_file)
+    end = checks.endpoint(connect or file.connect)
+    _require_identity(end, file)
+    identity = file.identity if is_tls(end) else None
+    if identity is not None:
+        _tell(identity_check.require_client(identity, roles, "this command"))
+    return FarEnd(end, Keys(_rig(file, rig)), identity)
+
+
+def fitness(rig_file: Path) -> list[str]:
+    """Warnings about this machine's certificate, whatever its role. Raises Stop when it is fit for nothing."""
+    file = load(rig_file)
+    if file.identity is None:
+        return []
+    if file.public is not None:
+        return identity_check.require_listener(file.identity)
+    return identity_check.require_client(file.identity, (HAPTIC, *ROLES), "a rig")
+
+
+def _rig(file: RigFile, rig: str | None) -> str:
+    name = rig or file.name or DEFAULT_RIG
+    checks.rig_name(name)
+    return name
+
+
+def _identity(file: RigFile, connect: str | None, parts: frozenset[str]) -> Identity | None:
+    if connect is None or not is_tls(connect) or parts <= {DOOR}:
+        return None
+    _require_identity(connect, file)
+    assert file.identity is not None
+    if len(parts - {DOOR}) > 1:
+        wrong(
+            f"{connect}: over TLS each part needs a certificate of its own: start drumstick haptic, sound or panel,"
+            " each with its rig file"
+        )
+    identity, (part,) = file.identity, parts - {DOOR}
+    _judge(lambda: identity_check.require_client(identity, _ROLES_OF[part], f"drumstick {part}"), parts)
+    return identity
+
+
+def _public(file: RigFile, rig: str, listen: str, parts: frozenset[str]) -> Public | None:
+    inner, inner_port = host_and_port(listen)
+    if file.public is None or file.identity is None:
+        return None
+    host, port = host_and_port(file.public)
+    if port == inner_port and (is_every_address(host) or host == inner):
+        wrong(
+            f"zenoh.public {file.public}: port {port} is that of --listen {listen}, and this address includes it;"
+            f" take another, e.g. {port + 1}"
+        )
+    identity = file.identity
+    _judge(lambda: identity_check.require_listener(identity), parts)
+    return Public(file.public, identity, (rig, *file.also), file.roles)
+
+
+def _judge(check: Callable[[], list[str]], parts: frozenset[str]) -> None:
+    try:
+        _tell(check())
+    except Stop as stop:
+        if stop.status != LACKING or HAPTIC_PART not in parts:
+            raise
+        _tell([f"{stop}; nobody comes in or goes out by it until then"])
+
+
+def _require_identity(end: str, file: RigFile) -> None:
+    if is_tls(end) and file.identity is None:
+        wrong(
+            f"{end}: over TLS this machine must show a certificate: give --rig-file with [keys] (docs/security.md)"
+        )
+
+
+def require_loopback(listen: str) -> None:
+    """Stop when others than local processes could come in at a router without access rules."""
+    if is_tls(listen) or not is_loopback(host_and_port(listen)[0]):
+        wrong(
+            f"--listen {listen}: whoever comes in there may do everything, so it must be a loopback address over TCP,"
+            f" e.g. {DEFAULT_ROUTER}; other machines come in by zenoh.public of a rig file (docs/security.md)"
+        )
+
+
+def _tell(warnings: list[str]) -> None:
+    for words in warnings:
+        say(logging.WARNING, f"drumstick: {words}")

@@ -1,0 +1,242 @@
+"""`drumstick up` and its parts: start the services, watch them, stop them, tell how it went."""
+
+import json
+import sys
+import time
+from contextlib import ExitStack
+from typing import Any
+
+from haptic_server import files, front
+from protocol.endpoint import host_and_port
+from protocol.foreign_text import shown
+from protocol.keys import Keys, command
+from realtime.stop import on_stop_signals
+from rig import folder, scene_file, wanted_scene
+from rig.fault import OURS, Stop, wrong
+from rig.machine import ports
+from rig.machine.machine_needs import require_machine
+from rig.recording.record import check_out
+from rig.supervision.admission import require_admission
+from rig.supervision.laid_out import LaidOut
+from rig.supervision.plan import HAPTIC, NOT_ESSENTIAL, PANEL, SOUND, Options, commands
+from rig.supervision.process import Service
+from rig.supervision.terminal import Terminal
+from rig.supervision.watch import Watch
+
+_LOOK_S = 0.05
+_STOP_WITHIN_S = 4.0
+_TELL_AFTER_S = 10.0
+_READY_WITHIN_S = 120.0  # the very first start compiles every kernel
+
+
+class Rig:
+    """The running services of one command."""
+
+    def __init__(self, options: Options, scene: LaidOut, terminal: Terminal) -> None:
+        self._options = options
+        self._scene = scene
+        self._scene_before: LaidOut | None = None
+        self._terminal = terminal
+        self._services = [
+            Service(n, c, terminal.say, n not in NOT_ESSENTIAL) for n, c in commands(options).items()
+        ]
+        self._watch = Watch(options.router, Keys(options.rig), options.identity)
+        self._stopping = False
+        self._played_s = 0.0
+        self._strikes_before = 0
+
+    def run(self, duration_s: float | None) -> None:
+        """Run until a signal or for `duration_s` seconds of play. Raises Stop when a service cannot run here."""
+        on_stop_signals(self._ask_to_stop)
+        begun = time.monotonic()
+        ready_at: float | None = None
+        told_s = _TELL_AFTER_S
+        try:
+            for service in self._services:
+                service.start()
+            while not self._stopping:
+                now = time.monotonic()
+                self._look(now)
+                if ready_at is None and not self._waits_for():
+                    ready_at = now
+                    self._strikes_before = self._watch.strikes
+                if ready_at is not None:
+                    self._played_s = now - ready_at
+                    if duration_s is not None and self._played_s >= duration_s:
+                        break
+                elif now - begun > _READY_WITHIN_S and duration_s is not None:
+                    raise Stop(OURS, f"not ready after {_READY_WITHIN_S:.0f} s: {self._waits_for()}")
+                elif now - begun > told_s:
+                    self._terminal.say(f"not ready after {told_s:.0f} s: {self._waits_for()}")
+                    told_s *= 2.0
+                self._terminal.status(self._status_line())
+                time.sleep(_LOOK_S)
+        finally:
+            self._stop()
+
+    def _ask_to_stop(self, *_: object) -> None:
+        self._stopping = True
+
+    def _look(self, now: float) -> None:
+        self._follow_scene()
+        for service in self._services:
+            service.look(now)
+            if service.fault_status is not None and self._scene_before is not None:
+                self._terminal.say(
+                    f"the scene {self._scene.name} cannot be played here: back to the one before"
+                )
+                back, self._scene_before = self._scene_before, None
+                self._play(back)
+                return
+            if service.fault_status is not None:
+                said = "" if service.last_line else f"{service.name} ended with status {service.fault_status}"
+                raise Stop(service.fault_status, said)  # what it said is on the terminal already
+        self._watch.look()
+
+    def _follow_scene(self) -> None:
+        # Somebody asked the gateway for another scene.
+        if HAPTIC not in self._options.parts:
+            return
+        wanted = wanted_scene.take(self._options.folder, self._terminal.say)
+        if wanted is None:
+            return
+        if front.was_held(self._options.folder):
+            self._tell_held()  # and nothing stops: a servo that starts anew has forgotten which fault it was
+            return
+        self._terminal.say(f"another scene: {wanted.name}")
+        self._scene_before = self._scene
+        self._play(wanted)
+
+    def _play(self, scene: LaidOut) -> None:
+        """Stop the force, then start gateway and servo with `scene`; with the present one where a panic is latched."""
+        haptic = [s for s in self._services if s.name in ("gateway", "servo")]
+        # The gateway first, so that no panic can come that the servo would not know of.
+        for service in reversed(haptic):
+            service.ask_to_stop()
+            service.wait_stopped(time.monotonic() + _STOP_WITHIN_S)
+        if front.was_held(self._options.folder):
+            self._tell_held()
+        else:
+            self._scene = scene
+            scene.put(self._options.folder)
+        for service in haptic:
+            service.start_anew()
+
+    def _tell_held(self) -> None:
+        self._terminal.say(
+            f"a panic or a fault is latched: the scene stays; {command('arm', self._options.rig)} first"
+        )
+
+    def _waits_for(self) -> str:
+        """Empty when all parts play."""
+        parts = self._options.parts
+        missing: list[str] = []
+        if HAPTIC in parts and self._watch.state is None:
+            missing.append("no state from the gateway")
+        if SOUND in parts and self._watch.meter is None:
+            missing.append("no meter from the sound server")
+        if PANEL in parts and not ports.listens("127.0.0.1", self._options.panel_port):
+            missing.append("no page from the panel")
+        return ", ".join(missing)
+
+    def _status_line(self) -> str:
+        state, meter = self._watch.state, self._watch.meter
+        if state is None:
+            return "starting (the first start compiles for about half a minute) ..."
+        sound = f" | sound load {meter.load:.0%}, {self._watch.xruns} xruns" if meter else ""
+        return (
+            f"{shown(state.status)} | {state.strikes} strikes"
+            f" | roll {state.roll_rate_Hz:5.2f} Hz, v_E {state.v_e_m_per_s:.3f} m/s"
+            f" | late p99 {state.lateness_p99_us / 1e3:.2f} ms, worst {state.lateness_worst_us / 1e3:.2f} ms{sound}"
+        )
+
+    def _stop(self) -> None:
+        self._watch.look()
+        self._watch.close()
+        for service in reversed(self._services):
+            service.ask_to_stop()
+        deadline = time.monotonic() + _STOP_WITHIN_S
+        for service in reversed(self._services):
+            service.wait_stopped(deadline)
+        self._terminal.end_status()
+
+    def summary(self) -> dict[str, Any]:
+        """How it went, with units in the names; null where a service was not part of it."""
+        state, meter = self._watch.state, self._watch.meter
+        return {
+            "scene": self._scene.name,
+            "rig": self._options.rig,
+            "duration_s": round(self._played_s, 3),
+            "strikes": self._watch.strikes - self._strikes_before if state else None,
+            "roll_rate_Hz": state.roll_rate_Hz if state else None,
+            "v_e_m_per_s": state.v_e_m_per_s if state else None,
+            "status": state.status if state else None,
+            "lateness_p99_us": state.lateness_p99_us if state else None,
+            "lateness_worst_us": self._watch.worst_lateness_us if state else None,
+            "overruns": self._watch.overruns if state else None,
+            "sound": meter.sink if meter else None,
+            "strikes_played": meter.played if meter else None,
+            "xruns": self._watch.xruns if meter else None,
+            "recording": str(self._options.record) if self._options.record else None,
+            "restarts": {s.name: s.restarts for s in self._services},
+        }
+
+
+def _words(summary: dict[str, Any]) -> str:
+    lines = [f"{summary['scene']}: {summary['duration_s']:.1f} s"]
+    if summary["strikes"] is not None:
+        lines.append(
+            f"  strikes {summary['strikes']}, roll {summary['roll_rate_Hz']:.2f} Hz,"
+            f" v_E {summary['v_e_m_per_s']:.3f} m/s"
+        )
+        lines.append(
+            f"  lateness of the force loop: p99 {summary['lateness_p99_us'] / 1e3:.2f} ms,"
+            f" worst {summary['lateness_worst_us'] / 1e3:.2f} ms, overruns {summary['overruns']}"
+        )
+    if summary["xruns"] is not None:
+        lines.append(
+            f"  sound: {summary['sound']}, {summary['strikes_played']} strikes played, xruns {summary['xruns']}"
+        )
+    restarted = ", ".join(f"{name} {n}x" for name, n in summary["restarts"].items() if n)
+    if restarted:
+        lines.append(f"  restarted: {restarted}")
+    return "\n".join(lines)
+
+
+def up(options: Options, scene: str, duration_s: float | None, as_json: bool) -> None:
+    """Run the chosen parts of a rig; prints a summary at the end. Raises Stop."""
+    if options.record is not None:
+        check_out(options.record, "--record")
+    elif options.record_force:
+        wrong("--record-force: give --record FILE.mcap too")
+    require_machine()
+    laid = LaidOut(scene)
+    with ExitStack() as held:
+        if HAPTIC in options.parts:
+            loaded = scene_file.load(scene)
+            if options.record_force and loaded.drum.excitation != "streamed":
+                wrong(
+                    f"--record-force: the scene {loaded.name!r} does not stream its force: play one with"
+                    ' [drum] excitation = "streamed", or leave it out'
+                )
+            held.enter_context(folder.claim(options.folder, options.rig))
+            laid = scene_file.laid_out(scene)
+            (options.folder / files.BLOCK).unlink(missing_ok=True)  # whoever types `up` is here, and means it
+            laid.put(options.folder)
+            held.callback((options.folder / files.BLOCK).unlink, missing_ok=True)
+            (options.folder / files.WANTED).unlink(missing_ok=True)
+            ports.require_free_udp(options.osc_host, options.osc_in, "OSC port", "--osc-in")
+            if options.oscquery is not None:
+                ports.require_free_tcp(*options.oscquery, "OSCQuery port", "--oscquery")
+            if options.is_router:
+                ports.require_free_tcp(*host_and_port(options.router), "Zenoh port", "--listen")
+            if options.public is not None:
+                public = host_and_port(options.public.endpoint)
+                ports.require_free_tcp(*public, "public Zenoh port", "zenoh.public of the rig file")
+        require_admission(options)
+        if PANEL in options.parts:
+            ports.require_free_tcp("127.0.0.1", options.panel_port, "panel port", "--panel-port")
+        rig = Rig(options, laid, Terminal())
+        rig.run(duration_s)
+        summary = rig.summary()
+    print(json.dumps(summary) if as_json else _words(summary), file=sys.stdout)

@@ -1,0 +1,1 @@
+"""Messages from rigs to the drums: links, strikes, streamed contacts, discovery."""

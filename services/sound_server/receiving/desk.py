@@ -1,0 +1,169 @@
+"""What becomes of a Contact message: checked, each tick's sample played once, at its instant, or dropped and counted.
+
+What is heard of a tick is heard `delay_s` after it: the scene's latency, or three pieces and one block of the audio
+device; and the room's. A piece is full after CONTACT_PIECE_S, the parabolas look two ticks ahead, a block is rendered
+before it sounds; the rest is for the network. A contact whose beginning comes too late for that sounds as soon as it
+can without gaps.
+`ContactDesk` is fed by the one thread that reads contacts; counters may be read from any.
+"""
+
+from collections import OrderedDict
+from collections.abc import Callable
+
+import numpy as np
+
+from drumstick.drum.excitation.feed import Feed, Forces
+from drumstick.drum.excitation.timeline import Stream
+from protocol.clock import HapticClock
+from protocol.complaints import Complaints
+from protocol.messages import CONTACT_PIECE_S, Contact, Strike, decode
+from sound_server.receiving.strikes import Once
+
+_PIECES = 3
+_LEAST_S = 0.001  # beside a block: from a piece's arrival to its sound, so that the next one comes in time
+_TOO_LATE_NS = 50_000_000
+_IMPLAUSIBLE_NS = 200_000_000
+_PLACES = 256
+# What a drum stick can do, generously; beyond it the float32 mesh would overflow.
+_MOST_N = 1e4
+_MOST_SAMPLES = 512
+_RATES_HZ = (100.0, 48000.0)
+_MOST_TICKS = 2**53
+
+
+class ContactDesk:
+    """`on_boot` is called, on the reading thread, with the boot of every message."""
+
+    def __init__(self, complaints: Complaints, on_boot: Callable[[int], None]) -> None:
+        self._complaints = complaints
+        self._on_boot = on_boot
+        self._feed: Feed | None = None
+        self._ticks = Once(16384)
+        self._contacts = Once()
+        self._places: OrderedDict[tuple[int, int], tuple[float, float]] = OrderedDict()
+        self._boots: list[int] = []  # oldest first; the last one plays
+        self._anchor = (0, 0.0, 0)  # first tick, period and instant, where no clock tells the instant
+        self.clock: HapticClock | None = None
+        self.latency_s = self.room_s = 0.0
+        self.played = 0
+        self.late = 0
+        self.duplicates = 0
+        self.refused = 0
+
+    def play_on(self, stream: Stream | None, latency_s: float, room_s: float = 0.0) -> None:
+        """From now on for this engine's stream, with the latency of its scene and of the room; None: for none. Any
+        thread."""
+        self.latency_s, self.room_s = latency_s, room_s
+        self._feed = None if stream is None else Feed(stream)
+
+    @property
+    def delay_s(self) -> float:
+        """From a tick to its sound."""
+        block_s = self._feed.block_s if self._feed is not None else 0.0
+        own_s = self.latency_s if self.latency_s > 0.0 else _PIECES * CONTACT_PIECE_S + block_s
+        return own_s + self.room_s
+
+    @property
+    def underflows(self) -> int:
+        """Gaps in contacts that were bridged."""
+        return int(self._feed.stream.state["underflows"][0]) if self._feed is not None else 0
+
+    def note(self, strike: Strike) -> None:
+        """Where a contact is, for pieces that do not say so. The thread that reads strikes."""
+        self._places[strike.boot, strike.seq] = (strike.x, strike.y)
+        if len(self._places) > _PLACES:
+            self._places.popitem(last=False)
+
+    def take(self, payload: bytes, now_ns: int) -> None:
+        """One message. Never raises for anything that a network can deliver."""
+        try:
+            contact = decode(payload, Contact)
+            forces = checked_forces(contact)
+        except ValueError as error:
+            self.refused += 1
+            self._complaints.complain(f"contact ignored: {error}")
+            return
+        self._on_boot(contact.boot)
+        feed = self._feed
+        if feed is None:
+            return
+        if not self._is_present(contact.boot):
+            self.late += 1
+            return
+        period_ns = 1e9 / contact.rate_Hz
+        start_ns = self._start(contact, feed, period_ns, now_ns)
+        if start_ns is None:
+            self.late += 1
+            return
+        self._play(contact, forces, start_ns, period_ns, feed)
+
+    def _is_present(self, boot: int) -> bool:
+        # The servo that answers for the clock plays; before it has answered, the newest does. A piece of one that was
+        # followed by another is from the past.
+        if boot in self._boots and boot != self._boots[-1]:
+            if self.clock is None or self.clock.boot != boot:
+                return False
+            self._boots.remove(boot)
+        if boot not in self._boots:
+            self._boots = [*self._boots[-15:], boot]
+        return True
+
+    def _start(self, contact: Contact, feed: Feed, period_ns: float, now_ns: int) -> int | None:
+        # Our time at which its first tick begins to sound; None for too late.
+        delay_ns = round(self.delay_s * 1e9)
+        soonest_ns = now_ns + round((feed.block_s + _LEAST_S) * 1e9)
+        clock = self.clock
+        if contact.t_ns is not None and clock is not None and clock.boot == contact.boot:
+            due_ns = clock.ours(contact.t_ns) + delay_ns
+            if now_ns > due_ns + _TOO_LATE_NS:
+                return None
+            if due_ns < now_ns + delay_ns + _IMPLAUSIBLE_NS:
+                return max(due_ns, soonest_ns)
+        # Without a clock: as it comes, each piece after the one before.
+        first, period_before_ns, instant_ns = self._anchor
+        due_ns = instant_ns + round((contact.first_tick - first) * period_ns)
+        if period_before_ns != period_ns or abs(due_ns - (now_ns + delay_ns)) > _TOO_LATE_NS:
+            due_ns = now_ns + delay_ns
+            self._anchor = (contact.first_tick, period_ns, due_ns)
+        return max(due_ns, soonest_ns)
+
+    def _play(self, contact: Contact, forces: Forces, start_ns: int, period_ns: float, feed: Feed) -> None:
+        # The samples that have not been heard yet; a message that comes twice, or overlaps another, adds nothing.
+        x, y = contact.x, contact.y
+        if x is None or y is None:
+            x, y = self._places.get((contact.boot, contact.seq), (0.0, 0.0))
+        new = [
+            self._ticks.is_new(contact.boot, contact.seq, contact.first_tick + k) for k in range(len(forces))
+        ]
+        if not any(new):
+            self.duplicates += 1
+            return
+        if self._contacts.is_new(contact.boot, contact.seq):
+            self.played += 1
+        edges = np.flatnonzero(np.diff([False, *new, False]))
+        for begin, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+            first, instant_ns = contact.first_tick + begin, start_ns + round(begin * period_ns)
+            if not feed.push(contact.boot, first, instant_ns, period_ns, x, y, forces[begin:end]):
+                self._complaints.complain("contact dropped: 256 pieces are waiting for the audio already")
+
+
+def checked_forces(contact: Contact) -> Forces:
+    """The forces, N, float32; ValueError, worded, for a piece that no servo can tell."""
+    low, high = _RATES_HZ
+    if not low <= contact.rate_Hz <= high:
+        raise ValueError(f"rate of {contact.rate_Hz:g} Hz is outside {low:g} .. {high:g} Hz")
+    count = len(contact.forces) // 4
+    if len(contact.forces) % 4 or not 1 <= count <= _MOST_SAMPLES:
+        raise ValueError(
+            f"{len(contact.forces)} bytes of forces: give 1 .. {_MOST_SAMPLES} float32, 4 bytes each"
+        )
+    for name, number in (("tick", contact.first_tick), ("boot", contact.boot), ("time", contact.t_ns or 0)):
+        if not 0 <= number < (_MOST_TICKS if name == "tick" else 2**63):
+            raise ValueError(f"{name} {number} is outside what a servo counts")
+    if not (abs(contact.x or 0.0) <= 1e3 and abs(contact.y or 0.0) <= 1e3):
+        raise ValueError(f"position {contact.x}, {contact.y} is nowhere near the head")
+    forces = np.frombuffer(contact.forces, "<f4").astype(np.float32)
+    wrong = ~(np.abs(forces) <= _MOST_N)
+    if wrong.any():
+        raise ValueError(f"force {forces[wrong][0]:g} N is outside -{_MOST_N:g} .. {_MOST_N:g} N")
+    return forces

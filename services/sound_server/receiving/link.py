@@ -1,0 +1,122 @@
+"""The haptic server over Zenoh: asking for its scene and its clock, listening to its strikes, telling it how we are.
+
+A session that is open returns by itself to a router that went away; subscriptions and the liveliness token come back
+with it. Subscriptions end in ring channels, each read by its own thread: with plain callbacks one slow reader would
+stop every subscription of the session.
+"""
+
+import json
+import threading
+import time
+from collections.abc import Callable
+from typing import Any, cast
+
+import zenoh
+
+from drumstick.parameters.scene import Scene, SceneError, from_tables
+from protocol.clock import ClockMap, HapticClock, asked_clock
+from protocol.complaints import Complaints
+from protocol.keys import Keys
+from protocol.messages import ENCODING, Meter, encode
+from sound_server.receiving.hearing import Hearing
+
+_RING = 256
+_QUERY_S = 0.5
+
+
+class Link:
+    """One rig's. Methods belong to the main thread; the session ends before `close`, and may be shared with others."""
+
+    def __init__(self, session: zenoh.Session, keys: Keys, complaints: Complaints) -> None:
+        self._session = session
+        self.keys = keys
+        self._complaints = complaints
+        self._readers: list[threading.Thread] = []
+        self._token: zenoh.LivelinessToken | None = None
+        self._contacts: Hearing | None = None
+        self._clock_map = ClockMap()
+
+    def scene(self) -> Scene | None:
+        """The haptic server's scene; None when nobody answers, or with nonsense (logged). Blocks up to 0.5 s."""
+        payload = self._ask(self.keys.scene)
+        if payload is None:
+            return None
+        try:
+            tables: object = json.loads(payload)
+            if not isinstance(tables, dict):
+                raise ValueError("not a JSON object")
+            return from_tables(cast(dict[str, Any], tables))
+        except SceneError as error:
+            self._complaints.complain(f"scene refused: {error.mistakes[0]}")
+        except (ValueError, RecursionError) as error:
+            self._complaints.complain(f"scene refused: {error}")
+        return None
+
+    def clock(self) -> HapticClock | None:
+        """The haptic machine's clock, from five round trips; None when nobody answers."""
+        return asked_clock(self._clock_map, lambda: self._ask(self.keys.clock), self._complaints.complain)
+
+    @property
+    def clock_pause_s(self) -> float:
+        """When to ask for the clock again."""
+        return self._clock_map.pause_s
+
+    def _ask(self, key: str) -> bytes | None:
+        try:
+            for reply in self._session.get(key, timeout=_QUERY_S):
+                if reply.ok is not None:
+                    return reply.ok.payload.to_bytes()
+        except zenoh.ZError as error:
+            self._complaints.complain(f"{key}: {error}")
+        return None
+
+    def listen(self, key: str, take: Callable[[bytes, int], None]) -> None:
+        """Call `take(payload, monotonic ns)` for every sample of `key`, on a thread of its own."""
+        subscriber = self._session.declare_subscriber(key, zenoh.handlers.RingChannel(_RING))
+
+        def read() -> None:
+            while True:
+                try:
+                    sample = subscriber.recv()
+                except zenoh.ZError:  # the session was closed
+                    return
+                take(sample.payload.to_bytes(), time.monotonic_ns())
+
+        reader = threading.Thread(target=read, name=key.rpartition("/")[2], daemon=True)
+        reader.start()
+        self._readers.append(reader)
+
+    def hear_contacts(self, take: Callable[[bytes, int], None] | None) -> None:
+        """Call `take(payload, monotonic ns)` for every piece of a contact, on a thread of its own; None: not any more.
+
+        Only while somebody hears them are they published at all.
+        """
+        if take is None and self._contacts is not None:
+            self._contacts.close()
+            self._contacts = None
+        elif take is not None and self._contacts is None:
+            self._contacts = Hearing(self._session, self.keys.contact, take)
+
+    def announce(self, instance: str) -> None:
+        """Be seen as alive/sound/<instance> for as long as the session lives."""
+        self._token = self._session.liveliness().declare_token(self.keys.alive("sound", instance))
+
+    def tell(self, meter: Meter) -> None:
+        """Publish the meter; dropped without a router."""
+        try:
+            self._session.put(self.keys.meter, encode(meter), encoding=zenoh.Encoding(ENCODING))
+        except zenoh.ZError as error:
+            self._complaints.complain(f"meter not sent: {error}")
+
+    def publisher(self, key: str) -> zenoh.Publisher:
+        """For what is put only while somebody listens. It ends with the session."""
+        return self._session.declare_publisher(
+            key, encoding=zenoh.Encoding(ENCODING), congestion_control=zenoh.CongestionControl.DROP
+        )
+
+    def close(self) -> None:
+        """Wait for the readers, which end with the session."""
+        if self._contacts is not None:
+            self._contacts.end()
+        for reader in self._readers:
+            reader.join()

@@ -1,0 +1,134 @@
+"""What becomes of a strike message: checked, played once, at its instant, or dropped and counted.
+
+`StrikeDesk` is fed by the one thread that reads strikes; its counters may be read, and its clock, latency and ring
+replaced, from any thread.
+"""
+
+from collections import OrderedDict
+from collections.abc import Callable
+
+from drumstick.drum.excitation.strikes import StrikeRing
+from protocol.clock import HapticClock
+from protocol.complaints import Complaints
+from protocol.messages import Strike, decode
+from sound_server.receiving.punctuality import Punctuality
+
+_TOO_LATE_NS = 50_000_000
+# A strike that is due later than this beyond its latency comes from a clock that was mapped wrongly.
+_IMPLAUSIBLE_NS = 500_000_000
+_REMEMBERED = 4096
+# What a drum stick can do, generously; beyond it the float32 mesh would overflow.
+_MOST_N = 1e4
+_LONGEST_S = 1.0
+
+
+class Once:
+    """The newest 4096 (boot, seq): a strike is played once, even when the network delivers it again; and a sample of
+    its force by (boot, seq, tick)."""
+
+    def __init__(self, remembered: int = _REMEMBERED) -> None:
+        self._seen: OrderedDict[tuple[int, ...], None] = OrderedDict()
+        self._remembered = remembered
+
+    def is_new(self, *names: int) -> bool:
+        """Whether what is so named was not seen before; it is from now on."""
+        if names in self._seen:
+            return False
+        self._seen[names] = None
+        if len(self._seen) > self._remembered:
+            self._seen.popitem(last=False)
+        return True
+
+
+class StrikeDesk:
+    """`on_boot` is called, on the reading thread, with the boot of every message.
+
+    `note`: None, or who is told of each strike instead of the ring, because its force comes as a stream.
+    """
+
+    def __init__(self, ring: StrikeRing, complaints: Complaints, on_boot: Callable[[int], None]) -> None:
+        self.ring = ring
+        self._complaints = complaints
+        self._on_boot = on_boot
+        self._once = Once()
+        self.note: Callable[[Strike], None] | None = None
+        self.clock: HapticClock | None = None
+        self.latency_s = 0.0
+        self.room_s = 0.0  # how much of the latency is the room's, which also holds for what sounds at once
+        self.punctuality = Punctuality()
+        self.played = 0
+        self.late = 0
+        self.duplicates = 0
+        self.bad = 0
+
+    def take(self, payload: bytes, now_ns: int) -> None:
+        """One message. Never raises for anything that a network can deliver."""
+        try:
+            strike = decode(payload, Strike)
+            check(strike)
+        except ValueError as error:
+            self.bad += 1
+            self._complaints.complain(f"strike ignored: {error}")
+            return
+        self._on_boot(strike.boot)
+        if not self._once.is_new(strike.boot, strike.seq):
+            self.duplicates += 1
+            return
+        if self.note is not None:
+            self._note_arrival(
+                strike, now_ns, 0
+            )  # its sound comes with its force, which has counters of its own
+            self.note(strike)
+            return
+        onset_ns = self._onset(strike, now_ns)
+        if onset_ns is None:
+            self.late += 1
+        elif self.ring.push(
+            onset_ns,
+            strike.x,
+            strike.y,
+            strike.peak_estimate_N,
+            strike.contact_estimate_s,
+            strike.impulse_N_s,
+        ):
+            self.played += 1
+        else:
+            self._complaints.complain("strike dropped: 256 are waiting for the audio already")
+
+    def _onset(self, strike: Strike, now_ns: int) -> int | None:
+        # Our time at which it is to sound, 0 for at once, None for too late. Without a clock for its boot nothing can
+        # be said about its age, and it is played at once.
+        latency_ns = round(self.latency_s * 1e9)
+        contact_ns = self._note_arrival(strike, now_ns, latency_ns)
+        if contact_ns is None:
+            return self._at_once(now_ns)
+        due_ns = contact_ns + latency_ns
+        if now_ns > due_ns + _TOO_LATE_NS:
+            return None
+        if latency_ns == 0 or due_ns > now_ns + latency_ns + _IMPLAUSIBLE_NS:
+            return self._at_once(now_ns)
+        return max(due_ns, 1)
+
+    def _at_once(self, now_ns: int) -> int:
+        return now_ns + round(self.room_s * 1e9) if self.room_s else 0
+
+    def _note_arrival(self, strike: Strike, now_ns: int, latency_ns: int) -> int | None:
+        # Our time of the contact; None without a clock of its boot.
+        clock = self.clock
+        if clock is None or clock.boot != strike.boot:
+            return None
+        contact_ns = clock.ours(strike.t_ns)
+        self.punctuality.note(now_ns - contact_ns, latency_ns)
+        return contact_ns
+
+
+def check(strike: Strike) -> None:
+    """ValueError, worded, for a strike that no stick can make."""
+    if not 0.0 <= strike.peak_estimate_N <= _MOST_N:
+        raise ValueError(f"peak force {strike.peak_estimate_N:g} N is outside 0 .. {_MOST_N:g} N")
+    if not 0.0 <= strike.contact_estimate_s <= _LONGEST_S:
+        raise ValueError(f"contact of {strike.contact_estimate_s:g} s is outside 0 .. {_LONGEST_S:g} s")
+    if not abs(strike.impulse_N_s) <= _MOST_N * _LONGEST_S:
+        raise ValueError(f"an impulse of {strike.impulse_N_s:g} N s is no stick's")
+    if not (abs(strike.x) <= 1e3 and abs(strike.y) <= 1e3):
+        raise ValueError(f"position {strike.x:g}, {strike.y:g} is nowhere near the head")

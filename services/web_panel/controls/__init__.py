@@ -1,0 +1,1 @@
+"""Controls on the page: sliders, exact entry, undo row, presets, lease and scenes."""

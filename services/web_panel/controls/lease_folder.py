@@ -1,0 +1,68 @@
+"""Tuning alone, on the page: take the writer's lease for this browser, or give it back."""
+
+import viser
+
+from web_panel.access.client_message import ClientMessages, is_click, is_short_text
+from web_panel.access.guard import control_id
+from web_panel.access.lease_door import LeaseDoor
+from web_panel.page import markup
+
+_LONGEST_NAME = 40
+_WORDS = (
+    "While you tune alone, sets from anywhere else are refused: other browsers, OSC, commands. PANIC works for "
+    "everybody. It ends when you give it back or this page closes."
+)
+
+
+def _is_name(value: object) -> bool:
+    return is_short_text(value, _LONGEST_NAME)
+
+
+class LeaseFolder:
+    """Made and shown by the main thread; clicks come on viser's."""
+
+    def __init__(
+        self, server: viser.ViserServer, messages: ClientMessages, door: LeaseDoor, order: float
+    ) -> None:
+        self._door = door
+        gui = server.gui
+        with gui.add_folder("Tune alone", order=order, expand_by_default=False):
+            gui.add_html(markup.line(_WORDS, "lease-help"))
+            self._name = gui.add_text("Your name", "technician", hint="Shown to everybody who is refused")
+            take = gui.add_button("Take the tuning")
+            give = gui.add_button("Give it back")
+            self._words = gui.add_html("")
+        messages.controls[control_id(self._name)] = _is_name
+        for button, act in ((take, self._take), (give, self._give)):
+            messages.controls[control_id(button)] = is_click
+            button.on_click(act)
+        self._said = ""
+        server.on_client_disconnect(self._gone)
+
+    async def _take(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+        if event.client_id is not None:
+            self._door.take(event.client_id, self._name.value.strip() or "technician")
+
+    async def _give(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+        if event.client_id is not None:
+            self._door.give_back(event.client_id)
+
+    async def _gone(self, client: viser.ClientHandle) -> None:
+        self._door.give_back(client.client_id)
+
+    def show(self) -> None:
+        """Write what the haptic server answered."""
+        while not self._door.outcomes.empty():
+            words, alarm = self._door.outcomes.get()
+            if words != self._said:
+                self._said = words
+                self._words.content = markup.line(words, "lease-answer", alarm)
+
+    def notice(self, lease_of: str) -> str:
+        """Who alone may set, for everybody to see; "" when everybody may."""
+        if not lease_of:
+            return ""
+        if lease_of == self._door.name:
+            who = f"{lease_of} tunes alone, from a browser at this panel"
+            return f"{who}: all others are refused until it is given back."
+        return f"{lease_of} is tuning: until they stop, the values are theirs to set."

@@ -1,0 +1,84 @@
+"""The scenes on the page: choose one, and let the rig start anew with it."""
+
+import asyncio
+import queue
+from collections.abc import Callable
+
+import viser
+
+from drumstick.parameters.scene import shipped_names
+from web_panel.access.client_message import ClientMessages, is_click
+from web_panel.access.guard import control_id
+from web_panel.page import markup
+from web_panel.page.wording import chosen_elsewhere
+from web_panel.rig.answer import Answer
+from web_panel.rig.mirror import Mirror
+from web_panel.rig.scene_change import SceneChange
+
+_WORDS = (
+    "Another scene stops the force, starts the servo anew and lets the stick in as at the beginning, with the values "
+    "that were used last in that scene. It takes some seconds, on a busy machine up to half a minute."
+)
+
+
+class SceneFolder:
+    """Made and shown by the main thread; clicks come on viser's. `load(name, browser)` asks and waits."""
+
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        messages: ClientMessages,
+        load: Callable[[str, int | None], Answer],
+        order: float,
+    ) -> None:
+        self._load = load
+        self._outcomes: queue.SimpleQueue[tuple[str, bool]] = queue.SimpleQueue()
+        self._agreed: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._change = SceneChange()
+        self._chosen = ""
+        self._chosen_by: int | None = None  # a browser's id
+        self._playing = ""
+        names = tuple(shipped_names())
+        gui = server.gui
+        with gui.add_folder("Scene", order=order, expand_by_default=False):
+            gui.add_html(markup.line(_WORDS, "scene-help"))
+            group = gui.add_button_group("Scene", names)
+            self._button = gui.add_button("Play this scene", disabled=True)
+            self._words = gui.add_html("")
+        messages.controls[control_id(group)] = lambda value: value in names
+        messages.controls[control_id(self._button)] = is_click
+        group.on_click(self._choose)
+        self._button.on_click(self._play)
+
+    async def _choose(self, event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
+        self._chosen, self._chosen_by = event.target.value, event.client_id
+        self._outcomes.put((f"{self._chosen}: chosen, not playing yet", False))
+
+    async def _play(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+        name = self._chosen
+        if self._chosen_by != event.client_id:
+            self._outcomes.put((chosen_elsewhere(name), True))
+            return
+        answer = await asyncio.to_thread(self._load, name, event.client_id)
+        if answer.taken:
+            self._agreed.put(name)
+        self._outcomes.put((answer.words or f"{name}: the rig starts anew with it", not answer.taken))
+
+    def show(self, mirror: Mirror) -> None:
+        """Write what changed to the page."""
+        while not self._agreed.empty():
+            self._change.begin(self._agreed.get(), mirror)
+        while not self._outcomes.empty():
+            self._say(*self._outcomes.get())
+        if self._button.disabled == bool(self._chosen):
+            self._button.disabled = not self._chosen
+        playing = mirror.scene.name if mirror.scene is not None else ""
+        if playing != self._playing:
+            self._playing = playing
+            self._say(f"{playing} is playing", False)
+        outcome = self._change.outcome(mirror)
+        if outcome is not None:
+            self._say(*outcome)
+
+    def _say(self, words: str, alarm: bool) -> None:
+        self._words.content = markup.line(words, "scene-answer", alarm)

@@ -1,0 +1,1 @@
+"""The page and its parts: markup, style, words, scripts, the picture of the drum."""

@@ -1,0 +1,155 @@
+"""HTML of the page's own parts. Whatever came over the network is escaped here and nowhere else. Pure."""
+
+from html import escape
+
+from drumstick.parameters.scene import Scene
+from drumstick.parameters.table import Parameter
+from protocol.messages import Readback, State, Strike
+from web_panel.page.page_script import page_script
+from web_panel.page.style import CSS
+from web_panel.page.wording import (
+    Forecast,
+    Notice,
+    figure,
+    hint_of,
+    measured,
+    microseconds,
+    readback_note,
+    steady,
+)
+
+# The script in an attribute: a browser runs it although the piece is put into the page as text (see pad).
+STYLE = f'<style onload="{escape(page_script())}">{CSS}</style>'
+
+
+def beat(number: int) -> str:
+    """Nothing to see: while the number changes, the page's script knows that the panel is there."""
+    return f'<div data-beat="{number}" hidden></div>'
+
+
+def symbol(text: str) -> str:
+    """`K_coll` with its index set low."""
+    stem, _, index = text.partition("_")
+    return f"{escape(stem)}<sub>{escape(index)}</sub>" if index else escape(stem)
+
+
+def notice(what: Notice) -> str:
+    """The banner at the top."""
+    return (
+        f'<div class="dr"><div class="dr-notice dr-{what.mood}" data-part="notice">'
+        f"<b>{escape(what.headline)}</b><span>{escape(what.advice)}</span></div></div>"
+    )
+
+
+def line(words: str, part: str, alarm: bool = False) -> str:
+    """One small line of text; empty words take no room."""
+    kind = "dr-small dr-alarm" if alarm else "dr-small"
+    return (
+        f'<div class="dr" data-part="{part}"><div class="{kind}">{escape(words)}</div></div>' if words else ""
+    )
+
+
+def _tile(part: str, label: str, value: str, unit: str, below: str = "") -> str:
+    return (
+        f'<div class="dr-tile" data-part="{part}"><i>{label}</i>'
+        f"<b>{escape(value)}</b><u>{escape(unit)}</u>{below}</div>"
+    )
+
+
+def _level(level: float) -> str:
+    share = 100.0 * min(max(level, 0.0), 1.0)
+    bar = f'<div class="dr-level"><div style="width:{share:.0f}%"></div></div>'
+    return f'<div class="dr-share">level {level:.2f}{bar}</div>'
+
+
+def tiles(state: State | None, strike: Strike | None, old: bool) -> str:
+    """The three numbers to be read from afar; `old` greys them."""
+    rate = steady(state.roll_rate_Hz, 1) if state else "–"
+    speed = steady(state.v_e_m_per_s, 2) if state else "–"
+    label = f"Strike {strike.seq}" if strike else "Last strike"
+    hit = steady(strike.z_speed_m_per_s, 2) if strike else "–"
+    below = _level(strike.level if strike else 0.0)
+    return (
+        f'<div class="dr"><div class="dr-tiles{" dr-old" if old else ""}">'
+        + _tile("roll-rate", "Roll rate", rate, "Hz")
+        + _tile("v-e", "v<sub>E</sub> after contact", speed, "m/s")
+        + _tile("strike", label, hit, "m/s", below)
+        + "</div></div>"
+    )
+
+
+def health(scene: Scene | None, state: State | None, sound: str) -> str:
+    """Which scene, timing of the servo, and the sound servers' meters."""
+    name = (
+        f'<div class="dr-small" data-part="scene">Scene: <b>{escape(scene.name)}</b></div>' if scene else ""
+    )
+    servo = "not heard"
+    if state is not None:
+        dropped = f", {state.ring_dropped} records dropped" if state.ring_dropped else ""
+        servo = (
+            f"worst lateness <b>{microseconds(state.lateness_worst_us)}</b>, "
+            f"99th percentile {microseconds(state.lateness_p99_us)}, {state.overruns} ticks missed{dropped}"
+        )
+    return (
+        f'<div class="dr">{name}<div class="dr-small" data-part="servo">Servo: {servo}</div>'
+        f'<div class="dr-small" data-part="sound">Sound: {escape(sound)}</div></div>'
+    )
+
+
+def sets(words: str, on: str) -> str:
+    """Which of A and B is on; the style lights its button by the mark."""
+    return f'<div class="dr" data-part="sets"><div class="dr-small" data-on="{escape(on)}">{escape(words)}</div></div>'
+
+
+def prediction(forecast: Forecast) -> str:
+    """What the value under the thumb would do; in red when the envelope would refuse it."""
+    numbers = "".join(
+        f"<span>{symbol(label)} <b>{escape(value)}</b> {escape(unit)}</span>"
+        for label, value, unit in forecast.numbers
+    )
+    refused = ""
+    if forecast.refusal:
+        refused = f'<div class="dr-alarm">The envelope would refuse this: {escape(forecast.refusal)}</div>'
+    return (
+        f'<div class="dr" data-part="prediction"><div class="dr-fore{" dr-out" if refused else ""}">'
+        f"<i>{escape(forecast.about)}, computed:</i>{numbers}<u>{escape(forecast.verdict)}</u>{refused}</div></div>"
+    )
+
+
+def control(
+    parameter: Parameter,
+    readback: Readback | None,
+    reason: str,
+    large: bool,
+    setpoint: float | None = None,
+    waits: bool = False,
+) -> str:
+    """Name, readback, and beside it what was asked for while that is another; below, what the parameter does, or why
+    something was refused, or what is awaited.
+    """
+    q = parameter.quantity
+    value = figure(readback.value) if readback is not None else "–"
+    unit = "" if q.unit == "1" else q.unit
+    kind, note = "dr-note", q.words
+    if reason:
+        kind, note = "dr-note dr-refused", reason
+    elif waiting := readback_note(readback, waits):
+        kind, note = "dr-note dr-waits", waiting
+    asked = ""
+    if setpoint is not None and readback is not None and setpoint != readback.value:
+        asked = f'<s data-part="setpoint">→ {escape(measured(setpoint, q.unit))}</s>'
+    name = q.symbol or parameter.name
+    told = {
+        "param": parameter.name,
+        "label": name,
+        "hint": hint_of(parameter),
+        "scale": q.scale,
+        "unit": unit,
+    }
+    data = " ".join(f'data-{key}="{escape(words)}"' for key, words in told.items())
+    return (
+        f'<div class="dr-c {"dr-big" if large else "dr-more"}" {data}>'
+        f'<div class="dr-row"><div class="dr-name">{symbol(name)}</div>{asked}'
+        f'<div class="dr-val" data-part="readback">{escape(value)}<u>{escape(unit)}</u></div></div>'
+        f'<div class="{kind}" data-part="note">{escape(note)}</div></div>'
+    )

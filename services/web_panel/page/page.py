@@ -1,0 +1,158 @@
+"""The whole page, from top to bottom: condition, PANIC, three numbers, the two main controls, the rest, a view."""
+
+from collections.abc import Callable
+
+import viser
+
+from web_panel.access.client_message import ClientMessages, is_click
+from web_panel.access.guard import control_id
+from web_panel.access.lease_door import LeaseDoor
+from web_panel.controls.foresight import Foresight
+from web_panel.controls.lease_folder import LeaseFolder
+from web_panel.controls.scene_folder import SceneFolder
+from web_panel.controls.shelf import Doors, Shelf
+from web_panel.controls.steps_row import StepsRow
+from web_panel.controls.tuning import Tuning
+from web_panel.page import markup
+from web_panel.page.drum_view import DrumView
+from web_panel.page.keyboard import add_key
+from web_panel.page.pad import pad
+from web_panel.page.style import MARK_PANIC
+from web_panel.page.wording import notice_of, sound_words
+from web_panel.rig.answer import Answer
+from web_panel.rig.mirror import Mirror
+from web_panel.tuning.changes import Changes
+from web_panel.tuning.panic import Panic
+from web_panel.tuning.prediction import Prediction
+from web_panel.views.chosen import Sources, Views
+
+_WIDTH_PX = 600.0
+_ORDER_PAD, _ORDER_PREDICTION = 9.0, 9.5
+_ORDER_TUNING, _ORDER_STEPS, _ORDER_PRESETS, _ORDER_LEASE, _ORDER_SCENE = 10.0, 12.0, 15.0, 16.0, 17.0
+_ORDER_HEALTH, _ORDER_MORE, _ORDER_VIEWS = 30.0, 40.0, 50.0
+_PANIC_HINT = (
+    "Zero force at once, until it is cleared at the haptic machine. A network and a browser stand between this "
+    "button and the stick: it is no substitute for the switch at the device."
+)
+
+
+class Page:
+    """Made and shown by the main thread; `panic` is called on a thread that it may block."""
+
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        messages: ClientMessages,
+        changes: Changes,
+        panic: Callable[[], Answer],
+        presets: Doors,
+        load_scene: Callable[[str, int | None], Answer],
+        lease: LeaseDoor,
+        prediction: Prediction,
+        sources: Sources,
+        rig: str,
+    ) -> None:
+        self._server, self._messages, self._changes = server, messages, changes
+        self._panic = Panic(panic)
+        self._rig = rig
+        self._scene_shown = 0
+        self._tuning: Tuning | None = None
+        gui = server.gui
+        gui.configure_theme(
+            dark_mode=True, show_logo=False, show_share_button=False, brand_color=(56, 163, 224)
+        )
+        gui.set_panel_label(f"Drumstick: {rig}")
+        gui.main_panel.dock_right()
+        gui.main_panel.set_width(_WIDTH_PX)
+        gui.add_html(markup.STYLE)
+        self._beat = Text(gui.add_html(""))
+        self._notice = Text(gui.add_html(""))
+        gui.add_html(MARK_PANIC)
+        button = gui.add_button("PANIC", color="red", hint=_PANIC_HINT)
+        messages.controls[control_id(button)] = is_click
+        button.on_click(self._panic.press)
+        add_key(server, messages, "Panic", "Zero force at once, latched", "escape", None, self._panic.press)
+        self._panic_line = Text(gui.add_html(""))
+        self._tiles = Text(gui.add_html(""))
+        self._pad = Text(gui.add_html("", order=_ORDER_PAD))
+        self._absent = Text(gui.add_html("", order=_ORDER_TUNING))
+        self._lease = Text(gui.add_html("", order=_ORDER_TUNING))
+        self._steps = StepsRow(server, messages, changes, _ORDER_STEPS)
+        self._shelf = Shelf(server, messages, presets, rig, _ORDER_PRESETS)
+        self._lease_folder = LeaseFolder(server, messages, lease, _ORDER_LEASE)
+        self._scene_folder = SceneFolder(server, messages, load_scene, _ORDER_SCENE)
+        self._foresight = Foresight(server, prediction, _ORDER_PREDICTION)
+        self._health = Text(gui.add_html("", order=_ORDER_HEALTH))
+        self._drum = DrumView(server)
+        self.views = Views(server, messages, sources, _ORDER_VIEWS)
+
+    def show(self, mirror: Mirror, now: float) -> None:
+        """Write what changed since the last call."""
+        self._beat.say(markup.beat(int(now)))
+        silence = mirror.silent_s(now)
+        old = silence is None or silence > 0.0
+        self._notice.say(markup.notice(notice_of(mirror.connected, mirror.state, silence, self._rig)))
+        self._tiles.say(markup.tiles(mirror.state, mirror.strike, old))
+        self._health.say(markup.health(mirror.scene, mirror.state, sound_words(mirror.living_meters(now))))
+        self._pad.say(pad() if mirror.pointed else "")
+        if mirror.state is not None and mirror.state.status == "panic":
+            self._panic.seen(mirror.state_at)
+        self._panic_line.say(markup.line(self._panic.line, "panic", alarm=True))
+        self._show_tuning(mirror)
+        self._lease.say(markup.line(self._lease_folder.notice(mirror.lease_of), "lease"))
+        self._lease_folder.show()
+        self._scene_folder.show(mirror)
+        self._steps.show(mirror.table, mirror.standing())
+        self.foresee(mirror, now)
+        self._shelf.show(mirror)
+        self.views.show(mirror, now)
+
+    def foresee(self, mirror: Mirror, now: float) -> None:
+        """Write the newest prediction: at once, since a wish waits for it."""
+        self._foresight.show(mirror, bool(self._server.get_clients()), now)
+
+    def show_picture(self, mirror: Mirror, now: float) -> None:
+        """Move the picture, and note what is new for the views: oftener than the rest is written."""
+        self._drum.show(mirror, now)
+        self.views.take(mirror, now)
+        mirror.forget_news()
+
+    def _show_tuning(self, mirror: Mirror) -> None:
+        if mirror.scene is not None and mirror.scenes_seen != self._scene_shown:
+            self._scene_shown = mirror.scenes_seen
+            if self._tuning is not None:
+                self._tuning.remove()
+            self._tuning = Tuning(
+                self._server,
+                self._messages,
+                self._changes,
+                mirror.scene,
+                mirror.table,
+                _ORDER_TUNING,
+                _ORDER_MORE,
+            )
+        if self._tuning is None:
+            self._absent.say(
+                markup.line("The controls appear when the haptic server tells its scene.", "absent")
+            )
+            return
+        self._absent.say("")
+        self._tuning.show(mirror)
+
+    def note_answer(self, name: str, value: float, answer: Answer) -> None:
+        """Hand the answer to a wish to its control."""
+        if self._tuning is not None:
+            self._tuning.note_answer(name, value, answer)
+
+
+class Text:
+    """A piece of HTML that is sent only when it changes."""
+
+    def __init__(self, handle: viser.GuiHtmlHandle) -> None:
+        self._handle = handle
+        self._content = handle.content
+
+    def say(self, content: str) -> None:
+        """Show this."""
+        if content != self._content:
+            self._content = self._handle.content = content

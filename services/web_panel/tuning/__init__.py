@@ -1,0 +1,1 @@
+"""Changes of parameters: the queue of sets, undo, compare, prediction, panic."""

@@ -1,0 +1,93 @@
+"""What accuracy costs: the result that comes with the package beside this machine's own. Main thread."""
+
+from html import escape
+from pathlib import Path
+
+import numpy as np
+import viser
+import viser.uplot
+
+from web_panel.accuracy_results import Files, Result, read
+from web_panel.rig.history import History
+from web_panel.rig.mirror import Mirror
+from web_panel.views.joined import Pair, joined
+from web_panel.views.look import AMBER, BLUE, GREY, axis, dots, plot
+
+_AGAIN_S = 5.0
+_NONE: Pair = (np.empty(0), np.empty(0))
+_LOGARITHMIC = 3
+_HOW = "This machine has no result of its own yet; to make one, in three minutes, type: drumstick accuracy --quick"
+
+
+class AccuracyView:
+    """Looks for a newer result of this machine every five seconds."""
+
+    needs: frozenset[str] = frozenset()
+
+    def __init__(self, gui: viser.GuiApi, order: float, files: Files) -> None:
+        self._files = files
+        self._shipped, self._shipped_words = _read(files.shipped, "")
+        self._looked_at = float("-inf")
+        self._made: int | None = None
+        self._html = gui.add_html("", order=order)
+        self._pitch = _plot(gui, order + 0.01, "ns a sample of the drum", "first twenty modes, rms cents")
+        self._stick = _plot(gui, order + 0.02, "ns for a second of the stick", "first ten contacts, relative")
+        self._draw(None, _HOW)
+
+    def show(self, mirror: Mirror, history: History, now: float) -> None:
+        """Draw anew what was measured since."""
+        if now - self._looked_at < _AGAIN_S:
+            return
+        self._looked_at = now
+        made = _made(self._files)
+        if made != self._made:
+            self._made = made
+            self._draw(*_read(self._files.own, _HOW))
+
+    def _draw(self, own: Result | None, missing: str) -> None:
+        results = (self._shipped, own)
+        told = [("measured for this version", self._shipped), ("this machine", own)]
+        lines = [f"{name}: {escape(result.words)}" for name, result in told if result is not None]
+        lines += [escape(words) for words in (self._shipped_words, missing) if words]
+        self._html.content = '<div class="dr">' + "".join(
+            f'<div class="dr-small" data-part="accuracy">{line}</div>' for line in lines
+        ) + "</div>"  # fmt: skip
+        self._pitch.data = joined((), [_NONE if each is None else each.pitch for each in results])
+        self._stick.data = joined((), [_NONE if each is None else each.stick for each in results])
+
+    def remove(self) -> None:
+        """Take it off the page."""
+        for part in (self._html, self._pitch, self._stick):
+            part.remove()
+
+
+def _read(path: Path | None, missing: str) -> tuple[Result | None, str]:
+    # The result, or what to say instead of it.
+    try:
+        found = read(path)
+    except ValueError as error:
+        return None, f"{str(error)[:300]}. To make a new one, type: drumstick accuracy --quick"
+    return found, "" if found is not None else missing
+
+
+def _made(files: Files) -> int | None:
+    try:
+        return None if files.own is None else files.own.stat().st_mtime_ns
+    except OSError:
+        return None
+
+
+def _plot(gui: viser.GuiApi, order: float, cost: str, error: str) -> viser.GuiUplotHandle:
+    scale = viser.uplot.Scale(time=False, distr=_LOGARITHMIC)
+    return plot(
+        gui,
+        (
+            viser.uplot.Series(label="costs, ns"),
+            dots("measured for this version", "error", BLUE, 6.0),
+            dots("this machine", "error", AMBER, 9.0, hollow=True),
+        ),
+        scales={"x": scale, "error": viser.uplot.Scale(distr=_LOGARITHMIC)},
+        axes=(axis("x", 2, GREY, cost), axis("error", 3, GREY, error)),
+        order=order,
+        height=280,
+    )

@@ -1,0 +1,56 @@
+"""What the stick, its effects and the drum's mesh cost now, and what another mesh would cost."""
+
+import statistics
+from collections import deque
+from collections.abc import Sequence
+
+import viser
+
+from web_panel.rig.history import SPAN_S, History
+from web_panel.rig.mirror import Mirror
+from web_panel.rig.watching import COST
+from web_panel.views import words
+from web_panel.views.theorist import Theorist
+
+_PERIOD_S = 0.5
+_SOUNDING = 0.25  # of the largest load
+
+
+def sounding(loads: Sequence[float]) -> tuple[float, float] | None:
+    """The load while the drum sounds, its median, and the largest; None of none. At rest a drum costs nothing."""
+    if not loads:
+        return None
+    most = max(loads)
+    return statistics.median(load for load in loads if load >= _SOUNDING * most), most
+
+
+class CostView:
+    """Twice a second. Main thread."""
+
+    needs = frozenset({COST})
+
+    def __init__(self, gui: viser.GuiApi, order: float, theorist: Theorist) -> None:
+        self._theorist = theorist
+        self._drawn_at = float("-inf")
+        self._loads: deque[tuple[float, float]] = deque()
+        self._html = gui.add_html("", order=order)
+
+    def show(self, mirror: Mirror, history: History, now: float) -> None:
+        """Write it anew when it is time."""
+        meters = mirror.living_meters(now)
+        if meters:
+            self._loads.append((now, meters[0].load))
+        while self._loads and self._loads[0][0] < now - SPAN_S:
+            self._loads.popleft()
+        if now - self._drawn_at < _PERIOD_S:
+            return
+        self._drawn_at = now
+        content = words.cost(
+            self._theorist.ticks(mirror), mirror.costs, sounding([load for _, load in self._loads])
+        )
+        if content != self._html.content:
+            self._html.content = content
+
+    def remove(self) -> None:
+        """Take it off the page."""
+        self._html.remove()

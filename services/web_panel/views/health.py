@@ -1,0 +1,80 @@
+"""Who is connected, what the network does to strikes, and how late the ticks of the force loop come."""
+
+from collections.abc import Callable, Mapping
+from typing import Any, cast
+
+import numpy as np
+import viser
+import viser.uplot
+
+from web_panel.rig.history import History
+from web_panel.rig.mirror import Mirror
+from web_panel.rig.watching import DOCTOR
+from web_panel.views import words
+from web_panel.views.joined import Numbers, Pair
+from web_panel.views.look import BLUE, GREY, axis, plot
+
+_PERIOD_S = 0.5
+_MOST_BINS = 4096
+_FILL = "rgba(56,163,224,.25)"
+
+
+def lateness_of(doctor: Mapping[str, Any] | None) -> Pair | None:
+    """Lateness (us) and how many ticks were so late, shape (n,), NaN where none was; None where nothing is told."""
+    told: object = (doctor or {}).get("lateness")
+    if not isinstance(told, dict):
+        return None
+    given = cast(dict[str, object], told)
+    bin_us, ticks = given.get("bin_us"), given.get("ticks")
+    if not isinstance(bin_us, int | float) or not isinstance(ticks, list):
+        return None
+    counts = cast(list[object], ticks)[:_MOST_BINS]
+    if len(counts) < 2 or not all(isinstance(count, int) and count >= 0 for count in counts):
+        return None
+    found = np.array(counts, np.float64)
+    found[found == 0.0] = np.nan
+    late_us: Numbers = (np.arange(len(found), dtype=np.float64) + 0.5) * float(bin_us)
+    return late_us, found
+
+
+class HealthView:
+    """Twice a second; the haptic server is asked every two seconds. Main thread."""
+
+    needs = frozenset({DOCTOR})
+
+    def __init__(self, gui: viser.GuiApi, order: float, browsers: Callable[[], int]) -> None:
+        self._browsers = browsers
+        self._drawn_at = float("-inf")
+        self._doctor: Mapping[str, Any] | None = None
+        self._html = gui.add_html("", order=order)
+        self._plot = plot(
+            gui,
+            (
+                viser.uplot.Series(label="lateness, µs"),
+                viser.uplot.Series(label="ticks so late", scale="ticks", stroke=BLUE, width=2, fill=_FILL),
+            ),
+            scales={"x": viser.uplot.Scale(time=False), "ticks": viser.uplot.Scale(distr=3)},
+            axes=(axis("x", 2, GREY, "lateness of a tick, µs"), axis("ticks", 3, GREY, "ticks since the start")),
+            order=order + 0.1,
+            height=220,
+        )  # fmt: skip
+
+    def show(self, mirror: Mirror, history: History, now: float) -> None:
+        """Write it anew when it is time."""
+        if now - self._drawn_at < _PERIOD_S:
+            return
+        self._drawn_at = now
+        content = words.health(
+            mirror.living_meters(now), mirror.present, self._browsers(), mirror.doctor, mirror.state
+        )
+        if content != self._html.content:
+            self._html.content = content
+        if mirror.doctor is not self._doctor:
+            self._doctor = mirror.doctor
+            if (found := lateness_of(mirror.doctor)) is not None:
+                self._plot.data = found
+
+    def remove(self) -> None:
+        """Take it off the page."""
+        self._html.remove()
+        self._plot.remove()

@@ -1,0 +1,86 @@
+"""Roll rate, strike speed and v_E; contact time and largest force: the last ten seconds."""
+
+import numpy as np
+import viser
+import viser.uplot
+
+from web_panel.rig.history import SPAN_S, History
+from web_panel.rig.mirror import Mirror
+from web_panel.rig.watching import RELEASES
+from web_panel.views.joined import Numbers
+from web_panel.views.look import AMBER, BLUE, GREEN, GREY, LEGEND, RED, axis, line
+
+_PERIOD_S = 0.25
+
+
+def _plot(
+    gui: viser.GuiApi,
+    left: str,
+    right: str,
+    colours: tuple[str, str],
+    series: tuple[viser.uplot.Series, ...],
+    order: float,
+) -> viser.GuiUplotHandle:
+    empty = np.array([-SPAN_S, 0.0])
+    return gui.add_uplot(
+        (empty, *(np.zeros(2) for _ in series)),
+        (viser.uplot.Series(label="s"), *series),
+        scales={
+            "x": viser.uplot.Scale(time=False, range=(-SPAN_S, 0.0)),
+            left: viser.uplot.Scale(range=(0.0, None)),
+            right: viser.uplot.Scale(range=(0.0, None)),
+        },
+        axes=(axis("x", 2, GREY), axis(left, 3, colours[0]), axis(right, 1, colours[1])),
+        legend=LEGEND,
+        height=125,
+        padding=(8, 8, 0, 0),  # a line at the top of its scale stays whole
+        order=order,
+    )  # fmt: skip
+
+
+def _columns(found: Numbers) -> tuple[Numbers, ...]:
+    # uPlot wants two points at least.
+    return tuple(np.ascontiguousarray(column) for column in found)
+
+
+class RollView:
+    """Drawn four times a second while something is heard. Main thread."""
+
+    needs = frozenset({RELEASES})
+
+    def __init__(self, gui: viser.GuiApi, order: float) -> None:
+        self._drawn_at = float("-inf")
+        self._roll = _plot(
+            gui,
+            "Hz",
+            "m/s",
+            (BLUE, AMBER),
+            (
+                line("roll rate, Hz", "Hz", BLUE),
+                line("v_E, m/s", "m/s", GREEN),
+                line("strike speed, m/s", "m/s", AMBER),
+            ),
+            order,
+        )
+        self._contacts = _plot(
+            gui,
+            "ms",
+            "N",
+            (BLUE, RED),
+            (line("contact time, ms", "ms", BLUE), line("largest force, N", "N", RED)),
+            order + 0.1,
+        )
+
+    def show(self, mirror: Mirror, history: History, now: float) -> None:
+        """Redraw when it is time."""
+        if now - self._drawn_at < _PERIOD_S:
+            return
+        self._drawn_at = now
+        for plot, found in ((self._roll, history.roll(now)), (self._contacts, history.contacts(now))):
+            if found.shape[1] >= 2:
+                plot.data = _columns(found)
+
+    def remove(self) -> None:
+        """Take it off the page."""
+        self._roll.remove()
+        self._contacts.remove()

@@ -1,0 +1,179 @@
+"""One lap of the exact motion: from one release of the stick to the next.
+
+A lap starts from a state of five numbers, float64 of shape (5,): the speed v_out at z = 0 going up (m/s), what
+`pulse` and `cor_pulse` still have to give (m/s), and how long ago each of them fired (s). v_E, the speed once the
+pulses have given the rest, is the sum of the first three. An effect that the scene does not name leaves its numbers 0.
+
+Kernels: any thread; no allocation.
+"""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from drumstick.parameters.scene import Scene
+from drumstick.stick import composition
+from drumstick.stick.law import thrown
+from drumstick.stick.motion import exact
+from realtime.jit import Record, Records, njit, only_with
+
+Numbers = npt.NDArray[np.float64]
+
+STATE_SIZE = 5
+V_OUT, PULSE, COR_PULSE, PULSE_AGE, COR_PULSE_AGE = 0, 1, 2, 3, 4
+
+# What `next_release` tells of the contact that it ends and the flight before it. EFFORT is added to: how much computing
+# it took, in events (some 5 us each), so that work can be bounded without a clock.
+TOLD_SIZE = 6
+V_IN, V_E, CONTACT_S, APEX_M, PERIOD_S, EFFORT = 0, 1, 2, 3, 4, 5
+
+# Beside exact.MOVING, CAPTURED and LEFT: what was waited for did not come for so long that the search was given up.
+# A long pulse that holds the stick in the head comes here, and a head that keeps it swinging (`hysteretic_spring`).
+UNDECIDED = 3
+
+# The longest wait for an event is 2^patience times the first one, and a contact may have 16 times as many turns. The
+# search for fixed points, sweeps and contacts without pulses ask for less than the rest.
+PATIENCE, LITTLE_PATIENCE = 12, 5
+_CREEPING_PATIENCE = 60
+_FIRST_WAIT_RAD = 60.0
+_NOTHING_M, _NOTHING_M_PER_S = 1e-30, 1e-30
+_LONGEST_WAIT_S = 1e9
+_LONGEST_SAMPLED_WAIT_S = 10.0
+_EVENTS_A_WAIT = 16
+_WAIT_EFFORT = 4.0
+_STIFFEST = 4.0  # how much an effect may raise K_coll
+
+
+@only_with("pulse")
+def _set_pulse(law: Record, motion: Record, left: float, age: float) -> None:
+    motion.pulse.push = left / law.pulse.tau
+    motion.pulse.age = age
+
+
+@only_with("cor_pulse")
+def _set_cor_pulse(law: Record, motion: Record, left: float, age: float) -> None:
+    motion.cor_pulse.push = left / law.cor_pulse.tau
+    motion.cor_pulse.age = age
+
+
+@only_with("pulse")
+def _read_pulse(law: Record, motion: Record, state: Numbers) -> None:
+    state[PULSE] = motion.pulse.push * law.pulse.tau
+    state[PULSE_AGE] = motion.pulse.age
+
+
+@only_with("cor_pulse")
+def _read_cor_pulse(law: Record, motion: Record, state: Numbers) -> None:
+    state[COR_PULSE] = motion.cor_pulse.push * law.cor_pulse.tau
+    state[COR_PULSE_AGE] = motion.cor_pulse.age
+
+
+@only_with("hysteretic_spring", otherwise=False)
+def _stiffens(law: Record) -> bool:
+    return True
+
+
+@only_with("negative_damping", otherwise=False)
+def _loses_damping(law: Record) -> bool:
+    return True
+
+
+@only_with("system_delay", otherwise=False)
+def _delayed(law: Record) -> bool:
+    return True
+
+
+@only_with("noise", otherwise=False)
+def _noisy(law: Record) -> bool:
+    return True
+
+
+@njit()
+def _oscillates(law: Record, above: bool) -> bool:
+    # Does the stick swing here, rather than creep? Where it creeps, the search for events costs next to nothing.
+    if above:
+        return law.r_out * law.r_out < 4.0 * law.m * law.k_hand
+    if _stiffens(law) or _loses_damping(law):
+        return True
+    return law.r_in * law.r_in < 4.0 * law.m * (law.k_hand + law.k_coll)
+
+
+@njit()
+def _first_wait(law: Record, above: bool) -> float:
+    # For how long, s, to look for the next event at first: some ten oscillations of where the stick is.
+    stiffness = law.k_hand if above else law.k_hand + (_STIFFEST if _stiffens(law) else 1.0) * law.k_coll
+    longest = _LONGEST_SAMPLED_WAIT_S if _delayed(law) or _noisy(law) else _LONGEST_WAIT_S
+    return min(_FIRST_WAIT_RAD / math.sqrt(stiffness / law.m), longest) if stiffness > 0.0 else longest
+
+
+@njit()
+def until(law: Record, motion: Record, wanted: int, patience: int, told: Numbers) -> tuple[int, float]:
+    """Move on to the next `wanted` event; returns how that ended and the seconds moved. told: EFFORT grows.
+
+    exact.MOVING: it came; exact.CAPTURED, exact.LEFT: it never will; UNDECIDED: it did not come within `patience`.
+    """
+    moved = 0.0
+    waited = 0
+    for _ in range(_EVENTS_A_WAIT << patience):
+        above = motion.place == exact.ABOVE
+        # Not at once for ever: only between waits is a stick found to be captured by a head that it creeps in.
+        event, duration = exact.advance(law, motion, _first_wait(law, above) * 2.0**waited)
+        moved += duration
+        told[EFFORT] += (
+            _WAIT_EFFORT * 2.0**waited if event == exact.HORIZON and _oscillates(law, above) else 1.0
+        )
+        if event == wanted and motion.fate != exact.CAPTURED:
+            return exact.MOVING, moved
+        if motion.fate != exact.MOVING:
+            return motion.fate, moved
+        if not above and abs(motion.z) < _NOTHING_M and abs(motion.v) < _NOTHING_M_PER_S:
+            return exact.CAPTURED, moved  # creeps up to z = 0 for ever, and nothing presses it
+        waited = waited + 1 if event == exact.HORIZON else 0
+        if waited > (patience if _oscillates(law, above) else _CREEPING_PATIENCE) or moved > _LONGEST_WAIT_S:
+            break
+    return UNDECIDED, moved
+
+
+@njit(inline=True)
+def next_release(law: Record, motion: Record, patience: int, told: Numbers) -> int:
+    """From above the head through one contact; returns how that ended, as `until`. told: shape (6,), filled."""
+    fate, flight = until(law, motion, exact.ENTRY, patience, told)
+    if fate == exact.MOVING:
+        told[APEX_M] = motion.z_apex
+        fate, contact = until(law, motion, exact.RELEASE, patience, told)
+        told[V_IN] = motion.v_in
+        told[V_E] = motion.v_out + composition.left(law, motion)
+        told[CONTACT_S] = motion.contact_s
+        told[PERIOD_S] = flight + contact
+    return fate
+
+
+@njit()
+def place(law: Record, fresh: Records, motion: Records, state: Numbers) -> None:
+    """Put the stick into `state`, at z = 0 going up. fresh, motion: shape (1,); `fresh` is only read."""
+    motion[0] = fresh[0]
+    motion[0].v = state[V_OUT]
+    _set_pulse(law, motion[0], state[PULSE], state[PULSE_AGE])
+    _set_cor_pulse(law, motion[0], state[COR_PULSE], state[COR_PULSE_AGE])
+
+
+@njit()
+def laps(law: Record, motion: Record, states: Numbers, patience: int, told: Numbers) -> int:
+    """Play on for a number of laps; states: shape (laps, 5), that after each; told: shape (laps, 6).
+
+    Returns how it ended, as `until`.
+    """
+    for i in range(states.shape[0]):
+        fate = next_release(law, motion, patience, told[i])
+        if fate != exact.MOVING:
+            return fate
+        states[i, V_OUT] = motion.v_out
+        _read_pulse(law, motion, states[i])
+        _read_cor_pulse(law, motion, states[i])
+    return exact.MOVING
+
+
+def scratch_of(scene: Scene) -> Records:
+    """What the kernels work on: shape (2,), a motion and a fresh one."""
+    return np.repeat(thrown(scene, 0.0), 2)

@@ -1,0 +1,73 @@
+"""What a throw ends in: a cycle, rest in the head, flight without return, or nothing that repeats.
+
+Any thread; blocks for at most some tenths of a second.
+"""
+
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from drumstick.analysis.cycles import lap
+from drumstick.analysis.cycles.cycle import Cycle, close
+from drumstick.analysis.cycles.lap import Numbers
+from drumstick.stick.motion import exact
+from realtime.jit import Records
+
+LONGEST_PERIOD = 8
+_MOST_LAPS = 8192
+_MOST_EFFORT = 300_000.0
+_AT_ONCE, _COMPARED = 64, 4 * LONGEST_PERIOD
+_SETTLED = 1e-9
+_NEAR = 1e-2
+
+End = Literal["cycle", "captured", "left", "unsettled"]
+
+
+class Settled(NamedTuple):
+    """How the throw ends, and the cycle if it is one."""
+
+    end: End
+    cycle: Cycle | None
+
+
+def _distance(one: Numbers, other: Numbers) -> float:
+    # Between two states, relative to the size of the first; the pulses' ages are not compared.
+    apart = np.abs(one[: lap.PULSE_AGE] - other[: lap.PULSE_AGE]).sum()
+    return float(apart / np.abs(one[: lap.PULSE_AGE]).sum())
+
+
+def _period_of(states: Numbers) -> int:
+    # After how many of these contacts, shape (n, 5), the states repeat; 0 when they do not.
+    for period in range(1, LONGEST_PERIOD + 1):
+        pairs = zip(states[period:], states[:-period], strict=True)
+        if all(_distance(later, earlier) <= _SETTLED for later, earlier in pairs):
+            return period
+    return 0
+
+
+def settle(law: Records, scratch: Records, throw_m_per_s: float) -> Settled:
+    """Throw the stick from z = 0 and play up to some thousand contacts."""
+    states, told = np.zeros((_AT_ONCE, lap.STATE_SIZE)), np.zeros((_AT_ONCE, lap.TOLD_SIZE))
+    scratch[0] = scratch[1]
+    scratch[0]["v"] = throw_m_per_s
+    period = 0
+    for _ in range(_MOST_LAPS // _AT_ONCE):
+        fate = lap.laps(law[0], scratch[0], states, lap.PATIENCE, told)
+        if fate == exact.LEFT:
+            return Settled("left", None)
+        if fate != exact.MOVING:  # held down for thousands of oscillations is rest in the head, too
+            return Settled("captured", None)
+        period = _period_of(states[-_COMPARED:])
+        if period > 0 or told[:, lap.EFFORT].sum() > _MOST_EFFORT:
+            break
+    last = states[-1]
+    # A slow alternation about a stable cycle looks like twice its period; one that still approaches, like none at all.
+    for candidate in range(1, (period or LONGEST_PERIOD) + 1):
+        cycle = close(law, scratch, last, candidate)
+        if cycle is not None and _near(cycle, last) and (cycle.stable or candidate == period):
+            return Settled("cycle", cycle)
+    return Settled("unsettled", None)
+
+
+def _near(cycle: Cycle, state: Numbers) -> bool:
+    return min(_distance(own, state) for own in cycle.states) <= _NEAR

@@ -1,0 +1,113 @@
+"""One drum's audio, block by block: strikes in, mesh forward, pickups out. Kernels of the stage and offline."""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from drumstick.drum.engine import Engine
+from drumstick.drum.excitation import playing
+from drumstick.drum.excitation.analytic import POOL, begin, bend
+from drumstick.drum.modal import bank
+from drumstick.drum.output.limiter import limit, limited
+from drumstick.drum.output.shown import show_sound, show_surface
+from drumstick.drum.output.upsample import TAPS, interpolated, remember
+from drumstick.drum.step import step
+from realtime.float_mode import flush_denormals, restore
+from realtime.jit import Record, njit
+from realtime.lent import lend
+from realtime.ring import drain
+
+_PEAK_FALL_S = 0.3
+
+
+@njit()
+def _start_due(engine: Engine, block_start_ns: int, frames: int) -> None:
+    # Moves strikes from the ring to the waiting list, and those that fall into this block to the pool of pulses; also
+    # those of the next few samples, because the last step of the mesh in this block covers them already.
+    control: Record = engine.control[0]
+    control.pending += drain(engine.ring_cells, engine.ring_slots, engine.pending[control.pending :])
+    to_next_step = (control.divisor - control.phase) % control.divisor
+    kept = 0
+    for i in range(control.pending):
+        event: Record = engine.pending[i]
+        offset = 0.0
+        if event.onset_ns > 0:
+            offset = max(0.0, (event.onset_ns - block_start_ns) * 1e-9 * control.rate_Hz)
+        if offset >= frames + control.divisor:
+            engine.pending[kept] = engine.pending[i]
+            kept += 1
+            continue
+        age = -max(0.0, (offset - to_next_step) / control.divisor)
+        duration = event.contact_s * control.rate_Hz / control.divisor
+        bank.aim(engine, control.begun % POOL, event.x, event.y)
+        control.begun = begin(engine.pulses, control.begun, event.x, event.y, age, duration, event.peak_N)
+        if event.impulse_N_s > 0.0:
+            pulse: Record = engine.pulses[(control.begun - 1) % POOL]
+            bend(pulse, engine.contact[0], event.impulse_N_s * control.rate_Hz / control.divisor)
+        control.asleep = 0
+    control.pending = kept
+
+
+@njit()
+def _advance(engine: Engine) -> None:
+    # One step of the mesh, if it sounds at all.
+    control: Record = engine.control[0]
+    left = right = 0.0
+    control.quiet += 1
+    if control.asleep == 0:
+        control.quiet = 0
+        left, right = step(engine)
+    control.head = remember(engine.history, control.head, left, right)
+
+
+@njit()
+def render_block(engine: Engine, out: npt.NDArray[np.float32], block_start_ns: int) -> None:
+    """Fill `out`, shape (frames, 2), with the drum's sound from `block_start_ns` (monotonic) on, not limited.
+
+    The engine's own thread only; no allocation, no locks, no system calls. The caller sets the float mode. 0 < frames.
+    """
+    control: Record = engine.control[0]
+    meters: Record = engine.meters[0]
+    frames = out.shape[0]
+    _start_due(engine, block_start_ns, frames)
+    playing.take(engine, block_start_ns, frames)
+    peak_left = peak_right = 0.0
+    sounding = frames
+    if control.asleep != 0 and control.quiet > TAPS:  # nothing is left in the interpolator either
+        out[:] = np.float32(0.0)
+        control.phase = (control.phase + frames) % control.divisor
+        sounding = 0
+    for i in range(sounding):
+        if control.phase == 0:
+            _advance(engine)
+        phase = engine.phases[control.phase]
+        left = control.output_gain * interpolated(engine.history, control.head, 0, phase)
+        right = control.output_gain * interpolated(engine.history, control.head, 1, phase)
+        control.phase = (control.phase + 1) % control.divisor
+        out[i, 0] = left
+        out[i, 1] = right
+        peak_left = max(peak_left, abs(left))
+        peak_right = max(peak_right, abs(right))
+    fall = math.exp(-frames / (_PEAK_FALL_S * control.rate_Hz))
+    meters.peak_left = max(limited(peak_left), fall * meters.peak_left)
+    meters.peak_right = max(limited(peak_right), fall * meters.peak_right)
+    show_surface(engine, frames)
+    show_sound(engine, out)
+    meters.frames += frames
+    meters.begun = control.begun
+
+
+@njit()
+def render_all(engine: Engine, out: npt.NDArray[np.float32], block: int, first_ns: int) -> None:
+    """Fill `out` block by block without pacing, in the audio float mode, as if it began at `first_ns`; limited."""
+    engine = lend(engine)
+    mode = flush_denormals()
+    start = 0
+    while start < out.shape[0]:
+        stop = min(start + block, out.shape[0])
+        at = first_ns + int(start * 1e9 / engine.control[0].rate_Hz)
+        render_block(engine, out[start:stop], at)
+        start = stop
+    limit(out)
+    restore(mode)

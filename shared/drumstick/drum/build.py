@@ -1,0 +1,148 @@
+"""From a scene to an engine at rest, of a mesh or of a bank of modes. Allocates; any thread."""
+
+from typing import Any, cast
+
+import numpy as np
+
+from drumstick.drum.effects import built
+from drumstick.drum.effects.internal_loss import Momentum
+from drumstick.drum.engine import CONTROL, METERS, PENDING, Engine
+from drumstick.drum.excitation.analytic import CONTACT, FORCES, POOL, PULSE
+from drumstick.drum.excitation.push import FORCE
+from drumstick.drum.excitation.strikes import EVENT, StrikeRing
+from drumstick.drum.excitation.timeline import stream_of
+from drumstick.drum.membrane.heads import aligned, ears_on, head_of
+from drumstick.drum.membrane.scheme import tuned
+from drumstick.drum.membrane.surface import Places, of_modes, on_mesh
+from drumstick.drum.membrane.sweep import Head
+from drumstick.drum.output.microphones import microphones_of
+from drumstick.drum.output.shown import shown_of
+from drumstick.drum.output.upsample import TAPS, interpolator
+from drumstick.drum.step_numbers import Numbers
+from drumstick.drum.tiers import divisor_for
+from drumstick.parameters.scene import Scene
+from drumstick.stick.contact import PAPER
+from drumstick.stick.effects.system_delay import SystemDelay
+from drumstick.stick.law import law_of
+from realtime.jit import Record, Records
+
+
+def _contact_of(scene: Scene, step_s: float) -> Records:
+    # A head that comes too late pushes as if its damper were weaker.
+    law: Record = law_of(scene)[0]
+    late = scene.effects.get("system_delay")
+    taken = float(law["r_in"]) - (
+        float(law["k_coll"]) * late.mean_lag_s if isinstance(late, SystemDelay) else 0.0
+    )
+    per_step = step_s / (2.0 * float(law["m"]))
+    contact: Records = np.zeros(1, CONTACT)
+    fields: Record = contact[0]
+    fields["decay"] = per_step * max(taken, 0.0)
+    fields["own_decay"] = per_step * max(taken - float(law["r_out"]), 0.0)
+    fields["pulls"] = int(law["release"]) == PAPER
+    return contact
+
+
+def _common(scene: Scene, step_s: float, divisor: int, strikes: StrikeRing, places: Places) -> dict[str, Any]:
+    # What every engine has, whatever renders its head.
+    return {
+        "contact": _contact_of(scene, step_s),
+        "meters": cast(Records, np.zeros(1, METERS)),
+        "pulses": cast(Records, np.zeros(POOL, PULSE)),
+        "phases": interpolator(divisor),
+        "history": aligned((2, 2 * TAPS)),
+        "pending": cast(Records, np.zeros(PENDING, EVENT)),
+        "ring_cells": strikes.cells,
+        "ring_slots": strikes.slots,
+        "shown": shown_of(places.places, places.shares),
+    }
+
+
+class Unplayable(ValueError):
+    """No engine can be made of this scene; says why."""
+
+
+def _of_mesh(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
+    divisor = divisor_for(scene, rate_Hz)
+    step_s = divisor / rate_Hz
+    numbers = Numbers(scene, step_s)
+    lattice = tuned(scene.drum.f01_Hz, step_s, numbers.scheme, numbers.losses)
+    head = head_of(lattice, numbers.baked)
+    effects = scene.drum.effects
+    second = built.cavity_of(scene, lattice, numbers, step_s) if "cavity" in effects else None
+    muffled = built.muffle_of(scene, lattice, numbers.losses, step_s) if "muffle" in effects else None
+    rho_and_eta = np.array([numbers.losses.rho, numbers.losses.eta], np.float32)
+    size = lattice.weights.size
+    ears, ear_gains = ears_on(scene, head, 1.0)
+    return Engine(
+        **_common(scene, step_s, divisor, strikes, on_mesh(head)),
+        control=numbers.control(scene, rate_Hz, divisor),
+        head=head,
+        forces=cast(Records, np.zeros(FORCES, FORCE)),
+        ears=ears,
+        ear_gains=ear_gains,
+        microphones=microphones_of(scene, lattice, step_s) if scene.listen.microphones else None,
+        bend=aligned((size,)) if numbers.scheme.order_4 else None,
+        internal_loss=Momentum(aligned((size,)), rho_and_eta) if numbers.with_momentum else None,
+        muffle=muffled,
+        tension=built.tension_of(lattice, numbers, muffled) if "tension" in effects else None,
+        cavity=second,
+        snare=built.snare_of(scene, second, step_s) if second is not None and "snare" in effects else None,
+        rim=built.rim_of(scene, step_s) if "rim" in effects else None,
+        stream=stream_of(scene, step_s) if scene.drum.excitation == "streamed" else None,
+    )
+
+
+def _of_modes(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
+    from drumstick.drum.modal.modes import bank_of, divisor_below, highest_zero
+
+    divisor = divisor_below(scene, rate_Hz)
+    step_s = divisor / rate_Hz
+    control: Records = np.zeros(1, CONTROL)
+    fields: Record = control[0]
+    fields["rate_Hz"], fields["divisor"] = rate_Hz, divisor
+    fields["output_gain"], fields["asleep"], fields["looked"] = 1.0, 1, -1
+    return Engine(
+        **_common(scene, step_s, divisor, strikes, of_modes(highest_zero(scene, 1.0 / step_s))),
+        control=control,
+        head=cast(Head, None),  # for compiled code: nothing of a mesh
+        forces=cast(Records, np.zeros(0, FORCE)),
+        ears=np.zeros(0, np.int64),
+        ear_gains=np.zeros((0, 2), np.float32),
+        modal=bank_of(scene, step_s),
+        rim=built.rim_of(scene, step_s) if "rim" in scene.drum.effects else None,
+    )
+
+
+def new_engine(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
+    """An engine at rest, fed from `strikes`, its gain still 1. Raises Unplayable."""
+    try:
+        return (_of_mesh if scene.modal is None else _of_modes)(scene, rate_Hz, strikes)
+    except ImportError as error:
+        raise Unplayable(
+            f"the drum of {scene.name} needs {error.name}: install haptic-drumstick[sound]"
+        ) from error
+    except (ValueError, ArithmeticError) as error:
+        # What each effect may be is checked when the scene is read; that together they leave a wave no room, here.
+        named = ", ".join(scene.drum.effects) or "no effects"
+        raise Unplayable(
+            f"the drum of {scene.name} cannot be computed at {rate_Hz} Hz with {named} ({error}): make the effects"
+            " weaker, or the mesh finer"
+        ) from error
+
+
+def size_of(engine: Engine) -> int:
+    """Junctions of the head, or oscillators of the bank."""
+    if engine.modal is not None:
+        return len(engine.modal.q)
+    return int(np.count_nonzero(engine.head.weights))
+
+
+def words(engine: Engine) -> str:
+    """What renders the head, in a few words, for the log."""
+    control: Record = engine.control[0]
+    rate = control["rate_Hz"] / control["divisor"]
+    if engine.modal is not None:
+        return f"bank of {size_of(engine)} modes at {rate:g} Hz"
+    across = 2.0 / engine.head.grid["spacing"][0]
+    return f"mesh of {across:.1f} junctions across ({size_of(engine)}) at {rate:g} Hz"

@@ -1,0 +1,146 @@
+"""The output level: one full-scale strike at half radius peaks near 0.5, whatever the drum and the contact."""
+
+import math
+
+import numpy as np
+
+from drumstick.drum.block import render_all
+from drumstick.drum.build import Unplayable, new_engine
+from drumstick.drum.engine import Engine
+from drumstick.drum.excitation.strikes import Blow, StrikeRing
+from drumstick.drum.fitting import fitted
+from drumstick.drum.step_numbers import GLIDE_ROOM
+from drumstick.parameters.scene import Scene
+from drumstick.stick import contact
+from drumstick.stick.law import law_of
+from realtime.jit import Record
+
+PEAK_OF_FULL_SCALE = 0.5
+_STIFFENINGS = 5
+_PERIODS = 2.0  # of the lowest mode: the peak has passed by then
+
+
+def blow_at(scene: Scene, speed_m_per_s: float, x: float, y: float, t_s: float = 0.0) -> Blow:
+    """The blow that the scene's contact law gives at this speed: what a strike message would say."""
+    law: Record = law_of(scene)[0]
+    m, k, r = float(law["m"]), float(law["k_coll"]), float(law["r_in"])
+    peak, release = contact.peak_force(m, k, r, speed_m_per_s), int(law["release"])
+    impulse = m * speed_m_per_s * (1.0 + contact.beta(release, m, k, r))
+    return Blow(t_s, x, y, peak, contact.contact_time(release, m, k, r), impulse)
+
+
+def full_scale(scene: Scene) -> Blow:
+    """A strike of level 1 at half radius."""
+    return blow_at(scene, scene.strike.full_scale_m_per_s, 0.5, 0.0)
+
+
+def _gain(scene: Scene, rate_Hz: int, half: float, press: float) -> float:
+    # A trial run with a gain so small that the limiter stays out of it; the sound is linear in the gain.
+    ring = StrikeRing()
+    trial = new_engine(scene, rate_Hz, ring)
+    if half > 0.0:
+        _slack(trial, half)
+    _press_on(trial, press)
+    blow = full_scale(scene)
+    # The force and the head's tension of 1 make displacements of about peak * contact / period: far from the knee.
+    small = 1e-6 / blow.peak_N
+    trial.control["output_gain"] = small
+    ring.push(0, blow.x, blow.y, blow.peak_N, blow.contact_s, blow.impulse_N_s)
+    length = blow.contact_s + _PERIODS / scene.drum.f01_Hz
+    out = np.zeros((round(length * rate_Hz), 2), np.float32)
+    render_all(trial, out, len(out), 0)
+    peak = float(np.abs(out).max()) / small
+    if not 0.0 < peak < np.inf:
+        raise Unplayable(
+            f"the drum of {scene.name} cannot be computed: a full-scale strike gave a peak of {peak}"
+        )
+    return PEAK_OF_FULL_SCALE / peak
+
+
+def _slack(engine: Engine, half: float) -> None:
+    if engine.tension is not None:
+        engine.tension.state["half"] = half
+
+
+def _mean_pull(scene: Scene, rate_Hz: int, half: float) -> tuple[float, float]:
+    # By how much a stroke of full scale tightens the head, on the mean over the first period after the contact, and the
+    # most that it could: q and q_most.
+    ring = StrikeRing()
+    trial = new_engine(scene, rate_Hz, ring)
+    assert trial.tension is not None
+    _slack(trial, half)
+    state: Record = trial.tension.state[0]
+    blow = full_scale(scene)
+    ring.push(0, blow.x, blow.y, blow.peak_N, blow.contact_s, blow.impulse_N_s)
+    control: Record = trial.control[0]
+    block = np.zeros((int(control["divisor"]), 2), np.float32)
+    steps_per_s = control["rate_Hz"] / control["divisor"]
+    for _ in range(round(blow.contact_s * steps_per_s)):
+        render_all(trial, block, len(block), 0)
+    pulls: list[float] = []
+    for _ in range(round(steps_per_s / scene.drum.f01_Hz)):
+        render_all(trial, block, len(block), 0)
+        pulls.append(float(state["pull"]))
+    return float(np.mean(pulls)), float(state["q_most"])
+
+
+def _half_stretch(scene: Scene, rate_Hz: int) -> float:
+    # `half`, with which a stroke of full scale raises the pitch by the scene's cents, half of what there is room for.
+    # On a head that is far too slack the pull is q_most S/half; near the end it goes with the root of `half`.
+    half = 1e12
+    pull, most = _mean_pull(scene, rate_Hz, half)
+    half *= pull / most
+    for _ in range(_STIFFENINGS):
+        pull, most = _mean_pull(scene, rate_Hz, half)
+        half *= (GLIDE_ROOM * pull / most) ** 2
+    return half
+
+
+def _press_on(engine: Engine, distance: float) -> None:
+    if engine.snare is not None:
+        state: Record = engine.snare.state[0]
+        # What the wires' own springs push when they are bent so far.
+        state["eta_0"] = distance * state["mass"] * state["spring"] / state["stiffness"]
+
+
+def _press(scene: Scene, rate_Hz: int, half: float) -> float:
+    # How far the wires are bent: the scene's share of the second head's largest movement after a stroke of full scale,
+    # with the wires as good as gone.
+    ring = StrikeRing()
+    trial = new_engine(scene, rate_Hz, ring)
+    assert trial.cavity is not None
+    assert trial.snare is not None
+    if half > 0.0:
+        _slack(trial, half)
+    trial.snare.state["stiffness"] = 1e-12
+    blow = full_scale(scene)
+    ring.push(0, blow.x, blow.y, blow.peak_N, blow.contact_s, blow.impulse_N_s)
+    block, top = np.zeros((64, 2), np.float32), 0.0
+    for _ in range(round((blow.contact_s + _PERIODS / scene.drum.f01_Hz) * rate_Hz / 64)):
+        render_all(trial, block, len(block), 0)
+        top = max(top, float(np.abs(trial.cavity.head.planes).max()))
+    return scene.drum.effects["snare"].press * top
+
+
+def build(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
+    """A calibrated engine at rest, fed from `strikes`. Any thread; blocks some ten milliseconds, and for as long as
+    `fitted` does."""
+    scene = fitted(scene, rate_Hz).scene
+    engine = new_engine(scene, rate_Hz, strikes)
+    half = 0.0
+    if engine.tension is not None and scene.drum.effects["tension"].glide_cents > 0.0:
+        half = _half_stretch(scene, rate_Hz)
+        _slack(engine, half)
+    press = _press(scene, rate_Hz, half) if engine.snare is not None else 0.0
+    _press_on(engine, press)
+    engine.control["output_gain"] = _gain(scene, rate_Hz, half, press) * 10.0 ** (scene.listen.gain_dB / 20.0)
+    if engine.rim is not None:
+        # A stroke of full scale on the rim gives its impulse to modes that share it: together they peak at most there.
+        blow = full_scale(scene)
+        control: Record = engine.control[0]
+        impulse: float = (
+            blow.peak_N * blow.contact_s * 2.0 / math.pi * control["rate_Hz"] / control["divisor"]
+        )
+        level = scene.drum.effects["rim"].level * PEAK_OF_FULL_SCALE
+        engine.rim.state["gain"] = level / (impulse * control["output_gain"])
+    return engine

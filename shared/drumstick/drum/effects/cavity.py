@@ -1,0 +1,85 @@
+"""`cavity`: a second head on the other side, coupled by the air between the two.
+
+The air is a spring between the heads' mean displacements: K = rho c^2 / (sigma depth) in rad^2/s^2, for air of density
+rho and heads of sigma kg/m^2 (as in Rossing, Bork, Zhao and Fystrom, "Acoustics of snare drums", JASA 92, 1992). It is
+taken at the present step: stable as long as both heads keep 2 K T^2 below their limit, which `build` sees to. Kernels:
+audio thread.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from drumstick.drum.effects import snare
+from drumstick.drum.membrane.sweep import Head, sweep
+from realtime.jit import Record, Records, only_with
+
+AIR_KG_PER_M3, SOUND_M_PER_S = 1.204, 343.2  # at 20 degrees Celsius
+# Sums of u over the heads, gains that turn a difference of means into a push, the second head's own gains.
+STATE: np.dtype[Any] = np.dtype(
+    [
+        ("sum_1", "f8"),
+        ("sum_2", "f8"),
+        ("per_area_1", "f8"),
+        ("per_area_2", "f8"),
+        ("push_1", "f8"),
+        ("push_2", "f8"),
+        ("now_gain", "f4"),
+        ("then_gain", "f4"),
+    ],
+    align=True,
+)
+
+
+class Cavity(NamedTuple):
+    """The second head, state (1,) of STATE, and where it is heard: as the engine's own ears."""
+
+    head: Head
+    state: Records
+    ears: npt.NDArray[np.int64]
+    ear_gains: npt.NDArray[np.float32]
+
+
+@only_with("cavity")
+def push(engine: Record) -> Any:
+    """f for the first head; None without a second one."""
+    state = engine.cavity.state[0]
+    state_difference = state.per_area_2 * state.sum_2 - state.per_area_1 * state.sum_1
+    return np.float32(state.push_1 * state_difference)
+
+
+@only_with("cavity")
+def step(engine: Record, plane: int, sum_1: float) -> None:
+    """The second head's step; sum_1: of the first head's u+."""
+    cavity = engine.cavity
+    state = cavity.state[0]
+    difference = state.per_area_1 * state.sum_1 - state.per_area_2 * state.sum_2
+    planes = cavity.head.planes
+    state.sum_2 = sweep(
+        cavity.head, planes[plane], planes[1 - plane], state.now_gain, state.then_gain, None,
+        np.float32(state.push_2 * difference), None, None, None, None, None, 1,
+    )  # fmt: skip
+    state.sum_2 += snare.rattle(engine, planes[1 - plane])
+    state.sum_1 = sum_1
+
+
+@only_with("cavity", otherwise=(0.0, 0.0))
+def heard(engine: Record, plane: int) -> tuple[float, float]:
+    """What the pickups hear of the second head, after its step."""
+    cavity = engine.cavity
+    now, after = cavity.head.planes[plane], cavity.head.planes[1 - plane]
+    left, right = 0.0, 0.0
+    for i in range(cavity.ears.shape[0]):
+        moved = float(after[cavity.ears[i]] - now[cavity.ears[i]])
+        left += cavity.ear_gains[i, 0] * moved
+        right += cavity.ear_gains[i, 1] * moved
+    return left, right
+
+
+@only_with("cavity")
+def rest(engine: Record) -> None:
+    """All at rest."""
+    engine.cavity.head.planes[:] = np.float32(0.0)
+    engine.cavity.state[0].sum_1 = 0.0
+    engine.cavity.state[0].sum_2 = 0.0

@@ -1,0 +1,115 @@
+"""`tension`: a hard stroke stretches the head, which sounds higher until it has calmed down.
+
+As in Kirchhoff and Carrier's membrane the tension follows S = <u, L u>, the head's own stretch: by q(S) more than tau.
+Theirs grows without end, q = kappa S, and a mesh at its limit of stability has no room for that: here q comes to
+q_most S/(|S| + half), and tau leaves room for q_most. Its energy is V = (q_most/2) (|S| - half ln(1 + |S|/half)).
+
+In discrete time S stands between two steps, S- = <u, L u-> and S+ = <u+, L u>, and the pull is the discrete gradient
+q = 2 (V(S+) - V(S-))/(S+ - S-) (Gonzalez, "Time integration and discrete Hamiltonian systems", J. Nonlinear Sci. 6,
+1996). S+ - S- = -sum M A u (u+ - u-) holds exactly and u+ is linear in q, so one number is solved for; what V gives the
+head it loses itself, however hard the stroke, and nothing is carried along that could drift. A tension that lags by a
+step instead makes the energy grow a thousandfold. Kernels: audio thread.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from drumstick.drum.effects import internal_loss, muffle
+from drumstick.drum.membrane.sweep import bend_at, stretched
+from realtime.jit import Record, Records, njit, only_with
+
+# q_most and half as above, the last q; tau of the head, what of it is in the weights (`baked`), 1 + s; eta of the
+# internal loss.
+STATE: np.dtype[Any] = np.dtype(
+    [
+        ("q_most", "f8"),
+        ("half", "f8"),
+        ("pull", "f8"),
+        ("tau", "f8"),
+        ("baked", "f8"),
+        ("held_back", "f8"),
+        ("eta", "f8"),
+    ],
+    align=True,
+)
+_NEAR = 1e-4  # stretches so near to each other have the gradient of their middle, to 1e-9
+_ITERATIONS = 30
+_CLOSE = 1e-12
+
+
+class Tension(NamedTuple):
+    """state (1,) of STATE; share (J,): each junction's mass, less what a muffle takes of its movement."""
+
+    state: Records
+    share: npt.NDArray[np.float32]
+
+
+@njit()
+def _energy(state: Record, stretch: float) -> float:
+    # 2 V.
+    ratio = abs(stretch) / state.half
+    return state.q_most * state.half * (ratio - math.log1p(ratio))
+
+
+@njit()
+def _pull(state: Record, stretch: float) -> float:
+    return state.q_most * stretch / (abs(stretch) + state.half)
+
+
+@njit()
+def _gradient(state: Record, before: float, after: float) -> float:
+    if abs(after - before) <= _NEAR * (abs(after) + abs(before) + state.half):
+        return _pull(state, 0.5 * (before + after))
+    return (_energy(state, after) - _energy(state, before)) / (after - before)
+
+
+@njit()
+def solved(state: Record, before: float, x: float, y: float) -> float:
+    """q, from S- and S+ = S- - x - y q. V is convex and y not negative, so there is one solution between two bounds."""
+    low, high = before - x - y * state.q_most, before - x + y * state.q_most
+    after = before - x - y * _pull(state, before)
+    for _ in range(_ITERATIONS):
+        q = _gradient(state, before, after)
+        wrong = after - before + x + y * q
+        if wrong > 0.0:
+            high = after
+        else:
+            low = after
+        # Newton's method; its slope is at least 1.
+        apart = after - before
+        rise = (_pull(state, after) - q) / apart if abs(apart) > _NEAR * state.half else 0.0
+        following = after - wrong / (1.0 + y * max(rise, 0.0))
+        if not low < following < high:
+            following = 0.5 * (low + high)
+        if abs(following - after) <= _CLOSE * (abs(following) + state.half):
+            break
+        after = following
+    return _gradient(state, before, after)
+
+
+@only_with("tension", otherwise=0.0)
+def tightened(engine: Record, now: Any, then: Any, push: float) -> float:
+    """q of this step. push: f of the whole head."""
+    state, share = engine.tension.state[0], engine.tension.share
+    head, own_gain = engine.head, engine.control[0].own_gain
+    p, q, r, t = stretched(
+        head, now, then, share, own_gain, internal_loss.moving(engine), internal_loss.kept(engine)
+    )
+    moved = push * r
+    forces = engine.forces
+    for i in range(engine.control[0].forces):
+        at = forces[i].junction
+        moved += share[at] * bend_at(head, now, at, own_gain) * forces[i].step
+    # The weights hold `baked` times A; the step divides all but a force's own movement by 1 + s.
+    y = q / (state.baked * state.baked * state.held_back)
+    x = (1.0 + state.eta) * state.tau * y + moved / state.baked
+    if state.eta > 0.0:
+        x += p / state.baked
+    else:
+        x += 2.0 * p / (state.baked * state.held_back)
+    before = -(t + muffle.hidden_stretch(engine, share, now, own_gain)) / state.baked
+    state.pull = solved(state, before, x, y)
+    return state.pull

@@ -1,0 +1,1 @@
+"""What excites the head: analytic pulses of strikes, and streamed forces."""

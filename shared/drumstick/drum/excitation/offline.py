@@ -1,0 +1,64 @@
+"""Streamed forces for the offline renderer: as a servo would have told them, without a network and without delay."""
+
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from drumstick.drum.engine import Engine
+from drumstick.drum.excitation.feed import Feed
+from drumstick.drum.excitation.timeline import PIECE_MOST
+
+_EARLY_S = 0.03  # so long before its instant a piece is given
+
+
+@dataclass(frozen=True)
+class Press:
+    """One contact: force means over ticks (N), the first at first_tick / rate_Hz seconds, at (x, y) in radii.
+
+    All presses of a rendering have one rate; ticks that two of them share add up.
+    """
+
+    first_tick: int
+    rate_Hz: float  # noqa: N815
+    x: float
+    y: float
+    forces_N: npt.NDArray[np.float64]  # noqa: N815
+
+
+class Score:
+    """Gives the presses to an engine as its time comes; `epoch_ns` is the engine's time 0."""
+
+    def __init__(self, engine: Engine, presses: Iterable[Press], epoch_ns: int) -> None:
+        found = sorted(presses, key=lambda press: press.first_tick)
+        if len({press.rate_Hz for press in found}) > 1:
+            raise ValueError("presses of different rates: bring them to one")
+        if engine.stream is None:
+            raise ValueError('the scene does not stream: [drum] excitation = "streamed"')
+        self._feed = Feed(engine.stream)
+        self._epoch_ns = epoch_ns
+        self._waiting = deque(sorted(_pieces(found), key=lambda piece: piece.first_tick))
+
+    def give(self, until_s: float) -> None:
+        """All pieces that begin before until_s, and a little more, as far as the ring takes them."""
+        while self._waiting:
+            piece = self._waiting[0]
+            start_s = piece.first_tick / piece.rate_Hz
+            forces = piece.forces_N.astype(np.float32)
+            if start_s >= until_s + _EARLY_S:
+                return
+            if not self._feed.push(
+                1, piece.first_tick, self._epoch_ns + round(start_s * 1e9), 1e9 / piece.rate_Hz,
+                piece.x, piece.y, forces,
+            ):  # fmt: skip
+                return
+            self._waiting.popleft()
+
+
+def _pieces(presses: Iterable[Press]) -> Iterable[Press]:
+    for press in presses:
+        for done in range(0, len(press.forces_N), PIECE_MOST):
+            forces = press.forces_N[done : done + PIECE_MOST]
+            yield Press(press.first_tick + done, press.rate_Hz, press.x, press.y, forces)

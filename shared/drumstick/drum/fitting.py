@@ -1,0 +1,213 @@
+"""`accuracy = "auto"`: the truest mesh that fits the scene's cpu_budget on this machine. Any thread.
+
+Each order of the scheme at each rate is a candidate. How true it is, the rms error of the first twenty modes, is known
+(drumstick.drum.outlook), rounding included: the finest mesh is not the truest. Of those that are as true to the ear the
+cheapest is taken. What it costs is taken from a short trial of two of its meshes, once: the result lies beside the
+compiled kernels, so that the same scene gets the same mesh, and the same samples, until kernels or processor change.
+"""
+
+import contextlib
+import dataclasses
+import json
+import math
+import statistics
+import time
+from typing import NamedTuple
+
+import numpy as np
+from llvmlite import binding
+
+from drumstick.drum import outlook, tiers
+from drumstick.drum.block import render_all
+from drumstick.drum.build import Unplayable, new_engine
+from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.parameters.scene import Scene
+from realtime.kernel_cache import folder_of
+from realtime.regular_file import read_text
+
+_MOST_DIVISOR = 12
+_NAMES = {2: "standard", 4: "fine"}  # what a scene calls the order of the scheme
+_FRAMES, _WINDOWS, _BLOCK = 1200, 9, 128
+_FEWEST_ACROSS = 24.0
+_BLOW_N, _BLOW_S = 5.0, 0.005
+_AS_TRUE_CENTS = 0.05  # a hundredth of what the best ear tells from another pitch
+_FILE = "speeds.json"
+_MOST_BYTES = 10_000_000
+
+
+class Line(NamedTuple):
+    """CPU ns a sample of the device: `fixed_ns`, and `update_ns` for each junction computed in it."""
+
+    fixed_ns: float
+    update_ns: float
+
+
+class Fit(NamedTuple):
+    """A scene whose accuracy is said, and how it was come by, in words; empty when the scene said it itself."""
+
+    scene: Scene
+    words: str = ""
+
+
+class _Candidate(NamedTuple):
+    order: int
+    scene: Scene
+    updates: float  # junctions computed in one sample of the device
+    cents: float
+
+
+def fitted(scene: Scene, rate_Hz: int, again: bool = False) -> Fit:
+    """The scene with its mesh chosen. The first time it compiles, and tries for a second; `again` tries anew.
+
+    Raises Unplayable."""
+    if scene.mesh.accuracy != "auto":
+        return Fit(scene)
+    found = _candidates(scene, rate_Hz)
+    lines = _lines(scene, rate_Hz, found, again)
+    shares = [1e-9 * rate_Hz * _ns(lines[each.order], each.updates) for each in found]
+    fitting = [k for k, share in enumerate(shares) if share <= scene.mesh.cpu_budget]
+    others = [k for k in range(len(found)) if k not in fitting]
+    wished = sorted(fitting, key=lambda k: found[k].cents) + sorted(others, key=lambda k: shares[k])
+    # Where none can be, the first: `build` then says why.
+    at = next((k for k in wished if _can_be(found[k], rate_Hz)), wished[0])
+    if at in fitting:
+        as_true = [k for k in fitting if found[k].cents <= found[at].cents + _AS_TRUE_CENTS]
+        by_cost = sorted(as_true, key=lambda k: shares[k])
+        at = next(k for k in by_cost if k == at or _can_be(found[k], rate_Hz))
+    return Fit(found[at].scene, _words(scene, found[at], shares[at], at in fitting))
+
+
+def _words(scene: Scene, chosen: _Candidate, share: float, fits: bool) -> str:
+    order = "fourth" if chosen.order == max(_NAMES) else "second"
+    budget = f"{100.0 * scene.mesh.cpu_budget:.0f} %"
+    what = f"auto: {order} order, {chosen.cents:.1f} cents, {100.0 * share:.2g} % of a core as measured here"
+    return (
+        f"{what}; it may take {budget}"
+        if fits
+        else f"{what}, the least that there is, although it may take {budget}"
+    )
+
+
+def _candidates(scene: Scene, rate_Hz: int) -> list[_Candidate]:
+    # Every order and rate, once each: rates that would leave too few junctions across come out as higher ones.
+    found: dict[tuple[int, int], _Candidate] = {}
+    for divisor in range(1, _MOST_DIVISOR + 1):
+        for name in _NAMES.values():
+            mesh = dataclasses.replace(
+                scene.mesh,
+                accuracy=name,
+                rate_Hz=rate_Hz / divisor,
+                junctions_across=0.0,
+                cpu_budget=math.inf,
+            )
+            tried = dataclasses.replace(scene, mesh=mesh)
+            order, real = tiers.order_of(tried), tiers.divisor_for(tried, rate_Hz)
+            told = outlook.of(name, tried, rate_Hz)
+            found.setdefault(
+                (order, real), _Candidate(order, tried, told.updates_per_s / rate_Hz, told.cents)
+            )
+    return list(found.values())
+
+
+def _ns(line: Line, updates: float) -> float:
+    return line.fixed_ns + line.update_ns * updates
+
+
+def _lines(scene: Scene, rate_Hz: int, found: list[_Candidate], again: bool) -> dict[int, Line]:
+    # By order: kept, or measured and kept.
+    kept = {} if again else _read()
+    lines: dict[int, Line] = {}
+    new = False
+    for order in sorted({each.order for each in found}):
+        key = _key(scene, rate_Hz, order)
+        line = kept.get(key)
+        if line is None:
+            line, new = _measured([each for each in found if each.order == order], rate_Hz), True
+        lines[order] = line
+    if new:
+        _write(_read() | {_key(scene, rate_Hz, order): line for order, line in lines.items()})
+    return lines
+
+
+def _measured(found: list[_Candidate], rate_Hz: int) -> Line:
+    # Of two meshes, by turns: the coarsest that is not too coarse to tell, and one of about four times the work.
+    usual = [each for each in found if tiers.across_of(each.scene, each.scene.mesh.rate_Hz) >= _FEWEST_ACROSS]
+    by_size = sorted(usual or found, key=lambda each: each.updates)
+    small = next((each for each in by_size if _can_be(each, rate_Hz)), by_size[-1])
+    by_ratio = sorted(found, key=lambda each: abs(math.log(each.updates / (4.0 * small.updates))))
+    large = next((each for each in by_ratio if _can_be(each, rate_Hz)), small)
+    trials = [_Trial(each, rate_Hz) for each in (small, large)]
+    runs = [[trial.ns_per_sample() for trial in trials] for _ in range(_WINDOWS)]
+    # The median, not the least: a budget is for what a block takes as a rule.
+    few, many = (statistics.median(column) for column in zip(*runs, strict=True))
+    slope = (many - few) / (large.updates - small.updates) if large.updates > small.updates else 0.0
+    update_ns = slope if 0.0 < slope * small.updates <= few else few / small.updates
+    return Line(few - update_ns * small.updates, update_ns)
+
+
+def _can_be(tried: _Candidate, rate_Hz: int) -> bool:
+    # Strong effects leave a wave no room on a coarse mesh.
+    try:
+        new_engine(tried.scene, rate_Hz, StrikeRing())
+    except Unplayable:
+        return False
+    return True
+
+
+class _Trial:
+    def __init__(self, tried: _Candidate, rate_Hz: int) -> None:
+        self._ring = StrikeRing()
+        self._engine = new_engine(tried.scene, rate_Hz, self._ring)
+        self._out = np.zeros((_FRAMES, 2), np.float32)
+        self.ns_per_sample()
+
+    def ns_per_sample(self) -> float:
+        self._ring.push(0, 0.5, 0.0, _BLOW_N, _BLOW_S)  # it rings
+        begun = time.thread_time_ns()
+        render_all(self._engine, self._out, _BLOCK, 0)
+        return (time.thread_time_ns() - begun) / _FRAMES
+
+
+def _key(scene: Scene, rate_Hz: int, order: int) -> str:
+    drum, listen = scene.drum, scene.listen
+    parts = [
+        binding.get_host_cpu_name(),
+        rate_Hz,
+        order,
+        scene.mesh.topology,
+        scene.mesh.courant,
+        f"{drum.f01_Hz:g} Hz",
+        drum.excitation,
+        # With their numbers: a tighter head has fewer junctions, deeper air another second head.
+        *sorted(f"{name} {table}" for name, table in drum.effects.items()),
+        listen.pickups,
+        listen.microphones,
+    ]
+    return " ".join(map(str, parts))
+
+
+def _read() -> dict[str, Line]:
+    folder = folder_of(__name__)
+    if folder is None:
+        return {}
+    try:
+        told = json.loads(read_text(folder / _FILE, _MOST_BYTES))
+        lines = {str(key): Line(float(fixed), float(update)) for key, (fixed, update) in told.items()}
+        return {
+            key: line for key, line in lines.items() if all(map(math.isfinite, line)) and line.update_ns > 0.0
+        }
+    except (OSError, ValueError, TypeError, AttributeError, RecursionError, OverflowError):
+        return {}  # not there, or not ours: it is measured
+
+
+def _write(lines: dict[str, Line]) -> None:
+    folder = folder_of(__name__)
+    if folder is None:
+        return
+    beside = folder / f".{_FILE}.{time.monotonic_ns():x}"
+    try:
+        beside.write_text(json.dumps(lines, indent=1), encoding="utf-8")
+        beside.replace(folder / _FILE)
+    except OSError:
+        with contextlib.suppress(OSError):  # then the next start measures again
+            beside.unlink(missing_ok=True)

@@ -1,0 +1,49 @@
+"""A head in memory, at rest, and how pickups hear it. Allocates; any thread."""
+
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from drumstick.drum.membrane.lattice import Lattice, strips_of
+from drumstick.drum.membrane.places import corners_of
+from drumstick.drum.membrane.sweep import SQUARE, TRIANGULAR, Head
+from drumstick.parameters.scene import Scene
+
+
+def aligned(shape: tuple[int, ...]) -> npt.NDArray[np.float32]:
+    """Zeros that begin on a 64-byte boundary."""
+    count = math.prod(shape)
+    room = np.zeros(count + 16, np.float32)
+    skip = (-room.ctypes.data) % 64 // 4
+    return room[skip : skip + count].reshape(shape)
+
+
+def head_of(lattice: Lattice, baked: float) -> Head:
+    """A head at rest on this lattice; `baked` is what its weights are multiplied with."""
+    size = lattice.weights.size
+    weights = aligned((size,))
+    weights[:] = (baked * lattice.weights).ravel()
+    grid: Any = np.zeros(1, TRIANGULAR if lattice.topology.shifted else SQUARE)
+    grid["spacing"], grid["stride"] = lattice.spacing, lattice.weights.shape[1]
+    grid["centre_row"], grid["centre_column"] = lattice.centre_row, lattice.centre_column
+    return Head(_planes(size), weights, strips_of(lattice), grid)
+
+
+def _planes(size: int) -> npt.NDArray[np.float32]:
+    # Each plane begins on a boundary of its own, and a vector before and behind it belongs to the array.
+    return aligned((2, size))
+
+
+def ears_on(scene: Scene, head: Head, level: float) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float32]]:
+    """The junctions that the scene's pickups hear on this head, (n,), and how much of each left and right, (n, 2)."""
+    places: list[int] = []
+    gains: list[tuple[float, float]] = []
+    pickups = () if scene.listen.microphones else scene.listen.pickups
+    for x, y, pan in pickups:
+        angle = (pan + 1.0) * math.pi / 4.0  # equal power
+        for place, share in zip(*corners_of(head, x, y), strict=True):
+            places.append(place)
+            gains.append((level * share * math.cos(angle), level * share * math.sin(angle)))
+    return np.array(places, np.int64), np.array(gains, np.float32).reshape(-1, 2)

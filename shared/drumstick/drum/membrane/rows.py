@@ -1,0 +1,194 @@
+"""The mesh one step on, a strip of rows at a time, as explicit vector code: the innermost loop of all that sounds.
+
+A junction sees its neighbours in the plane `now`:
+
+    ring  = sum over the neighbours of u                       (six on the triangular mesh, four on the square one)
+    plain     u+ = w (g ring + f) + now_gain u - then_gain u-
+    momentum  a  = w ring - now_gain u;   p' = rho p + g a + w f;   u+ = u + p' + eta a
+    fourth    as plain, with the ring and the first u taken from A u, and u itself added with a gain of its own
+
+w is `weights`, u- what `then` held, u+ what it holds afterwards, p the junctions' momentum. None is not computed.
+Compilers find vectors here only while nothing stands beside the sum, and then load each neighbour anew; so this is
+written in the compiler's own language. How a strip is walked along stands in membrane.strip.
+
+Any thread; no allocation, no branch but the loops'. Vectors are as wide as the processor's; rows start on multiples of
+16 lanes of arrays that are aligned to 64 bytes.
+"""
+
+from typing import Any, NamedTuple
+
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+
+from drumstick.drum.membrane.lanes import FLOAT, Lanes
+from drumstick.drum.membrane.strip import Strip, walk
+
+# Where a strip begins and ends, as in `Strip`: stride, start, inner, outer, stop.
+_PLACES = (types.int64,) * 5
+
+
+class _Given:
+    # The arguments of an intrinsic: pointers of arrays and vectors of gains; None for what is absent.
+    def __init__(self, lanes, context, builder, signature, args) -> None:
+        self._lanes = lanes
+        self._context = context
+        self._builder = builder
+        self._kinds = signature.args
+        self._args = args
+
+    def array(self, at):
+        kind = self._kinds[at]
+        if _is_absent(kind):
+            return None
+        return self._context.make_array(kind)(self._context, self._builder, self._args[at]).data
+
+    def gain(self, at):
+        return None if _is_absent(self._kinds[at]) else self._lanes.everywhere(self._args[at])
+
+    def strip(self, weights, places, side: int) -> Strip:
+        # `now` is the first argument.
+        return Strip(self.array(0), self.array(weights), *self._args[places : places + len(_PLACES)], side)
+
+
+def _is_absent(kind) -> bool:
+    return isinstance(kind, types.NoneType | types.Omitted)
+
+
+def _float(kind):
+    return kind if _is_absent(kind) else types.float32
+
+
+class _Step(NamedTuple):
+    # What a step works on; optional things are None.
+    then: Any
+    now_gain: Any
+    then_gain: Any
+    ring_gain: Any
+    push: Any
+    momentum: Any
+    kept: Any
+    brake: Any
+    plane: Any
+    plane_gain: Any
+
+
+def _plain(lanes, step: _Step, i, centre, ring, weight):
+    if step.ring_gain is not None:
+        ring = lanes.times(step.ring_gain, ring)
+    if step.push is not None:
+        ring = lanes.plus(ring, step.push)
+    coming = lanes.sum_with_product(weight, ring, lanes.times(step.now_gain, centre))
+    if step.plane is not None:
+        coming = lanes.sum_with_product(step.plane_gain, lanes.load(step.plane, i), coming)
+    # u- last: rounded with it before, smooth waves lose a hundred times as much to rounding, always in one sense.
+    return lanes.sum_with_product(lanes.negative(step.then_gain), lanes.load(step.then, i), coming)
+
+
+def _with_momentum(lanes, step: _Step, i, centre, ring, weight):
+    pulled = lanes.sum_with_product(weight, ring, lanes.negative(lanes.times(step.now_gain, centre)))
+    driven = pulled if step.ring_gain is None else lanes.times(step.ring_gain, pulled)
+    if step.push is not None:
+        driven = lanes.sum_with_product(weight, step.push, driven)
+    moving = lanes.sum_with_product(step.kept, lanes.load(step.momentum, i), driven)
+    lanes.store(moving, step.momentum, i)
+    return lanes.plus(centre, lanes.sum_with_product(step.brake, pulled, moving))
+
+
+def step_of(width: int, side: int) -> Any:
+    """The intrinsic that takes a strip a step on, `width` lanes at a time; for compiled code.
+
+    step(now, then, weights, stride, start, inner, outer, stop, now_gain, then_gain, ring_gain, push, momentum, kept,
+    brake, plane, plane_gain, total) -> float32: the sum of the strip's u+ when `total` is not None, else 0. Arrays
+    float32, shape (J,); `side` is the first row's.
+    """
+
+    @intrinsic
+    def step(
+        typingctx,
+        now,
+        then,
+        weights,
+        stride,
+        start,
+        inner,
+        outer,
+        stop,
+        now_gain,
+        then_gain,
+        ring_gain,
+        push,
+        momentum,
+        kept,
+        brake,
+        plane,
+        plane_gain,
+        total,
+    ):
+        gains = [_float(kind) for kind in (now_gain, then_gain, ring_gain, push)]
+        optional = (momentum, _float(kept), _float(brake), plane, _float(plane_gain), total)
+        signature = types.float32(now, then, weights, *_PLACES, *gains, *optional)
+
+        def codegen(context, builder, signature, args):
+            lanes = Lanes(builder, width)
+            given = _Given(lanes, context, builder, signature, args)
+            work = _Step(
+                *(given.array(1), *(given.gain(at) for at in (8, 9, 10, 11))),
+                *(given.array(12), given.gain(13), given.gain(14), given.array(15), given.gain(16)),
+            )
+            form = _plain if work.momentum is None else _with_momentum
+            summed = 0 if _is_absent(signature.args[17]) else 1
+
+            def turn(i, centre, ring, weight, so_far):
+                result = form(lanes, work, i, centre, ring, weight)
+                lanes.store(result, work.then, i)
+                return [lanes.plus(so_far[0], result)] if summed else []
+
+            sums = walk(lanes, given.strip(2, 3, side), summed, turn)
+            return lanes.sum(sums[0]) if summed else ir.Constant(FLOAT, 0.0)
+
+        return signature, codegen
+
+    return step
+
+
+def stretch_of(width: int, side: int) -> Any:
+    """The intrinsic for what a pitch glide must know of a strip: how it is stretched, how fast; for compiled code.
+
+    stretch(now, then, weights, share, stride, start, inner, outer, stop, now_gain, momentum, kept) -> (P, Q, R, T),
+    float32. With d = w ring - now_gain u: P = sum share d x, Q = sum share d d, R = sum share d w and T = sum share
+    d u-, where x = u - u-, and with momentum + rho p.
+    """
+
+    @intrinsic
+    def stretch(
+        typingctx, now, then, weights, share, stride, start, inner, outer, stop, now_gain, momentum, kept
+    ):
+        returned = types.UniTuple(types.float32, 4)
+        signature = returned(now, then, weights, share, *_PLACES, types.float32, momentum, _float(kept))
+
+        def codegen(context, builder, signature, args):
+            lanes = Lanes(builder, width)
+            given = _Given(lanes, context, builder, signature, args)
+            then_p, share_p = given.array(1), given.array(3)
+            own, momentum_p, rho = given.gain(9), given.array(10), given.gain(11)
+
+            def turn(i, centre, ring, weight, so_far):
+                pulled = lanes.sum_with_product(weight, ring, lanes.negative(lanes.times(own, centre)))
+                weighed = lanes.times(lanes.load(share_p, i), pulled)
+                gone = lanes.load(then_p, i)
+                moved = lanes.minus(centre, gone)
+                if momentum_p is not None:
+                    moved = lanes.sum_with_product(rho, lanes.load(momentum_p, i), moved)
+                factors = (moved, pulled, weight, gone)
+                return [
+                    lanes.sum_with_product(weighed, factor, sum_)
+                    for sum_, factor in zip(so_far, factors, strict=True)
+                ]
+
+            sums = walk(lanes, given.strip(2, 4, side), 4, turn)
+            return context.make_tuple(builder, signature.return_type, [lanes.sum(s) for s in sums])
+
+        return signature, codegen
+
+    return stretch

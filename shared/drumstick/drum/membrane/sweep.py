@@ -1,0 +1,141 @@
+"""The whole mesh one step on, strip by strip. Any thread; no allocation.
+
+The triangular rows are stored as in a brick wall, so the rows beside a row lie half a spacing to its left or right by
+turns; the square ones lie straight. Which it is, is known when the kernel is compiled.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from drumstick.drum.membrane import rows
+from drumstick.drum.membrane.lanes import WIDTH
+from drumstick.drum.membrane.strip import LEFT, LEVEL
+from realtime.jit import ArgumentType, Records, array_has, njit, overload
+
+Floats = npt.NDArray[np.float32]
+
+# Where a mesh's junctions are; lengths in radii of the head. A square mesh has no `shifted`: its type says what it is.
+_PLACES = [("spacing", "f8"), ("centre_row", "i8"), ("centre_column", "i8"), ("stride", "i8")]
+SQUARE: np.dtype[Any] = np.dtype(_PLACES, align=True)
+TRIANGULAR: np.dtype[Any] = np.dtype([*_PLACES, ("shifted", "i8")], align=True)
+
+
+class Head(NamedTuple):
+    """One membrane. Shapes, with J = rows * stride: planes (2, J), u- and u by turns; weights (J,); strips (S, 4), as
+    lattice.strips_of gives them; grid (1,) of TRIANGULAR or SQUARE."""
+
+    planes: Floats
+    weights: Floats
+    strips: npt.NDArray[np.int64]
+    grid: Records
+
+
+def is_triangular_type(head: ArgumentType) -> bool:
+    """At compile time: the same of a head's type."""
+    return array_has(head, "grid", "shifted")
+
+
+def is_triangular(head: Head) -> bool:
+    """Known at compile time: is it the triangular mesh?"""
+    raise TypeError("compiled code only")
+
+
+@overload(is_triangular)
+def _is_triangular(head: ArgumentType) -> Callable[[Head], bool]:
+    found = is_triangular_type(head)
+    return lambda head: found
+
+
+_level = rows.step_of(WIDTH, LEVEL)
+_shifted = rows.step_of(WIDTH, LEFT)
+_level_stretch = rows.stretch_of(WIDTH, LEVEL)
+_shifted_stretch = rows.stretch_of(WIDTH, LEFT)
+
+
+@njit()
+def sweep(
+    head: Head,
+    now: Floats,
+    then: Floats,
+    now_gain: np.float32,
+    then_gain: np.float32,
+    ring_gain: Any,
+    push: Any,
+    momentum: Any,
+    kept: Any,
+    brake: Any,
+    plane: Any,
+    plane_gain: Any,
+    total: Any,
+) -> float:
+    """One step, by the forms of `rows`: `then` holds u- and receives u+. Returns the sum of u+ if `total` is given."""
+    stride, strips = head.grid[0].stride, head.strips
+    found = 0.0
+    for at in range(strips.shape[0]):
+        start, inner, outer, stop = strips[at, 0], strips[at, 1], strips[at, 2], strips[at, 3]
+        if is_triangular(head):
+            found += _shifted(
+                now, then, head.weights, stride, start, inner, outer, stop, now_gain, then_gain, ring_gain, push,
+                momentum, kept, brake, plane, plane_gain, total,
+            )  # fmt: skip
+        else:
+            found += _level(
+                now, then, head.weights, stride, start, inner, outer, stop, now_gain, then_gain, ring_gain, push,
+                momentum, kept, brake, plane, plane_gain, total,
+            )  # fmt: skip
+    return found
+
+
+@njit()
+def stretched(
+    head: Head, now: Floats, then: Floats, share: Floats, now_gain: np.float32, momentum: Any, kept: Any
+) -> tuple[float, float, float, float]:
+    """P, Q, R and T of `rows.stretch_of`, over the whole mesh."""
+    stride, strips = head.grid[0].stride, head.strips
+    p, q, r, t = 0.0, 0.0, 0.0, 0.0
+    for at in range(strips.shape[0]):
+        start, inner, outer, stop = strips[at, 0], strips[at, 1], strips[at, 2], strips[at, 3]
+        if is_triangular(head):
+            found = _shifted_stretch(
+                now, then, head.weights, share, stride, start, inner, outer, stop, now_gain, momentum, kept
+            )
+        else:
+            found = _level_stretch(
+                now, then, head.weights, share, stride, start, inner, outer, stop, now_gain, momentum, kept
+            )
+        p += found[0]
+        q += found[1]
+        r += found[2]
+        t += found[3]
+    return p, q, r, t
+
+
+@njit()
+def bend_at(head: Head, now: Floats, at: int, now_gain: float) -> float:
+    """w ring - now_gain u at one junction, by its flat index."""
+    grid = head.grid[0]
+    stride = grid.stride
+    around = now[at - 1] + now[at + 1]
+    if is_triangular(head):
+        odd = (at // stride - grid.centre_row) & 1
+        around += (
+            now[at - stride - 1 + odd]
+            + now[at - stride + odd]
+            + now[at + stride - 1 + odd]
+            + now[at + stride + odd]
+        )
+    else:
+        around += now[at - stride] + now[at + stride]
+    return float(head.weights[at] * around - now_gain * now[at])
+
+
+@njit()
+def largest(plane: Floats) -> float:
+    """max |u|."""
+    top = np.float32(0.0)
+    for i in range(plane.shape[0]):
+        top = max(top, abs(plane[i]))
+    return float(top)

@@ -1,0 +1,57 @@
+"""One drum's audio: strikes in, mesh forward, pickups out. The stage and the offline renderer run this text."""
+
+from collections import deque
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from drumstick.drum.block import render_all
+from drumstick.drum.calibrate import build
+from drumstick.drum.excitation.offline import Press, Score
+from drumstick.drum.excitation.strikes import Blow, StrikeRing
+from drumstick.parameters.scene import Scene
+
+_BLOCK = 128
+# Offline time begins at one second, because an onset of 0 ns would mean "at once".
+_EPOCH_NS = 1_000_000_000
+
+
+def parts(
+    scene: Scene, strikes: Iterable[Blow], duration_s: float, rate_Hz: int, presses: Iterable[Press] = ()
+) -> Iterator[npt.NDArray[np.float32]]:
+    """The sound of `strikes` on the scene's drum as every sink would play it, a quarter of a second at a time.
+
+    Shape (n, 2); the same array again and again. Equal strikes give equal samples, on one machine. `presses` are for a
+    scene that streams; then the parts are a hundredth of a second long. Any thread.
+    """
+    ring = StrikeRing()
+    engine = build(scene, rate_Hz, ring)
+    frames = round(duration_s * rate_Hz)
+    played = list(presses)
+    score = Score(engine, played, _EPOCH_NS) if played else None
+    part = np.zeros((max(rate_Hz // (4 if score is None else 100), 1), 2), np.float32)
+    waiting = deque(sorted(strikes, key=lambda blow: blow.t_s))
+    done = 0
+    while done < frames:
+        out = part[: frames - done]
+        until_s = (done + len(out)) / rate_Hz
+        while waiting and waiting[0].t_s < until_s:
+            blow = waiting[0]
+            onset = _EPOCH_NS + round(blow.t_s * 1e9)
+            if not ring.push(onset, blow.x, blow.y, blow.peak_N, blow.contact_s, blow.impulse_N_s):
+                break
+            waiting.popleft()
+        if score is not None:
+            score.give(until_s)
+        render_all(engine, out, _BLOCK, _EPOCH_NS + round(done * 1e9 / rate_Hz))
+        done += len(out)
+        yield out
+
+
+def render(
+    scene: Scene, strikes: Iterable[Blow], duration_s: float, rate_Hz: int, presses: Iterable[Press] = ()
+) -> npt.NDArray[np.float32]:
+    """`parts` in one piece, shape (n, 2)."""
+    found = [part.copy() for part in parts(scene, strikes, duration_s, rate_Hz, presses)]
+    return np.concatenate(found) if found else np.zeros((0, 2), np.float32)

@@ -1,0 +1,163 @@
+"""One step of the drum: forces in, heads forward, pickups out. Audio thread; no allocation, no locks.
+
+What the scene does not name is not compiled: see drumstick.drum.effects.
+"""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from drumstick.drum.effects import cavity, internal_loss, muffle, rim, snare, tension
+from drumstick.drum.engine import Engine
+from drumstick.drum.excitation.analytic import press
+from drumstick.drum.membrane.sweep import largest, sweep
+from drumstick.drum.modal import bank
+from drumstick.drum.output import microphones
+from realtime.jit import Record, njit, only_with
+
+Floats = npt.NDArray[np.float32]
+_REST = 1e-9  # of the loudest displacement: 180 dB down the head counts as at rest
+_LOOK_EVERY = 4096  # steps between looks at whether the head has come to rest
+
+
+@only_with("tension")
+def _ring_gain(engine: Record, q: float) -> Any:
+    return np.float32(1.0 + q / engine.control[0].tau)
+
+
+@only_with("tension", otherwise=0.0)
+def _own_loss(engine: Record, q: float) -> float:
+    # By how much less u counts in its own next value; with internal losses that goes with the ring.
+    control = engine.control[0]
+    return q / control.held_back if engine.tension.state[0].eta == 0.0 else 0.0
+
+
+@only_with("cavity")
+def _summed(engine: Record) -> Any:
+    return 1
+
+
+@only_with("cavity", otherwise=0.0)
+def _push(engine: Record) -> float:
+    return float(cavity.push(engine))
+
+
+@only_with("bend", otherwise=False)
+def _is_fourth(engine: Record) -> bool:
+    return True
+
+
+@only_with("bend")
+def _swept_fourth(engine: Record, now: Floats, then: Floats) -> None:
+    control, bend = engine.control[0], engine.bend
+    less, none = np.float32(-1.0), np.float32(0.0)
+    sweep(engine.head, now, bend, less, none, None, None, None, None, None, None, None, None)
+    sweep(
+        engine.head, bend, then, control.order_2, control.then_gain, control.order_4, None, None, None, None,
+        now, control.now_gain, None,
+    )  # fmt: skip
+
+
+@njit()
+def _swept(engine: Engine, now: Floats, then: Floats) -> float:
+    # The first head's u+, into `then`; its sum where a second head asks for it.
+    control: Record = engine.control[0]
+    q = tension.tightened(engine, now, then, _push(engine))
+    return sweep(
+        engine.head,
+        now,
+        then,
+        np.float32(control.now_gain - _own_loss(engine, q)),
+        control.then_gain,
+        _ring_gain(engine, q),
+        cavity.push(engine),
+        internal_loss.moving(engine),
+        internal_loss.kept(engine),
+        internal_loss.brake(engine),
+        None,
+        None,
+        _summed(engine),
+    )
+
+
+@njit()
+def _struck(engine: Engine, then: Floats) -> float:
+    # Forces move u+; returns by how much its sum changed.
+    forces, changed = engine.forces, 0.0
+    for i in range(engine.control[0].forces):
+        force: Record = forces[i]
+        then[force.junction] += np.float32(force.step)
+        internal_loss.push(engine, force.junction, force.step)
+        changed += force.step
+    return changed
+
+
+@only_with("head", otherwise=0.0)
+def _largest(engine: Record) -> float:
+    return float(max(largest(engine.head.planes[0]), largest(engine.head.planes[1])))
+
+
+@only_with("head")
+def _rest(engine: Record) -> None:
+    engine.head.planes[:] = np.float32(0.0)
+    internal_loss.rest(engine)
+    cavity.rest(engine)
+    snare.rest(engine)
+    microphones.rest(engine)
+
+
+@njit()
+def _fall_asleep(engine: Engine) -> None:
+    # A head at rest is set to exactly 0 and not computed until the next strike. It also keeps denormals out on
+    # processors where the float mode cannot.
+    control: Record = engine.control[0]
+    top = _largest(engine) + bank.largest(engine)
+    control.loudest = max(control.loudest, top)
+    if top <= _REST * control.loudest:
+        _rest(engine)
+        bank.rest(engine)
+        rim.rest(engine)
+        control.loudest = 0.0
+        control.asleep = 1
+
+
+@only_with("head", otherwise=(0.0, 0.0))
+def _meshed(engine: Record) -> Any:
+    # One step of the mesh, and what the pickups hear: the velocity u+ - u, which has no constant part.
+    control = engine.control[0]
+    planes = engine.head.planes
+    now, then = planes[control.plane], planes[1 - control.plane]
+    muffle.note(engine, then)
+    if _is_fourth(engine):
+        _swept_fourth(engine, now, then)
+        total = 0.0
+    else:
+        total = _swept(engine, now, then)
+    total += _struck(engine, then)
+    total += muffle.brake(engine, then)
+    cavity.step(engine, control.plane, total)
+    left, right = cavity.heard(engine, control.plane)
+    from_air = microphones.heard(engine, now, then)
+    left += from_air[0]
+    right += from_air[1]
+    for i in range(engine.ears.shape[0]):
+        moved = float(then[engine.ears[i]] - now[engine.ears[i]])
+        left += engine.ear_gains[i, 0] * moved
+        right += engine.ear_gains[i, 1] * moved
+    control.plane = 1 - control.plane
+    return left, right
+
+
+@njit()
+def step(engine: Engine) -> tuple[float, float]:
+    """Take one step; returns what the pickups hear, left and right."""
+    control: Record = engine.control[0]
+    active = press(engine)
+    left, right = _meshed(engine)
+    also_left, also_right = bank.step(engine)
+    hoop = rim.heard(engine)
+    control.steps += 1
+    if active == 0 and control.steps % _LOOK_EVERY == 0:
+        _fall_asleep(engine)
+    return left + also_left + hoop, right + also_right + hoop

@@ -1,0 +1,64 @@
+"""How finely a scene's head is computed: the order of its scheme, and how often a step is taken. Any thread."""
+
+import math
+
+from drumstick.drum.membrane.lattice import J01, TOPOLOGIES
+from drumstick.drum.membrane.scheme import Scheme, scheme_of
+from drumstick.parameters.scene import Scene
+
+_DIVISOR = {"draft": 4, "standard": 3, "fine": 2}
+_FEWEST_ACROSS = 24.0  # below this the pitch of the higher modes is off by more than 8 cents
+_FEWEST_BY_HAND = 8.0  # below this a head is none
+_LARGEST_DIVISOR = 12
+# Junction updates that a core does in a second: 0.13 to 0.18 ns each were measured (docs/mesh.md).
+_UPDATES_PER_S = 6e9
+# Effects that the second sweep of the fourth order does not know.
+_SECOND_ORDER_ONLY = ("internal_loss", "tension", "cavity")
+
+
+def order_of(scene: Scene) -> int:
+    """Of the scheme in space and time: 4 for `fine`, where the drum's effects allow it."""
+    fourth = scene.mesh.accuracy == "fine" and scene.mesh.topology == "triangular"
+    return 4 if fourth and not any(name in scene.drum.effects for name in _SECOND_ORDER_ONLY) else 2
+
+
+def across_of(scene: Scene, mesh_rate_Hz: float) -> float:
+    """Junctions across the head at this rate."""
+    scheme = scheme_for(scene)
+    return J01 / math.pi * math.sqrt(scheme.tau) / 2.0 * mesh_rate_Hz / scene.drum.f01_Hz
+
+
+def scheme_for(scene: Scene) -> Scheme:
+    """The scheme at its limit of stability, or as the scene says."""
+    topology = TOPOLOGIES[scene.mesh.topology]
+    return scheme_of(topology, order_of(scene), scene.mesh.courant == "lossless" and topology.shifted)
+
+
+def updates_per_s(scene: Scene, rate_Hz: int, divisor: int) -> float:
+    """Junctions computed in a second."""
+    junctions = (
+        math.pi / 4.0 * across_of(scene, rate_Hz / divisor) ** 2 / TOPOLOGIES[scene.mesh.topology].row_height
+    )
+    return junctions * rate_Hz / divisor * (2.0 if order_of(scene) == 4 else 1.0)
+
+
+def divisor_for(scene: Scene, rate_Hz: int) -> int:
+    """Device samples per step of the mesh: what the scene's accuracy or rate asks for, within two limits.
+
+    A high drum would have too few junctions across to be in tune (it gets a faster mesh, which is cheap there); a
+    very low one would need more than one thread can compute (it gets a slower mesh, and loses overtones at the top).
+    """
+    divisor = _DIVISOR[scene.mesh.accuracy]
+    fewest = _FEWEST_ACROSS
+    if scene.mesh.rate_Hz > 0.0:
+        divisor = min(max(round(rate_Hz / scene.mesh.rate_Hz), 1), _LARGEST_DIVISOR)
+        fewest = _FEWEST_BY_HAND
+    if scene.mesh.junctions_across > 0.0:
+        divisor = divisor if scene.mesh.rate_Hz > 0.0 else _LARGEST_DIVISOR
+        fewest = scene.mesh.junctions_across
+    most = scene.mesh.cpu_budget * _UPDATES_PER_S
+    while divisor > 1 and across_of(scene, rate_Hz / divisor) < fewest:
+        divisor -= 1
+    while divisor < _LARGEST_DIVISOR and updates_per_s(scene, rate_Hz, divisor) > most:
+        divisor += 1
+    return divisor

@@ -1,0 +1,89 @@
+"""The drum that is heard: `[drum]`, `[mesh]` or `[modal]`, `[listen]`. Its kernels live in the sound server."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from drumstick.parameters.declare import choice, number, numbers
+
+
+@dataclass(frozen=True)
+class Drum:
+    """A circular membrane, clamped at the rim. `effects` holds what the scene names of `drum_effects`."""
+
+    radius_m: float = number(0.16, 0.02, 1.0, "m", "Radius of the head")
+    f01_Hz: float = number(150.0, 20.0, 2000.0, "Hz", "Pitch of the lowest mode")  # noqa: N815
+    t60_s: float = number(1.2, 0.02, 60.0, "s", "Time in which the sound falls by 60 dB")
+    inject: Literal["nearest", "linear"] = choice(
+        "nearest",
+        ("nearest", "linear"),
+        "Which junctions take the force: the nearest one, or those around by their nearness",
+    )
+    excitation: Literal["analytic", "streamed"] = choice(
+        "analytic",
+        ("analytic", "streamed"),
+        "analytic: the damped contact that one strike message announces; streamed: the force itself, tick by tick",
+    )
+    latency_s: float = number(
+        0.0, 0.0, 0.5, "s", "A strike sounds this long after its contact; 0 plays it as soon as it can be"
+    )
+    effects: Mapping[str, Any] = field(default_factory=dict[str, Any])
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """How finely the membrane is computed: the mesh rate is the device rate over a whole number."""
+
+    accuracy: Literal["draft", "standard", "fine", "auto"] = choice(
+        "standard",
+        ("draft", "standard", "fine", "auto"),
+        "draft: rate/4, standard: rate/3, fine: rate/2 and fourth order where the drum's effects allow it; "
+        "auto: the truest that fits cpu_budget on the machine that plays",
+    )
+    topology: Literal["triangular", "rectilinear"] = choice(
+        "triangular", ("triangular", "rectilinear"), "Six neighbours or four; rectilinear is for comparison"
+    )
+    courant: Literal["limit", "lossless"] = choice(
+        "limit",
+        ("limit", "lossless"),
+        "limit: as fast as is stable; lossless: the textbook's mesh, tau = 2, for comparison",
+    )
+    rate_Hz: float = number(  # noqa: N815
+        0.0,
+        0.0,
+        192000.0,
+        "Hz",
+        "Steps a second, as near as a whole part of the device's rate comes; 0: by accuracy",
+    )
+    junctions_across: float = number(
+        0.0, 0.0, 1000.0, "junctions", "At least so many across the head, by the mesh rate; 0: by accuracy"
+    )
+    cpu_budget: float = number(
+        0.4,
+        0.01,
+        0.95,
+        "of a core",
+        "What one head may take; a mesh that would take more is computed at a lower rate",
+    )
+
+
+@dataclass(frozen=True)
+class Modal:
+    """Instead of a mesh: the head's modes themselves, each exact, for a linear drum whose pickups stay."""
+
+    top_Hz: float = number(10000.0, 200.0, 20000.0, "Hz", "Modes up to here are computed")  # noqa: N815
+
+
+@dataclass(frozen=True)
+class Listen:
+    """Where the drum is heard."""
+
+    gain_dB: float = number(0.0, -60.0, 12.0, "dB", "Level of the drum")  # noqa: N815
+    pickups: tuple[tuple[float, ...], ...] = numbers(
+        ((-0.45, 0.3, -0.6), (0.5, 0.25, 0.6)), 3, -1.0, 1.0, "of the radius; pan -1 left .. 1 right",
+        "Contact pickups on the head, each [x, y, pan]",
+    )  # fmt: skip
+    microphones: tuple[tuple[float, ...], ...] = numbers(
+        (), 4, -50.0, 50.0, "of the radius; pan -1 left .. 1 right",
+        "Microphones in the air, each [x, y, height, pan]; instead of the pickups, and of the second head",
+    )  # fmt: skip

@@ -1,0 +1,82 @@
+"""`[drum]` as it may be written, with `[drum.effects.NAME]` below it."""
+
+from collections.abc import Collection
+from typing import Any, cast
+
+from drumstick.parameters.drum import Drum, Listen, Mesh
+from drumstick.parameters.drum_effects import DRUM_EFFECTS
+from drumstick.parameters.reading import Reader, shown
+
+
+def named_tables(reader: Reader, path: str, known: dict[str, type], given: object) -> dict[str, Any]:
+    """The tables of effects under `path`, in the order of `known`; every mistake is noted."""
+    if not isinstance(given, dict):
+        reader.refuse(path, f"must hold tables such as [{path}.{next(iter(known))}], not {shown(given)}")
+        return {}
+    named = cast(dict[str, object], given)
+    for name in named:
+        if name not in known:
+            reader.refuse(f"{path}.{name}", f"unknown effect; known: {', '.join(known)}")
+    return {name: reader.table(f"{path}.{name}", known[name], named[name]) for name in known if name in named}
+
+
+def drum_of(reader: Reader, given: object) -> Drum:
+    """The table `[drum]`."""
+    values = reader.values("drum", Drum, given, also_known=("effects",))
+    entries = cast(dict[str, object], given) if isinstance(given, dict) else {}
+    effects = named_tables(reader, "drum.effects", DRUM_EFFECTS, entries.get("effects", {}))
+    return Drum(**values, effects=effects)
+
+
+_LOWEST = 0.1  # radii: nearer, a single junction would be heard alone
+# What a bank of modes can compute too: it has neither junctions nor anything that is not linear.
+MODAL_EFFECTS = ("air_loss", "internal_loss", "rim")
+
+
+def check_renderer(reader: Reader, drum: Drum, named: Collection[str]) -> None:
+    """`named`: which of the tables `mesh` and `modal` the text has."""
+    if "modal" not in named:
+        return
+    if "mesh" in named:
+        reader.refuse("modal", "stands instead of [mesh]: a scene has one of them")
+    if drum.excitation == "streamed":
+        reader.refuse("drum.excitation", "needs [mesh]: [modal] is struck by strikes")
+    for name in drum.effects:
+        if name not in MODAL_EFFECTS:
+            reader.refuse(f"drum.effects.{name}", "needs [mesh]: [modal] is for a linear head by itself")
+
+
+def check_mesh(reader: Reader, mesh: Mesh, named: Collection[str]) -> None:
+    """What accuracy = "auto" chooses is not said by hand, and is there to be chosen."""
+    if mesh.accuracy == "auto":
+        if "modal" in named:
+            reader.refuse("mesh.accuracy", '"auto" is for a mesh: the scene has [modal] instead')
+        for key in ("rate_Hz", "junctions_across"):
+            if getattr(mesh, key) > 0.0:
+                reader.refuse(f"mesh.{key}", 'is what accuracy = "auto" chooses: leave one of them out')
+
+
+def check_listen(reader: Reader, listen: Listen, named: Collection[str]) -> None:
+    """Microphones: what their four numbers may be, and that a bank of modes has none."""
+    for at, (_, _, height, pan) in enumerate(listen.microphones, 1):
+        if height < _LOWEST:
+            reader.refuse(
+                "listen.microphones", f"number {at} is {height:g} radii above the head, less than {_LOWEST:g}"
+            )
+        if abs(pan) > 1.0:
+            reader.refuse("listen.microphones", f"number {at} has the pan {pan:g}, outside -1 .. 1")
+    if listen.microphones and "modal" in named:
+        reader.refuse("listen.microphones", "needs [mesh]: [modal] hears by pickups")
+
+
+def check_drum(reader: Reader, drum: Drum) -> None:
+    """What only several values together can get wrong."""
+    if "snare" in drum.effects and "cavity" not in drum.effects:
+        reader.refuse("drum.effects.snare", "needs [drum.effects.cavity]: the wires lie on the second head")
+    loss = drum.effects.get("internal_loss")
+    if loss is not None and not (loss.t60_s < drum.t60_s and loss.at_Hz > drum.f01_Hz):
+        reader.refuse(
+            "drum.effects.internal_loss",
+            f"t60_s = {loss.t60_s:g} s at {loss.at_Hz:g} Hz must be shorter and higher than the drum's own, "
+            f"{drum.t60_s:g} s at {drum.f01_Hz:g} Hz",
+        )

@@ -1,0 +1,200 @@
+"""A scene: which physics is computed, with which numbers. Text in, frozen tables out; every mistake is named.
+
+A table that the text does not name is absent (an effect) or has its defaults (`[stick]`, `[drum]` ...).
+"""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib import resources
+from typing import Any, cast
+
+from drumstick.parameters.drum import Drum, Listen, Mesh, Modal
+from drumstick.parameters.drum_tables import (
+    check_drum,
+    check_listen,
+    check_mesh,
+    check_renderer,
+    drum_of,
+    named_tables,
+)
+from drumstick.parameters.reading import Reader, shown, tables_of
+from drumstick.parameters.rig import Device, Guard, Hand, Servo, Strike
+from drumstick.parameters.stick import Stick
+from drumstick.parameters.stick_tables import stick_of
+from drumstick.stick.effects.chaos import Chaos
+from drumstick.stick.effects.cor_pulse import CorPulse
+from drumstick.stick.effects.hysteretic_spring import HystereticSpring
+from drumstick.stick.effects.negative_damping import NegativeDamping
+from drumstick.stick.effects.noise import Noise
+from drumstick.stick.effects.pulse import Pulse
+from drumstick.stick.effects.system_delay import SystemDelay
+
+# The order here is the order in which effects are summed: part of the contract.
+EFFECTS: dict[str, type] = {
+    "pulse": Pulse,
+    "cor_pulse": CorPulse,
+    "system_delay": SystemDelay,
+    "hysteretic_spring": HystereticSpring,
+    "negative_damping": NegativeDamping,
+    "noise": Noise,
+    "chaos": Chaos,
+}
+
+_LONGEST_LINE = 400
+_TABLES: dict[str, type] = {
+    "stick": Stick,
+    "drum": Drum,
+    "mesh": Mesh,
+    "modal": Modal,
+    "listen": Listen,
+    "strike": Strike,
+    "hand": Hand,
+    "device": Device,
+    "servo": Servo,
+    "guard": Guard,
+}
+
+
+class SceneError(ValueError):
+    """What is wrong with a scene, one line per mistake: file, line, key, value, limit, unit."""
+
+    def __init__(self, mistakes: list[str]) -> None:
+        super().__init__("\n".join(mistakes))
+        self.mistakes = mistakes
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A validated scene. `effects` holds only what the text named, always in the order of EFFECTS.
+
+    One order, or the same effects would be another record type for each order, and all kernels compiled again.
+    """
+
+    name: str
+    words: str = ""
+    stick: Stick = field(default_factory=Stick)
+    effects: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    drum: Drum = field(default_factory=Drum)
+    mesh: Mesh = field(default_factory=Mesh)
+    modal: Modal | None = None  # instead of the mesh
+    listen: Listen = field(default_factory=Listen)
+    strike: Strike = field(default_factory=Strike)
+    hand: Hand = field(default_factory=Hand)
+    device: Device = field(default_factory=Device)
+    servo: Servo = field(default_factory=Servo)
+    guard: Guard = field(default_factory=Guard)
+
+    def __post_init__(self) -> None:
+        ordered = {name: self.effects[name] for name in EFFECTS if name in self.effects}
+        object.__setattr__(self, "effects", ordered)
+
+
+def shipped_names() -> list[str]:
+    """Names of the scenes that come with the package."""
+    folder = resources.files("drumstick.parameters") / "scenes"
+    return sorted(
+        entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml")
+    )
+
+
+def shipped_gesture(file_name: str) -> str:
+    """The CSV text of a recorded gesture that comes with a shipped scene; FileNotFoundError when there is none."""
+    return (resources.files("drumstick.parameters") / "scenes" / file_name).read_text(encoding="utf-8")
+
+
+def shipped_text(name: str) -> str:
+    """The TOML text of a shipped scene; KeyError when there is none of that name."""
+    if name not in shipped_names():
+        raise KeyError(name)
+    return (resources.files("drumstick.parameters") / "scenes" / f"{name}.toml").read_text(encoding="utf-8")
+
+
+def _check_gesture(reader: Reader, hand: Hand, device: Device) -> None:
+    if hand.gesture != "recorded":
+        if hand.gesture_file:
+            reader.refuse("hand.gesture_file", 'is followed only by gesture = "recorded"')
+        return
+    if not hand.gesture_file:
+        reader.refuse("hand.gesture_file", "missing: a recorded gesture needs its CSV file, with t_s and z_m")
+    if device.plant != "phantom":
+        reader.refuse(
+            "hand.gesture", 'a recorded gesture moves a sampled arm: set [device] plant = "phantom"'
+        )
+
+
+def _line(reader: Reader, key: str, value: object, fewest: int) -> str:
+    if isinstance(value, str) and fewest <= len(value) <= _LONGEST_LINE and value.isprintable():
+        return value
+    reader.refuse(key, f"{shown(value)} must be one line of text, {fewest} to {_LONGEST_LINE} characters")
+    return ""
+
+
+def parse(text: str, source: str) -> Scene:
+    """Read a scene's TOML text; `source` names it in messages. Raises SceneError with every mistake found."""
+    try:
+        given = tables_of(text)
+    except ValueError as error:
+        raise SceneError([f"{source}: not valid TOML: {error}"]) from None
+    reader = Reader(source, text)
+    values: dict[str, Any] = {"name": source.rpartition("/")[2].removesuffix(".toml")}
+    for key, value in given.items():
+        if key in ("name", "words"):
+            values[key] = _line(reader, key, value, 1)
+        elif key == "effects":
+            values["effects"] = named_tables(reader, "effects", EFFECTS, value)
+        elif key == "stick":
+            values["stick"] = stick_of(reader, value)
+        elif key == "drum":
+            values["drum"] = drum_of(reader, value)
+        elif key in _TABLES:
+            values[key] = reader.table(key, _TABLES[key], value)
+        else:
+            reader.refuse(key, f"unknown key; known here: name, words, effects, {', '.join(_TABLES)}")
+    _check_gesture(reader, values.get("hand", Hand()), values.get("device", Device()))
+    drum = values.get("drum", Drum())
+    check_drum(reader, drum)
+    check_renderer(reader, drum, given)
+    check_mesh(reader, values.get("mesh", Mesh()), given)
+    check_listen(reader, values.get("listen", Listen()), given)
+    if reader.mistakes:
+        raise SceneError(reader.mistakes)
+    return Scene(**values)
+
+
+def as_tables(scene: Scene) -> dict[str, Any]:
+    """The scene as plain tables with every default written out: what the `scene` query answers."""
+    return dataclasses.asdict(scene)
+
+
+def from_tables(tables: Mapping[str, Any]) -> Scene:
+    """The inverse of `as_tables`, checked like any scene; lists may stand for tuples. Raises SceneError."""
+    reader = Reader("scene", "")
+    values: dict[str, Any] = {key: _line(reader, key, tables.get(key, ""), 0) for key in ("name", "words")}
+    for key, kind in _TABLES.items():
+        if key != "drum" and not (key == "modal" and tables.get(key) is None):
+            values[key] = reader.table(key, kind, _listed(tables.get(key, {})))
+    values["drum"] = drum_of(reader, _listed(tables.get("drum", {})))
+    values["effects"] = named_tables(reader, "effects", EFFECTS, tables.get("effects", {}))
+    _check_gesture(reader, values["hand"], values["device"])
+    check_drum(reader, values["drum"])
+    named = ("modal",) if values.get("modal") else ()
+    check_renderer(reader, values["drum"], named)
+    check_mesh(reader, values["mesh"], named)
+    check_listen(reader, values["listen"], named)
+    if reader.mistakes:
+        raise SceneError(reader.mistakes)
+    return Scene(**values)
+
+
+def _as_list(value: object) -> object:
+    if not isinstance(value, tuple | list):
+        return value
+    return [_as_list(item) for item in cast(Sequence[object], value)]
+
+
+def _listed(table: object) -> object:
+    if not isinstance(table, dict):
+        return table
+    entries = cast(dict[str, object], table)
+    return {k: _as_list(_listed(v)) for k, v in entries.items()}

@@ -1,0 +1,286 @@
+"""Upper bounds of a scene's roll: how fast, how hard. The envelope asks them of every set before it reaches a device.
+
+One contact makes of the entry speed u at most e u + b: e is the rebound with everything that multiplies it, b what
+pulses, forces and the hand's own pressing add. One flight gives back at most alpha(v) v. While e < 1 and the hand
+presses, the flight is taken without loss, v <= b/(1 - e); else the hand's damping must end the growth.
+
+The hand's spring turns height into speed, also in the head: with A^2 = u^2 + (hand's own speed)^2 the sum of both
+energies is A^2, a push of dv adds at most dv to A, whenever it comes, and damping only takes from it. Hence bounds of
+A hold for u. Kernels: any thread; no allocation.
+"""
+
+import math
+from typing import NamedTuple
+
+from drumstick.safety import blow
+from drumstick.safety.blow import Blow, pressing_speed
+from drumstick.stick.effects import (
+    chaos,
+    cor_pulse,
+    hysteretic_spring,
+    negative_damping,
+    noise,
+    pulse,
+    system_delay,
+)
+from drumstick.stick.motion.segment import free_response
+from realtime.jit import Record, njit
+
+ENDLESS_M_PER_S = 1e300
+_FASTEST_M_PER_S = 100.0  # a roll that still grows at this speed counts as endless
+_BISECTIONS = 40
+_ROOT_STEPS = 60
+_CLOSE = 1e-12
+_FINE = 1e-6
+
+
+@njit()
+def hand_speed(law: Record) -> float:
+    """The speed (m/s) that the hand's spring alone can give a stick at z = 0: off the head, or into it."""
+    return max(math.sqrt(law.k_hand / law.m) * law.z_ss, pressing_speed(law))
+
+
+class Blows(NamedTuple):
+    """An ordinary contact, and one slow enough for negative damping."""
+
+    own: Blow
+    slow: Blow
+
+
+@njit()
+def blows_of(law: Record) -> Blows:
+    """What the law makes of a blow; the costly part of every bound."""
+    own = blow.of(law, law.r_in)
+    if negative_damping.below(law) > 0.0:
+        return Blows(own, blow.of(law, negative_damping.lowest(law)))
+    return Blows(own, own)
+
+
+@njit()
+def _at_least(of: Blow, rebound: float) -> Blow:
+    return Blow(max(of.grows, rebound), of.pressed, of.peak, of.held)
+
+
+@njit()
+def rendered(blows: Blows, rebound: float) -> Blows:
+    """The same on a device that gives back at least `rebound` of a blow's speed."""
+    return Blows(_at_least(blows.own, rebound), _at_least(blows.slow, rebound))
+
+
+@njit()
+def _shaken(law: Record) -> float:
+    # The speed, m/s, by forces that change: F/m times the time they last. In each half turn damping takes its share of
+    # A, so a whole period is twice what any number of turns comes to.
+    period = 2.0 * math.pi * math.sqrt(law.m / law.k_coll)
+    return (noise.strongest(law) + chaos.strongest(law)) / law.m * period
+
+
+@njit()
+def pushed(law: Record, u: float) -> float:
+    """The speed, m/s, that all pulses and forces of a contact entered at `u` m/s give."""
+    return pulse.adds(law) + cor_pulse.multiplies(law) * u + _shaken(law)
+
+
+@njit()
+def _multiplied(law: Record, own: Blow) -> float:
+    # A pulse into the head comes before the head multiplies.
+    return own.grows + cor_pulse.multiplies(law) * max(own.grows, 1.0)
+
+
+@njit()
+def _after_slow(law: Record, own: Blow, slow: Blow, pushed: float) -> float:
+    # The fastest after a contact slow enough for negative damping, in which pulses and forces give `pushed` m/s; 0
+    # without it. It may last a whole turn.
+    below = negative_damping.below(law)
+    if below == 0.0:
+        return 0.0
+    grown = max(slow.grows, own.grows, 1.0)
+    return slow.grows * below + slow.pressed + pressing_speed(law) + grown * grown * pushed
+
+
+@njit()
+def multiplied(law: Record) -> float:
+    """e: the most by which a contact at any speed multiplies it."""
+    return _multiplied(law, blow.of(law, law.r_in))
+
+
+@njit()
+def multiplied_by_head(law: Record) -> float:
+    """e without pulses."""
+    return blow.of(law, law.r_in).grows
+
+
+@njit()
+def added_by_head(law: Record) -> float:
+    """b without pulses: the most speed, m/s, that the head itself adds in a contact, whatever its speed."""
+    own, slow = blows_of(law)
+    shaken = _shaken(law)
+    return max(own.grows, 1.0) * shaken + own.pressed + _after_slow(law, own, slow, shaken)
+
+
+@njit()
+def flight_speed(law: Record, v: float) -> float:
+    """|v_in| in m/s after a flight that began at v > 0, without a push; needs k_hand > 0 and z_ss < 0."""
+    a, w2, depth = 0.5 * law.r_out / law.m, law.k_hand / law.m, -law.z_ss
+    # Under the hand's force at z = 0 alone it would be back at 2 v/(w2 depth); spring and damper make it earlier.
+    low, high = 0.0, 2.0 * v / (w2 * depth)
+    if w2 > a * a:  # and it has passed z = 0 after half a swing about z_ss
+        high = min(high, math.pi / math.sqrt(w2 - a * a))
+    t = high
+    speed = v
+    for _ in range(_ROOT_STEPS):
+        c, s, s_rate = free_response(a, w2, t)
+        z = depth * (c - 1.0) + v * s
+        speed = v * s_rate - w2 * depth * s
+        if z > 0.0:
+            low = t
+        else:
+            high = t
+        newton = t - z / speed
+        if abs(newton - t) <= _CLOSE * t:
+            break
+        t = newton if low < newton < high and speed < 0.0 else 0.5 * (low + high)
+    return abs(speed)
+
+
+@njit()
+def _half_swing(law: Record) -> float:
+    # What half a swing about z_ss leaves of its amplitude.
+    a, w2 = 0.5 * law.r_out / law.m, law.k_hand / law.m
+    return math.exp(-math.pi * a / math.sqrt(w2 - a * a)) if w2 > a * a else 0.0
+
+
+@njit()
+def _next_entry(law: Record, own: Blow, u: float) -> float:
+    # The largest entry speed of the contact after one that was entered at u, with the loss of the flight between them.
+    hand = hand_speed(law)
+    given = max(own.grows, 1.0) * pushed(law, u)
+    if law.z_ss < 0.0:
+        amplitude = own.grows * math.hypot(u, hand) + _kept(law, own)
+        leaving = math.sqrt(max(amplitude * amplitude - hand * hand, 0.0))
+        late = given + (flight_speed(law, leaving) if leaving > 0.0 else 0.0)
+        # A short pulse is part of the throw, so the flight takes its share of it too.
+        share = 1.0 - law.r_out / law.m * max(pulse.lasts(law), cor_pulse.lasts(law))
+        if share <= 0.0:
+            return late
+        amplitude += given / share
+        leaving = math.sqrt(max(amplitude * amplitude - hand * hand, 0.0))
+        return min(late, flight_speed(law, leaving)) if leaving > 0.0 else 0.0
+    # A hand that lifts shortens the contact, down to no loss; it is half a swing at least until the stick is back.
+    kept = own.grows if law.z_ss == 0.0 else max(own.grows, math.sqrt(hysteretic_spring.stiffest(law)))
+    amplitude = _half_swing(law) * math.hypot(kept * u, hand) + given
+    return math.sqrt(max(amplitude * amplitude - hand * hand, 0.0))
+
+
+@njit()
+def _kept(law: Record, own: Blow) -> float:
+    # What pressing adds to A, not to u.
+    hand = pressing_speed(law)
+    return max(math.hypot(own.pressed, hand) - own.grows * hand, 0.0)
+
+
+@njit()
+def _leaving(law: Record, own: Blow, u: float) -> float:
+    # After an ordinary contact entered at u: m/s.
+    return max(u, own.grows * u + own.pressed + max(own.grows, 1.0) * pushed(law, u))
+
+
+@njit()
+def _settled(law: Record, own: Blow) -> float:
+    # The fastest without negative damping.
+    e = _multiplied(law, own)
+    lifted = law.k_hand * law.z_ss > 0.0
+    if e < 1.0 and not lifted:
+        return (max(own.grows, 1.0) * pushed(law, 0.0) + _kept(law, own)) / (1.0 - e)
+    if not (law.k_hand > 0.0 and e < math.inf):
+        return ENDLESS_M_PER_S
+    if _next_entry(law, own, _FASTEST_M_PER_S) >= _FASTEST_M_PER_S:
+        return ENDLESS_M_PER_S
+    # What a flight gives back of a speed falls with that speed, so growth turns into loss at one speed only.
+    low, high = 1e-6, _FASTEST_M_PER_S
+    for _ in range(_BISECTIONS):
+        middle = math.sqrt(low * high)
+        if _next_entry(law, own, middle) >= middle:
+            low = middle
+        else:
+            high = middle
+    return _leaving(law, own, high)
+
+
+@njit()
+def fastest(law: Record, blows: Blows) -> float:
+    """A speed, m/s, that no contact of the roll begins or ends with; ENDLESS_M_PER_S when nothing ends the growth."""
+    settled, started = (
+        _settled(law, blows.own),
+        _after_slow(law, blows.own, blows.slow, pushed(law, negative_damping.below(law))),
+    )
+    if started <= settled:
+        return settled
+    return started if _multiplied(law, blows.own) < 1.0 else _leaving(law, blows.own, started)
+
+
+@njit()
+def fastest_thrown(law: Record, blows: Blows, roll: float, throw: float) -> float:
+    """As `fastest`, which is `roll` and finite, when the stick is thrown from z = 0 at `throw` m/s at most.
+
+    A stick faster than the roll loses speed with each contact and flight, so the first one bounds the rest.
+    """
+    return max(roll, _leaving(law, blows.own, throw)) if throw > 0.0 else roll
+
+
+@njit()
+def _pulses(law: Record, own: Blow, speed: float) -> float:
+    # A pulse's own force, and what the head answers to it: as to a blow of its speed, or to a steady force.
+    stiffness = law.k_coll * hysteretic_spring.stiffest(law) + law.k_hand
+    soonest = 0.5 * math.pi * math.sqrt(law.m / stiffness)
+    force = law.m * pulse.strongest(law, soonest)
+    force += law.m * cor_pulse.strongest(law, soonest) * speed
+    given = pulse.adds(law) + cor_pulse.multiplies(law) * speed
+    return force + min(own.peak * given, 2.0 * force * max(own.grows, 1.0) ** 2)
+
+
+@njit()
+def hardest(law: Record, blows: Blows, speed: float) -> float:
+    """A force of head and pulses, N, that no contact entered at `speed` m/s or less has.
+
+    The hand's own force on the stick comes on top.
+    """
+    own, slow = blows
+    force = own.peak * (speed + _shaken(law)) + own.held
+    below = min(negative_damping.below(law), speed)
+    if below > 0.0:
+        force = max(force, slow.peak * (below + _shaken(law)) + slow.held)
+        own = slow if slow.peak > own.peak else own
+    return force + noise.strongest(law) + chaos.strongest(law) + _pulses(law, own, speed)
+
+
+@njit()
+def fastest_entry(law: Record, blows: Blows, fits: float, max_speed: float, max_force: float) -> float:
+    """The fastest entry, m/s, after which neither speed nor force passes `max_speed` m/s and `max_force` N.
+
+    `fits` m/s is known to be one: both bounds rise with the speed.
+    """
+    low, high = fits, max(fits, max_speed)
+    for _ in range(_BISECTIONS):
+        if high - low <= _FINE * max_speed:
+            break
+        middle = 0.5 * (low + high)
+        if _leaving(law, blows.own, middle) <= max_speed and hardest(law, blows, middle) <= max_force:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@njit()
+def usable(law: Record) -> bool:
+    """Are the effects' numbers fit for a device? In accept form, so that NaN never passes."""
+    return (
+        pulse.usable(law)
+        and cor_pulse.usable(law)
+        and system_delay.usable(law)
+        and hysteretic_spring.usable(law)
+        and negative_damping.usable(law)
+        and noise.usable(law)
+        and chaos.usable(law)
+    )

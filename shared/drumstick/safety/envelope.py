@@ -1,0 +1,346 @@
+"""The joint envelope: which whole sets of parameters may reach a device while someone plays.
+
+Single ranges are not enough (a small m with a large K_coll, or a long roll with little loss, is dangerous only
+together). The same compiled judgement stands at both fences: the gateway, which words the refusal, and the servo, which
+trusts nobody. It gates live sets and devices only; `simulate` takes whatever the table's ranges allow.
+
+What a roll, and a throw into it, can come to at most is `drumstick.safety.bounds`; whether a sampled arm comes to rest
+in a late head is `drumstick.safety.sampled_contact`. The hand's spring adds its own energy, which depends on where the
+stick is when a set takes effect: `entry_speed` tells how fast it would meet the head, to be compared with
+`Judgement.reach`.
+"""
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from drumstick.parameters.scene import Scene
+from drumstick.parameters.table import Refusal
+from drumstick.safety import bounds, sampled_contact
+from drumstick.safety.bounds import Blows
+from drumstick.safety.sampled_contact import Arm, Coefficients, Head
+from drumstick.stick.effects import hysteretic_spring, system_delay
+from drumstick.stick.law import Records
+from realtime.jit import Record, njit
+
+OK, NOT_FINITE, MASS, NEGATIVE, ENDLESS, SPEED, FORCE, HAND, BUZZ, ACTIVE = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
+THROW = 10
+STIFF, LATE, SELF_DRIVEN, COARSE, FINE = 11, 12, 13, 14, 15  # on sampled devices only
+
+# A contact shorter than this is no longer a blow but a buzz, and thousands of strikes a second on the wire.
+SHORTEST_CONTACT_S = 2e-4
+# Of the limit of speed that a simulated hand may bring an arm to by its own spring: what it pressed into the head comes
+# back on top, at most as much again, which makes 1.41 of it; and encoders tell more than the arm moves.
+_SPEED_SHARE = 0.65
+# The search for a damping that would do: steps by this factor, so many at most, and so many halvings of the last one.
+_STEP, _FARTHEST, _REFINEMENTS = 1.5, 14, 5
+
+# By which parameter each effect adds energy: what to lower when a set goes too far.
+_ADDING = {
+    "pulse": "dv_pls",
+    "cor_pulse": "gamma",
+    "system_delay": "system_delay.period",
+    "hysteretic_spring": "hysteretic_spring.ratio",
+    "negative_damping": "negative_damping.r",
+    "noise": "noise.force",
+    "chaos": "chaos.force",
+}
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a device and the scene's guard allow, and what the simulated player does by itself. SI units.
+
+    throw: speed at which a stick that lies dead is thrown again. The rest is for sampled devices: the stiffness that
+    they can render; tick, delay and lead of their force; range of the arm's apparent mass, and the stiffest grip of a
+    hand, whose damping gets no credit; one count of the encoders. period_s 0: the exact stick.
+    """
+
+    max_force_N: float  # noqa: N815
+    max_speed_m_per_s: float
+    throw_m_per_s: float = 0.0
+    stiffness_N_per_m: float = math.inf  # noqa: N815
+    period_s: float = 0.0
+    delay_ticks: int = 0
+    lead_s: float = 0.0
+    lightest_kg: float = 0.0
+    heaviest_kg: float = 0.0
+    grip_N_per_m: float = 0.0  # noqa: N815
+    resolution_m: float = 0.0
+
+    @classmethod
+    def of(cls, scene: Scene) -> "Limits":
+        """The limits of a scene's `[guard]` on the exact stick, which its `[hand]` throws."""
+        return cls(scene.guard.max_force_N, scene.guard.max_speed_m_per_s, scene.hand.throw_m_per_s)
+
+    @property
+    def lag_s(self) -> float:
+        """Mean age of a sampled device's force: half a tick and its delay."""
+        return (0.5 + self.delay_ticks) * self.period_s
+
+    def record(self) -> npt.NDArray[np.void]:
+        """The same for the kernels, shape (1,)."""
+        found = np.zeros(1, LIMITS)
+        for field in dataclasses.fields(self):
+            found[field.name] = getattr(self, field.name)
+        return found
+
+
+LIMITS: np.dtype[Any] = np.dtype(
+    [(field.name, "i8" if field.type is int else "f8") for field in dataclasses.fields(Limits)], align=True
+)
+
+
+def new_room() -> Coefficients:
+    """Memory that a judgement writes to. Control thread."""
+    return np.zeros(sampled_contact.ROOM)
+
+
+class Judgement(NamedTuple):
+    """What is known of a set whatever the stick does: code is OK or the first rule that it breaks.
+
+    reach: the fastest entry into the head, m/s, from which on nothing passes a limit. window: ticks of the longest
+    window for the speed of a sampled arm.
+    """
+
+    code: int
+    reach: float
+    window: int
+
+
+@njit()
+def _with_hand(law: Record, speed: float) -> float:
+    return math.hypot(speed, bounds.hand_speed(law))
+
+
+@njit()
+def predicted(law: Record, throw_m_per_s: float) -> tuple[float, float]:
+    """Bounds of the speed (m/s; ENDLESS_M_PER_S if nothing ends it) and of the force of head and pulses (N).
+
+    Of a roll on the exact stick that begins with such a throw.
+    """
+    blows = bounds.blows_of(law)
+    speed = bounds.fastest(law, blows)
+    if not speed < bounds.ENDLESS_M_PER_S:
+        return bounds.ENDLESS_M_PER_S, bounds.hardest(law, blows, speed)
+    speed = bounds.fastest_thrown(law, blows, speed, throw_m_per_s)
+    return _with_hand(law, speed), bounds.hardest(law, blows, speed)
+
+
+@njit()
+def entry_speed(law: Record, z: float, v: float) -> float:
+    """The fastest that a stick at z >= 0 m and v m/s can meet the head, m/s.
+
+    A low or firm hand turns height into speed. Pulses that still run come on top.
+    """
+    return entry_speed_to(law, z, v, law.z_ss)
+
+
+@njit()
+def entry_speed_to(law: Record, z: float, v: float, z_ss: float) -> float:
+    """As `entry_speed`, of a hand that holds its spring at `z_ss` m."""
+    w2 = law.k_hand / law.m
+    fastest = v * v + w2 * (z - z_ss) ** 2
+    if z_ss < 0.0:
+        fastest -= w2 * z_ss * z_ss  # the head is met at z = 0, before the spring is at rest
+    return math.sqrt(max(fastest, 0.0))
+
+
+@njit()
+def _of_numbers(law: Record) -> int:
+    if not (0.0 < law.m < 1e3):
+        return MASS
+    if not (
+        0.0 < law.k_coll < 1e9
+        and 0.0 <= law.r_in < 1e6
+        and 0.0 <= law.k_hand < 1e6
+        and 0.0 <= law.r_out < 1e6
+    ):
+        return NEGATIVE
+    if not (abs(law.z_ss) < 1e3 and bounds.usable(law)):
+        return NOT_FINITE
+    if not law.r_in >= law.r_out:
+        return ACTIVE
+    stiffest = law.k_coll * hysteretic_spring.stiffest(law)
+    if not math.pi * math.sqrt(law.m / stiffest) >= SHORTEST_CONTACT_S:
+        return BUZZ
+    return OK
+
+
+@njit()
+def _of_roll(law: Record, limits: Record, blows: Blows, rebound: float) -> tuple[int, float]:
+    # And a speed from which on it stays within the limits, m/s. rebound: the least that a device gives back of a blow.
+    if not bounds.hand_speed(law) <= limits.max_speed_m_per_s:
+        return HAND, 0.0
+    roll = bounds.fastest(law, blows)
+    rendered = bounds.fastest(law, bounds.rendered(blows, rebound)) if rebound > 0.0 else roll
+    if not rendered < bounds.ENDLESS_M_PER_S:
+        return ENDLESS, 0.0
+    if not _with_hand(law, rendered) <= limits.max_speed_m_per_s:
+        return SPEED, 0.0
+    # What the motors of an arm push with is cut by its guard, however fast it comes back.
+    if not bounds.hardest(law, blows, roll) <= limits.max_force_N:
+        return FORCE, 0.0
+    thrown = bounds.fastest_thrown(law, blows, rendered, limits.throw_m_per_s)
+    if not _with_hand(law, thrown) <= limits.max_speed_m_per_s:
+        return THROW, 0.0
+    if limits.throw_m_per_s > 0.0 and not bounds.hardest(law, blows, thrown) <= limits.max_force_N:
+        return THROW, 0.0
+    return OK, thrown
+
+
+@njit()
+def _arm(law: Record, limits: Record, m: float) -> Arm:
+    # A head that is sampled itself, as an effect, comes so much later.
+    later = system_delay.lag_s(law)
+    ticks: int = limits.delay_ticks + math.ceil(later / limits.period_s)
+    return Arm(m, limits.grip_N_per_m, 0.0, limits.period_s, ticks, limits.lead_s)
+
+
+@njit()
+def _on_arm(law: Record, limits: Record, room: Coefficients) -> tuple[int, float, int]:
+    # A code, what a contact gives back at most, and the longest window for the speed.
+    stiffest = law.k_coll * hysteretic_spring.stiffest(law)
+    if not stiffest <= limits.stiffness_N_per_m:
+        return STIFF, 0.0, 0
+    lightest, heaviest = _arm(law, limits, limits.lightest_kg), _arm(law, limits, limits.heaviest_kg)
+    lag_s = (0.5 + lightest.delay_ticks) * limits.period_s
+    if not (lightest.delay_ticks <= sampled_contact.MOST_DELAY_TICKS and law.r_in - stiffest * lag_s > 0.0):
+        return LATE, 0.0, 0
+    head = Head(stiffest, law.r_in - law.r_out, law.release)
+    window = sampled_contact.widest_window(lightest, heaviest, head, room)
+    if not window >= 1:
+        return SELF_DRIVEN, 0.0, 0
+    kick = sampled_contact.kick(lightest, head, window, limits.resolution_m)
+    if not kick <= sampled_contact.most_kick(lightest.delay_ticks):
+        return COARSE, 0.0, 0
+    swing = sampled_contact.swing(lightest, head, limits.resolution_m)
+    if not swing <= sampled_contact.MOST_SWING_M_PER_S:
+        return FINE, 0.0, 0
+    slow = sampled_contact.slow_rebound(lightest, heaviest, head, window, limits.resolution_m, room)
+    if not slow <= sampled_contact.MOST_SLOW_REBOUND:
+        return COARSE, 0.0, 0
+    # At the speeds of a roll the window is two ticks at most: a straight line explains no more.
+    return OK, sampled_contact.worst_rebound(heaviest, head, min(window, 2), room), window
+
+
+@njit()
+def judge(law: Record, limits: Record, room: Coefficients) -> Judgement:
+    """Whether this set may reach the device, and what the tick has to know of it.
+
+    Once a revision: 0.3 ms on the mean, up to 1.1 ms. Written so that a NaN fails every comparison. room: `new_room()`.
+    """
+    code, rebound, window = _of_numbers(law), 0.0, sampled_contact.LONGEST_WINDOW
+    sampled = limits.period_s > 0.0
+    if code == OK and sampled:
+        code, rebound, window = _on_arm(law, limits, room)
+    if code != OK:
+        return Judgement(code, 0.0, 0)
+    blows = bounds.blows_of(law)
+    code, fits = _of_roll(law, limits, blows, rebound)
+    if code != OK:
+        return Judgement(code, 0.0, 0)
+    if sampled:
+        most = _SPEED_SHARE * limits.max_speed_m_per_s - bounds.pushed(law, fits)
+        return Judgement(OK, max(most, fits), window)
+    reach = bounds.fastest_entry(law, blows, fits, limits.max_speed_m_per_s, limits.max_force_N)
+    return Judgement(OK, reach, window)
+
+
+def _accepted_damping(law: Records, limits: npt.NDArray[np.void], room: Coefficients, factor: float) -> float:
+    # The nearest r_in that is accepted, on the way down (factor < 1) or up; 0 when there is none.
+    tried = law.copy()
+    refused = taken = float(law["r_in"][0])
+    for _ in range(_FARTHEST):
+        taken *= factor
+        tried["r_in"] = taken
+        if judge(tried[0], limits[0], room).code == OK:
+            break
+        refused = taken
+    else:
+        return 0.0
+    for _ in range(_REFINEMENTS):
+        tried["r_in"] = middle = math.sqrt(taken * refused)
+        if judge(tried[0], limits[0], room).code == OK:
+            taken = middle
+        else:
+            refused = middle
+    return taken
+
+
+def _rounded(value: float, down: bool) -> str:
+    # Three digits, on the side that is accepted.
+    unit = 10.0 ** (math.floor(math.log10(value)) - 2)
+    return f"{(math.floor(value / unit) if down else math.ceil(value / unit)) * unit:.3g}"
+
+
+def _what_to_change(law: Records, limits: npt.NDArray[np.void], room: Coefficients) -> str:
+    lower = _accepted_damping(law, limits, room, 1.0 / _STEP)
+    if lower > 0.0:
+        return f"lower r_in to {_rounded(lower, down=True)} N s/m"
+    higher = _accepted_damping(law, limits, room, _STEP)
+    if higher > 0.0:
+        return f"raise r_in to {_rounded(higher, down=False)} N s/m"
+    return "no r_in will do: lower k_coll"
+
+
+def require(law: Records, limits: Limits) -> None:
+    """Raise Refusal, in words, when `law` (shape (1,)) lies outside the envelope."""
+    record, room = limits.record(), new_room()
+    code = judge(law[0], record[0], room).code
+    if code != OK:
+        raise Refusal(_words(law, limits, record, room, code))
+
+
+def _words(law: Records, limits: Limits, record: npt.NDArray[np.void], room: Coefficients, code: int) -> str:
+    speed, force = predicted(law[0], 0.0)
+    thrown, thrown_N = predicted(law[0], limits.throw_m_per_s)
+    effects = [name for name in law.dtype.names or () if name in _ADDING]
+    numbers = [field for name in effects for field in law.dtype[name].names or ()]
+    adding = " and ".join(_ADDING[name] for name in effects)
+    softer = ", ".join(filter(None, (adding, "k_coll or k_hand")))
+    r_in, k_coll = float(law["r_in"][0]), float(law["k_coll"][0])
+    mass = f"an arm of {limits.lightest_kg:.3g} .. {limits.heaviest_kg:.3g} kg"
+    words = {
+        NOT_FINITE: f"{', '.join(['z_ss', *numbers])}: one of these is not a usable number",
+        MASS: f"m = {law['m'][0]:g} kg must be above 0",
+        NEGATIVE: "k_coll must be above 0 N/m; r_in, r_out and k_hand must not be negative",
+        ENDLESS: "nothing damps the rebound enough, so contacts would add speed for ever: "
+        f"raise r_in or lower {adding or 'k_hand'}",
+        SPEED: f"the roll could reach {speed:.3g} m/s, the limit is {limits.max_speed_m_per_s:g} m/s: "
+        f"lower {adding or 'k_hand'} or raise r_in",
+        FORCE: f"the force on the stick could reach {force:.3g} N, the limit is {limits.max_force_N:g} N: "
+        f"lower {softer}, or raise tau or r_in",
+        THROW: f"a throw at {limits.throw_m_per_s:g} m/s ([hand] throw_m_per_s) could reach {thrown:.3g} m/s and "
+        f"{thrown_N:.3g} N, the limits are {limits.max_speed_m_per_s:g} m/s and {limits.max_force_N:g} N: lower the "
+        f"throw in the scene, k_coll or m",
+        HAND: f"the hand alone could throw the stick at {bounds.hand_speed(law[0]):.3g} m/s, the limit is "
+        f"{limits.max_speed_m_per_s:g} m/s: lower z_ss or k_hand",
+        BUZZ: f"a contact would last less than {SHORTEST_CONTACT_S * 1e3:g} ms, a buzz: raise m or lower k_coll",
+        STIFF: f"k_coll = {k_coll:g} N/m is stiffer than this device can render, "
+        f"{limits.stiffness_N_per_m:g} N/m: lower k_coll",
+        LATE: f"the force comes {limits.lag_s * 1e3:g} ms late on the mean, which takes k_coll times that from r_in: "
+        "raise r_in, lower k_coll or raise [servo] rate_Hz",
+        ACTIVE: "r_in must be at least r_out, or the head would push harder the faster it is left",
+    }
+    if code == SELF_DRIVEN:
+        return (
+            f"k_coll = {k_coll:g} N/m with r_in = {r_in:g} N s/m, rendered {limits.lag_s * 1e3:g} ms late, would keep "
+            f"{mass} moving by itself: {_what_to_change(law, record, room)}, or raise [servo] rate_Hz"
+        )
+    if code == FINE:
+        most = sampled_contact.MOST_SWING_M_PER_S / limits.resolution_m
+        return (
+            f"k_coll = {k_coll:g} N/m is too stiff for {mass}, which would swing by encoder counts of "
+            f"{limits.resolution_m * 1e3:g} mm: lower k_coll to {limits.lightest_kg * most * most:.4g} N/m or less"
+        )
+    if code == COARSE:
+        return (
+            f"r_in = {r_in:g} N s/m would answer each encoder count of {limits.resolution_m * 1e3:g} mm with a jerk "
+            f"that {mass} does not come to rest from: {_what_to_change(law, record, room)}"
+        )
+    return words[code]

@@ -1,0 +1,52 @@
+"""The servo's own fence: what a set must be before it is even asked whether it is safe.
+
+A set comes from memory that another process writes, and the servo trusts nobody: the numbers that may be set live must
+lie in the ranges of the parameter table, everything else in the record (a pulse's sign, a trigger, a release rule) must
+be what the scene says, bit by bit. `fence_of` is for a control thread, `within` for the tick thread: no allocation, no
+locks, no Python, no exceptions.
+"""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from drumstick.parameters.declare import quantities
+from drumstick.parameters.scene import EFFECTS, Scene
+from drumstick.parameters.stick import Stick
+from drumstick.stick.law import field_of, law_of
+from realtime.jit import njit
+
+# One row for each 8-byte word of a law's record, in its order.
+FENCE: np.dtype[Any] = np.dtype([("live", "i8"), ("low", "f8"), ("high", "f8"), ("word", "i8")], align=True)
+
+
+def fence_of(scene: Scene) -> npt.NDArray[np.void]:
+    """The fence of this scene's law, shape (n,): one row a word. Control thread."""
+    law = law_of(scene)
+    fence = np.zeros(law.dtype.itemsize // 8, FENCE)
+    fence["word"] = law.view(np.int64)
+    words = np.zeros(1, law.dtype)
+    words.view(np.int64)[:] = np.arange(len(fence))  # each field of this record tells which word it is
+    record: Any = words[0]
+    for part, table in [(record, Stick), *((record[name], EFFECTS[name]) for name in scene.effects)]:
+        for key, quantity in quantities(table).items():
+            if quantity.wire is not None:
+                at = np.asarray(part[field_of(key, quantity)]).view(np.int64)
+                fence[at] = (1, quantity.low, quantity.high, 0)
+    return fence
+
+
+@njit()
+def within(
+    fence: npt.NDArray[np.void], words: npt.NDArray[np.int64], numbers: npt.NDArray[np.float64]
+) -> bool:
+    """Is this law, seen as words and as numbers (both shape (n,)), one that its scene could have? In accept form."""
+    for at in range(fence.shape[0]):
+        row = fence[at]
+        if row.live != 0:
+            if not row.low <= numbers[at] <= row.high:
+                return False
+        elif words[at] != row.word:
+            return False
+    return True

@@ -1,0 +1,109 @@
+"""The direct alteration of the coefficient of restitution (section 4.1): a pulse as strong as the blow was fast.
+
+Each contact gets a pulse of gamma |v_in|, so that v_{i+1} = alpha (beta + gamma) v_i, equation (8). With a
+constant alpha that decays or grows without end; with the real alpha(v) it can settle at an upper speed. Kernels:
+tick thread; no allocation.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from drumstick.parameters.declare import choice, number
+from drumstick.stick.effects import kick
+from realtime.jit import Record, only_with
+
+STATE = kick.STATE
+
+
+@dataclass(frozen=True)
+class CorPulse:
+    """`[effects.cor_pulse]`."""
+
+    gamma: float = number(
+        0.2, 0.0, 2.0, "1", "What is added to the coefficient of restitution",
+        symbol="γ", equation="(8)", wire="gamma",
+    )  # fmt: skip
+    tau_s: float = number(
+        0.002, 1e-6, 1.0, "s", "How long the added push lasts",
+        symbol="τ", equation="(4)", wire="tau", scale="log",
+    )  # fmt: skip
+    trigger: Literal["entry", "turn", "exit"] = choice(
+        "exit", kick.TRIGGERS, "When it fires: at contact, at the deepest point, at release"
+    )
+    sign: Literal[1, -1] = choice(1, (1, -1), "1 pushes up, away from the head; -1 into it")
+    overlap: Literal["add", "replace", "ignore"] = choice(
+        "add", kick.OVERLAPS, "What a new push does to one that has not faded yet"
+    )
+
+
+@only_with("cor_pulse")
+def fire(law: Record, motion: Record, when: int) -> None:
+    """Start a push if it fires `when` (drumstick.stick.effects.moments)."""
+    kick.fire(law.cor_pulse, motion.cor_pulse, when, law.cor_pulse.gamma * abs(motion.v_in))
+
+
+@only_with("cor_pulse", otherwise=())
+def pushes(law: Record, motion: Record) -> tuple[tuple[float, float], ...]:
+    """The push now (m/s^2) and the rate at which it fades (1/s)."""
+    return ((motion.cor_pulse.push, 1.0 / law.cor_pulse.tau),)
+
+
+@only_with("cor_pulse", otherwise=0.0)
+def left(law: Record, motion: Record) -> float:
+    """The speed, m/s, that a running push still has to give."""
+    return motion.cor_pulse.push * law.cor_pulse.tau
+
+
+@only_with("cor_pulse", otherwise=0.0)
+def waiting(law: Record, motion: Record) -> float:
+    """The speed, m/s, that one gives which the deepest point of the present contact will start."""
+    return law.cor_pulse.gamma * abs(motion.v_in) if kick.waits(law.cor_pulse, motion) else 0.0
+
+
+@only_with("cor_pulse", otherwise=1.0)
+def fade(law: Record, duration: float) -> float:
+    """The share of it that is left after `duration` seconds."""
+    return kick.fade(law.cor_pulse, duration)
+
+
+@only_with("cor_pulse")
+def elapse(law: Record, motion: Record, duration: float, fade: float) -> None:
+    """Let it fade to that share in `duration` seconds."""
+    kick.elapse(law.cor_pulse, motion.cor_pulse, duration, fade)
+
+
+@only_with("cor_pulse")
+def keep_speed(law: Record, new_law: Record, motion: Record) -> None:
+    """Before `new_law` takes over: what a running push still has to give stays as it is."""
+    motion.cor_pulse.push *= law.cor_pulse.tau / new_law.cor_pulse.tau
+
+
+@only_with("cor_pulse")
+def stop(law: Record, motion: Record) -> None:
+    """End a running push at once."""
+    motion.cor_pulse.push = 0.0
+
+
+@only_with("cor_pulse", otherwise=0.0)
+def multiplies(law: Record) -> float:
+    """What it adds to the coefficient of restitution."""
+    return law.cor_pulse.gamma
+
+
+@only_with("cor_pulse", otherwise=0.0)
+def strongest(law: Record, soonest: float) -> float:
+    """The largest acceleration, m/s^2 per m/s of the blow, of pushes that are at least `soonest` seconds apart."""
+    return law.cor_pulse.gamma / law.cor_pulse.tau * kick.stacked(law.cor_pulse, soonest)
+
+
+@only_with("cor_pulse", otherwise=0.0)
+def lasts(law: Record) -> float:
+    """Its tau, s."""
+    return law.cor_pulse.tau
+
+
+@only_with("cor_pulse", otherwise=True)
+def usable(law: Record) -> bool:
+    """Are its numbers fit for a device?"""
+    given = law.cor_pulse
+    return 0.0 <= given.gamma < 1e3 and 0.0 < given.tau < 1e3 and given.gamma / given.tau < 1e12

@@ -1,0 +1,58 @@
+"""A head that gives back more than it took: its spring is stiffer while the stick rises than while it sinks.
+
+At the deepest point z_min the stiffness steps from K_coll to ratio K_coll, which adds (ratio - 1) K_coll z_min^2 / 2;
+without damping the coefficient of restitution is sqrt(ratio). Piecewise linear: `exact` covers it. Kernels: tick
+thread; no allocation.
+"""
+
+from dataclasses import dataclass
+
+from drumstick.parameters.declare import number
+from drumstick.stick.effects.moments import ENTRY, RISE, SINK, TURN
+from realtime.jit import Record, only_with
+
+STATE = (("rising", "i8"),)
+
+
+@dataclass(frozen=True)
+class HystereticSpring:
+    """`[effects.hysteretic_spring]`."""
+
+    # A ratio below 1 would hold the stick still at the turn: friction, which is not what the paper tries.
+    ratio: float = number(
+        1.5, 1.0, 4.0, "1", "Stiffness while the stick rises, over the stiffness while it sinks",
+        wire="hysteretic_spring.ratio",
+    )  # fmt: skip
+
+
+@only_with("hysteretic_spring")
+def fire(law: Record, motion: Record, when: int) -> None:
+    """Note which way the stick moves in the head."""
+    if when in (TURN, RISE):
+        motion.hysteretic_spring.rising = 1
+    elif when in (ENTRY, SINK):
+        motion.hysteretic_spring.rising = 0
+
+
+@only_with("hysteretic_spring", otherwise=1.0)
+def factor(law: Record, motion: Record) -> float:
+    """What multiplies K_coll now."""
+    return law.hysteretic_spring.ratio if motion.hysteretic_spring.rising != 0 else 1.0
+
+
+@only_with("hysteretic_spring", otherwise=1.0)
+def stiffest(law: Record) -> float:
+    """The most that K_coll is multiplied by."""
+    return law.hysteretic_spring.ratio
+
+
+@only_with("hysteretic_spring", otherwise=True)
+def usable(law: Record) -> bool:
+    """Is its number fit for a device?"""
+    return 1.0 <= law.hysteretic_spring.ratio < 1e3
+
+
+@only_with("hysteretic_spring", otherwise=False)
+def lively(law: Record, motion: Record) -> bool:
+    """May it still give the stick energy in this contact?"""
+    return law.hysteretic_spring.ratio > 1.0

@@ -1,0 +1,61 @@
+"""What `pulse` and `cor_pulse` share: a push that starts at once and fades, h(t) = (m dv / tau) exp(-t / tau), (4).
+
+`given` is the effect's part of the law, `state` its part of the motion. The push is kept as an acceleration,
+h/m, so a change of m above the head leaves the speed it still has to give unchanged. Kernels: tick thread; no
+allocation.
+"""
+
+import math
+
+from drumstick.stick.effects import moments
+from realtime.jit import Record, njit
+
+ADD, REPLACE, IGNORE = 0, 1, 2
+TRIGGERS = ("entry", "turn", "exit")  # in the order of effects.moments
+OVERLAPS = ("add", "replace", "ignore")
+DELIVERED_AFTER_TAUS = 5.0  # for overlap = "ignore": by then 99.3 % of dv has been given
+SPENT_M_PER_S = 1e-25  # a tail that can still give less than this is set to 0, before it becomes denormal
+
+# What a pulse remembers between ticks: its push h/m in m/s^2, and the time since it fired in s.
+STATE = (("push", "f8"), ("age", "f8"))
+
+
+@njit()
+def fire(given: Record, state: Record, when: int, speed: float) -> None:
+    """Start a pulse that adds `speed` m/s, if it fires `when`."""
+    if given.trigger != when:
+        return
+    still_giving = state.age < DELIVERED_AFTER_TAUS * given.tau and state.push != 0.0
+    if given.overlap == IGNORE and still_giving:
+        return
+    kick = given.sign * speed / given.tau
+    if given.overlap == ADD:
+        kick += state.push
+    state.push = kick
+    state.age = 0.0
+
+
+@njit()
+def waits(given: Record, motion: Record) -> bool:
+    """Will the present contact's first deepest point still start one?"""
+    return given.trigger == moments.TURN and motion.turned == 0
+
+
+@njit()
+def fade(given: Record, duration: float) -> float:
+    """The share of a push that is left after `duration` seconds."""
+    return math.exp(-(1.0 / given.tau) * duration)
+
+
+@njit()
+def elapse(given: Record, state: Record, duration: float, fade: float) -> None:
+    """Let the push fade to that share in `duration` seconds."""
+    push = state.push * fade
+    state.push = 0.0 if abs(push) * given.tau < SPENT_M_PER_S else push
+    state.age += duration
+
+
+@njit()
+def stacked(given: Record, soonest: float) -> float:
+    """How many pulses push at once at most, counted by their force, when two never fire within `soonest` seconds."""
+    return 1.0 / -math.expm1(-soonest / given.tau) if given.overlap == ADD else 1.0

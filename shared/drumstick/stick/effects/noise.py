@@ -1,0 +1,97 @@
+"""A restless head: while the stick is in it, a random force that changes every hold_s seconds.
+
+Uniform in -force .. force and drawn from a counter and the seed, so that a run can be repeated and does not depend on
+how it is split. Piecewise constant: `exact` covers it. Kernels: tick thread; no allocation.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from drumstick.parameters.declare import count, number
+from drumstick.stick.effects.moments import ENTRY, EXIT
+from realtime.jit import Record, njit, only_with
+
+STATE = (("force_N", "f8"), ("left_s", "f8"), ("drawn", "i8"))
+_DUE_S = 1e-15  # what rounding may leave of a time that is over
+
+# The finaliser of splitmix64: Steele, Lea and Flood, "Fast splittable pseudorandom number generators" (2014).
+_STEP = np.uint64(0x9E3779B97F4A7C15)
+_FIRST, _SECOND = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
+_30, _27, _31, _11 = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(11)
+_TO_UNIT = 2.0**-53
+
+
+@dataclass(frozen=True)
+class Noise:
+    """`[effects.noise]`."""
+
+    force_N: float = number(0.5, 0.0, 100.0, "N", "Largest random force in the head", wire="noise.force")  # noqa: N815
+    hold_s: float = number(
+        0.001, 1e-4, 0.1, "s", "How long each random force lasts", wire="noise.hold", scale="log"
+    )
+    seed: int = count(1, 0, 2**31 - 1, "1", "Another seed is another run")
+
+
+@njit()
+def uniform(seed: int, index: int) -> float:
+    """The index-th number of this seed's sequence, 0 <= u < 1."""
+    x = (np.uint64(seed) << np.uint64(32)) + np.uint64(index) * _STEP
+    x = (x ^ (x >> _30)) * _FIRST
+    x = (x ^ (x >> _27)) * _SECOND
+    x ^= x >> _31
+    return float(x >> _11) * _TO_UNIT
+
+
+@njit()
+def _draw(law: Record, motion: Record) -> None:
+    motion.noise.drawn += 1
+    motion.noise.force_N = law.noise.force * (2.0 * uniform(law.noise.seed, motion.noise.drawn) - 1.0)
+    motion.noise.left_s = law.noise.hold
+
+
+@only_with("noise")
+def fire(law: Record, motion: Record, when: int) -> None:
+    """Draw afresh at entry, be still from exit on."""
+    if when == ENTRY:
+        _draw(law, motion)
+    elif when == EXIT:
+        motion.noise.force_N = 0.0
+
+
+@only_with("noise", otherwise=0.0)
+def force(law: Record, motion: Record) -> float:
+    """The random force now, N."""
+    return motion.noise.force_N
+
+
+@only_with("noise", otherwise=math.inf)
+def due_in(law: Record, motion: Record, in_head: bool) -> float:
+    """Seconds until the force changes."""
+    return motion.noise.left_s if in_head else math.inf
+
+
+@only_with("noise")
+def elapse(law: Record, motion: Record, duration: float) -> None:
+    """Count the hold down."""
+    motion.noise.left_s -= duration
+
+
+@only_with("noise")
+def renew(law: Record, motion: Record, in_head: bool) -> None:
+    """Draw again if the hold is over."""
+    if in_head and motion.noise.left_s <= _DUE_S:
+        _draw(law, motion)
+
+
+@only_with("noise", otherwise=0.0)
+def strongest(law: Record) -> float:
+    """The largest force it can have, N."""
+    return law.noise.force
+
+
+@only_with("noise", otherwise=True)
+def usable(law: Record) -> bool:
+    """Are its numbers fit for a device?"""
+    return 0.0 <= law.noise.force < 1e6 and 0.0 < law.noise.hold < 1e3

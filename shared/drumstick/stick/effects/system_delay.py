@@ -1,0 +1,123 @@
+"""A head computed too late: its force is sampled every period_s, comes delay_ticks samples later, and is held.
+
+Lag acts as negative damping, about -K_coll (period/2 + delay), and after the release the last force still pushes: the
+rebound can be faster than the blow, and depends on where in the period the contact begins. Between samples the force is
+constant: `exact` covers it. Kernels: tick thread; no allocation.
+"""
+
+import math
+from dataclasses import dataclass
+
+from drumstick.parameters.declare import count, number
+from realtime.jit import Record, njit, only_with
+
+MOST_TICKS = 8
+STATE = (("held_N", "f8"), ("left_s", "f8"), ("next", "i8"), ("queue_N", "f8", (MOST_TICKS,)))
+_DUE_S = 1e-15  # what rounding may leave of a time that is over
+
+
+@dataclass(frozen=True)
+class SystemDelay:
+    """`[effects.system_delay]`."""
+
+    period_s: float = number(
+        0.001, 1e-4, 0.02, "s", "Time between samples of the head's force", wire="system_delay.period",
+        scale="log",
+    )  # fmt: skip
+    delay_ticks: int = count(1, 0, MOST_TICKS, "samples", "How many samples late the force comes")
+
+    @property
+    def mean_lag_s(self) -> float:
+        """How old the force is on the average."""
+        return self.period_s * (0.5 + self.delay_ticks)
+
+
+@only_with("system_delay", otherwise=False)
+def sampled(law: Record) -> bool:
+    """Is the head's force a held sample?"""
+    return True
+
+
+@only_with("system_delay", otherwise=math.inf)
+def period_s(law: Record) -> float:
+    """Time between samples of the head's force, s."""
+    return law.system_delay.period
+
+
+@only_with("system_delay", otherwise=0.0)
+def lag_s(law: Record) -> float:
+    """The oldest that the force can be, s."""
+    return law.system_delay.period * (1 + law.system_delay.delay_ticks)
+
+
+@only_with("system_delay", otherwise=0.0)
+def held(law: Record, motion: Record) -> float:
+    """The force that acts now, N."""
+    return motion.system_delay.held_N
+
+
+@only_with("system_delay", otherwise=math.inf)
+def due_in(law: Record, motion: Record) -> float:
+    """Seconds until the next sample."""
+    return motion.system_delay.left_s
+
+
+@only_with("system_delay")
+def elapse(law: Record, motion: Record, duration: float) -> None:
+    """Count down to the next sample."""
+    motion.system_delay.left_s -= duration
+
+
+@njit()
+def _later(state: Record, ticks: int, force: float) -> float:
+    # The force of `ticks` samples ago; this one goes into the queue.
+    if ticks == 0:
+        return force
+    place = state.next
+    came = state.queue_N[place]
+    state.queue_N[place] = force
+    state.next = place + 1 if place + 1 < ticks else 0
+    return came
+
+
+@only_with("system_delay")
+def renew(law: Record, motion: Record, force: float) -> None:
+    """Take a sample, the head's force now, if it is due."""
+    if motion.system_delay.left_s <= _DUE_S:
+        motion.system_delay.left_s = law.system_delay.period
+        motion.system_delay.held_N = _later(motion.system_delay, law.system_delay.delay_ticks, force)
+
+
+@njit()
+def _pending(state: Record) -> float:
+    # All forces acting or on their way, N.
+    total = abs(state.held_N)
+    for index in range(MOST_TICKS):
+        total += abs(state.queue_N[index])
+    return total
+
+
+@only_with("system_delay", otherwise=False)
+def lively(law: Record, motion: Record) -> bool:
+    """Is a force acting or on its way?"""
+    return _pending(motion.system_delay) != 0.0
+
+
+@only_with("system_delay", otherwise=0.0)
+def coming(law: Record, motion: Record) -> float:
+    """The speed, m/s, that the forces acting or on their way can give."""
+    return _pending(motion.system_delay) * law.system_delay.period / law.m
+
+
+@only_with("system_delay")
+def stop(law: Record, motion: Record) -> None:
+    """Forget every force."""
+    motion.system_delay.held_N = 0.0
+    for index in range(MOST_TICKS):
+        motion.system_delay.queue_N[index] = 0.0
+
+
+@only_with("system_delay", otherwise=True)
+def usable(law: Record) -> bool:
+    """Is its number fit for a device?"""
+    return 0.0 < law.system_delay.period < 1e3

@@ -1,0 +1,89 @@
+"""The records that the kernels get: the scene's law (parameters) and the stick's motion (state).
+
+Both are numpy record types made from the declarations, so an effect that the scene does not name has no field
+in either, and numba compiles no code for it. Field names are the wire names; words of a choice become their
+index. Effects come first: numba takes a record that merely continues another one for its subtype, and warns.
+"""
+
+import functools
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from drumstick.parameters.declare import Quantity, quantities
+from drumstick.parameters.scene import EFFECTS, Scene
+from drumstick.parameters.stick import Stick
+from drumstick.stick.effects import (
+    chaos,
+    cor_pulse,
+    hysteretic_spring,
+    negative_damping,
+    noise,
+    pulse,
+    system_delay,
+)
+from drumstick.stick.motion import transitions
+
+Records = npt.NDArray[np.void]
+
+_EFFECT_STATE: dict[str, tuple[Any, ...]] = {
+    "pulse": pulse.STATE,
+    "cor_pulse": cor_pulse.STATE,
+    "system_delay": system_delay.STATE,
+    "hysteretic_spring": hysteretic_spring.STATE,
+    "negative_damping": negative_damping.STATE,
+    "noise": noise.STATE,
+    "chaos": chaos.STATE,
+}
+
+
+def _field(key: str, quantity: Quantity) -> tuple[str, str]:
+    return (field_of(key, quantity), "f8" if quantity.kind is float else "i8")
+
+
+def field_of(key: str, quantity: Quantity) -> str:
+    """The record's field: the wire name without its effect, or the scene's key."""
+    return (quantity.wire or key).rpartition(".")[2]
+
+
+def _fields(table: type) -> list[tuple[str, str]]:
+    return [_field(key, quantity) for key, quantity in quantities(table).items()]
+
+
+@functools.cache
+def law_type(effects: tuple[str, ...]) -> np.dtype[np.void]:
+    """Record type of the parameters of a scene that names these effects."""
+    nested: list[Any] = [(name, _fields(EFFECTS[name])) for name in effects]
+    return np.dtype([*nested, *_fields(Stick)], align=True)
+
+
+@functools.cache
+def motion_type(effects: tuple[str, ...]) -> np.dtype[np.void]:
+    """Record type of the state of a scene that names these effects."""
+    nested: list[Any] = [(name, list(_EFFECT_STATE[name])) for name in effects]
+    return np.dtype([*nested, *transitions.STATE], align=True)
+
+
+def _fill(record: Any, table: object) -> None:
+    for key, quantity in quantities(type(table)).items():
+        value = getattr(table, key)
+        if quantity.choices and quantity.kind is str:
+            value = quantity.choices.index(value)
+        record[field_of(key, quantity)] = value
+
+
+def law_of(scene: Scene) -> Records:
+    """The scene's parameters, shape (1,)."""
+    law = np.zeros(1, law_type(tuple(scene.effects)))
+    _fill(law[0], scene.stick)
+    for name, table in scene.effects.items():
+        _fill(law[0][name], table)
+    return law
+
+
+def thrown(scene: Scene, v0: float) -> Records:
+    """A stick at z = 0 that moves up at v0 >= 0 m/s (or down into the head), shape (1,)."""
+    motion = np.zeros(1, motion_type(tuple(scene.effects)))
+    motion["v"] = v0
+    return motion

@@ -1,0 +1,81 @@
+"""From here to the next event or to a horizon, whichever comes first, by any method that finds its events.
+
+Splitting a run into ticks gives the same events. Kernels: tick thread or any other; no allocation, no exceptions.
+"""
+
+from drumstick.stick import composition
+from drumstick.stick.motion.events import (
+    ABOVE,
+    APEX,
+    ENTRY,
+    HORIZON,
+    LOOSEN,
+    RELEASE,
+    RESUME,
+    SINK,
+    TURN,
+    first_event,
+)
+from drumstick.stick.motion.transitions import CAPTURED, apply, begin, move, never_releases, renew
+from realtime.jit import Record, njit
+
+_INSTANT_S = 1e-15
+_MOST_AT_ONCE = 20
+_NOTHING = 1e-30  # m and m/s
+
+
+@njit()
+def _land(motion: Record, event: int) -> None:
+    # At an event its function is 0, with the event's sign of the rate: rounding must not say otherwise.
+    if event == ENTRY:
+        motion.z = 0.0
+        motion.v = min(motion.v, 0.0)
+    elif event == RELEASE:
+        motion.z = 0.0
+        motion.v = max(motion.v, 0.0)
+    elif event in (TURN, APEX, SINK):
+        motion.v = 0.0
+
+
+@njit()
+def _died_away(law: Record, motion: Record) -> bool:
+    # A head that lets go and holds again, over and over, of a stick that creeps up to z = 0 and never arrives.
+    still = abs(motion.z) < _NOTHING and abs(motion.v) < _NOTHING and law.k_hand * law.z_ss == 0.0
+    return still and composition.left_at_most(law, motion) == 0.0 and not composition.lively(law, motion)
+
+
+@njit()
+def advance(
+    law: Record, motion: Record, horizon: float, method: int | None, longest_s: float
+) -> tuple[int, float]:
+    """Move to the next event or by `horizon` seconds, in segments of at most `longest_s`: (event, seconds moved)."""
+    moved = 0.0
+    at_once = 0
+    while True:
+        due = composition.due_in(law, motion, motion.place != ABOVE)
+        seg = begin(law, motion, method)
+        left = horizon - moved
+        span = min(left, due, longest_s)
+        event, end = first_event(motion, seg, span)
+        move(law, motion, seg, end.t, composition.fades(law, end.t), end.z, end.v)
+        moved += end.t
+        if event == HORIZON:
+            if span == left:
+                if motion.place != ABOVE and never_releases(law, motion):
+                    motion.fate = CAPTURED
+                return HORIZON, horizon
+            renew(law, motion)
+            continue
+        _land(motion, event)
+        apply(law, motion, event)
+        if event not in (LOOSEN, RESUME, SINK):
+            return event, moved
+        at_once = at_once + 1 if end.t < _INSTANT_S else 0
+        if (
+            at_once > _MOST_AT_ONCE
+        ):  # rounding: a push of 0 that does not change takes hold and lets go for ever
+            motion.fate = CAPTURED
+            return HORIZON, horizon
+        if _died_away(law, motion):
+            motion.fate = CAPTURED
+            return HORIZON, horizon

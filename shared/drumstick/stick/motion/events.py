@@ -1,0 +1,161 @@
+"""When does something happen? The first event on a segment of motion.
+
+Between two nodes (drumstick.stick.motion.spans) z' and the rate of the head's push change their sign at most once each,
+so z and the push are monotone between these changes: comparing signs finds every event. Kernels: any thread; no
+allocation, no exceptions.
+"""
+
+from drumstick.stick.contact import PAPER
+from drumstick.stick.methods.carry import is_exact
+from drumstick.stick.motion.crossing import (
+    Point,
+    Weights,
+    changes,
+    point_after,
+    root,
+    start_of,
+    stay,
+    weighted,
+)
+from drumstick.stick.motion.segment import Segment
+from drumstick.stick.motion.spans import SPEED, cut, first_nodes, is_brief, later, nearest, push_rate
+from realtime.jit import Record, njit
+
+# Where the stick is. LOOSE: still below z = 0, but a head that only pushes has let go of it (`unilateral`).
+ABOVE, CONTACT, LOOSE = 0, 1, 2
+# What happened. LOOSEN, RESUME and SINK (down again without having left) only matter inside, but end a segment.
+HORIZON, ENTRY, TURN, RELEASE, APEX, LOOSEN, RESUME, SINK = 0, 1, 2, 3, 4, 5, 6, 7
+
+_HEIGHT: Weights = (1.0, 0.0, 0.0, 0.0, 0.0)
+
+Event = tuple[int, Point]
+
+
+@njit()
+def push_of(seg: Segment, z: float, v: float) -> float:
+    """What the segment's head pushes with, N; below 0 it would pull."""
+    return -seg.k * z - seg.r * v + seg.f
+
+
+@njit()
+def _push(seg: Segment) -> Weights:
+    return -seg.k, -seg.r, 0.0, 0.0, seg.f
+
+
+@njit()
+def _rises(here: Point, there: Point) -> bool:
+    # The way it first moves; at rest, a start moves the way it is found to move later.
+    return here.v > 0.0 or (here.v == 0.0 and there.v > 0.0)
+
+
+@njit()
+def _reach(seg: Segment, here: Point, there: Point) -> Point:
+    # Where it meets z = 0 on a monotone way there; at once if it starts there.
+    return root(seg, _HEIGHT, here, there) if changes(here.z, there.z) else here
+
+
+@njit()
+def _above(seg: Segment, here: Point, there: Point) -> Event:
+    turns = changes(here.v, there.v)
+    stand = root(seg, SPEED, here, there) if turns else there
+    if _rises(here, there):
+        return (APEX if turns else HORIZON), stand
+    if stand.z <= 0.0:
+        return ENTRY, _reach(seg, here, stand)
+    return HORIZON, there
+
+
+@njit()
+def _shift(place: int, seg: Segment, here: Point, bend: Point, end: Point) -> Event:
+    # LOOSEN when the push of a head that only pushes falls to 0, RESUME when it rises above it again. The push is
+    # monotone from here to the bend, and from there to the end.
+    event, outward = (RESUME, 1.0) if place == LOOSE else (LOOSEN, -1.0)
+    rate = push_rate(seg)
+    first, last = outward * weighted(rate, here)[0], outward * weighted(rate, end)[0]
+    begin, reach = (here, bend) if first > 0.0 or (first == 0.0 and last > 0.0) else (bend, end)
+    if reach.t <= begin.t or outward * push_of(seg, reach.z, reach.v) < 0.0:
+        return HORIZON, end
+    if outward * push_of(seg, begin.z, begin.v) >= 0.0:
+        return event, begin
+    return event, root(seg, _push(seg), begin, reach)
+
+
+@njit()
+def _lets_go(place: int, seg: Segment, here: Point, there: Point) -> bool:
+    # Does the push of a head that only pushes end between the two? Its rate vanishes once at most, so it ends once.
+    if place != CONTACT or seg.release == PAPER:
+        return False
+    return push_of(seg, here.z, here.v) > 0.0 > push_of(seg, there.z, there.v)
+
+
+@njit()
+def _way_end(seg: Segment, here: Point, there: Point, rises: bool) -> Event:
+    # How a way in the head ends if the head holds: out of it, at a turn, or not before `there`. A rise that ends out of
+    # it may turn on the way, and has then passed z = 0 before: no need to know when it turns.
+    if rises and changes(here.z, there.z):
+        return RELEASE, root(seg, _HEIGHT, here, there)
+    if changes(here.v, there.v):
+        return (SINK if rises else TURN), root(seg, SPEED, here, there)
+    return HORIZON, there
+
+
+@njit()
+def _in_head(motion: Record, seg: Segment, here: Point, there: Point) -> Event:
+    rises, rate = _rises(here, there), push_rate(seg)
+    event, end = HORIZON, there
+    if _lets_go(motion.place, seg, here, there):
+        end = root(seg, _push(seg), here, there)
+        # Not out yet, not turned yet: it is the first.
+        if end.z < 0.0 and (end.v > 0.0 if rises else end.v < 0.0):
+            event = LOOSEN
+    sure = event == LOOSEN
+    if not sure:
+        event, end = _way_end(seg, here, there, rises)
+    before, after = weighted(rate, here)[0], weighted(rate, end)[0]
+    peaks, dips = before > 0.0 >= after, before < 0.0 <= after
+    searched = seg.release != PAPER and not sure
+    bend = root(seg, rate, here, end) if peaks or (dips and searched) else end
+    if searched:
+        shift, at = _shift(motion.place, seg, here, bend, end)
+        if shift != HORIZON and (at.t < end.t or (event != TURN and event != SINK)):
+            event, end = shift, at
+    if event != RELEASE and rises and end.z >= 0.0:
+        event, end = RELEASE, _reach(seg, here, end)
+    if motion.place == CONTACT and peaks and bend.t <= end.t:  # noted in passing: it ends no segment
+        motion.peak_N = max(motion.peak_N, push_of(seg, bend.z, bend.v))
+    return event, end
+
+
+@njit()
+def _in_span(motion: Record, seg: Segment, here: Point, there: Point) -> Event:
+    if motion.place == ABOVE:
+        return _above(seg, here, there)
+    return _in_head(motion, seg, here, there)
+
+
+@njit()
+def first_event(motion: Record, seg: Segment, horizon: float) -> Event:
+    """The first event within `horizon` seconds and its point; (HORIZON, the last point) when there is none.
+
+    motion: only `place` is read, and `peak_N` raised when the push peaks on the way. A stepper's segment is one span:
+    its horizon is its step.
+    """
+    here = start_of(seg)
+    if not is_exact(seg):
+        return _in_span(motion, seg, here, point_after(seg, horizon))
+    if here.v == 0.0 and here.z2 == 0.0 and here.z3 == 0.0 and here.z4 == 0.0:
+        # At rest; where a negative damper lets motion grow, 0 times infinity would be NaN.
+        return _in_span(motion, seg, here, stay(here, horizon))
+    if is_brief(seg, horizon):
+        return _in_span(motion, seg, here, point_after(seg, horizon))
+    nodes = first_nodes(seg, here, motion.place != ABOVE)
+    while here.t < horizon:
+        there = point_after(seg, min(horizon, nearest(nodes)))
+        for end in cut(seg, here, there):
+            if end.t > here.t:
+                found = _in_span(motion, seg, here, end)
+                if found[0] != HORIZON:
+                    return found
+            here = end
+        nodes = later(nodes, here.t)
+    return HORIZON, here

@@ -1,0 +1,253 @@
+"""From one segment to the next: which equation holds now, and what an event changes.
+
+Every method goes through this text, so `exact` and the steppers differ only in how they carry the stick along a
+segment. Kernels: tick thread or any other; no allocation, no exceptions.
+"""
+
+import math
+
+from drumstick.stick import composition
+from drumstick.stick.contact import PAPER
+from drumstick.stick.effects import moments, system_delay
+from drumstick.stick.motion.events import (
+    ABOVE,
+    APEX,
+    CONTACT,
+    ENTRY,
+    LOOSE,
+    LOOSEN,
+    RELEASE,
+    RESUME,
+    SINK,
+    TURN,
+    push_of,
+)
+from drumstick.stick.motion.segment import Segment
+from realtime.jit import Record, njit
+
+# How a stick can come to its end.
+MOVING, CAPTURED, LEFT = 0, 1, 2
+
+_STILL_M_PER_S = 1e-30
+_RUNAWAY_M_PER_S = (
+    1e6  # an effect that adds energy without end: the stick has left long before numbers overflow
+)
+
+# The stick's motion: fields of the record, beside those of the scene's effects. `v_in` to `contact_s`
+# describe the present or the last contact (z < 0), `turned` is set once in each.
+STATE = (
+    ("z", "f8"),
+    ("v", "f8"),
+    ("v_in", "f8"),
+    ("v_out", "f8"),
+    ("z_min", "f8"),
+    ("z_apex", "f8"),
+    ("peak_N", "f8"),
+    ("impulse_N_s", "f8"),
+    ("contact_s", "f8"),
+    ("place", "i8"),
+    ("turned", "i8"),
+    ("fate", "i8"),
+)
+
+
+@njit()
+def head_push(law: Record, motion: Record) -> float:
+    """What the head pushes with now, N, if nothing delays it; a head that only pushes never pulls."""
+    if motion.place == ABOVE:
+        return 0.0
+    k, r, f = composition.head(law, motion)
+    push = -k * motion.z - r * motion.v + f
+    return push if law.release == PAPER else max(push, 0.0)
+
+
+@njit()
+def force_now(law: Record, motion: Record) -> float:
+    """The force that really acts on the stick, N: the head's, or the held sample of a system with delay."""
+    if system_delay.sampled(law):
+        return system_delay.held(law, motion)
+    return head_push(law, motion)
+
+
+@njit()
+def segment_of(law: Record, motion: Record, method: int | None) -> Segment:
+    """The equation that holds from here on, while nothing happens."""
+    if system_delay.sampled(law):
+        k, r, f = 0.0, 0.0, system_delay.held(law, motion)
+        acting, release = True, PAPER
+    else:
+        k, r, f = composition.head(law, motion)
+        acting, release = motion.place == CONTACT, law.release
+    stiffness, damping, force = law.k_hand, law.r_out, law.k_hand * law.z_ss
+    if acting:
+        stiffness += k
+        damping += r
+        force += f
+    pushes = composition.pushes(law, motion)
+    m = law.m
+    return Segment(
+        0.5 * damping / m, stiffness / m, force / m, motion.z, motion.v, pushes, k, r, f, release, method
+    )
+
+
+@njit()
+def begin(law: Record, motion: Record, method: int | None) -> Segment:
+    """`segment_of`, to be moved along: inside it the search sees the push peak, at its ends `begin` and `move` do.
+
+    A force that steps, or a negative damper, peaks at an end.
+    """
+    seg = segment_of(law, motion, method)
+    if motion.place == CONTACT:
+        motion.peak_N = max(motion.peak_N, push_of(seg, seg.z, seg.v))
+    return seg
+
+
+@njit()
+def move(
+    law: Record, motion: Record, seg: Segment, duration: float, fades: composition.Fades, z: float, v: float
+) -> None:
+    """The stick is now at (z, v), `duration` seconds along its segment: keep the contact's impulse and time.
+
+    fades: `composition.fades` of this duration.
+    """
+    before = composition.left(law, motion)
+    composition.elapse(law, motion, duration, fades)
+    if motion.place == CONTACT:
+        travel = z - seg.z
+        motion.impulse_N_s += seg.f * duration - seg.r * travel
+        if seg.k != 0.0:
+            # The integral of z follows from the equation of motion: what the change of speed does not owe to the rest.
+            given = before - composition.left(law, motion)
+            z_integral = (given - (v - seg.v) - 2.0 * seg.a * travel + seg.g * duration) / seg.w2
+            motion.impulse_N_s -= seg.k * z_integral
+        motion.peak_N = max(motion.peak_N, push_of(seg, z, v))
+    if motion.place != ABOVE:
+        motion.contact_s += duration
+    motion.z = z
+    motion.v = v
+
+
+@njit()
+def _turns(motion: Record, a: float, w: float, rest: float) -> bool:
+    # Does a contact come to a deepest point, if no pulse runs? Overdamped, it may creep down to its rest instead.
+    if a < w or motion.place != CONTACT:
+        return True
+    fastest = a + math.sqrt(a * a - w * w)
+    return motion.z < rest or motion.v < -fastest * (motion.z - rest)
+
+
+@njit()
+def never_releases(law: Record, motion: Record) -> bool:
+    """Can nothing bring the stick out of the head again?
+
+    Energy about the point of rest in the head, with all that a pulse can still add, cannot reach z = 0. A head that
+    lets go and meets the stick again higher up only takes energy away.
+    """
+    if composition.lively(law, motion):
+        return False
+    k, r, f = composition.head(law, motion)
+    stiffness = law.k_hand + k
+    rest = (law.k_hand * law.z_ss + f) / stiffness
+    w = math.sqrt(stiffness / law.m)
+    left = composition.left_at_most(law, motion)
+    if left > 0.0 or _turns(motion, 0.5 * (r + law.r_out) / law.m, w, rest):
+        left += composition.waiting(law, motion)
+    # Within 1e-6 of critical the speed left at z = 0 is below e^-2000 of what came in.
+    overdamped = r + law.r_out >= 2.0 * law.m * w * (1.0 - 1e-6)
+    if law.release == PAPER and overdamped and left == 0.0 and motion.z <= rest <= 0.0 and motion.v >= 0.0:
+        return True  # it creeps up to its rest and never passes it
+    return math.hypot(motion.z - rest, motion.v / w) + left / w < -rest
+
+
+@njit()
+def _never_returns(law: Record, motion: Record) -> bool:
+    if composition.still_pushing(law, motion):
+        return False
+    most = composition.left_at_most(law, motion)
+    if law.k_hand == 0.0:
+        down = 0.5 * (most - composition.left(law, motion))  # a push up may come too late to make up for it
+        return motion.v >= down
+    w = math.sqrt(law.k_hand / law.m)
+    reach = math.hypot(motion.z - law.z_ss, motion.v / w)
+    return reach + most / w < law.z_ss
+
+
+@njit()
+def _hold(law: Record, motion: Record) -> None:
+    # After an effect has changed the head's force: one that only pushes holds the stick just while it would push.
+    if law.release != PAPER and not system_delay.sampled(law):
+        k, r, f = composition.head(law, motion)
+        motion.place = CONTACT if -k * motion.z - r * motion.v + f >= 0.0 else LOOSE
+
+
+@njit()
+def _enter(law: Record, motion: Record) -> None:
+    motion.place = CONTACT
+    motion.v_in = motion.v
+    motion.v_out = 0.0
+    motion.z_min = min(motion.z, 0.0)
+    motion.peak_N = 0.0
+    motion.impulse_N_s = 0.0
+    motion.contact_s = 0.0
+    motion.turned = 0
+    composition.fire(law, motion, moments.ENTRY)
+    _hold(law, motion)  # R_in < R_out, or a force that pulls: a head that only pushes does not push yet
+    if abs(motion.v) < _STILL_M_PER_S and law.k_hand * law.z_ss == 0.0:
+        pushed = composition.left_at_most(law, motion) > _STILL_M_PER_S
+        if not (pushed or composition.stirs(law, motion, _STILL_M_PER_S)):
+            motion.fate = CAPTURED  # decayed to nothing, and nothing presses or lifts it
+
+
+@njit()
+def _turn(law: Record, motion: Record) -> None:
+    motion.z_min = min(motion.z_min, motion.z)
+    if motion.turned == 0:
+        composition.fire(law, motion, moments.TURN)
+        motion.turned = 1
+    else:
+        composition.fire(law, motion, moments.RISE)
+    _hold(law, motion)
+    if never_releases(law, motion):
+        motion.fate = CAPTURED
+
+
+@njit()
+def _leave(law: Record, motion: Record) -> None:
+    motion.place = ABOVE
+    motion.v_out = motion.v
+    motion.z_apex = max(motion.z, 0.0)
+    composition.fire(law, motion, moments.EXIT)
+    if _never_returns(law, motion):
+        motion.fate = LEFT
+
+
+@njit()
+def apply(law: Record, motion: Record, event: int) -> None:
+    """What the event changes: the place, the contact's record, the effects, the stick's fate."""
+    if event == ENTRY:
+        _enter(law, motion)
+    elif event == TURN:
+        _turn(law, motion)
+    elif event == RELEASE:
+        _leave(law, motion)
+    elif event == APEX:
+        motion.z_apex = motion.z
+        if _never_returns(law, motion):
+            motion.fate = LEFT
+    elif event == LOOSEN:
+        motion.place = LOOSE
+    elif event == RESUME:
+        motion.place = CONTACT
+    elif event == SINK:
+        composition.fire(law, motion, moments.SINK)
+        _hold(law, motion)
+    if not abs(motion.v) < _RUNAWAY_M_PER_S:
+        motion.fate = LEFT
+
+
+@njit()
+def renew(law: Record, motion: Record) -> None:
+    """Let effects act whose time has come although nothing happened."""
+    composition.renew(law, motion, motion.place != ABOVE, head_push(law, motion))
+    if motion.place != ABOVE and composition.restless(law):
+        _hold(law, motion)

@@ -1,0 +1,93 @@
+"""The row kernel at every width of vectors: the same bits, and what float64 says."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from drumstick.drum.membrane.heads import aligned, head_of
+from drumstick.drum.membrane.lanes import WIDTH, widest
+from drumstick.drum.membrane.lattice import TOPOLOGIES, lattice_of
+from drumstick.drum.membrane.rows import step_of
+from drumstick.drum.membrane.strip import LEFT
+from drumstick.drum.membrane.sweep import Head, stretched, sweep
+from membranes import Membrane
+from realtime.jit import njit
+
+Floats = npt.NDArray[np.float32]
+NOW_GAIN, THEN_GAIN = np.float32(-0.6), np.float32(0.98)
+
+
+def plain_sweep(width: int) -> Any:
+    step = step_of(width, LEFT)
+
+    @njit()
+    def run(head: Head, now: Floats, then: Floats) -> float:
+        stride, strips = head.grid[0].stride, head.strips
+        total = 0.0
+        for at in range(strips.shape[0]):
+            total += step(
+                now, then, head.weights, stride, strips[at, 0], strips[at, 1], strips[at, 2], strips[at, 3],
+                NOW_GAIN, THEN_GAIN, None, None, None, None, None, None, None, None,
+            )  # fmt: skip
+        return total
+
+    return run
+
+
+def filled(head: Head) -> Head:
+    inside = head.weights > 0.0
+    for plane, seed in zip(head.planes, (1, 2), strict=True):
+        plane[inside] = np.random.default_rng(seed).standard_normal(int(inside.sum()))
+    return head
+
+
+@pytest.mark.parametrize("across", [5.0, 23.7, 64.2])
+def test_every_width_gives_the_same_bits(across: float) -> None:
+    lattice = lattice_of(2.0 / across)
+    found: set[bytes] = set()
+    for width in (1, 4, 8, 16):
+        head = filled(head_of(lattice, 2.6))
+        assert plain_sweep(width)(head, head.planes[0], head.planes[1]) == 0.0
+        found.add(head.planes.tobytes())
+    assert len(found) == 1
+
+
+@pytest.mark.parametrize("kind", TOPOLOGIES)
+def test_a_step_is_what_the_equation_says(kind: str) -> None:
+    """With everything on: ring gain, push, momentum, and the sum of u+."""
+    head = filled(head_of(lattice_of(2.0 / 23.7, TOPOLOGIES[kind]), 2.6))
+    membrane = Membrane(head, 2.6)
+    u, momentum = head.planes[0].copy(), aligned(head.weights.shape)
+    momentum[:] = head.planes[1] * 0.01
+    pulled = 2.6 * membrane.bend(u)
+    moving = 0.99 * momentum.astype(float) + 1.3 * pulled + 2.6 * membrane.weights * 0.25
+    wanted = np.where(membrane.weights > 0.0, u + moving + 0.02 * pulled, 0.0)
+    total = sweep(
+        head, head.planes[0], head.planes[1], np.float32(2.6), THEN_GAIN, np.float32(1.3), np.float32(0.25), momentum,
+        np.float32(0.99), np.float32(0.02), None, None, 1,
+    )  # fmt: skip
+    np.testing.assert_allclose(head.planes[1], wanted, atol=2e-5)
+    assert total == pytest.approx(float(np.sum(wanted)), abs=1e-2)
+
+
+@pytest.mark.parametrize("kind", TOPOLOGIES)
+def test_the_stretch_is_what_its_sums_say(kind: str) -> None:
+    head = filled(head_of(lattice_of(2.0 / 23.7, TOPOLOGIES[kind]), 2.6))
+    membrane = Membrane(head, 2.6)
+    share = aligned(head.weights.shape)
+    share[:] = membrane.mass
+    u, before = head.planes[0].astype(float), head.planes[1].astype(float)
+    d = 2.6 * membrane.bend(head.planes[0])
+    found = stretched(head, head.planes[0], head.planes[1], share, np.float32(2.6), None, None)
+    weights = 2.6 * membrane.weights
+    wanted = [np.sum(share * d * other) for other in (u - before, d, weights, before)]
+    np.testing.assert_allclose(found, wanted, rtol=2e-4, atol=0.05)
+
+
+def test_the_widest_vectors_of_a_processor() -> None:
+    assert widest({"avx512f": True, "avx": True}) == 16
+    assert widest({"avx512f": False, "avx": True}) == 8
+    assert widest({}) == 4
+    assert WIDTH in (4, 8, 16)

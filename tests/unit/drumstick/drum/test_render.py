@@ -1,0 +1,237 @@
+import ctypes
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drumstick.drum.block import render_all
+from drumstick.drum.build import words
+from drumstick.drum.calibrate import PEAK_OF_FULL_SCALE, blow_at, build, full_scale
+from drumstick.drum.engine import PENDING, Engine
+from drumstick.drum.excitation.strikes import Blow, StrikeRing
+from drumstick.drum.output.limiter import limited
+from drumstick.drum.output.upsample import TAPS
+from drumstick.drum.render import render
+from drumstick.drum.tiers import divisor_for
+from drumstick.parameters.scene import Scene
+from realtime.jit import allocations
+from sound_server.sinks.callback import Heard, block_start, stream_callback
+from sound_server.sinks.sink import DESK, NOTED
+from sound_server.sinks.timed import noted
+from sound_server.stage import Stage
+
+RATE = 48000
+SCENE = Scene("drum")
+
+
+def drum(
+    f01_Hz: float = 150.0, t60_s: float = 1.2, accuracy: str = "standard", gain_dB: float = 0.0
+) -> Scene:
+    return dataclasses.replace(
+        SCENE,
+        drum=dataclasses.replace(SCENE.drum, f01_Hz=f01_Hz, t60_s=t60_s),
+        mesh=dataclasses.replace(SCENE.mesh, accuracy=accuracy),
+        listen=dataclasses.replace(SCENE.listen, gain_dB=gain_dB),
+    )
+
+
+@given(st.floats(-1e30, 1e30))
+def test_the_limiter_is_clear_below_the_knee_and_never_exceeds_full_scale(x: float) -> None:
+    y = limited(x)
+    assert abs(y) <= 1.0
+    assert y == x if abs(x) <= 0.75 else 0.75 <= abs(y) <= abs(x)
+    assert math.copysign(1.0, y) == math.copysign(1.0, x)
+
+
+def test_the_limiter_has_no_corner() -> None:
+    x = np.linspace(0.7, 0.8, 1001)
+    slope = np.diff([limited(v) for v in x]) / np.diff(x)
+    assert np.abs(np.diff(slope)).max() < 1e-3
+
+
+@pytest.mark.parametrize("f01_Hz", [40.0, 150.0, 900.0])
+@pytest.mark.parametrize("accuracy", ["draft", "fine"])
+def test_a_full_scale_strike_peaks_at_half(f01_Hz: float, accuracy: str) -> None:
+    scene = drum(f01_Hz, accuracy=accuracy)
+    sound = render(scene, [full_scale(scene)], 0.3, RATE)
+    assert np.abs(sound).max() == pytest.approx(PEAK_OF_FULL_SCALE, rel=0.02)
+
+
+def test_gain_and_speed_scale_the_sound() -> None:
+    loud = render(drum(), [blow_at(SCENE, 1.0, 0.5, 0.0)], 0.1, RATE)
+    assert np.allclose(render(drum(), [blow_at(SCENE, 0.5, 0.5, 0.0)], 0.1, RATE), loud / 2.0, atol=1e-6)
+    assert np.allclose(
+        render(drum(gain_dB=-6.0206), [blow_at(SCENE, 1.0, 0.5, 0.0)], 0.1, RATE), loud / 2.0, atol=1e-5
+    )
+
+
+def test_there_is_no_constant_part() -> None:
+    sound = render(drum(), [full_scale(SCENE)], 3.0, RATE)
+    assert np.abs(sound.mean(axis=0)).max() < 1e-5
+
+
+def test_onsets_are_kept_to_less_than_a_sample() -> None:
+    """A strike half a device sample later is the same sound half a sample later: phase, not level, tells."""
+    early = render(drum(), [Blow(0.0100, 0.5, 0.0, 5.0, 0.005)], 0.2, RATE)[:, 0].astype(np.float64)
+    later = render(drum(), [Blow(0.0100 + 0.5 / RATE, 0.5, 0.0, 5.0, 0.005)], 0.2, RATE)[:, 0].astype(
+        np.float64
+    )
+    turn = np.fft.rfft(later * np.hanning(len(later))) / np.fft.rfft(early * np.hanning(len(early)))
+    f = np.fft.rfftfreq(len(early), 1.0 / RATE)
+    near = np.argmin(np.abs(f - 150.0))
+    assert -np.angle(turn[near]) / (2.0 * np.pi * f[near]) * RATE == pytest.approx(0.5, abs=0.05)
+
+
+@pytest.mark.parametrize("block", [1, 37, 128, 5000])
+def test_the_block_size_changes_nothing(block: int) -> None:
+    outs: list[object] = []
+    for size in (block, 128):
+        ring = StrikeRing()
+        engine = build(drum(), RATE, ring)
+        ring.push(1_000_000_000 + 3_210_000, 0.3, 0.3, 5.0, 0.004)
+        out = np.zeros((5000, 2), np.float32)
+        render_all(engine, out, size, 1_000_000_000)
+        outs.append(out)
+    # A block's start is rounded to 1 ns, and the onset with it.
+    assert np.allclose(outs[0], outs[1], atol=2e-5)
+
+
+def test_rendering_allocates_nothing() -> None:
+    ring = StrikeRing()
+    engine = build(drum(), RATE, ring)
+    out = np.zeros((48000, 2), np.float32)
+    render_all(engine, out[:128], 128, 0)
+    counts: list[int] = []
+    for frames in (128, 48000):
+        ring.push(0, 0.3, 0.3, 5.0, 0.004)
+        before = allocations()
+        render_all(engine, out[:frames], 128, 0)
+        counts.append(allocations() - before)
+    # The call from Python wraps its arrays once; 375 blocks more must not add to that.
+    assert counts[0] == counts[1]
+    assert np.abs(out).max() > 0.01
+
+
+def test_a_head_at_rest_falls_asleep_at_exactly_zero_and_wakes() -> None:
+    ring = StrikeRing()
+    engine = build(drum(t60_s=0.05), RATE, ring)
+    out = np.zeros((RATE, 2), np.float32)
+    ring.push(0, 0.3, 0.3, 5.0, 0.004)
+    render_all(engine, out, 128, 0)
+    assert engine.control["asleep"][0] == 1
+    assert not engine.head.planes.any()
+    first = out.copy()
+    ring.push(0, 0.3, 0.3, 5.0, 0.004)
+    render_all(engine, out, 128, 0)
+    assert np.abs(out).max() == pytest.approx(np.abs(first).max(), rel=1e-3)
+
+
+def test_a_flood_of_strikes_waits_without_loss_and_keeps_playing() -> None:
+    ring = StrikeRing()
+    engine = build(drum(), RATE, ring)
+    out = np.zeros((128, 2), np.float32)
+    late_ns = 10_000_000_000
+    for _ in range(2):
+        for _ in range(PENDING):
+            assert ring.push(late_ns, 0.0, 0.0, 1.0, 0.001)
+        render_all(engine, out, 128, 1_000_000_000)
+    assert engine.control["pending"][0] == PENDING  # the waiting list is full, the rest stays in the ring
+    assert not ring.push(late_ns, 0.0, 0.0, 1.0, 0.001)
+    render_all(engine, out, 128, late_ns)
+    assert engine.control["begun"][0] == PENDING
+    render_all(engine, out, 128, late_ns)
+    assert engine.control["begun"][0] == 2 * PENDING
+
+
+@pytest.mark.parametrize(
+    ("f01_Hz", "accuracy", "divisor"), [(150.0, "draft", 4), (150.0, "standard", 3), (150.0, "fine", 2)]
+)
+def test_accuracy_sets_the_rate_of_the_mesh(f01_Hz: float, accuracy: str, divisor: int) -> None:
+    assert divisor_for(drum(f01_Hz, accuracy=accuracy), RATE) == divisor
+
+
+def test_a_high_drum_gets_a_faster_mesh_and_a_very_low_one_a_slower() -> None:
+    assert divisor_for(drum(1000.0), RATE) == 1
+    low = divisor_for(drum(20.0, accuracy="fine"), RATE)
+    assert low > 4
+    engine = build(drum(20.0, accuracy="fine"), RATE, StrikeRing())
+    assert np.count_nonzero(engine.head.weights) * RATE / low < 2.5e9
+    assert f"at {RATE / low:g} Hz" in words(engine)
+
+
+def through_callback(engine: Engine, frames: int, block: int, channels: int) -> np.ndarray:
+    """What a device would get: the compiled C callback is called as PortAudio would call it."""
+    desk = np.zeros(1, DESK)
+    desk["rate_Hz"], desk["channels"] = RATE, channels
+    stage = Stage(RATE)
+    heard = Heard(stage, desk)
+    call = ctypes.CFUNCTYPE(
+        ctypes.c_int,
+        *[ctypes.c_void_p, ctypes.c_void_p, ctypes.c_ulong, ctypes.c_void_p, ctypes.c_ulong, ctypes.c_void_p],
+    )(stream_callback.address)
+    out = np.full((frames, channels), 9.0, np.float32)
+    assert call(None, out.ctypes.data, block, None, 0, heard.address) == 0
+    assert not out[:block].any()  # silence before the first engine
+    stage.enter(engine)
+    for start in range(0, frames, block):
+        assert call(None, out[start : start + block].ctypes.data, block, None, 4, heard.address) == 0
+    assert desk["xruns"][0] == desk["calls"][0] - 1 == frames // block
+    assert desk["load"][0] > 0.0
+    told = noted(desk)[1:]  # after the one before there was a drum
+    assert len(told) == frames // block
+    assert np.all(told[1:, 0] >= told[:-1, 0] + told[:-1, 1])  # one after another
+    assert np.all(told[:, 2] == 1)  # struck once, in the first block
+    return out
+
+
+def test_the_devices_callback_plays_the_same_samples() -> None:
+    sounds: list[np.ndarray] = []
+    for channels in (0, 1, 2):
+        ring = StrikeRing()
+        engine = build(drum(), RATE, ring)
+        ring.push(0, 0.3, 0.3, 5.0, 0.004)
+        if channels:
+            sounds.append(through_callback(engine, 6400, 128, channels))
+        else:
+            out = np.zeros((6400, 2), np.float32)
+            render_all(engine, out, 128, 0)
+            sounds.append(out)
+    offline, mono, stereo = sounds
+    assert np.array_equal(stereo, offline)
+    assert np.allclose(mono[:, 0], [limited(x) for x in offline.mean(axis=1)], atol=1e-6)
+
+
+def test_the_newest_blocks_are_told_of_oldest_first() -> None:
+    desk = np.zeros(1, DESK)
+    assert noted(desk).shape == (0, 3)
+    for call in range(NOTED + 5):
+        desk["noted"][0, call % NOTED] = call
+        desk["calls"] += 1
+    assert noted(desk)[:, 0].tolist() == list(range(5, NOTED + 5))
+
+
+def test_block_starts_follow_the_device_and_not_the_jitter_of_its_callbacks() -> None:
+    desk = np.zeros(1, DESK)
+    desk["rate_Hz"] = RATE
+    jitter = np.random.default_rng(3).integers(0, 1_000_000, 2000)
+    true = 1_000_000_000 + (np.arange(2000) * 128 * 1e9 / (RATE * 1.0001)).astype(np.int64)
+    starts = np.array([block_start(desk, int(t + j), 128) for t, j in zip(true, jitter, strict=True)])
+    error = (starts - true)[500:]
+    assert np.ptp(error) < 0.3 * np.ptp(jitter)
+    assert block_start(desk, int(true[-1] + 10**9), 128) == true[-1] + 10**9  # after a stall: at once
+
+
+def test_meters_fall_back_by_themselves() -> None:
+    ring = StrikeRing()
+    engine = build(drum(t60_s=0.05), RATE, ring)
+    out = np.zeros((RATE, 2), np.float32)
+    ring.push(0, 0.3, 0.3, 5.0, 0.004)
+    render_all(engine, out[:2400], 128, 0)
+    top = float(engine.meters["peak_left"][0])
+    assert top == pytest.approx(np.abs(out[:2400, 0]).max(), rel=0.2)
+    render_all(engine, out, 128, 0)
+    assert engine.meters["peak_left"][0] < 0.1 * top
+    assert TAPS > 0

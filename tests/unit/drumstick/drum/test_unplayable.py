@@ -1,0 +1,97 @@
+"""Scenes whose effects are each in range, and leave a wave no room together: refused in words, and nothing ends."""
+
+import logging
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from drumstick.drum.build import Unplayable, new_engine
+from drumstick.drum.calibrate import build
+from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.fitting import fitted
+from drumstick.parameters.scene import Scene, parse, shipped_text
+from protocol.complaints import Complaints
+from realtime.stop import StopRequest
+from rig.fault import Stop
+from rig.offline import scenes_shown
+from sound_server.drum import Drum
+from sound_server.stage import Stage
+
+RATE_HZ = 48_000
+STIFF_AIR = (
+    "[drum]\nf01_Hz = 60.0\n[mesh]\n{mesh}\n"
+    "[drum.effects.cavity]\ndepth_m = 0.02\nhead_kg_per_m2 = 0.05\nf01_Hz = 60.0\n"
+)
+TEXTS = {
+    "loss": "[drum]\nf01_Hz = 150.0\n[drum.effects.internal_loss]\nt60_s = 0.001\nat_Hz = 400.0\n",
+    "air": STIFF_AIR.format(mesh="rate_Hz = 4000.0"),
+    "square": '[drum]\nf01_Hz = 2000.0\n[mesh]\ntopology = "rectilinear"\n'
+    "[drum.effects.internal_loss]\nt60_s = 0.001\nat_Hz = 4000.0\n[drum.effects.tension]\nglide_cents = 600.0\n",
+}
+
+
+@pytest.mark.parametrize("name", TEXTS)
+def test_it_is_said_with_its_name_its_effects_and_what_to_do(name: str) -> None:
+    with pytest.raises(
+        Unplayable, match=rf"{name} cannot be computed at 48000 Hz with .*: make the effects weaker"
+    ):
+        new_engine(parse(TEXTS[name], f"{name}.toml"), RATE_HZ, StrikeRing())
+
+
+@pytest.mark.parametrize("name", TEXTS)
+def test_scene_check_does_not_call_it_good(name: str, tmp_path: Path) -> None:
+    (tmp_path / f"{name}.toml").write_text(TEXTS[name])
+    with pytest.raises(Stop, match="cannot be computed"):
+        scenes_shown.check(str(tmp_path / f"{name}.toml"))
+
+
+def test_auto_passes_over_meshes_that_cannot_be() -> None:
+    scene = parse(STIFF_AIR.format(mesh='accuracy = "auto"\ncpu_budget = 0.01'), "air.toml")
+    build(scene, RATE_HZ, StrikeRing())
+    assert fitted(scene, RATE_HZ).scene.mesh.rate_Hz > 4000.0
+
+
+class _Sink:
+    words = "nothing"
+
+    def __init__(self) -> None:
+        self.rate_Hz = RATE_HZ
+        self.stage = Stage(RATE_HZ)
+
+
+class _Link:
+    def __init__(self, scene: Scene) -> None:
+        self.told = scene
+        self.keys = self.publisher = None
+
+    def clock(self) -> None:
+        return None
+
+    def scene(self) -> Scene:
+        return self.told
+
+    def hear_contacts(self, take: object) -> None:
+        pass
+
+
+def test_a_drum_goes_on_with_the_scene_before(caplog: pytest.LogCaptureFixture) -> None:
+    roll, bad = parse(shipped_text("roll"), "roll.toml"), parse(TEXTS["loss"], "loss.toml")
+    link: Any = _Link(bad)
+    sink: Any = _Sink()
+    drum = Drum(link, sink, "id", Complaints(lambda: 0), StopRequest())
+    with caplog.at_level(logging.ERROR):
+        assert not drum._catch_up()
+        assert not drum._catch_up()
+    assert len(caplog.messages) == 1
+    assert "loss cannot be computed" in caplog.messages[0]
+    link.told = roll
+    assert drum._catch_up()
+    engine = drum._engine
+    assert engine is not None
+    link.told = bad
+    assert drum._catch_up()
+    assert drum._engine is engine
+    link.told = roll
+    assert drum._catch_up()
+    assert drum._engine is engine

@@ -1,0 +1,113 @@
+"""The parameter table: what a scene has is what can be set; refusals say why and change nothing."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.parameters.stick import GRAVITY_M_PER_S2
+from drumstick.parameters.table import Parameter, Refusal, table_of, values_of, with_changes
+from drumstick.stick.law import law_of
+
+ROLL = parse(shipped_text("roll"), "roll")
+TABLE = table_of(ROLL)
+STICK_NAMES = ["m", "k_coll", "r_in", "k_hand", "r_out", "z_ss"]
+REFUSED = {
+    "unknown": ({"k_col": 1.0}, ["k_col", "no such parameter", "k_coll"]),
+    "too large": ({"k_coll": 2e6}, ["k_coll", "2e+06 N/m", "1 .. 1e+06 N/m"]),
+    "too small": ({"m": 0.0}, ["m", "0 kg", "0.0001 .. 1 kg"]),
+    "nan": ({"r_in": math.nan}, ["r_in", "nan", "finite", "0 .. 1000 N s/m"]),
+    "infinite": ({"dv_pls": math.inf}, ["dv_pls", "inf", "finite", "m/s"]),
+    "two views of one value": ({"z_h0": 0.0, "z_ss": 0.0}, ["z_h0", "z_ss", "only one"]),
+    "z_h0 that puts z_ss out of range": ({"z_h0": -1.0, "m": 1.0, "k_hand": 1.0}, ["z_ss", "-1 .. 1 m"]),
+    "z_h0 without a hand": ({"z_h0": 0.1, "k_hand": 0.0}, ["z_h0", "k_hand"]),
+    "one wrong among good ones": (
+        {"dv_pls": 0.3, "tau": 7.0, "k_coll": 4000.0},
+        ["tau", "7 s", "1e-06 .. 1 s"],
+    ),
+}
+
+
+def test_a_scene_has_its_stick_its_effects_and_z_h0() -> None:
+    assert list(table_of(Scene("bare"))) == [*STICK_NAMES, "z_h0"]
+    assert list(TABLE) == [*STICK_NAMES, "dv_pls", "tau", "z_h0"]
+    assert TABLE["dv_pls"].effect == "pulse"
+    with pytest.raises(Refusal, match="dv_pls: no such parameter"):
+        with_changes(law_of(Scene("bare")), table_of(Scene("bare")), {"dv_pls": 0.1})
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_a_refusal_says_why_and_changes_nothing(case: str) -> None:
+    changes, words = REFUSED[case]
+    law = law_of(ROLL)
+    before = law.tobytes()
+    with pytest.raises(Refusal) as refused:
+        with_changes(law, TABLE, changes)
+    for word in words:
+        assert word in str(refused.value)
+    assert law.tobytes() == before
+
+
+def test_an_accepted_set_is_a_new_law_and_holds_every_value() -> None:
+    law = law_of(ROLL)
+    before = law.tobytes()
+    changes = {"dv_pls": 0.3, "tau": 0.004, "k_coll": 4000.0, "z_ss": -0.01}
+    changed = with_changes(law, TABLE, changes)
+    assert law.tobytes() == before
+    values = values_of(changed, TABLE)
+    assert {name: values[name] for name in changes} == changes
+    untouched = set(TABLE) - set(changes) - {"z_h0"}
+    assert {name: values[name] for name in untouched} == {
+        name: value for name, value in values_of(law, TABLE).items() if name in untouched
+    }
+
+
+def test_z_h0_is_another_view_of_z_ss() -> None:
+    """z_ss = z_h0 - m g*/K_hand: raising k_hand leaves z_ss, setting z_h0 moves it."""
+    law = law_of(ROLL)
+    sag = 0.015 * GRAVITY_M_PER_S2 / 20.0
+    assert values_of(law, TABLE)["z_h0"] == pytest.approx(-0.02 + sag)
+    lowered = with_changes(law, TABLE, {"z_h0": -0.03})
+    assert values_of(lowered, TABLE)["z_ss"] == pytest.approx(-0.03 - sag)
+    stiffer = values_of(with_changes(law, TABLE, {"k_hand": 40.0}), TABLE)
+    assert stiffer["z_ss"] == -0.02
+    assert stiffer["z_h0"] == pytest.approx(-0.02 + 0.5 * sag)
+
+
+def test_z_h0_has_no_value_without_a_hand() -> None:
+    assert math.isnan(values_of(with_changes(law_of(ROLL), TABLE, {"k_hand": 0.0}), TABLE)["z_h0"])
+
+
+@pytest.mark.parametrize("row", TABLE.values(), ids=list(TABLE))
+@given(share=st.floats(0.0, 1.0))
+def test_norm_comes_back(row: Parameter, share: float) -> None:
+    value = row.from_norm(share)
+    assert row.check(value) == value
+    assert row.norm(value) == pytest.approx(share, abs=1e-9)
+
+
+@pytest.mark.parametrize("row", TABLE.values(), ids=list(TABLE))
+def test_norm_ends_at_the_limits_and_grows(row: Parameter) -> None:
+    assert row.from_norm(0.0) == pytest.approx(row.quantity.low, rel=1e-12)
+    assert row.from_norm(1.0) == pytest.approx(row.quantity.high, rel=1e-12)
+    values = [row.from_norm(share) for share in np.linspace(0.0, 1.0, 101)]
+    assert all(below < above for below, above in itertools.pairwise(values))
+
+
+@given(st.dictionaries(st.sampled_from([*TABLE, "nonsense"]), st.floats()))
+def test_any_set_is_accepted_whole_or_refused(changes: dict[str, float]) -> None:
+    law = law_of(ROLL)
+    before = law.tobytes()
+    try:
+        values = values_of(with_changes(law, TABLE, changes), TABLE)
+    except Refusal as refusal:
+        assert str(refusal)
+    else:
+        for name, value in changes.items():
+            assert values[name] == pytest.approx(value, rel=1e-9, abs=1e-9)
+            assert math.isfinite(value)
+    assert law.tobytes() == before

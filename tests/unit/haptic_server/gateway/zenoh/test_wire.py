@@ -1,0 +1,174 @@
+"""The gateway's Zenoh side: a question that cannot be answered is refused, and the next one is heard."""
+
+import time
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import msgspec
+import pytest
+import zenoh
+
+from drumstick.parameters.scene import parse, shipped_text
+from drumstick.parameters.table import Refusal
+from drumstick.stick.law import law_of
+from haptic_server import block as blocks
+from haptic_server import files, front
+from haptic_server.gateway.link import ServoLink
+from haptic_server.gateway.presets import Presets
+from haptic_server.gateway.settings import ParameterDesk
+from haptic_server.gateway.zenoh.scene_door import SceneDoor
+from haptic_server.gateway.zenoh.wire import Wire
+from haptic_server.presets.store import PresetStore
+from ports import free_port
+from protocol.keys import Keys
+from protocol.messages import Clock, LeaseRequest, RefusalReply, decode, encode
+from protocol.session import open_router
+from realtime.atomics import poke
+
+ROLL = parse(shipped_text("roll"), "roll")
+KEYS = Keys("wired")
+
+
+def _no_health() -> Mapping[str, object]:
+    raise FileNotFoundError(2, "No such file or directory", "servo.json")
+
+
+@pytest.fixture
+def panics() -> list[str]:
+    """Where panics came from."""
+    return []
+
+
+class Wired(NamedTuple):
+    """A gateway's Zenoh side on a router, with what it changes."""
+
+    session: zenoh.Session
+    wire: Wire
+    desk: ParameterDesk
+    presets: Presets
+
+
+@pytest.fixture
+def wired(tmp_path: Path, panics: list[str], monkeypatch: pytest.MonkeyPatch) -> Iterator[Wired]:
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    mine = blocks.create(tmp_path, law_of(ROLL))  # kept: the mapping lives as long as its views
+    poke(mine.control, blocks.HEARTBEAT, time.monotonic_ns() + 3600 * 10**9)  # as if it ticked for an hour
+    link = ServoLink(tmp_path, law_of(ROLL))
+    session = open_router(endpoint)
+    desk = ParameterDesk(ROLL, link)
+    raise_panic = desk.panic
+
+    def noted(source: str) -> None:
+        panics.append(source)
+        raise_panic(source)
+
+    monkeypatch.setattr(desk, "panic", noted)
+    presets = Presets(PresetStore(tmp_path / "state"), desk, "roll", desk.values())
+    wire = Wire(session, KEYS, desk, lambda: mine.boot, "{}", _no_health, presets, SceneDoor(tmp_path, True))
+    yield Wired(session, wire, desk, presets)
+    wire.close()
+    session.close()
+
+
+@pytest.fixture
+def router(wired: Wired) -> zenoh.Session:
+    return wired.session
+
+
+def test_a_question_that_fails_does_not_silence_the_rest(router: zenoh.Session) -> None:
+    refused = next(iter(router.get(KEYS.doctor, timeout=10.0)))
+    assert refused.err is not None
+    assert "No such file" in decode(refused.err.payload.to_bytes(), RefusalReply).reason
+    answered = next(iter(router.get(KEYS.clock, timeout=10.0)))
+    assert answered.ok is not None
+    assert decode(answered.ok.payload.to_bytes(), Clock).t_ns > 0
+
+
+def test_looking_around_is_no_panic(router: zenoh.Session, panics: list[str]) -> None:
+    for pattern in ("drumstick/**", "drumstick/main/*", f"{KEYS.panic}/**"):
+        list(router.get(pattern, timeout=2.0))
+    assert panics == []
+    answered = next(iter(router.get(KEYS.panic, timeout=10.0)))
+    assert answered.ok is not None
+    assert panics == ["zenoh"]
+
+
+# What each writing question would change, if it were heard.
+WRITES: dict[str, bytes] = {
+    KEYS.set_many: msgspec.msgpack.encode([1, {"dv_pls": 0.05}]),
+    KEYS.set_one("*"): msgspec.msgpack.encode([1, 0.05]),
+    KEYS.scene_load: msgspec.msgpack.encode([1, "tom"]),
+    KEYS.lease: encode(LeaseRequest(who="secret", name="Ada")),
+    KEYS.preset_load: msgspec.msgpack.encode([1, "kept"]),
+    KEYS.preset_save: msgspec.msgpack.encode([1, "taken"]),
+    KEYS.panic: b"",
+}
+
+
+def wildcards_for(key: str) -> list[str]:
+    """Patterns that stand for this key and others, or for it alone."""
+    folder, _, name = key.rpartition("/")
+    ends = f"{folder}/$*{name[-1]}" if name != "*" else f"{folder}/d$*"
+    other_rigs = f"drumstick/*/{key.split('/', 2)[2]}"
+    return ["drumstick/**", f"{folder}/*", f"{folder}/**", f"{key}/**", ends, other_rigs]
+
+
+@pytest.mark.parametrize("key", WRITES)
+def test_no_wildcard_changes_anything(wired: Wired, panics: list[str], tmp_path: Path, key: str) -> None:
+    assert set(wired.wire.queryables.writing) == set(WRITES)  # every one of them is tried
+    wired.presets.save("kept", "test")
+    wired.desk.set({"dv_pls": 0.1}, "test")
+
+    def stands() -> tuple[object, ...]:
+        names = [row.name for row in wired.presets.list()]
+        return wired.desk.revision, wired.desk.lease_holder(), names, (tmp_path / files.WANTED).exists()
+
+    before = stands()
+    for pattern in wildcards_for(key):
+        list(wired.session.get(pattern, payload=WRITES[key], timeout=5.0))
+    assert stands() == before
+    assert panics == []
+    assert wired.wire.refused > 0
+
+
+def ask_for(router: zenoh.Session, name: object) -> str:
+    """What is said against another scene; "" nothing."""
+    reply = next(iter(router.get(KEYS.scene_load, payload=msgspec.msgpack.encode([1, name]), timeout=10.0)))
+    return decode(reply.err.payload.to_bytes(), RefusalReply).reason if reply.err is not None else ""
+
+
+def test_another_scene_is_admitted_by_its_name_alone(router: zenoh.Session, tmp_path: Path) -> None:
+    wanted = tmp_path / files.WANTED
+    for wrong in ("../tom", "", "tom.toml", "x" * 5000):
+        assert "no scene" in ask_for(router, wrong)
+    assert "expected a name" in ask_for(router, 3)
+    assert not wanted.exists()
+    assert ask_for(router, "tom") == ""
+    assert wanted.read_text() == "tom"
+
+
+def test_no_other_scene_beside_a_lease_or_a_panic(router: zenoh.Session, tmp_path: Path) -> None:
+    request = encode(LeaseRequest(who="secret", name="Ada"))
+    assert next(iter(router.get(KEYS.lease, payload=request, timeout=10.0))).ok is not None
+    assert "Ada is tuning" in ask_for(router, "tom")
+    given_back = encode(LeaseRequest(who="secret", name="Ada", seconds=0.0))
+    assert next(iter(router.get(KEYS.lease, payload=given_back, timeout=10.0))).ok is not None
+    assert next(iter(router.get(KEYS.panic, timeout=10.0))).ok is not None
+    assert "drumstick arm" in ask_for(router, "tom")
+    assert not (tmp_path / files.WANTED).exists()
+
+
+def test_no_other_scene_in_the_place_of_a_servo_that_does_not_tick(
+    router: zenoh.Session, tmp_path: Path
+) -> None:
+    there = front.front(tmp_path)
+    assert there is not None
+    poke(there.control, blocks.HEARTBEAT, 0)
+    assert "the servo process does not tick" in ask_for(router, "tom")
+    assert not (tmp_path / files.WANTED).exists()
+
+
+def test_who_is_not_looked_after_says_so(tmp_path: Path) -> None:
+    with pytest.raises(Refusal, match="not started by `drumstick`"):
+        SceneDoor(tmp_path, False).ask_for("tom")

@@ -1,0 +1,127 @@
+"""What the offline renderer takes from a recording."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from drumstick.drum.excitation.offline import Press
+from drumstick.parameters.scene import Scene
+from protocol.messages import Contact
+from recordings import a_strike, made
+from rig.fault import GIVEN, Stop
+from rig.offline.recorded_strikes import played
+from rig.offline.streamed_roll import presses
+from streamed_engine import streamed
+
+
+def test_strikes_are_played_once_at_their_instants_by_their_estimates(tmp_path: Path) -> None:
+    strikes = [
+        (2.0, a_strike(5)),
+        (2.043, a_strike(6, peak_N=3.0)),
+        (2.043, a_strike(6)),
+        (2.5, a_strike(7, x=-0.2)),
+    ]
+    path = made(tmp_path / "a.mcap", [(at, "/strike", strike) for at, strike in strikes])
+    found = played(path, Scene("any"))
+    assert [blow.t_s for blow in found.blows] == pytest.approx([0.05, 0.093, 0.55], abs=1e-6)
+    assert [blow.peak_N for blow in found.blows] == [4.0, 3.0, 4.0]
+    assert [(blow.x, blow.y, blow.contact_s) for blow in found.blows][2] == (-0.2, 0.1, 0.0055)
+    assert found.presses == []
+    assert found.length_s == pytest.approx(1.55)
+
+
+def test_what_no_stick_can_do_is_left_out_and_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = made(tmp_path / "a.mcap", [(0, "/strike", a_strike(1)), (1, "/strike", a_strike(2, peak_N=1e9))])
+    assert len(played(path, Scene("any")).blows) == 1
+    assert "1 strikes left out that no stick can make" in capsys.readouterr().err
+
+
+def test_a_torn_recording_is_played_and_said_to_be_torn(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = made(tmp_path / "a.mcap", [(k, "/strike", a_strike(k)) for k in range(3)], finished=False)
+    assert len(played(path, Scene("any")).blows) == 3
+    assert "was cut off" in capsys.readouterr().err
+
+
+def piece(seq: int, tick: int, forces: list[float], rate_Hz: float = 1000.0, **place: float) -> Contact:
+    packed = np.array(forces, "<f4").tobytes()
+    return Contact(
+        boot=7, seq=seq, first_tick=tick, rate_Hz=rate_Hz, forces=packed, t_ns=tick * 1_000_000, **place
+    )
+
+
+def test_a_scene_that_streams_is_played_by_the_recorded_forces(tmp_path: Path) -> None:
+    pieces = [
+        (3.0, piece(1, 3000, [1.0, 2.0], x=0.3, y=0.1)),
+        (3.002, piece(1, 3002, [3.0, 0.0], x=0.3, y=0.1)),
+        (3.002, piece(1, 3002, [3.0, 0.0], x=0.3, y=0.1)),
+        (3.043, piece(2, 3043, [5.0])),
+    ]
+    told = [(at, "/contact", each) for at, each in pieces]
+    path = made(tmp_path / "a.mcap", [(3.04, "/strike", a_strike(2)), *told])
+    found = played(path, streamed())
+    assert [(p.first_tick, p.x, p.y, p.forces_N.tolist()) for p in found.presses] == [
+        (50, 0.3, 0.1, [1.0, 2.0]),
+        (52, 0.3, 0.1, [3.0, 0.0]),
+        (93, 0.4, 0.1, [5.0]),
+    ]
+    assert found.blows == []
+    assert found.length_s == pytest.approx(1.094)
+
+
+@pytest.mark.parametrize(
+    ("messages", "scene", "words"),
+    [
+        ([], Scene("any"), "no strikes in it"),
+        (
+            [(0.0, "/strike", a_strike(1))],
+            streamed(),
+            "record with --force, or render with a scene whose [drum]",
+        ),
+        (
+            [(0.0, "/contact", piece(1, 1, [1.0])), (1.0, "/contact", piece(2, 9, [1.0], rate_Hz=2000.0))],
+            streamed(),
+            "several rates, 1000, 2000 Hz",
+        ),
+    ],
+)
+def test_what_cannot_be_played_is_said(
+    tmp_path: Path, messages: list[tuple[float, str, Contact]], scene: Scene, words: str
+) -> None:
+    path = made(tmp_path / "a.mcap", messages)
+    with pytest.raises(Stop) as stop:
+        played(path, scene)
+    assert words in str(stop.value)
+    assert stop.value.status == GIVEN
+
+
+def test_a_streamed_roll_comes_through_a_recording_tick_by_tick(tmp_path: Path) -> None:
+    """What `render --roll` plays of a scene, told in pieces as a gateway does, recorded and read: the same forces."""
+    scene = streamed()
+    rolled = list(presses(scene, 0.8))
+    messages: list[tuple[float, str, Contact]] = []
+    for seq, press in enumerate(rolled):
+        for done in range(0, len(press.forces_N), 2):
+            tick = press.first_tick + done
+            place = {"x": press.x, "y": press.y}
+            messages.append(
+                (tick / 1000, "/contact", piece(seq, tick, press.forces_N[done : done + 2].tolist(), **place))
+            )
+    found = played(made(tmp_path / "a.mcap", messages), scene).presses
+    assert len(rolled) > 10
+    told, asked = _ticks(found), _ticks(rolled)
+    shift = min(told) - min(asked)
+    assert min(told) == 50
+    assert {tick - shift: force for tick, force in told.items()} == asked
+
+
+def _ticks(presses: list[Press]) -> dict[int, tuple[float, float, float]]:
+    return {
+        press.first_tick + k: (np.float32(force), press.x, press.y)
+        for press in presses
+        for k, force in enumerate(press.forces_N.tolist())
+    }

@@ -1,0 +1,44 @@
+"""`drumstick scene check` says what the servo would refuse at its start."""
+
+from pathlib import Path
+
+import pytest
+
+from drumstick.parameters.scene import shipped_names
+from rig.fault import Stop
+from rig.offline import scenes_shown
+
+HAMMERS = """
+[stick]
+m_kg = 0.075
+k_coll_N_per_m = 3500.0
+r_in_N_s_per_m = 75.0
+k_hand_N_per_m = 60.0
+r_out_N_s_per_m = 0.5
+z_ss_m = -0.01
+[device]
+plant = "phantom"
+delay_ticks = 1
+[guard]
+max_force_N = 8.5
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (HAMMERS, "moving by itself.*lower k_coll"),
+        (HAMMERS.replace("3500.0", "1000.0"), r"lower r_in to [\d.]+ N s/m"),
+        ("[guard]\nmax_speed_m_per_s = 0.1\n[stick]\nk_hand_N_per_m = 1.0\n", r"throw at 0\.4 m/s"),
+    ],
+)
+def test_a_scene_outside_the_envelope_is_not_called_good(tmp_path: Path, text: str, words: str) -> None:
+    (tmp_path / "mine.toml").write_text(text)
+    with pytest.raises(Stop, match=f"outside the envelope: .*{words}"):
+        scenes_shown.check(str(tmp_path / "mine.toml"))
+
+
+@pytest.mark.parametrize("name", shipped_names())
+def test_shipped_scenes_are_good(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    scenes_shown.check(name)
+    assert f"{name}: good" in capsys.readouterr().out

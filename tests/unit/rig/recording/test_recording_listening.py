@@ -1,0 +1,66 @@
+"""What the recorder hears: nothing of it is lost when it stops listening, however slow it is."""
+
+import time
+
+import pytest
+import zenoh
+from rig_process import free_port, is_subscribed, wait_for
+
+from protocol import messages
+from protocol.keys import Keys
+from protocol.session import open_router
+from rig.recording import channels
+from rig.recording.channels import Channel
+from rig.recording.listening import Heard, Item, Listening
+from rig.supervision.settled import FarEnd
+
+MANY = 300
+
+
+def _strike(seq: int) -> bytes:
+    return messages.encode(
+        messages.Strike(
+            boot=1,
+            seq=seq,
+            t_ns=1,
+            x=0.0,
+            y=0.0,
+            z_speed_m_per_s=1.0,
+            level=1.0,
+            peak_estimate_N=1.0,
+            contact_estimate_s=0.01,
+        )
+    )
+
+
+def test_what_was_heard_is_there_when_it_has_closed(monkeypatch: pytest.MonkeyPatch) -> None:
+    endpoint, keys = f"tcp/127.0.0.1:{free_port()}", Keys("test")
+    heard: list[int] = []
+    with open_router(endpoint) as rig:
+        listening = Listening(FarEnd(endpoint, keys))
+        kept = listening._put
+
+        def slowly(channel: Channel, item: Item) -> None:
+            time.sleep(0.002)
+            kept(channel, item)
+
+        monkeypatch.setattr(listening, "_put", slowly)
+        assert listening.open(None)
+        listening.listen(force=False)
+        publisher = rig.declare_publisher(keys.strike)
+        wait_for("the subscription", lambda: is_subscribed(publisher))
+        arrived: list[zenoh.Sample] = []
+        own = listening.session.declare_subscriber(
+            keys.strike, zenoh.handlers.Callback(arrived.append, indirect=False)
+        )
+        for seq in range(MANY):
+            publisher.put(_strike(seq))
+        wait_for("all of them", lambda: len(arrived) == MANY)
+        own.undeclare()
+        assert listening.items.qsize() < MANY  # it is behind
+        listening.close()
+        while not listening.items.empty():
+            item = listening.items.get()
+            if isinstance(item, Heard) and item.channel is channels.STRIKE:
+                heard.append(messages.decode(item.payload, messages.Strike).seq)
+    assert sorted(heard) == list(range(MANY))

@@ -1,0 +1,152 @@
+"""Which scene the next servo plays where systemd starts it: asked for, configured, held, or the one before."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from drumstick.parameters.scene import parse, shipped_text
+from drumstick.stick.law import law_of
+from haptic_server import block, files, front
+from realtime.atomics import poke
+from rig.fault import GIVEN, LACKING, Stop
+from rig.supervision import service
+from rig.supervision.scene_change import BEFORE, ended, lay_out, played
+
+
+class Run:
+    """A run folder, and what was said."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.said: list[str] = []
+
+    def lay_out(self, configured: str = "roll", wanted: str = "") -> str:
+        """Name of the scene that lies there then."""
+        if wanted:
+            (self.folder / files.WANTED).write_text(wanted)
+        lay_out(self.folder, configured, self.said.append, "left")
+        return self.lying
+
+    @property
+    def lying(self) -> str:
+        return parse((self.folder / files.SCENE).read_text(), "lying").name
+
+    def servo_left(self, held: bool | None) -> None:
+        """What a servo of the scene that lies there leaves behind when it ends; None: ended before its first tick."""
+        law = law_of(parse((self.folder / files.SCENE).read_text(), "lying"))
+        made = block.create(self.folder, law, 1)
+        if held is not None:
+            poke(made.control, block.HELD, int(held))
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Run:
+    return Run(tmp_path)
+
+
+def test_the_first_start_plays_what_the_options_name(run: Run) -> None:
+    assert run.lay_out("tom") == "tom"
+
+
+def test_a_crash_leaves_scene_and_block_alone(run: Run) -> None:
+    run.lay_out()
+    run.servo_left(held=False)
+    before = (run.folder / files.BLOCK).stat().st_ino
+    assert run.lay_out() == "roll"
+    assert (run.folder / files.BLOCK).stat().st_ino == before
+
+
+def test_what_was_asked_for_is_played_once_and_stays(run: Run) -> None:
+    run.lay_out()
+    run.servo_left(held=False)
+    assert run.lay_out(wanted="snare") == "snare"
+    assert not (run.folder / files.WANTED).exists()
+    assert (
+        block.legacy(run.folder, law_of(parse(shipped_text("snare"), "snare")).dtype) is None
+    )  # of another scene
+    assert run.lay_out() == "snare"
+
+
+def test_changed_options_win_over_what_was_asked_for(run: Run) -> None:
+    run.lay_out()
+    run.lay_out(wanted="snare")
+    assert run.lay_out("tom") == "tom"
+
+
+@pytest.mark.parametrize(("configured", "wanted"), [("roll", "snare"), ("tom", "")])
+def test_a_held_scene_stays_whatever_is_asked_for(run: Run, configured: str, wanted: str) -> None:
+    run.lay_out()
+    run.servo_left(held=True)
+    assert run.lay_out(configured, wanted) == "roll"
+    assert (run.folder / files.BLOCK).exists()
+    assert "drumstick arm --rig left" in run.said[-1]
+    assert not (run.folder / files.WANTED).exists()
+
+
+def test_a_panic_while_the_scene_is_laid_out_holds_the_new_one(run: Run) -> None:
+    run.lay_out()
+    run.servo_left(held=False)
+    gateway = block.attach(run.folder, law_of(parse(shipped_text("roll"), "roll")).dtype)
+    assert run.lay_out(wanted="snare") == "snare"
+    front.raise_panic(
+        run.folder, gateway.front
+    )  # a gateway that still lives, on the block that it has mapped
+    run.servo_left(held=None)
+    assert front.was_held(run.folder)
+    assert run.lay_out(wanted="tom") == "snare"
+
+
+@pytest.mark.parametrize("status", [GIVEN, LACKING])
+def test_a_scene_that_cannot_be_played_gives_way_to_the_one_before(run: Run, status: int) -> None:
+    run.lay_out()
+    run.lay_out(wanted="snare")
+    ended(run.folder, status, run.said.append)
+    assert run.lying == "roll"
+    assert "back to the one before" in run.said[-1]
+    assert run.lay_out() == "roll"
+
+
+@pytest.mark.parametrize(("has_played", "status"), [(True, LACKING), (False, 1), (False, 0)])
+def test_what_has_played_or_crashed_is_not_given_up(run: Run, has_played: bool, status: int) -> None:
+    run.lay_out()
+    run.lay_out(wanted="snare")
+    if has_played:
+        played(run.folder)
+    ended(run.folder, status, run.said.append)
+    assert run.lying == "snare"
+
+
+def test_a_scene_that_this_version_does_not_know_is_replaced(run: Run) -> None:
+    run.lay_out()
+    (run.folder / files.SCENE).write_text("from = 'another version'")
+    assert run.lay_out() == "roll"
+
+
+def test_a_damaged_way_back_ends_at_the_configured_scene(run: Run) -> None:
+    run.lay_out()
+    run.lay_out(wanted="snare")
+    (run.folder / BEFORE).write_text('{"name":')
+    with pytest.raises(Stop, match=BEFORE):
+        ended(run.folder, GIVEN, run.said.append)
+    assert run.lay_out() == "roll"
+
+
+def test_a_wrong_name_is_refused_and_the_scene_stays(run: Run) -> None:
+    run.lay_out()
+    assert run.lay_out(wanted="none") == "roll"  # and the servo starts: a wish is no reason to end
+    assert "no scene 'none'" in run.said[-1]
+    assert run.lay_out() == "roll"
+
+
+@pytest.mark.parametrize(("how", "status"), [("killed", "9"), ("exited", "TERM"), ("exited", "0")])
+def test_only_an_exit_status_speaks_of_the_scene(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, how: str, status: str
+) -> None:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    folder = tmp_path / f"drumstick-{os.getuid()}-main"
+    folder.mkdir(mode=0o700)
+    (folder / files.SCENE).write_text(shipped_text("tom"))
+    (folder / BEFORE).write_text("{}")
+    service.servo_ended("main", how, status)
+    assert (folder / BEFORE).exists()

@@ -1,0 +1,113 @@
+import math
+
+import pytest
+
+from drumstick.parameters.scene import parse, shipped_text
+from drumstick.parameters.table import table_of
+from protocol.messages import Meter, Readback, State
+from web_panel.page.wording import (
+    figure,
+    hint_of,
+    measured,
+    microseconds,
+    notice_of,
+    range_of,
+    readback_note,
+    sound_words,
+    steady,
+)
+
+TABLE = table_of(parse(shipped_text("roll"), "roll.toml"))
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.0, "0"), (5000.0, "5000"), (0.2, "0.2"), (23.0512, "23.05"), (-0.02, "−0.02"), (0.002, "0.002"),
+        (1e6, "1000000"), (123456.0, "123456"), (1.2345e-5, "1.2e-05"), (0.99999, "1"), (math.nan, "–"), (1e9, "1e+09"),
+    ],
+)  # fmt: skip
+def test_figures(value: float, text: str) -> None:
+    assert figure(value) == text
+
+
+def test_units_follow_numbers_unless_there_is_none() -> None:
+    assert measured(5000.0, "N/m") == "5000 N/m"
+    assert measured(0.5, "1") == "0.5"
+    assert steady(-1.26, 1) == "−1.3"
+
+
+@pytest.mark.parametrize(("value", "text"), [(289.4, "289 µs"), (4000.0, "4.0 ms"), (2.5e6, "2.5 s")])
+def test_lateness_is_worded_in_its_own_size(value: float, text: str) -> None:
+    assert microseconds(value) == text
+
+
+@pytest.mark.parametrize("name", sorted(TABLE))
+def test_every_hint_has_words_range_unit_and_equation(name: str) -> None:
+    q, hint = TABLE[name].quantity, hint_of(TABLE[name])
+    assert q.words in hint
+    assert range_of(q) in hint
+    assert q.unit in hint
+    assert q.equation in hint
+
+
+def state(status: str) -> State:
+    return State(
+        boot=1, t_ns=0, status=status, z_m=0.0, v_m_per_s=0.0, force_N=0.0, x=0.0, y=0.0, roll_rate_Hz=0.0,
+        v_e_m_per_s=0.0, strikes=0, ticks=0, overruns=0, lateness_p99_us=0.0, lateness_worst_us=0.0, ring_dropped=0,
+        revision=0, pending=False,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("status", "headline", "advice", "mood"),
+    [
+        ("ready", "Ready", "Lift the stick", "good"),
+        ("playing", "Playing", "Tune", "busy"),
+        ("panic", "Panic: zero force", "drumstick arm", "bad"),
+        ("fault: NaN from the device", "Fault: NaN from the device", "drumstick arm", "bad"),
+        ("fault:", "Fault: no reason given", "drumstick arm", "bad"),
+        ("resting", "Resting", "drumstick doctor", "wait"),
+    ],
+)
+def test_each_state_says_what_to_do_next(status: str, headline: str, advice: str, mood: str) -> None:
+    notice = notice_of(True, state(status), 0.0, "main")
+    assert (notice.headline, notice.mood) == (headline, mood)
+    assert advice in notice.advice
+
+
+def test_a_server_never_heard_and_one_not_heard_any_more() -> None:
+    assert notice_of(False, None, None, "main").headline == "Waiting for the haptic server"
+    assert "No router" in notice_of(False, None, None, "main").advice
+    assert "router answers" in notice_of(True, None, None, "main").advice
+    silent = notice_of(True, state("playing"), 4.2, "main")
+    assert silent.headline == "Not heard from the haptic server for 4 s"
+    assert silent.mood == "bad"
+
+
+@pytest.mark.parametrize(
+    ("status", "words"), [("panic", "arm"), ("fault: late", "arm"), ("resting", "doctor"), ("", "up")]
+)
+def test_what_to_type_names_the_rig_unless_it_is_the_default_one(status: str, words: str) -> None:
+    told = state(status) if status else None
+    silence = 0.0 if status else None
+    assert f"“drumstick {words} --rig left”" in notice_of(True, told, silence, "left").advice
+    assert f"“drumstick {words}”" in notice_of(True, told, silence, "main").advice
+
+
+def test_a_readback_says_what_it_waits_for() -> None:
+    assert readback_note(None) == "not heard yet"
+    assert (
+        readback_note(Readback(value=1.0, revision=1, pending=True))
+        == "waits until the stick is above the head"
+    )
+    assert readback_note(Readback(value=1.0, revision=1)) == ""
+
+
+def test_the_sound_servers_in_a_line() -> None:
+    assert sound_words([]) == "no sound server heard"
+    meter = Meter(
+        id="a", t_ns=0, sink="null", peak_left=0.0, peak_right=0.0, load=0.21, xruns=7, latency_ms=5.3,
+        played=40, late=1, duplicates=0,
+    )  # fmt: skip
+    assert sound_words([meter]) == "null: 40 played, 1 late, 7 xruns, load 21 %, latency 5.3 ms"
