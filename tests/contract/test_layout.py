@@ -17,12 +17,59 @@ FORBIDDEN = [
     ("shared/drumstick/parameters/scene.py", "from protocol import keys", "drumstick imports only realtime"),
     ("shared/realtime/ring.py", "import drumstick.stick.contact", "realtime imports nothing of ours"),
     ("shared/protocol/keys.py", "import realtime.ring", "protocol imports only drumstick"),
-    ("shared/drumstick/drum/step.py", "import haptic_server.block", "Services never import one another"),
+    ("services/sound_server/stage.py", "import haptic_server.block", "Services never import one another"),
+    ("shared/drumstick/drum/step.py", "import sound_server.stage", "drumstick imports only realtime"),
     ("services/web_panel/__init__.py", "import rig", "Nothing imports rig"),
     ("services/rig/replaying/cues.py", "import haptic_server.records", "Recording and replaying meet"),
     ("shared/protocol/identity.py", "import cryptography", "Only rig makes and reads certificates"),
-    ("shared/drumstick/drum/step.py", "import os", "The kernels of the services do no I/O"),
+    ("shared/drumstick/drum/step.py", "import os", "drumstick does no I/O"),
 ]
+
+
+I_O = {"asyncio", "io", "logging", "os", "pathlib", "select", "shutil", "socket", "subprocess", "tempfile"} | {
+    "pythonosc", "rtmidi2", "sounddevice", "viser", "websockets", "zenoh", "zeroconf"
+}  # fmt: skip
+# Beside their kernels they ask the system for a thread's priority and processor.
+THREADS = {"haptic_server/device/openhaptics/thread.py", "haptic_server/servo/witness.py"}
+DECORATORS = {"njit", "only_with", "cfunc"}
+
+
+def defines_kernels(tree: ast.Module) -> bool:
+    """Whether a function of the module is compiled."""
+    found = (d for node in ast.walk(tree) if isinstance(node, ast.FunctionDef) for d in node.decorator_list)
+    called = (d.func if isinstance(d, ast.Call) else d for d in found)
+    return any(isinstance(name, ast.Name) and name.id in DECORATORS for name in called)
+
+
+def imported(tree: ast.Module) -> set[str]:
+    """Top-level names of everything that a module imports, wherever it does."""
+    nodes = list(ast.walk(tree))
+    plain = {a.name for node in nodes if isinstance(node, ast.Import) for a in node.names}
+    froms = {node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)}
+    return {name.partition(".")[0] for name in plain | froms}
+
+
+def kernels_with_i_o(services: Path) -> set[str]:
+    found: set[str] = set()
+    for path in services.rglob("*.py"):
+        module = ast.parse(path.read_text(encoding="utf-8"))
+        if defines_kernels(module) and imported(module) & I_O:
+            found.add(path.relative_to(services).as_posix())
+    return found
+
+
+def test_kernels_of_the_services_do_no_i_o() -> None:
+    assert kernels_with_i_o(ROOT / "services") == THREADS
+
+
+@pytest.mark.parametrize(
+    "path", ["haptic_server/servo/force/tick.py", "haptic_server/device/phantom.py", "sound_server/stage.py"]
+)
+@pytest.mark.parametrize("line", ["import os", "from zenoh import Session", "import os.path as p"])
+def test_a_kernel_that_does_i_o_is_found(tree: Path, path: str, line: str) -> None:
+    with (tree / "services" / path).open("a", encoding="utf-8") as file:
+        file.write(f"\n{line}\n")
+    assert kernels_with_i_o(tree / "services") == THREADS | {path}
 
 
 def lint_imports(tree: Path) -> subprocess.CompletedProcess[str]:
