@@ -6,7 +6,6 @@ cheapest is taken. What it costs is taken from a short trial of two of its meshe
 compiled kernels, so that the same scene gets the same mesh, and the same samples, until kernels or processor change.
 """
 
-import contextlib
 import dataclasses
 import json
 import math
@@ -22,8 +21,7 @@ from drumstick.drum.block import render_all
 from drumstick.drum.build import Unplayable, new_engine
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.parameters.scene import Scene
-from realtime.kernel_cache import folder_of
-from realtime.regular_file import read_text
+from realtime.beside_kernels import read_beside, write_beside
 
 _MOST_DIVISOR = 12
 _NAMES = {2: "standard", 4: "fine"}  # what a scene calls the order of the scheme
@@ -187,11 +185,8 @@ def _key(scene: Scene, rate_Hz: int, order: int) -> str:
 
 
 def _read() -> dict[str, Line]:
-    folder = folder_of(__name__)
-    if folder is None:
-        return {}
     try:
-        told = json.loads(read_text(folder / _FILE, _MOST_BYTES))
+        told = json.loads(read_beside(__name__, _FILE, _MOST_BYTES))
         lines = {str(key): Line(float(fixed), float(update)) for key, (fixed, update) in told.items()}
         return {
             key: line for key, line in lines.items() if all(map(math.isfinite, line)) and line.update_ns > 0.0
@@ -201,13 +196,4 @@ def _read() -> dict[str, Line]:
 
 
 def _write(lines: dict[str, Line]) -> None:
-    folder = folder_of(__name__)
-    if folder is None:
-        return
-    beside = folder / f".{_FILE}.{time.monotonic_ns():x}"
-    try:
-        beside.write_text(json.dumps(lines, indent=1), encoding="utf-8")
-        beside.replace(folder / _FILE)
-    except OSError:
-        with contextlib.suppress(OSError):  # then the next start measures again
-            beside.unlink(missing_ok=True)
+    write_beside(__name__, _FILE, json.dumps(lines, indent=1))

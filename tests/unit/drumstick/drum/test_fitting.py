@@ -13,6 +13,7 @@ from drumstick.drum.calibrate import build
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.fitting import Line, fitted
 from drumstick.parameters.scene import Scene, SceneError, as_tables, from_tables, parse, shipped_text
+from realtime import beside_kernels
 
 RATE_HZ = 48_000
 NS_A_SAMPLE = 1e9 / RATE_HZ
@@ -21,7 +22,7 @@ TIE_CENTS = 0.05
 
 @pytest.fixture
 def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setattr(fitting, "folder_of", lambda _module: tmp_path)
+    monkeypatch.setattr(beside_kernels, "folder_of", lambda _module: tmp_path)
     return tmp_path / "speeds.json"
 
 
@@ -132,7 +133,7 @@ def test_a_folder_that_cannot_be_written_only_costs_another_trial(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for folder in (None, tmp_path / "missing"):
-        monkeypatch.setattr(fitting, "folder_of", lambda _module, folder=folder: folder)
+        monkeypatch.setattr(beside_kernels, "folder_of", lambda _module, folder=folder: folder)
         tried = priced(monkeypatch, 20.0, 0.2)
         assert fitted(scene(), RATE_HZ) == fitted(scene(), RATE_HZ)
         assert tried == [2, 4, 2, 4]
