@@ -257,9 +257,17 @@ class SharedCache:
         # Alone, for numba reads the list of what is stored, adds a line and writes it.
         with alone(self._name):
             try:
-                self._inner.save_overload(sig, data)
+                self._save(sig, data)
             except Exception as error:  # noqa: BLE001  a full disk, a damaged index: the compiled code is good without it
                 warnings.warn(f"kernel cache not written: {error}", NumbaWarning, stacklevel=2)
+
+    def _save(self, sig: Any, data: Any) -> None:
+        try:
+            self._inner.save_overload(sig, data)
+        except (ImportError, AttributeError):
+            # The list names types by their modules, and another release has those elsewhere: begin a new list.
+            self._inner.flush()
+            self._inner.save_overload(sig, data)
 
     def _releasing(self, compile_here: Callable[[Any], Any]) -> Callable[[Any], Any]:
         def compile(sig: Any) -> Any:

@@ -1,7 +1,9 @@
 """The compile cache: shared, never stale, and never the reason why something does not start."""
 
+import io
 import json
 import os
+import pickle
 import shutil
 import subprocess
 import sys
@@ -70,6 +72,21 @@ def test_damaged_files_are_compiled_over(tmp_path: Path, damage: str) -> None:
         path.write_bytes(damaged[damage])
     _, hits, _ = _run(tmp_path / "cache", tmp_path / "program.py")
     assert hits == 0
+
+
+def test_a_list_that_names_types_of_another_release_is_begun_anew(tmp_path: Path) -> None:
+    """Such a list cannot be read: its module is gone. What is compiled now is stored all the same."""
+    folder, _, _ = _run(tmp_path / "cache", tmp_path / "program.py")
+    assert folder is not None
+    for index in Path(folder).rglob("*.nbi"):
+        version, at = index.read_bytes(), io.BytesIO(index.read_bytes())
+        pickle.load(at)
+        index.write_bytes(version[: at.tell()] + b"cno_such_module\nHead\n.")
+    _, hits, said = _run(tmp_path / "cache", tmp_path / "program.py")
+    assert hits == 0
+    assert said == ""
+    _, hits, _ = _run(tmp_path / "cache", tmp_path / "program.py")
+    assert hits == 1
 
 
 def test_a_folder_in_whose_place_a_file_stands(tmp_path: Path) -> None:
