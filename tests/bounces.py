@@ -17,9 +17,9 @@ from drumstick.stick.law import Records, law_of, thrown
 from drumstick.stick.methods.carry import STEPPERS
 from drumstick.stick.motion import exact, stepping
 from drumstick.stick.simulate import Stepper, simulate
+from drumstick_lab.accuracy.sticks import solve_ivp_stick
+from drumstick_lab.accuracy.sticks.contacts import Contacts, largest_error
 from realtime.jit import Record, njit
-from rig.accuracy import solve_ivp_stick
-from rig.accuracy.contacts import Contacts, largest_error
 
 THROW_M_PER_S = 0.4
 COPIES = 200  # throws in one window of a compiled method: about a millisecond

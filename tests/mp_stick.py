@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.parameters.scene import Scene
-from rig.accuracy.solve_ivp_stick import ENTRY, RELEASE, TURN, Case, Played
+from drumstick_lab.accuracy.sticks.solve_ivp_stick import ENTRY, RELEASE, TURN, Case, Played
 
 DIGITS = 40
 _AGREE = 1e-6  # of a stretch's length

@@ -8,8 +8,8 @@ from drumstick.drum.build import new_engine
 from drumstick.drum.excitation.feed import Feed
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.parameters.scene import Scene, shipped_text
+from drumstick_lab.accuracy.drums.blows import pressed
 from realtime.jit import Record
-from rig.accuracy.blows import pressed
 
 MS = 1_000_000
 _STEPS = 8  # of the mesh in a block: half a millisecond

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import pytest
 
 from drumstick.parameters.scene import Scene, parse
+from drumstick_lab.accuracy import store
 from haptic_server import files
 from haptic_server.device import gesture, replay
 from haptic_server.device.protocol import DeviceError
@@ -20,7 +21,6 @@ from haptic_server.presets.preset import PresetError
 from haptic_server.presets.store import PresetStore
 from protocol.identity import Identity
 from rig import scene_file
-from rig.accuracy import store
 from rig.fault import Stop
 from rig.identity import identity_check, keys, rig_file
 from rig.machine import last_fault

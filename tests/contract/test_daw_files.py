@@ -3,7 +3,6 @@
 import json
 import re
 import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -19,13 +18,10 @@ from rig.identity.rig_file import parse as parse_rig_file
 ROOT = Path(__file__).parents[2]
 DAW = ROOT / "docs" / "daw"
 FILES = DAW / "files"
-TOOLS = ROOT / "docs" / "tools"
 PAGES = ("pure-data", "supercollider", "reaper", "ableton-max", "bitwig", "touchosc")
 TABLE = table_of(parse(shipped_text("roll"), "roll"))
-sys.path.insert(0, str(TOOLS))  # where the tools find each other
 
-import daw_files  # noqa: E402
-import daw_touch  # noqa: E402
+from drumstick_lab.pages.daw import daw_files, daw_touch
 
 
 def _addresses() -> set[str]:
@@ -45,7 +41,7 @@ def _texts() -> dict[str, str]:
 
 
 def test_the_files_are_what_the_code_makes_of_them() -> None:
-    assert daw_files.stale() == [], "run: .venv/bin/python docs/tools/daw_files.py"
+    assert daw_files.stale() == [], "run: .venv/bin/drumstick lab daw-files"
     assert {p.name for p in FILES.iterdir()} == {*daw_files.TEXTS, daw_files.LAYOUT.name}
 
 

@@ -1,10 +1,9 @@
 """The made pages under docs/ say what the code and the stored results say."""
 
-import importlib.util
+import importlib
 import json
 import re
 import sys
-from pathlib import Path
 from types import ModuleType
 
 import pytest
@@ -14,17 +13,9 @@ from drumstick.parameters.scene import shipped_names
 from protocol.description import ZENOH
 from protocol.keys import Keys
 
-TOOLS = Path(__file__).parents[2] / "docs" / "tools"
-sys.path.insert(0, str(TOOLS))  # where they find each other
-
 
 def _tool(name: str) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(name, TOOLS / f"{name}.py")
-    assert spec is not None
-    assert spec.loader is not None
-    tool = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(tool)
-    return tool
+    return importlib.import_module(module_of(name))
 
 
 @pytest.mark.timeout(400)  # the page about the stick compiles the analysis for three kinds of scenes
@@ -51,7 +42,9 @@ def _tool(name: str) -> ModuleType:
 def test_the_page_is_up_to_date(name: str) -> None:
     tool = _tool(name)
     made = tool.page()
-    assert tool.PAGE.read_text(encoding="utf-8") == made, f"run: .venv/bin/python docs/tools/{name}.py"
+    assert tool.PAGE.read_text(encoding="utf-8") == made, (
+        f"run: .venv/bin/drumstick lab {name.replace('_', '-')}"
+    )
 
 
 def test_the_description_for_programs_is_up_to_date_and_whole() -> None:
@@ -73,7 +66,7 @@ def test_the_load_that_is_counted_is_that_of_the_messages_as_they_are() -> None:
     tool = _tool("scaling_page")
     from drumstick.drum.membrane import surface
 
-    load = sys.modules["rig_load"]
+    load = sys.modules["drumstick_lab.benchmarks.network.rig_load"]
     assert (load.RINGS, load.SPOKES) == (surface.RINGS, surface.SPOKES)
     states = load.STREAMS["state"]
     assert states.key == Keys(load.RIG).state
@@ -115,7 +108,7 @@ def test_the_sounds_are_those_of_the_shipped_scenes() -> None:
     stored = json.loads(tool.STORED.read_text(encoding="utf-8"))
     assert list(stored) == shipped_names()
     stale = [name for name in shipped_names() if stored[name]["digest"] != tool.digest(name)]
-    assert stale == [], "run: .venv/bin/python docs/tools/sounds_page.py"
+    assert stale == [], "run: .venv/bin/drumstick lab sounds-page"
     for name in shipped_names():
         sound, rate_Hz = soundfile.read(tool.SOUNDS / f"{name}.flac")
         assert (rate_Hz, sound.shape) == (48_000, (round(48_000 * stored[name]["duration_s"]), 2))
@@ -125,14 +118,14 @@ def test_the_sounds_are_those_of_the_shipped_scenes() -> None:
 
 def test_the_pictures_of_accuracy_are_those_of_its_result_and_of_the_code() -> None:
     tool = _tool("accuracy_page")
-    assert tool.stale_pictures() == [], "run: .venv/bin/python docs/tools/accuracy_page.py"
+    assert tool.stale_pictures() == [], "run: .venv/bin/drumstick lab accuracy-page"
     shown = re.findall(r"images/(accuracy-[\w-]+\.png)", tool.PAGE.read_text(encoding="utf-8"))
     assert sorted(shown) == sorted(path.name for path in (tool.DOCS / "images").glob("accuracy-*"))
 
 
 def test_the_pictures_of_the_stick_are_those_of_its_page_and_of_the_code() -> None:
     tool = _tool("stick_page")
-    assert tool.stale_pictures() == [], "run: .venv/bin/python docs/tools/stick_page.py"
+    assert tool.stale_pictures() == [], "run: .venv/bin/drumstick lab stick-page"
     shown = re.findall(r"images/(stick-[\w-]+\.png)", tool.PAGE.read_text(encoding="utf-8"))
     assert sorted(shown) == sorted(path.name for path in (tool.DOCS / "images").glob("stick-*"))
     assert sum((tool.DOCS / "images" / name).stat().st_size for name in shown) < 1_000_000

@@ -1,4 +1,4 @@
-"""The force loop is as punctual as an equal loop in C, in the same window: benchmarks/lateness.py in small."""
+"""The force loop is as punctual as an equal loop in C, in the same window: drumstick lab lateness in small."""
 
 from collections.abc import Iterator
 from contextlib import closing
@@ -6,9 +6,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from lateness_pair import WARM_TICKS, CLoop, Kept, ServoLoop, Window, built, compared, window
 
 from drumstick.parameters.scene import parse, shipped_text
+from drumstick_lab.benchmarks.force_loop.lateness_pair import (
+    WARM_TICKS,
+    CLoop,
+    Kept,
+    ServoLoop,
+    Window,
+    built,
+    compared,
+    window,
+)
 from haptic_server import block, files
 from haptic_server.records import NO_FAULT
 

@@ -7,11 +7,11 @@ from collections.abc import Iterator
 from types import SimpleNamespace
 
 import pytest
-import torture
-import torture_harm
 from rig_process import wait_for
-from torture_link import Link
-from torture_watch import Watch
+
+from drumstick_lab.benchmarks.robustness import torture, torture_harm
+from drumstick_lab.benchmarks.robustness.torture_link import Link
+from drumstick_lab.benchmarks.robustness.torture_watch import Watch
 
 
 @pytest.fixture

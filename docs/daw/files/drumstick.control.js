@@ -1,4 +1,4 @@
-// Haptic drumstick for Bitwig Studio. Made by docs/tools/daw_files.py; docs/daw/bitwig.md tells how to use it.
+// Haptic drumstick for Bitwig Studio. Made by drumstick lab daw-files; docs/daw/bitwig.md tells how to use it.
 
 loadAPI(10);
 host.setShouldFailOnDeprecatedUse(true);

@@ -28,7 +28,7 @@
       770.0,
       22.0
      ],
-     "text": "Haptic drumstick. Made by docs/tools/daw_files.py; docs/daw/ableton-max.md tells how to use it."
+     "text": "Haptic drumstick. Made by drumstick lab daw-files; docs/daw/ableton-max.md tells how to use it."
     }
    },
    {

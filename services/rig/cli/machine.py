@@ -55,7 +55,7 @@ def soak_command(
         checks.finite(duration, "--duration", 10.0, 1e7, "s")
     if speed is not None:
         checks.finite(speed, "--speed", 1.0, 100.0, "times the scene's strikes")
-    from rig.soaking.command import soak
+    from drumstick_lab.soak.command import soak
 
     if not soak(scene, duration, speed, real_time, as_json, out):
         raise typer.Exit(1)

@@ -86,7 +86,7 @@ def accuracy_command(
     ] = None,
 ) -> None:
     """What accuracy costs in time on this machine: stick, servo, mesh, excitation, effects; with figures."""
-    from rig.accuracy.command import accuracy
+    from drumstick_lab.accuracy.command import accuracy
 
     accuracy(quick, as_json, out)
 

@@ -4,10 +4,10 @@ import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from drumstick_lab.accuracy import store
 from protocol.identity import Identity
 from protocol.keys import DEFAULT_ROUTER
 from protocol.session import Public
-from rig.accuracy import store
 from rig.folder import accuracy_folder
 
 HAPTIC, SOUND, PANEL = "haptic", "sound", "panel"

@@ -35,7 +35,7 @@ MOST_DELAY_TICKS = 8
 MOST_REBOUND = 0.92
 # An arm at rest hunts by a count or two. So what one count changes of its speed by way of the damper in a tick, and how
 # fast it swings by one count on the head's spring, have limits, m/s; with these no arm was seen to hunt faster than
-# 0.01 m/s (benchmarks/held_arm.py).
+# 0.01 m/s (drumstick lab held-arm).
 MOST_KICK_M_PER_S = 0.00046
 # So much less for each tick of delay, since a late push goes on when the reading has flipped back long ago.
 KICK_SHARE_OF_A_DELAY_TICK = 0.06

@@ -138,7 +138,7 @@ def test_the_guard_alone_takes_from_the_hammer(name: str) -> None:
 
 @pytest.mark.parametrize("seed", range(8))
 def test_what_is_accepted_comes_to_rest(seed: int) -> None:
-    """In small what benchmarks/held_arm.py does in large: half of the sets at the envelope's boundary."""
+    """In small what drumstick lab held-arm does in large: half of the sets at the envelope's boundary."""
     rng = np.random.default_rng(1000 + seed)
     for number in range(24):
         trial = Trial(rng, near=number % 2 == 0)

@@ -1,6 +1,6 @@
 """A servo that has run for a month, a year or an age: it plays as on its first day, counts on, and needs no more room.
 
-A month of ticks at 1 kHz takes two hours of a processor: benchmarks/month.py runs them, all 2.592e9 of them. Here the
+A month of ticks at 1 kHz takes two hours of a processor: drumstick lab month runs them, all 2.592e9 of them. Here the
 clocks and counters begin where they would stand shortly before something could wrap or grow coarse, and ten million
 ticks are run across these places.
 """
@@ -14,6 +14,7 @@ from pythonosc.osc_message_builder import OscMessageBuilder
 
 import live_sets
 import sampled_arm
+from drumstick_lab.soak.in_process import ticks
 from haptic_server import block as blocks
 from haptic_server.block import HEARTBEAT, PANIC, PANICS_SEEN
 from haptic_server.records import EVENT, NO_FAULT, PLAYING, STRIKE, set_type
@@ -22,7 +23,6 @@ from protocol import osc
 from realtime import ring, triple
 from realtime.atomics import add_to, peek
 from realtime.jit import allocations
-from rig.soaking import ticks
 from stability.catalogue import shows
 
 PERIOD_NS = sampled_arm.PERIOD_NS

@@ -12,10 +12,10 @@ from typing import Any
 import msgspec
 import numpy as np
 import pytest
-from osc_mutants import KILLERS
 from pythonosc.osc_bundle import OscBundle
 
 from haptic_server.gateway.osc.prescan import Unreadable, prescan
+from osc_mutants import KILLERS
 from protocol.complaints import Complaints
 from protocol.messages import Strike, decode, encode
 from realtime import ring

@@ -5,7 +5,7 @@ all junctions weigh the same, so that weights are loaded only left and right of 
 
 What lies a lane to the left or right comes from vectors that are there already, shifted, or from memory again. Sixteen
 lanes fill a cache line: loaded a lane aside they always straddle two, and shifting costs less. Eight straddle two every
-other time, and shifting them takes two instructions: loading costs less, up to 1.7 times (benchmarks/mesh_kernel.py).
+other time, and shifting them takes two instructions: loading costs less, up to 1.7 times (drumstick lab mesh-kernel).
 
 Any thread, at compile time. A vector left and right of the strip and the rows above and below belong to the arrays.
 """

@@ -12,7 +12,7 @@ import pytest
 from drumstick.drum.build import new_engine
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.parameters.scene import parse, shipped_text
-from rig.accuracy import blows
+from drumstick_lab.accuracy.drums import blows
 
 RATE_HZ = 48_000
 # Of the difference to the true force: what the bent pulse is held to, in dB.

@@ -7,8 +7,8 @@ import bounces
 import mp_stick
 import stick_cases
 from drumstick.stick.simulate import Stepper
-from rig.accuracy import solve_ivp_stick
-from rig.accuracy.contacts import largest_error
+from drumstick_lab.accuracy.sticks import solve_ivp_stick
+from drumstick_lab.accuracy.sticks.contacts import largest_error
 
 ROUNDS, MOST_ROUNDS = 6, 60
 CYCLES = {row["case"]: row for row in stick_cases.rows("limit_cycles.csv")}
@@ -43,7 +43,7 @@ def _times_faster(case: str, enough: float) -> float:
 @pytest.mark.parametrize("case", bounces.CASES)
 def test_exact_is_a_thousand_times_faster_than_solve_ivp_and_no_less_exact(case: str) -> None:
     asked = bounces.CASES[case]
-    # The thousand itself is for a quiet machine: benchmarks/stick_methods.py.
+    # The thousand itself is for a quiet machine: drumstick lab stick-methods.
     assert _times_faster(case, 1000.0) >= 700.0
     assert len(bounces.contacts(case)) >= asked.bounces
     true = bounces.reference(case)

@@ -4,10 +4,9 @@ import math
 import random
 import socket
 
-from osc_mutants import KILLERS, MUTANT_HOST, mutant
-
 from haptic_server.gateway.osc.front import OscFront
 from osc_bench import FakeDesk, Time, built, client, opened_front, tell
+from osc_mutants import KILLERS, MUTANT_HOST, mutant
 from stability.catalogue import shows
 
 P = "/drumstick"

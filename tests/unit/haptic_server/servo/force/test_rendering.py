@@ -12,6 +12,7 @@ from drumstick.parameters.table import Refusal
 from drumstick.safety import envelope
 from drumstick.stick import contact
 from drumstick.stick.law import law_of
+from drumstick_lab.accuracy.sticks.filters import ADAPTIVE, fall, filter_of
 from haptic_server.block import ARM, PANIC
 from haptic_server.device import phantom
 from haptic_server.device.simulated import Simulated
@@ -33,7 +34,6 @@ from haptic_server.servo import loop, memory
 from realtime import triple
 from realtime.atomics import add_to, poke
 from realtime.jit import allocations
-from rig.accuracy.filters import ADAPTIVE, fall, filter_of
 from sampled_arm import PERIOD_NS, ask_once, events_of, render_once, servo_of
 from stability.catalogue import shows
 

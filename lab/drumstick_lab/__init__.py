@@ -1,0 +1,1 @@
+"""The laboratory: everything that measures the instrument. Nothing of the instrument imports it."""

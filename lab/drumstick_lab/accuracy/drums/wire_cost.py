@@ -1,0 +1,127 @@
+"""What one strike is on the wire, and what passing it on costs: in the gateway and in the sound server. Any thread."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.excitation.timeline import stream_of
+from drumstick_lab.accuracy.drums import blows
+from drumstick_lab.accuracy.timing import Window, spent_ns
+from haptic_server.contacts import SAMPLE
+from haptic_server.gateway.zenoh.pieces import Pieces
+from protocol.clock import HapticClock
+from protocol.complaints import Complaints
+from protocol.messages import Strike, encode
+from sound_server.receiving.desk import ContactDesk
+from sound_server.receiving.strikes import StrikeDesk
+
+_STRIKES = 20  # in a window: their pieces fit into the ring of a stream
+_APART_S = 0.05
+_BOOT = 1
+BLOCK_S = 128 / 48_000
+
+
+def _message(seq: int, t_ns: int) -> bytes:
+    blow = blows.strike(0.0)
+    return encode(
+        Strike(
+            boot=_BOOT,
+            seq=seq,
+            t_ns=t_ns,
+            x=blow.x,
+            y=blow.y,
+            z_speed_m_per_s=blows.roll().speed_m_per_s,
+            level=0.5,
+            peak_estimate_N=blow.peak_N,
+            contact_estimate_s=blow.contact_s,
+            impulse_N_s=blow.impulse_N_s,
+        )
+    )
+
+
+def _desk() -> StrikeDesk:
+    desk = StrikeDesk(StrikeRing(), Complaints(lambda: 0), lambda _boot: None)
+    desk.clock = HapticClock(_BOOT, 0, 0)
+    return desk
+
+
+def _contact_desk() -> ContactDesk:
+    desk = ContactDesk(Complaints(lambda: 0), lambda _boot: None)
+    stream = stream_of(blows.scene(True), 1.0 / 16_000.0)
+    stream.state["block_ns"] = round(BLOCK_S * 1e9)
+    desk.play_on(stream, 0.0)
+    desk.clock = HapticClock(_BOOT, 0, 0)
+    return desk
+
+
+def streaming_delay_s() -> float:
+    """From a tick to its force in the mesh, as the sound server plays a stream in blocks of 128 samples at 48 kHz."""
+    return _contact_desk().delay_s
+
+
+def _samples(seq: int, rate_Hz: float) -> Any:
+    # One contact as the servo's ring has it.
+    press = blows.press_of(blows.true_impulse(), seq * _APART_S, rate_Hz)
+    samples = np.zeros(len(press.forces_N), SAMPLE)
+    samples["seq"], samples["tick"] = seq, press.first_tick + np.arange(len(samples))
+    samples["t_ns"] = np.round(samples["tick"] / rate_Hz * 1e9)
+    samples["force_N"], samples["x"], samples["y"] = press.forces_N, press.x, press.y
+    return samples
+
+
+def _encoded(samples: Any, rate_Hz: float) -> list[bytes]:
+    return [encode(piece) for piece in Pieces(rate_Hz).of(_BOOT, samples, int(samples["t_ns"][-1]))]
+
+
+def bytes_of(rate_Hz: float | None) -> float:
+    """Of the payloads of one strike; with rate_Hz, its force's pieces too."""
+    pieces = [] if rate_Hz is None else _encoded(_samples(1, rate_Hz), rate_Hz)
+    return float(len(_message(1, 0)) + sum(map(len, pieces)))
+
+
+def _passing(work: Callable[[int], None]) -> float:
+    def all_of_them() -> None:
+        for seq in range(1, _STRIKES + 1):
+            work(seq)
+
+    return spent_ns(all_of_them) / _STRIKES
+
+
+def analytic() -> Window:
+    """ns of a strike: encoded in the gateway, taken in the sound server."""
+
+    def window() -> float:
+        desk = _desk()
+
+        def work(seq: int) -> None:
+            t_ns = round(seq * _APART_S * 1e9)
+            desk.take(_message(seq, t_ns), t_ns)
+
+        return _passing(work)
+
+    return window
+
+
+def streamed(rate_Hz: float) -> Window:
+    """ns of a strike whose force follows it, in pieces: the strike tells the place, the pieces are played."""
+    contacts = {seq: _samples(seq, rate_Hz) for seq in range(1, _STRIKES + 1)}
+
+    def window() -> float:
+        desk, contact_desk = _desk(), _contact_desk()
+        desk.note = contact_desk.note
+
+        def work(seq: int) -> None:
+            samples = contacts[seq]
+            t_ns = int(samples["t_ns"][0])
+            desk.take(_message(seq, t_ns), t_ns)
+            for payload in _encoded(samples, rate_Hz):
+                contact_desk.take(payload, t_ns)
+
+        spent = _passing(work)
+        if contact_desk.played != _STRIKES or contact_desk.refused or contact_desk.late:
+            raise ValueError(f"{contact_desk.played} of {_STRIKES} contacts were played")
+        return spent
+
+    return window

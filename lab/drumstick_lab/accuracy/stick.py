@@ -1,0 +1,189 @@
+"""What accuracy costs of the stick: every method over its step, with and without event location, beside `exact`.
+
+The scene is `roll`. Errors are relative to `exact`, whose own error is rounding (EXACT_ERROR); CPU time is that of the
+thread for a simulated second, of a whole run as `drumstick simulate` makes it. A peer does the same where it is
+installed: scipy's solve_ivp (DOP853, terminal events), which finds its events, over its tolerance. Any thread; blocks
+while it computes.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from functools import cached_property, partial
+from importlib.util import find_spec
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from drumstick.parameters.scene import parse, shipped_text
+from drumstick.stick.methods.carry import ORDERS, STEPPERS
+from drumstick.stick.simulate import EXACT, Stepper, simulate
+from drumstick_lab.accuracy.job import Job
+from drumstick_lab.accuracy.sticks.contacts import AVERAGED, COMPARED, SETTLED, Contacts, Errors, errors
+from drumstick_lab.accuracy.timing import CHAIN, Window, chain, in_turn, spent_ns
+
+SCENE = "roll"
+PEER = "solve_ivp"
+# Largest relative error of any instant or speed within 100 contacts of this scene against 40 digits: 2.9e-15 by
+# drumstick lab stick-methods; a test measures it again.
+EXACT_ERROR = 3e-15
+STEPS_S = tuple(float(f"{x:.3g}") for x in 1e-3 / np.sqrt(10.0) ** np.arange(7))
+TOLERANCES = (1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+ATOL_PER_RTOL = 1e-2  # heights are of centimetres
+ROUNDS, QUICK_ROUNDS = 40, 10  # neighbours on the processor come and go within seconds
+_AIMED_AT = SETTLED + AVERAGED  # contacts
+_SLOWEST = 0.8  # of the true rate: a roll that is slower yet is another roll
+_STEPS_A_WINDOW = 200_000
+_SHORTEST_S, _LONGEST_S = 1.0, 50.0  # simulated in a window: making a run's memory must not count
+
+
+class Sweep(NamedTuple):
+    """One method over its steps (s), or the peer over its rtol."""
+
+    method: str
+    locates: bool
+    sizes: tuple[float, ...]
+
+
+FULL = (
+    *(Sweep(method, locates, STEPS_S) for method in STEPPERS for locates in (True, False)),
+    Sweep(PEER, True, TOLERANCES),
+)
+# What tells most comes first: the best stepper, the usual force loop, the peer, and the others beside them.
+_FEW_STEPS_S = (3.16e-4, 1e-4, 1e-5)
+QUICK = (
+    Sweep("rk4", True, _FEW_STEPS_S),
+    Sweep("semi_implicit_euler", False, _FEW_STEPS_S),
+    Sweep(PEER, True, (1e-4, 1e-10)),
+    Sweep("rk4", False, _FEW_STEPS_S),
+    Sweep("semi_implicit_euler", True, _FEW_STEPS_S),
+    Sweep("verlet", True, _FEW_STEPS_S),
+    Sweep("verlet", False, _FEW_STEPS_S),
+    Sweep("implicit_midpoint", True, _FEW_STEPS_S),
+    Sweep("implicit_midpoint", False, _FEW_STEPS_S),
+)
+
+
+class Roll:
+    """The scene, and how `exact` plays it."""
+
+    def __init__(self) -> None:
+        self.scene = parse(shipped_text(SCENE), SCENE)
+        self.throw = self.scene.hand.throw_m_per_s
+
+    @cached_property
+    def truth(self) -> Contacts:
+        """SETTLED + AVERAGED contacts by `exact`."""
+        duration_s = 1.0
+        while len(found := simulate(self.scene, duration_s, self.throw).contacts) < _AIMED_AT:
+            duration_s *= 2.0
+        return found[:_AIMED_AT]
+
+    def errors_of(self, stepper: Stepper | None) -> Errors:
+        """Of a stepper, or of `exact` for None: none, by definition."""
+        duration_s = float(self.truth[-1, 2]) / _SLOWEST
+        return errors(simulate(self.scene, duration_s, self.throw, stepper).contacts, self.truth)
+
+    def errors_of_peer(self, rtol: float) -> Errors:
+        """Of solve_ivp. Raises ImportError where scipy is not installed."""
+        return errors(self.peers(_AIMED_AT, rtol), self.truth)
+
+    def peers(self, count: int, rtol: float) -> Contacts:
+        """So many contacts by solve_ivp."""
+        from drumstick_lab.accuracy.sticks import solve_ivp_stick
+
+        return solve_ivp_stick.play(self.scene, count, self.throw, rtol, ATOL_PER_RTOL * rtol).contacts
+
+    def window(self, stepper: Stepper | None) -> Window:
+        """CPU ns for a simulated second of a stepper, or of `exact`."""
+        wanted_s = _LONGEST_S if stepper is None else _STEPS_A_WINDOW * stepper.dt_s
+        play = partial(simulate, self.scene, min(max(wanted_s, _SHORTEST_S), _LONGEST_S), self.throw, stepper)
+        lasted_s = play().t_end_s  # less when the stick leaves
+        return lambda: spent_ns(play) / lasted_s
+
+    def window_of_peer(self, rtol: float) -> Window:
+        """CPU ns for a simulated second of solve_ivp, over the contacts that are compared."""
+        play = partial(self.peers, COMPARED, rtol)
+        lasted_s = float(play()[-1, 2])
+        return lambda: spent_ns(play) / lasted_s
+
+
+class _Point(NamedTuple):
+    # What becomes a row: its first keys, its errors, and what to time.
+    keys: dict[str, Any]
+    errors: Errors
+    window: Window
+
+
+def _keys(method: str, locates: bool, dt_s: float | None = None, rtol: float | None = None) -> dict[str, Any]:
+    return {"method": method, "locates": locates, "dt_s": dt_s, "rtol": rtol}
+
+
+def _exact(roll: Roll) -> list[_Point]:
+    return [_Point(_keys(EXACT, True), roll.errors_of(None), roll.window(None))]
+
+
+def _stepped(roll: Roll, sweep: Sweep) -> list[_Point]:
+    steppers = [Stepper(sweep.method, dt_s, sweep.locates) for dt_s in sweep.sizes]
+    return [
+        _Point(_keys(sweep.method, sweep.locates, dt_s=each.dt_s), roll.errors_of(each), roll.window(each))
+        for each in steppers
+    ]
+
+
+def _peers(roll: Roll, sweep: Sweep) -> list[_Point]:
+    return [
+        _Point(_keys(PEER, True, rtol=rtol), roll.errors_of_peer(rtol), roll.window_of_peer(rtol))
+        for rtol in sweep.sizes
+    ]
+
+
+def _rows(points: list[_Point], ns: Mapping[str, float]) -> list[dict[str, Any]]:
+    # ns of each point by its number, beside the yardstick's that their ratio is taken to.
+    return [
+        point.keys
+        | {
+            "ns_per_s": ns[str(i)],
+            "ratio": ns[str(i)] / ns[CHAIN],
+            "error_contacts": point.errors.contacts,
+            "error_v_lc": point.errors.v_lc,
+            "error_rate": point.errors.rate,
+            "missed": None in point.errors,
+        }
+        for i, point in enumerate(points)
+    ]
+
+
+def _words(sweep: Sweep) -> str:
+    if sweep.method == PEER:
+        return "stick: scipy's solve_ivp"
+    return f"stick: {sweep.method}, events {'located' if sweep.locates else 'seen at the end of a step'}"
+
+
+def jobs(quick: bool, found: dict[str, Any]) -> Iterator[Job]:
+    """One for `exact`, one for each sweep, and one that times all of them in the same rounds; `found` gets scene,
+    orders, exact_error, a row for each step, and yardstick_ns.
+
+    A row's errors are null where `missed`: the roll dies, leaves, or becomes one that is slower by a fifth. Without
+    scipy there are no rows of solve_ivp, and found["peer"] says why.
+    """
+    rows: list[dict[str, Any]] = []
+    found |= {"scene": SCENE, "orders": dict(ORDERS), "exact_error": EXACT_ERROR, "rows": rows}
+    roll, points = Roll(), list[_Point]()
+
+    def add(more: Callable[[], list[_Point]]) -> None:
+        points.extend(more())
+
+    def time() -> None:
+        windows = {str(i): point.window for i, point in enumerate(points)} | {CHAIN: chain()}
+        ns = in_turn(windows, QUICK_ROUNDS if quick else ROUNDS)
+        rows.extend(_rows(points, ns))
+        found["yardstick_ns"] = {CHAIN: ns[CHAIN]}
+
+    yield Job("stick: exact", partial(add, partial(_exact, roll)))
+    for sweep in QUICK if quick else FULL:
+        if sweep.method == PEER and find_spec("scipy") is None:
+            found["peer"] = "scipy is not installed: install haptic-drumstick[sound]"
+            continue
+        yield Job(
+            _words(sweep), partial(add, partial(_peers if sweep.method == PEER else _stepped, roll, sweep))
+        )
+    yield Job("stick: all in turn", time)

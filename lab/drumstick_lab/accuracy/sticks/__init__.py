@@ -1,0 +1,1 @@
+"""What the parts about the stick and the servo measure with."""

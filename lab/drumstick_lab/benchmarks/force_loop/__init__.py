@@ -1,0 +1,1 @@
+"""How late the force loop is, what a tick costs, and a month of them."""

@@ -1,0 +1,1 @@
+"""Which wrong programs the tests notice."""

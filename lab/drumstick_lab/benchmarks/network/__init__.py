@@ -1,0 +1,1 @@
+"""What the wire carries, how soon and to how many; recordings; starts."""

@@ -1,0 +1,86 @@
+"""How large recordings are and what their recorder costs: drumstick lab recording-size [--seconds 20].
+
+A rig plays `roll` with a streamed drum, a sound server beside it; it is recorded without and with the contacts' force.
+Bytes and messages are counted; CPU time is the recorder's own, after it has begun, and depends on the machine.
+"""
+
+import argparse
+import json
+import os
+import tempfile
+import time
+from pathlib import Path
+from subprocess import DEVNULL, Popen
+from typing import Any
+
+from rig_process import DRUMSTICK, Listener, Rig, running, wait_for
+
+from drumstick_lab.checkout import RESULTS
+from protocol.messages import Meter
+from rig.machine.this_machine import description
+from rig.recording.reading import read
+from streamed_engine import streamed_text
+
+RESULT = RESULTS / "recording_size.json"
+
+
+def cpu_s(pid: int) -> float:
+    """CPU time of a process so far."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def recorded(rig: Rig, out: Path, seconds: float, *options: str) -> dict[str, Any]:
+    """One recording's row, per second of it."""
+    command = [
+        *DRUMSTICK,
+        "record",
+        "--rig",
+        rig.name,
+        "--connect",
+        rig.endpoint,
+        "--out",
+        str(out),
+        *options,
+    ]
+    recorder = Popen([*command, "--duration", str(seconds)], stdout=DEVNULL)
+    wait_for("a file", lambda: out.exists() and out.stat().st_size > 0)
+    begun, before = time.monotonic(), cpu_s(recorder.pid)
+    time.sleep(seconds - 2.0)
+    spent = (cpu_s(recorder.pid) - before) / (time.monotonic() - begun)
+    assert recorder.wait(60.0) == 0
+    found = read(out)
+    assert found.torn == ""
+    span_s = (found.events[-1].log_ns - found.events[0].log_ns) * 1e-9
+    counts: dict[str, float] = {}
+    for event in found.events:
+        counts[event.channel.topic] = counts.get(event.channel.topic, 0.0) + 1.0 / span_s
+    return {
+        "kB_per_minute": out.stat().st_size / 1e3 / span_s * 60.0,
+        "messages_per_s": {topic: rate for topic, rate in sorted(counts.items()) if rate > 0.5},
+        "share_of_core": spent,
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seconds", type=float, default=20.0)
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        scene = Path(folder) / "streamed.toml"
+        scene.write_text(streamed_text(), encoding="utf-8")
+        with running("up", "--scene", str(scene)) as rig:
+            session = rig.client()
+            meters = Listener(session, rig.keys.meter, Meter)
+            wait_for("sound", lambda: meters.got and meters.got[-1].played > 20)
+            rows = {
+                "without": recorded(rig, Path(folder) / "a.mcap", given.seconds),
+                "with": recorded(rig, Path(folder) / "b.mcap", given.seconds, "--force"),
+            }
+            session.close()
+    result = {"machine": description(), "seconds": given.seconds, "rows": rows}
+    RESULT.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""Faults, floods and inputs that nobody meant, by the million."""

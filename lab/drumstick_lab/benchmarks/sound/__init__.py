@@ -1,0 +1,1 @@
+"""What the drum's junctions, effects and strikes cost, and how soon they sound."""

@@ -1,0 +1,210 @@
+"""Ninety thousand junctions live: drumstick lab audio-live [--windows 4] [--seconds 5] [--priority 0].
+
+A struck drum of that size on a device that keeps time (JACK's dummy driver, 256 frames at 48 kHz), through the sound
+server's own sink, while the interpreter is idle and while a thread of the same process sorts in pure Python: how long
+the callback takes, as a share of the period; how often it came more than half a period late; what the device counted as
+xruns. Windows of some seconds by turns; all are shown, and the quietest of each is told. In the same seconds real-time
+threads that only sleep (seldom_witness.py) note when the machine itself stood still: `excused` is without that; and the
+system tells how long the callback's thread waited while others ran. Run it on a machine that does nothing else. With a
+priority above 0 JACK drops a client that is far too slow.
+"""
+
+import argparse
+import json
+import random
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from drumstick.drum.calibrate import blow_at, build
+from drumstick.drum.engine import Engine
+from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.parameters.scene import parse
+from drumstick_lab.benchmarks.sound.jack_device import RATE_HZ, dummy_device
+from drumstick_lab.benchmarks.sound.seldom_witness import SeldomWitnesses
+from drumstick_lab.checkout import RESULTS
+from haptic_server.servo.witness import excused
+from rig.machine.this_machine import description
+from sound_server.sinks.choose import named_device
+
+if TYPE_CHECKING:  # it loads PortAudio, which must find the JACK server running
+    from sound_server.sinks.device import DeviceSink
+
+RESULT = RESULTS / "audio_live.json"
+BLOCK = 256
+PERIOD_NS = round(BLOCK / RATE_HZ * 1e9)
+JUNCTIONS = 90_000
+# 315 across, 0.625 times 48 kHz over f01: a step of the mesh for every sample.
+SCENE = parse(
+    """
+    name = "large"
+    [drum]
+    f01_Hz = 94.6
+    t60_s = 4.0
+    [mesh]
+    junctions_across = 315.0
+    cpu_budget = 0.9
+    """,
+    __file__,
+)
+STRIKES_EVERY_S = 0.25
+GOAL = 0.8
+MOST_S = 20.0
+Numbers = npt.NDArray[np.int64]
+
+
+def large(ring: StrikeRing) -> Engine:
+    engine = build(SCENE, RATE_HZ, ring)
+    junctions = int(np.count_nonzero(engine.head.weights))
+    assert engine.control["divisor"][0] == 1, engine.control["divisor"]
+    assert junctions >= JUNCTIONS, junctions
+    return engine
+
+
+def sorting(stop: threading.Event) -> None:
+    numbers = list(range(20_000))
+    while not stop.is_set():
+        random.shuffle(numbers)
+        numbers.sort()
+
+
+def idle(stop: threading.Event) -> None:
+    stop.wait()
+
+
+Work = Callable[[threading.Event], None]
+
+
+def scheduled() -> dict[int, Numbers]:
+    """Of every thread of this process that is not Python's: ns it ran, ns it was ready and had to wait for others."""
+    ours = {thread.native_id for thread in threading.enumerate()}
+    tasks = [task for task in Path("/proc/self/task").iterdir() if int(task.name) not in ours]
+    return {
+        int(task.name): np.array((task / "schedstat").read_text().split()[:2], np.int64) for task in tasks
+    }
+
+
+def callback_shares(
+    before: dict[int, Numbers], after: dict[int, Numbers], blocks: int
+) -> tuple[float, float]:
+    """Of the period, on the mean: the callback's own time on a processor, and its waiting for one."""
+    spent = [after[task] - before[task] for task in after if task in before]
+    ran, waited = max(spent, key=lambda times: int(times[0]))  # the callback's thread computes most of all
+    return float(ran) / blocks / PERIOD_NS, float(waited) / blocks / PERIOD_NS
+
+
+def window(sink: "DeviceSink", ring: StrikeRing, seconds: float, work: Work) -> Any:
+    """Blocks, stalls and xruns of some seconds with `work` on a thread of its own."""
+    stop = threading.Event()
+    worker = threading.Thread(target=work, args=(stop,), daemon=True)
+    blow = blow_at(SCENE, 1.0, 0.5, 0.0)
+    before, xruns = time.monotonic_ns(), sink.xruns
+    with SeldomWitnesses() as witnesses:
+        worker.start()
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            assert ring.push(0, blow.x, blow.y, blow.peak_N, blow.contact_s)
+            time.sleep(STRIKES_EVERY_S)
+        found = sink.blocks
+        stop.set()
+        worker.join()
+    assert not sink.lost, sink.lost
+    return found[found[:, 0] >= before], witnesses, sink.xruns - xruns
+
+
+def shares(spent: Numbers) -> dict[str, float]:
+    """Percentiles, as shares of the period."""
+    named = {"p50": 50.0, "p90": 90.0, "p99": 99.0, "p99.9": 99.9, "max": 100.0}
+    return {name: float(np.percentile(spent, at)) / PERIOD_NS for name, at in named.items()}
+
+
+def row(sink: "DeviceSink", ring: StrikeRing, seconds: float, work: Work) -> Any:
+    times = scheduled()
+    blocks, witnesses, xruns = window(sink, ring, seconds, work)
+    ran, waited = callback_shares(times, scheduled(), len(blocks))
+    begun, spent, stalls = blocks[:, 0], blocks[:, 1], witnesses.stalls()
+    # A block is due a period after the one before; a late one does not make the next late.
+    late = np.maximum(np.diff(begun) - PERIOD_NS, 0)
+    without = excused(begun[:-1] + PERIOD_NS, late, stalls)
+    stalled = stalls[:, 1] - stalls[:, 0]
+    return {
+        "blocks": len(blocks),
+        "share": shares(spent),
+        "ran_mean": ran,
+        "waited_mean": waited,
+        "share_excused": shares(excused(begun, spent, stalls)),
+        "late": int(np.sum(late > PERIOD_NS // 2)),
+        "late_excused": int(np.sum(without > PERIOD_NS // 2)),
+        "xruns": xruns,
+        "witnessed_stalls_over_1_ms": int(np.sum(stalled > 1_000_000)),
+        "longest_stall_ms": float(stalled.max(initial=0)) * 1e-6,
+        "witnesses_refused": witnesses.refused,
+    }
+
+
+def show(name: str, found: dict[str, Any]) -> None:
+    share = ", ".join(f"{at} {value:.1%}" for at, value in found["share"].items())
+    print(f"{name:8s} {found['blocks']} blocks, share of the period: {share}")
+    print(
+        f"         excused: p99 {found['share_excused']['p99']:.1%}, max {found['share_excused']['max']:.1%};"
+        f" on the mean it ran {found['ran_mean']:.1%} and waited for a processor {found['waited_mean']:.1%}"
+    )
+    print(
+        f"         late {found['late']} ({found['late_excused']} without stalls), xruns {found['xruns']}, stalls over"
+        f" 1 ms {found['witnessed_stalls_over_1_ms']}, longest {found['longest_stall_ms']:.1f} ms"
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--windows", type=int, default=4)
+    parser.add_argument("--seconds", type=float, default=5.0)
+    parser.add_argument(
+        "--priority", type=int, default=0, help="of the callback's thread: 0, or SCHED_FIFO's"
+    )
+    options = parser.parse_args()
+    if not 1.0 <= options.seconds <= MOST_S:
+        parser.error(f"--seconds {options.seconds:g}: 1 .. {MOST_S:g}, what the sink remembers of its blocks")
+    with dummy_device(BLOCK, options.priority) as name:
+        from sound_server.sinks.device import DeviceSink
+
+        sink = named_device(name, RATE_HZ, BLOCK)
+        assert isinstance(sink, DeviceSink)
+        ring = StrikeRing()
+        engine = large(ring)
+        sink.stage.enter(engine)
+        found: dict[str, list[dict[str, Any]]] = {work.__name__: [] for work in (idle, sorting)}
+        for _ in range(options.windows):
+            for work in (idle, sorting):
+                found[work.__name__].append(row(sink, ring, options.seconds, work))
+                show(work.__name__, found[work.__name__][-1])
+        peak = float(engine.meters["peak_left"][0])
+        sink.close()
+    assert peak > 1e-3, f"it does not ring: {peak}"
+    rows = {name: min(windows, key=lambda window: window["share"]["p99"]) for name, windows in found.items()}
+    print("the quietest:")
+    for name, quietest in rows.items():
+        show(name, quietest)
+        if quietest["share"]["p99"] > GOAL:
+            print(f"         above the goal: p99 {GOAL:.0%}")
+    result = {
+        "machine": description(),
+        "junctions": int(np.count_nonzero(engine.head.weights)),
+        "block": BLOCK,
+        "rate_Hz": RATE_HZ,
+        "priority": options.priority,
+        "rows": rows,
+        "p99_of_all_windows": {
+            name: [window["share"]["p99"] for window in windows] for name, windows in found.items()
+        },
+    }
+    RESULT.write_text(json.dumps(result, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,84 @@
+"""What the sound server's accuracy costs: drumstick lab sound-cost [--runs 7].
+
+For each accuracy: the share of a core that a ringing 150 Hz head takes, ns per junction and step, and the pitch error
+of the lowest mode (from the audio itself). Baseline in the same run: the same update written with numpy slices on a
+square mesh of as many junctions. Interleaved runs, CPU time of the thread.
+"""
+
+import argparse
+import dataclasses
+import json
+import statistics
+import time
+from typing import Any
+
+import numpy as np
+
+from drumstick.drum.cost import f01_error_cents, ringing
+from drumstick.parameters.drum import Drum, Mesh
+from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick_lab.checkout import RESULTS
+from rig.machine.this_machine import description
+
+RESULT = RESULTS / "sound_cost.json"
+RATE_HZ = 48_000
+FRAMES = RATE_HZ // 2
+ACCURACIES = ("draft", "standard", "fine")
+
+
+def scene_at(accuracy: str) -> Scene:
+    roll = parse(shipped_text("roll"), "roll")
+    return dataclasses.replace(roll, drum=Drum(t60_s=20.0), mesh=Mesh(accuracy=accuracy))  # pyright: ignore
+
+
+def slices(junctions: int, steps: int) -> float:
+    """CPU seconds for as many updates with numpy slices."""
+    side = round(junctions**0.5) + 2
+    now, then = np.random.default_rng(1).normal(size=(2, side, side)).astype(np.float32)
+    begun = time.thread_time()
+    for _ in range(steps):
+        ring = now[1:-1, :-2] + now[1:-1, 2:] + now[:-2, 1:-1] + now[2:, 1:-1]
+        then[1:-1, 1:-1] = np.float32(0.499) * ring - np.float32(0.998) * then[1:-1, 1:-1]
+        now, then = then, now
+    return time.thread_time() - begun
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--runs", type=int, default=7)
+    runs = parser.parse_args().runs
+    scenes = {accuracy: scene_at(accuracy) for accuracy in ACCURACIES}
+    spent: dict[str, list[float]] = {a: [] for a in ACCURACIES}
+    ratio: dict[str, list[float]] = {a: [] for a in ACCURACIES}
+    size: dict[str, tuple[int, int]] = {}
+    for _ in range(runs):
+        for accuracy, scene in scenes.items():
+            seconds, junctions, steps = ringing(scene, RATE_HZ, FRAMES)
+            size[accuracy] = junctions, steps
+            spent[accuracy].append(seconds)
+            ratio[accuracy].append(seconds / slices(junctions, steps))
+    rows: dict[str, Any] = {}
+    for accuracy, scene in scenes.items():
+        junctions, steps = size[accuracy]
+        median = statistics.median(spent[accuracy])
+        rows[accuracy] = {
+            "junctions": junctions,
+            "mesh_rate_Hz": round(steps * RATE_HZ / FRAMES),
+            "share_of_core": median * RATE_HZ / FRAMES,
+            "ns_per_junction_and_step": median / junctions / steps * 1e9,
+            "ratio_to_numpy_slices": statistics.median(ratio[accuracy]),
+            "f01_error_cents": f01_error_cents(scene, RATE_HZ),
+        }
+        print(accuracy, rows[accuracy])
+    result = {
+        "machine": description(),
+        "runs": runs,
+        "f01_Hz": 150.0,
+        "device_rate_Hz": RATE_HZ,
+        "rows": rows,
+    }
+    RESULT.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

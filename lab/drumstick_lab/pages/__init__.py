@@ -1,0 +1,1 @@
+"""What makes the made pages under docs/, each a program: `drumstick lab` lists them."""

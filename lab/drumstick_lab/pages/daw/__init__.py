@@ -1,0 +1,1 @@
+"""What makes the ready files for DAWs and patching programs."""

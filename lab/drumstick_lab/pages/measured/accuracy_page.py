@@ -1,0 +1,129 @@
+"""Writes docs/accuracy-and-time.md and its pictures from the shipped result: drumstick lab accuracy-page.
+
+The result is lab/results/accuracy.json: `drumstick accuracy --out DIR` in full, DIR/accuracy.json copied there. The words are in accuracy.template.md, its numbers come from the result.
+"""
+
+import hashlib
+import io
+import json
+from pathlib import Path
+from typing import Any
+
+from matplotlib.figure import Figure
+from PIL import Image
+from PIL.PngImagePlugin import PngInfo
+
+import rig.figures
+from drumstick_lab.accuracy.choices import choices, worst_energy
+from drumstick_lab.accuracy.run import PARTS
+from drumstick_lab.accuracy.store import shipped
+from drumstick_lab.checkout import DOCS
+from drumstick_lab.figures.accuracy import FIGURES
+from drumstick_lab.pages.measured.stored import where
+from rig.figures.style import drawn_png
+
+IMAGES = DOCS / "images"
+PAGE = DOCS / "accuracy-and-time.md"
+TEMPLATE = Path(__file__).parent / "accuracy.template.md"
+_COLOURS = 240
+_SOURCES = ("accuracy", "style")
+_MADE_FROM = "made from"
+
+
+def _digest(part: dict[str, Any]) -> str:
+    made_from = hashlib.sha256(json.dumps(part, sort_keys=True).encode())
+    for name in _SOURCES:
+        made_from.update((Path(rig.figures.__file__).parent / f"{name}.py").read_bytes())
+    return made_from.hexdigest()
+
+
+def _made_from(path: Path) -> object:
+    if not path.exists():
+        return None
+    with Image.open(path) as picture:
+        return picture.info.get(_MADE_FROM)
+
+
+def stale_pictures() -> list[str]:
+    """Names of pictures that are missing or were made from something else than the code and the result say now."""
+    found, stale = shipped(), []
+    for name, part, _ in FIGURES:
+        path = IMAGES / f"{name}.png"
+        if _made_from(path) != _digest(found[part]):
+            stale.append(name)
+    return stale
+
+
+def _save(figure: Figure, path: Path, digest: str) -> None:
+    info = PngInfo()
+    info.add_text(_MADE_FROM, digest)
+    drawn = Image.open(io.BytesIO(drawn_png(figure))).convert("RGB")
+    drawn.quantize(_COLOURS).save(path, optimize=True, pnginfo=info)
+
+
+def _table(found: dict[str, Any]) -> str:
+    rows = [f"| {want} | {choose} | {costs} |" for want, choose, costs in choices(found)]
+    return "\n".join(["| if you want | choose | it costs |", "|---|---|---|", *rows])
+
+
+def _yardsticks(found: dict[str, Any]) -> str:
+    # How far the same work's time differs between the parts: what costs of two parts may be compared to.
+    each: dict[str, list[float]] = {}
+    for part in PARTS:
+        for name, ns in found[part]["yardstick_ns"].items():
+            each.setdefault(name, []).append(ns)
+    return ", ".join(f"{name} {min(ns):.3g} to {max(ns):.3g} ns" for name, ns in each.items())
+
+
+def _adds(row: dict[str, Any]) -> dict[str, Any]:
+    refused = "" if row["passes_envelope"] else ", and the servo refuses that set"
+    return {"mean": row["energy"], "worst": worst_energy(row), "refused": refused}
+
+
+def _numbers(found: dict[str, Any]) -> dict[str, Any]:
+    stick = {(row["method"], row["locates"], row["dt_s"]): row for row in found["stick"]["rows"]}
+    exact = next(row for row in found["stick"]["rows"] if row["method"] == "exact")
+    own = found["servo"]["rows"][0]["filter"]
+    servo = {
+        (row["k_coll"], row["rate_Hz"], row["delay_ticks"], row["predictor"]): row
+        for row in found["servo"]["rows"]
+        if row["filter"] == own
+    }
+    none = found["effects"]["none"]
+    return {
+        "where": where(found),
+        "minutes": found["machine"]["seconds"] / 60.0,
+        "table": _table(found),
+        "exact_us": exact["ns_per_s"] / 1e3,
+        "rk4_seen": stick["rk4", True, 1e-4],
+        "rk4_unseen": stick["rk4", False, 1e-4],
+        "off": _adds(servo[3500.0, 1000, 0, "off"]),
+        "lead": _adds(servo[3500.0, 1000, 0, "lead"]),
+        "late": _adds(servo[3500.0, 1000, 1, "lead"]),
+        "none": none,
+        "staircase": min(
+            (row for row in found["mesh"]["rows"] if row["rim"] == "none"), key=lambda row: row["across"]
+        ),
+        "analytic": next(row for row in found["excitation"]["rows"] if row["kind"] == "analytic"),
+        "streamed": next(row for row in found["excitation"]["rows"] if row["rate_Hz"] == 1000.0),
+        "yardsticks": _yardsticks(found),
+    }
+
+
+def page() -> str:
+    """The page's text."""
+    return TEMPLATE.read_text(encoding="utf-8").format(**_numbers(shipped()))
+
+
+def main() -> None:
+    """Write the page and what pictures are stale."""
+    found = shipped()
+    stale = stale_pictures()
+    for name, part, draw in FIGURES:
+        if name in stale:
+            _save(draw(found[part]), IMAGES / f"{name}.png", _digest(found[part]))
+    PAGE.write_text(page(), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

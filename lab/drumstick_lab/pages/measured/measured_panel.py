@@ -1,0 +1,113 @@
+"""The lines of docs/measured.md about the panel, from the stored results."""
+
+from drumstick_lab.pages.measured.stored import read, where
+
+
+def looking() -> list[str]:
+    """What looking at the drum costs."""
+    found = read("panel_cost")
+    audio, rows = found["audio_ns"], found["share_of_core"]
+    block_us = found["block_frames"] / 48.0 * 1e3
+    lines = [
+        "",
+        "## What looking costs",
+        "",
+        "`drumstick lab panel-cost`: CPU time of the panel and of the sound server while a roll plays, each with its",
+        f"children, over {found['window_s']:g} s; one browser looks, whose own time is not counted. {where(found)}",
+        "",
+        "| looked at | panel, of a core | sound server, of a core |",
+        "|---|---|---|",
+    ]
+    lines += [
+        f"| {name} | {row['web_panel']:.1%} | {row['sound_server']:.1%} |" for name, row in rows.items()
+    ]
+    lines += [
+        "",
+        'The views were on a narrow page, which has no picture; "the picture" is a wide page without a view. What the audio thread has to do for it:',
+        "",
+        "| what | ns | of a block |",
+        "|---|---|---|",
+    ]
+    lines += [f"| {name} | {ns:.0f} | {ns / 1e3 / block_us:.4%} |" for name, ns in audio.items()]
+    return lines
+
+
+def panel() -> list[str]:
+    """How soon a move on the page is felt, and what the page costs."""
+    found = read("panel_latency")
+    names = {
+        "force": "the first contact with another force begins",
+        "used": "the servo uses it (its readback on the wire)",
+        "shown": "the page shows the readback",
+        "foreseen": "the page shows what it would do",
+    }
+    lines = [
+        "",
+        "## From the page to the force",
+        "",
+        f"`drumstick lab panel-latency`: {found['moves']} steps of the slider of K_coll, by key, on the real rig in a real browser, all on the",
+        f"same two cores (and the desktop's picture of the drum drawn without a graphics card); the goal is {found['goal_ms']:.0f} ms at the median. The stick has to rise above the head and come down again in it."
+        f" {where(found)}",
+        "",
+        "| page | from the key until | p50 ms | p90 ms | longest ms |",
+        "|---|---|---|---|---|",
+    ]
+    lines += [
+        f"| {size} | {names[name]} | {row['p50']:.0f} | {row['p90']:.0f} | {row['max']:.0f} |"
+        for size, rows in found["rows_ms"].items()
+        for name, row in rows.items()
+    ]
+    lines += ["", "| share of a core | panel | what computes for it |", "|---|---|---|"]
+    for name, shares in found["share_of_core"].items():
+        cells = " | ".join(
+            f"{shares[which]:.1%}" if which in shares else "–" for which in ("panel", "computing")
+        )
+        lines.append(f"| {name} | {cells} |")
+    one, new = found["one_prediction_ms"], found["newcomer_s"]
+    memory = found["resident_MB"]
+    return [
+        *lines,
+        "",
+        "A wish is sent when its prediction is under way to the pages, or after 50 ms. Of the moves the page had drawn the prediction no later than",
+        "the readback, and no later than the force was another: "
+        + "; ".join(
+            f"{size} {n['shown']} and {n['force']} of {found['moves']}"
+            for size, n in found["foreseen_first"].items()
+        )
+        + ".",
+        f"Of a newcomer's time the machine takes {new['roll_on_the_page']:.1f} s, from the printed address until the page shows the roll, and"
+        f" {new['faster_roll_on_the_page']:.1f} s for twelve steps of the first slider until it shows a faster one; the rest of the 30 s that it may"
+        " take is left for reading.",
+        f"One prediction takes {one['p50']:.1f} ms of its time at the median, {one['max']:.1f} ms at most, over {one['values']} values of dv_pls.",
+        f"The panel takes {memory['panel']:.0f} MB of memory, what computes for it {memory['computing']:.0f} MB.",
+    ]
+
+
+def attacked() -> list[str]:
+    """What attacks on the page do to the force."""
+    found = read("panel_attack")
+    names = {
+        "none": "nobody",
+        "no token": "connections without the token, as many as come",
+        "megabytes": "frames of a megabyte, with the token",
+        "messages": f"{found['messages_per_s']} messages a second, with the token, all out of range",
+        "pads": "places of a pad, with the token, as many as go",
+    }
+    lines = [
+        "",
+        "## What an attack on the page does to the force",
+        "",
+        f"`drumstick lab panel-attack`: windows of {found['window_s']:g} s in turn, on the real rig; the attacker is a process on the same two",
+        "cores. Lateness of the servo's ticks by its own histogram (10 µs a bin), and how long an honest visitor's change takes until the servo uses"
+        f" it. {where(found)}",
+        "",
+        "| attacked by | ticks late, p50 µs | p99 µs | p99.9 µs | an honest change, p50 ms | longest ms |",
+        "|---|---|---|---|---|---|",
+    ]
+    for row in found["rows"]:
+        late, took = row["lateness_us"], row["set_ms"]
+        cells = " | ".join(
+            "over 5110" if late[name] is None else f"{late[name]:.0f}" for name in ("p50", "p99", "p99.9")
+        )
+        lines.append(f"| {names[row['attack']]} | {cells} | {took['p50']:.0f} | {took['max']:.0f} |")
+    return lines

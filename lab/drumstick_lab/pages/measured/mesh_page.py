@@ -1,0 +1,146 @@
+"""Writes docs/mesh.md from the stored results: drumstick lab mesh-page."""
+
+from typing import Any
+
+from drumstick_lab.checkout import DOCS
+from drumstick_lab.pages.measured.stored import read, where
+
+PAGE = DOCS / "mesh.md"
+
+
+def _where(name: str, result: dict[str, Any]) -> str:
+    return f"`drumstick lab {name.replace('_', '-')}`. {where(result)}"
+
+
+def _kernel() -> list[str]:
+    result = read("mesh_kernel")
+    lines = [
+        "## Beside a compiler",
+        "",
+        "The same step, written in C as one would and on the same arrays, by gcc with `-O3 -march=native`.",
+        f"{_where('mesh_kernel', result)} {result['gcc']}.",
+        "",
+        "| across | junctions | ours, ns | gcc, ns | gcc over ours |",
+        "|---|---|---|---|---|",
+    ]
+    lines += [
+        f"| {row['across']} | {row['junctions']} | {row['ns']['ours']:.3f} | {row['ns']['gcc -O3']:.3f} |"
+        f" {row['gcc_over_ours']['gcc -O3']:.2f} |"
+        for row in result["kernels"]
+    ]
+    lines += [
+        "",
+        "What the drum's effects cost, as a whole step of the default drum; `snare` and `cavity` are a second head too:",
+        "",
+        "| effect | ns a step | of a head alone |",
+        "|---|---|---|",
+    ]
+    lines += [
+        f"| {name} | {row['ns_per_step']:.0f} | {row['ratio']:.2f} |"
+        for name, row in result["effects"].items()
+    ]
+    return lines
+
+
+def _peers() -> list[str]:
+    result = read("mesh_peers")
+    times = result["times_ours"]
+    own = list(times)
+    lines = [
+        "## Beside other instruments' meshes",
+        "",
+        f"{_where('mesh_peers', result)} Theirs as Debian distributes them:",
+        ", ".join(f"{name} {version}" for name, version in result["packages"].items()) + ".",
+        "Faust's is compiled here with `g++ -O3 -march=native`. They differ in what they compute (waveguides on a square, or with filters",
+        "at the rim): this is what a junction of each costs, not the same sound for less.",
+        "",
+        "| mesh | junctions | ns a junction and sample |",
+        "|---|---|---|",
+    ]
+    lines += [f"| {name} | {row['junctions']} | {row['ns']:.3f} |" for name, row in result["rows"].items()]
+    lines += ["", "Times ours:", "", f"| | {' | '.join(own)} |", f"|---|{'---|' * len(own)}"]
+    for peer in times[own[0]]:
+        ratios = (f"{times[name][peer]['of_bests']:.1f}" for name in own)
+        lines.append(f"| {peer} | {' | '.join(ratios)} |")
+    return lines
+
+
+def _composed() -> list[str]:
+    result = read("composed")
+    lines = [
+        "## What composing costs",
+        "",
+        "A scene without effects beside a step written by hand for just that drum, with as many overlapping blows and with one.",
+        _where("composed", result),
+        "",
+        "| junctions | composed, ns a step | by hand | ratio | by hand, one blow | ratio |",
+        "|---|---|---|---|---|---|",
+    ]
+    return lines + [
+        f"| {row['junctions']} | {row['composed_ns']:.0f} | {row['by_hand_ns']:.0f} | {row['over_by_hand']:.3f} |"
+        f" {row['by_hand_one_blow_ns']:.0f} | {row['over_by_hand_one_blow']:.3f} |"
+        for row in result["rows"]
+    ]
+
+
+def _live() -> list[str]:
+    result = read("audio_live")
+    lines = [
+        "## Live",
+        "",
+        f"{result['junctions']} junctions, a step for every sample, {result['block']} frames at {result['rate_Hz']} Hz on JACK's dummy device;"
+        " `sorting` has a thread of pure",
+        "Python in the same process. Shares of the period; `ran` and `waited`: on a processor, and ready while others ran. The machine's own",
+        "stalls are told by real-time threads that only sleep.",
+        _where("audio_live", result),
+        "",
+        "| interpreter | blocks | p50 | p99 | max | ran, mean | waited, mean | late | late without stalls | xruns | stalls over 1 ms | longest stall, ms |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|",
+    ]
+    lines += [
+        f"| {name} | {row['blocks']} | {row['share']['p50']:.0%} | {row['share']['p99']:.0%} | {row['share']['max']:.0%} |"
+        f" {row['ran_mean']:.0%} | {row['waited_mean']:.0%} |"
+        f" {row['late']} | {row['late_excused']} | {row['xruns']} | {row['witnessed_stalls_over_1_ms']} |"
+        f" {row['longest_stall_ms']:.1f} |"
+        for name, row in result["rows"].items()
+    ]
+    return lines
+
+
+def _latency() -> list[str]:
+    result = read("strike_latency")
+    lines = [
+        "## From a strike's message to the device",
+        "",
+        f"{result['strikes']} messages at moments that know nothing of the blocks ({result['block_ms']:.2f} ms each): ms until the block"
+        " begins in which the force enters the",
+        "mesh, and until that block is handed to the device. After that come the interpolator's delay,"
+        f" {result['then_interpolator_ms']:.2f} ms, and the device's own.",
+        _where("strike_latency", result),
+        "",
+        "| interpreter | | p50 | p90 | p99 | max |",
+        "|---|---|---|---|---|---|",
+    ]
+    for work, row in result["rows_ms"].items():
+        for name, late in row.items():
+            lines.append(f"| {work} | {name} | {' | '.join(f'{value:.2f}' for value in late.values())} |")
+    return lines
+
+
+def page() -> str:
+    """The whole page."""
+    lines = [
+        "# What the mesh costs",
+        "",
+        "Made by `drumstick lab mesh-page` from `lab/results/`; do not edit. CPU time per junction and sample, everything in turn in"
+        " short windows,",
+        "of each the best. The machines were shared: trust the ratios.",
+        "",
+    ]
+    for part in (_kernel, _peers, _composed, _live, _latency):
+        lines += [*part(), ""]
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")

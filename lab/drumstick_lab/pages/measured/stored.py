@@ -1,0 +1,17 @@
+"""The stored results of benchmarks, and where they come from: for the pages that are made of them."""
+
+import json
+from typing import Any
+
+from drumstick_lab.checkout import RESULTS
+
+
+def read(name: str) -> dict[str, Any]:
+    """What benchmarks/NAME.py stored."""
+    return json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8"))
+
+
+def where(result: dict[str, Any]) -> str:
+    """When and on what machine, as one sentence."""
+    machine = result["machine"]
+    return f"{machine['date']}, {machine['processor']}, {machine['cores']} cores, Python {machine['python']}."

@@ -1,0 +1,75 @@
+"""Writes docs/permission.md from the table of haptic_server.permission: drumstick lab permission-page."""
+
+from drumstick_lab.checkout import DOCS
+from haptic_server.permission import EVENTS, MAY_PUSH, REFUSED, STATES
+
+PAGE = DOCS / "permission.md"
+
+_INTRODUCTION = """\
+# Permission to push
+
+Made by `drumstick lab permission-page` from the table in `services/haptic_server/permission.py`; do not edit.
+
+A motor pushes somebody's hand only while the servo is *free*. A panic or a fault takes the permission away on that tick;
+only a person at the haptic machine gives it back, with `drumstick arm`.
+"""
+
+_REST = """\
+A state in italics is the one before: nothing changes. A set is taken whatever the state, and nothing moves.
+
+A panic is counted, so it is never lost to an arm that came before it; where both meet in one tick, panic wins. A fault
+forgets an arm that was given before it was told. Whoever types `drumstick up` starts a rig anew, and free; so does
+a machine that was booted.
+
+## Over restarts
+
+The servo says in its block (a file in memory) whether it is held, before it says that it has seen a panic. A new servo's
+block is held from the first; only when it lies in place, and nobody finds the old one any more, the old one's last word
+decides. A gateway that has raised a panic looks whether the block is still the one in place, and if not raises it there
+too. So one of the two sees the other, and whichever is killed, at whatever instant, nothing is lost. The part of the
+block that this takes is the same in every version and for every scene; what is damaged counts as held.
+
+## What is proved, and how
+
+`tests/model/permission.pml` is a model of servo, gateway, supervisor and the person who arms, made from this table.
+`spin` goes through all of its states, with every process killed before each of its steps as often as one likes: in none
+is there force in a tick that began after a panic or a fault, without an arm since. The same search finds the mistake when
+any one precaution is taken out of the model (`tests/model/test_permission_model.py`). Every cell of the table is tried on the
+compiled tick of both plants (`tests/unit/haptic_server/test_permission.py`), and on real processes that are stopped and
+killed (`tests/system/test_permission_holds.py`).
+
+A panic has happened when the gateway has written it down, a fault when the servo has. A packet that the gateway has not
+read when it is killed, or a fault in the very microsecond in which the servo dies, was told to nobody. A panic takes
+effect with the next tick.
+"""
+
+
+def _cell(before: int, then: int) -> str:
+    if then == REFUSED:
+        return "refused"
+    return f"*{STATES[then]}*" if then == before else STATES[then]
+
+
+def page() -> str:
+    """The whole page."""
+    lines = [
+        _INTRODUCTION,
+        "| state | force |",
+        "|---|---|",
+        *(f"| {state} | {'yes' if may else 'none'} |" for state, may in zip(STATES, MAY_PUSH, strict=True)),
+        "",
+        f"| what happens | who may cause it | {' | '.join(f'when {state}' for state in STATES)} | beside another's lease |",
+        "|" + "---|" * (len(STATES) + 3),
+        *(
+            f"| {row.name} | {row.cause} | {' | '.join(_cell(*pair) for pair in enumerate(row.then))} |"
+            f" {'yes' if row.beside_lease else 'refused'} |"
+            for row in EVENTS
+        ),
+        "",
+        _REST,
+    ]
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")

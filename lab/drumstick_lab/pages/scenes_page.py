@@ -1,0 +1,142 @@
+"""Writes docs/scenes.md from the declarations and the shipped scenes: drumstick lab scenes-page."""
+
+import inspect
+import sys
+from collections.abc import Iterator
+from dataclasses import MISSING, fields
+
+from drumstick.parameters.declare import Quantity, quantities
+from drumstick.parameters.drum import Drum, Listen, Mesh, Modal
+from drumstick.parameters.drum_effects import DRUM_EFFECTS
+from drumstick.parameters.rig import Device, Guard, Hand, Servo, Strike
+from drumstick.parameters.scene import EFFECTS, Scene, parse, shipped_names, shipped_text
+from drumstick.parameters.stick import Geometry, Stick
+from drumstick.parameters.stick_tables import Z_H0
+from drumstick.parameters.table import table_of
+from drumstick_lab.checkout import DOCS
+
+PAGE = DOCS / "scenes.md"
+
+OTHERS = {
+    "drum": Drum,
+    "mesh": Mesh,
+    "modal": Modal,
+    "listen": Listen,
+    "strike": Strike,
+    "hand": Hand,
+    "device": Device,
+}
+OTHERS |= {"servo": Servo, "guard": Guard}
+
+# What the keys of a table do not say by themselves.
+_MORE = {
+    "modal": [
+        "Absent unless named, and then no mesh is computed. A bank of modes is in tune by itself and takes the effects `air_loss`,",
+        "`internal_loss` and `rim`; moving pickups, patches, glides, second heads and microphones need the mesh. Its price goes with the",
+        "square of `top_Hz`: `drumstick scene cost` shows it beside the mesh's.",
+        "",
+    ],
+    "hand": [
+        "A recorded gesture (`drumstick up --scene accents` plays one) is where the hand holds its spring: rows of `t_s` or `t_ns`, and",
+        "`z_m` from the head, uneven in time if you like, straight between rows, again and again; where the file ends elsewhere than it",
+        "began, the hand goes back first. It stays within `[guard]` `lowest_m` .. `highest_m` and half of `max_speed_m_per_s` (a mass on a",
+        "spring goes up to twice as fast as the spring's end). For one of your own, write `drumstick scene show accents` into a file and",
+        "your CSV beside it; `drumstick scene check FILE` names every mistake in both.",
+        "",
+    ],
+}
+
+
+def _range(quantity: Quantity) -> str:
+    if quantity.choices:
+        return ", ".join(
+            f"`{choice}`" if isinstance(choice, str) else str(choice) for choice in quantity.choices
+        )
+    if quantity.kind is str:
+        return f"text, at most {quantity.high:g} characters"
+    return f"{quantity.low:g} .. {quantity.high:g} {quantity.unit}"
+
+
+def _default(value: object) -> str:
+    if value is MISSING:
+        return "must be given"
+    if value == "":
+        return "none"
+    return f"{value:g}" if isinstance(value, float) else f"`{value}`"
+
+
+def _keys(table: type) -> Iterator[str]:
+    yield "| key | range | default | live as | what it is |"
+    yield "|---|---|---|---|---|"
+    defaults = {field.name: field.default for field in fields(table)}
+    for name, quantity in quantities(table).items():
+        live = f"`{quantity.wire}`" if quantity.wire else ""
+        words = quantity.words + (f", {quantity.equation}" if quantity.equation else "")
+        yield f"| `{name}` | {_range(quantity)} | {_default(defaults[name])} | {live} | {words} |"
+    yield ""
+
+
+def _about(table: type) -> str:
+    # The first line of the module's docstring: what the effect is. It stands beside the physics, and only there.
+    text = inspect.getdoc(sys.modules[table.__module__])
+    assert text is not None
+    return text.partition("\n")[0]
+
+
+def _scenes() -> Iterator[str]:
+    yield "| scene | effects | live parameters | |"
+    yield "|---|---|---|---|"
+    for name in shipped_names():
+        scene: Scene = parse(shipped_text(name), name)
+        effects = ", ".join([*scene.effects, *(f"drum: {name}" for name in scene.drum.effects)]) or "none"
+        live = ", ".join(f"`{name}`" for name in table_of(scene))
+        yield f"| `{name}` | {effects} | {live} | {scene.words} |"
+    yield ""
+
+
+def page() -> str:
+    """The whole page."""
+    lines = [
+        "# Scenes",
+        "",
+        "Made by `drumstick lab scenes-page` from the declarations in `shared/drumstick`; do not edit.",
+        "",
+        "A scene is one TOML file. A table that it does not name is absent: an effect then has no code, no memory and no slider;",
+        "the other tables have the defaults below. `drumstick scene check FILE` names every mistake with file, line, key, value, limit",
+        "and unit; `drumstick scene show NAME > mine.toml` is a start; `drumstick scene cost NAME` tells what it costs here.",
+        "",
+        "## Shipped",
+        "",
+        *_scenes(),
+        "## `[stick]`",
+        "",
+        "Equations (1) and (2): above the head m z'' + R_out z' + K_hand (z - z_ss) = f, in it R_in for R_out and K_coll z besides.",
+        "",
+        *_keys(Stick),
+        f"`z_h0_m` ({_range(Z_H0)}) may stand instead of `z_ss_m`: {Z_H0.words.lower()}, {Z_H0.equation}.",
+        "",
+        "### `[stick.geometry]`",
+        "",
+        "Instead of `m_kg` and `g_star_m_per_s2`: a rigid stick that turns about the hand. Positions along it count from any one end. With",
+        "L = tip - grip and I = inertia + mass (com - grip)², m = I/L² and m g* = mass g (com - grip)/L.",
+        "",
+        *_keys(Geometry),
+        "## Effects of the stick",
+        "",
+        "Summed in this order. Every one is linear between its events, so the method `exact` covers them all, alone and together; the",
+        "steppers (`drumstick simulate --method`) do too.",
+        "",
+    ]
+    for name, table in EFFECTS.items():
+        lines += [f"### `[effects.{name}]`", "", _about(table), "", *_keys(table)]
+    lines += ["## The rest", ""]
+    for name, table in OTHERS.items():
+        lines += [f"### `[{name}]`", "", *_keys(table), *_MORE.get(name, [])]
+        if table is Drum:
+            for effect, kind in DRUM_EFFECTS.items():
+                lines += [f"#### `[drum.effects.{effect}]`", "", str(inspect.getdoc(kind)), "", *_keys(kind)]
+    return "\n".join(lines).rstrip() + "\n"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")

@@ -1,0 +1,111 @@
+"""Writes docs/zenoh.md and docs/wire.json from keys, messages, addresses and parameters: python
+drumstick lab zenoh-page."""
+
+import json
+
+from drumstick.parameters.scene import parse, shipped_text
+from drumstick.parameters.table import table_of
+from drumstick_lab.checkout import DOCS
+from protocol import messages
+from protocol.description import ZENOH, described, key_of, words_of, words_of_key
+
+PAGE = DOCS / "zenoh.md"
+DESCRIPTION = DOCS / "wire.json"
+
+
+def _keys() -> list[str]:
+    rows = ["| key | kind | payload | what |", "|---|---|---|---|"]
+    for use in ZENOH:
+        payload = (
+            f"[{use.payload.__name__}](#payloads)" if use.payload else "JSON" if use.kind == "query" else ""
+        )
+        rows.append(f"| `{key_of(use, 'RIG')}` | {use.kind} | {payload} | {words_of_key(use)} |")
+    return rows
+
+
+def _payloads() -> list[str]:
+    kinds = dict.fromkeys(use.payload for use in ZENOH if use.payload and use.payload is not messages.Message)
+    lines: list[str] = []
+    for kind in (*kinds, messages.LeaseRequest, messages.RefusalReply):
+        fields = ", ".join(kind.__struct_fields__)
+        lines += [f"**{kind.__name__}** `[{fields}]`. {words_of(kind)}", ""]
+    return lines
+
+
+def _parameters() -> list[str]:
+    rows = ["| name | symbol | unit | range | equation | what |", "|---|---|---|---|---|---|"]
+    for name, row in table_of(parse(shipped_text("roll"), "roll")).items():
+        q = row.quantity
+        rows.append(
+            f"| `{name}` | {q.symbol} | {q.unit} | {q.low:g} .. {q.high:g} | {q.equation} | {q.words} |"
+        )
+    return rows
+
+
+def page() -> str:
+    """The whole page."""
+    return "\n".join(
+        [
+            "# Zenoh: keys, payloads, parameters",
+            "",
+            "Made by `drumstick lab zenoh-page` from the code; do not edit. For programs that want more than OSC; programs that",
+            "read it themselves find the same, and the OSC addresses, in [wire.json](wire.json).",
+            "",
+            "The haptic server's gateway is a Zenoh router on `tcp/127.0.0.1:7447` (`--listen`), or a client of yours",
+            "(`--connect`). Everything else connects as a client. RIG is `main` unless `--rig` says otherwise. Programs on",
+            "other machines come in over TLS, with the rights of their certificate: [security.md](security.md).",
+            "",
+            *_keys(),
+            "",
+            "## Payloads",
+            "",
+            "msgpack arrays (encoding `application/msgpack`); the first element is the version, 1. SI units;",
+            "t_ns is the haptic machine's monotonic clock, which `clock` tells.",
+            "",
+            *_payloads(),
+            "## Setting",
+            "",
+            "A query on `set/NAME` carries `[1, value]` in msgpack or a plain JSON number; one on `set` carries a map",
+            "(`[1, {name: value}]`, or a JSON object) that is accepted or refused as a whole. `pending` is true while the set",
+            "waits for the stick to be above the head. A refusal is an error reply, RefusalReply.",
+            "",
+            "Two who tune at once need not fight. A third element, the claim, is a map with one or both of:",
+            "",
+            "- `revision`: the newest revision that you know. If there is a newer one the set is refused, and you look again.",
+            "- `lease`: your secret. Whoever takes the `lease` under a secret and a name is the only one who sets for five",
+            "  seconds, and again five with each renewal; everybody sees the name. Nobody needs a lease to set while nobody holds",
+            "  one, and a panic never needs one.",
+            "",
+            "## Presets",
+            "",
+            "`preset/save` keeps what was accepted last, in a file of the haptic machine (`~/.local/state/drumstick/RIG/presets`, or",
+            "under `XDG_STATE_HOME`); `preset/load` sets all of it as one set, through the same envelope. Every file has a checksum over",
+            "each of its bytes, is written whole or not at all, and the version before it is kept: where the newest is damaged, that",
+            "one is loaded, and the answer's `note` says so.",
+            "",
+            "What was set last in each scene is kept as well, within half a second, and is used again at the next start of the same rig with it:",
+            "a power cut loses nothing. `--fresh` starts with the scene's own parameters. A set that brought the rig to a fault of motion",
+            "within five seconds is not kept, but the one before it.",
+            "",
+            "## Another scene",
+            "",
+            "A query on `scene/load` with the name of a shipped scene is answered at once; then the force goes to zero, gateway and servo",
+            "are started anew, and `boot` changes. Where the gateway is the router, every session returns by itself after a second or two.",
+            "Refused beside somebody else's lease, in a panic, and by a haptic server that `drumstick` did not start.",
+            "",
+            "## Parameters of the scene `roll`",
+            "",
+            *_parameters(),
+            "",
+        ]
+    )
+
+
+def description() -> str:
+    """The whole JSON file; its parameters are those of the scene `roll`."""
+    return json.dumps(described(table_of(parse(shipped_text("roll"), "roll"))), indent=1) + "\n"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")
+    DESCRIPTION.write_text(description(), encoding="utf-8")

@@ -1,0 +1,93 @@
+"""The stick's part of `drumstick accuracy`: every row has every key, and JSON can tell it."""
+
+import json
+import math
+from typing import Any
+
+import pytest
+
+from drumstick.stick.methods.carry import ORDERS, STEPPERS
+from drumstick_lab.accuracy import stick
+from drumstick_lab.accuracy.stick import PEER, Sweep
+from drumstick_lab.accuracy.timing import CHAIN
+
+KEYS = {
+    "method", "locates", "dt_s", "rtol", "ns_per_s", "ratio", "error_contacts", "error_v_lc", "error_rate", "missed",
+}  # fmt: skip
+FEW = (
+    Sweep("rk4", True, (1e-3, 3e-4)),
+    Sweep("rk4", False, (1e-3,)),
+    Sweep("verlet", True, (0.01,)),  # at which the roll dies
+    Sweep(PEER, True, (1e-3,)),
+)
+
+
+@pytest.fixture
+def tiny(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A few short windows: this is not about the figures."""
+    for name, value in {"QUICK": FEW, "QUICK_ROUNDS": 1, "_STEPS_A_WINDOW": 1000}.items():
+        monkeypatch.setattr(stick, name, value)
+
+
+def _found() -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for job in stick.jobs(True, found):
+        assert job.words.startswith("stick: ")
+        job.run()
+    return json.loads(json.dumps(found, allow_nan=False))
+
+
+@pytest.mark.usefixtures("tiny")
+def test_a_row_for_each_step_and_tolerance() -> None:
+    found = _found()
+    assert set(found) == {"scene", "orders", "exact_error", "rows", "yardstick_ns"}
+    assert found["scene"] == "roll"
+    assert found["orders"] == ORDERS
+    assert all(set(row) == KEYS for row in found["rows"])
+    told = [(row["method"], row["locates"], row["dt_s"], row["rtol"]) for row in found["rows"]]
+    assert told == [
+        ("exact", True, None, None),
+        ("rk4", True, 1e-3, None),
+        ("rk4", True, 3e-4, None),
+        ("rk4", False, 1e-3, None),
+        ("verlet", True, 0.01, None),
+        (PEER, True, None, 1e-3),
+    ]
+    for row in found["rows"]:
+        assert math.isfinite(row["ns_per_s"])
+        assert min(row["ns_per_s"], row["ratio"]) > 0.0
+        assert row["ns_per_s"] / row["ratio"] == pytest.approx(
+            found["yardstick_ns"][CHAIN]
+        )  # one set of rounds
+
+
+@pytest.mark.usefixtures("tiny")
+def test_errors_are_null_only_where_the_roll_was_missed() -> None:
+    exact, coarse, finer, naive, dead, peer = _found()["rows"]
+    errors = ("error_contacts", "error_v_lc", "error_rate")
+    assert [exact[name] for name in errors] == [0.0, 0.0, 0.0]
+    assert [dead[name] for name in errors] == [None, None, None]
+    assert dead["missed"]
+    for row in (exact, coarse, finer, naive, peer):
+        assert not row["missed"]
+    for name in errors:
+        assert 0.0 < finer[name] < coarse[name] < naive[name]
+        assert 0.0 < peer[name] < 1e-2
+
+
+@pytest.mark.usefixtures("tiny")
+def test_without_scipy_a_sentence_takes_the_peers_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stick, "find_spec", lambda name: None)  # pyright: ignore[reportUnknownLambdaType]
+    found = _found()
+    assert "haptic-drumstick[sound]" in found["peer"]
+    assert {row["method"] for row in found["rows"]} == {"exact", "rk4", "verlet"}
+
+
+def test_the_full_sweep_has_every_method_and_the_quick_one_steps_of_it() -> None:
+    full = {(sweep.method, sweep.locates): set(sweep.sizes) for sweep in stick.FULL}
+    assert set(full) == {(method, locates) for method in STEPPERS for locates in (True, False)} | {
+        (PEER, True)
+    }
+    quick = {(sweep.method, sweep.locates): set(sweep.sizes) for sweep in stick.QUICK}
+    assert set(quick) == set(full)
+    assert all(sizes <= full[key] for key, sizes in quick.items())
