@@ -49,12 +49,12 @@ install: system-play $(STAMP)
 
 install-dev: system-test $(DEV_STAMP)
 
-$(STAMP): requirements.lock pyproject.toml deploy/install-venv.sh | system-play
+$(STAMP): requirements.lock pyproject.toml lab/pyproject.toml deploy/install-venv.sh | system-play
 	deploy/install-venv.sh requirements.lock
 	@touch $@
 
 # The development lock holds everything that the other one does, in the same versions.
-$(DEV_STAMP): requirements-dev.lock requirements.lock pyproject.toml deploy/install-venv.sh | system-test
+$(DEV_STAMP): requirements-dev.lock requirements.lock pyproject.toml lab/pyproject.toml deploy/install-venv.sh | system-test
 	deploy/install-venv.sh requirements-dev.lock
 	@touch $(STAMP) $@
 

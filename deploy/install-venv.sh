@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Makes .venv from a lock file, and the project in it, editable: install-venv.sh requirements.lock
-# With a folder the environment goes there instead, and the project into it as a copy, for a machine on which nobody
+# Makes .venv from a lock file, and the project and its laboratory in it, editable: install-venv.sh requirements.lock
+# With a folder the environment goes there instead, and the project alone into it as a copy, for a machine on which nobody
 # edits: install-venv.sh requirements.lock /opt/somewhere/venv
 # Only what the lock's hashes name is installed, and only wheels; pip's own configuration says from where.
 set -euo pipefail
@@ -9,6 +9,7 @@ cd "$(dirname "$0")/.."
 lock="$1"
 venv="${2:-.venv}"
 project=(--editable .)
+[[ -f lab/pyproject.toml ]] && project+=(--editable lab) # an image may be made without the laboratory
 [[ $# -gt 1 ]] && project=(.)
 python="${PYTHON:-python3}"
 
@@ -35,6 +36,9 @@ pip=("$venv/bin/python" -m pip --disable-pip-version-check --quiet --quiet insta
 # read, PYTHONDONTWRITEBYTECODE), and would then compile eight hundred modules at every start, which takes as long as
 # all the rest of starting. A file of some package that is no Python for this version says so, and stops nothing.
 sources=("$venv"/lib/python3.*/site-packages)
-[[ $# -gt 1 ]] || sources+=(services shared)
+if [[ $# -le 1 ]]; then
+    sources+=(services shared)
+    [[ -d lab ]] && sources+=(lab)
+fi
 env -u PYTHONDONTWRITEBYTECODE "$venv/bin/python" -m compileall -q -j 0 "${sources[@]}" \
     || echo "These have no byte code; whoever imports them compiles them at each start." >&2

@@ -107,5 +107,5 @@ def test_a_result_that_is_no_file_is_not_full(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / store.FILE)
     assert not store.is_full(tmp_path)
     (tmp_path / store.FILE).unlink()
-    shutil.copyfile(store.SHIPPED, tmp_path / store.FILE)
-    assert store.is_full(tmp_path) is not json.loads(store.SHIPPED.read_text())["machine"]["quick"]
+    shutil.copyfile(store.FULL, tmp_path / store.FILE)
+    assert store.is_full(tmp_path) is not json.loads(store.FULL.read_text())["machine"]["quick"]

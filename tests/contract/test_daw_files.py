@@ -12,6 +12,7 @@ import pytest
 
 from drumstick.parameters.scene import parse, shipped_text
 from drumstick.parameters.table import table_of
+from drumstick_lab.pages.daw import daw_files, daw_touch
 from protocol import osc
 from rig.identity.rig_file import parse as parse_rig_file
 
@@ -20,8 +21,6 @@ DAW = ROOT / "docs" / "daw"
 FILES = DAW / "files"
 PAGES = ("pure-data", "supercollider", "reaper", "ableton-max", "bitwig", "touchosc")
 TABLE = table_of(parse(shipped_text("roll"), "roll"))
-
-from drumstick_lab.pages.daw import daw_files, daw_touch
 
 
 def _addresses() -> set[str]:

@@ -20,6 +20,7 @@ FORBIDDEN = [
     ("services/sound_server/stage.py", "import haptic_server.block", "Services never import one another"),
     ("shared/drumstick/drum/step.py", "import sound_server.stage", "drumstick imports only realtime"),
     ("services/web_panel/__init__.py", "import rig", "Nothing imports rig"),
+    ("services/rig/folder.py", "import drumstick_lab.checkout", "Nothing imports the laboratory"),
     ("services/rig/replaying/cues.py", "import haptic_server.records", "Recording and replaying meet"),
     ("shared/protocol/identity.py", "import cryptography", "Only rig makes and reads certificates"),
     ("shared/drumstick/drum/step.py", "import os", "drumstick does no I/O"),
@@ -76,7 +77,11 @@ def lint_imports(tree: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [Path(sys.executable).parent / "lint-imports", "--no-cache", "--config", ROOT / "pyproject.toml"],
         cwd=tree,
-        env=dict(os.environ, PYTHONPATH=f"{tree / 'shared'}{os.pathsep}{tree / 'services'}", COLUMNS="200"),
+        env=dict(
+            os.environ,
+            PYTHONPATH=os.pathsep.join(str(tree / part) for part in ("shared", "services", "lab")),
+            COLUMNS="200",
+        ),
         capture_output=True,
         text=True,
         check=False,
@@ -86,7 +91,7 @@ def lint_imports(tree: Path) -> subprocess.CompletedProcess[str]:
 @pytest.fixture
 def tree(tmp_path: Path) -> Path:
     """A copy of the packages, imported instead of the installed ones."""
-    for part in ("services", "shared"):
+    for part in ("services", "shared", "lab"):
         shutil.copytree(ROOT / part, tmp_path / part, ignore=shutil.ignore_patterns("__pycache__"))
     return tmp_path
 

@@ -10,6 +10,7 @@ import pytest
 import soundfile
 
 from drumstick.parameters.scene import shipped_names
+from drumstick_lab.programs import module_of
 from protocol.description import ZENOH
 from protocol.keys import Keys
 

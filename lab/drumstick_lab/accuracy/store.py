@@ -1,17 +1,22 @@
-"""Results of `drumstick accuracy`: the file that a run leaves, and the one that comes with the package."""
+"""Results of `drumstick accuracy`: the file that a run leaves, and the one of this version."""
 
 import json
 import os
 from pathlib import Path
 from typing import Any
 
+from drumstick_lab.checkout import RESULTS
 from realtime.regular_file import read_text
+from rig.accuracy_files import FILE
 from rig.fault import lacking
 
-FILE = "accuracy.json"
 UNFINISHED = "accuracy-unfinished.json"  # of a run that was stopped or failed
 _LARGEST_BYTES = 20_000_000
-SHIPPED = Path(__file__).parent / "shipped.json"
+FULL = RESULTS / FILE
+# What the panel draws: rows of the mesh that a scene can have, and of the stick.
+_MACHINE = ("processor", "date", "quick")
+_MESH = ("renderer", "rim", "precision", "measured", "ns_per_sample", "rms_cents")
+_STICK = ("ns_per_s", "error_contacts")
 
 
 def keep(found: dict[str, Any], out: Path, name: str = FILE) -> None:
@@ -34,4 +39,19 @@ def is_full(out: Path) -> bool:
 
 def shipped() -> dict[str, Any]:
     """A full run on a named machine, measured by whoever made this version; docs/accuracy-and-time.md shows it."""
-    return json.loads(SHIPPED.read_text(encoding="utf-8"))
+    return json.loads(FULL.read_text(encoding="utf-8"))
+
+
+def summary(found: dict[str, Any]) -> str:
+    """Text of the file that the instrument carries: what its panel draws of a result."""
+    kept = {
+        "machine": {name: found["machine"][name] for name in _MACHINE},
+        "mesh": {"rows": [{n: row[n] for n in _MESH} for row in found["mesh"]["rows"] if _is_played(row)]},
+        "stick": {"rows": [{n: row[n] for n in _STICK} for row in found["stick"]["rows"]]},
+    }
+    return json.dumps(kept, indent=1, allow_nan=False) + "\n"
+
+
+def _is_played(row: dict[str, Any]) -> bool:
+    played = {"renderer": "mesh", "rim": "weights", "precision": "float32", "measured": True}
+    return all(row[name] == value for name, value in played.items())

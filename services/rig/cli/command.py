@@ -10,7 +10,7 @@ from typing import NoReturn
 import typer
 
 from realtime.log import say
-from rig.cli import machine, offline, play, running, service
+from rig.cli import laboratory, machine, offline, play, running, service
 from rig.fault import LACKING, Stop
 
 app = typer.Typer(
@@ -29,15 +29,18 @@ _COMMANDS: _Commands = (
     ("simulate", offline.simulate_command),
     ("render", offline.render_command),
     ("analyse", offline.analyse_command),
-    ("accuracy", offline.accuracy_command),
     ("servo-test", machine.servo_test_command),
-    ("soak", machine.soak_command),
     ("doctor", machine.doctor_command),
     ("record", running.record_command),
     ("replay", running.replay_command),
     ("rigs", running.rigs_command),
     ("panic", running.panic_command),
     ("arm", running.arm_command),
+)
+_LABORATORY: _Commands = (
+    ("accuracy", laboratory.accuracy_command),
+    ("soak", laboratory.soak_command),
+    ("lab", laboratory.lab_command),
 )
 _GROUPS: tuple[tuple[str, str, _Commands], ...] = (
     (
@@ -93,6 +96,8 @@ _GROUPS: tuple[tuple[str, str, _Commands], ...] = (
 
 for _name, _command in _COMMANDS:
     app.command(_name)(_command)
+for _name, _command in _LABORATORY:
+    app.command(_name, context_settings=laboratory.SETTINGS, add_help_option=False)(_command)
 for _group, _words, _commands in _GROUPS:
     _typer = typer.Typer(no_args_is_help=True, help=_words)
     for _name, _command in _commands:

@@ -28,39 +28,6 @@ def doctor_command(rig: RigNameOrFile = None, rig_file: RigFile = None, as_json:
     raise typer.Exit(doctor(as_json, rig, rig_file))
 
 
-def soak_command(
-    scene: Scene = "roll",
-    duration: Annotated[
-        float | None,
-        typer.Option(
-            help="Seconds, virtual ones without --real-time; 3600, or 1800 in real time, if not given."
-        ),
-    ] = None,
-    speed: Annotated[
-        float | None,
-        typer.Option(help="So many times the scene's strikes, by a quicker stick; 1, or 20 in real time."),
-    ] = None,
-    real_time: Annotated[
-        bool, typer.Option("--real-time", help="The whole rig as processes, instead of virtual time in one.")
-    ] = False,
-    as_json: Json = False,
-    out: Annotated[
-        Path | None, typer.Option(help="Also write soak.json, soak.csv and a figure into this folder.")
-    ] = None,
-) -> None:
-    """Does anything grow, wrap or drift while it plays for long: memory, descriptors, threads, counters, clocks."""
-    from rig import checks
-
-    if duration is not None:
-        checks.finite(duration, "--duration", 10.0, 1e7, "s")
-    if speed is not None:
-        checks.finite(speed, "--speed", 1.0, 100.0, "times the scene's strikes")
-    from drumstick_lab.soak.command import soak
-
-    if not soak(scene, duration, speed, real_time, as_json, out):
-        raise typer.Exit(1)
-
-
 def keys_make(
     out: Annotated[Path, typer.Option(help="A new folder; it gets one folder for each machine to carry.")],
     rig: RigNameOrFile = None,

@@ -77,20 +77,6 @@ def analyse_command(
     analyse(scene, as_json, out, sweep or [])
 
 
-def accuracy_command(
-    quick: Annotated[bool, typer.Option("--quick", help="Fewer cases: under three minutes.")] = False,
-    as_json: Json = False,
-    out: Annotated[
-        Path | None,
-        typer.Option(help="Folder for the result and its figures; without it, one of this user's."),
-    ] = None,
-) -> None:
-    """What accuracy costs in time on this machine: stick, servo, mesh, excitation, effects; with figures."""
-    from drumstick_lab.accuracy.command import accuracy
-
-    accuracy(quick, as_json, out)
-
-
 def scene_list(as_json: Json = False) -> None:
     """The shipped scenes."""
     from rig.offline import scenes_shown

@@ -4,10 +4,10 @@ import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from drumstick_lab.accuracy import store
 from protocol.identity import Identity
 from protocol.keys import DEFAULT_ROUTER
 from protocol.session import Public
+from rig.accuracy_files import FILE, SHIPPED
 from rig.folder import accuracy_folder
 
 HAPTIC, SOUND, PANEL = "haptic", "sound", "panel"
@@ -104,8 +104,8 @@ def commands(options: Options) -> dict[str, list[str]]:
         plan["sound"] = [*python, "sound_server", *router, *_sound(options)]
     if PANEL in options.parts:
         its_own = ["--token-file", str(options.folder / "panel-token")]
-        its_own += ["--accuracy-shipped", str(store.SHIPPED)]
-        its_own += ["--accuracy-own", str(accuracy_folder() / store.FILE)]
+        its_own += ["--accuracy-shipped", str(SHIPPED)]
+        its_own += ["--accuracy-own", str(accuracy_folder() / FILE)]
         plan["panel"] = [*python, "web_panel", *rig, *router, "--port", str(options.panel_port), *its_own]
     if options.record is not None:
         plan[RECORD] = [*python, "rig.recording", *rig, *router, "--out", str(options.record)]

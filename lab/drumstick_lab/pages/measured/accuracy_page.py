@@ -1,6 +1,6 @@
 """Writes docs/accuracy-and-time.md and its pictures from the shipped result: drumstick lab accuracy-page.
 
-The result is lab/results/accuracy.json: `drumstick accuracy --out DIR` in full, DIR/accuracy.json copied there. The words are in accuracy.template.md, its numbers come from the result.
+The result is lab/results/accuracy.json: `drumstick accuracy --out DIR` in full, DIR/accuracy.json copied there. Also writes what the panel carries of it. The words are in accuracy.template.md, its numbers come from the result.
 """
 
 import hashlib
@@ -13,27 +13,29 @@ from matplotlib.figure import Figure
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
-import rig.figures
 from drumstick_lab.accuracy.choices import choices, worst_energy
 from drumstick_lab.accuracy.run import PARTS
-from drumstick_lab.accuracy.store import shipped
+from drumstick_lab.accuracy.store import shipped, summary
 from drumstick_lab.checkout import DOCS
+from drumstick_lab.figures import accuracy
 from drumstick_lab.figures.accuracy import FIGURES
 from drumstick_lab.pages.measured.stored import where
+from rig.accuracy_files import SHIPPED
+from rig.figures import style
 from rig.figures.style import drawn_png
 
 IMAGES = DOCS / "images"
 PAGE = DOCS / "accuracy-and-time.md"
 TEMPLATE = Path(__file__).parent / "accuracy.template.md"
 _COLOURS = 240
-_SOURCES = ("accuracy", "style")
+_SOURCES = tuple(Path(module.__file__) for module in (accuracy, style))
 _MADE_FROM = "made from"
 
 
 def _digest(part: dict[str, Any]) -> str:
     made_from = hashlib.sha256(json.dumps(part, sort_keys=True).encode())
-    for name in _SOURCES:
-        made_from.update((Path(rig.figures.__file__).parent / f"{name}.py").read_bytes())
+    for path in _SOURCES:
+        made_from.update(path.read_bytes())
     return made_from.hexdigest()
 
 
@@ -118,6 +120,7 @@ def page() -> str:
 def main() -> None:
     """Write the page and what pictures are stale."""
     found = shipped()
+    SHIPPED.write_text(summary(found), encoding="utf-8")
     stale = stale_pictures()
     for name, part, draw in FIGURES:
         if name in stale:

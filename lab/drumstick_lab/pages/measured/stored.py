@@ -7,7 +7,7 @@ from drumstick_lab.checkout import RESULTS
 
 
 def read(name: str) -> dict[str, Any]:
-    """What benchmarks/NAME.py stored."""
+    """What a program of the laboratory stored."""
     return json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8"))
 
 
