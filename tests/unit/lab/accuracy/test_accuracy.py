@@ -19,7 +19,7 @@ from drumstick_lab.benchmarks import worse
 from drumstick_lab.figures.accuracy import FIGURES, write
 from drumstick_lab.peers import windows
 from realtime.kernel_cache import hash_of_all
-from rig import folder
+from rig import accuracy_files, folder
 from rig.cli.command import app
 
 
@@ -32,6 +32,12 @@ def test_the_shipped_result_is_a_full_one(shipped: dict[str, Any]) -> None:
     assert list(shipped) == ["machine", *PARTS]
     assert shipped["machine"]["quick"] is False
     json.dumps(shipped, allow_nan=False)
+
+
+def test_the_instrument_carries_the_summary_of_this_result(shipped: dict[str, Any]) -> None:
+    assert accuracy_files.SHIPPED.read_text(encoding="utf-8") == store.summary(shipped), (
+        "run: .venv/bin/drumstick lab accuracy-page"
+    )
 
 
 def test_every_part_has_its_figures_and_its_choices(shipped: dict[str, Any], tmp_path: Path) -> None:
