@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rig.commands.options import Json, Scene
+from rig.cli.options import Json, Scene
 
 
 def accuracy_command(
