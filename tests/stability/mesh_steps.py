@@ -7,11 +7,12 @@ import numpy as np
 
 from drumstick.drum.build import new_engine
 from drumstick.drum.engine import Engine
+from drumstick.drum.excitation.analytic import begin
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.step import step
 from drumstick.parameters.scene import Scene
 from realtime.float_mode import flush_denormals, restore
-from realtime.jit import Record, njit
+from realtime.jit import njit
 from realtime.lent import lend
 
 RATE = 48_000
@@ -63,9 +64,7 @@ def strike(
     engine: Engine, peak_N: float, x: float = 0.3, y: float = 0.2, steps: float = 6.0, age: float = 0.0
 ) -> None:
     """A blow from the next step on, as long as so many steps, of which `age` are over."""
-    pulse: Record = engine.pulses[int(engine.control["begun"][0]) % len(engine.pulses)]
-    pulse["x"], pulse["y"], pulse["age"], pulse["duration"], pulse["peak"] = x, y, age, steps, peak_N
-    engine.control["begun"] += 1
+    engine.control["begun"] = begin(engine.pulses, int(engine.control["begun"][0]), x, y, age, steps, peak_N)
     engine.control["asleep"] = 0
 
 

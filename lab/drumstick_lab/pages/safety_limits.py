@@ -47,10 +47,10 @@ def table(rows: list[tuple[str, ...]]) -> str:
     return "\n".join(f"| {' | '.join(row)} |" for row in (head, ("---",) * len(head), *body))
 
 
-GUARD = "unit/haptic_server/test_guard.py"
-RENDERING, FENCES = "unit/haptic_server/test_rendering.py", "unit/haptic_server/test_fences.py"
-ENVELOPE, LIVE = "unit/drumstick/test_envelope.py", "stability/servo/test_live_sets.py"
-HD, PLAYS = "unit/haptic_server/openhaptics", "system/test_haptic_plays.py"
+GUARD = "unit/haptic_server/servo/force/test_guard.py"
+RENDERING, FENCES = "unit/haptic_server/servo/force/test_rendering.py", "unit/haptic_server/test_fences.py"
+ENVELOPE, LIVE = "unit/drumstick/safety/test_envelope.py", "stability/servo/test_live_sets.py"
+HD, PLAYS = "unit/haptic_server/device/openhaptics", "system/test_haptic_plays.py"
 LATCHED = f"{RENDERING}::test_a_fault_is_zero_force_on_the_same_tick_and_latched"
 
 
@@ -137,7 +137,7 @@ def before() -> str:
 # `none yet` on the page while one of these is empty.
 SELF_MOVING: tuple[str, ...] = (
     "stability/servo/test_held_arm.py::test_what_is_accepted_comes_to_rest",
-    "unit/drumstick/test_sampled_contact.py::test_stable_is_what_the_eigenvalues_of_one_tick_say",
+    "unit/drumstick/safety/test_sampled_contact.py::test_stable_is_what_the_eigenvalues_of_one_tick_say",
 )
 SELF_DRIVEN: tuple[str, ...] = (
     "stability/servo/test_held_arm.py"

@@ -95,7 +95,7 @@ def _row(name: str, point: Point) -> Row:
 
 def stored() -> dict[str, Any]:
     """What the package brings: machine, packages, and rows by the peer's name."""
-    text = (resources.files("drumstick_lab.accuracy") / STORED).read_text(encoding="utf-8")
+    text = (resources.files("drumstick_lab.peers") / STORED).read_text(encoding="utf-8")
     return json.loads(text)
 
 

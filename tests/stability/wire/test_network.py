@@ -47,7 +47,7 @@ class Played:
     onsets: list[tuple[int, int]] = field(default_factory=list)
     now_ns: int = 0
 
-    def push(self, onset_ns: int, _x: float, _y: float, _peak: float, _contact: float) -> bool:
+    def push(self, onset_ns: int, *_blow: float) -> bool:
         self.onsets.append((onset_ns, self.now_ns))
         return True
 

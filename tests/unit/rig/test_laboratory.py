@@ -3,11 +3,11 @@
 import importlib.metadata
 
 import pytest
-from rig.command import app
-from rig.commands import laboratory
 from typer.testing import CliRunner
 
 from drumstick_lab.programs import module_of, programs
+from rig.cli import laboratory
+from rig.cli.command import app
 from rig.fault import LACKING, Stop
 
 

@@ -14,7 +14,7 @@ from scipy.special import jn_zeros, jv
 
 from drumstick.drum.build import new_engine
 from drumstick.drum.calibrate import blow_at
-from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.excitation.strikes import Blow, StrikeRing
 from drumstick.drum.membrane.lattice import J01
 from drumstick.drum.render import render
 from drumstick.parameters.drum import Listen, Modal
@@ -37,8 +37,13 @@ def scene(renderer: str, f01_Hz: float = F01_HZ) -> Scene:
     return dataclasses.replace(plain, drum=drum, modal=modal, listen=Listen(pickups=((*PICKUP, 0.0),)))
 
 
+def half_sine(which: Scene, x: float, y: float) -> Blow:
+    """A blow whose spectrum is known in closed form."""
+    return dataclasses.replace(blow_at(which, 0.5, x, y), impulse_N_s=0.0)
+
+
 def heard(which: Scene, x: float, y: float, duration_s: float) -> Sound:
-    return render(which, [blow_at(which, 0.5, x, y)], duration_s, RATE)[:, 0].astype(float)
+    return render(which, [half_sine(which, x, y)], duration_s, RATE)[:, 0].astype(float)
 
 
 def ideal_level(which: Scene, zero: float, order: int, x: float, y: float) -> float:
@@ -49,7 +54,7 @@ def ideal_level(which: Scene, zero: float, order: int, x: float, y: float) -> fl
     shapes = (
         jv(order, zero * math.hypot(x, y)) * jv(order, zero * math.hypot(*PICKUP)) * math.cos(order * turned)
     )
-    w = 2.0 * math.pi * f_Hz * blow_at(which, 0.5, x, y).contact_s  # the spectrum of a half-sine
+    w = 2.0 * math.pi * f_Hz * half_sine(which, x, y).contact_s
     return abs(shapes / norm * math.cos(0.5 * w) / (1.0 - (w / math.pi) ** 2))
 
 

@@ -133,6 +133,13 @@ def test_pictures_that_cannot_be_drawn(options: tuple[str, ...], words: str, tmp
     assert not (tmp_path / "a.wav").exists()
 
 
+def below(sound: np.ndarray, top_Hz: float) -> np.ndarray:
+    """The part of a sound below a frequency, at 48 kHz."""
+    spectrum = np.fft.rfft(sound)
+    spectrum[np.fft.rfftfreq(len(sound), 1.0 / 48000) > top_Hz] = 0.0
+    return np.fft.irfft(spectrum, len(sound))
+
+
 def test_a_roll_of_a_scene_that_streams_is_rendered_by_its_forces(tmp_path: Path) -> None:
     scene = tmp_path / "streamed.toml"
     scene.write_text(streamed_text())
@@ -142,8 +149,8 @@ def test_a_roll_of_a_scene_that_streams_is_rendered_by_its_forces(tmp_path: Path
         done = drumstick(name, "--out", str(out), "--duration", "1.5", "--roll", "--json")
         assert done.returncode == 0, done.stderr
         assert 30 < json.loads(done.stdout)["strikes"] < 50
-        files.append(samples(out)[1][:, 0].astype(float))
+        files.append(below(samples(out)[1][:, 0].astype(float), 250.0))
     streamed, analytic = files
-    # The same roll: as loud, and alike below the servo's own reach.
+    # The same roll: as loud, and alike as far as 1000 forces a second reach.
     assert np.std(streamed) == pytest.approx(np.std(analytic), rel=0.1)
-    assert np.corrcoef(streamed, analytic)[0, 1] > 0.9
+    assert np.corrcoef(streamed, analytic)[0, 1] > 0.95
