@@ -7,7 +7,8 @@ call ... changed, by poodle's mutators: mutation_mutants.py) some are drawn by t
 module's tests fail. What is tried is the commit at HEAD, in copies of the tree (mutation_trials.py). Verdicts are kept
 as they come: stop it whenever you like, it goes on from there. On another commit a mutant that was killed stays killed
 as long as its module and all that it imports are the same; a survivor is tried again. --fresh forgets all that;
---report only stores what is known so far.
+--report only stores what is known so far. --survivors tries those of the stored result once more, with the tests of now,
+and leaves the rest of it as it is: for when tests came and the code stayed, or only moved.
 
 A mutant that changes nothing that a test could see does not count: say so, with the reason, in mutation_equivalent.py.
 Nor does one that numba does not compile. By hand only: a mutated kernel compiles anew, and with it all that calls it.
@@ -50,11 +51,8 @@ RESULT = RESULTS / "mutation.json"
 CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "haptic-drumstick-mutation"
 GOAL = 0.85
 
-_STICK = "tests/unit/drumstick"
-_SERVO = "tests/unit/haptic_server"
 _HELD = "tests/stability/servo/test_held_arm.py"
 _LIVE = "tests/stability/servo/test_live_sets.py"
-_PANEL = "tests/unit/web_panel"
 _ANY = "tests/stability/stick/test_any_parameters.py::test_no_contact_exceeds_what_the_envelope_predicts"
 _DOOR = "tests/unit/protocol/test_roles_at_the_door.py"
 # Which files, and which tests of them: what fails soonest first.
@@ -62,7 +60,7 @@ TARGETS: dict[str, tuple[Sequence[str], Sequence[str]]] = {
     "envelope": (
         ["shared/drumstick/safety/envelope.py"],
         [
-            f"{_STICK}/test_envelope_borders.py", "tests/unit/drumstick/safety/test_envelope.py", "tests/unit/drumstick/safety/test_envelope_on_an_arm.py",
+            "tests/unit/drumstick/safety/test_envelope_borders.py", "tests/unit/drumstick/safety/test_envelope.py", "tests/unit/drumstick/safety/test_envelope_on_an_arm.py",
             "tests/unit/haptic_server/servo/force/test_rendering.py",
             "tests/unit/haptic_server/servo/test_servo.py", _HELD, _LIVE,
         ],
@@ -78,22 +76,22 @@ TARGETS: dict[str, tuple[Sequence[str], Sequence[str]]] = {
     "bounds": (
         ["shared/drumstick/safety/bounds.py", "shared/drumstick/safety/blow.py"],
         [
-            f"{_STICK}/test_bounds_by_hand.py", "tests/unit/drumstick/safety/test_bounds.py", "tests/unit/drumstick/safety/test_envelope.py", _ANY, _LIVE,
+            "tests/unit/drumstick/safety/test_bounds_by_hand.py", "tests/unit/drumstick/safety/test_bounds.py", "tests/unit/drumstick/safety/test_envelope.py", _ANY, _LIVE,
         ],
     ),
     "guard": (
         ["services/haptic_server/servo/force/guard.py"],
         ["tests/unit/haptic_server/servo/force/test_guard.py",
-         "tests/unit/haptic_server/servo/force/test_rendering.py", f"{_SERVO}/test_fences.py", _HELD, _LIVE],
+         "tests/unit/haptic_server/servo/force/test_rendering.py", "tests/unit/haptic_server/test_fences.py", _HELD, _LIVE],
     ),
     "fence": (
         ["shared/drumstick/safety/fence.py"],
-        ["tests/unit/drumstick/safety/test_servo_fence.py", f"{_SERVO}/test_fences.py",
+        ["tests/unit/drumstick/safety/test_servo_fence.py", "tests/unit/haptic_server/test_fences.py",
          "tests/unit/haptic_server/servo/test_servo.py", _LIVE],
     ),
     "latch": (
         ["services/haptic_server/servo/force/latch.py"],
-        ["tests/unit/haptic_server/servo/test_servo.py", f"{_SERVO}/test_fences.py",
+        ["tests/unit/haptic_server/servo/test_servo.py", "tests/unit/haptic_server/test_fences.py",
          "tests/unit/haptic_server/servo/force/test_rendering.py", _LIVE],
     ),
     "panel": (
@@ -115,7 +113,7 @@ TARGETS: dict[str, tuple[Sequence[str], Sequence[str]]] = {
     ),
     "lease": (
         ["services/haptic_server/gateway/lease.py"],
-        ["tests/unit/haptic_server/gateway/test_lease.py", f"{_SERVO}/presets/test_presets_on_the_desk.py"],
+        ["tests/unit/haptic_server/gateway/test_lease.py", "tests/unit/haptic_server/presets/test_presets_on_the_desk.py"],
     ),
 }  # fmt: skip
 
@@ -200,11 +198,11 @@ def _shown(mutant: Mutant) -> dict[str, Any]:
     return {"where": mutant.where, "kind": mutant.kind, "diff": mutant.diff}
 
 
-def prepared(head: str, workers: int) -> list[Copy]:
-    """Copies of this commit in which every test of TARGETS passes, and whose kernels are compiled."""
+def prepared(head: str, workers: int, only: Sequence[str]) -> list[Copy]:
+    """Copies of this commit in which every test of these modules passes, and whose kernels are compiled."""
     folder = CACHE / head
     first, passed = Copy(folder / "0"), folder / "passed"
-    tests = sorted({test for _, tests in TARGETS.values() for test in tests})
+    tests = sorted({test for module in only for test in TARGETS[module][1]})
     if not passed.exists() or passed.read_text(encoding="utf-8").split() != tests:
         for other in CACHE.glob("*/"):
             shutil.rmtree(other)
@@ -218,6 +216,49 @@ def prepared(head: str, workers: int) -> list[Copy]:
     return [first, *(first.twin(folder / str(number)) for number in range(1, workers))]
 
 
+def survivors_again(result: dict[str, Any], copy: Copy, only: Sequence[str]) -> None:
+    """Try the stored result's survivors in these modules once more, and count anew. A file may have moved."""
+    for module in only:
+        row, left = result["modules"][module], []
+        now = {
+            (Path(each.path).name, *each.diff): each
+            for path in TARGETS[module][0]
+            for each in mutants_of(module, copy.tree, path)
+        }
+        for shown in row["survivors"]:
+            file = Path(shown["where"].rpartition(":")[0]).name
+            mutant = now.get((file, *shown["diff"]))
+            if mutant is None:  # its line is another one today
+                left.append(shown)
+                continue
+            if (reason := reason_of(mutant)) is not None:
+                row["equivalents"].append(_shown(mutant) | {"why": reason})
+                _count(result, row, "equivalent")
+                continue
+            verdict = copy.judge(mutant.path, mutant.source, TARGETS[module][1])
+            print(f"{verdict.fate:12} {verdict.seconds:6.1f} s  {mutant.where}  {verdict.by}", flush=True)
+            if verdict.fate == SURVIVED:
+                left.append(_shown(mutant))
+            else:
+                _count(result, row, verdict.fate.replace(" ", "_"))
+        row["survivors"] = left
+
+
+def _count(result: dict[str, Any], row: dict[str, Any], fate: str) -> None:
+    for counted in (row, result["all"]):
+        counted["survived"] -= 1
+        counted[fate] += 1
+        killed = counted["killed"] + counted["timed_out"]
+        counted["score"] = round(killed / (killed + counted["survived"]), 4)
+
+
+def store(result: dict[str, Any]) -> None:
+    """Keep the result, and print its scores."""
+    RESULT.write_text(json.dumps(result, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    for module, row in (("all", result["all"]), *result["modules"].items()):
+        print(f"{module:9}", {key: value for key, value in row.items() if not isinstance(value, list)})
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=200)
@@ -225,13 +266,22 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--only", choices=TARGETS, nargs="+", default=list(TARGETS))
     parser.add_argument("--fresh", action="store_true", help="forget what was found before")
+    parser.add_argument("--survivors", action="store_true", help="only those of the stored result, once more")
     parser.add_argument("--report", action="store_true", help="try nothing; store what was found so far")
     given = parser.parse_args()
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background has it ignored
     if uncommitted():
         print(f"Tried is the commit, without what is not committed in {', '.join(uncommitted())}.")
     head = commit()
-    copies = [Copy.fresh(CACHE / "report", head)] if given.report else prepared(head, given.workers)
+    copies = (
+        [Copy.fresh(CACHE / "report", head)] if given.report else prepared(head, given.workers, given.only)
+    )
+    if given.survivors:
+        result = json.loads(RESULT.read_text(encoding="utf-8"))
+        survivors_again(result, copies[0], given.only)
+        result["survivors_tried_again"] = {"commit": head, "modules": given.only}
+        store(result)
+        return
     tree, kept = copies[0].tree, CACHE / "verdicts.jsonl"
     if given.fresh:
         kept.unlink(missing_ok=True)
@@ -264,9 +314,7 @@ def main() -> None:
     result = {"machine": description(), "commit": run.head, "tool": f"poodle {version('poodle')}"}
     result |= {"seed": given.seed, "goal": GOAL, "possible": sum(map(len, every.values()))}
     result |= {"all": told(run), "modules": {module: told(run, module) for module in TARGETS}}
-    RESULT.write_text(json.dumps(result, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-    for module, row in (("all", result["all"]), *result["modules"].items()):
-        print(f"{module:9}", {key: value for key, value in row.items() if not isinstance(value, list)})
+    store(result)
 
 
 if __name__ == "__main__":

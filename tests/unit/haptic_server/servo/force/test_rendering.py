@@ -31,6 +31,7 @@ from haptic_server.records import (
     set_type,
 )
 from haptic_server.servo import loop, memory
+from haptic_server.servo.force import guard
 from realtime import triple
 from realtime.atomics import add_to, poke
 from realtime.jit import allocations
@@ -326,9 +327,11 @@ def test_k_coll_is_latched_above_the_head_only(pushing: tuple[memory.Servo, int]
     triple.publish(servo.block.wanted_cells, servo.block.wanted, wanted[0])
     now = loop.run_virtual(servo, 5, now)
     assert servo.law[0]["k_coll"] == 3500.0
+    servo.guard[0]["e"], servo.guard[0]["b"] = 0.5, 0.25  # of some other law
     loop.run_virtual(servo, SECOND, now)
     assert servo.law[0]["k_coll"] == 3000.0
     assert servo.player[0]["revision"] == 7
+    assert (servo.guard[0]["e"], servo.guard[0]["b"]) == guard.may_add(servo.law[0])
 
 
 @pytest.mark.parametrize(
