@@ -153,7 +153,8 @@ def test_the_patch_of_pure_data(rig: Rig, session: zenoh.Session, tmp_path: Path
         wait_for("that strike", lambda: heard[0] in map(float, pd.shown("seq")))
         for name, number in zip(("x", "y", "speed", "level", "peak"), heard[1:], strict=True):
             assert number in [pytest.approx(float(word), rel=1e-4, abs=1e-6) for word in pd.shown(name)], name
-        assert pd.last("velocity") == pytest.approx(1 + round(126 * heard[4]), abs=1)
+        velocities = [pytest.approx(float(word), abs=1) for word in pd.shown("velocity")]
+        assert 1 + round(126 * heard[4]) in velocities  # by now there may be newer ones
         wait_for("the state", lambda: pd.shown("state")[-1:] == ["symbol playing"])
 
         assert pd.last("voice") in (None, 0.0)
