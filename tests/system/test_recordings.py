@@ -143,7 +143,7 @@ def test_what_was_recorded_is_rendered_by_its_forces_or_by_its_strikes(rig: Rig,
         done = subprocess.run(command, capture_output=True, text=True, timeout=110, check=False)
         assert done.returncode == 0, done.stderr
         told = json.loads(done.stdout)
-        assert told["strikes"] == pytest.approx(strikes, abs=1), "one may have begun before, or ended after"
+        assert told["strikes"] == pytest.approx(strikes, abs=2), "one may have begun before, one ended after"
         assert told["duration_s"] == pytest.approx(4.0, abs=0.5), "all of it, and a second to ring"
         sounds.append(sound_in(wav)[:, 0])
     by_force, by_strikes = (_loudness(sound) for sound in sounds)
