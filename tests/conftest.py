@@ -26,8 +26,14 @@ settings.load_profile("ours")
 _STALL_NS = 10_000_000
 
 
-def pytest_configure() -> None:
-    """A suite in a shell's background ignores Ctrl-C, one under nohup a hangup, and so would all that it starts."""
+def pytest_configure(config: pytest.Config) -> None:
+    """Alone with itself (alone.py), and to be stopped as anywhere.
+
+    A suite in a shell's background ignores Ctrl-C, one under nohup a hangup, and so would all that it starts.
+    """
+    from alone import be_alone
+
+    config.add_cleanup(be_alone(os.environ))
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     if (
