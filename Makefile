@@ -42,7 +42,8 @@ test-long: install-dev
 check: install-dev
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
-	$(BIN)/pyright & strict=$$!; $(BIN)/pyright --project tests/pyrightconfig.json && wait $$strict
+	$(BIN)/ty check --quiet
+	$(BIN)/pyright --threads 2
 	$(BIN)/lint-imports
 
 install: system-play $(STAMP)

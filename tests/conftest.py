@@ -6,6 +6,7 @@ import shutil
 import signal
 import sys
 from collections.abc import Callable, Generator
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 import pytest
@@ -71,8 +72,19 @@ def _keep_slice(config: pytest.Config, items: list[pytest.Item]) -> None:
     items[:] = [item for item in items if item.path in due]
 
 
+def _leave_to_long(item: pytest.Item) -> None:
+    # The case's name is what stands in brackets.
+    name = item.name.partition("[")[2].removesuffix("]")
+    for marker in item.iter_markers("daily"):
+        if not any(fnmatchcase(name, pattern) for pattern in marker.args):
+            item.add_marker(pytest.mark.long)
+
+
+@pytest.hookimpl(tryfirst=True)  # before -m chooses
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Mark what lies in tests/system, and run it last: when a unit is broken, its own test should say so first."""
+    for item in items:
+        _leave_to_long(item)
     _keep_slice(config, items)
     for item in items:
         if item.path.is_relative_to(SYSTEM_TESTS) and item.get_closest_marker("system") is None:

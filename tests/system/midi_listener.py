@@ -13,7 +13,7 @@ def main() -> None:
     jack = Jack()
     if not jack.runs("listener"):
         sys.exit("no JACK server")
-    import rtmidi2
+    import rtmidi2  # ty: ignore[import-not-found]  a compiled module
 
     def heard(message: list[int], _: float) -> None:
         print(time.monotonic_ns(), bytes(message).hex(), flush=True)

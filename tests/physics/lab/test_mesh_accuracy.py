@@ -46,6 +46,7 @@ def test_waves_are_late_by_the_declared_order(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", SCHEMES)
+@pytest.mark.daily("limit", "fourth")
 def test_the_modes_error_falls_with_the_declared_order(name: str) -> None:
     """From a fourth of the device's samples a step to an eighth and a half: between the order less 0.2 and plus 0.7."""
     found = [rms_cents(name, divisor) for divisor in (8, 4, 2)]
@@ -56,6 +57,7 @@ def test_the_modes_error_falls_with_the_declared_order(name: str) -> None:
 
 @pytest.mark.parametrize("name", SCHEMES)
 @pytest.mark.parametrize("divisor", [2, 6])
+@pytest.mark.daily("2-*")
 def test_float32_differs_from_float64_by_rounding(name: str, divisor: int) -> None:
     """A coefficient is off by 2^-25 of itself at most; some of them together move q = theta^2 by 2^-23."""
     head = head_at(name, "weights", divisor)
@@ -70,6 +72,7 @@ def test_float32_differs_from_float64_by_rounding(name: str, divisor: int) -> No
 
 
 @pytest.mark.parametrize("name", SCHEMES)
+@pytest.mark.long
 def test_what_is_told_beforehand_knows_that_the_finest_mesh_is_rounded(name: str) -> None:
     """Some 100 and 200 junctions across, in float32: told / measured. How a coefficient happens to fall counts too."""
     told: list[float] = []

@@ -94,6 +94,7 @@ def test_no_pair_of_effects_gives_energy(pair: tuple[str, str]) -> None:
 
 @shows("effects that meet", "ours")
 @pytest.mark.parametrize("scheme", ["limit", "lossless", "square"])
+@pytest.mark.long
 def test_no_combination_of_strong_and_weak_effects_gives_energy(scheme: str) -> None:
     """Every one of 64: each effect strong, or as weak as can be. The rim is in all of them."""
     others = [name for name in EFFECTS if name != "rim"]

@@ -37,6 +37,7 @@ def _any(names: tuple[str, ...]) -> st.SearchStrategy[Scene]:
 @EVERY_COMBINATION
 @settings(max_examples=150)
 @given(data=st.data(), v0=SPEEDS)
+@pytest.mark.daily("all")
 def test_nothing_becomes_nan_and_every_event_moves_on(
     names: tuple[str, ...], data: st.DataObject, v0: float
 ) -> None:
@@ -82,6 +83,7 @@ def _neutral(scene: Scene) -> Scene:
 @pytest.mark.parametrize("combination", ["none", "pulse", "cor_pulse", "head"])
 @settings(max_examples=150)
 @given(data=st.data(), v0=SPEEDS)
+@pytest.mark.daily("head")
 def test_without_an_effect_that_adds_it_energy_never_grows(
     combination: str, data: st.DataObject, v0: float
 ) -> None:
@@ -123,6 +125,7 @@ def accepted(law: Records) -> bool:
 @EVERY_COMBINATION
 @settings(max_examples=60, suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
 @given(data=st.data(), share=st.floats(1e-3, 1.0), inside=st.booleans())
+@pytest.mark.daily("all")
 def test_no_contact_exceeds_what_the_envelope_predicts(
     names: tuple[str, ...], data: st.DataObject, share: float, inside: bool
 ) -> None:
@@ -207,6 +210,7 @@ def _same_when_split(scene: Scene, v0: float, ratio: float) -> bool:
 @EVERY_COMBINATION
 @settings(max_examples=60, suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
 @given(data=st.data(), v0=st.floats(0.01, 5.0), ratio=st.floats(0.02, 0.9))
+@pytest.mark.daily("all")
 def test_events_do_not_depend_on_how_the_run_is_split(
     names: tuple[str, ...], data: st.DataObject, v0: float, ratio: float
 ) -> None:

@@ -57,6 +57,7 @@ def test_the_second_start_compiles_nothing(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("damage", ["truncated", "emptied", "garbage"])
+@pytest.mark.daily("garbage")
 def test_damaged_files_are_compiled_over(tmp_path: Path, damage: str) -> None:
     folder, _, _ = _run(tmp_path / "cache", tmp_path / "program.py")
     assert folder is not None
@@ -74,6 +75,7 @@ def test_damaged_files_are_compiled_over(tmp_path: Path, damage: str) -> None:
     assert hits == 0
 
 
+@pytest.mark.long
 def test_a_list_that_names_types_of_another_release_is_begun_anew(tmp_path: Path) -> None:
     """Such a list cannot be read: its module is gone. What is compiled now is stored all the same."""
     folder, _, _ = _run(tmp_path / "cache", tmp_path / "program.py")
@@ -117,6 +119,7 @@ def test_the_same_sources_elsewhere_compile_nothing(tmp_path: Path) -> None:
     assert (there, hits) == (folder, 1)
 
 
+@pytest.mark.long
 def test_a_changed_source_gets_another_folder(tmp_path: Path) -> None:
     """An edit in any file that the kernel's own imports, however far, leaves the old code behind; others do not."""
     copy = _copied(tmp_path / "copy")
@@ -138,6 +141,7 @@ def _edit(path: Path) -> None:
     path.write_text(path.read_text(encoding="utf-8") + "\n# a change\n", encoding="utf-8")
 
 
+@pytest.mark.long
 def test_what_python_imports_is_what_the_hash_covers() -> None:
     """Judged by Python itself: each module of ours that importing a kernel's module loads is in its hash."""
     program = """
@@ -255,6 +259,7 @@ def start(tmp_path: Path) -> Iterator[Callable[..., Process]]:
         each.close()
 
 
+@pytest.mark.long
 def test_one_process_compiles_and_the_other_waits_for_it(start: Callable[..., Process]) -> None:
     first = start("21", "compile")
     assert first.says() == "compile"
@@ -266,6 +271,7 @@ def test_one_process_compiles_and_the_other_waits_for_it(start: Callable[..., Pr
     assert [second.says(), second.says()] == ["42", "1"]
 
 
+@pytest.mark.long
 def test_who_was_stopped_while_compiling_is_waited_for_no_longer_than_a_minute(
     start: Callable[..., Process],
 ) -> None:
@@ -275,6 +281,7 @@ def test_who_was_stopped_while_compiling_is_waited_for_no_longer_than_a_minute(
     assert [second.says(), second.says()] == ["42", "0"]
 
 
+@pytest.mark.long
 def test_two_that_save_at_once_never_share_a_file(start: Callable[..., Process]) -> None:
     """Each has read the list before the other writes it; one's line is written last, and the other's code."""
     whole = start("21", "_save_index", "_save_data")
@@ -305,6 +312,7 @@ print(json.dumps([
 """
 
 
+@pytest.mark.long
 def test_kernels_that_two_processes_compiled_for_two_scenes_stay_apart_in_a_third(tmp_path: Path) -> None:
     """Equal symbols in both would make the third run the one's code on the other's memory."""
     path = os.pathsep.join(str(ROOT / part) for part in ("shared", "services"))

@@ -15,7 +15,7 @@ from haptic_server.records import EVENT, STATUS
 from machine_code import AARCH64, X86_64, Compiled, Order, count, last
 from realtime import atomics, ring, triple
 from realtime.atomics import (
-    _cell,  # pyright: ignore[reportAttributeAccessIssue]  not in its stub
+    _cell,  # ty: ignore[missing-module-member]  not in its stub
     load_acquire,
     store_release,
 )
@@ -132,7 +132,7 @@ def push_by_plain_stores(cells, slots, record):
 def push_relaxed(cells, slots, record):
     written = cells[0]
     slots[written % slots.shape[0]] = record
-    store_relaxed(cells, 0, written + 1)  # pyright: ignore[reportCallIssue]  numba passes the first
+    store_relaxed(cells, 0, written + 1)  # ty: ignore[missing-argument]  numba passes the first
     return True
 
 

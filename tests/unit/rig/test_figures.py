@@ -69,6 +69,7 @@ def drawn(figure: Figure, folder: Path) -> int:
 
 
 @EVERY
+@pytest.mark.daily("roll", "no hand")
 def test_the_phase_plane_and_the_return_map_of_any_scene(played: Scene, tmp_path: Path):
     cycles = analyse(played).cycles
     assert drawn(phase_plane(played, cycles, (0.02, 0.4, 1.1)), tmp_path) > 50
@@ -159,6 +160,7 @@ def test_lines_join_only_cycles_that_belong_together():
 
 
 @EVERY
+@pytest.mark.daily("roll", "overdamped", "no hand")
 def test_a_line_and_its_table(played: Scene, tmp_path: Path):
     done = last_of(
         played, [few(usual.line(played)) if usual.line(played) else Axis("r_in", np.linspace(0.5, 40.0, 6))]
@@ -185,6 +187,7 @@ def test_a_line_and_its_table(played: Scene, tmp_path: Path):
 
 
 @EVERY
+@pytest.mark.daily("roll", "overdamped")
 def test_planes_and_their_tables(played: Scene, tmp_path: Path):
     for across, up in usual.planes(played):
         done = last_of(played, [few(across, 5), few(up, 4)])
@@ -210,6 +213,7 @@ def test_the_heat_map_shows_the_rates_of_steady_rolls_and_nothing_else():
     np.testing.assert_array_equal(np.ma.filled(shown[-1].astype(float), np.nan).reshape(5, 6), expected)
 
 
+@pytest.mark.long
 def test_the_same_figure_is_the_same_file(tmp_path: Path):
     for name in ("a.png", "b.png", "a.svg", "b.svg"):
         save(phase_plane(ROLL, [], (0.1,)), tmp_path / name)
@@ -286,6 +290,7 @@ def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
         ("bare-drum", {"phase-plane", "return-map", "outcome-k_hand-z_h0"}),
     ],
 )  # fmt: skip
+@pytest.mark.daily("bare-drum*")
 def test_everything_that_analyse_writes(
     name: str, figures: set[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ):

@@ -24,6 +24,7 @@ def take_step(head: Head, at: int, now_gain: np.float32, then_gain: np.float32) 
     ("topology", "tau"),
     [("triangular", 2.0), ("triangular", 8.0 / 3.0), ("rectilinear", 2.0), ("rectilinear", 1.5)],
 )
+@pytest.mark.daily("rectilinear-2.0")
 def test_the_mesh_is_a_mesh_of_waveguides(topology: str, tau: float) -> None:
     """Every junction, after hundreds of reflections at the rim: the same to what float32 leaves."""
     lattice = lattice_of(2.0 / 17.3, TOPOLOGIES[topology])

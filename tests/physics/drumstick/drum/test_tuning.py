@@ -78,6 +78,7 @@ def cents_off(scheme: Scheme, across: float, modes: int) -> npt.NDArray[np.float
         ("fourth order", 32.0, 1.6),
     ],
 )
+@pytest.mark.daily("triangular-24*", "fourth order-24*", "rectilinear*")
 def test_first_twenty_modes_are_those_of_the_membrane(kind: str, across: float, rms_cents: float) -> None:
     off = cents_off(KINDS[kind], across, len(MODES))
     assert 0.7 * rms_cents < math.sqrt(np.mean(off**2)) < rms_cents
@@ -127,6 +128,7 @@ def test_bessel_zero_of_the_tuning() -> None:
     "scheme", [*KINDS.values(), *(Scheme(TOPOLOGIES["triangular"], tau) for tau in (2.3, 1.2, 0.4))]
 )
 @pytest.mark.parametrize("across", [24.0, 32.0, 44.0])
+@pytest.mark.daily("24.0-*")
 def test_the_outlook_tells_the_error_that_the_kernel_has(scheme: Scheme, across: float) -> None:
     """Also where effects leave a wave less room than the textbook's tau = 2."""
     found = math.sqrt(np.mean(cents_off(scheme, across, 20) ** 2))

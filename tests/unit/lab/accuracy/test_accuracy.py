@@ -124,6 +124,7 @@ def test_a_part_run_for_real_is_json(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("as_json", [False, True])
+@pytest.mark.daily("True")
 def test_the_command_keeps_the_result_where_the_panel_looks(
     shipped: dict[str, Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, as_json: bool
 ) -> None:
@@ -244,6 +245,7 @@ def test_whatever_got_worse_is_found_and_its_mending_too(
 
 
 @pytest.mark.parametrize("quick", [False, True])
+@pytest.mark.daily("True")
 def test_rows_that_are_gone_are_a_fault_between_two_runs_alike(
     shipped: dict[str, Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, quick: bool
 ) -> None:

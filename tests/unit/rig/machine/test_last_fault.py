@@ -92,6 +92,7 @@ def test_the_reading_that_raised_the_fault_is_in_the_record(place: Path) -> None
 @pytest.mark.parametrize(
     ("code", "ticks"), [(STALLED, 2000), (TOO_FAST, 2000), (NOT_A_NUMBER, 2000), (STALLED, 0)]
 )
+@pytest.mark.daily("4-2000")
 def test_every_fault_can_be_drawn(place: Path, code: int, ticks: int) -> None:
     faulted(place, code, ticks)
     last = last_of(place)

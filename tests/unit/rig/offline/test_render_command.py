@@ -78,6 +78,7 @@ def test_a_roll_of_the_scenes_own_stick(tmp_path: Path) -> None:
         ("t_s,x,y,speed_m_per_s\n0,0,0\n", "speed_m_per_s: None is not a number"),
     ],
 )
+@pytest.mark.daily("*9 is outside*")
 def test_wrong_strikes_are_named(tmp_path: Path, text: str, words: str) -> None:
     table = tmp_path / "strikes.csv"
     table.write_text(text)
@@ -126,6 +127,7 @@ def test_pictures_and_the_table_of_modes(tmp_path: Path) -> None:
         (("--spectrogram", "a.png", "--duration", "500"), "500 s are more than the 120 s that it draws"),
     ],
 )
+@pytest.mark.daily("options2*")
 def test_pictures_that_cannot_be_drawn(options: tuple[str, ...], words: str, tmp_path: Path) -> None:
     done = drumstick("bare-drum", "--out", str(tmp_path / "a.wav"), *options)
     assert done.returncode == 2

@@ -72,7 +72,7 @@ def test_a_lone_blow_is_that_of_the_equation_of_motion(release: str, r_out: floa
     def leaves(_: float, y: np.ndarray) -> float:
         return y[0] if release == "paper" else k * y[0] + (r_in - r_out) * y[1]
 
-    leaves.terminal, leaves.direction = True, 1.0  # type: ignore[attr-defined]
+    leaves.terminal, leaves.direction = True, 1.0  # ty: ignore[missing-attribute]  scipy looks for them
     options: dict[str, Any] = {"rtol": 1e-12, "atol": 1e-15, "dense_output": True}
     solved = solve_ivp(motion, (0.0, 0.1), (-1e-300, -1.0, 0.0), events=leaves, **options)
     lasts_s, impulse = float(solved.t[-1]), float(solved.y[2, -1])
