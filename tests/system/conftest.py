@@ -1,7 +1,7 @@
 """What tests of a whole rig share: each module has a `rig` of its own."""
 
 import socket
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -11,6 +11,9 @@ from fake_rig import FakeRig
 from panel_process import PanelProcess, panel
 from playwright.sync_api import Browser
 from rig_process import Rig
+
+from drumstick.parameters.scene import parse, shipped_text
+from ports import free_port
 
 
 @pytest.fixture(scope="module")
@@ -37,8 +40,35 @@ def browser() -> Iterator[Browser]:
         yield started
 
 
+def _roll() -> FakeRig:
+    return FakeRig(parse(shipped_text("roll"), "roll.toml"))
+
+
+@pytest.fixture(scope="module")
+def faked() -> Iterator[FakeRig]:
+    """The module's fake rig; tests take it as `rig`."""
+    made = _roll()
+    yield made
+    made.close()
+
+
+@pytest.fixture(scope="module")
+def served(faked: FakeRig, tmp_path_factory: pytest.TempPathFactory) -> Iterator[PanelProcess]:
+    """The module's panel, of its fake rig. Whoever ends one of them takes `own_rig` and `own_panel`."""
+    with panel(faked.endpoint, free_port(), tmp_path_factory.mktemp("panel") / "token") as running:
+        yield running
+
+
 @pytest.fixture
-def served(rig: FakeRig, tmp_path: Path, free_port: Callable[[], int]) -> Iterator[PanelProcess]:
-    """A panel of the module's fake rig."""
-    with panel(rig.endpoint, free_port(), tmp_path / "token") as running:
+def own_rig() -> Iterator[FakeRig]:
+    """A fake rig that the test may end."""
+    made = _roll()
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def own_panel(own_rig: FakeRig, tmp_path: Path) -> Iterator[PanelProcess]:
+    """Its panel, which the test may end."""
+    with panel(own_rig.endpoint, free_port(), tmp_path / "token") as running:
         yield running

@@ -111,6 +111,26 @@ class FakeRig:
         self._thread.join()
         self._session.close()
 
+    def begin_again(self) -> None:
+        """As its scene has it, playing, and nothing was asked yet; presets stay."""
+        self.refuse.clear()
+        self.latching = self.losing = False
+        self.sounding, self.status = True, "playing"
+        self.mute(False)
+        self.follow_pointer(False)
+        with self._lock:
+            self.pending.clear()
+            self.law = law_of(self.scene)
+            for name in self.table:
+                self.revision += 1
+                self._revisions[name] = self.revision
+                self._session.put(self.keys.param(name), encode(self._readback(name)))
+        self.lend("")
+        self.sets.clear()
+        self.whole_sets.clear()
+        self.pointers.clear()
+        self.panics = 0
+
     def mute(self, muted: bool) -> None:
         """Stop publishing, as a haptic server does that was killed while the router lives on."""
         (self._mute.set if muted else self._mute.clear)()
@@ -122,6 +142,7 @@ class FakeRig:
             self._pointer_token = self._session.liveliness().declare_token(key)
         elif self._pointer_token is not None:
             self._pointer_token.undeclare()
+            self._pointer_token = None
 
     def latch(self) -> None:
         """The stick is above the head: what waited holds."""

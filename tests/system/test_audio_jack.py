@@ -29,6 +29,7 @@ def side(free_port: Callable[[], int]) -> Iterator[HapticSide]:
 
 
 @pytest.mark.parametrize("audio", ["auto", "jack audio"])
+@pytest.mark.daily("auto")
 def test_it_plays_and_reports_load(audio: str, jack: Jack, side: HapticSide, tmp_path: Path) -> None:
     with sounding(side.endpoint, audio, tmp_path, jack.environment) as sound:
         first = side.meter("JACK", lambda m: "JACK" in m.sink)
@@ -56,6 +57,7 @@ def test_a_stalled_process_is_counted_as_xruns(jack: Jack, side: HapticSide, tmp
         assert sound.stop(signal.SIGTERM) == 0
 
 
+@pytest.mark.long
 def test_a_lost_device_is_awaited_and_played_again(jack: Jack, side: HapticSide, tmp_path: Path) -> None:
     with sounding(side.endpoint, "auto", tmp_path, jack.environment) as sound:
         device = side.meter("JACK", lambda m: "JACK" in m.sink).sink
@@ -76,6 +78,7 @@ def test_a_lost_device_is_awaited_and_played_again(jack: Jack, side: HapticSide,
     assert back == f"{device} is there"
 
 
+@pytest.mark.long
 def test_stop_while_a_device_is_awaited(jack: Jack, side: HapticSide, tmp_path: Path) -> None:
     with sounding(side.endpoint, "auto", tmp_path, jack.environment) as sound:
         side.meter("JACK", lambda m: "JACK" in m.sink)

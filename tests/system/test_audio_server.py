@@ -98,6 +98,7 @@ def test_it_waits_for_a_router_and_returns_to_one_that_went_away(
     assert sum("mesh of" in line for line in sound.lines) == 1
 
 
+@pytest.mark.long
 def test_a_servo_that_restarts_with_another_scene_gets_another_drum(side: HapticSide, tmp_path: Path) -> None:
     with sounding(side.endpoint, "null", tmp_path) as sound:
         side.meter("a sink", lambda m: m.sink == "null")
@@ -152,6 +153,7 @@ def test_kill_leaves_a_file_that_can_be_read(side: HapticSide, tmp_path: Path) -
 
 
 @pytest.mark.parametrize("answer", [b"[]", b"{", b'{"drum": {"f01_Hz": 1e9}}', b'{"name": 3, "drum": 4}'])
+@pytest.mark.long
 def test_a_scene_that_is_none_is_refused_and_asked_for_again(
     answer: bytes, side: HapticSide, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -165,6 +167,7 @@ def test_a_scene_that_is_none_is_refused_and_asked_for_again(
     assert good
 
 
+@pytest.mark.long
 def test_stop_while_nobody_answers(free_port: Callable[[], int], tmp_path: Path) -> None:
     path = tmp_path / "roll.wav"
     with sounding(f"tcp/127.0.0.1:{free_port()}", f"wav:{path}", tmp_path) as sound:
@@ -181,6 +184,7 @@ def test_stop_while_nobody_answers(free_port: Callable[[], int], tmp_path: Path)
         ("no such loudspeaker", 3, "no audio"),
     ],
 )
+@pytest.mark.long
 def test_what_cannot_be_had_is_one_line_and_a_status(
     audio: str, status: int, words: str, tmp_path: Path, free_port: Callable[[], int]
 ) -> None:
@@ -192,6 +196,7 @@ def test_what_cannot_be_had_is_one_line_and_a_status(
 
 
 @pytest.mark.parametrize("option", [("--rate", "8000"), ("--block", "x"), ("--rig", "a/b")])
+@pytest.mark.long
 def test_options_out_of_range_are_a_wrong_request(option: tuple[str, str]) -> None:
     run = subprocess.run(
         [sys.executable, "-m", "sound_server", *option],

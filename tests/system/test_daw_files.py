@@ -228,6 +228,7 @@ def conducted(rig: Rig, folder: Path, before: str, environment: dict[str, str]) 
 
 
 @pytest.mark.needs("sclang")
+@pytest.mark.long
 def test_the_script_of_supercollider(rig: Rig, session: zenoh.Session, tmp_path: Path) -> None:
     # Its sound is computed in tests/contract/test_daw_supercollider.py: no server has to keep time here.
     before = '~sound = false; ~struck = { |...strike| ("struck: " ++ strike.join($ )).postln };'
@@ -267,6 +268,7 @@ def answer(udp: socket.socket, address: str) -> list[object]:
 
 
 @pytest.mark.parametrize("surface", ["open stage control", "touchosc"])
+@pytest.mark.long
 def test_what_the_controls_of_a_touch_screen_send(
     surface: str, rig: Rig, session: zenoh.Session, osc: socket.socket
 ) -> None:

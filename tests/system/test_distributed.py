@@ -84,6 +84,7 @@ def test_a_rig_that_appears_later_is_listed_and_played(venue: Venue, session: ze
     assert [line.split()[0] for line in table] == ["rig", venue.left.name, venue.right.name]
 
 
+@pytest.mark.long
 def test_one_more_than_the_most_is_said_and_one_that_dies_makes_room(
     venue: Venue, session: zenoh.Session
 ) -> None:
@@ -130,6 +131,7 @@ def test_watching_tells_what_comes_and_goes(venue: Venue, session: zenoh.Session
         assert watching.wait(20.0) == 130
 
 
+@pytest.mark.long
 def test_a_router_without_rigs_and_no_router_at_all() -> None:
     with lone_router() as empty:
         none = rigs(empty.endpoint)

@@ -54,6 +54,7 @@ with join() as before:
 """
 
 
+@pytest.mark.long
 def test_handshakes_that_stand_keep_no_other_machine_out(tmp_path: Path) -> None:
     require_root()
     keyring = Keyring(tmp_path / "keys")

@@ -262,6 +262,7 @@ def test_a_taken_port_is_one_line_and_status_3(rig: Rig) -> None:
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+@pytest.mark.daily("15")
 def test_stops_cleanly_and_leaves_no_orphan(number: signal.Signals) -> None:
     with running("haptic") as started:
         started.client().close()
@@ -271,6 +272,7 @@ def test_stops_cleanly_and_leaves_no_orphan(number: signal.Signals) -> None:
         assert "killed" not in started.said
 
 
+@pytest.mark.long
 def test_no_orphan_even_when_the_command_itself_is_killed() -> None:
     with running("haptic") as started:
         started.client().close()

@@ -21,7 +21,7 @@ from drumstick_lab.benchmarks.force_loop.lateness_pair import (
 from haptic_server import block, files
 from haptic_server.records import NO_FAULT
 
-pytestmark = pytest.mark.real_clock
+pytestmark = [pytest.mark.long, pytest.mark.real_clock]
 PERIOD_NS = 1_000_000
 TICKS = 1000
 _TRIES = 3

@@ -136,6 +136,7 @@ def test_panic_ends_every_note(jack: Jack, monkeypatch: pytest.MonkeyPatch) -> N
         session.close()
 
 
+@pytest.mark.long
 def test_a_killed_gateway_leaves_no_note_and_comes_back(jack: Jack, monkeypatch: pytest.MonkeyPatch) -> None:
     with listening(jack) as heard, playing(jack, monkeypatch, "--midi-out", PORT) as rig:
         wait_for("notes", lambda: len(heard.kinds(0x90)) > 5)
@@ -145,6 +146,7 @@ def test_a_killed_gateway_leaves_no_note_and_comes_back(jack: Jack, monkeypatch:
         wait_for("notes again", lambda: len(heard.kinds(0x90)) > count + 5)
 
 
+@pytest.mark.long
 def test_a_port_that_goes_is_awaited_and_told_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with serving(tmp_path) as jack, playing(jack, monkeypatch, "--midi-out", PORT) as rig:
         wait_for("word of it", lambda: "waiting for it" in rig.said)
@@ -165,6 +167,7 @@ def test_a_port_that_goes_is_awaited_and_told_once(tmp_path: Path, monkeypatch: 
     assert len([line for line in told if "away" in line or "waiting" in line]) <= 4, told
 
 
+@pytest.mark.long
 def test_a_virtual_port_can_be_connected_to(jack: Jack, monkeypatch: pytest.MonkeyPatch) -> None:
     with playing(jack, monkeypatch, "--midi-out", "virtual") as rig:
         wait_for("the port", lambda: f"strikes go to drumstick {rig.name}" in rig.said)

@@ -151,6 +151,7 @@ def _sockets_of(rig: Rig) -> set[tuple[str, int]]:
     return found
 
 
+@pytest.mark.long
 def test_only_who_asks_gets_sockets(rig: Rig, session: zenoh.Session, port: int) -> None:
     usual = {("udp", rig.osc_in), ("tcp", rig.zenoh_port)}
     with running("haptic", "--scene", "roll") as plain:
@@ -180,6 +181,7 @@ def _steady(rig: Rig, session: zenoh.Session, disturb: Callable[[], None]) -> No
     assert decode(ask(session, rig.keys.set_one("dv_pls"), another), Readback).revision > after.revision
 
 
+@pytest.mark.long
 def test_a_flood_of_requests_disturbs_nobody(rig: Rig, session: zenoh.Session, port: int) -> None:
     gateway = rig.children()["haptic_server.gateway"]
 
@@ -225,6 +227,7 @@ def test_hostile_guests_disturb_nobody(rig: Rig, session: zenoh.Session, port: i
     assert "Traceback" not in rig.said
 
 
+@pytest.mark.long
 def test_a_client_that_does_not_read_disturbs_nobody(
     rig: Rig, session: zenoh.Session, port: int, osc: Callable[..., None]
 ) -> None:
@@ -252,6 +255,7 @@ def test_a_client_that_does_not_read_disturbs_nobody(
         (["--oscquery-announce"], 2, "nothing to announce"),
     ],
 )
+@pytest.mark.long
 def test_what_is_given_wrong_is_said(given: list[str], status: int, words: str) -> None:
     done = subprocess.run(
         [*DRUMSTICK, "haptic", *given], capture_output=True, text=True, timeout=60, check=False
@@ -275,6 +279,7 @@ def test_a_taken_port_is_said() -> None:
     assert "--oscquery" in done.stderr
 
 
+@pytest.mark.long
 def test_it_can_be_found_by_multicast_dns() -> None:
     port = free_port()
     with running("haptic", "--scene", "roll", "--oscquery", str(port), "--oscquery-announce") as rig:

@@ -176,6 +176,7 @@ def test_another_sites_page_stays_out(site: Site) -> None:
 
 @pytest.mark.needs("chromium")
 @pytest.mark.parametrize("site", [pytest.param("nginx", marks=pytest.mark.needs("nginx"))], indirect=True)
+@pytest.mark.long
 def test_a_browser_sees_the_page_and_reaches_the_panel(site: Site) -> None:
     with sync_playwright() as playwright:
         program = playwright.chromium.launch(

@@ -42,6 +42,7 @@ def visit(page: Page, served: PanelProcess) -> None:
 
 
 @pytest.mark.timeout(240)
+@pytest.mark.long
 def test_a_panel_that_hangs_is_told_until_it_goes_on(
     page: Page, rig: FakeRig, tmp_path: Path, free_port: Callable[[], int]
 ) -> None:

@@ -6,7 +6,7 @@ import signal
 import socket
 import subprocess
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,14 +17,11 @@ from panel_wire import Visitor, dial_port
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.connection import Connection
 
-from drumstick.parameters.scene import parse, shipped_text
-
 
 @pytest.fixture
-def rig() -> Iterator[FakeRig]:
-    made = FakeRig(parse(shipped_text("roll"), "roll.toml"))
-    yield made
-    made.close()
+def rig(faked: FakeRig) -> FakeRig:
+    faked.begin_again()
+    return faked
 
 
 def get(served: PanelProcess, path: str, **headers: str) -> http.client.HTTPResponse:
@@ -173,7 +170,8 @@ def test_it_listens_on_loopback_only(served: PanelProcess) -> None:
         socket.create_connection((own, served.port), timeout=5).close()
 
 
-def test_what_a_hostile_client_sends_goes_nowhere(rig: FakeRig, served: PanelProcess) -> None:
+def test_what_a_hostile_client_sends_goes_nowhere(own_rig: FakeRig, own_panel: PanelProcess) -> None:
+    rig, served = own_rig, own_panel
     with dial(served, f"http://127.0.0.1:{served.port}", Cookie=served.cookie) as wire:
         hostile = Visitor(wire)
         slider = hostile.find("GuiSliderMessage", "Δv_pls")

@@ -10,21 +10,18 @@ from panel_process import PanelProcess
 from panel_wire import dial_port
 from playwright.sync_api import Browser, Page, WebSocket, expect
 
-from drumstick.parameters.scene import parse, shipped_text
-
 pytestmark = [pytest.mark.system, pytest.mark.needs("chromium")]
 MOST_PADS = 16
 
 
 @pytest.fixture
-def rig() -> Iterator[FakeRig]:
-    made = FakeRig(parse(shipped_text("roll"), "roll.toml"))
-    yield made
-    made.close()
+def rig(faked: FakeRig) -> FakeRig:
+    faked.begin_again()
+    return faked
 
 
 @pytest.fixture
-def page(browser: Browser, served: PanelProcess) -> Iterator[Page]:
+def page(browser: Browser, rig: FakeRig, served: PanelProcess) -> Iterator[Page]:
     with page_at(browser, served.address, PATIENCE_MS) as shown:
         yield shown
 
@@ -63,6 +60,7 @@ def test_a_pad_comes_and_goes_with_the_rig_that_follows_a_pointer(page: Page, ri
 
 
 @pytest.mark.timeout(300)
+@pytest.mark.long
 def test_a_pad_that_comes_and_goes_leaves_no_connection_behind(page: Page, rig: FakeRig) -> None:
     opened = pad_sockets(page)
     pad = part(page, "pad")
@@ -82,6 +80,7 @@ def test_a_pad_that_comes_and_goes_leaves_no_connection_behind(page: Page, rig: 
     )
 
 
+@pytest.mark.long
 def test_a_pad_without_a_connection_says_so_and_tries_once_a_second(
     page: Page, rig: FakeRig, served: PanelProcess
 ) -> None:

@@ -10,24 +10,17 @@ from fake_rig import FakeRig, wait_until
 from panel_process import PanelProcess
 from playwright.sync_api import Browser, Locator, Page, expect
 
-from drumstick.parameters.scene import Scene, parse, shipped_text
-
 pytestmark = [pytest.mark.system, pytest.mark.needs("chromium")]
 
 
-def scene(name: str) -> Scene:
-    return parse(shipped_text(name), f"{name}.toml")
+@pytest.fixture
+def rig(faked: FakeRig) -> FakeRig:
+    faked.begin_again()
+    return faked
 
 
 @pytest.fixture
-def rig() -> Iterator[FakeRig]:
-    made = FakeRig(scene("roll"))
-    yield made
-    made.close()
-
-
-@pytest.fixture
-def page(browser: Browser, served: PanelProcess) -> Iterator[Page]:
+def page(browser: Browser, rig: FakeRig, served: PanelProcess) -> Iterator[Page]:
     strangers: list[str] = []
     with page_at(browser, served.address, PATIENCE_MS, strangers) as shown:
         yield shown
@@ -105,6 +98,7 @@ def test_presets_are_kept_and_loaded(page: Page, rig: FakeRig) -> None:
     expect(readback(page, "dv_pls")).to_have_text("0.2m/s", timeout=PATIENCE_MS)
 
 
+@pytest.mark.long
 def test_a_preset_that_is_refused_says_why(page: Page, rig: FakeRig) -> None:
     rig.presets["gone"] = {"dv_pls": 0.3}
     page.get_by_text("Presets", exact=True).click()
@@ -234,6 +228,7 @@ def test_escape_is_panic_but_not_while_somebody_types(page: Page, rig: FakeRig) 
     see(page, "notice", "Panic: zero force")
 
 
+@pytest.mark.long
 def test_panic_is_not_lost_between_two_moves_of_a_slider(page: Page, rig: FakeRig) -> None:
     # viser sends one message in 50 ms, the newest; what was clicked between two others would not be heard of.
     page.evaluate(
@@ -249,6 +244,7 @@ def test_panic_is_not_lost_between_two_moves_of_a_slider(page: Page, rig: FakeRi
     wait_until(lambda: rig.sets, "a set query")
 
 
+@pytest.mark.long
 def test_every_control_has_a_role_and_a_name_and_is_reached_by_tab(page: Page, rig: FakeRig) -> None:
     folders = ("Presets", "Tune alone", "Scene", "More")
     for name in folders:
@@ -320,26 +316,25 @@ def test_panic_stays_in_sight(page: Page) -> None:
     expect(page.get_by_role("button", name="PANIC")).to_be_in_viewport(ratio=0.9)
 
 
-def test_a_panic_that_nobody_confirms_is_said(page: Page, rig: FakeRig) -> None:
-    rig.close()
-    page.get_by_role("button", name="PANIC").click()
-    see(page, "panic", "PANIC was not confirmed")
-    see(page, "notice", re.compile(r"Not heard from the haptic server for \d+ s"))
-
-
-def test_a_panic_goes_on_until_somebody_hears_it(page: Page, rig: FakeRig) -> None:
+def test_a_panic_that_nobody_confirms_is_said_until_somebody_hears_it(
+    browser: Browser, own_rig: FakeRig, own_panel: PanelProcess
+) -> None:
     # As while another scene starts: no gateway is there for a while.
-    rig.close()
-    page.get_by_role("button", name="PANIC").click()
-    see(page, "panic", "PANIC was not confirmed")
-    with closing(FakeRig(rig.scene, port=rig.port, boot=2)) as again:
-        wait_until(lambda: again.panics, "the panic query")
-        see(page, "notice", "Panic: zero force")
-        expect(part(page, "panic")).to_have_count(0)
+    with page_at(browser, own_panel.address, PATIENCE_MS) as page:
+        own_rig.close()
+        page.get_by_role("button", name="PANIC").click()
+        see(page, "panic", "PANIC was not confirmed")
+        see(page, "notice", re.compile(r"Not heard from the haptic server for \d+ s"))
+        with closing(FakeRig(own_rig.scene, port=own_rig.port, boot=2)) as again:
+            wait_until(lambda: again.panics, "the panic query")
+            see(page, "notice", "Panic: zero force")
+            expect(part(page, "panic")).to_have_count(0)
 
 
 @pytest.mark.parametrize("size", [DESKTOP, PHONE])
-def test_nothing_is_cut_off(browser: Browser, served: PanelProcess, size: tuple[int, int]) -> None:
+def test_nothing_is_cut_off(
+    browser: Browser, rig: FakeRig, served: PanelProcess, size: tuple[int, int]
+) -> None:
     strangers: list[str] = []
     context = visitor(browser, size, strangers)
     page = context.new_page()

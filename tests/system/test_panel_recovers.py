@@ -67,6 +67,7 @@ def test_it_is_there_before_the_rig_and_outlives_it(page: Page, port: int) -> No
     second.close()
 
 
+@pytest.mark.long
 def test_a_silent_haptic_server_is_told_from_a_missing_router(page: Page, port: int) -> None:
     rig = FakeRig(scene("roll"), port=port)
     see(page, "notice", "Playing")
@@ -78,6 +79,7 @@ def test_a_silent_haptic_server_is_told_from_a_missing_router(page: Page, port: 
     rig.close()
 
 
+@pytest.mark.long
 def test_a_readback_missed_on_the_way_is_asked_for(page: Page, port: int) -> None:
     rig = FakeRig(scene("roll"), port=port)
     expect(readback(page, "k_coll")).to_have_text("5000N/m", timeout=PATIENCE_MS)

@@ -119,6 +119,7 @@ def test_a_slider_changes_the_force_and_both_browsers_show_it(
 
 
 @pytest.mark.usefixtures("start")
+@pytest.mark.long
 def test_a_newcomer_gets_a_faster_roll_with_what_the_page_says(browser: Browser, rig: Rig) -> None:
     """From the printed address, by names and numbers that are on the page: its first slider, some steps to the left."""
     with visiting(browser, rig) as page:
@@ -139,6 +140,7 @@ def test_a_newcomer_gets_a_faster_roll_with_what_the_page_says(browser: Browser,
 
 
 @pytest.mark.usefixtures("start")
+@pytest.mark.long
 def test_what_is_computed_is_what_is_then_played(page: Page, rig: Rig, session: zenoh.Session) -> None:
     thumb = slider(page, "dv_pls")
     see(page, "dv_pls", "0.2m/s")
@@ -191,6 +193,7 @@ def test_undo_and_a_and_b_set_the_servo(page: Page, rig: Rig, session: zenoh.Ses
 
 
 @pytest.mark.usefixtures("start")
+@pytest.mark.long
 def test_a_page_closed_in_mid_drag_leaves_what_was_accepted_last(
     browser: Browser, page: Page, rig: Rig, session: zenoh.Session
 ) -> None:
@@ -210,6 +213,7 @@ def test_a_page_closed_in_mid_drag_leaves_what_was_accepted_last(
 
 
 @pytest.mark.usefixtures("start")
+@pytest.mark.long
 def test_whoever_tunes_alone_is_the_only_one_until_the_page_closes(
     browser: Browser, page: Page, rig: Rig, session: zenoh.Session
 ) -> None:
@@ -246,6 +250,7 @@ def test_what_the_envelope_refuses_is_foreseen_and_explained(page: Page, rig: Ri
 
 
 @pytest.mark.usefixtures("start")
+@pytest.mark.long
 def test_another_scene_and_back_with_its_own_values(page: Page, rig: Rig, session: zenoh.Session) -> None:
     states = Listener(session, rig.keys.state, State)
     meters = Listener(session, rig.keys.meter, Meter)

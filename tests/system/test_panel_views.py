@@ -182,6 +182,7 @@ def test_health_tells_who_is_there_and_how_late_the_ticks_are(page: Page, rig: F
     assert there(late) == [5000.0, 700.0, 3.0]
 
 
+@pytest.mark.long
 def test_another_browser_looks_at_what_it_likes(
     page: Page, browser: Browser, rig: FakeRig, served: PanelProcess
 ) -> None:
@@ -198,6 +199,7 @@ def test_another_browser_looks_at_what_it_likes(
     expect(part(page, "present")).to_contain_text("1 browser on", timeout=PATIENCE_MS)
 
 
+@pytest.mark.long
 def test_the_membrane_is_asked_for_while_a_page_has_room_for_it(
     page: Page, browser: Browser, served: PanelProcess, rig: FakeRig
 ) -> None:

@@ -199,6 +199,7 @@ def test_the_walk_takes_every_event_in_every_state() -> None:
     assert len(taken) == len(walk()) == len(STATES) * len(EVENTS)
 
 
+@pytest.mark.long
 def test_the_processes_go_where_the_table_says(played: Played) -> None:
     state = FREE
     for event in walk():
@@ -225,6 +226,7 @@ def test_a_panic_that_only_a_dead_servo_had_outlives_its_gateway(played: Played)
     assert played.state() != FREE
 
 
+@pytest.mark.long
 def test_a_servo_that_is_killed_as_it_starts_leaves_the_panic_to_the_next(played: Played) -> None:
     block = run_folder(played.rig.name) / files.BLOCK
     played.bring_to(PANICKED)

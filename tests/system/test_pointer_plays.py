@@ -129,6 +129,7 @@ def test_a_finger_strikes(page: Page, strikes: Listener) -> None:
 
 
 @pytest.mark.needs("chromium")
+@pytest.mark.long
 def test_a_page_that_is_closed_lets_go(browser: Browser, rig: Rig, strikes: Listener) -> None:
     page = visit(browser, rig)
     press(page, rig, 0.5)
@@ -147,6 +148,7 @@ def test_the_pad_says_what_it_is(page: Page) -> None:
     assert pad.get_attribute("tabindex") == "0"
 
 
+@pytest.mark.long
 def test_a_program_points_over_the_wire_and_falls_silent(rig: Rig, strikes: Listener) -> None:
     session = rig.client()
     states = Listener(session, rig.keys.state, State)

@@ -171,6 +171,7 @@ def _power_cut(rig: Rig) -> None:
     rig.process.wait()
 
 
+@pytest.mark.long
 def test_a_power_cut_loses_nothing_that_was_set(tmp_path: Path) -> None:
     state = tmp_path / "state"
     with running("haptic", "--scene", "roll", state=state) as rig:
@@ -201,6 +202,7 @@ def test_a_power_cut_loses_nothing_that_was_set(tmp_path: Path) -> None:
         session.close()
 
 
+@pytest.mark.long
 def test_another_scene_starts_as_it_is_written(tmp_path: Path) -> None:
     state = tmp_path / "state"
     with running("haptic", "--scene", "roll", state=state) as rig:
@@ -216,6 +218,7 @@ def test_another_scene_starts_as_it_is_written(tmp_path: Path) -> None:
     assert not (state / "drumstick" / name / "presets").exists()
 
 
+@pytest.mark.long
 def test_a_place_that_cannot_be_written_stops_no_play(tmp_path: Path) -> None:
     state = tmp_path / "state"
     state.write_text("no folder")

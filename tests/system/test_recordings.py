@@ -77,6 +77,7 @@ def events(path: Path, channel: channels.Channel) -> list[object]:
 
 
 @pytest.mark.real_clock
+@pytest.mark.long
 def test_ten_seconds_of_a_roll_and_none_is_missing(rig: Rig, session: zenoh.Session, tmp_path: Path) -> None:
     heard = Listener(session, rig.keys.strike, Strike)
     out = tmp_path / "roll.mcap"
@@ -214,6 +215,7 @@ def test_killed_it_leaves_all_but_its_last_second(rig: Rig, session: zenoh.Sessi
     assert seen == [s.seq for s in strikes]
 
 
+@pytest.mark.long
 def test_a_file_that_may_not_grow_ends_the_recording_with_one_line_and_the_rig_plays_on(
     rig: Rig, session: zenoh.Session, tmp_path: Path
 ) -> None:
@@ -246,6 +248,7 @@ def test_a_full_device_is_refused_at_the_start(rig: Rig, tmp_path: Path) -> None
 
 
 @pytest.mark.usefixtures("session")
+@pytest.mark.long
 def test_what_cannot_be_recorded_is_said(rig: Rig, tmp_path: Path) -> None:
     def said(out: str, *options: str) -> tuple[int, str]:
         command = [*DRUMSTICK, "record", "--connect", rig.endpoint, "--rig", rig.name, "--out", out, *options]
@@ -267,6 +270,7 @@ def test_what_cannot_be_recorded_is_said(rig: Rig, tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["there.mcap"]
 
 
+@pytest.mark.long
 def test_a_servo_that_is_killed_meanwhile_is_followed(tmp_path: Path) -> None:
     out = tmp_path / "a.mcap"
     with running("haptic") as plain:
@@ -297,6 +301,7 @@ def test_a_servo_that_is_killed_meanwhile_is_followed(tmp_path: Path) -> None:
     assert apart[-1] == pytest.approx(apart[0], abs=5_000_000)
 
 
+@pytest.mark.long
 def test_presence_is_recorded_as_it_comes_and_goes(tmp_path: Path) -> None:
     out = tmp_path / "a.mcap"
     with running("haptic", "--record", str(out)) as started:
@@ -318,6 +323,7 @@ def test_presence_is_recorded_as_it_comes_and_goes(tmp_path: Path) -> None:
     assert ("haptic", True) in [(service, alive) for service, _, alive in seen]
 
 
+@pytest.mark.long
 def test_force_of_a_scene_that_does_not_stream_is_refused(tmp_path: Path) -> None:
     with running("haptic") as plain:
         plain.client().close()
@@ -336,6 +342,7 @@ def recorder_pid(rig: Rig) -> int:
     return wait_for("the recorder", lambda: rig.children().get("rig.recording"))
 
 
+@pytest.mark.long
 def test_a_rig_that_records_itself_and_a_recorder_that_is_killed(tmp_path: Path) -> None:
     out, second = tmp_path / "up.mcap", tmp_path / "up-2.mcap"
     with running("up", "--record", str(out), "--json") as started:
@@ -360,6 +367,7 @@ def test_a_rig_that_records_itself_and_a_recorder_that_is_killed(tmp_path: Path)
     assert not any(is_alive(pid) for pid in children.values())
 
 
+@pytest.mark.long
 def test_a_full_disk_is_said_once_and_the_rig_plays_on(tmp_path: Path) -> None:
     out = tmp_path / "full.mcap"
     with running("haptic", "--record", str(out)) as started:

@@ -96,6 +96,7 @@ def a_roll(path: Path, scene: Scene, finished: bool = True) -> Path:
 
 
 @pytest.mark.real_clock
+@pytest.mark.long
 def test_a_real_sound_server_sounds_from_it_each_strike_once_in_the_recorded_rhythm(
     free_port: Callable[[], int], tmp_path: Path
 ) -> None:
@@ -189,6 +190,7 @@ def test_it_answers_as_a_rig_does_and_panic_ends_it(free_port: Callable[[], int]
 
 
 @pytest.mark.parametrize("by_panic", [True, False])
+@pytest.mark.long
 def test_waiting_for_a_sound_server_can_be_ended(
     free_port: Callable[[], int], tmp_path: Path, by_panic: bool
 ) -> None:
@@ -258,6 +260,7 @@ def test_a_torn_recording_is_played_as_far_as_it_goes_and_that_is_said(
     assert ", 7 strikes, " in told
 
 
+@pytest.mark.long
 def test_what_cannot_be_replayed_is_said(free_port: Callable[[], int], tmp_path: Path) -> None:
     silent = made(tmp_path / "silent.mcap", [(0.0, "/state", a_state(0))])
     junk = tmp_path / "junk.mcap"
@@ -289,6 +292,7 @@ def test_what_cannot_be_replayed_is_said(free_port: Callable[[], int], tmp_path:
     assert (status, "no Zenoh router answers" in found) == (3, True)
 
 
+@pytest.mark.long
 def test_beside_a_live_rig_of_that_name_it_refuses_and_under_another_it_plays(tmp_path: Path) -> None:
     roll = a_roll(tmp_path / "a.mcap", drum())
     with running("haptic") as live:

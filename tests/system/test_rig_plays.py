@@ -196,6 +196,7 @@ def test_a_short_run_ends_by_itself_with_a_summary_and_a_sound_file(tmp_path: Pa
         (["--audio", "wav:/nowhere/at/all.wav"], "all.wav"),
     ],
 )
+@pytest.mark.daily("words0*", "words7*")
 def test_wrong_words_are_one_line_and_status_2(words: list[str], says: str) -> None:
     command = ["up", *words] if "--rig" in words else ["up", "--rig", f"wrong-{os.getpid()}", *words]
     if "--audio" in words:  # only the sound server can tell: keep it off this machine's ports

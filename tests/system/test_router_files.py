@@ -169,6 +169,7 @@ def test_zenohs_own_websocket_link_opens() -> None:
         assert [str(link.dst) for link in session.info.links()] == [f"ws/127.0.0.1:{port}"]
 
 
+@pytest.mark.long
 def test_a_rig_plays_by_the_router_that_its_keys_were_made_with(tmp_path: Path, routers: Routers) -> None:
     port, keys = free_port(), Keys("main")
     made = [*DRUMSTICK, "keys", "make", "--out", str(tmp_path / "made"), "--router", "127.0.0.1"]

@@ -15,6 +15,7 @@ pytestmark = [pytest.mark.system, pytest.mark.real_clock]
 _AWAY_S = 2.0
 
 
+@pytest.mark.long
 def test_everything_returns_and_nothing_sounds_twice_or_late() -> None:
     with lone_router() as router, running("up", "--scene", "roll", "--connect", router.endpoint) as rig:
         end = time.monotonic() + PATIENCE_S

@@ -208,6 +208,7 @@ def test_the_real_panel_comes_in_and_is_seen(stage: Stage, local: zenoh.Session)
         panel.wait(20.0)
 
 
+@pytest.mark.long
 def test_a_sound_server_on_another_machine_plays_into_a_file(
     stage: Stage, local: zenoh.Session, tmp_path: Path
 ) -> None:
@@ -427,6 +428,7 @@ def test_a_second_rig_at_the_same_public_listener_says_so(stage: Stage, local: z
     assert "choose another with zenoh.public of the rig file" in done.stderr
 
 
+@pytest.mark.long
 def test_a_service_that_is_refused_says_why_and_ends(
     stage: Stage, local: zenoh.Session, tmp_path: Path
 ) -> None:

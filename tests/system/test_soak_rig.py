@@ -16,6 +16,7 @@ COMPANIONS = {"osc companion", "zenoh companion", "visitor companion"}
 
 
 @pytest.mark.timeout(400)
+@pytest.mark.long
 def test_the_whole_rig_is_watched_at_twenty_times_the_strikes(tmp_path: Path) -> None:
     command = [*DRUMSTICK, "soak", "--real-time", "--duration", "20", "--json", "--out", str(tmp_path)]
     ended = subprocess.run(command, capture_output=True, text=True, timeout=380, check=False)

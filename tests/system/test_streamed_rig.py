@@ -108,6 +108,7 @@ def test_a_killed_gateway_comes_back_and_so_does_the_sound(rig: Rig, session: ze
     wait_for("new contacts", lambda: meters.got[-1].played > first.played + 10)
 
 
+@pytest.mark.long
 def test_nothing_is_published_while_nobody_listens(tmp_path: Path) -> None:
     with running("haptic", "--scene", scene_file(tmp_path)) as alone:
         session = alone.client()

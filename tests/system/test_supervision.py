@@ -72,6 +72,7 @@ def test_the_gateway_is_fed(gateway: Supervised) -> None:
     assert gateway.told[-1][2].startswith(("playing", "ready", "fault"))
 
 
+@pytest.mark.long
 def test_another_scene_is_taken_up_at_the_next_start(
     place: Path, router: str, gateway: Supervised, servo: Supervised
 ) -> None:

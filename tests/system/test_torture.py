@@ -92,6 +92,7 @@ def test_an_accepted_value_that_is_not_there_is_named() -> None:
 
 @pytest.mark.real_clock
 @pytest.mark.timeout(600)
+@pytest.mark.long
 def test_half_a_minute_of_torture_breaks_no_promise() -> None:
     result = torture.empty()
     torture.one_rig(result, 30.0)
