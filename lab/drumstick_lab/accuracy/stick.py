@@ -23,7 +23,7 @@ from drumstick_lab.accuracy.timing import CHAIN, Window, chain, in_turn, spent_n
 SCENE = "roll"
 PEER = "solve_ivp"
 # Largest relative error of any instant or speed within 100 contacts of this scene against 40 digits: 2.9e-15 by
-# drumstick lab stick-methods; a test measures it again.
+# drumstick lab stick-methods
 EXACT_ERROR = 3e-15
 STEPS_S = tuple(float(f"{x:.3g}") for x in 1e-3 / np.sqrt(10.0) ** np.arange(7))
 TOLERANCES = (1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)

@@ -1,0 +1,81 @@
+"""How long `make test` takes, by layer, and whether it is ever red for nothing: drumstick lab suite [--runs 1] [--busy].
+
+Runs `make test` so many times in this checkout, one after another; --busy: beside a process that keeps one core busy.
+Each run is kept as it ends, with its commit, seconds by layer, and the names of what failed: lab/results/suite.json.
+Runs of other commits stay there: those of a whole history tell more about false alarms than twenty of one day.
+"""
+
+import argparse
+import datetime
+import json
+import os
+import re
+import subprocess
+import sys
+import time
+from typing import Any
+
+from drumstick_lab.checkout import RESULTS, ROOT
+from rig.machine.this_machine import description
+
+RESULT = RESULTS / "suite.json"
+LAYERS = ("computing", "processes", "real clock")  # the passes of `make test`, in order
+_PASS = re.compile(r"^=+ .*?(\d+) passed.* in ([\d.]+)s")
+_FAILED = re.compile(r"^(?:FAILED|ERROR) (\S+)")
+_RERUN = re.compile(r"(\d+) rerun")
+
+
+def read_output(text: str, whole_s: float) -> dict[str, Any]:
+    """Seconds and tests by layer, and what failed, as `make test` printed it; what is no pass of pytest is "checks"."""
+    lines = text.splitlines()
+    passes = [found for line in lines if (found := _PASS.match(line))]
+    seconds = {name: float(found[2]) for name, found in zip(LAYERS, passes, strict=False)}
+    return {
+        "seconds": {"checks": round(whole_s - sum(seconds.values()), 1), **seconds},
+        "tests": {name: int(found[1]) for name, found in zip(LAYERS, passes, strict=False)},
+        "failed": [found[1] for line in lines if (found := _FAILED.match(line))],
+        "reruns": sum(
+            int(found[1]) for line in lines if _PASS.match(line) and (found := _RERUN.search(line))
+        ),
+    }
+
+
+def _run(busy: bool) -> dict[str, Any]:
+    neighbour = subprocess.Popen([sys.executable, "-c", "while True: pass"]) if busy else None
+    begun = time.monotonic()
+    try:
+        done = subprocess.run(
+            ["make", "test"], cwd=ROOT, env=dict(os.environ, CI="true"), capture_output=True, text=True, check=False
+        )  # fmt: skip
+    finally:
+        if neighbour is not None:
+            neighbour.kill()
+            neighbour.wait()
+    commit = subprocess.run(
+        ["git", "describe", "--always", "--dirty"], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    whole_s = time.monotonic() - begun
+    return {
+        "commit": commit.stdout.strip(),
+        "ended": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+        "beside_a_busy_core": busy,
+        "passed": done.returncode == 0,
+        "whole_s": round(whole_s, 1),
+        **read_output(done.stdout, whole_s),
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--runs", type=int, default=1)
+    parser.add_argument("--busy", action="store_true", help="keep one core busy meanwhile")
+    given = parser.parse_args()
+    for _ in range(given.runs):
+        run = _run(given.busy)
+        kept = json.loads(RESULT.read_text())["runs"] if RESULT.exists() else []
+        RESULT.write_text(json.dumps({"machine": description(), "runs": [*kept, run]}, indent=1) + "\n")
+        print(json.dumps(run))
+
+
+if __name__ == "__main__":
+    main()
