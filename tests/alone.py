@@ -35,8 +35,10 @@ def _moved_away() -> bool:
         and _ran("mount", "-t", "tmpfs", "-o", "mode=1777", "tmpfs", str(_SHM))
         and _ran("ip", "link", "set", "dev", "lo", "multicast", "on", "up")
         and _ran("ip", "route", "add", "224.0.0.0/4", "dev", "lo")
-        # An address of the machine that is not 127.0.0.1: what must listen on loopback only is tried there too.
-        and _ran("ip", "address", "add", "192.0.2.1/24", "dev", "lo")
+        # An address of the machine that is not 127.0.0.1, by which it would speak to strangers: what must listen on
+        # loopback only is tried there too.
+        and _ran("ip", "address", "add", "198.18.0.1/32", "dev", "lo")
+        and _ran("ip", "route", "add", "192.0.2.0/24", "dev", "lo", "src", "198.18.0.1")
     )
 
 

@@ -14,7 +14,7 @@ import numba
 import numpy.typing as npt
 from numba.core.errors import NumbaWarning
 
-from realtime import kernel_cache
+from realtime import inner_kernels, kernel_cache
 
 # The loop of a `parallel` kernel; everywhere else it is `range`.
 prange: Any = numba.prange
@@ -67,6 +67,7 @@ def njit(
         dispatcher = numba.njit(**options)(function)
         if kernel_cache.ROOT is not None:
             kernel_cache.SharedCache(dispatcher)
+        inner_kernels.wrap_when_called(dispatcher)
         return dispatcher
 
     return decorate

@@ -227,6 +227,7 @@ class SharedCache:
         self._inner._cache_file._data_name = self._unique_name
         self._name = f"{dispatcher.py_func.__module__}.{dispatcher.py_func.__qualname__}"
         self._held: list[int] = []
+        self.wanted: Callable[[Any], bool] = lambda stored: True  # what is stored, but will not do
         dispatcher._cache = self
         dispatcher.compile = self._releasing(dispatcher.compile)
 
@@ -248,7 +249,8 @@ class SharedCache:
 
     def _load(self, sig: Any, target_context: Any) -> Any:
         try:
-            return self._inner.load_overload(sig, target_context)
+            found = self._inner.load_overload(sig, target_context)
+            return found if found is None or self.wanted(found) else None
         except Exception:  # noqa: BLE001  unpickling a damaged file can raise anything
             return None
 

@@ -1,0 +1,90 @@
+"""A kernel that only kernels call has no wrapper for Python, here and in the store, until Python calls it."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from realtime.inner_kernels import is_wrapped
+from realtime.jit import njit
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+def test_it_is_wrapped_when_python_calls_it_and_not_before() -> None:
+    @njit()
+    def doubled(values):
+        return 2.0 * values[0]
+
+    @njit()
+    def outer(values):
+        return doubled(values) + 1.0
+
+    kernel: Any = doubled
+    assert outer(np.array([4.0])) == 9.0
+    (alone,) = kernel.overloads.values()
+    assert not is_wrapped(alone)
+    assert doubled(np.array([5.0])) == 10.0
+    (called,) = kernel.overloads.values()
+    assert is_wrapped(called)
+    assert outer(np.array([6.0])) == 13.0
+    assert doubled(np.array([7], np.int64)) == 14.0, "other types get their own"
+    assert len(kernel.overloads) == 2
+
+
+def test_a_kernel_that_python_called_first_is_compiled_once() -> None:
+    @njit()
+    def doubled(value):
+        return 2.0 * value
+
+    @njit()
+    def outer(value):
+        return doubled(value) + 1.0
+
+    kernel: Any = doubled
+    assert doubled(4.0) == 8.0
+    (before,) = kernel.overloads.values()
+    assert outer(4.0) == 9.0
+    assert list(kernel.overloads.values()) == [before]
+
+
+# beta_eq3 is called by first_beta here; what Python calls is the first word.
+_PROGRAM = """
+import json, sys, warnings
+warnings.simplefilter("always")
+from drumstick.stick import contact
+from realtime.jit import njit
+
+@njit()
+def through(m, k, r):
+    return contact.beta_eq3(m, k, r)
+
+called = {"outer": through, "inner": contact.beta_eq3}[sys.argv[1]]
+value = called(0.015, 5000.0, 1.3)
+print(json.dumps([value, sum(contact.beta_eq3.stats.cache_hits.values())]))
+"""
+
+
+def _run(folder: Path, which: str) -> tuple[float, int]:
+    program = folder / "program.py"
+    program.write_text(_PROGRAM, encoding="utf-8")
+    path = os.pathsep.join(str(ROOT / part) for part in ("shared", "services"))
+    environment = dict(os.environ, XDG_CACHE_HOME=str(folder / "cache"), PYTHONPATH=path)
+    done = subprocess.run(
+        [sys.executable, program, which], env=environment, capture_output=True, text=True, check=False, timeout=110
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    value, hits = json.loads(done.stdout)
+    return value, hits
+
+
+def test_what_is_stored_without_a_wrapper_is_none_for_python(tmp_path: Path) -> None:
+    value, hits = _run(tmp_path, "outer")
+    assert hits == 0
+    assert _run(tmp_path, "inner") == (value, 0), "compiled with a wrapper, not called at address 0"
+    assert _run(tmp_path, "inner") == (value, 1), "and that one is stored"
