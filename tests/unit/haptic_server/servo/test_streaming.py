@@ -16,16 +16,13 @@ from realtime import ring
 from realtime.atomics import add_to, poke
 from realtime.jit import allocations, njit
 from realtime.lent import lend
+from streamed_engine import STREAMS, streamed_text
 
-STREAMED = '\nexcitation = "streamed"\n'
 PERIOD_NS = 1_000_000
 
 
 def streamed(name: str = "roll", rate_hz: int = 1000) -> Scene:
-    text = shipped_text(name).replace("[drum]", "[drum]" + STREAMED) + f"\n[servo]\nrate_Hz = {rate_hz}\n"
-    if "[drum]" not in text:
-        text += "\n[drum]" + STREAMED
-    return parse(text, name)
+    return parse(streamed_text(name) + f"\n[servo]\nrate_Hz = {rate_hz}\n", name)
 
 
 def servo_of(played: Scene, listened: bool = True) -> memory.Servo:
@@ -184,7 +181,7 @@ def test_a_scene_that_does_not_stream_has_no_ring() -> None:
 
 def test_the_arms_samples_are_the_force_that_is_held() -> None:
     played = parse(
-        sampled_arm.SCENE.format(gesture="strokes", device="", guard="") + "[drum]" + STREAMED, "arm"
+        sampled_arm.SCENE.format(gesture="strokes", device="", guard="") + f"[drum]\n{STREAMS}\n", "arm"
     )
     servo = sampled_arm.servo_of(played)
     poke(ring_of(servo).cells, LISTENED, 1)
