@@ -1,9 +1,10 @@
 """What a scene's own servo would stream: its simulated device in virtual time, as forces for the offline renderer.
 
-The forces come in the pieces that the gateway would send, so that what is rendered is what the wire carries, rounding
+The forces come by the messages that the gateway would send, so that what is rendered is what the wire carries, rounding
 and places included.
 """
 
+import itertools
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from haptic_server.servo.memory import Servo
     from protocol.messages import Contact
 
-_AT_ONCE_TICKS = 1000
+_AT_ONCE_TICKS = 30  # a buzz of 65 contacts in each still finds room in the ring
 _BOOT = 1
 _END_NS = 2**62  # later than any tick
 
@@ -68,18 +69,19 @@ def contacts(scene: "Scene", duration_s: float, gesture: str | None = None) -> "
 
 
 def presses(scene: "Scene", duration_s: float, gesture: str | None = None) -> "Iterator[Press]":
-    """The same for the offline renderer, a press for each message."""
+    """The same for the offline renderer, a press for each contact."""
     import numpy as np
 
     from drumstick.drum.excitation.offline import Press
 
     zeroth: int | None = None
-    for contact in contacts(scene, duration_s, gesture):
-        t_ns, x, y = contact.t_ns, contact.x, contact.y
+    for _, pieces in itertools.groupby(contacts(scene, duration_s, gesture), lambda piece: piece.seq):
+        own = list(pieces)
+        first_tick, rate_Hz, t_ns, x, y = own[0].first_tick, own[0].rate_Hz, own[0].t_ns, own[0].x, own[0].y
         assert t_ns is not None
         assert x is not None
         assert y is not None
         if zeroth is None:
-            zeroth = contact.first_tick - round(t_ns * 1e-9 * contact.rate_Hz)
-        forces_N = np.frombuffer(contact.forces, "<f4").astype(np.float64)
-        yield Press(max(contact.first_tick - zeroth, 0), contact.rate_Hz, x, y, forces_N)
+            zeroth = first_tick - round(t_ns * 1e-9 * rate_Hz)
+        forces_N = np.frombuffer(b"".join(piece.forces for piece in own), "<f4").astype(np.float64)
+        yield Press(max(first_tick - zeroth, 0), rate_Hz, x, y, forces_N)
