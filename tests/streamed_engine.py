@@ -12,6 +12,7 @@ from drumstick_lab.accuracy.drums.blows import pressed
 from realtime.jit import Record
 
 MS = 1_000_000
+STREAMS = 'excitation = "streamed"'
 _STEPS = 8  # of the mesh in a block: half a millisecond
 
 
@@ -24,8 +25,9 @@ def streamed(latency_s: float = 0.0) -> Scene:
 
 
 def streamed_text(name: str = "roll") -> str:
-    """A shipped scene that streams, as TOML."""
-    return shipped_text(name).replace("[drum]", '[drum]\nexcitation = "streamed"')
+    """A shipped scene, as TOML, made to stream if it does not."""
+    text = shipped_text(name)
+    return text if STREAMS in text else text.replace("[drum]", f"[drum]\n{STREAMS}")
 
 
 class Player:

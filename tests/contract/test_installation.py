@@ -256,7 +256,7 @@ def test_any_command_can_be_run_as_the_services_run(tmp_path: Path) -> None:
     assert {"DRUMSTICK_RIG=stage", "DRUMSTICK_RIG_FILE=/etc/drumstick/stage/rig.toml"} < set(said)
 
 
-@pytest.mark.parametrize("words", [["params", "get"], ["panic"], ["rigs"], ["preset", "list"]])
+@pytest.mark.parametrize("words", [["params", "get"], ["panic"], ["rigs"], ["monitor"], ["preset", "list"]])
 def test_the_rig_and_its_file_come_by_variables_too(words: list[str], tmp_path: Path) -> None:
     file = tmp_path / "rig.toml"
     file.write_text('nme = "x"\n')

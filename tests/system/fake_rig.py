@@ -293,7 +293,7 @@ class FakeRig:
     def _strike(self) -> Strike:
         return Strike(
             boot=self.boot, seq=self.strikes, t_ns=time.monotonic_ns(), x=0.3, y=0.2, z_speed_m_per_s=0.63,
-            level=0.31, peak_estimate_N=5.4, contact_estimate_s=0.0055,
+            level=0.31, peak_estimate_N=5.4, contact_estimate_s=0.0055, impulse_N_s=0.015,
         )  # fmt: skip
 
     def _release(self) -> Release:

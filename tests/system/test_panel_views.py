@@ -178,6 +178,10 @@ def test_health_tells_who_is_there_and_how_late_the_ticks_are(page: Page, rig: F
         "Connected: 1 panel; 1 browser on this page.", timeout=PATIENCE_MS
     )
     expect(part(page, "network")).to_contain_text("null")
+    expect(part(page, "announced")).to_contain_text(
+        "peak force announced +0.0 dB (worst +0.0 dB), impulse +0.0 dB", timeout=PATIENCE_MS
+    )
+    assert "release" in rig.watched()
     late = plotted(page, "ticks so late", lambda column: len(column) == 4)
     assert there(late) == [5000.0, 700.0, 3.0]
 

@@ -1,5 +1,6 @@
 """`drumstick up`: all four real processes together, and what happens when one of them dies."""
 
+import json
 import os
 import signal
 import subprocess
@@ -159,6 +160,13 @@ def test_the_commands_beside_it(rig: Rig, session: zenoh.Session) -> None:
     assert armed.returncode == 0
     latest(session, rig, lambda s: s.status == "playing")
     assert drumstick("params", "set", "dv_pls=0.2", "k_coll=5000").returncode == 0
+    watched = drumstick("monitor", "--duration", "3", "--json")
+    assert watched.returncode == 0, watched.stderr
+    told = json.loads(watched.stdout.splitlines()[-1])
+    assert told["announced"]["contacts"] > 5
+    assert told["announced"]["good"]
+    assert abs(told["announced"]["peak_median_dB"]) < 0.5
+    assert abs(told["announced"]["impulse_median_dB"]) < 0.1
 
 
 def test_a_short_run_ends_by_itself_with_a_summary_and_a_sound_file(tmp_path: Path) -> None:

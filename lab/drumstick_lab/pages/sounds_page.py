@@ -51,17 +51,18 @@ def _rendered(name: str) -> dict[str, Any]:
     scene = parse(shipped_text(name), name)
     speed = 0.5 * scene.strike.full_scale_m_per_s
     blows = [blow_at(scene, speed, x, 0.0, t_s) for t_s, x in STROKES]
+    lasts_s, end_s, gesture = ROLL_S, END_S, None
     if scene.hand.gesture == "recorded":
         scene = dataclasses.replace(scene, drum=dataclasses.replace(scene.drum, excitation="streamed"))
-        gesture = shipped_gesture(scene.hand.gesture_file)
-        pressed = [_later(press) for press in presses(scene, GESTURE_S, gesture)]
-        own, end_s = sum(float(press.forces_N[-1]) == 0.0 for press in pressed), GESTURE_S + 3.0
-        sound = render(scene, blows, end_s, RATE_HZ, pressed)
+        lasts_s, end_s, gesture = GESTURE_S, GESTURE_S + 3.0, shipped_gesture(scene.hand.gesture_file)
+    if scene.drum.excitation == "streamed":
+        pressed = [_later(press) for press in presses(scene, lasts_s, gesture)]
+        own = sum(float(press.forces_N[-1]) == 0.0 for press in pressed)
     else:
-        roll = rolled(scene, ROLL_S)
+        pressed, roll = [], rolled(scene, lasts_s)
         blows += [dataclasses.replace(blow, t_s=blow.t_s + ROLL_FROM_S) for blow in roll]
-        own, end_s = len(roll), END_S
-        sound = render(scene, blows, end_s, RATE_HZ)
+        own = len(roll)
+    sound = render(scene, blows, end_s, RATE_HZ, pressed)
     soundfile.write(SOUNDS / f"{name}.flac", sound, RATE_HZ, subtype="PCM_16", compression_level=1.0)
     with Image.open(io.BytesIO(drawn_png(spectrogram(sound, RATE_HZ, scene.drum.f01_Hz, name)))) as picture:
         few = picture.convert("RGB").quantize(_COLOURS, dither=Image.Dither.NONE)
@@ -82,8 +83,8 @@ def page() -> str:
         "# What the scenes sound like",
         "",
         "Made by `drumstick lab sounds-page`; do not edit. A stroke at the centre, at half radius and at the rim, each at half of",
-        f"full scale, then {ROLL_S:g} s of what the scene's own stick plays. Offline, from the very code that plays live. The hand of `accents` moves",
-        f"a simulated arm: {GESTURE_S:g} s of its gesture are heard by the forces that its servo streams.",
+        f"full scale, then {ROLL_S:g} s of what the scene's own stick plays. Offline, from the very code that plays live. `paper-roll` is heard by the",
+        f"forces that its servo streams, and so are {GESTURE_S:g} s of the gesture of `accents`, whose hand moves a simulated arm.",
         "",
     ]
     for name in shipped_names():

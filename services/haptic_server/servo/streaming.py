@@ -2,7 +2,8 @@
 
 Each sample is the mean over one tick: what the contact's impulse grew by, over T. So the samples of a contact times T
 add up to the impulse that its release tells, for the exact stick too, whose contacts begin and end inside ticks. An
-exact tick covers the time before it, a held force (a sampled arm) the time after. Behind a contact comes one 0 N.
+exact tick covers the time before it, a held force (a sampled arm) the time after. Behind a contact comes one 0 N. A
+contact is where it began: a force that stepped from junction to junction under way would click.
 
 Tick thread: no allocation, no locks, no Python, no exceptions.
 """
@@ -60,8 +61,6 @@ def _push(servo: Record, back: int, force_N: float) -> None:
     sample.tick = state.tick - back
     sample.t_ns = state.t_ns - back * servo.plan[0].period_ns
     sample.force_N = force_N if abs(force_N) < _MOST_N else 0.0
-    sample.x = player.x
-    sample.y = player.y
     ring.push(stream.contacts.cells, stream.contacts.slots, sample)
 
 
@@ -112,7 +111,9 @@ def held_tick(servo: Record, now_ns: int) -> None:
 @only_with("stream")
 def begin(servo: Record) -> None:
     """A contact begins in this tick; its strike has been counted."""
-    state = servo.stream.state[0]
+    state, sample = servo.stream.state[0], servo.stream.sample[0]
+    sample.x = servo.player[0].x
+    sample.y = servo.player[0].y
     state.inside = 1
     state.told_N_s = 0.0
     state.last_N = 0.0

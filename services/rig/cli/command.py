@@ -34,6 +34,7 @@ _COMMANDS: _Commands = (
     ("record", running.record_command),
     ("replay", running.replay_command),
     ("rigs", running.rigs_command),
+    ("monitor", running.monitor_command),
     ("panic", running.panic_command),
     ("arm", running.arm_command),
 )

@@ -93,6 +93,22 @@ def rigs_command(
         rigs.show(end, as_json)
 
 
+def monitor_command(
+    duration: Duration = None,
+    rig: RigNameOrFile = None,
+    rig_file: RigFile = None,
+    connect: Connect = None,
+    as_json: Json = False,
+) -> None:
+    """Watch a running rig, one line a second: state, roll rate, sound, and whether strikes announce the contacts."""
+    from rig import checks
+    from rig.network.monitor import monitor
+    from rig.supervision.settled import FOLLOWERS, far_end
+
+    checks.duration(duration)
+    monitor(far_end(rig_file, rig, connect, roles=FOLLOWERS), as_json, duration)
+
+
 def panic_command(rig: RigNameOrFile = None, rig_file: RigFile = None, connect: Connect = None) -> None:
     """Zero force at once, latched."""
     from rig.network import remote

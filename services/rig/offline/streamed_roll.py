@@ -1,5 +1,10 @@
-"""What a scene's own servo would stream: its simulated device in virtual time, as forces for the offline renderer."""
+"""What a scene's own servo would stream: its simulated device in virtual time, as forces for the offline renderer.
 
+The forces come by the messages that the gateway would send, so that what is rendered is what the wire carries, rounding
+and places included.
+"""
+
+import itertools
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -9,23 +14,24 @@ if TYPE_CHECKING:
 
     from drumstick.drum.excitation.offline import Press
     from drumstick.parameters.scene import Scene
+    from haptic_server.servo.memory import Servo
+    from protocol.messages import Contact
 
-_AT_ONCE_TICKS = 1000
+_AT_ONCE_TICKS = 30  # a buzz of 65 contacts in each still finds room in the ring
+_BOOT = 1
+_END_NS = 2**62  # later than any tick
 
 
-def presses(scene: "Scene", duration_s: float, gesture: str | None = None) -> "Iterator[Press]":
-    """Its contacts up to duration_s from the first throw, oldest first. The scene streams.
+def servo_of(scene: "Scene", gesture: str | None = None) -> "Servo":
+    """The scene's servo with its simulated device and somebody who listens, for virtual time. The scene streams.
 
     `gesture`: the text of its recorded gesture, checked, if it has one.
     """
-    import numpy as np
-
-    from drumstick.drum.excitation.offline import Press
     from drumstick.stick.law import law_of
-    from haptic_server import block, contacts, files
+    from haptic_server import block, files
+    from haptic_server.contacts import LISTENED
     from haptic_server.device.simulated import Simulated
-    from haptic_server.servo import loop, memory
-    from realtime import ring
+    from haptic_server.servo import memory
     from realtime.atomics import poke
 
     with tempfile.TemporaryDirectory() as folder:
@@ -36,17 +42,46 @@ def presses(scene: "Scene", duration_s: float, gesture: str | None = None) -> "I
     specification = device.info().specification
     servo = device.furnish(memory.prepare(scene, block.in_memory(law_of(scene)), specification=specification))
     assert servo.stream is not None
-    told = servo.stream.contacts
-    poke(told.cells, contacts.LISTENED, 1)
-    rate_Hz = scene.servo.rate_Hz
-    samples = np.zeros(contacts.SLOTS, contacts.SAMPLE)
+    poke(servo.stream.contacts.cells, LISTENED, 1)
+    return servo
+
+
+def contacts(scene: "Scene", duration_s: float, gesture: str | None = None) -> "Iterator[Contact]":
+    """What the gateway would publish up to duration_s from the first throw, oldest first. Arguments: see servo_of."""
+    import numpy as np
+
+    from haptic_server.contacts import SAMPLE, SLOTS
+    from haptic_server.gateway.zenoh.pieces import Pieces
+    from haptic_server.servo import loop
+    from realtime import ring
+
+    servo = servo_of(scene, gesture)
+    assert servo.stream is not None
+    told, rate_Hz = servo.stream.contacts, scene.servo.rate_Hz
+    pieces, samples = Pieces(float(rate_Hz)), np.zeros(SLOTS, SAMPLE)
     left, now_ns = round(duration_s * rate_Hz), 0
     while left > 0:
         now_ns = loop.run_virtual(servo, min(left, _AT_ONCE_TICKS), now_ns)
         left -= _AT_ONCE_TICKS
-        found = samples[: ring.drain(told.cells, told.slots, samples)]
-        for seq in np.unique(found["seq"]):
-            own = found[found["seq"] == seq]
-            first = round(int(own["t_ns"][0]) * 1e-9 * rate_Hz)
-            place = float(own["x"][0]), float(own["y"][0])
-            yield Press(max(first, 0), float(rate_Hz), *place, own["force_N"].copy())
+        # At time 0 no sample is old and no piece has waited: each goes when it is full or closed.
+        yield from pieces.of(_BOOT, samples[: ring.drain(told.cells, told.slots, samples)], 0)
+    yield from pieces.of(_BOOT, (), _END_NS)
+
+
+def presses(scene: "Scene", duration_s: float, gesture: str | None = None) -> "Iterator[Press]":
+    """The same for the offline renderer, a press for each contact."""
+    import numpy as np
+
+    from drumstick.drum.excitation.offline import Press
+
+    zeroth: int | None = None
+    for _, pieces in itertools.groupby(contacts(scene, duration_s, gesture), lambda piece: piece.seq):
+        own = list(pieces)
+        first_tick, rate_Hz, t_ns, x, y = own[0].first_tick, own[0].rate_Hz, own[0].t_ns, own[0].x, own[0].y
+        assert t_ns is not None
+        assert x is not None
+        assert y is not None
+        if zeroth is None:
+            zeroth = first_tick - round(t_ns * 1e-9 * rate_Hz)
+        forces_N = np.frombuffer(b"".join(piece.forces for piece in own), "<f4").astype(np.float64)
+        yield Press(max(first_tick - zeroth, 0), rate_Hz, x, y, forces_N)

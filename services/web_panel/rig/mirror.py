@@ -6,6 +6,7 @@ from typing import Any
 
 from drumstick.parameters.scene import Scene
 from drumstick.parameters.table import Parameter
+from protocol.announced import Announcements
 from protocol.messages import Cost, Membrane, Meter, Readback, Release, Spectrum, State, Strike
 
 SILENT_AFTER_S = 1.0  # State comes 30 times a second
@@ -39,6 +40,7 @@ class Mirror:
     new_releases: deque[tuple[float, Release]] = field(
         default_factory=lambda: deque[tuple[float, Release]](maxlen=256)
     )
+    announcements: Announcements = field(default_factory=Announcements)
     membrane: Membrane | None = None
     spectrum: Spectrum | None = None
     costs: dict[str, Cost] = field(default_factory=dict[str, Cost])  # by accuracy
@@ -67,6 +69,12 @@ class Mirror:
         """Take a strike."""
         self.strike = strike
         self.new_strikes.append((now, strike))
+        self.announcements.note_strike(strike)
+
+    def note_release(self, release: Release, now: float) -> None:
+        """Take a release."""
+        self.new_releases.append((now, release))
+        self.announcements.note_release(release)
 
     def forget_news(self) -> None:
         """What is new has been looked at."""

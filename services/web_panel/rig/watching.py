@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import zenoh
 
+from protocol.announced import Announcements
 from protocol.messages import Cost, Membrane, Message, Release, Spectrum, Strike
 from web_panel.rig.mirror import METER_LIFE_S
 from web_panel.rig.question import Question
@@ -41,13 +42,12 @@ class Watching:
         self._doctor_key = keys.doctor
         self._sources: dict[str, tuple[str, type[Message], Callable[[str, Any], None]]] = {
             STRIKES: (keys.strike, Strike, lambda _, strike: mirror.note_strike(strike, self._now)),
-            RELEASES: (keys.release, Release, lambda _, release: self._releases.append(release)),
+            RELEASES: (keys.release, Release, lambda _, release: mirror.note_release(release, self._now)),
             MEMBRANE: (keys.membrane, Membrane, self._note(MEMBRANE, heights_of)),
             SPECTRUM: (keys.spectrum, Spectrum, self._note(SPECTRUM, levels_of)),
             COST: (keys.cost, Cost, lambda _, cost: self._note_cost(cost)),
         }
         self._told_at: dict[str, float] = {}  # by the sound server
-        self._releases: list[Release] = []
         self._now = 0.0
         self._subscribers: dict[str, zenoh.Subscriber[Any]] = {}
         self._doctor_wanted = False
@@ -90,6 +90,8 @@ class Watching:
             setattr(self._mirror, name, None)
         elif name == COST:
             self._mirror.costs.clear()
+        elif name == RELEASES:
+            self._mirror.announcements = Announcements()
 
     def poll(self, now: float) -> None:
         """Take what has arrived, and ask again for what must be asked for."""
@@ -100,8 +102,6 @@ class Watching:
                 self._read(sample, kind, note)
         for gone in [name for name, at in self._told_at.items() if now - at > METER_LIFE_S]:
             self._forget(gone)
-        self._mirror.new_releases.extend((now, release) for release in self._releases)
-        self._releases.clear()
         self._follow_doctor(now)
 
     def _follow_doctor(self, now: float) -> None:

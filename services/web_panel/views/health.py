@@ -1,4 +1,4 @@
-"""Who is connected, what the network does to strikes, and how late the ticks of the force loop come."""
+"""Who is connected, what the network does to strikes, how true they are, and how late the force loop's ticks come."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, cast
@@ -9,7 +9,7 @@ import viser.uplot
 
 from web_panel.rig.history import History
 from web_panel.rig.mirror import Mirror
-from web_panel.rig.watching import DOCTOR
+from web_panel.rig.watching import DOCTOR, RELEASES
 from web_panel.views import words
 from web_panel.views.joined import Numbers, Pair
 from web_panel.views.look import BLUE, GREY, axis, plot
@@ -40,7 +40,7 @@ def lateness_of(doctor: Mapping[str, Any] | None) -> Pair | None:
 class HealthView:
     """Twice a second; the haptic server is asked every two seconds. Main thread."""
 
-    needs = frozenset({DOCTOR})
+    needs = frozenset({DOCTOR, RELEASES})
 
     def __init__(self, gui: viser.GuiApi, order: float, browsers: Callable[[], int]) -> None:
         self._browsers = browsers
@@ -65,7 +65,12 @@ class HealthView:
             return
         self._drawn_at = now
         content = words.health(
-            mirror.living_meters(now), mirror.present, self._browsers(), mirror.doctor, mirror.state
+            mirror.living_meters(now),
+            mirror.present,
+            self._browsers(),
+            mirror.doctor,
+            mirror.state,
+            mirror.announcements.report(),
         )
         if content != self._html.content:
             self._html.content = content

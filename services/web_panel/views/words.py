@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import Any
 
+from protocol.announced import Report, sentence
 from protocol.messages import Cost, Meter, State
 from web_panel.computing.questions import Ticks, Trouble
 from web_panel.page.wording import figure, microseconds
@@ -132,6 +133,8 @@ def health(
     browsers: int,
     doctor: Mapping[str, Any] | None,
     state: State | None,
+    announced: Report | None,
 ) -> str:
-    """Who is there, what the network does to strikes, how late the ticks come."""
-    return f'<div class="dr">{_present(present, browsers)}{_network(meters)}{_servo(doctor, state)}</div>'
+    """Who is there, what the network does to strikes, how true they are, how late the ticks come."""
+    found = _present(present, browsers) + _network(meters) + _small("announced", sentence(announced))
+    return f'<div class="dr">{found}{_servo(doctor, state)}</div>'

@@ -41,6 +41,30 @@ def _streamed() -> list[str]:
     return lines
 
 
+def _streamed_wire() -> list[str]:
+    found = read("streamed_wire")
+    lines = [
+        "",
+        "### On the wire",
+        "",
+        f"`drumstick lab streamed-wire`: a whole rig plays `{found['scene']}`, {found['speed']:g} times as often, {found['contacts']} contacts on loopback:",
+        f"{found['broken']} did not come whole. The sound server, at the scene's own delay, bridged {found['bridged']} gaps and left out {found['late']} pieces that came too late. {where(found)}",
+        "A message is as old as the end of the newest tick in it; from the beginning of a contact's first tick it is a tick or two more, which the sound's",
+        "delay (8.7 ms at 128 frames, or the scene's latency) has to cover. The tail is the machine's: what else ran on it is in these figures.",
+        "",
+        "| ms | p1 | p50 | p99 | latest |",
+        "|---|---|---|---|---|",
+    ]
+    words = {"message": "a message", "first_tick": "a contact's first tick"}
+    kinds = {"measured": "", "less_stalls": ", less what witnesses saw the machine stand still"}
+    for name, what in words.items():
+        for kind, less in kinds.items():
+            row = found["latency"][name][kind]
+            cells = " | ".join(f"{row[f'{column}_ms']:.2f}" for column in ("p1", "p50", "p99", "worst"))
+            lines.append(f"| {what}{less} | {cells} |")
+    return lines
+
+
 def _announced() -> list[str]:
     found = read("announced")
     lines = [
@@ -319,6 +343,7 @@ def page() -> str:
         [
             *lines,
             *_streamed(),
+            *_streamed_wire(),
             *_announced(),
             *_ticks(),
             *_lateness(),

@@ -7,7 +7,9 @@ import numpy as np
 
 from protocol.messages import CONTACT_PIECE_S, Contact
 
-_TOO_OLD_NS = 100_000_000  # nobody can play it any more: the gateway was away or held up
+# Beyond this nobody can play it any more, not with the longest latency of a scene and of a room, half a second each.
+# The gateway was away or held up.
+_TOO_OLD_NS = 1_100_000_000
 
 
 class Pieces:

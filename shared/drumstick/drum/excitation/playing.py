@@ -122,8 +122,6 @@ def _force_of(engine: Record) -> float:
     if cell.tick == state.tick:
         state.held = cell.force
         state.gap = 0
-        state.x = cell.x
-        state.y = cell.y
         return float(cell.force)
     if state.held == 0.0:
         return 0.0
@@ -137,6 +135,19 @@ def _force_of(engine: Record) -> float:
 
 
 @njit()
+def _find_place(engine: Record) -> None:
+    # Where the tick that begins pushes. What a contact's parabolas reach ahead of it is at the contact's place, and so
+    # is the step in which that begins.
+    state, cells = engine.stream.state[0], engine.stream.cells
+    for tick in range(state.tick, state.tick + _LOOK + 2):
+        cell = cells[tick % cells.shape[0]]
+        if cell.tick == tick:
+            state.x = cell.x
+            state.y = cell.y
+            return
+
+
+@njit()
 def _edge(s0: float, s1: float, s2: float, s3: float) -> float:
     return (7.0 * (s1 + s2) - (s0 + s3)) / 12.0
 
@@ -147,6 +158,7 @@ def _enter(engine: Record) -> None:
     state = engine.stream.state[0]
     state.entered = state.tick
     force = _force_of(engine)
+    _find_place(engine)
     following = _come(engine, state.tick + 1, force)
     after = _come(engine, state.tick + 2, following)
     if state.tick < state.begin:
@@ -172,20 +184,24 @@ def _area(state: Record, x: float) -> float:
 
 
 @njit()
-def _mean_over_step(engine: Record) -> float:
-    # The mean force over the next step of the mesh; the timeline moves on by it.
+def _mean_over_step(engine: Record) -> tuple[float, float, float]:
+    # The mean force over the next step of the mesh, and its place: that of the tick in which the step's middle lies.
+    # Its ends often fall on those of ticks, where a nanosecond would decide.
     state = engine.stream.state[0]
     rest, total = state.ticks_per_step, 0.0
+    x, y = state.x, state.y
     while rest >= 1.0 - state.inside:
         total += state.mean - _area(state, state.inside)
         rest -= 1.0 - state.inside
         state.inside = 0.0
         state.tick += 1
         _enter(engine)
+        if rest > 0.5 * state.ticks_per_step:
+            x, y = state.x, state.y
     reached = state.inside + rest
     total += _area(state, reached) - _area(state, state.inside)
     state.inside = reached
-    return total / state.ticks_per_step
+    return total / state.ticks_per_step, x, y
 
 
 @only_with("stream", otherwise=0)
@@ -194,8 +210,8 @@ def press(engine: Record) -> int:
     state = engine.stream.state[0]
     if state.idle != 0:
         return 0
-    force = _mean_over_step(engine)
+    force, x, y = _mean_over_step(engine)
     if force != 0.0:
-        push(engine, state.x, state.y, force)
-        rim.strike(engine, state.x, state.y, force)  # nobody knows yet what the contact's impulse will be
+        push(engine, x, y, force)
+        rim.strike(engine, x, y, force)  # nobody knows yet what the contact's impulse will be
     return 1

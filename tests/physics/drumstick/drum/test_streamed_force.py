@@ -18,9 +18,8 @@ from realtime import ring
 from realtime.atomics import poke
 from sound_server.receiving.desk import ContactDesk
 from stability.catalogue import shows
-from streamed_engine import MS, Player, streamed_text
+from streamed_engine import MS, STREAMS, Player, streamed_text
 
-STREAMED = '[drum]\nexcitation = "streamed"\n'
 AHEAD_NS = 77_000_000_000  # of the haptic machine's clock
 
 
@@ -74,7 +73,9 @@ def roll() -> memory.Servo:
 
 def arm() -> memory.Servo:
     return sampled_arm.servo_of(
-        parse(sampled_arm.SCENE.format(gesture="strokes", device="", guard="") + STREAMED, "arm")
+        parse(
+            sampled_arm.SCENE.format(gesture="strokes", device="", guard="") + f"[drum]\n{STREAMS}\n", "arm"
+        )
     )
 
 

@@ -7,15 +7,25 @@ import pytest
 import zenoh
 
 from protocol.keys import Keys
-from protocol.messages import Cost, Membrane, Message, Spectrum
+from protocol.messages import Cost, Membrane, Message, Release, Spectrum, Strike
 from web_panel.rig.mirror import METER_LIFE_S, Mirror
-from web_panel.rig.watching import COST, MEMBRANE, SPECTRUM, Watching
+from web_panel.rig.watching import COST, MEMBRANE, RELEASES, SPECTRUM, STRIKES, Watching
 
 MEMBRANE_HEARD = Membrane(id="s", t_ns=0, rings=1, spokes=3, unit_m=1e-6, heights=bytes(8))
 SPECTRUM_HEARD = Spectrum(id="s", t_ns=0, top_Hz=1e3, window_s=0.3, levels=bytes(8))
 COST_HEARD = Cost(
     id="s", words="mesh", accuracy="now", mesh_rate_Hz=16000.0, across=66.7, share=1.0, cents=0.5
 )
+
+
+def contact(seq: int) -> tuple[Strike, Release]:
+    return (
+        Strike(
+            boot=1, seq=seq, t_ns=0, x=0.0, y=0.0, z_speed_m_per_s=1.0, level=0.5, peak_estimate_N=5.0,
+            contact_estimate_s=0.005, impulse_N_s=0.01,
+        ),
+        Release(boot=1, seq=seq, t_ns=0, exit_speed_m_per_s=0.5, impulse_N_s=0.01, peak_N=5.0, contact_s=0.005),
+    )  # fmt: skip
 
 
 class Session:
@@ -68,3 +78,21 @@ def test_what_a_sound_server_said_last_is_forgotten_when_it_says_no_more(name: s
     assert shown() is message
     watching.want(frozenset())
     assert shown() is None
+
+
+def test_strikes_are_held_against_releases_while_somebody_looks_at_both() -> None:
+    session, mirror, keys = Session(), Mirror(), Keys("main")
+    watching = Watching(cast(zenoh.Session, session), keys, mirror, hand_on)
+    watching.want(frozenset({STRIKES, RELEASES}))
+    for seq in range(3):
+        strike, release = contact(seq)
+        session.waiting[keys.release].append(release)
+        watching.poll(1.0)  # before its strike
+        session.waiting[keys.strike].append(strike)
+        watching.poll(2.0)
+    told = mirror.announcements.report()
+    assert told is not None
+    assert (told.contacts, told.is_good) == (3, True)
+    assert [at for at, _ in mirror.new_releases] == [1.0, 1.0, 1.0]
+    watching.want(frozenset({STRIKES}))
+    assert mirror.announcements.report() is None

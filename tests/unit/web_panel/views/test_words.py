@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from protocol.announced import Off, Report
 from protocol.messages import Cost, Meter
 from web_panel.computing.questions import Ticks, Trouble
 from web_panel.views import words
@@ -61,11 +62,15 @@ def test_the_load_is_that_of_a_drum_that_sounds() -> None:
 
 
 def test_who_is_there_and_what_the_network_does() -> None:
-    found = words.health([meter()], {f"panel/{NASTY}", "panel/b", f"{NASTY}/a"}, 1, None, None)
+    found = words.health([meter()], {f"panel/{NASTY}", "panel/b", f"{NASTY}/a"}, 1, None, None, None)
     assert "2 panel; 1 browser on this page" in found
     assert "<td>1.25 ms</td><td>0.50 ms</td><td>7 of 102</td><td>4</td><td>3</td>" in found
     assert "does not answer" in found
+    assert "no contact was heard from beginning to end yet" in found
     assert NASTY not in found
+    announced = Report(12, Off(0.04, -3.21), Off(-0.01, 0.4))
+    found = words.health([], set(), 1, None, None, announced)
+    assert "the last 12 contacts: peak force announced +0.0 dB (worst -3.2 dB), impulse +0.0 dB" in found
 
 
 def test_lateness_is_read_with_care() -> None:

@@ -17,6 +17,7 @@ from drumstick.drum.excitation.playing import FADE_S, HOLD_S
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.render import render
 from drumstick.parameters.scene import Scene
+from drumstick_lab.accuracy.drums.blows import pressed
 from realtime.jit import allocations
 from streamed_engine import MS, Player, streamed
 
@@ -162,6 +163,26 @@ def test_two_contacts_in_quick_succession_are_the_sum_of_both() -> None:
             player.push(start, forces, (10 + start) * MS, 1000.0)
         sounds.append(player.play(40 * MS))
     np.testing.assert_allclose(sounds[0], sounds[1] + sounds[2], atol=1e-12)
+
+
+@pytest.mark.parametrize("off_ns", [-1, 0, 1])
+def test_a_contact_is_at_its_place_from_the_first_newton_to_the_last(off_ns: int) -> None:
+    """Ticks and steps of the mesh begin together, to a nanosecond; the contact before it was elsewhere."""
+    player = Player()
+    player.push(0, [2.0, 3.0, 0.0], 5 * MS, 1000.0)
+    player.play(20 * MS)
+    forces = np.float32([2.0, 5.0, 1.0, 0.0])
+    assert player.feed.push(1, 25, player.now_ns + 5 * MS + off_ns, 1e6, -0.5, 0.2, forces)
+    junctions: set[int] = set()
+    force, impulse = np.zeros(1), 0.0
+    for _ in range(20 * 16):
+        pressed(player.engine, player.now_ns, force)
+        player.now_ns += round(player.step_s * 1e9)
+        impulse += force[0] * player.step_s
+        listed = player.engine.forces[: int(player.engine.control["forces"][0])]
+        junctions |= {int(entry["junction"]) for entry in listed}
+    assert impulse == pytest.approx(8.0 * T)
+    assert len(junctions) == 1
 
 
 def test_another_servo_starts_anew_whatever_its_ticks_are() -> None:
