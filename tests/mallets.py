@@ -1,12 +1,20 @@
-"""Mallets on heads that a test can know all of: a wall, and three oscillators that hold on to each other. Float64."""
+"""Mallets for tests: on a wall, on three oscillators that hold on to each other, and what they hold on a drum."""
 
+import dataclasses
 import math
 from typing import Any
 
 import numpy as np
 
+from drumstick.drum.engine import Engine
+from drumstick.drum.excitation import mallet
+from drumstick.drum.excitation.strikes import EVENT
 from drumstick.drum.excitation.tip import TIP, goes_on, met, placed
+from drumstick.parameters.mallet import Mallet
+from drumstick.parameters.scene import Scene
+from membranes import energy, is_triangular
 from realtime.jit import Record, Records, njit
+from realtime.lent import lend
 
 
 def tip_of(stiffness: float, exponent: float, loss: float, step_s: float, give: float) -> Record:
@@ -132,3 +140,40 @@ def struck_at_random(tips: Records, strikes: int, seed: int) -> tuple[float, flo
             held = now
         moved_most = max(moved_most, 1.0 - held / first)
     return worst, moved_most, touches, pressed
+
+
+def with_mallet(scene: Scene, **numbers: Any) -> Scene:
+    """The same scene with its drum struck by mallets: the default one, but for these numbers."""
+    drum = dataclasses.replace(scene.drum, excitation="mallet")
+    return dataclasses.replace(scene, drum=drum, mallet=Mallet(**numbers))
+
+
+def swing(engine: Engine, speed: float, x: float = 0.3, y: float = 0.2, age: float = 0.0) -> None:
+    """A strike from the next step on."""
+    event: Any = np.zeros(1, EVENT)
+    event["speed_m_per_s"], event["x"], event["y"] = speed, x, y
+    _swing(engine, event, age)
+    engine.control["asleep"] = 0
+
+
+@njit()
+def _swing(engine: Engine, events: Records, age: float) -> bool:
+    return mallet.swing(lend(engine), events[0], age)
+
+
+def of_mallets(engine: Engine) -> float:
+    """Kinetic energy of all mallets that play, and what their tips hold, J."""
+    assert engine.mallets is not None
+    state = engine.mallets.state[0]
+    plays = engine.mallets.pool["stage"] == mallet.PLAYING
+    pool, tips = engine.mallets.pool[plays], engine.mallets.tips[plays]
+    moved = pool["now"] - pool["before"]
+    return float(np.sum(0.5 * moved**2 / state["own_give"] + 0.5 * (tips["energy"] + tips["energy_before"])))
+
+
+def joules(engine: Engine) -> float:
+    """All that is in a mesh and in the mallets that play on it."""
+    assert engine.mallets is not None
+    height = 0.75**0.5 if is_triangular(engine.head) else 1.0
+    unit = float(engine.mallets.state["unit_m"][0]) * 4.0 * height / float(engine.control["tau"][0])
+    return unit * energy(engine) + of_mallets(engine)

@@ -94,5 +94,6 @@ def test_no_step_of_any_of_a_hundred_thousand_strikes_makes_energy() -> None:
 
 
 @pytest.mark.long
+@pytest.mark.timeout(1200)
 def test_no_step_of_any_of_ten_million_strikes_makes_energy() -> None:
     _at_random(10_000_000, 2)
