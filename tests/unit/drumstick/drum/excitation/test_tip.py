@@ -12,7 +12,7 @@ from drumstick.drum.excitation.tip import goes_on, met, placed, pushed
 from mallets import struck_at_random, tip_of
 
 DEPTHS = st.floats(-1e-3, 1e-3)
-# Float64's rounding of where the tip is, times its push: the farther from 0 the head is, to the way of a slow mallet in a
+# Float64's rounding of where the tip is, times its push: the farther from 0 the head is, to a slow mallet's way in a
 # step, the more. The most was 1.5e-12 of a million strikes, 3.3e-11 of ten million.
 ROUNDING = 1e-10
 
