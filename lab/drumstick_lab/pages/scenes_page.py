@@ -8,6 +8,7 @@ from dataclasses import MISSING, fields
 from drumstick.parameters.declare import Quantity, quantities
 from drumstick.parameters.drum import Drum, Listen, Mesh, Modal
 from drumstick.parameters.drum_effects import DRUM_EFFECTS
+from drumstick.parameters.mallet import MATERIALS, Mallet
 from drumstick.parameters.rig import Device, Guard, Hand, Servo, Strike
 from drumstick.parameters.scene import EFFECTS, Scene, parse, shipped_names, shipped_text
 from drumstick.parameters.stick import Geometry, Stick
@@ -21,6 +22,7 @@ OTHERS = {
     "drum": Drum,
     "mesh": Mesh,
     "modal": Modal,
+    "mallet": Mallet,
     "listen": Listen,
     "strike": Strike,
     "hand": Hand,
@@ -28,12 +30,34 @@ OTHERS = {
 }
 OTHERS |= {"servo": Servo, "guard": Guard}
 
+
+def _materials() -> list[str]:
+    keys = list(quantities(Mallet))[1:]
+    lines = [f"| material | {' | '.join(f'`{key}`' for key in keys)} |", f"|---{'|---' * len(keys)}|"]
+    for name, numbers in MATERIALS.items():
+        lines.append(f"| `{name}` | {' | '.join(f'{numbers[key]:g}' for key in keys)} |")
+    return lines
+
+
 # What the keys of a table do not say by themselves.
 _MORE = {
     "modal": [
         "Absent unless named, and then no mesh is computed. A bank of modes is in tune by itself and takes the effects `air_loss`,",
         "`internal_loss` and `rim`; moving pickups, patches, glides, second heads and microphones need the mesh. Its price goes with the",
         "square of `top_Hz`: `drumstick scene cost` shows it beside the mesh's.",
+        "",
+    ],
+    "mallet": [
+        'Only with `[drum] excitation = "mallet"`, and on a mesh. Each strike sends a mallet at the strike\'s speed down to the head as it',
+        "then moves; the head throws it back, late and long when it is soft or struck softly, and may meet it again. So a hard stroke is",
+        "brighter than a soft one, and no two strokes of a roll are the same. What the hand feels stays the stick's own contact.",
+        "Numbers that are given stand in the place of the material's:",
+        "",
+        *_materials(),
+        "",
+        "p = 1.5 and K of wood, nylon and cork are Hertz's for such bodies on polyester, felt's p is a piano hammer's (Chaigne and",
+        "Askenfelt 1994); the other numbers are estimates, wood's mass chosen for 3 to 6 ms on `tom`. `exponent` costs least where it is a",
+        "multiple of one half. The tip covers at least the junctions within one spacing of the mesh, at most those within seven.",
         "",
     ],
     "hand": [

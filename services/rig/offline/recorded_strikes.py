@@ -77,7 +77,15 @@ def _by_strikes(recording: Recording) -> Played:
         wrong(f"{recording.path}: no strikes in it")
     first_ns = strikes[0][0].publish_ns
     blows = [
-        Blow(_since(first_ns, event), s.x, s.y, s.peak_estimate_N, s.contact_estimate_s, s.impulse_N_s)
+        Blow(
+            _since(first_ns, event),
+            s.x,
+            s.y,
+            s.peak_estimate_N,
+            s.contact_estimate_s,
+            s.impulse_N_s,
+            s.z_speed_m_per_s,
+        )
         for event, s in strikes
     ]
     return Played(blows, [], blows[-1].t_s + _RING_S)

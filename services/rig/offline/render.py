@@ -108,7 +108,8 @@ def rolled(scene: "Scene", duration_s: float) -> list["Blow"]:
         if lasts_s > LONGEST_S:  # a press, announced as a lone blow
             blows.append(blow_at(scene, -contact["v_in_m_per_s"], x, y, t_s))
         else:
-            blows.append(Blow(t_s, x, y, contact["peak_force_N"], lasts_s, contact["impulse_N_s"]))
+            speed = -contact["v_in_m_per_s"]
+            blows.append(Blow(t_s, x, y, contact["peak_force_N"], lasts_s, contact["impulse_N_s"], speed))
     return blows
 
 

@@ -19,6 +19,7 @@ _IMPLAUSIBLE_NS = 500_000_000
 _REMEMBERED = 4096
 # What a drum stick can do, generously; beyond it the float32 mesh would overflow.
 _MOST_N = 1e4
+_MOST_M_PER_S = 1e3
 _LONGEST_S = 1.0
 
 
@@ -90,6 +91,7 @@ class StrikeDesk:
             strike.peak_estimate_N,
             strike.contact_estimate_s,
             strike.impulse_N_s,
+            strike.z_speed_m_per_s,
         ):
             self.played += 1
         else:
@@ -130,5 +132,7 @@ def check(strike: Strike) -> None:
         raise ValueError(f"contact of {strike.contact_estimate_s:g} s is outside 0 .. {_LONGEST_S:g} s")
     if not abs(strike.impulse_N_s) <= _MOST_N * _LONGEST_S:
         raise ValueError(f"an impulse of {strike.impulse_N_s:g} N s is no stick's")
+    if not abs(strike.z_speed_m_per_s) <= _MOST_M_PER_S:
+        raise ValueError(f"a speed of {strike.z_speed_m_per_s:g} m/s is no stick's")
     if not (abs(strike.x) <= 1e3 and abs(strike.y) <= 1e3):
         raise ValueError(f"position {strike.x:g}, {strike.y:g} is nowhere near the head")

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation import playing
+from drumstick.drum.excitation import mallet, playing
 from drumstick.drum.excitation.analytic import POOL, begin, bend
 from drumstick.drum.modal import bank
 from drumstick.drum.output.limiter import limit, limited
@@ -38,14 +38,17 @@ def _start_due(engine: Engine, block_start_ns: int, frames: int) -> None:
             engine.pending[kept] = engine.pending[i]
             kept += 1
             continue
+        control.asleep = 0
         age = -max(0.0, (offset - to_next_step) / control.divisor)
+        if mallet.swing(engine, event, age):
+            control.begun += 1
+            continue
         duration = event.contact_s * control.rate_Hz / control.divisor
         bank.aim(engine, control.begun % POOL, event.x, event.y)
         control.begun = begin(engine.pulses, control.begun, event.x, event.y, age, duration, event.peak_N)
         if event.impulse_N_s > 0.0:
             pulse: Record = engine.pulses[(control.begun - 1) % POOL]
             bend(pulse, engine.contact[0], event.impulse_N_s * control.rate_Hz / control.divisor)
-        control.asleep = 0
     control.pending = kept
 
 

@@ -8,6 +8,7 @@ from drumstick.drum.effects import built
 from drumstick.drum.effects.internal_loss import Momentum
 from drumstick.drum.engine import CONTROL, METERS, PENDING, Engine
 from drumstick.drum.excitation.analytic import CONTACT, FORCES, POOL, PULSE
+from drumstick.drum.excitation.mallet_bag import mallets_of
 from drumstick.drum.excitation.push import FORCE
 from drumstick.drum.excitation.strikes import EVENT, StrikeRing
 from drumstick.drum.excitation.timeline import stream_of
@@ -90,6 +91,9 @@ def _of_mesh(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
         snare=built.snare_of(scene, second, step_s) if second is not None and "snare" in effects else None,
         rim=built.rim_of(scene, step_s) if "rim" in effects else None,
         stream=stream_of(scene, step_s) if scene.drum.excitation == "streamed" else None,
+        mallets=mallets_of(scene, step_s, float(head.grid["spacing"][0]))
+        if scene.mallet is not None
+        else None,
     )
 
 

@@ -26,7 +26,7 @@ def blow_at(scene: Scene, speed_m_per_s: float, x: float, y: float, t_s: float =
     m, k, r = float(law["m"]), float(law["k_coll"]), float(law["r_in"])
     peak, release = contact.peak_force(m, k, r, speed_m_per_s), int(law["release"])
     impulse = m * speed_m_per_s * (1.0 + contact.beta(release, m, k, r))
-    return Blow(t_s, x, y, peak, contact.contact_time(release, m, k, r), impulse)
+    return Blow(t_s, x, y, peak, contact.contact_time(release, m, k, r), impulse, speed_m_per_s)
 
 
 def full_scale(scene: Scene) -> Blow:
@@ -45,7 +45,7 @@ def _gain(scene: Scene, rate_Hz: int, half: float, press: float) -> float:
     # The force and the head's tension of 1 make displacements of about peak * contact / period: far from the knee.
     small = 1e-6 / blow.peak_N
     trial.control["output_gain"] = small
-    ring.push(0, blow.x, blow.y, blow.peak_N, blow.contact_s, blow.impulse_N_s)
+    ring.swing(blow)
     length = blow.contact_s + _PERIODS / scene.drum.f01_Hz
     out = np.zeros((round(length * rate_Hz), 2), np.float32)
     render_all(trial, out, len(out), 0)
@@ -71,7 +71,7 @@ def _mean_pull(scene: Scene, rate_Hz: int, half: float) -> tuple[float, float]:
     _slack(trial, half)
     state: Record = trial.tension.state[0]
     blow = full_scale(scene)
-    ring.push(0, blow.x, blow.y, blow.peak_N, blow.contact_s, blow.impulse_N_s)
+    ring.swing(blow)
     control: Record = trial.control[0]
     block = np.zeros((int(control["divisor"]), 2), np.float32)
     steps_per_s = control["rate_Hz"] / control["divisor"]
@@ -114,7 +114,7 @@ def _press(scene: Scene, rate_Hz: int, half: float) -> float:
         _slack(trial, half)
     trial.snare.state["stiffness"] = 1e-12
     blow = full_scale(scene)
-    ring.push(0, blow.x, blow.y, blow.peak_N, blow.contact_s, blow.impulse_N_s)
+    ring.swing(blow)
     block, top = np.zeros((64, 2), np.float32), 0.0
     for _ in range(round((blow.contact_s + _PERIODS / scene.drum.f01_Hz) * rate_Hz / 64)):
         render_all(trial, block, len(block), 0)

@@ -16,6 +16,7 @@ from drumstick.drum.effects.muffle import Muffle
 from drumstick.drum.effects.rim import Rim
 from drumstick.drum.effects.snare import Snare
 from drumstick.drum.effects.tension import Tension
+from drumstick.drum.excitation.mallet import Mallets
 from drumstick.drum.excitation.timeline import Stream
 from drumstick.drum.membrane.sweep import Head
 from drumstick.drum.modal.bank import Bank
@@ -90,3 +91,4 @@ class Engine(NamedTuple):
     snare: Snare | None = None
     rim: Rim | None = None
     stream: Stream | None = None
+    mallets: Mallets | None = None

@@ -27,7 +27,7 @@ _MOST_DIVISOR = 12
 _NAMES = {2: "standard", 4: "fine"}  # what a scene calls the order of the scheme
 _FRAMES, _WINDOWS, _BLOCK = 1200, 9, 128
 _FEWEST_ACROSS = 24.0
-_BLOW_N, _BLOW_S = 5.0, 0.005
+_BLOW_N, _BLOW_S, _BLOW_M_PER_S = 5.0, 0.005, 1.0
 _AS_TRUE_CENTS = 0.05  # a hundredth of what the best ear tells from another pitch
 _FILE = "speeds.json"
 _MOST_BYTES = 10_000_000
@@ -160,7 +160,7 @@ class _Trial:
         self.ns_per_sample()
 
     def ns_per_sample(self) -> float:
-        self._ring.push(0, 0.5, 0.0, _BLOW_N, _BLOW_S)  # it rings
+        self._ring.push(0, 0.5, 0.0, _BLOW_N, _BLOW_S, speed_m_per_s=_BLOW_M_PER_S)  # it rings
         begun = time.thread_time_ns()
         render_all(self._engine, self._out, _BLOCK, 0)
         return (time.thread_time_ns() - begun) / _FRAMES
@@ -176,6 +176,7 @@ def _key(scene: Scene, rate_Hz: int, order: int) -> str:
         scene.mesh.courant,
         f"{drum.f01_Hz:g} Hz",
         drum.excitation,
+        scene.mallet or "",
         # With their numbers: a tighter head has fewer junctions, deeper air another second head.
         *sorted(f"{name} {table}" for name, table in drum.effects.items()),
         listen.pickups,

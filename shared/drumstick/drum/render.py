@@ -38,8 +38,7 @@ def parts(
         until_s = (done + len(out)) / rate_Hz
         while waiting and waiting[0].t_s < until_s:
             blow = waiting[0]
-            onset = _EPOCH_NS + round(blow.t_s * 1e9)
-            if not ring.push(onset, blow.x, blow.y, blow.peak_N, blow.contact_s, blow.impulse_N_s):
+            if not ring.swing(blow, _EPOCH_NS + round(blow.t_s * 1e9)):
                 break
             waiting.popleft()
         if score is not None:

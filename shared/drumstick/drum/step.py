@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from drumstick.drum.effects import cavity, internal_loss, muffle, rim, snare, tension
 from drumstick.drum.engine import Engine
+from drumstick.drum.excitation import mallet, mallet_under_tension
 from drumstick.drum.excitation.analytic import press
 from drumstick.drum.membrane.sweep import largest, sweep
 from drumstick.drum.modal import bank
@@ -63,7 +64,8 @@ def _swept_fourth(engine: Record, now: Floats, then: Floats) -> None:
 def _swept(engine: Engine, now: Floats, then: Floats) -> float:
     # The first head's u+, into `then`; its sum where a second head asks for it.
     control: Record = engine.control[0]
-    q = tension.tightened(engine, now, then, _push(engine))
+    push = _push(engine)
+    q = tension.tightened(engine, now, then, push) + mallet_under_tension.more(engine, now, then, push)
     return sweep(
         engine.head,
         now,
@@ -129,6 +131,7 @@ def _meshed(engine: Record) -> Any:
     planes = engine.head.planes
     now, then = planes[control.plane], planes[1 - control.plane]
     muffle.note(engine, then)
+    mallet.come(engine, now, then)
     if _is_fourth(engine):
         _swept_fourth(engine, now, then)
         total = 0.0
@@ -136,6 +139,7 @@ def _meshed(engine: Record) -> Any:
         total = _swept(engine, now, then)
     total += _struck(engine, then)
     total += muffle.brake(engine, then)
+    total += mallet.strike(engine, then)
     cavity.step(engine, control.plane, total)
     left, right = cavity.heard(engine, control.plane)
     from_air = microphones.heard(engine, now, then)
@@ -153,7 +157,7 @@ def _meshed(engine: Record) -> Any:
 def step(engine: Engine) -> tuple[float, float]:
     """Take one step; returns what the pickups hear, left and right."""
     control: Record = engine.control[0]
-    active = press(engine)
+    active = press(engine) + mallet.playing(engine)
     left, right = _meshed(engine)
     also_left, also_right = bank.step(engine)
     hoop = rim.heard(engine)

@@ -19,10 +19,11 @@ class Drum:
         ("nearest", "linear"),
         "Which junctions take the force: the nearest one, or those around by their nearness",
     )
-    excitation: Literal["analytic", "streamed"] = choice(
+    excitation: Literal["analytic", "streamed", "mallet"] = choice(
         "analytic",
-        ("analytic", "streamed"),
-        "analytic: the damped contact that one strike message announces; streamed: the force itself, tick by tick",
+        ("analytic", "streamed", "mallet"),
+        "analytic: the damped contact that one strike message announces; streamed: the force itself, tick by tick; "
+        "mallet: a mallet of the strike's speed meets the moving head, see [mallet]",
     )
     latency_s: float = number(
         0.0, 0.0, 0.5, "s", "A strike sounds this long after its contact; 0 plays it as soon as it can be"

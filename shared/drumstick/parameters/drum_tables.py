@@ -41,9 +41,22 @@ def check_renderer(reader: Reader, drum: Drum, named: Collection[str]) -> None:
         reader.refuse("modal", "stands instead of [mesh]: a scene has one of them")
     if drum.excitation == "streamed":
         reader.refuse("drum.excitation", "needs [mesh]: [modal] is struck by strikes")
+    if drum.excitation == "mallet":
+        reader.refuse(
+            "drum.excitation", '"mallet" needs [mesh]: leave [modal] out, or set excitation = "analytic"'
+        )
     for name in drum.effects:
         if name not in MODAL_EFFECTS:
             reader.refuse(f"drum.effects.{name}", "needs [mesh]: [modal] is for a linear head by itself")
+
+
+def check_mallet(reader: Reader, drum: Drum, named: Collection[str]) -> None:
+    """A mallet that nothing swings."""
+    if "mallet" in named and drum.excitation != "mallet":
+        reader.refuse(
+            "mallet",
+            f'needs [drum] excitation = "mallet", and it is {shown(drum.excitation)}: set it, or leave [mallet] out',
+        )
 
 
 def check_mesh(reader: Reader, mesh: Mesh, named: Collection[str]) -> None:

@@ -13,11 +13,13 @@ from drumstick.parameters.drum import Drum, Listen, Mesh, Modal
 from drumstick.parameters.drum_tables import (
     check_drum,
     check_listen,
+    check_mallet,
     check_mesh,
     check_renderer,
     drum_of,
     named_tables,
 )
+from drumstick.parameters.mallet import Mallet, mallet_of
 from drumstick.parameters.reading import Reader, shown, tables_of
 from drumstick.parameters.rig import Device, Guard, Hand, Servo, Strike
 from drumstick.parameters.stick import Stick
@@ -47,6 +49,7 @@ _TABLES: dict[str, type] = {
     "drum": Drum,
     "mesh": Mesh,
     "modal": Modal,
+    "mallet": Mallet,
     "listen": Listen,
     "strike": Strike,
     "hand": Hand,
@@ -54,6 +57,9 @@ _TABLES: dict[str, type] = {
     "servo": Servo,
     "guard": Guard,
 }
+
+
+_OPTIONAL = ("modal", "mallet")  # None in a scene that has none
 
 
 class SceneError(ValueError):
@@ -78,6 +84,7 @@ class Scene:
     drum: Drum = field(default_factory=Drum)
     mesh: Mesh = field(default_factory=Mesh)
     modal: Modal | None = None  # instead of the mesh
+    mallet: Mallet | None = None  # where it excites the drum
     listen: Listen = field(default_factory=Listen)
     strike: Strike = field(default_factory=Strike)
     hand: Hand = field(default_factory=Hand)
@@ -147,6 +154,8 @@ def parse(text: str, source: str) -> Scene:
             values["stick"] = stick_of(reader, value)
         elif key == "drum":
             values["drum"] = drum_of(reader, value)
+        elif key == "mallet":
+            values["mallet"] = mallet_of(reader, value)
         elif key in _TABLES:
             values[key] = reader.table(key, _TABLES[key], value)
         else:
@@ -155,6 +164,9 @@ def parse(text: str, source: str) -> Scene:
     drum = values.get("drum", Drum())
     check_drum(reader, drum)
     check_renderer(reader, drum, given)
+    check_mallet(reader, drum, given)
+    if drum.excitation == "mallet" and "mallet" not in values:
+        values["mallet"] = mallet_of(reader, {})
     check_mesh(reader, values.get("mesh", Mesh()), given)
     check_listen(reader, values.get("listen", Listen()), given)
     if reader.mistakes:
@@ -172,14 +184,17 @@ def from_tables(tables: Mapping[str, Any]) -> Scene:
     reader = Reader("scene", "")
     values: dict[str, Any] = {key: _line(reader, key, tables.get(key, ""), 0) for key in ("name", "words")}
     for key, kind in _TABLES.items():
-        if key != "drum" and not (key == "modal" and tables.get(key) is None):
+        if key != "drum" and not (key in _OPTIONAL and tables.get(key) is None):
             values[key] = reader.table(key, kind, _listed(tables.get(key, {})))
     values["drum"] = drum_of(reader, _listed(tables.get("drum", {})))
     values["effects"] = named_tables(reader, "effects", EFFECTS, tables.get("effects", {}))
     _check_gesture(reader, values["hand"], values["device"])
     check_drum(reader, values["drum"])
-    named = ("modal",) if values.get("modal") else ()
+    named = [key for key in _OPTIONAL if key in values]
     check_renderer(reader, values["drum"], named)
+    check_mallet(reader, values["drum"], named)
+    if values["drum"].excitation == "mallet" and "mallet" not in values:
+        values["mallet"] = mallet_of(reader, {})
     check_mesh(reader, values["mesh"], named)
     check_listen(reader, values["listen"], named)
     if reader.mistakes:

@@ -116,7 +116,7 @@ def sounding(scene: Scene, engine: Engine, strikes: StrikeRing, updates_a_frame:
     out = np.zeros((_frames(updates_a_frame), 2), np.float32)
 
     def window() -> float:
-        strikes.push(0, blow.x, blow.y, blow.peak_N, blow.contact_s, blow.impulse_N_s)
+        strikes.swing(blow)
         return spent_ns(lambda: render_all(engine, out, BLOCK, 0)) / len(out)
 
     return window

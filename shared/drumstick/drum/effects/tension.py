@@ -22,7 +22,7 @@ from drumstick.drum.membrane.sweep import bend_at, stretched
 from realtime.jit import Record, Records, njit, only_with
 
 # q_most and half as above, the last q; tau of the head, what of it is in the weights (`baked`), 1 + s; eta of the
-# internal loss.
+# internal loss. The step's equation, S+ = before - x - y q, for those who move the head by what q leaves of it.
 STATE: np.dtype[Any] = np.dtype(
     [
         ("q_most", "f8"),
@@ -32,11 +32,15 @@ STATE: np.dtype[Any] = np.dtype(
         ("baked", "f8"),
         ("held_back", "f8"),
         ("eta", "f8"),
+        ("before", "f8"),
+        ("x", "f8"),
+        ("y", "f8"),
     ],
     align=True,
 )
 _NEAR = 1e-4  # stretches so near to each other have the gradient of their middle, to 1e-9
-_ITERATIONS = 30
+_ITERATIONS = 60
+_QUICK = 6  # turns of Newton's method, before every other one is a bisection
 _CLOSE = 1e-12
 
 
@@ -71,7 +75,7 @@ def solved(state: Record, before: float, x: float, y: float) -> float:
     """q, from S- and S+ = S- - x - y q. V is convex and y not negative, so there is one solution between two bounds."""
     low, high = before - x - y * state.q_most, before - x + y * state.q_most
     after = before - x - y * _pull(state, before)
-    for _ in range(_ITERATIONS):
+    for turn in range(_ITERATIONS):
         q = _gradient(state, before, after)
         wrong = after - before + x + y * q
         if wrong > 0.0:
@@ -82,7 +86,8 @@ def solved(state: Record, before: float, x: float, y: float) -> float:
         apart = after - before
         rise = (_pull(state, after) - q) / apart if abs(apart) > _NEAR * state.half else 0.0
         following = after - wrong / (1.0 + y * max(rise, 0.0))
-        if not low < following < high:
+        # A stretch of a thousand times `half` has a corner at 0 over which Newton's method goes to and fro.
+        if not low < following < high or (turn > _QUICK and turn & 1):
             following = 0.5 * (low + high)
         if abs(following - after) <= _CLOSE * (abs(following) + state.half):
             break
@@ -111,5 +116,6 @@ def tightened(engine: Record, now: Any, then: Any, push: float) -> float:
     else:
         x += 2.0 * p / (state.baked * state.held_back)
     before = -(t + muffle.hidden_stretch(engine, share, now, own_gain)) / state.baked
+    state.before, state.x, state.y = before, x, y
     state.pull = solved(state, before, x, y)
     return state.pull

@@ -1,1 +1,1 @@
-"""What excites the head: analytic pulses of strikes, and streamed forces."""
+"""What excites the head: analytic pulses of strikes, streamed forces, and mallets."""

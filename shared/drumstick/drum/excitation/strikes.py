@@ -12,6 +12,7 @@ from realtime.jit import Records
 RING_SLOTS = 256
 
 # `onset_ns` is this machine's monotonic time at which the force begins; 0 means at once. An impulse of 0 was not told.
+# The speed is for mallets: one of 0 never comes to the head.
 EVENT: np.dtype[Any] = np.dtype(
     [
         ("onset_ns", "i8"),
@@ -20,6 +21,7 @@ EVENT: np.dtype[Any] = np.dtype(
         ("peak_N", "f8"),
         ("contact_s", "f8"),
         ("impulse_N_s", "f8"),
+        ("speed_m_per_s", "f8"),
     ],
     align=True,
 )
@@ -34,16 +36,32 @@ class StrikeRing:
         self._event: Records = np.zeros(1, EVENT)
 
     def push(
-        self, onset_ns: int, x: float, y: float, peak_N: float, contact_s: float, impulse_N_s: float = 0.0
+        self,
+        onset_ns: int,
+        x: float,
+        y: float,
+        peak_N: float,
+        contact_s: float,
+        impulse_N_s: float = 0.0,
+        speed_m_per_s: float = 0.0,
     ) -> bool:
         """Hand a strike to the audio thread; False when 256 are waiting already."""
-        self._event[0] = (onset_ns, x, y, peak_N, contact_s, impulse_N_s)
+        self._event[0] = (onset_ns, x, y, peak_N, contact_s, impulse_N_s, speed_m_per_s)
         return bool(ring.push(self.cells, self.slots, self._event[0]))
+
+    def swing(self, blow: "Blow", onset_ns: int = 0) -> bool:
+        """`push` what a blow says, whatever its own time is."""
+        return self.push(
+            onset_ns, blow.x, blow.y, blow.peak_N, blow.contact_s, blow.impulse_N_s, blow.speed_m_per_s
+        )
 
 
 @dataclass(frozen=True)
 class Blow:
-    """One strike for the offline renderer: when, where (in radii), how hard, how long; 0 N s: a half-sine."""
+    """One strike for the offline renderer: when, where (in radii), how hard, how long; 0 N s: a half-sine.
+
+    The speed is what a mallet has; a scene without one does not look at it.
+    """
 
     t_s: float
     x: float
@@ -51,3 +69,4 @@ class Blow:
     peak_N: float  # noqa: N815
     contact_s: float
     impulse_N_s: float = 0.0  # noqa: N815
+    speed_m_per_s: float = 0.0

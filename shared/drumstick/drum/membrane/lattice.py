@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 LANES = 16  # one 64-byte cache line of float32
 ROWS = 4  # of a strip; even, so that all strips begin with a row that is not shifted
-_MARGIN = 2  # empty rows above and below: one is a neighbour, a vector of the other lies beside it in memory
+MARGIN = 2  # empty rows above and below: one is a neighbour, a vector of the other lies beside it in memory
 J01 = 2.404825557695773  # first zero of the Bessel function J0
 _RIM = 1.0 - 1e-9  # squared: a junction on the rim itself would have an infinite admittance
 
@@ -107,8 +107,8 @@ def lattice_of(spacing: float, topology: Topology = TOPOLOGIES["triangular"]) ->
     if not 1e-3 <= spacing <= 0.5:
         raise ValueError(f"junctions {spacing:g} radii apart: the mesh takes 0.001 .. 0.5")
     half_rows = math.floor(1.0 / (topology.row_height * spacing))
-    centre_row = _MARGIN + half_rows + half_rows % 2
-    rows = 2 * _MARGIN + -(-(centre_row + half_rows + 1 - _MARGIN) // ROWS) * ROWS
+    centre_row = MARGIN + half_rows + half_rows % 2
+    rows = 2 * MARGIN + -(-(centre_row + half_rows + 1 - MARGIN) // ROWS) * ROWS
     centre_column = _best_column(topology, spacing, half_rows)
     # The last lane of a row is never inside: it is the left neighbour of the next row's first lane.
     stride = (centre_column + math.floor(1.0 / spacing) + 1 + LANES) // LANES * LANES
@@ -147,7 +147,7 @@ def strips_of(lattice: Lattice) -> npt.NDArray[np.int64]:
     stride = lattice.weights.shape[1]
     even = lattice.weights == 1.0 / lattice.topology.neighbours
     found: list[tuple[int, ...]] = []
-    for row in range(_MARGIN, len(lattice.spans) - _MARGIN, ROWS):
+    for row in range(MARGIN, len(lattice.spans) - MARGIN, ROWS):
         spans = lattice.spans[row : row + ROWS]
         taken = spans[spans[:, 1] > 0]
         if not len(taken):

@@ -13,6 +13,7 @@ from drumstick.parameters.declare import quantities
 from drumstick.parameters.drum import Modal
 from drumstick.parameters.drum_effects import DRUM_EFFECTS
 from drumstick.parameters.drum_tables import MODAL_EFFECTS
+from drumstick.parameters.mallet import Mallet
 from drumstick.parameters.scene import (
     EFFECTS,
     Scene,
@@ -184,9 +185,10 @@ TABLES: dict[str, type] = {
     **{
         f.name: f.default_factory  # type: ignore[misc]
         for f in dataclasses.fields(Scene)
-        if f.name not in ("name", "words", "effects", "modal")
+        if f.name not in ("name", "words", "effects", "modal", "mallet")
     },
     "modal": Modal,
+    "mallet": Mallet,
 }
 
 
@@ -211,6 +213,9 @@ def _in_agreement(tables: dict[str, Any]) -> dict[str, Any]:
         chosen = dataclasses.replace(mesh, rate_Hz=0.0, junctions_across=0.0)
         tables["mesh"] = chosen if tables["modal"] is None else dataclasses.replace(mesh, accuracy="draft")
     tables["listen"] = dataclasses.replace(listen, microphones=above)
+    # A mallet is there where it strikes.
+    if tables["drum"].excitation != "mallet":
+        tables["mallet"] = None
     # Wires lie on a second head.
     if "snare" in tables["drum"].effects:
         two_heads = {"cavity": DRUM_EFFECTS["cavity"](), **tables["drum"].effects}

@@ -9,6 +9,7 @@ from drumstick.parameters.declare import Quantity, quantities
 from drumstick.parameters.drum import Modal
 from drumstick.parameters.drum_effects import DRUM_EFFECTS
 from drumstick.parameters.lines import lines_of
+from drumstick.parameters.mallet import Mallet
 from drumstick.parameters.scene import EFFECTS, Scene, SceneError, as_tables, from_tables, parse
 from drumstick.parameters.stick import Geometry
 from drumstick.parameters.stick_tables import Z_H0
@@ -17,9 +18,10 @@ TABLES: dict[str, type] = {
     **{
         field.name: field.default_factory  # type: ignore[misc]
         for field in dataclasses.fields(Scene)
-        if field.name not in ("name", "words", "effects", "modal")
+        if field.name not in ("name", "words", "effects", "modal", "mallet")
     },
     "modal": Modal,
+    "mallet": Mallet,
     "stick.geometry": Geometry,
     **{f"effects.{name}": kind for name, kind in EFFECTS.items()},
     **{f"drum.effects.{name}": kind for name, kind in DRUM_EFFECTS.items()},
@@ -51,6 +53,7 @@ def _mistake(path: str, key: str, value: str) -> str:
     # The only mistake of a scene that has this one, behind file, line and key.
     good = {other: number for other, number in LEVER.items() if path == "stick.geometry" and other != key}
     needed = ["[drum.effects.cavity]"] if path == "drum.effects.snare" else []
+    needed += ["[drum]", 'excitation = "mallet"'] if path == "mallet" else []
     given = [f"[{path}]", *(f"{k} = {v}" for k, v in good.items()), f"{key} = {value}"]
     lines = [*BEFORE.splitlines(), *needed, *given]
     with pytest.raises(SceneError) as refused:

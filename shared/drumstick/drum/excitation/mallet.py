@@ -1,0 +1,212 @@
+"""Mallets that meet the moving head, from one strike message each: excitation `mallet`.
+
+A strike's speed and place come from its message, all else from `[mallet]`. The mallet flies by itself, x+ = 2 x - x- -
+F T^2/m, from the instant of the strike, when it is where the head then is; the head's own movement decides how they
+meet, and whether they meet again: no hand holds it. It is forgotten once it is farther above the head's rest than the
+blow was deep. Lengths are in metres, positive into the drum; a renderer's displacement of 1 is `unit_m`.
+
+The law and why it makes no energy: drumstick.drum.excitation.tip. On a mesh a push moves junctions under the tip alone
+in the step in which it acts, so mallets apart from each other are solved one by one; one that comes down where another
+still is, takes it away, with what it holds.
+
+The pool has a fixed size; when it is full, a new mallet takes the place of the oldest. Kernels: audio thread; no
+allocation.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from drumstick.drum.effects import rim
+from drumstick.drum.excitation import patch
+from drumstick.drum.excitation.patch import Patches
+from drumstick.drum.excitation.tip import goes_on, met, placed
+from drumstick.drum.membrane.places import drawn_in
+from realtime.jit import Record, Records, njit, only_with
+
+POOL = 32
+GONE, COMING, PLAYING = 0, 1, 2
+
+# `age` in steps since the strike; `now` and `before`, the mallet's places; `deepest` so far; the last push; `moved`:
+# how much a newton changes the sum of all junctions. Under tension, `bare`: how deep the tip would be if nothing pulled
+# and nothing pushed; `slack`: by how much less for a pull of 1; `stretch`: what a newton adds to the head's stretch.
+MALLET: np.dtype[Any] = np.dtype(
+    [
+        ("stage", "i8"),
+        ("x", "f8"),
+        ("y", "f8"),
+        ("speed", "f8"),
+        ("age", "f8"),
+        ("now", "f8"),
+        ("before", "f8"),
+        ("deepest", "f8"),
+        ("force", "f8"),
+        ("moved", "f8"),
+        ("bare", "f8"),
+        ("slack", "f8"),
+        ("stretch", "f8"),
+    ],
+    align=True,
+)
+# radius: of the tip, in radii of the head; own_give: T^2/m. Mallets begun so far, and the oldest that may still play;
+# how many were taken away by another in their place while they touched, and how many by a full pool.
+STATE: np.dtype[Any] = np.dtype(
+    [
+        ("unit_m", "f8"),
+        ("step_s", "f8"),
+        ("radius", "f8"),
+        ("own_give", "f8"),
+        ("begun", "i8"),
+        ("oldest", "i8"),
+        ("lifted", "i8"),
+        ("replaced", "i8"),
+    ],
+    align=True,
+)
+_LEAST_REACH_S = 1e-3  # at the blow's speed: so high above the head's rest a mallet is followed in any case
+_LONGEST_S = 1.0  # a mallet that stays near the head for so long without touching it is forgotten
+
+
+class Mallets(NamedTuple):
+    """state (1,) of STATE; pool (32,) of MALLET, tips (32,) of TIP; the junctions under them."""
+
+    state: Records
+    pool: Records
+    tips: Records
+    patches: Patches
+
+
+@only_with("mallets", otherwise=0)
+def playing(engine: Record) -> int:
+    """How many mallets may still meet the head."""
+    state = engine.mallets.state[0]
+    return int(state.begun - state.oldest)
+
+
+@njit()
+def _lay(engine: Record, slot: int) -> None:
+    state, mallet, tip = engine.mallets.state[0], engine.mallets.pool[slot], engine.mallets.tips[slot]
+    give, moved = patch.lay(engine, slot, mallet.x, mallet.y, state.radius)
+    tip.give = state.own_give + state.unit_m * give
+    mallet.moved = moved
+
+
+@only_with("mallets", otherwise=False)
+def swing(engine: Record, event: Record, age: float) -> bool:
+    """Take up a strike whose instant is at -age, in steps; False for a drum that has no mallets."""
+    state = engine.mallets.state[0]
+    if not event.speed_m_per_s > 0.0:
+        return True  # it never comes
+    slot = state.begun % POOL
+    mallet = engine.mallets.pool[slot]
+    if state.begun - state.oldest == POOL:
+        state.replaced += 1 if mallet.stage != GONE else 0
+        state.oldest += 1
+    mallet.stage, mallet.x, mallet.y = COMING, event.x, event.y
+    mallet.speed, mallet.age, mallet.force = event.speed_m_per_s, age, 0.0
+    state.begun += 1
+    _lay(engine, slot)
+    return True
+
+
+@njit()
+def _take_away(engine: Record, slot: int) -> None:
+    # Whatever another mallet would meet where this one comes down.
+    state, pool = engine.mallets.state[0], engine.mallets.pool
+    mallet, limit = pool[slot], 1.0 - engine.head.grid[0].spacing
+    x, y = drawn_in(mallet.x, mallet.y, limit)  # as `patch.lay` puts them
+    for number in range(state.oldest, state.begun):
+        other = pool[number % POOL]
+        if other.stage != PLAYING:
+            continue
+        other_x, other_y = drawn_in(other.x, other.y, limit)
+        if math.hypot(other_x - x, other_y - y) < 2.0 * state.radius:
+            other.stage = GONE
+            other.force = 0.0
+            if engine.mallets.tips[number % POOL].depth > 0.0:
+                state.lifted += 1
+
+
+@njit()
+def _arrive(engine: Record, slot: int, y: float, y_before: float) -> None:
+    """The strike falls into the coming step: the mallet is above the head (at y, before that at y_before, m), on a way
+    that reaches y at its instant. Where the head goes faster than it, it starts as far behind as it then is.
+    """
+    _take_away(engine, slot)
+    state, mallet = engine.mallets.state[0], engine.mallets.pool[slot]
+    way = mallet.speed * state.step_s
+    mallet.now = min(y + way * min(mallet.age, 0.0), y_before + way)
+    mallet.before = mallet.now - way
+    placed(engine.mallets.tips[slot], mallet.now - y, mallet.before - y_before)
+    mallet.deepest = _LEAST_REACH_S * mallet.speed
+    mallet.stage = PLAYING
+
+
+@njit()
+def _fly(engine: Record, slot: int, y_free: float) -> float:
+    """One step of a mallet over a head that would be at y_free, m; returns its push, N."""
+    state, mallet, tip = engine.mallets.state[0], engine.mallets.pool[slot], engine.mallets.tips[slot]
+    free = 2.0 * mallet.now - mallet.before
+    after, force = met(tip, free - y_free)
+    goes_on(tip, after)
+    mallet.before = mallet.now
+    mallet.now = free - state.own_give * force
+    mallet.deepest = max(mallet.deepest, mallet.now)
+    mallet.force = force
+    mallet.age += 1.0
+    if after <= 0.0 and tip.depth_before <= 0.0:
+        rises = mallet.now < mallet.before and mallet.now < -mallet.deepest
+        if rises or mallet.age * state.step_s > _LONGEST_S:
+            mallet.stage = GONE
+    if force > 0.0:
+        rim.strike(engine, mallet.x, mallet.y, force)  # nobody knows yet what the contact's impulse will be
+    return float(force)
+
+
+@njit()
+def _forget(engine: Record) -> None:
+    """After a step: mallets that are gone leave the pool in their turn."""
+    state, pool = engine.mallets.state[0], engine.mallets.pool
+    while state.oldest < state.begun and pool[state.oldest % POOL].stage == GONE:
+        state.oldest += 1
+
+
+@only_with("mallets")
+def come(engine: Record, now: Any, then: Any) -> None:
+    """Before the sweep of a mesh, while `then` still holds u-: mallets whose instant has come arrive."""
+    state, pool = engine.mallets.state[0], engine.mallets.pool
+    for number in range(state.oldest, state.begun):
+        slot = number % POOL
+        mallet = pool[slot]
+        if mallet.stage != COMING:
+            continue
+        if mallet.age <= -1.0:
+            mallet.age += 1.0
+            continue
+        y = state.unit_m * patch.under(engine.mallets.patches, slot, now)
+        _arrive(engine, slot, y, state.unit_m * patch.under(engine.mallets.patches, slot, then))
+
+
+@only_with("internal_loss")
+def _keep_moving(engine: Record, slot: int, force: float) -> None:
+    patch.push(engine.mallets.patches, slot, engine.internal_loss.moving, force)
+
+
+@only_with("mallets", otherwise=0.0)
+def strike(engine: Record, then: Any) -> float:
+    """After all else has moved u+: mallets and head meet; returns by how much its sum changed."""
+    state, pool, changed = engine.mallets.state[0], engine.mallets.pool, 0.0
+    if state.begun == state.oldest:
+        return changed
+    for number in range(state.oldest, state.begun):
+        slot = number % POOL
+        if pool[slot].stage != PLAYING:
+            continue
+        force = _fly(engine, slot, state.unit_m * patch.under(engine.mallets.patches, slot, then))
+        if force > 0.0:
+            patch.push(engine.mallets.patches, slot, then, force)
+            _keep_moving(engine, slot, force)
+            changed += pool[slot].moved * force
+    _forget(engine)
+    return changed

@@ -1,0 +1,49 @@
+"""The memory of a scene's mallets, all of them far from the head. Allocates; any thread."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from drumstick.drum.effects.cavity import AIR_KG_PER_M3
+from drumstick.drum.excitation.mallet import MALLET, POOL, STATE, Mallets
+from drumstick.drum.excitation.patch import patches_of, radius_on
+from drumstick.drum.excitation.tip import TIP
+from drumstick.drum.membrane.surface import metres_per_unit
+from drumstick.parameters.drum_effects import Cavity
+from drumstick.parameters.mallet import Mallet
+from drumstick.parameters.scene import Scene
+from realtime.jit import Record, Records
+
+# Of the air's mass on one side of a piston in a wall, to that of a layer as thick as its radius (Rayleigh, "The theory
+# of sound", section 302).
+_PISTON = 8.0 / (3.0 * math.pi)
+
+
+def _tips(mallet: Mallet, step_s: float) -> Records:
+    tips: Records = np.zeros(POOL, TIP)
+    halves = 2.0 * mallet.exponent
+    tips["stiffness"], tips["exponent"] = mallet.stiffness_N_per_m_p, mallet.exponent
+    tips["halves"] = int(halves) if halves.is_integer() else 0
+    tips["rate"] = mallet.loss_s_per_m / (2.0 * step_s)
+    return tips
+
+
+def _unit_m(scene: Scene) -> float:
+    # A head that sounds at f01 carries air along on both sides, as a piston in a wall does, and is so much tighter.
+    alone_m = metres_per_unit(scene)
+    head_kg_per_m2 = scene.drum.effects.get("cavity", Cavity()).head_kg_per_m2
+    air_kg_per_m2 = 2.0 * _PISTON * AIR_KG_PER_M3 * scene.drum.radius_m
+    return alone_m * head_kg_per_m2 / (head_kg_per_m2 + air_kg_per_m2)
+
+
+def mallets_of(scene: Scene, step_s: float, spacing: float) -> Mallets:
+    """For a mesh that steps every step_s, its junctions `spacing` radii apart."""
+    mallet = scene.mallet
+    assert mallet is not None
+    state: Any = np.zeros(1, STATE)
+    fields: Record = state[0]
+    fields["unit_m"], fields["step_s"] = _unit_m(scene), step_s
+    fields["own_give"] = step_s**2 / mallet.mass_kg
+    fields["radius"] = radius_on(spacing, mallet.tip_radius_m / scene.drum.radius_m)
+    return Mallets(state, np.zeros(POOL, MALLET), _tips(mallet, step_s), patches_of(POOL))

@@ -1,0 +1,150 @@
+"""Mallets on a head whose tension they change: push and pull of one step, each solved for what the other leaves of it.
+
+The tension's pull q is the gradient of its energy over the step (drumstick.drum.effects.tension), and a push changes
+the stretch at the step's end; the push F follows from how deep the tip would be, and the pull changes that. Both are
+gradients of convex energies: the pull T(q) that the pushes at q ask for grows with q, by less than q does, so there is
+one q = T(q), and T(q) lies between it and q. The secant finds it, in two or three turns for the glides that a head has.
+The mallet's own push is then solved anew after the sweep, for the pull that was taken, so what is left of the
+difference between the two is all that the energy can be wrong by. Kernels: audio thread; no allocation.
+"""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from drumstick.drum.effects import tension
+from drumstick.drum.excitation import patch
+from drumstick.drum.excitation.mallet import PLAYING, POOL
+from drumstick.drum.excitation.patch import LANES
+from drumstick.drum.excitation.tip import met
+from drumstick.drum.membrane.sweep import is_triangular
+from realtime.jit import Record, njit, only_with
+
+_MOST_TURNS = 8
+_FLAT = -1e-6
+_CLOSE = 1e-10  # of the largest pull
+
+Floats = npt.NDArray[np.float32]
+
+
+@njit(fastmath={"contract", "reassoc"})
+def _bent(engine: Record, slot: int, now: Floats) -> float:
+    # Under the tip, of what is free to move: how far the neighbours pull, w ring - u, as the weights are baked.
+    patches, weights, grid = engine.mallets.patches, engine.head.weights, engine.head.grid[0]
+    own, stride, total = engine.control[0].own_gain, grid.stride, 0.0
+    for row in range(patches.rows[slot]):
+        free, start = patches.free[slot, row], patches.starts[slot, row]
+        centre, weight = now[start : start + LANES], weights[start : start + LANES]
+        left, right = now[start - 1 : start - 1 + LANES], now[start + 1 : start + 1 + LANES]
+        above, below = start - stride, start + stride
+        if is_triangular(engine.head):  # two of each row beside: the nearer one, and one aside
+            aside = 2 * ((start // stride - grid.centre_row) & 1) - 1
+            further_up, further_down = now[above + aside :][:LANES], now[below + aside :][:LANES]
+            up, down = now[above : above + LANES], now[below : below + LANES]
+            for lane in range(LANES):
+                ring = (
+                    left[lane] + right[lane] + up[lane] + down[lane] + further_up[lane] + further_down[lane]
+                )
+                total += float(free[lane]) * float(weight[lane] * ring - own * centre[lane])
+        else:
+            up, down = now[above : above + LANES], now[below : below + LANES]
+            for lane in range(LANES):
+                ring = left[lane] + right[lane] + up[lane] + down[lane]
+                total += float(free[lane]) * float(weight[lane] * ring - own * centre[lane])
+    return total
+
+
+@only_with("internal_loss", otherwise=0.0)
+def _carried(engine: Record, slot: int) -> float:
+    # By the junctions' own momentum.
+    loss = engine.internal_loss
+    return float(loss.gains[0] * patch.free_under(engine.mallets.patches, slot, loss.moving))
+
+
+@njit()
+def _bare(engine: Record, slot: int, now: Floats, then: Floats, bent: float, push: float) -> float:
+    # How high the head would stand under the tip after this step, without a pull and without mallets.
+    control, patches, state = engine.control[0], engine.mallets.patches, engine.tension.state[0]
+    height, gone = patch.free_under(patches, slot, now), patch.free_under(patches, slot, then)
+    found = patch.under(patches, slot, then) - gone  # what a muffle holds stays where it was
+    found += push * patch.free_under(patches, slot, engine.head.weights)
+    if state.eta > 0.0:
+        return found + height + _carried(engine, slot) + (1.0 + state.eta) * bent
+    return found + (control.own_gain + control.now_gain) * height - control.then_gain * gone + bent
+
+
+@njit()
+def _look(engine: Record, now: Floats, then: Floats, push: float) -> None:
+    # What the pushes and the pull depend on in this step, for every mallet that plays.
+    mallets, control = engine.mallets, engine.control[0]
+    state = mallets.state[0]
+    neighbours = 6.0 if is_triangular(engine.head) else 4.0
+    for number in range(state.oldest, state.begun):
+        slot = number % POOL
+        mallet = mallets.pool[slot]
+        if mallet.stage == PLAYING:
+            bent = _bent(engine, slot, now)
+            height = _bare(engine, slot, now, then, bent, push)
+            mallet.bare = 2.0 * mallet.now - mallet.before - state.unit_m * height
+            mallet.slack = state.unit_m * bent / engine.tension.state[0].tau
+            mallet.stretch = control.force_gain / neighbours * bent
+
+
+@njit()
+def _answered(engine: Record, pull: float) -> float:
+    # The pull that the pushes at this pull ask for.
+    mallets, tight = engine.mallets, engine.tension.state[0]
+    state, stretched = mallets.state[0], 0.0
+    for number in range(state.oldest, state.begun):
+        slot = number % POOL
+        mallet = mallets.pool[slot]
+        if mallet.stage == PLAYING:
+            _, force = met(mallets.tips[slot], mallet.bare - mallet.slack * pull)
+            stretched += mallet.stretch * force
+    if stretched == 0.0 and pull == tight.pull:
+        return pull
+    return float(tension.solved(tight, tight.before, tight.x + stretched, tight.y))
+
+
+@njit()
+def _agreed(engine: Record) -> float:
+    # The pull that asks for itself: by the secant, kept between the bounds that every answer draws in.
+    tight = engine.tension.state[0]
+    close = _CLOSE * tight.q_most
+    pull, answer = tight.pull, _answered(engine, tight.pull)
+    low, high = -tight.q_most, tight.q_most
+    for _ in range(_MOST_TURNS):
+        wrong = answer - pull
+        if abs(wrong) <= close:
+            break
+        if wrong > 0.0:
+            low = max(low, answer)
+        else:
+            high = min(high, answer)
+        following = answer
+        again = _answered(engine, following)
+        bent = (again - following - wrong) / (following - pull)  # of answer - pull; from -1 to 0
+        pull, answer = following, again
+        if bent < _FLAT:
+            best = following - (again - following) / bent
+            if low < best < high:
+                pull, answer = best, _answered(engine, best)
+    return answer
+
+
+@only_with("tension", otherwise=0.0)
+def _settled(engine: Record, now: Any, then: Any, push: float) -> float:
+    if engine.mallets.state[0].begun == engine.mallets.state[0].oldest:
+        return 0.0
+    _look(engine, now, then, push)
+    tight = engine.tension.state[0]
+    alone = tight.pull
+    tight.pull = _agreed(engine)
+    return float(tight.pull - alone)
+
+
+@only_with("mallets", otherwise=0.0)
+def more(engine: Record, now: Any, then: Any, push: float) -> float:
+    """After `tension.tightened`: by how much mallets change its q. push: f of the whole head."""
+    return float(_settled(engine, now, then, push))

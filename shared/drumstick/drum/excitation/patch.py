@@ -1,0 +1,163 @@
+"""The junctions under a mallet's tip: how it reads the head and how it pushes it, by the very same shares.
+
+The tip rests on the head as a paraboloid, 1 - (r/R)^2 at r from its middle; R is at least the mesh's spacing, so that
+there are always some junctions under it, and at most seven of them. The shares g add up to 1, the head under the tip is
+y = sum g u, and a push F counts at each junction as g F: so F does the work F dy, whatever lies beneath. A junction at
+the rim has a smaller mass in proportion to its weight, and one under a muffle gives way less, by what the damper takes.
+
+Rows of sixteen lanes, wherever they begin: compilers make one vector of each. Kernels: audio thread; no allocation.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from drumstick.drum.membrane.lattice import MARGIN, TOPOLOGIES
+from drumstick.drum.membrane.places import drawn_in
+from drumstick.drum.membrane.sweep import Head, is_triangular, is_triangular_type
+from realtime.jit import ArgumentType, Record, njit, only_with, overload
+
+LANES = 16
+ROWS = 18  # as many as a circle of seven spacings' radius meets
+MOST_SPACINGS = 7.0
+_LEAST_SPACINGS = 1.0
+
+Floats = npt.NDArray[np.float32]
+
+
+class Patches(NamedTuple):
+    """Of a pool of P tips, shapes (P, ROWS, 16) unless said: shares g; free, g less what a muffle holds; steps, how far
+    a newton moves each junction; starts (P, ROWS), the flat index of a row's first lane; rows (P,), how many there
+    are."""
+
+    shares: Floats
+    free: Floats
+    steps: Floats
+    starts: npt.NDArray[np.int64]
+    rows: npt.NDArray[np.int64]
+
+
+def patches_of(pool: int) -> Patches:
+    """All empty. Allocates."""
+    shares, free, steps = np.zeros((3, pool, ROWS, LANES), np.float32)
+    return Patches(shares, free, steps, np.zeros((pool, ROWS), np.int64), np.zeros(pool, np.int64))
+
+
+@njit()
+def radius_on(spacing: float, radius: float) -> float:
+    """R as the mesh can have it, in radii of the head."""
+    return min(max(radius, _LEAST_SPACINGS * spacing), MOST_SPACINGS * spacing)
+
+
+def _row_height(head: Head) -> float:
+    # Between rows, in spacings.
+    raise TypeError("compiled code only")
+
+
+@overload(_row_height)
+def _row_height_by_type(head: ArgumentType) -> Callable[[Head], float]:
+    height = TOPOLOGIES["triangular" if is_triangular_type(head) else "rectilinear"].row_height
+    return lambda head: height
+
+
+@only_with("muffle")
+def _hold(engine: Record, slot: int) -> None:
+    # Patches of felt keep a share of what the tip does to the junctions under them.
+    patches, muffle = engine.mallets.patches, engine.muffle
+    for row in range(patches.rows[slot]):
+        start = patches.starts[slot, row]
+        for i in range(muffle.places.shape[0]):
+            lane = muffle.places[i] - start
+            if 0 <= lane < LANES:
+                patches.free[slot, row, lane] *= np.float32(1.0) - muffle.shares[i]
+                patches.steps[slot, row, lane] *= np.float32(1.0) - muffle.shares[i]
+
+
+@njit()
+def _row(engine: Record, slot: int, at: int, row: int, x: float, y: float, reach: float) -> float:
+    # One row's shares, their sum still open; x, y and the reach in spacings from the centre. Returns their sum.
+    head, patches = engine.head, engine.mallets.patches
+    grid = head.grid[0]
+    shift = 0.5 * (row & 1) if is_triangular(head) else 0.0
+    left = grid.centre_column + math.ceil(x - shift - reach)
+    first = (grid.centre_row + row) * grid.stride
+    start = first + min(max(left, 0), grid.stride - LANES)
+    patches.starts[slot, at] = start
+    up, total = row * _row_height(head) - y, 0.0
+    for lane in range(LANES):
+        aside = start + lane - first - grid.centre_column + shift - x
+        share = max(1.0 - (aside * aside + up * up) / (reach * reach), 0.0)
+        if head.weights[start + lane] == 0.0:  # outside the head
+            share = 0.0
+        patches.shares[slot, at, lane] = share
+        total += share
+    return total
+
+
+@njit()
+def lay(engine: Record, slot: int, x: float, y: float, radius: float) -> tuple[float, float]:
+    """Put a tip on the head at (x, y), all in radii; returns how far a newton moves the head under it in a step, and
+    the sum of all junctions."""
+    head, patches = engine.head, engine.mallets.patches
+    h = head.grid[0].spacing
+    x, y = drawn_in(x, y, 1.0 - h)
+    x, y, reach = x / h, y / h, radius / h
+    centre_row = head.grid[0].centre_row
+    rows = head.weights.shape[0] // head.grid[0].stride
+    first = max(math.ceil((y - reach) / _row_height(head)), MARGIN - centre_row)
+    last = min(math.floor((y + reach) / _row_height(head)), rows - 1 - MARGIN - centre_row)
+    patches.rows[slot] = last - first + 1
+    total = 0.0
+    for row in range(first, last + 1):
+        total += _row(engine, slot, row - first, row, x, y, reach)
+    for row in range(patches.rows[slot]):
+        for lane in range(LANES):
+            share = patches.shares[slot, row, lane] / total
+            weight = head.weights[patches.starts[slot, row] + lane]
+            patches.shares[slot, row, lane] = patches.free[slot, row, lane] = share
+            patches.steps[slot, row, lane] = weight * engine.control[0].force_gain * share
+    _hold(engine, slot)
+    give, moved = 0.0, 0.0
+    for row in range(patches.rows[slot]):
+        for lane in range(LANES):
+            step = float(patches.steps[slot, row, lane])
+            give += float(patches.shares[slot, row, lane]) * step
+            moved += step
+    return give, moved
+
+
+@njit(fastmath={"contract", "reassoc"})
+def _summed(patches: Patches, shares_of: Any, slot: int, plane: Floats) -> float:
+    total = 0.0
+    for row in range(patches.rows[slot]):
+        shares = shares_of[slot, row]
+        heights = plane[patches.starts[slot, row] : patches.starts[slot, row] + LANES]
+        for lane in range(LANES):
+            total += float(shares[lane]) * float(heights[lane])
+    return total
+
+
+@njit()
+def under(patches: Patches, slot: int, plane: Floats) -> float:
+    """sum g u: how high the head stands under the tip."""
+    return float(_summed(patches, patches.shares, slot, plane))
+
+
+@njit()
+def free_under(patches: Patches, slot: int, plane: Floats) -> float:
+    """The same, less what a muffle holds."""
+    return float(_summed(patches, patches.free, slot, plane))
+
+
+@njit(fastmath={"contract"})
+def push(patches: Patches, slot: int, plane: Floats, force: float) -> None:
+    """Move the junctions under the tip by what `force`, N, moves them in a step."""
+    newtons = np.float32(force)
+    for row in range(patches.rows[slot]):
+        steps = patches.steps[slot, row]
+        heights = plane[patches.starts[slot, row] : patches.starts[slot, row] + LANES]
+        for lane in range(LANES):
+            heights[lane] += newtons * steps[lane]

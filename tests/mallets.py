@@ -1,0 +1,179 @@
+"""Mallets for tests: on a wall, on three oscillators that hold on to each other, and what they hold on a drum."""
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+
+from drumstick.drum.engine import Engine
+from drumstick.drum.excitation import mallet
+from drumstick.drum.excitation.strikes import EVENT
+from drumstick.drum.excitation.tip import TIP, goes_on, met, placed
+from drumstick.parameters.mallet import Mallet
+from drumstick.parameters.scene import Scene
+from membranes import energy, is_triangular
+from realtime.jit import Record, Records, njit
+from realtime.lent import lend
+
+
+def tip_of(stiffness: float, exponent: float, loss: float, step_s: float, give: float) -> Record:
+    """A tip's record, out of touch."""
+    tip: Any = np.zeros(1, TIP)
+    halves = 2.0 * exponent
+    tip["stiffness"], tip["exponent"], tip["give"] = stiffness, exponent, give
+    tip["halves"] = round(halves) if halves == round(halves) else 0
+    tip["rate"] = loss / (2.0 * step_s)
+    return tip[0]
+
+
+@njit()
+def on_a_wall(tips: Records, mass: float, speed: float, step_s: float) -> tuple[float, float]:
+    """One blow on what does not move: how long the tip is pressed in, s, and the speed after it over that before.
+
+    Both ends of the contact lie between two steps: where the straight line through them leaves the wall.
+    """
+    tip = tips[0]
+    tip.give = step_s * step_s / mass
+    x, before = 0.0, -speed * step_s
+    placed(tip, x, before)
+    contact = 0.0
+    while x > 0.0 or x >= before:
+        after, _ = met(tip, 2.0 * x - before)
+        goes_on(tip, after)
+        before, x = x, after
+        contact += step_s
+    contact -= step_s * x / (x - before)
+    for _ in range(2):  # the push of the last steps stands for depths before them
+        after, _ = met(tip, 2.0 * x - before)
+        goes_on(tip, after)
+        before, x = x, after
+    return contact, (before - x) / (speed * step_s)
+
+
+@njit()
+def _stored(q: Any, before: Any, square: Any, mass: float) -> float:
+    # Of three oscillators in a ring, each on its own spring and on its neighbours': J over T^2.
+    found = 0.0
+    for i in range(3):
+        j = (i + 1) % 3
+        moved = q[i] - before[i]
+        apart, apart_before = q[i] - q[j], before[i] - before[j]
+        found += (
+            0.5 * mass * (moved * moved + square[i] * q[i] * before[i] + square[3] * apart * apart_before)
+        )
+    return found
+
+
+@njit()
+def struck_at_random(tips: Records, strikes: int, seed: int) -> tuple[float, float, int, int]:
+    """Random blows of random mallets on three oscillators, the next before the last one is forgotten.
+
+    Returns the largest rise of energy in one step, to what there was at the beginning of that blow; the largest change
+    of energy in all, which tells that something went on; how many touches there were; and how many blows began while
+    the tip was pressed in.
+    """
+    np.random.seed(seed)
+    tip = tips[0]
+    q, before, free = np.zeros(3), np.zeros(3), np.zeros(3)
+    share, square = np.zeros(3), np.zeros(4)
+    worst, moved_most, touches, pressed = 0.0, 0.0, 0, 0
+    mass = 1.0
+    for strike in range(strikes):
+        if strike % 8 == 0:  # another head, at rest
+            q[:] = 0.0
+            before[:] = 0.0
+            mass = 10.0 ** np.random.uniform(-3.0, 0.0)
+            for i in range(4):
+                square[i] = 10.0 ** np.random.uniform(-4.0, -0.4)
+            for i in range(3):
+                share[i] = np.random.uniform(0.0, 1.0)
+            share /= share.sum()
+        step_s = 10.0 ** np.random.uniform(-5.0, -4.0)
+        own = 10.0 ** np.random.uniform(-3.0, 0.0)
+        speed = 10.0 ** np.random.uniform(-2.0, 1.3)
+        halves = np.random.randint(2, 9)
+        tip.exponent, tip.halves = 0.5 * halves, halves
+        if np.random.random() < 0.2:
+            tip.exponent, tip.halves = np.random.uniform(1.0, 4.0), 0
+        # As stiff as the depth it is pressed in says, from a nanometre to ten centimetres.
+        depth = 10.0 ** np.random.uniform(-9.0, -1.0)
+        tip.stiffness = 0.5 * own * speed * speed * (tip.exponent + 1.0) / depth ** (tip.exponent + 1.0)
+        tip.rate = 0.0 if np.random.random() < 0.3 else 10.0 ** np.random.uniform(-2.0, 1.5) / (2.0 * step_s)
+        tip.give = step_s * step_s / own
+        y, y_before = 0.0, 0.0
+        for i in range(3):
+            tip.give += share[i] * share[i] * step_s * step_s / mass
+            y += share[i] * q[i]
+            y_before += share[i] * before[i]
+        x = min(y - np.random.random() * speed * step_s, y_before + speed * step_s)
+        x_before = x - speed * step_s
+        if tip.depth > 0.0:
+            pressed += 1
+        placed(tip, x - y, x_before - y_before)
+        inverse = 1.0 / (step_s * step_s)
+        held = inverse * (_stored(q, before, square, mass) + 0.5 * own * (x - x_before) ** 2)
+        first = held
+        touched = False
+        for _ in range(np.random.randint(3, 120)):
+            y_free = 0.0
+            for i in range(3):
+                pull = square[i] * q[i] + square[3] * (2.0 * q[i] - q[(i + 1) % 3] - q[(i + 2) % 3])
+                free[i] = 2.0 * q[i] - before[i] - pull
+                y_free += share[i] * free[i]
+            x_free = 2.0 * x - x_before
+            after, force = met(tip, x_free - y_free)
+            for i in range(3):
+                before[i] = q[i]
+                q[i] = free[i] + share[i] * step_s * step_s / mass * force
+            x_before = x
+            x = x_free - step_s * step_s / own * force
+            goes_on(tip, after)
+            if force < 0.0:
+                worst = math.inf  # it pulled
+            if force > 0.0 and not touched:
+                touches += 1
+            touched = force > 0.0
+            now = inverse * (_stored(q, before, square, mass) + 0.5 * own * (x - x_before) ** 2)
+            now += 0.5 * (tip.energy + tip.energy_before)
+            worst = max(worst, (now - held) / first)
+            held = now
+        moved_most = max(moved_most, 1.0 - held / first)
+    return worst, moved_most, touches, pressed
+
+
+def with_mallet(scene: Scene, **numbers: Any) -> Scene:
+    """The same scene with its drum struck by mallets: the default one, but for these numbers."""
+    drum = dataclasses.replace(scene.drum, excitation="mallet")
+    return dataclasses.replace(scene, drum=drum, mallet=Mallet(**numbers))
+
+
+def swing(engine: Engine, speed: float, x: float = 0.3, y: float = 0.2, age: float = 0.0) -> None:
+    """A strike from the next step on."""
+    event: Any = np.zeros(1, EVENT)
+    event["speed_m_per_s"], event["x"], event["y"] = speed, x, y
+    _swing(engine, event, age)
+    engine.control["asleep"] = 0
+
+
+@njit()
+def _swing(engine: Engine, events: Records, age: float) -> bool:
+    return mallet.swing(lend(engine), events[0], age)
+
+
+def of_mallets(engine: Engine) -> float:
+    """Kinetic energy of all mallets that play, and what their tips hold, J."""
+    assert engine.mallets is not None
+    state = engine.mallets.state[0]
+    plays = engine.mallets.pool["stage"] == mallet.PLAYING
+    pool, tips = engine.mallets.pool[plays], engine.mallets.tips[plays]
+    moved = pool["now"] - pool["before"]
+    return float(np.sum(0.5 * moved**2 / state["own_give"] + 0.5 * (tips["energy"] + tips["energy_before"])))
+
+
+def joules(engine: Engine) -> float:
+    """All that is in a mesh and in the mallets that play on it."""
+    assert engine.mallets is not None
+    height = 0.75**0.5 if is_triangular(engine.head) else 1.0
+    unit = float(engine.mallets.state["unit_m"][0]) * 4.0 * height / float(engine.control["tau"][0])
+    return unit * energy(engine) + of_mallets(engine)

@@ -1,0 +1,78 @@
+"""Mallets on the shipped drums: how long they touch, how bright they are, and that no two strokes are the same."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from drumstick.drum.block import render_all
+from drumstick.drum.build import new_engine
+from drumstick.drum.calibrate import blow_at
+from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.render import render
+from drumstick.parameters.scene import Scene, parse, shipped_text
+
+RATE = 48_000
+DYNAMICS = (0.05, 0.2, 1.0, 2.0)  # m/s, up to full scale
+
+
+def tom(material: str) -> Scene:
+    text = shipped_text("tom").replace("[drum]", '[drum]\nexcitation = "mallet"', 1)
+    scene = parse(f'{text}\n[mallet]\nmaterial = "{material}"\n', "tom")
+    return dataclasses.replace(scene, listen=dataclasses.replace(scene.listen, gain_dB=-40.0))  # not limited
+
+
+def _touched_s(scene: Scene, speed: float, x: float) -> float:
+    """From the first push of one blow to its last."""
+    ring = StrikeRing()
+    engine = new_engine(scene, RATE, ring)
+    assert engine.mallets is not None
+    ring.swing(blow_at(scene, speed, x, 0.0))
+    steps_s = float(engine.control["divisor"][0]) / RATE
+    step, pushed = np.zeros((int(engine.control["divisor"][0]), 2), np.float32), list[bool]()
+    for _ in range(round(0.03 / steps_s)):
+        render_all(engine, step, len(step), 0)
+        pushed.append(bool(engine.mallets.pool["force"][0] > 0.0))
+    at = np.flatnonzero(pushed)
+    return float(at[-1] - at[0] + 1) * steps_s
+
+
+@pytest.mark.parametrize("x", [0.0, 0.3, 0.5, 0.7])
+def test_wood_touches_a_tom_for_three_to_six_milliseconds(x: float) -> None:
+    times = [_touched_s(tom("wood"), speed, x) for speed in DYNAMICS]
+    assert min(times) >= 0.003
+    assert max(times) <= 0.006
+
+
+def _centroid(sound: np.ndarray) -> float:
+    # Of the magnitudes of the first 10 ms, faded out so that their end is not heard.
+    begin = int(np.flatnonzero(np.abs(sound) > 1e-3 * np.abs(sound).max())[0])
+    length = RATE // 100
+    part = sound[begin : begin + length].astype(float) * np.hanning(2 * length)[length:]
+    size = np.abs(np.fft.rfft(part, 4096))
+    return float(np.sum(np.fft.rfftfreq(4096, 1.0 / RATE) * size) / np.sum(size))
+
+
+def test_felt_is_an_octave_brighter_when_it_strikes_hard() -> None:
+    scene = tom("felt")
+    soft, hard = (
+        _centroid(render(scene, [blow_at(scene, speed, 0.5, 0.0, 0.01)], 0.05, RATE)[:, 0])
+        for speed in (DYNAMICS[0], DYNAMICS[-1])
+    )
+    assert hard > 2.0 * soft
+
+
+def test_two_strokes_of_a_roll_at_the_same_speed_differ() -> None:
+    """43 ms apart: what the second adds is not what the first was. On a head at rest it is, to the bit."""
+    scene = tom("wood")
+    apart = round(0.043 * RATE)
+    first, second = (blow_at(scene, 1.0, 0.5, 0.0, t_s) for t_s in (0.01, 0.01 + apart / RATE))
+    alone = render(scene, [first], 0.2, RATE)[:, 0].astype(float)
+    both = render(scene, [first, second], 0.2, RATE)[:, 0].astype(float)
+    begin, length = round(0.01 * RATE), round(0.03 * RATE)
+    stroke = alone[begin : begin + length]
+    added = (both - alone)[begin + apart : begin + apart + length]
+    correlation = float(np.corrcoef(stroke, added)[0, 1])
+    print(f"correlation of two strokes' first 30 ms: {correlation:.6f}")
+    assert 0.5 < correlation < 1.0 - 1e-4
+    assert np.array_equal(render(scene, [first], 0.2, RATE)[:, 0].astype(float), alone)

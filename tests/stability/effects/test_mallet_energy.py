@@ -1,0 +1,123 @@
+"""Mallets on a drum with every effect: no step in which they meet the head makes energy."""
+
+import math
+
+import numpy as np
+import pytest
+
+from drumstick.drum.engine import Engine
+from drumstick.parameters.drum_effects import Cavity, InternalLoss, Muffle, Rim, Snare, Tension
+from mallets import joules, swing, with_mallet
+from stability.catalogue import shows
+from stability.mesh_steps import drum_of, engine_of, take
+
+EFFECTS: dict[str, object] = {
+    "internal_loss": InternalLoss(0.05, 4000.0),
+    "muffle": Muffle(((0.4, 0.1, 0.4), (0.9, 0.0, 0.3)), 0.005),
+    "tension": Tension(600.0),
+    "cavity": Cavity(depth_m=0.05, head_kg_per_m2=0.26, f01_Hz=1700.0, t60_s=60.0),
+    "snare": Snare(wires=20, t60_s=10.0, mass=0.5),
+    "rim": Rim(),
+}
+DRUMS: dict[str, tuple[str, ...]] = {
+    "plain": (),
+    "internal_loss": ("internal_loss",),
+    "muffle": ("muffle",),
+    "tension": ("tension",),
+    "tension+muffle+internal_loss": ("tension", "muffle", "internal_loss"),
+    "all": tuple(EFFECTS),
+}
+TIPS: dict[str, dict[str, float]] = {
+    "wood": {},
+    "felt": {
+        "mass_kg": 0.03,
+        "stiffness_N_per_m_p": 2e8,
+        "exponent": 2.5,
+        "loss_s_per_m": 0.8,
+        "tip_radius_m": 0.02,
+    },
+    "hard and heavy": {"mass_kg": 0.2, "stiffness_N_per_m_p": 1e12, "exponent": 1.7, "loss_s_per_m": 0.0},
+}
+# Of the energy of a strike in one step: float32's rounding of the head's heights.
+ROUNDING = 2e-6
+
+
+def _drum(effects: tuple[str, ...], tip: str, mesh: dict[str, object] | None = None) -> Engine:
+    t60_s = 60.0 if "internal_loss" in effects else math.inf
+    scene = drum_of({name: EFFECTS[name] for name in effects}, t60_s, 2000.0, mesh)
+    return engine_of(with_mallet(scene, **TIPS[tip]))
+
+
+def _most_growth(engine: Engine, strikes: int, seed: int = 3) -> float:
+    # Strikes before the last ones are over, in any place, again in the same one, and on the rim.
+    assert engine.mallets is not None
+    chance = np.random.default_rng(seed)
+    worst, x, y, pushed, largest, held = 0.0, 0.3, 0.2, False, 0.0, 0.0
+    for _ in range(strikes):
+        if chance.random() < 0.7:
+            x, y = chance.uniform(-1.0, 1.0, 2)
+        swing(engine, float(10.0 ** chance.uniform(-1.0, 1.3)), x, y, -float(chance.random()))
+        take(engine, 1)  # it arrives, with what it has
+        held = joules(engine)
+        largest = max(largest, held)
+        for _ in range(int(chance.integers(2, 40))):
+            take(engine, 1)
+            now = joules(engine)
+            worst = max(worst, (now - held) / largest)
+            held = now
+            pushed = pushed or bool((engine.mallets.pool["force"] > 0.0).any())
+    assert pushed
+    assert np.isfinite(held)
+    return worst
+
+
+@shows("mallet on the head", "ours")
+@pytest.mark.parametrize("tip", TIPS)
+@pytest.mark.parametrize("names", DRUMS)
+def test_no_step_of_a_mallet_on_a_drum_makes_energy(names: str, tip: str) -> None:
+    assert _most_growth(_drum(DRUMS[names], tip), 40) <= ROUNDING
+
+
+@shows("mallet on the head", "ours")
+@pytest.mark.parametrize("mesh", [{"topology": "rectilinear"}, {"accuracy": "fine"}], ids=str)
+def test_nor_on_a_square_mesh_nor_to_the_fourth_order(mesh: dict[str, object]) -> None:
+    assert _most_growth(_drum((), "wood", mesh), 40) <= ROUNDING
+
+
+@shows("mallet on the head", "ours")
+def test_nor_on_a_square_mesh_under_tension() -> None:
+    assert _most_growth(_drum(("tension",), "wood", {"topology": "rectilinear"}), 40) <= ROUNDING
+
+
+def _pushed_by_where_it_is(stiffness: float, exponent: float) -> float:
+    # A blow of 1 m/s on a head of two junctions' mass, by the push at the beginning of each step: energy at last, to
+    # what there was.
+    step_s, mass, head = 1.0 / 48_000.0, 0.01, 0.001
+    x, x_before, y, y_before = 0.0, -step_s, 0.0, 0.0
+    for _ in range(2000):
+        push = stiffness * max(x - y, 0.0) ** exponent
+        x, x_before = 2.0 * x - x_before - step_s**2 / mass * push, x
+        y, y_before = 2.0 * y - y_before - 1e-4 * y + step_s**2 / head * push, y
+    last = 0.5 * mass * (x - x_before) ** 2 + 0.5 * head * ((y - y_before) ** 2 + 1e-4 * y * y_before)
+    return last / step_s**2 / (0.5 * mass)
+
+
+@shows("mallet on the head", "naive")
+def test_a_push_by_where_the_tip_is_throws_it_back_faster_than_it_came() -> None:
+    assert _pushed_by_where_it_is(1e5, 1.5) < 1.1  # soft, it hardly shows
+    assert _pushed_by_where_it_is(1e10, 1.5) > 100.0
+
+
+def test_without_losses_all_of_it_is_there_at_last() -> None:
+    """What a wooden mallet without loss had is in the head and in the mallet that leaves it."""
+    engine = engine_of(with_mallet(drum_of({}, math.inf, 1000.0), loss_s_per_m=0.0))
+    assert engine.mallets is not None
+    swing(engine, 1.0)
+    take(engine, 1)
+    first, touched = joules(engine), 0
+    for _ in range(200):
+        take(engine, 1)
+        touched += int(engine.mallets.pool["force"][0] > 0.0)
+        if engine.mallets.pool["stage"][0]:
+            assert joules(engine) == pytest.approx(first, rel=1e-5)
+    assert touched > 5
