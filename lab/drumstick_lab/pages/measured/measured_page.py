@@ -18,6 +18,27 @@ _NAMES = {
 }
 
 
+def _first_start() -> list[str]:
+    found = read("first_start")
+    lines = [
+        "",
+        "### The first start",
+        "",
+        f"`drumstick lab first-start`: `drumstick up` with an empty store of compiled kernels, and again; the median of {found['runs']} runs."
+        f" Importing numba and zenoh took {found['imports_s']:.2f} s in the same runs. {where(found)}",
+        "",
+        "| kernels | until an OSC client hears a strike, s | processor time, s | until the sound server has played one, s | processor time, s |",
+        "|---|---|---|---|---|",
+    ]
+    names = {"empty": "compiled anew", "filled": "found compiled"}
+    for store, row in found["rows"].items():
+        cells = " | ".join(
+            f"{row[name]:.1f}" for name in ("strike_s", "strike_processor_s", "sound_s", "sound_processor_s")
+        )
+        lines.append(f"| {names[store]} | {cells} |")
+    return lines
+
+
 def _streamed() -> list[str]:
     result = read("streamed_force")
     lines = [
@@ -280,6 +301,31 @@ def _wire() -> list[str]:
     return lines
 
 
+def _suite() -> list[str]:
+    runs = read("suite")["runs"]
+    red = [run for run in runs if not run["passed"]]
+    last = runs[-1]
+    lines = [
+        "",
+        "## The suite",
+        "",
+        f"`drumstick lab suite`: `make test`, {len(runs)} times, {sum(run['beside_a_busy_core'] for run in runs)} of them beside a process that kept one core busy;"
+        f" {len(red)} red. The newest, at {last['commit']}, took {last['whole_s'] / 60:.1f} minutes. {where(read('suite'))}",
+        "",
+        "| part | tests | s, newest | s, of all: least | most |",
+        "|---|---|---|---|---|",
+    ]
+    for name, seconds in last["seconds"].items():
+        of_all = [run["seconds"][name] for run in runs if name in run["seconds"]]
+        lines.append(
+            f"| {name} | {last['tests'].get(name, '')} | {seconds:.0f} | {min(of_all):.0f} | {max(of_all):.0f} |"
+        )
+    failed = sorted({name for run in red for name in run["failed"]})
+    if failed:
+        lines += ["", "Red were:", "", *(f"- `{name}`" for name in failed)]
+    return lines
+
+
 def _torture() -> list[str]:
     found = read("torture")
     panics, values, strikes = found["panics"], found["values"], found["strikes"]
@@ -353,6 +399,7 @@ def page() -> str:
         f"| {_NAMES[name]} | {row['median']:.2f} | {row['max']:.2f} | {row['to_python']:.0f} | {row['to_imports']:.1f} |"
         for name, row in starts["rows"].items()
     ]
+    lines += _first_start()
     lines += [
         "",
         "## What the drum's accuracy costs",
@@ -380,6 +427,7 @@ def page() -> str:
             *_soak(),
             *_wire(),
             *_torture(),
+            *_suite(),
             *_door(),
             *measured_panel.panel(),
             *measured_panel.attacked(),
