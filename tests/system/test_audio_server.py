@@ -117,6 +117,7 @@ def test_a_servo_that_restarts_with_another_scene_gets_another_drum(side: Haptic
     assert sum("mesh of" in line for line in sound.lines) == 2
 
 
+@pytest.mark.long
 def test_two_rigs_are_played_by_one_server_each_with_its_own_scene(side: HapticSide, tmp_path: Path) -> None:
     path = tmp_path / "both.wav"
     other = side.another("second", drum(f01_Hz=300.0))

@@ -184,6 +184,7 @@ def test_a_virtual_port_can_be_connected_to(jack: Jack, monkeypatch: pytest.Monk
         assert f"drumstick {rig.name}" in done.stdout
 
 
+@pytest.mark.long
 def test_ports_are_listed(jack: Jack) -> None:
     with listening(jack):
         done = subprocess.run(

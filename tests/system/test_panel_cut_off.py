@@ -58,6 +58,7 @@ def test_a_panel_that_hangs_is_told_until_it_goes_on(
 
 
 @pytest.mark.timeout(300)
+@pytest.mark.long
 def test_a_panel_that_ended_is_told_in_full_colour_until_another_one_is_there(
     page: Page, rig: FakeRig, tmp_path: Path, free_port: Callable[[], int]
 ) -> None:

@@ -148,6 +148,7 @@ def test_a_refusal_is_explained_in_place_and_the_slider_returns(page: Page, rig:
     expect(note(page, "k_coll")).to_contain_text("Stiffness of the head", timeout=PATIENCE_MS)
 
 
+@pytest.mark.long
 def test_a_refusal_goes_when_something_else_is_accepted(page: Page, rig: FakeRig) -> None:
     rig.refuse["k_coll"] = "too hard with this pulse"
     slider(page, "k_coll").focus()
@@ -310,6 +311,7 @@ def test_every_control_has_a_role_and_a_name_and_is_reached_by_tab(page: Page, r
     assert [name for name in reached if name in wanted] == wanted
 
 
+@pytest.mark.long
 def test_panic_stays_in_sight(page: Page) -> None:
     page.get_by_text("More", exact=True).click()
     page.get_by_role("button", name="Set this value").scroll_into_view_if_needed()
@@ -332,6 +334,7 @@ def test_a_panic_that_nobody_confirms_is_said_until_somebody_hears_it(
 
 
 @pytest.mark.parametrize("size", [DESKTOP, PHONE])
+@pytest.mark.daily("size1")
 def test_nothing_is_cut_off(
     browser: Browser, rig: FakeRig, served: PanelProcess, size: tuple[int, int]
 ) -> None:

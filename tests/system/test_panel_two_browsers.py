@@ -36,6 +36,7 @@ def press(page: Page, name: str) -> None:
     page.get_by_role("button", name=name, exact=True).click()
 
 
+@pytest.mark.long
 def test_a_button_does_nothing_with_what_somebody_else_has_chosen(
     pages: tuple[Page, Page], rig: FakeRig
 ) -> None:

@@ -131,6 +131,7 @@ def _loudness(sound: np.ndarray) -> float:
 
 
 @pytest.mark.usefixtures("session")
+@pytest.mark.long
 def test_what_was_recorded_is_rendered_by_its_forces_or_by_its_strikes(rig: Rig, tmp_path: Path) -> None:
     out, scene = tmp_path / "a.mcap", tmp_path / "streamed.toml"
     scene.write_text(streamed_text(), encoding="utf-8")

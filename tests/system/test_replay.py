@@ -246,6 +246,7 @@ def test_its_osc_is_the_live_rigs(free_port: Callable[[], int], tmp_path: Path) 
     assert 0.5 * AT_S[-1] < summary["duration_s"] < 0.8 * AT_S[-1], "twice as fast"
 
 
+@pytest.mark.long
 def test_a_torn_recording_is_played_as_far_as_it_goes_and_that_is_said(
     free_port: Callable[[], int], tmp_path: Path
 ) -> None:

@@ -74,6 +74,7 @@ def test_sound_plays_each_strike_once(rig: Rig, session: zenoh.Session) -> None:
 
 
 @pytest.mark.needs("chromium")
+@pytest.mark.long
 def test_the_browser_changes_the_roll_and_shows_the_servos_value(
     rig: Rig, session: zenoh.Session, page_address: str
 ) -> None:
