@@ -20,26 +20,29 @@ _NEW_MOUNTS, _NEW_IPC, _NEW_NETWORK = 0x00020000, 0x08000000, 0x40000000
 _FOLDERS = ("XDG_CONFIG_HOME", "XDG_DATA_HOME", "XDG_RUNTIME_DIR", "XDG_STATE_HOME")
 
 
-def _ran(*command: str) -> bool:
-    return subprocess.run(command, capture_output=True, check=False).returncode == 0
-
-
 def _moved_away() -> bool:
     # By the process itself: a program around it would be forgotten by whoever types `pytest`.
-    if not (sys.platform == "linux" and os.geteuid() == 0 and shutil.which("ip")):
+    if not (sys.platform == "linux" and os.geteuid() == 0 and shutil.which("ip") and shutil.which("mount")):
         return False
     if ctypes.CDLL(None, use_errno=True).unshare(_NEW_MOUNTS | _NEW_IPC | _NEW_NETWORK) != 0:
         return False  # a container without the right to
-    return (
-        _ran("mount", "--make-rprivate", "/")
-        and _ran("mount", "-t", "tmpfs", "-o", "mode=1777", "tmpfs", str(_SHM))
-        and _ran("ip", "link", "set", "dev", "lo", "multicast", "on", "up")
-        and _ran("ip", "route", "add", "224.0.0.0/4", "dev", "lo")
+    for command in (
+        "mount --make-rprivate /",
+        f"mount -t tmpfs -o mode=1777 tmpfs {_SHM}",
+        "ip link set dev lo multicast on up",
+        "ip route add 224.0.0.0/4 dev lo",
         # An address of the machine that is not 127.0.0.1, by which it would speak to strangers: what must listen on
         # loopback only is tried there too.
-        and _ran("ip", "address", "add", "198.18.0.1/32", "dev", "lo")
-        and _ran("ip", "route", "add", "192.0.2.0/24", "dev", "lo", "src", "198.18.0.1")
-    )
+        "ip address add 198.18.0.1/32 dev lo",
+        "ip route add 192.0.2.0/24 dev lo src 198.18.0.1",
+    ):
+        # There is no way back: a suite that went on would be red for a network that is down.
+        done = subprocess.run(command.split(), capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            raise RuntimeError(
+                f"in namespaces of its own, the suite cannot {command!r}: {done.stderr.strip()}"
+            )
+    return True
 
 
 def be_alone(environment: MutableMapping[str, str]) -> Callable[[], None]:

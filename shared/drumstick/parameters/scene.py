@@ -185,7 +185,8 @@ def from_tables(tables: Mapping[str, Any]) -> Scene:
     values: dict[str, Any] = {key: _line(reader, key, tables.get(key, ""), 0) for key in ("name", "words")}
     for key, kind in _TABLES.items():
         if key != "drum" and not (key in _OPTIONAL and tables.get(key) is None):
-            values[key] = reader.table(key, kind, _listed(tables.get(key, {})))
+            given = _listed(tables.get(key, {}))
+            values[key] = mallet_of(reader, given) if key == "mallet" else reader.table(key, kind, given)
     values["drum"] = drum_of(reader, _listed(tables.get("drum", {})))
     values["effects"] = named_tables(reader, "effects", EFFECTS, tables.get("effects", {}))
     _check_gesture(reader, values["hand"], values["device"])

@@ -8,14 +8,18 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
+from realtime import kernel_cache
 from realtime.inner_kernels import is_wrapped
 from realtime.jit import njit
 
 ROOT = Path(__file__).resolve().parents[3]
 
 
-def test_it_is_wrapped_when_python_calls_it_and_not_before() -> None:
+def test_it_is_wrapped_when_python_calls_it_and_not_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(kernel_cache, "ROOT", None)  # an earlier run's would be found, with its wrapper
+
     @njit()
     def doubled(values):
         return 2.0 * values[0]
@@ -36,7 +40,9 @@ def test_it_is_wrapped_when_python_calls_it_and_not_before() -> None:
     assert len(kernel.overloads) == 2
 
 
-def test_a_kernel_that_python_called_first_is_compiled_once() -> None:
+def test_a_kernel_that_python_called_first_is_compiled_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(kernel_cache, "ROOT", None)
+
     @njit()
     def doubled(value):
         return 2.0 * value

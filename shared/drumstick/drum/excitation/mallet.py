@@ -25,7 +25,7 @@ from drumstick.drum.excitation.tip import goes_on, met, placed
 from drumstick.drum.membrane.places import drawn_in
 from realtime.jit import Record, Records, njit, only_with
 
-POOL = 32
+POOL = 8  # a roll and its flams play two or three; each costs a step of a head with a glide some microseconds
 GONE, COMING, PLAYING = 0, 1, 2
 
 # `age` in steps since the strike; `now` and `before`, the mallet's places; `deepest` so far; the last push; `moved`:
@@ -69,7 +69,7 @@ _LONGEST_S = 1.0  # a mallet that stays near the head for so long without touchi
 
 
 class Mallets(NamedTuple):
-    """state (1,) of STATE; pool (32,) of MALLET, tips (32,) of TIP; the junctions under them."""
+    """state (1,) of STATE; pool (POOL,) of MALLET, tips (POOL,) of TIP; the junctions under them."""
 
     state: Records
     pool: Records

@@ -42,3 +42,8 @@ def test_a_mallet_that_nothing_swings_and_one_without_a_mesh_are_refused() -> No
     ]
     with pytest.raises(SceneError, match=r'a.toml:2: drum.excitation: "mallet" needs \[mesh\]'):
         parse(f"{STRUCK}[modal]\n", "a.toml")
+
+
+def test_tables_that_name_a_material_only_have_its_numbers() -> None:
+    found = from_tables({"drum": {"excitation": "mallet"}, "mallet": {"material": "felt"}}).mallet
+    assert found == Mallet(material="felt", **MATERIALS["felt"])
