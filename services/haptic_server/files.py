@@ -7,6 +7,9 @@ LIMITS = "limits.json"  # what scene and device allow; the servo makes it before
 GESTURE = "gesture.csv"  # the scene's recorded gesture, if it has one; put there with the scene
 TRACE = "trace.csv"  # the last thousand ticks before the last fault
 GRANTED = "servo.json"  # what the servo asked of the operating system, and got
+LISTENERS_AWAITED = (
+    "listeners.awaited"  # while it is there, a servo that is ready waits a little with its first tick
+)
 CONTACTS = "contacts.ring"  # the force of contacts, where the scene streams it; the servo makes it
 
 LARGEST_SCENE_BYTES = 200_000  # as much as `drumstick` lays out

@@ -67,6 +67,11 @@ def is_alive(control: Cells) -> bool:
     return time.monotonic_ns() - peek(control, HEARTBEAT) < STALE_NS
 
 
+def is_about_to_tick(front: Front) -> bool:
+    """Whether the servo is there and has not ticked yet."""
+    return peek(front.control, HEARTBEAT) == 0 and _runs(front)
+
+
 def is_held(control: Cells) -> bool:
     """Whether a servo is held by a panic or a fault, or will be at its next tick. Of one that is dead: or would be."""
     # In this order: a servo that obeys a panic says that it is held before it says that it has seen it.
@@ -88,12 +93,15 @@ def is_stuck(folder: Path) -> bool:
         found = front(folder)
     except OSError:
         return True
-    if found is None or is_alive(found.control):
-        return False
+    # One that died is its supervisor's business.
+    return found is not None and not is_alive(found.control) and _runs(found)
+
+
+def _runs(front: Front) -> bool:
     try:
-        os.kill(int(found.header[PID_CELL]), 0)
+        os.kill(int(front.header[PID_CELL]), 0)
     except ProcessLookupError:
-        return False  # it died: that is its supervisor's business
+        return False
     except PermissionError:
         return True
     return True

@@ -6,7 +6,7 @@ import time
 import pytest
 from pythonosc.osc_message import OscMessage
 from pythonosc.osc_message_builder import OscMessageBuilder
-from rig_process import Rig
+from rig_process import PATIENCE_S, Rig
 
 
 def send(sock: socket.socket, rig: Rig, address: str, *args: object) -> None:
@@ -18,7 +18,7 @@ def send(sock: socket.socket, rig: Rig, address: str, *args: object) -> None:
 
 def receive(sock: socket.socket, address: str, value: float | None = None) -> list[object]:
     """The next message at `address`, or the next one whose first argument is `value`."""
-    end = time.monotonic() + 10.0
+    end = time.monotonic() + PATIENCE_S
     while time.monotonic() < end:
         message = OscMessage(sock.recv(2048))
         if message.address == address and (value is None or message.params[0] == pytest.approx(value)):

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from drumstick.safety import envelope
 from drumstick.stick.law import Records
 from haptic_server import block as blocks
-from haptic_server.front import is_alive, is_held, raise_panic
+from haptic_server.front import is_about_to_tick, is_alive, is_held, raise_panic
 from haptic_server.records import EVENT, POINTER, STATUS, set_type
 from realtime import ring, triple
 from realtime.atomics import add_to, peek
@@ -66,6 +66,10 @@ class ServoLink:
     def servo_is_alive(self) -> bool:
         """Whether the servo ticked within the last tenth of a second."""
         return is_alive(self.block.control)
+
+    def servo_is_about_to_tick(self) -> bool:
+        """Whether the servo waits with its first tick until somebody hears it."""
+        return is_about_to_tick(self.block.front)
 
     def await_events(self, until_ns: int) -> None:
         """Sleep until there are events to take, or until then (monotonic). Without the GIL, at next to no cost."""
@@ -169,7 +173,7 @@ def rehearse(law: Records) -> None:
 def wait_for_servo(
     folder: Path, law: Records, stop: StopRequest, tell_waiting: Callable[[], None] = lambda: None
 ) -> ServoLink | None:
-    """The link to the servo of `folder`, as soon as there is one that ticks; None when `stop` came first.
+    """The link to the servo of `folder`, once there is one that ticks or is about to; None when `stop` came first.
 
     Until then there may be no block (the servo still compiles), or one that an earlier run or version left behind;
     `tell_waiting` is called at each look.
@@ -178,7 +182,7 @@ def wait_for_servo(
     while not stop.is_set():
         try:
             link = ServoLink(folder, law)
-            if link.servo_is_alive():
+            if link.servo_is_alive() or link.servo_is_about_to_tick():
                 return link
         except FileNotFoundError:
             told = ""

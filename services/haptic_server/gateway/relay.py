@@ -194,7 +194,7 @@ class Relay:
             self._osc.lease(*holder)
 
     def _status_words(self, status: Any) -> str:
-        if not self._link.servo_is_alive():
+        if not self._link.servo_is_alive() and not self._link.servo_is_about_to_tick():
             return "fault: the servo process does not tick"
         if status["status"] == FAULT:
             return f"fault: {FAULT_WORDS.get(int(status['fault']), 'unknown')}"

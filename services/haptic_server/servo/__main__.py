@@ -9,6 +9,7 @@ import logging
 import signal
 import sys
 import threading
+import time
 from pathlib import Path
 
 from drumstick.parameters.scene import Scene, SceneError, parse
@@ -34,6 +35,7 @@ from realtime.stop import StopRequest
 
 _log = logging.getLogger("servo")
 _LOOK_EVERY_S = 0.25
+_LISTENERS_WITHIN_S = 3.0
 
 
 def _tell_granted(path: Path, granted: dict[str, str]) -> None:
@@ -84,6 +86,13 @@ def _memory(scene: Scene, run_dir: Path, specification: Specification) -> memory
     return servo._replace(stream=stream_to(contacts.create(run_dir, mine.boot)))
 
 
+def _await_listeners(run_dir: Path, stop: StopRequest) -> None:
+    """Until `drumstick up` hears gateway and sound, so that nobody misses the first strikes; 3 s at most."""
+    awaited, until = run_dir / files.LISTENERS_AWAITED, time.monotonic() + _LISTENERS_WITHIN_S
+    while awaited.exists() and time.monotonic() < until and not stop.wait(0.02):
+        pass
+
+
 def _play(device: Device, scene: Scene, run_dir: Path, stop: StopRequest) -> int:
     """Open the device and tick until asked to stop. DeviceError, Refusal and OSError say why not."""
     device.open()
@@ -106,6 +115,7 @@ def _play(device: Device, scene: Scene, run_dir: Path, stop: StopRequest) -> int
         except DeviceError as error:  # raised again by the main thread: it ends the process
             refused.append(error)
 
+    _await_listeners(run_dir, stop)
     thread = threading.Thread(target=run, name="servo")
     thread.start()
     _log.info("scene %s, %d Hz, %s", scene.name, scene.servo.rate_Hz, info.specification.name)

@@ -92,6 +92,8 @@ class Rig:
                 said = "" if service.last_line else f"{service.name} ended with status {service.fault_status}"
                 raise Stop(service.fault_status, said)  # what it said is on the terminal already
         self._watch.look()
+        if not self._awaits_listeners():
+            (self._options.folder / files.LISTENERS_AWAITED).unlink(missing_ok=True)
 
     def _follow_scene(self) -> None:
         # Somebody asked the gateway for another scene.
@@ -127,15 +129,19 @@ class Rig:
             f"a panic or a fault is latched: the scene stays; {command('arm', self._options.rig)} first"
         )
 
-    def _waits_for(self) -> str:
-        """Empty when all parts play."""
+    def _awaits_listeners(self) -> list[str]:
         parts = self._options.parts
         missing: list[str] = []
         if HAPTIC in parts and self._watch.state is None:
             missing.append("no state from the gateway")
         if SOUND in parts and self._watch.meter is None:
             missing.append("no meter from the sound server")
-        if PANEL in parts and not ports.listens("127.0.0.1", self._options.panel_port):
+        return missing
+
+    def _waits_for(self) -> str:
+        """Empty when all parts play."""
+        missing = self._awaits_listeners()
+        if PANEL in self._options.parts and not ports.listens("127.0.0.1", self._options.panel_port):
             missing.append("no page from the panel")
         return ", ".join(missing)
 
@@ -223,6 +229,7 @@ def up(options: Options, scene: str, duration_s: float | None, as_json: bool) ->
             laid = scene_file.laid_out(scene)
             (options.folder / files.BLOCK).unlink(missing_ok=True)  # whoever types `up` is here, and means it
             laid.put(options.folder)
+            (options.folder / files.LISTENERS_AWAITED).touch()
             held.callback((options.folder / files.BLOCK).unlink, missing_ok=True)
             (options.folder / files.WANTED).unlink(missing_ok=True)
             ports.require_free_udp(options.osc_host, options.osc_in, "OSC port", "--osc-in")

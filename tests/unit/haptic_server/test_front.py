@@ -135,3 +135,15 @@ def test_a_servo_that_is_there_and_does_not_tick_is_stuck(tmp_path: Path) -> Non
         pass
     block.header[front.PID_CELL] = dead.pid
     assert not front.is_stuck(tmp_path)
+
+
+def test_a_servo_that_has_not_ticked_yet_is_about_to_while_it_lives(tmp_path: Path) -> None:
+    block = made(tmp_path)  # of this process, which lives
+    assert front.is_about_to_tick(block.front)
+    poke(block.control, blocks.HEARTBEAT, 1)
+    assert not front.is_about_to_tick(block.front)
+    poke(block.control, blocks.HEARTBEAT, 0)
+    with subprocess.Popen([sys.executable, "-c", ""]) as dead:
+        pass
+    block.header[front.PID_CELL] = dead.pid
+    assert not front.is_about_to_tick(block.front)
