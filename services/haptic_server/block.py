@@ -42,7 +42,7 @@ from haptic_server.front import PANICS_SEEN as PANICS_SEEN
 from haptic_server.front import STOP as STOP
 from haptic_server.records import EVENT, POINTER, STATUS, set_type
 from realtime import ring, triple
-from realtime.atomics import poke
+from realtime.atomics import peek, poke
 
 RING_SLOTS = 16384  # three minutes of a roll at 45 Hz, two events a contact
 LATENESS_BINS = 512
@@ -56,9 +56,9 @@ Slots = npt.NDArray[np.void]
 class Block(NamedTuple):
     """Views into the mapped file. numba takes the whole tuple as one argument.
 
-    header: magic, layout, boot, pid, pointed. control: STOP, PANIC, ARM, HEARTBEAT, HELD, PANICS_SEEN. Events flow
-    servo -> gateway; `wanted_*` and `pointer_*` are gateway -> servo; `live_*` (readback) and `status_*` are servo ->
-    gateway. lateness: ticks per bin of 10 us.
+    header: magic, layout, boot, pid, pointed. control: STOP, PANIC, ARM, HEARTBEAT, HELD (0, 1 for a panic, 1 + fault),
+    PANICS_SEEN. Events flow servo -> gateway; `wanted_*` and `pointer_*` are gateway -> servo; `live_*` (readback) and
+    `status_*` are servo -> gateway. lateness: ticks per bin of 10 us.
     """
 
     header: Cells
@@ -225,7 +225,8 @@ def create(folder: Path, law: npt.NDArray[np.void], revision: int = 0) -> Block:
         temporary.rename(folder / BLOCK)
         return block
     temporary.rename(folder / BLOCK)
-    poke(block.control, HELD, int(before is not None and is_held(before.control)))
+    word = 0 if before is None else peek(before.control, HELD)
+    poke(block.control, HELD, word or int(before is not None and is_held(before.control)))
     return block
 
 

@@ -6,7 +6,6 @@ searched exhaustively (tests/model) come from it. What is not in it changes noth
 
 from typing import NamedTuple
 
-# After a restart the servo is PANICKED whatever held the one before: why, is in the log and in trace.csv.
 FREE, PANICKED, FAULTED = 0, 1, 2
 STATES = ("free", "panicked", "faulted")
 MAY_PUSH = (True, False, False)
@@ -35,7 +34,7 @@ EVENTS = (
     Event("panic", "whoever may speak to the rig: page, OSC, Zenoh", (PANICKED, PANICKED, FAULTED)),
     Event("fault", "the tick itself: guard, device, numbers that are none", (FAULTED, FAULTED, FAULTED)),
     Event("arm", "a person at the haptic machine: `drumstick arm`", (FREE, FREE, FREE)),
-    Event("servo starts anew", "its supervisor, after whatever ended it", (FREE, PANICKED, PANICKED)),
+    Event("servo starts anew", "its supervisor, after whatever ended it", (FREE, PANICKED, FAULTED)),
     Event("gateway starts anew", "its supervisor, after whatever ended it", (FREE, PANICKED, FAULTED)),
     Event("another scene", "whoever may set: page, Zenoh", (FREE, REFUSED, REFUSED), beside_lease=False),
     Event("set", "whoever may set: page, OSC, Zenoh", (FREE, PANICKED, FAULTED), beside_lease=False),

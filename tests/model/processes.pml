@@ -11,7 +11,7 @@
 #define OLD 3      /* a block that no servo will look into any more: what stands in it does not matter */
 
 /* `panic`: how many there were since the servo last said how many it has seen. Two blocks: in place, and the next. */
-typedef Block { byte panic; bit held; bit arm }
+typedef Block { byte panic; byte held; bit arm } /* held: the state in which its servo is */
 Block block[2];
 byte place = NONE;   /* the block that lies in the run folder */
 byte seen;           /* of those in its block, how many the running servo has seen */
@@ -22,7 +22,8 @@ byte raised = NONE;  /* where the gateway raises a panic just now */
 bit owed;            /* a panic or a fault has happened since the last arm */
 bit due;             /* ... before this tick began */
 
-#define IS_HELD(b) (block[b].panic != 0 || block[b].held)
+#define IS_HELD(b) (block[b].panic != 0 || block[b].held != FREE)
+#define LAST_WORD(b) (block[b].held != FREE -> block[b].held : (block[b].panic != 0 -> PANICKED : FREE))
 #define IS_LOOKED_AT(b) (b == place || b == own || b == before || b >= NONE)
 
 /* After a block was left: who still has it, has an old one. */
@@ -53,7 +54,8 @@ inline add_panic(b) {
 
 active proctype servo() {
 	byte state;
-	bit panic, arm, news, held;
+	byte held;
+	bit panic, arm, news;
 starts:
 	/* its supervisor may lay out another scene first, unless the servo was held */
 	if
@@ -68,7 +70,7 @@ starts:
 	d_step {
 		before = place;
 		own = (place == 0 -> 1 : 0);
-		block[own].held = 1
+		block[own].held = PANICKED
 	};
 	if
 	:: place = own
@@ -76,13 +78,13 @@ starts:
 	fi;
 	/* now that nobody finds the old one any more: its last word */
 	if
-	:: held = (before != NONE && IS_HELD(before))
+	:: held = (before != NONE -> LAST_WORD(before) : FREE)
 	:: goto dies
 	fi;
 	if
 	:: d_step {
 		block[own].held = held;
-		state = (held -> AFTER_SERVO(PANICKED) : AFTER_SERVO(FREE));
+		state = AFTER_SERVO(held);
 		held = 0;
 		if
 		:: before != NONE -> clear(before)
@@ -122,7 +124,7 @@ ticks:
 	fi;
 	if
 	:: d_step {
-		block[own].held = !MAY_PUSH(state);
+		block[own].held = state;
 		if
 		:: news -> owed = 1; due = 1
 		:: else

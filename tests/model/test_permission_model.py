@@ -11,14 +11,14 @@ from model.permission_model import MODEL, model
 pytestmark = pytest.mark.needs("spin", "gcc")
 
 PROPERTY = "assert(!(MAY_PUSH(state) && due))"
-LAST_WORD = "held = (before != NONE && IS_HELD(before))"
-BORN_HELD = "block[own].held = 1\n"
+LAST_WORD = "held = (before != NONE -> LAST_WORD(before) : FREE)"
+BORN_HELD = "block[own].held = PANICKED\n"
 
 # What may be forgotten, and the lines of the model that remember it, with what stands there then.
 FORGOTTEN = {
-    "a servo that starts anew does not ask whether the one before was held": {LAST_WORD: "held = 0"},
+    "a servo that starts anew does not ask whether the one before was held": {LAST_WORD: "held = FREE"},
     "it asks only before its own block is in place": {
-        "before = place;": "before = place; held = (place != NONE && IS_HELD(place));",
+        "before = place;": "before = place; held = (place != NONE -> LAST_WORD(place) : FREE);",
         LAST_WORD: "true",
     },
     "its block says nothing before the last word of the old one": {BORN_HELD: "skip\n"},

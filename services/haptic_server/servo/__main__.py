@@ -55,10 +55,12 @@ def _save_trace(servo: memory.Servo, path: Path) -> None:
         _log.error("%s cannot be written: %s", path, error.strerror)
 
 
-def _watch(servo: memory.Servo, path: Path, loop_thread: threading.Thread, stop: StopRequest) -> bool:
+def _watch(
+    servo: memory.Servo, path: Path, loop_thread: threading.Thread, stop: StopRequest, inherited: bool
+) -> bool:
     # Until asked to stop or the loop has ended: when a fault is latched, its last thousand ticks go to a file. Returns
-    # whether the present fault is on file.
-    written = False
+    # whether the present fault is on file; `inherited`: whether it is from the start.
+    written = inherited
     pulse = Pulse(servo, Supervisor())
     while not stop.wait(_LOOK_EVERY_S) and loop_thread.is_alive():
         pulse.look()
@@ -117,9 +119,12 @@ def _play(device: Device, scene: Scene, run_dir: Path, stop: StopRequest) -> int
 
     _await_listeners(run_dir, stop)
     thread = threading.Thread(target=run, name="servo")
+    inherited = bool(servo.player[0]["trace_ended"])
     thread.start()
+    if inherited:
+        _log.warning("still held by a fault: %s", FAULT_WORDS[int(servo.player[0]["fault"])])
     _log.info("scene %s, %d Hz, %s", scene.name, scene.servo.rate_Hz, info.specification.name)
-    written = _watch(servo, run_dir / files.TRACE, thread, stop)
+    written = _watch(servo, run_dir / files.TRACE, thread, stop, inherited)
     poke(servo.block.control, block.STOP, 1)
     thread.join()
     if refused:

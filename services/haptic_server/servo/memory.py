@@ -15,7 +15,7 @@ from haptic_server.block import HELD, Block
 from haptic_server.device.hand import GESTURE
 from haptic_server.device.specification import EXACT_STICK, Specification
 from haptic_server.limits import lead_s, limits_of
-from haptic_server.records import EVENT, PLAN, PLAYER, READING, STATUS, set_type
+from haptic_server.records import EVENT, FAULT_WORDS, NO_FAULT, PLAN, PLAYER, READING, STATUS, set_type
 from haptic_server.servo.force.guard import ALLOWED, GUARD, may_add
 from haptic_server.servo.force.velocity import new_track
 from haptic_server.servo.streaming import Stream, stream_to
@@ -94,16 +94,21 @@ def _allowed(scene: Scene, specification: Specification) -> npt.NDArray[np.void]
 def prepare(scene: Scene, block: Block, specification: Specification = EXACT_STICK) -> Servo:
     """Memory for one servo of this scene on such a device, with the parameters that its new block starts from.
 
-    It starts in panic where the block says that it is held: the servo before it was, by a panic or a fault. A device
-    that is simulated or replayed adds what it moves (`furnish`). A scene that streams gets a contact ring of its own,
-    without a file.
+    It starts held where the block says so: the servo before it was, by a panic or by a fault, which it still tells. A
+    device that is simulated or replayed adds what it moves (`furnish`). A scene that streams gets a contact ring of its
+    own, without a file.
     """
     player = np.zeros(1, PLAYER)
     player["revision"] = block.live["revision"][0]
-    player["panicked"] = peek(block.control, HELD)
+    held = peek(block.control, HELD)
+    player["fault"] = held - 1 if held - 1 in FAULT_WORDS else NO_FAULT
+    player["panicked"] = held != 0 and player["fault"][0] == NO_FAULT
+    player["trace_ended"] = player["fault"] != NO_FAULT  # the ticks before it are on file already
+    status = np.zeros(1, STATUS)
+    status["fault"] = player["fault"]
     law = block.live["law"][:1].copy()
     motion = thrown(scene, scene.hand.throw_m_per_s)
-    if player["panicked"][0]:  # it is not thrown before somebody arms
+    if held:  # it is not thrown before somebody arms
         motion["v"], motion["fate"] = 0.0, exact.LEFT
     limits, room = limits_of(scene, specification).record(), envelope.new_room()
     judgement = envelope.judge(law[0], limits[0], room)
@@ -120,7 +125,7 @@ def prepare(scene: Scene, block: Block, specification: Specification = EXACT_STI
         player=player,
         plan=_plan(scene),
         event=np.zeros(1, EVENT),
-        status=np.zeros(1, STATUS),
+        status=status,
         timespec=np.zeros(2, np.int64),
         reading=np.zeros(1, READING),
         track=new_track(judgement.window) if accepted else new_track(),

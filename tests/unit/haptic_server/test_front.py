@@ -1,5 +1,6 @@
 """The front of the block: that a servo was held outlives it, its scene, its version, and every death in between."""
 
+import math
 import subprocess
 import sys
 import time
@@ -11,7 +12,8 @@ from drumstick.parameters.scene import Scene, parse, shipped_text
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server import files, front
-from haptic_server.servo import memory
+from haptic_server.records import FAULT, OUT_OF_BOUNDS, READY
+from haptic_server.servo import loop, memory
 from haptic_server.servo.__main__ import _memory
 from realtime.atomics import add_to, peek, poke
 
@@ -33,6 +35,23 @@ def test_a_servo_that_is_killed_before_its_first_tick_leaves_the_panic_to_the_ne
         assert front.was_held(tmp_path)
         block = made(tmp_path)
     assert is_panicked(block)
+
+
+def test_a_fault_is_told_by_every_servo_after_it_until_somebody_arms(tmp_path: Path) -> None:
+    servo = memory.prepare(ROLL, made(tmp_path))
+    servo.motion["z"] = math.nan
+    now = loop.run_virtual(servo, 1, 0)
+    for _ in range(2):  # one that plays the scene before, and one that is started in its place
+        front.disown(tmp_path)
+        servo = memory.prepare(ROLL, made(tmp_path))
+        now = loop.run_virtual(servo, 1, now)
+        assert (servo.status["status"][0], servo.status["fault"][0]) == (FAULT, OUT_OF_BOUNDS)
+        assert servo.player["traced"][0] == 0, "the ticks before the fault are on file: these are not news"
+        assert servo.player["force_N"][0] == 0.0
+    poke(servo.block.control, blocks.ARM, 1)
+    loop.run_virtual(servo, 1, now)
+    assert servo.status["status"][0] == READY
+    assert not is_panicked(made(tmp_path))
 
 
 def test_nobody_is_held_by_a_servo_that_was_not(tmp_path: Path) -> None:

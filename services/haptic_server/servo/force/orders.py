@@ -25,6 +25,14 @@ def state_of(player: Record) -> int:
 
 
 @njit()
+def held_word(player: Record) -> int:
+    """What the block says of the permission, and the servo after this one goes on from: 0, 1 for a panic, 1 + fault."""
+    if player.fault != NO_FAULT:
+        return 1 + player.fault
+    return 1 if player.panicked != 0 else 0
+
+
+@njit()
 def obey(servo: Servo) -> int:
     """Obey a panic or an arm that waits in the block; returns permission.PANIC, permission.ARM or NOTHING.
 

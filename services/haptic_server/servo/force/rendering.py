@@ -17,7 +17,7 @@ from haptic_server.records import NO_FAULT, OUT_OF_BOUNDS
 from haptic_server.servo import streaming
 from haptic_server.servo.force import guard
 from haptic_server.servo.force.latch import latch_in_hand
-from haptic_server.servo.force.orders import NOTHING, obey
+from haptic_server.servo.force.orders import NOTHING, held_word, obey
 from haptic_server.servo.force.velocity import follow, forget
 from haptic_server.servo.memory import Servo
 from haptic_server.servo.telling import end_contact, note_release, note_strike
@@ -167,7 +167,7 @@ def render(servo: Servo, reading: Record, now_ns: int, span_s: float) -> float:
         force = 0.0
     streaming.settle(servo)
     player.force_N = force
-    store_release(control, HELD, 1 if player.panicked != 0 or player.fault != 0 else 0)
+    store_release(control, HELD, held_word(player))
     store_release(control, PANICS_SEEN, player.panics_seen)
     store_release(control, HEARTBEAT, now_ns)
     return force

@@ -11,7 +11,7 @@ from haptic_server.records import NO_FAULT, OUT_OF_BOUNDS
 from haptic_server.servo import streaming
 from haptic_server.servo.force.latch import latch
 from haptic_server.servo.force.orbit import walk
-from haptic_server.servo.force.orders import NOTHING, obey
+from haptic_server.servo.force.orders import NOTHING, held_word, obey
 from haptic_server.servo.memory import Servo
 from haptic_server.servo.telling import end_contact, note_release, note_strike
 from realtime.atomics import store_release
@@ -111,7 +111,7 @@ def conclude(servo: Servo, now_ns: int) -> None:
         _lift_away(servo, now_ns)
     streaming.settle(servo)
     player.force_N = transitions.force_now(servo.law[0], motion) if motion.fate != exact.LEFT else 0.0
-    store_release(control, HELD, 1 if player.panicked != 0 or player.fault != 0 else 0)
+    store_release(control, HELD, held_word(player))
     store_release(control, PANICS_SEEN, player.panics_seen)
     store_release(control, HEARTBEAT, now_ns)
 
