@@ -1,23 +1,27 @@
-"""A walk over the table of permission that takes every event in every state once, with no more steps than it needs."""
+"""A walk over the table of permission that takes every event in every state at least once."""
 
 from haptic_server.permission import EVENTS, FREE, STATES, after
 
 
 def walk() -> list[int]:
-    """The events, from FREE on: those that change nothing first, then the one that leads to most that is left."""
+    """The events, from FREE on: each time the shortest way to one that was not taken in its state yet."""
     left = {(state, event) for state in range(len(STATES)) for event in range(len(EVENTS))}
     state, events = FREE, list[int]()
     while left:
-        event = min(range(len(EVENTS)), key=lambda e: _cost(state, e, left))
-        events.append(event)
-        left.discard((state, event))
-        state = after(state, event)
+        for event in _way(state, left):
+            events.append(event)
+            left.discard((state, event))
+            state = after(state, event)
     return events
 
 
-def _cost(state: int, event: int, left: set[tuple[int, int]]) -> tuple[bool, bool, int]:
-    then = after(state, event)
-    waits_there = sum(1 for pair in left if pair[0] == then)
-    if (state, event) in left:
-        return False, then != state, -waits_there
-    return True, waits_there == 0, -waits_there
+def _way(start: int, left: set[tuple[int, int]]) -> list[int]:
+    ways: list[tuple[int, list[int]]] = [(start, [])]
+    for state, way in ways:  # grows meanwhile: the short ways are looked at first
+        # What changes nothing comes first: the way back from a state that is left may be long.
+        steps = sorted(range(len(EVENTS)), key=lambda e, s=state: after(s, e) != s)
+        wanted = next((e for e in steps if (state, e) in left), None)
+        if wanted is not None:
+            return [*way, wanted]
+        ways += [(after(state, e), [*way, e]) for e in steps if after(state, e) != state]
+    raise AssertionError(f"nothing leads to {left}")
