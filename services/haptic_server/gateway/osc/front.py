@@ -147,6 +147,7 @@ class OscFront:
         p, now_s = self._prefix, self._now()
         claimed = self._echoes.claim(name, value, now_s)
         if math.isfinite(value):
+            self._told.note_value(name, value, claimed, now_s)
             self._told.note(name, value, [t for t in self._targets.present(now_s) if t not in claimed], now_s)
         self._send_all(lambda: [osc.param(p, name, value), osc.param_norm(p, name, norm)], claimed)
 

@@ -23,7 +23,7 @@ from haptic_server.gateway.osc.prescan import Unreadable, prescan
 from haptic_server.gateway.osc.tally import Tally
 from haptic_server.gateway.osc.targets import SUBSCRIPTION_S, Endpoint, Targets
 from haptic_server.gateway.osc.told import Told
-from haptic_server.gateway.rounding import is_norm_of
+from haptic_server.gateway.rounding import is_norm_of, is_same
 from haptic_server.pace import SETS_A_SECOND, Pace, Verdict
 from haptic_server.presets.preset import PresetError
 from protocol import osc
@@ -172,7 +172,11 @@ class Inbound:
             self._tell(row, sender, now_s)
             return
         self._require_calm(sender, now_s)
-        self._set(row, in_range(row, number(args)), sender, now_s)
+        value = in_range(row, number(args))
+        is_it = partial(is_same, value)
+        present = self._desk.accepted_values()[row.name]
+        if is_it(present) or not self._is_echo(row, is_it, present, sender, now_s):
+            self._set(row, value, sender, now_s)
 
     def _param_norm(
         self, row: Parameter, args: Sequence[osc.Argument], sender: Endpoint, now_s: float
@@ -185,8 +189,22 @@ class Inbound:
         if not 0.0 <= norm <= 1.0:
             raise Refused("value", f"{norm:g} is outside 0 .. 1")
         present = self._desk.accepted_values()[row.name]
-        same = math.isfinite(present) and is_norm_of(row, norm, present)
-        self._set(row, present if same else row.from_norm(norm), sender, now_s)
+        is_it = partial(is_norm_of, row, norm)
+        if math.isfinite(present) and is_it(present):
+            self._set(row, present, sender, now_s)
+        elif not self._is_echo(row, is_it, present, sender, now_s):
+            self._set(row, row.from_norm(norm), sender, now_s)
+
+    def _is_echo(
+        self, row: Parameter, is_it: Callable[[float], bool], present: float, sender: Endpoint, now_s: float
+    ) -> bool:
+        # A fader that moves meets where it was, coming back from a rig or a surface that sends back what it hears.
+        if not self._told.is_echo(row.name, is_it, sender, now_s):
+            return False
+        self._tally.count("echo")
+        if math.isfinite(present) and self._told.spend(row.name, present, sender, now_s):
+            self._outlet.send(self._both_forms(row, present), [sender])
+        return True
 
     def _require_calm(self, sender: Endpoint, now_s: float) -> None:
         # One error, and then silence: whoever floods the rig with sets would get a flood of answers, and answer them.

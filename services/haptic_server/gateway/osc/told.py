@@ -1,18 +1,21 @@
-"""Who was told a value of late: a rig that hears it back from there need not answer, or two rigs would for ever.
+"""Which values were told of late, and to whom: what comes back of them is no wish, or two rigs would set for ever.
 
-An answer to a set looks like a set: what one rig answers, another one hears as a wish.
+An answer to a set looks like a set: what one rig answers, another one hears as a wish. And while a fader moves, what
+comes back is where it was a moment ago.
 """
 
 import threading
-from collections.abc import Iterable
+from collections import deque
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 from haptic_server.gateway.osc.targets import Endpoint
 from haptic_server.gateway.rounding import is_same
 
 MEMORY_S = 2.0
+ECHO_S = 1.0  # an older value that comes back within that time, from others than who set it, is an echo
 ANSWERS = 3  # to one sender, of one value, within that time: somebody who asks again after a loss gets one
-MOST_TOLD = 256  # of each parameter; beyond, whoever was told longest ago is forgotten
+MOST_TOLD = 256  # of each parameter: endpoints, and values; beyond, the oldest is forgotten
 
 
 class _Told(NamedTuple):
@@ -21,11 +24,18 @@ class _Told(NamedTuple):
     answers_left: int
 
 
+class _Value(NamedTuple):
+    value: float
+    until_s: float
+    setters: frozenset[Endpoint]
+
+
 class Told:
     """Any thread; held locks are short."""
 
     def __init__(self) -> None:
         self._told: dict[str, dict[Endpoint, _Told]] = {}
+        self._values: dict[str, deque[_Value]] = {}
         self._lock = threading.Lock()
 
     def note(self, name: str, value: float, endpoints: Iterable[Endpoint], now_s: float) -> None:
@@ -33,6 +43,21 @@ class Told:
         with self._lock:
             for endpoint in endpoints:
                 self._keep(name, endpoint, _Told(value, now_s + MEMORY_S, 0))
+
+    def note_value(self, name: str, value: float, setters: Iterable[Endpoint], now_s: float) -> None:
+        """All are told that this holds now; `setters`: whose wish it was, as far as they spoke OSC."""
+        with self._lock:
+            values = self._values.setdefault(name, deque(maxlen=MOST_TOLD))
+            values.append(_Value(value, now_s + ECHO_S, frozenset(setters)))
+
+    def is_echo(self, name: str, is_it: Callable[[float], bool], sender: Endpoint, now_s: float) -> bool:
+        """Whether a wish that differs from what holds is only what the sender heard a moment ago from this rig.
+
+        `is_it` recognises the value. Whoever set it himself may go back to it at any time.
+        """
+        with self._lock:
+            same = [v for v in self._values.get(name, ()) if v.until_s > now_s and is_it(v.value)]
+            return bool(same) and not any(sender in v.setters for v in same)
 
     def spend(self, name: str, value: float, sender: Endpoint, now_s: float) -> bool:
         """Whether to answer the sender of a set that changes nothing: `value` is what holds."""

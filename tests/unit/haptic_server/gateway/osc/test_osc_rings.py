@@ -61,6 +61,10 @@ class Rig:
         who.udp.sendto(built(P + "/ping"), ("127.0.0.1", self.port))
         while who.next()[0] != P + "/pong":
             pass
+        return self.latch()
+
+    def latch(self) -> list[Echo]:
+        """The servo takes what it was offered, and its readback goes out."""
         self.tick = loop.run_virtual(self.servo, TICKS, self.tick)
         live = self.link.take_live()
         echoes = [] if live is None else self.desk.latched(*live)
@@ -88,10 +92,10 @@ def joined(rigs_: list[Rig], who: Client) -> None:
         rig.begun += rig.heard
 
 
-def until_quiet(rigs_: list[Rig], who: Client) -> int:
-    """How many messages came until three rounds brought no more; MANY and more: it goes on."""
+def until_quiet(rigs_: list[Rig], who: Client, many: int = MANY) -> int:
+    """How many messages came until three rounds brought no more; `many` and more: it goes on."""
     quiet, heard = 0, -1
-    while quiet < 3 and heard < MANY:
+    while quiet < 3 and heard < many:
         for rig in rigs_:
             rig.step(who)
         now = sum(rig.heard for rig in rigs_)
@@ -127,6 +131,48 @@ def test_a_set_by_anybody_stays(tmp_path: Path, count: int) -> None:
             for rig in ring:
                 assert rig.desk.values()["dv_pls"] == pytest.approx(value, rel=1e-7)
                 rig.begun += rig.heard
+
+
+@pytest.mark.parametrize("count", [2, 3])
+@pytest.mark.parametrize("every", [1, 2, 5])
+def test_a_fader_that_moves_ends_where_it_was_left(tmp_path: Path, count: int, every: int) -> None:
+    # The others send back where it was before, and that comes after its next move: it is no wish of theirs.
+    with rigs(tmp_path, count) as (ring, who):
+        joined(ring, who)
+        for move in range(20):
+            who.udp.sendto(built(P + "/param/dv_pls", 0.1 + 0.01 * move), ("127.0.0.1", ring[0].port))
+            if move % every == 0:
+                for rig in ring[1:]:
+                    rig.step(who)
+            ring[0].step(who)
+        assert until_quiet(ring, who, 10 * MANY) < 5 * MANY
+        for rig in ring:
+            assert rig.desk.values()["dv_pls"] == pytest.approx(0.29, rel=1e-6)
+
+
+def test_two_who_set_at_once_do_not_chase_each_other(tmp_path: Path) -> None:
+    with rigs(tmp_path, 2) as (ring, who):
+        joined(ring, who)
+        for rig, value in zip(ring, (0.3, 0.4), strict=True):
+            rig.desk.set({"dv_pls": value}, "zenoh")
+        for rig in ring:  # both have told the other one before they hear it
+            rig.latch()
+        assert until_quiet(ring, who) < MANY
+        ring[0].desk.set({"dv_pls": 0.25}, "zenoh")
+        for rig in ring:
+            rig.begun += rig.heard
+        assert until_quiet(ring, who) < MANY
+        for rig in ring:
+            assert rig.desk.values()["dv_pls"] == pytest.approx(0.25, rel=1e-7)
+
+
+def test_whoever_goes_back_to_what_he_set_himself_is_heard(tmp_path: Path) -> None:
+    with rigs(tmp_path, 1) as ((rig,), who):
+        rig.subscribe(who, who.udp.getsockname()[1])
+        for value in (0.3, 0.4, 0.3, 0.4, 0.3):
+            who.udp.sendto(built(P + "/param/dv_pls", value), ("127.0.0.1", rig.port))
+            rig.step(who)
+            assert rig.desk.values()["dv_pls"] == pytest.approx(value, rel=1e-6)
 
 
 def test_questions_and_sync_go_round_no_further(tmp_path: Path) -> None:
