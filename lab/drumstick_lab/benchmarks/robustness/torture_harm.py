@@ -8,12 +8,15 @@ import socket
 import struct
 import subprocess
 import sys
+import tempfile
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import zenoh
-from rig_process import Rig, wait_for
+from panel_wire import dial_port
+from rig_process import DRUMSTICK, Rig, wait_for
+from websockets.sync.connection import Connection
 
 from drumstick_lab.benchmarks.robustness.torture_link import Link
 from osc_mutants import MUTANT_HOST, mutant
@@ -131,6 +134,36 @@ def unread(stage: Stage) -> Iterator[None]:
         stage.rig.process.send_signal(signal.SIGCONT)
 
 
+def _page_that_is_not_read(stage: Stage) -> Connection:
+    # A page's whole connection; what comes is left in the socket.
+    address = wait_for("the page", lambda: next((x for x in stage.rig.lines if "panel: http" in x), None))
+    port, token = stage.rig.panel_port, address.partition("token=")[2]
+    own = f"http://127.0.0.1:{port}"
+    return dial_port(port, own, Cookie=f"drumstick_panel_{port}={token}")
+
+
+@contextlib.contextmanager
+def readers_stopped(stage: Stage) -> Iterator[None]:
+    """A recorder, a monitor and a page that have begun to read, and read no more."""
+    wire = ["--rig", stage.rig.name, "--connect", stage.rig.endpoint]
+    with tempfile.TemporaryDirectory(prefix="drumstick-torture-") as folder, contextlib.ExitStack() as stack:
+        take = Path(folder) / "take.mcap"
+        for words in (["record", "--out", str(take)], ["monitor"]):
+            reader = subprocess.Popen(
+                [*DRUMSTICK, *words, *wire], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+            )
+            stack.callback(reader.wait)
+            stack.callback(reader.kill)
+            if words == ["monitor"] and reader.stdout:
+                reader.stdout.readline()
+            else:
+                wait_for("a recording", take.exists)
+            reader.send_signal(signal.SIGSTOP)
+        page = _page_that_is_not_read(stage)
+        stack.callback(page.socket.close)
+        yield
+
+
 @contextlib.contextmanager
 def full_disk(stage: Stage) -> Iterator[None]:
     """No byte more fits where the rig keeps its presets and its last set."""
@@ -196,6 +229,7 @@ def all_harms(offset: Path | None) -> dict[str, Harm]:
         "disk full": full_disk,
         "link lost": link_cut,
         "machine busy": busy,
+        "readers stopped": readers_stopped,
     }
     jumps = {} if offset is None else {"clock jumps": clock_jump(offset)}
     return kills | stops | others | jumps
