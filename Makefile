@@ -19,25 +19,28 @@ play: install
 	@exec $(BIN)/drumstick up $(ARGS)
 
 # Three passes: what only computes, on every core; what starts real processes, two at a time, since they wait more than
-# they compute; what measures real time, alone. What took longest is told at the end of each.
+# they compute; what measures real time, alone. What took longest is told at the end of each. The byte code of the tests
+# is kept, whatever the environment says: three more passes read it.
+unexport PYTHONDONTWRITEBYTECODE
 PYTEST := $(BIN)/pytest --durations=15 --durations-min=5
+COMPUTING := --ignore tests/system --numprocesses auto --maxprocesses 4 --dist loadfile
+PROCESSES := tests/system --numprocesses auto --maxprocesses 2 --dist loadfile
+REAL_CLOCK := $(shell grep -rl real_clock tests --include=test_*.py)
 test: check
 ifdef TESTS
 	$(BIN)/pytest $(TESTS)
 else
-	$(PYTEST) --ignore tests/system -m "not real_clock and not long" --numprocesses auto --maxprocesses 4 --dist loadfile
-	$(PYTEST) tests/system -m "not real_clock and not long" --numprocesses auto --maxprocesses 2 --dist loadfile
-	$(PYTEST) -m "real_clock and not long"
+	$(PYTEST) $(COMPUTING) -m "not real_clock and not long"
+	$(PYTEST) $(PROCESSES) -m "not real_clock and not long"
+	$(PYTEST) $(REAL_CLOCK) -m "real_clock and not long"
 endif
 
 # pytest ends with 5 when a pass holds no test: a slice may have none of one kind.
 SLICE ?= all
 test-long: install-dev
-	$(PYTEST) --slice $(SLICE) --ignore tests/system -m "long and not real_clock" --numprocesses auto --maxprocesses 4 \
-		--dist loadfile || test $$? -eq 5
-	$(PYTEST) --slice $(SLICE) tests/system -m "long and not real_clock" --numprocesses auto --maxprocesses 2 \
-		--dist loadfile || test $$? -eq 5
-	$(PYTEST) --slice $(SLICE) -m "long and real_clock" || test $$? -eq 5
+	$(PYTEST) --slice $(SLICE) $(COMPUTING) -m "long and not real_clock" || test $$? -eq 5
+	$(PYTEST) --slice $(SLICE) $(PROCESSES) -m "long and not real_clock" || test $$? -eq 5
+	$(PYTEST) --slice $(SLICE) $(REAL_CLOCK) -m "long and real_clock" || test $$? -eq 5
 
 check: install-dev
 	$(BIN)/ruff check
