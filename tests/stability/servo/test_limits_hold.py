@@ -122,6 +122,7 @@ def _pointed(scene: Scene) -> memory.Servo:
 
 @pytest.mark.parametrize("plant", ["stick", "phantom"])
 @pytest.mark.parametrize("over", [0.9, 1.0, 1.1])
+@pytest.mark.long
 def test_a_pointer_that_swings_in_time_with_the_stick_pumps_it_no_further_than_the_limit(
     plant: str, over: float
 ) -> None:

@@ -86,6 +86,7 @@ def test_first_twenty_modes_are_those_of_the_membrane(kind: str, across: float, 
 
 
 @pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.daily("*triangular*")
 def test_the_radius_is_a_real_number(kind: str) -> None:
     """Without weights at the rim, f01 would jump by up to 70 cents as junctions fall in and out."""
     for across in np.linspace(24.0, 25.0, 6):

@@ -21,7 +21,11 @@ from realtime import triple
 from realtime.atomics import add_to, peek, poke
 from realtime.stop import StopRequest
 
-pytestmark = [pytest.mark.timeout(180), pytest.mark.real_clock]
+pytestmark = [
+    pytest.mark.timeout(180),
+    pytest.mark.real_clock,
+    pytest.mark.daily("stick*", "phantom*", "openhaptics*"),
+]
 PATIENCE_S = 60.0
 TRIES = 12
 # After a request, which is looked at every 20 ms; a shared machine gets fifty times that.

@@ -43,6 +43,7 @@ def offer(servo: memory.Servo, revision: int, **changes: float) -> None:
 
 @pytest.mark.parametrize("rate_hz", [500, 1000, 4000])
 @pytest.mark.parametrize("name", ["roll", "paper-roll"])
+@pytest.mark.daily("roll-*")
 def test_the_live_stick_plays_what_exact_predicts(name: str, rate_hz: int) -> None:
     played = scene(name, rate_hz)
     servo = servo_of(played)

@@ -43,6 +43,7 @@ def _effects_in(names: tuple[str, ...]) -> set[str]:
 
 
 @pytest.mark.parametrize("names", COMBINATIONS.values(), ids=COMBINATIONS)
+@pytest.mark.daily("none", "all")
 def test_the_compiled_text_holds_the_named_effects_and_no_other(names: tuple[str, ...]) -> None:
     """Every effect is in one of these texts and missing from another, so a name that numba spells anew would show."""
     assert _effects_in(names) - SHARED == set(names)
@@ -50,6 +51,7 @@ def test_the_compiled_text_holds_the_named_effects_and_no_other(names: tuple[str
 
 
 @pytest.mark.parametrize("names", COMBINATIONS.values(), ids=COMBINATIONS)
+@pytest.mark.daily("none", "all")
 def test_what_stands_in_for_an_absent_effect_is_folded_away(names: tuple[str, ...]) -> None:
     """A constant that no instruction asks for: neither defined as a function nor called."""
     linked, text = _text(names).linked(), _text(names).ir
@@ -60,6 +62,7 @@ def test_what_stands_in_for_an_absent_effect_is_folded_away(names: tuple[str, ..
 
 
 @pytest.mark.parametrize("names", COMBINATIONS.values(), ids=COMBINATIONS)
+@pytest.mark.daily("none", "all")
 def test_a_scene_adds_to_the_bare_text_its_effects_alone(names: tuple[str, ...]) -> None:
     added = _text(names).linked() - _text(()).linked()
     own = {name for name in added if name.startswith(PACKAGE)}
