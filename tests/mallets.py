@@ -10,6 +10,7 @@ from drumstick.drum.engine import Engine
 from drumstick.drum.excitation import mallet
 from drumstick.drum.excitation.strikes import EVENT
 from drumstick.drum.excitation.tip import TIP, goes_on, met, placed
+from drumstick.drum.modal.bank import Bank
 from drumstick.parameters.mallet import Mallet
 from drumstick.parameters.scene import Scene
 from membranes import energy, is_triangular
@@ -171,9 +172,20 @@ def of_mallets(engine: Engine) -> float:
     return float(np.sum(0.5 * moved**2 / state["own_give"] + 0.5 * (tips["energy"] + tips["energy_before"])))
 
 
+def _of_modes(bank: Bank) -> float:
+    # What drumstick.drum.excitation.shares says a bank holds, in its own units.
+    assert bank.masses is not None
+    q, d, kept, bend = (values.astype(float) for values in (bank.q, bank.d, bank.kept, bank.bend))
+    square = 2.0 * bend / (1.0 + kept)
+    mass = bank.masses * (1.0 + kept) / (2.0 * kept)
+    return float(np.sum(0.5 * mass * (d**2 + square * q * (q - d))))
+
+
 def joules(engine: Engine) -> float:
-    """All that is in a mesh and in the mallets that play on it."""
+    """All that is in a mesh, or a bank of modes, and in the mallets that play on it."""
     assert engine.mallets is not None
+    if engine.modal is not None:
+        return _of_modes(engine.modal) * float(engine.mallets.state["unit_m"][0]) + of_mallets(engine)
     height = 0.75**0.5 if is_triangular(engine.head) else 1.0
     unit = float(engine.mallets.state["unit_m"][0]) * 4.0 * height / float(engine.control["tau"][0])
     return unit * energy(engine) + of_mallets(engine)
