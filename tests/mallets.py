@@ -24,6 +24,7 @@ def tip_of(stiffness: float, exponent: float, loss: float, step_s: float, give: 
     halves = 2.0 * exponent
     tip["stiffness"], tip["exponent"], tip["give"] = stiffness, exponent, give
     tip["halves"] = round(halves) if halves == round(halves) else 0
+    tip["kept"] = 1.0 / (exponent + 1.0)
     tip["rate"] = loss / (2.0 * step_s)
     return tip[0]
 
@@ -97,6 +98,7 @@ def struck_at_random(tips: Records, strikes: int, seed: int) -> tuple[float, flo
         tip.exponent, tip.halves = 0.5 * halves, halves
         if np.random.random() < 0.2:
             tip.exponent, tip.halves = np.random.uniform(1.0, 4.0), 0
+        tip.kept = 1.0 / (tip.exponent + 1.0)
         # As stiff as the depth it is pressed in says, from a nanometre to ten centimetres.
         depth = 10.0 ** np.random.uniform(-9.0, -1.0)
         tip.stiffness = 0.5 * own * speed * speed * (tip.exponent + 1.0) / depth ** (tip.exponent + 1.0)
@@ -165,11 +167,10 @@ def _swing(engine: Engine, events: Records, age: float) -> bool:
 def of_mallets(engine: Engine) -> float:
     """Kinetic energy of all mallets that play, and what their tips hold, J."""
     assert engine.mallets is not None
-    state = engine.mallets.state[0]
     plays = engine.mallets.pool["stage"] == mallet.PLAYING
     pool, tips = engine.mallets.pool[plays], engine.mallets.tips[plays]
     moved = pool["now"] - pool["before"]
-    return float(np.sum(0.5 * moved**2 / state["own_give"] + 0.5 * (tips["energy"] + tips["energy_before"])))
+    return float(np.sum(0.5 * moved**2 / pool["own_give"] + 0.5 * (tips["energy"] + tips["energy_before"])))
 
 
 def _of_modes(bank: Bank) -> float:

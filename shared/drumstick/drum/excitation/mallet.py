@@ -26,15 +26,17 @@ from realtime.jit import Record, Records, njit, only_with
 POOL = 8  # a roll and its flams play two or three; each costs a step of a head with a glide some microseconds
 GONE, COMING, PLAYING = 0, 1, 2
 
-# `age` in steps since the strike; `now` and `before`, the mallet's places; `deepest` so far; the last push; `moved`:
-# how much a newton changes the sum of all junctions. `bare`: how deep the tip would be if nothing pulled and nothing
-# pushed. Under tension, `slack`: by how much less for a pull of 1; `stretch`: what a newton adds to the head's stretch.
+# `own_give`: T^2 over what of its mass the head meets. `age` in steps since the strike; its places `now` and `before`;
+# `deepest` so far; the last push; `moved`: how much a newton changes the sum of all junctions. `bare`: how deep the tip
+# would be if nothing pulled and nothing pushed. Under tension, `slack`: by how much less for a pull of 1; `stretch`:
+# what a newton adds to the head's stretch.
 MALLET: np.dtype[Any] = np.dtype(
     [
         ("stage", "i8"),
         ("x", "f8"),
         ("y", "f8"),
         ("speed", "f8"),
+        ("own_give", "f8"),
         ("age", "f8"),
         ("now", "f8"),
         ("before", "f8"),
@@ -48,13 +50,15 @@ MALLET: np.dtype[Any] = np.dtype(
     align=True,
 )
 # radius: of the tip, in radii of the head; own_give: T^2/m. Mallets begun so far, and the oldest that may still play;
-# how many were taken away by another in their place while they touched, and how many by a full pool.
+# how many were taken away by another in their place while they touched, and how many by a full pool. Under tension,
+# `settled`: by how much they changed its pull in the last step.
 STATE: np.dtype[Any] = np.dtype(
     [
         ("unit_m", "f8"),
         ("step_s", "f8"),
         ("radius", "f8"),
         ("own_give", "f8"),
+        ("settled", "f8"),
         ("begun", "i8"),
         ("oldest", "i8"),
         ("lifted", "i8"),
@@ -63,6 +67,7 @@ STATE: np.dtype[Any] = np.dtype(
     align=True,
 )
 _LEAST_REACH_S = 1e-3  # at the blow's speed: so high above the head's rest a mallet is followed in any case
+_LEAST_LEFT = 1e-3  # of its mass: what meets the head in any case, so that a mallet on the rim is one too
 _LONGEST_S = 1.0  # a mallet that stays near the head for so long without touching it is forgotten
 
 
@@ -88,7 +93,7 @@ def playing(engine: Record) -> int:
 def _lay_on_mesh(engine: Record, slot: int) -> None:
     state, mallet, tip = engine.mallets.state[0], engine.mallets.pool[slot], engine.mallets.tips[slot]
     give, moved = patch.lay(engine, slot, mallet.x, mallet.y, state.radius)
-    tip.give = state.own_give + state.unit_m * give
+    tip.give = mallet.own_give + state.unit_m * give
     mallet.moved = moved
 
 
@@ -96,7 +101,7 @@ def _lay_on_mesh(engine: Record, slot: int) -> None:
 def _lay_on_modes(engine: Record, slot: int) -> None:
     state, mallet = engine.mallets.state[0], engine.mallets.pool[slot]
     give = shares.lay(engine, slot, mallet.x, mallet.y)
-    engine.mallets.tips[slot].give = state.own_give + state.unit_m * give
+    engine.mallets.tips[slot].give = mallet.own_give + state.unit_m * give
 
 
 @only_with("mallets", otherwise=False)
@@ -112,6 +117,7 @@ def swing(engine: Record, event: Record, age: float) -> bool:
         state.oldest += 1
     mallet.stage, mallet.x, mallet.y = COMING, event.x, event.y
     mallet.speed, mallet.age, mallet.force = event.speed_m_per_s, age, 0.0
+    mallet.own_give = state.own_give / max(1.0 - rim.share(engine, event.x, event.y), _LEAST_LEFT)
     state.begun += 1
     _lay_on_mesh(engine, slot)
     _lay_on_modes(engine, slot)
@@ -152,6 +158,13 @@ def arrive(engine: Record, slot: int, y: float, y_before: float) -> None:
     placed(engine.mallets.tips[slot], mallet.now - y, mallet.before - y_before)
     mallet.deepest = _LEAST_REACH_S * mallet.speed
     mallet.stage = PLAYING
+    rim.strike(engine, mallet.x, mallet.y, full_impulse(state, mallet.speed))
+
+
+@njit()
+def full_impulse(state: Record, speed: float) -> float:
+    """What a whole mallet gives to something that throws it back as fast as it came, N steps."""
+    return float(2.0 * speed * state.step_s / state.own_give)
 
 
 @njit()
@@ -166,7 +179,7 @@ def fly(engine: Record, slot: int, after: float, force: float) -> None:
     """One step of a mallet that pushes with `force`, N, and whose tip is then `after` deep, m."""
     state, mallet, tip = engine.mallets.state[0], engine.mallets.pool[slot], engine.mallets.tips[slot]
     goes_on(tip, after)
-    now = 2.0 * mallet.now - mallet.before - state.own_give * force
+    now = 2.0 * mallet.now - mallet.before - mallet.own_give * force
     mallet.before = mallet.now
     mallet.now = now
     mallet.deepest = max(mallet.deepest, now)
@@ -176,8 +189,6 @@ def fly(engine: Record, slot: int, after: float, force: float) -> None:
         rises = mallet.now < mallet.before and mallet.now < -mallet.deepest
         if rises or mallet.age * state.step_s > _LONGEST_S:
             mallet.stage = GONE
-    if force > 0.0:
-        rim.strike(engine, mallet.x, mallet.y, force)  # nobody knows yet what the contact's impulse will be
 
 
 @njit()

@@ -25,6 +25,7 @@ def _tips(mallet: Mallet, step_s: float) -> Records:
     halves = 2.0 * mallet.exponent
     tips["stiffness"], tips["exponent"] = mallet.stiffness_N_per_m_p, mallet.exponent
     tips["halves"] = int(halves) if halves.is_integer() else 0
+    tips["kept"] = 1.0 / (mallet.exponent + 1.0)
     tips["rate"] = mallet.loss_s_per_m / (2.0 * step_s)
     return tips
 
