@@ -10,6 +10,7 @@ from drumstick.drum.engine import Engine
 from drumstick.drum.excitation import mallet
 from drumstick.drum.excitation.strikes import EVENT
 from drumstick.drum.excitation.tip import TIP, goes_on, met, placed
+from drumstick.drum.modal.bank import Bank
 from drumstick.parameters.mallet import Mallet
 from drumstick.parameters.scene import Scene
 from membranes import energy, is_triangular
@@ -23,6 +24,7 @@ def tip_of(stiffness: float, exponent: float, loss: float, step_s: float, give: 
     halves = 2.0 * exponent
     tip["stiffness"], tip["exponent"], tip["give"] = stiffness, exponent, give
     tip["halves"] = round(halves) if halves == round(halves) else 0
+    tip["kept"] = 1.0 / (exponent + 1.0)
     tip["rate"] = loss / (2.0 * step_s)
     return tip[0]
 
@@ -96,6 +98,7 @@ def struck_at_random(tips: Records, strikes: int, seed: int) -> tuple[float, flo
         tip.exponent, tip.halves = 0.5 * halves, halves
         if np.random.random() < 0.2:
             tip.exponent, tip.halves = np.random.uniform(1.0, 4.0), 0
+        tip.kept = 1.0 / (tip.exponent + 1.0)
         # As stiff as the depth it is pressed in says, from a nanometre to ten centimetres.
         depth = 10.0 ** np.random.uniform(-9.0, -1.0)
         tip.stiffness = 0.5 * own * speed * speed * (tip.exponent + 1.0) / depth ** (tip.exponent + 1.0)
@@ -164,16 +167,26 @@ def _swing(engine: Engine, events: Records, age: float) -> bool:
 def of_mallets(engine: Engine) -> float:
     """Kinetic energy of all mallets that play, and what their tips hold, J."""
     assert engine.mallets is not None
-    state = engine.mallets.state[0]
     plays = engine.mallets.pool["stage"] == mallet.PLAYING
     pool, tips = engine.mallets.pool[plays], engine.mallets.tips[plays]
     moved = pool["now"] - pool["before"]
-    return float(np.sum(0.5 * moved**2 / state["own_give"] + 0.5 * (tips["energy"] + tips["energy_before"])))
+    return float(np.sum(0.5 * moved**2 / pool["own_give"] + 0.5 * (tips["energy"] + tips["energy_before"])))
+
+
+def _of_modes(bank: Bank) -> float:
+    # What drumstick.drum.excitation.shares says a bank holds, in its own units.
+    assert bank.masses is not None
+    q, d, kept, bend = (values.astype(float) for values in (bank.q, bank.d, bank.kept, bank.bend))
+    square = 2.0 * bend / (1.0 + kept)
+    mass = bank.masses * (1.0 + kept) / (2.0 * kept)
+    return float(np.sum(0.5 * mass * (d**2 + square * q * (q - d))))
 
 
 def joules(engine: Engine) -> float:
-    """All that is in a mesh and in the mallets that play on it."""
+    """All that is in a mesh, or a bank of modes, and in the mallets that play on it."""
     assert engine.mallets is not None
+    if engine.modal is not None:
+        return _of_modes(engine.modal) * float(engine.mallets.state["unit_m"][0]) + of_mallets(engine)
     height = 0.75**0.5 if is_triangular(engine.head) else 1.0
     unit = float(engine.mallets.state["unit_m"][0]) * 4.0 * height / float(engine.control["tau"][0])
     return unit * energy(engine) + of_mallets(engine)

@@ -43,13 +43,13 @@ def _materials() -> list[str]:
 _MORE = {
     "modal": [
         "Absent unless named, and then no mesh is computed. A bank of modes is in tune by itself and takes the effects `air_loss`,",
-        "`internal_loss` and `rim`; moving pickups, patches, glides, second heads and microphones need the mesh. Its price goes with the",
+        "`internal_loss` and `rim`, and mallets; moving pickups, patches, glides, second heads and microphones need the mesh. Its price goes with the",
         "square of `top_Hz`: `drumstick scene cost` shows it beside the mesh's.",
         "",
     ],
     "mallet": [
-        'Only with `[drum] excitation = "mallet"`, and on a mesh. Each strike sends a mallet at the strike\'s speed down to the head as it',
-        "then moves; the head throws it back, late and long when it is soft or struck softly, and may meet it again. So a hard stroke is",
+        'Only with `[drum] excitation = "mallet"`, on a mesh or a bank of modes. Each strike sends a mallet at the strike\'s speed down to the head',
+        "as it then moves; the head throws it back, late and long when it is soft or struck softly, and may meet it again. So a hard stroke is",
         "brighter than a soft one, and no two strokes of a roll are the same. What the hand feels stays the stick's own contact.",
         "Numbers that are given stand in the place of the material's:",
         "",
@@ -57,7 +57,8 @@ _MORE = {
         "",
         "p = 1.5 and K of wood, nylon and cork are Hertz's for such bodies on polyester, felt's p is a piano hammer's (Chaigne and",
         "Askenfelt 1994); the other numbers are estimates, wood's mass chosen for 3 to 6 ms on `tom`. `exponent` costs least where it is a",
-        "multiple of one half. The tip covers at least the junctions within one spacing of the mesh, at most those within seven.",
+        "multiple of one half. On a mesh the tip covers at least the junctions within one spacing, at most those within seven; on modes it",
+        "is as wide as it is.",
         "",
     ],
     "hand": [

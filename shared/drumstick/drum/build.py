@@ -8,7 +8,7 @@ from drumstick.drum.effects import built
 from drumstick.drum.effects.internal_loss import Momentum
 from drumstick.drum.engine import CONTROL, METERS, PENDING, Engine
 from drumstick.drum.excitation.analytic import CONTACT, FORCES, POOL, PULSE
-from drumstick.drum.excitation.mallet_bag import mallets_of
+from drumstick.drum.excitation.mallet_bag import mallets_on_mesh, mallets_on_modes
 from drumstick.drum.excitation.push import FORCE
 from drumstick.drum.excitation.strikes import EVENT, StrikeRing
 from drumstick.drum.excitation.timeline import stream_of
@@ -91,9 +91,7 @@ def _of_mesh(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
         snare=built.snare_of(scene, second, step_s) if second is not None and "snare" in effects else None,
         rim=built.rim_of(scene, step_s) if "rim" in effects else None,
         stream=stream_of(scene, step_s) if scene.drum.excitation == "streamed" else None,
-        mallets=mallets_of(scene, step_s, float(head.grid["spacing"][0]))
-        if scene.mallet is not None
-        else None,
+        mallets=mallets_on_mesh(scene, step_s, float(head.grid["spacing"][0])),
     )
 
 
@@ -106,6 +104,7 @@ def _of_modes(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     fields: Record = control[0]
     fields["rate_Hz"], fields["divisor"] = rate_Hz, divisor
     fields["output_gain"], fields["asleep"], fields["looked"] = 1.0, 1, -1
+    bank = bank_of(scene, step_s)
     return Engine(
         **_common(scene, step_s, divisor, strikes, of_modes(highest_zero(scene, 1.0 / step_s))),
         control=control,
@@ -113,8 +112,9 @@ def _of_modes(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
         forces=cast(Records, np.zeros(0, FORCE)),
         ears=np.zeros(0, np.int64),
         ear_gains=np.zeros((0, 2), np.float32),
-        modal=bank_of(scene, step_s),
+        modal=bank,
         rim=built.rim_of(scene, step_s) if "rim" in scene.drum.effects else None,
+        mallets=mallets_on_modes(scene, step_s, len(bank.q)),
     )
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from drumstick.drum.block import render_all
 from drumstick.drum.build import Unplayable, new_engine
 from drumstick.drum.engine import Engine
+from drumstick.drum.excitation.mallet import full_impulse
 from drumstick.drum.excitation.strikes import Blow, StrikeRing
 from drumstick.drum.fitting import fitted
 from drumstick.drum.step_numbers import GLIDE_ROOM
@@ -122,6 +123,14 @@ def _press(scene: Scene, rate_Hz: int, half: float) -> float:
     return scene.drum.effects["snare"].press * top
 
 
+def _impulse(engine: Engine, blow: Blow) -> float:
+    # That a blow has on the rim, N steps.
+    if engine.mallets is not None:
+        return full_impulse(engine.mallets.state[0], blow.speed_m_per_s)
+    control: Record = engine.control[0]
+    return blow.peak_N * blow.contact_s * 2.0 / math.pi * control["rate_Hz"] / control["divisor"]
+
+
 def build(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     """A calibrated engine at rest, fed from `strikes`. Any thread; blocks some ten milliseconds, and for as long as
     `fitted` does."""
@@ -136,11 +145,7 @@ def build(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     engine.control["output_gain"] = _gain(scene, rate_Hz, half, press) * 10.0 ** (scene.listen.gain_dB / 20.0)
     if engine.rim is not None:
         # A stroke of full scale on the rim gives its impulse to modes that share it: together they peak at most there.
-        blow = full_scale(scene)
-        control: Record = engine.control[0]
-        impulse: float = (
-            blow.peak_N * blow.contact_s * 2.0 / math.pi * control["rate_Hz"] / control["divisor"]
-        )
         level = scene.drum.effects["rim"].level * PEAK_OF_FULL_SCALE
-        engine.rim.state["gain"] = level / (impulse * control["output_gain"])
+        impulse = _impulse(engine, full_scale(scene))
+        engine.rim.state["gain"] = level / (impulse * float(engine.control["output_gain"][0]))
     return engine

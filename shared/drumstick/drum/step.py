@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from drumstick.drum.effects import cavity, internal_loss, muffle, rim, snare, tension
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation import mallet, mallet_under_tension
+from drumstick.drum.excitation import mallet, mallet_on_mesh, mallet_on_modes, mallet_under_tension
 from drumstick.drum.excitation.analytic import press
 from drumstick.drum.membrane.sweep import largest, sweep
 from drumstick.drum.modal import bank
@@ -131,7 +131,7 @@ def _meshed(engine: Record) -> Any:
     planes = engine.head.planes
     now, then = planes[control.plane], planes[1 - control.plane]
     muffle.note(engine, then)
-    mallet.come(engine, now, then)
+    mallet_on_mesh.come(engine, now, then)
     if _is_fourth(engine):
         _swept_fourth(engine, now, then)
         total = 0.0
@@ -139,7 +139,7 @@ def _meshed(engine: Record) -> Any:
         total = _swept(engine, now, then)
     total += _struck(engine, then)
     total += muffle.brake(engine, then)
-    total += mallet.strike(engine, then)
+    total += mallet_on_mesh.strike(engine, then)
     cavity.step(engine, control.plane, total)
     left, right = cavity.heard(engine, control.plane)
     from_air = microphones.heard(engine, now, then)
@@ -158,6 +158,7 @@ def step(engine: Engine) -> tuple[float, float]:
     """Take one step; returns what the pickups hear, left and right."""
     control: Record = engine.control[0]
     active = press(engine) + mallet.playing(engine)
+    mallet_on_modes.strike(engine)
     left, right = _meshed(engine)
     also_left, also_right = bank.step(engine)
     hoop = rim.heard(engine)

@@ -40,11 +40,7 @@ def check_renderer(reader: Reader, drum: Drum, named: Collection[str]) -> None:
     if "mesh" in named:
         reader.refuse("modal", "stands instead of [mesh]: a scene has one of them")
     if drum.excitation == "streamed":
-        reader.refuse("drum.excitation", "needs [mesh]: [modal] is struck by strikes")
-    if drum.excitation == "mallet":
-        reader.refuse(
-            "drum.excitation", '"mallet" needs [mesh]: leave [modal] out, or set excitation = "analytic"'
-        )
+        reader.refuse("drum.excitation", "needs [mesh]: [modal] is struck by strikes or mallets")
     for name in drum.effects:
         if name not in MODAL_EFFECTS:
             reader.refuse(f"drum.effects.{name}", "needs [mesh]: [modal] is for a linear head by itself")

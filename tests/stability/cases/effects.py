@@ -66,7 +66,8 @@ CASES = (
         naive="A push by how deep the tip is at the beginning of the step throws the mallet back faster than it"
         " came, without end where the law is stiff.",
         ours="The push is the discrete gradient of the tip's energy, one equation a step with one solution, and"
-        " settled with the pull of a glide: ten million random strikes, re-strikes and chatter, on every effect.",
+        " settled with the pull of a glide: ten million random strikes, re-strikes and chatter, on every effect and on"
+        " modes.",
         bound="1e-10 of a strike's energy in float64; 2e-6 in a step on a mesh, float32's rounding.",
     ),
 )

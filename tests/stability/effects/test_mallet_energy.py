@@ -1,12 +1,14 @@
 """Mallets on a drum with every effect: no step in which they meet the head makes energy."""
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 
 from drumstick.drum.engine import Engine
-from drumstick.parameters.drum_effects import Cavity, InternalLoss, Muffle, Rim, Snare, Tension
+from drumstick.parameters.drum import Modal
+from drumstick.parameters.drum_effects import AirLoss, Cavity, InternalLoss, Muffle, Rim, Snare, Tension
 from mallets import joules, swing, with_mallet
 from stability.catalogue import shows
 from stability.mesh_steps import drum_of, engine_of, take
@@ -89,6 +91,27 @@ def test_nor_on_a_square_mesh_nor_to_the_fourth_order(mesh: dict[str, object]) -
 @shows("mallet on the head", "ours")
 def test_nor_on_a_square_mesh_under_tension() -> None:
     assert _most_growth(_drum(("tension",), "wood", {"topology": "rectilinear"}), 40) <= ROUNDING
+
+
+MODES: dict[str, tuple[float, float, dict[str, object]]] = {
+    "few modes": (400.0, math.inf, {}),
+    "many modes": (10_000.0, math.inf, {}),
+    "with losses": (
+        6000.0,
+        0.5,
+        {"air_loss": AirLoss(2.0), "internal_loss": InternalLoss(0.1, 1000.0), "rim": Rim()},
+    ),
+}
+
+
+@shows("mallet on the head", "ours")
+@pytest.mark.parametrize("tip", TIPS)
+@pytest.mark.parametrize("bank", MODES)
+def test_nor_on_a_bank_of_modes(bank: str, tip: str) -> None:
+    top_Hz, t60_s, effects = MODES[bank]
+    scene = dataclasses.replace(drum_of(effects, t60_s, 150.0), modal=Modal(top_Hz))
+    engine = engine_of(with_mallet(scene, **TIPS[tip]))
+    assert _most_growth(engine, 60) <= ROUNDING
 
 
 def _pushed_by_where_it_is(stiffness: float, exponent: float) -> float:

@@ -1,8 +1,8 @@
 """What a mallet costs: drumstick lab mallet [--runs 15].
 
 CPU time of the thread, interleaved: a step of a ringing head that strikes excite; the same with mallets while none
-plays; while one of wood or of felt is pressed in. On `roll`, and on `tom`, whose glide has to agree with each push. Then
-a thousand strikes a second, as a share of the time that they sound. And what two strokes of a roll at the same speed
+plays; while one of wood or of felt is pressed in. On `roll`, on `tom`, whose glide has to agree with each push, and on
+the modes of `roll`. Then a thousand strikes a second, as a share of the time that they sound. And what two strokes of a roll at the same speed
 have in common.
 """
 
@@ -22,6 +22,7 @@ from drumstick.drum.engine import Engine
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.render import render
 from drumstick.drum.step import step
+from drumstick.parameters.drum import Modal
 from drumstick.parameters.mallet import MATERIALS, Mallet
 from drumstick.parameters.scene import Scene, parse, shipped_text
 from drumstick_lab.checkout import RESULTS
@@ -34,12 +35,17 @@ RESULT = RESULTS / "mallet.json"
 RATE_HZ = 48_000
 STEPS, FIRST = 300, 20  # timed, and before them
 STRIKES_PER_S = 1_000
+ON_MODES = " on modes"
+DRUMS = ("roll", "tom", f"roll{ON_MODES}")
 APART_S = 0.043
 
 
 def scene_of(name: str, material: str | None, **numbers: float) -> Scene:
-    """A shipped scene's drum, struck by its own strikes or by a mallet with these numbers."""
-    scene = parse(shipped_text(name), name)
+    """A shipped scene's drum, or the modes of it, struck by its own strikes or by a mallet with these numbers."""
+    shipped = name.removesuffix(ON_MODES)
+    scene = parse(shipped_text(shipped), shipped)
+    if shipped != name:
+        scene = dataclasses.replace(scene, modal=Modal())
     if material is None:
         return scene
     values: dict[str, Any] = {"material": material, **MATERIALS[material], **numbers}
@@ -114,7 +120,7 @@ def main() -> None:
     runs = parser.parse_args().runs
     cases = {
         f"{name}, {words}": step_case(name, material, touches)
-        for name in ("roll", "tom")
+        for name in DRUMS
         for words, material, touches in (
             ("strikes", None, False),
             ("no mallet plays", "wood", False),
@@ -138,11 +144,11 @@ def main() -> None:
                     spent[f"{name}, {tip} touches"], spent[f"{name}, no mallet plays"], strict=True
                 )
             )
-            for name in ("roll", "tom")
+            for name in DRUMS
             for tip in ("wood", "felt")
         },
         "strikes_per_s": STRIKES_PER_S,
-        "share_of_a_core": {name: many_strikes(name) for name in ("roll", "tom")},
+        "share_of_a_core": {name: many_strikes(name) for name in DRUMS},
         "correlation_of_two_strokes": alike(),
     }
     print(json.dumps(result, indent=1))

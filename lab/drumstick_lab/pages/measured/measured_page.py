@@ -93,7 +93,7 @@ def _mallet() -> list[str]:
         "## A mallet",
         "",
         "`drumstick lab mallet`: a step of a ringing head that strikes excite, that mallets excite while none plays, and while one is pressed in; what the",
-        f"touch adds to the step, in the same run. `tom` has a glide, which has to agree with each push. {where(result)}",
+        f"touch adds to the step, in the same run. `tom` has a glide, which has to agree with each push; on modes every touch reads and drives all of them. {where(result)}",
         "",
         "| head, tip | step without mallets, ns | while none plays | while it touches | the touch adds |",
         "|---|---|---|---|---|",

@@ -2,7 +2,12 @@
 
 A thin ring's bending modes, n = 2 .. 7, at n (n^2 - 1)/sqrt(n^2 + 1) to each other (Love, "A treatise on the
 mathematical theory of elasticity", art. 293), each a damped resonator that the blow drives. They are heard beside the
-head and do not act on it. Kernels: audio thread.
+head and do not act on it.
+
+A mallet that comes down near the rim meets both at once, the hoop with its shaft and the head with its tip, as in a rim
+shot: what lies on the hoop is a share of its mass, and the head gets the rest of it. Both have the strike's speed, and
+the hoop throws its part back as fast as it came, so no energy is made: (1 - share) m v^2/2 is the head's. Kernels:
+audio thread.
 """
 
 import math
@@ -34,15 +39,20 @@ def begin(engine: Record) -> None:
     engine.rim.state[0].force = 0.0
 
 
+@only_with("rim", otherwise=0.0)
+def share(engine: Record, x: float, y: float) -> float:
+    """What of a blow at (x, y), in radii, the hoop gets: all from the rim on, none further in than `width`."""
+    width = engine.rim.state[0].width
+    return min(max((math.hypot(x, y) - (1.0 - width)) / width, 0.0), 1.0)
+
+
 @only_with("rim")
 def strike(engine: Record, x: float, y: float, impulse: float) -> None:
-    """A blow at (x, y), in radii: all of it counts from the rim on, none further in than `width`.
+    """A blow of so much impulse, N steps, at (x, y).
 
-    Wood on metal is over within a step, however long the head is touched: the hoop gets the impulse, N steps, at once.
+    Wood on metal is over within a step, however long the head is touched: the hoop gets its share of it at once.
     """
-    state = engine.rim.state[0]
-    near = (math.hypot(x, y) - (1.0 - state.width)) / state.width
-    state.force += impulse * min(max(near, 0.0), 1.0)
+    engine.rim.state[0].force += impulse * share(engine, x, y)
 
 
 @only_with("rim", otherwise=0.0)

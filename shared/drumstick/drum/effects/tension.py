@@ -64,19 +64,21 @@ def _pull(state: Record, stretch: float) -> float:
 
 
 @njit()
-def _gradient(state: Record, before: float, after: float) -> float:
+def _gradient(state: Record, before: float, held: float, after: float) -> float:
+    # held: 2 V(S-).
     if abs(after - before) <= _NEAR * (abs(after) + abs(before) + state.half):
         return _pull(state, 0.5 * (before + after))
-    return (_energy(state, after) - _energy(state, before)) / (after - before)
+    return (_energy(state, after) - held) / (after - before)
 
 
 @njit()
-def solved(state: Record, before: float, x: float, y: float) -> float:
-    """q, from S- and S+ = S- - x - y q. V is convex and y not negative, so there is one solution between two bounds."""
+def solved(state: Record, before: float, x: float, y: float, near: float) -> float:
+    """q, from S- and S+ = S- - x - y q, looked for from `near` on. V is convex and y not negative, so there is one
+    solution between two bounds."""
     low, high = before - x - y * state.q_most, before - x + y * state.q_most
-    after = before - x - y * _pull(state, before)
+    after, held = before - x - y * near, _energy(state, before)
     for turn in range(_ITERATIONS):
-        q = _gradient(state, before, after)
+        q = _gradient(state, before, held, after)
         wrong = after - before + x + y * q
         if wrong > 0.0:
             high = after
@@ -92,7 +94,7 @@ def solved(state: Record, before: float, x: float, y: float) -> float:
         if abs(following - after) <= _CLOSE * (abs(following) + state.half):
             break
         after = following
-    return _gradient(state, before, after)
+    return _gradient(state, before, held, after)
 
 
 @only_with("tension", otherwise=0.0)
@@ -117,5 +119,5 @@ def tightened(engine: Record, now: Any, then: Any, push: float) -> float:
         x += 2.0 * p / (state.baked * state.held_back)
     before = -(t + muffle.hidden_stretch(engine, share, now, own_gain)) / state.baked
     state.before, state.x, state.y = before, x, y
-    state.pull = solved(state, before, x, y)
+    state.pull = solved(state, before, x, y, _pull(state, before))
     return state.pull

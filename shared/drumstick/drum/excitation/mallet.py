@@ -5,38 +5,38 @@ F T^2/m, from the instant of the strike, when it is where the head then is; the 
 meet, and whether they meet again: no hand holds it. It is forgotten once it is farther above the head's rest than the
 blow was deep. Lengths are in metres, positive into the drum; a renderer's displacement of 1 is `unit_m`.
 
-The law and why it makes no energy: drumstick.drum.excitation.tip. On a mesh a push moves junctions under the tip alone
-in the step in which it acts, so mallets apart from each other are solved one by one; one that comes down where another
-still is, takes it away, with what it holds.
+The law and why it makes no energy: drumstick.drum.excitation.tip. How a renderer is read and pushed under a tip, and
+what happens where mallets meet: mallet_on_mesh and mallet_on_modes.
 
 The pool has a fixed size; when it is full, a new mallet takes the place of the oldest. Kernels: audio thread; no
 allocation.
 """
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from drumstick.drum.effects import rim
-from drumstick.drum.excitation import patch
+from drumstick.drum.excitation import patch, shares
 from drumstick.drum.excitation.patch import Patches
-from drumstick.drum.excitation.tip import goes_on, met, placed
-from drumstick.drum.membrane.places import drawn_in
+from drumstick.drum.excitation.shares import Shares
+from drumstick.drum.excitation.tip import goes_on, placed
 from realtime.jit import Record, Records, njit, only_with
 
 POOL = 8  # a roll and its flams play two or three; each costs a step of a head with a glide some microseconds
 GONE, COMING, PLAYING = 0, 1, 2
 
-# `age` in steps since the strike; `now` and `before`, the mallet's places; `deepest` so far; the last push; `moved`:
-# how much a newton changes the sum of all junctions. Under tension, `bare`: how deep the tip would be if nothing pulled
-# and nothing pushed; `slack`: by how much less for a pull of 1; `stretch`: what a newton adds to the head's stretch.
+# `own_give`: T^2 over what of its mass the head meets. `age` in steps since the strike; its places `now` and `before`;
+# `deepest` so far; the last push; `moved`: how much a newton changes the sum of all junctions. `bare`: how deep the tip
+# would be if nothing pulled and nothing pushed. Under tension, `slack`: by how much less for a pull of 1; `stretch`:
+# what a newton adds to the head's stretch.
 MALLET: np.dtype[Any] = np.dtype(
     [
         ("stage", "i8"),
         ("x", "f8"),
         ("y", "f8"),
         ("speed", "f8"),
+        ("own_give", "f8"),
         ("age", "f8"),
         ("now", "f8"),
         ("before", "f8"),
@@ -50,13 +50,15 @@ MALLET: np.dtype[Any] = np.dtype(
     align=True,
 )
 # radius: of the tip, in radii of the head; own_give: T^2/m. Mallets begun so far, and the oldest that may still play;
-# how many were taken away by another in their place while they touched, and how many by a full pool.
+# how many were taken away by another in their place while they touched, and how many by a full pool. Under tension,
+# `settled`: by how much they changed its pull in the last step.
 STATE: np.dtype[Any] = np.dtype(
     [
         ("unit_m", "f8"),
         ("step_s", "f8"),
         ("radius", "f8"),
         ("own_give", "f8"),
+        ("settled", "f8"),
         ("begun", "i8"),
         ("oldest", "i8"),
         ("lifted", "i8"),
@@ -65,16 +67,19 @@ STATE: np.dtype[Any] = np.dtype(
     align=True,
 )
 _LEAST_REACH_S = 1e-3  # at the blow's speed: so high above the head's rest a mallet is followed in any case
+_LEAST_LEFT = 1e-3  # of its mass: what meets the head in any case, so that a mallet on the rim is one too
 _LONGEST_S = 1.0  # a mallet that stays near the head for so long without touching it is forgotten
 
 
 class Mallets(NamedTuple):
-    """state (1,) of STATE; pool (POOL,) of MALLET, tips (POOL,) of TIP; the junctions under them."""
+    """state (1,) of STATE; pool (POOL,) of MALLET, tips (POOL,) of TIP; what of the head lies under them: junctions of
+    a mesh, or shares of its modes."""
 
     state: Records
     pool: Records
     tips: Records
-    patches: Patches
+    patches: Patches | None = None
+    shares: Shares | None = None
 
 
 @only_with("mallets", otherwise=0)
@@ -84,12 +89,19 @@ def playing(engine: Record) -> int:
     return int(state.begun - state.oldest)
 
 
-@njit()
-def _lay(engine: Record, slot: int) -> None:
+@only_with("head")
+def _lay_on_mesh(engine: Record, slot: int) -> None:
     state, mallet, tip = engine.mallets.state[0], engine.mallets.pool[slot], engine.mallets.tips[slot]
     give, moved = patch.lay(engine, slot, mallet.x, mallet.y, state.radius)
-    tip.give = state.own_give + state.unit_m * give
+    tip.give = mallet.own_give + state.unit_m * give
     mallet.moved = moved
+
+
+@only_with("modal")
+def _lay_on_modes(engine: Record, slot: int) -> None:
+    state, mallet = engine.mallets.state[0], engine.mallets.pool[slot]
+    give = shares.lay(engine, slot, mallet.x, mallet.y)
+    engine.mallets.tips[slot].give = mallet.own_give + state.unit_m * give
 
 
 @only_with("mallets", otherwise=False)
@@ -105,35 +117,40 @@ def swing(engine: Record, event: Record, age: float) -> bool:
         state.oldest += 1
     mallet.stage, mallet.x, mallet.y = COMING, event.x, event.y
     mallet.speed, mallet.age, mallet.force = event.speed_m_per_s, age, 0.0
+    mallet.own_give = state.own_give / max(1.0 - rim.share(engine, event.x, event.y), _LEAST_LEFT)
     state.begun += 1
-    _lay(engine, slot)
+    _lay_on_mesh(engine, slot)
+    _lay_on_modes(engine, slot)
     return True
 
 
 @njit()
-def _take_away(engine: Record, slot: int) -> None:
-    # Whatever another mallet would meet where this one comes down.
-    state, pool = engine.mallets.state[0], engine.mallets.pool
-    mallet, limit = pool[slot], 1.0 - engine.head.grid[0].spacing
-    x, y = drawn_in(mallet.x, mallet.y, limit)  # as `patch.lay` puts them
-    for number in range(state.oldest, state.begun):
-        other = pool[number % POOL]
-        if other.stage != PLAYING:
-            continue
-        other_x, other_y = drawn_in(other.x, other.y, limit)
-        if math.hypot(other_x - x, other_y - y) < 2.0 * state.radius:
-            other.stage = GONE
-            other.force = 0.0
-            if engine.mallets.tips[number % POOL].depth > 0.0:
-                state.lifted += 1
+def due(mallet: Record) -> bool:
+    """Whether its instant falls into the coming step; one that is still to come has a step less to wait."""
+    if mallet.stage != COMING:
+        return False
+    if mallet.age <= -1.0:
+        mallet.age += 1.0
+        return False
+    return True
 
 
 @njit()
-def _arrive(engine: Record, slot: int, y: float, y_before: float) -> None:
-    """The strike falls into the coming step: the mallet is above the head (at y, before that at y_before, m), on a way
-    that reaches y at its instant. Where the head goes faster than it, it starts as far behind as it then is.
+def take_away(engine: Record, slot: int) -> None:
+    """Another mallet comes down where this one is."""
+    mallet = engine.mallets.pool[slot]
+    mallet.stage = GONE
+    mallet.force = 0.0
+    if engine.mallets.tips[slot].depth > 0.0:
+        engine.mallets.state[0].lifted += 1
+
+
+@njit()
+def arrive(engine: Record, slot: int, y: float, y_before: float) -> None:
+    """The mallet is above the head (at y, before that at y_before, m), on a way that reaches y at its instant.
+
+    Where the head goes faster than it, it starts as far behind as it then is.
     """
-    _take_away(engine, slot)
     state, mallet = engine.mallets.state[0], engine.mallets.pool[slot]
     way = mallet.speed * state.step_s
     mallet.now = min(y + way * min(mallet.age, 0.0), y_before + way)
@@ -141,72 +158,42 @@ def _arrive(engine: Record, slot: int, y: float, y_before: float) -> None:
     placed(engine.mallets.tips[slot], mallet.now - y, mallet.before - y_before)
     mallet.deepest = _LEAST_REACH_S * mallet.speed
     mallet.stage = PLAYING
+    rim.strike(engine, mallet.x, mallet.y, full_impulse(state, mallet.speed))
 
 
 @njit()
-def _fly(engine: Record, slot: int, y_free: float) -> float:
-    """One step of a mallet over a head that would be at y_free, m; returns its push, N."""
+def full_impulse(state: Record, speed: float) -> float:
+    """What a whole mallet gives to something that throws it back as fast as it came, N steps."""
+    return float(2.0 * speed * state.step_s / state.own_give)
+
+
+@njit()
+def free(engine: Record, slot: int, y_free: float) -> float:
+    """How deep the tip would be after this step without its own push, over a head that would be at y_free, m."""
+    mallet = engine.mallets.pool[slot]
+    return float(2.0 * mallet.now - mallet.before - y_free)
+
+
+@njit()
+def fly(engine: Record, slot: int, after: float, force: float) -> None:
+    """One step of a mallet that pushes with `force`, N, and whose tip is then `after` deep, m."""
     state, mallet, tip = engine.mallets.state[0], engine.mallets.pool[slot], engine.mallets.tips[slot]
-    free = 2.0 * mallet.now - mallet.before
-    after, force = met(tip, free - y_free)
     goes_on(tip, after)
+    now = 2.0 * mallet.now - mallet.before - mallet.own_give * force
     mallet.before = mallet.now
-    mallet.now = free - state.own_give * force
-    mallet.deepest = max(mallet.deepest, mallet.now)
+    mallet.now = now
+    mallet.deepest = max(mallet.deepest, now)
     mallet.force = force
     mallet.age += 1.0
     if after <= 0.0 and tip.depth_before <= 0.0:
         rises = mallet.now < mallet.before and mallet.now < -mallet.deepest
         if rises or mallet.age * state.step_s > _LONGEST_S:
             mallet.stage = GONE
-    if force > 0.0:
-        rim.strike(engine, mallet.x, mallet.y, force)  # nobody knows yet what the contact's impulse will be
-    return float(force)
 
 
 @njit()
-def _forget(engine: Record) -> None:
+def forget(engine: Record) -> None:
     """After a step: mallets that are gone leave the pool in their turn."""
     state, pool = engine.mallets.state[0], engine.mallets.pool
     while state.oldest < state.begun and pool[state.oldest % POOL].stage == GONE:
         state.oldest += 1
-
-
-@only_with("mallets")
-def come(engine: Record, now: Any, then: Any) -> None:
-    """Before the sweep of a mesh, while `then` still holds u-: mallets whose instant has come arrive."""
-    state, pool = engine.mallets.state[0], engine.mallets.pool
-    for number in range(state.oldest, state.begun):
-        slot = number % POOL
-        mallet = pool[slot]
-        if mallet.stage != COMING:
-            continue
-        if mallet.age <= -1.0:
-            mallet.age += 1.0
-            continue
-        y = state.unit_m * patch.under(engine.mallets.patches, slot, now)
-        _arrive(engine, slot, y, state.unit_m * patch.under(engine.mallets.patches, slot, then))
-
-
-@only_with("internal_loss")
-def _keep_moving(engine: Record, slot: int, force: float) -> None:
-    patch.push(engine.mallets.patches, slot, engine.internal_loss.moving, force)
-
-
-@only_with("mallets", otherwise=0.0)
-def strike(engine: Record, then: Any) -> float:
-    """After all else has moved u+: mallets and head meet; returns by how much its sum changed."""
-    state, pool, changed = engine.mallets.state[0], engine.mallets.pool, 0.0
-    if state.begun == state.oldest:
-        return changed
-    for number in range(state.oldest, state.begun):
-        slot = number % POOL
-        if pool[slot].stage != PLAYING:
-            continue
-        force = _fly(engine, slot, state.unit_m * patch.under(engine.mallets.patches, slot, then))
-        if force > 0.0:
-            patch.push(engine.mallets.patches, slot, then, force)
-            _keep_moving(engine, slot, force)
-            changed += pool[slot].moved * force
-    _forget(engine)
-    return changed

@@ -1,13 +1,13 @@
 """The memory of a scene's mallets, all of them far from the head. Allocates; any thread."""
 
 import math
-from typing import Any
 
 import numpy as np
 
 from drumstick.drum.effects.cavity import AIR_KG_PER_M3
 from drumstick.drum.excitation.mallet import MALLET, POOL, STATE, Mallets
 from drumstick.drum.excitation.patch import patches_of, radius_on
+from drumstick.drum.excitation.shares import shares_of
 from drumstick.drum.excitation.tip import TIP
 from drumstick.drum.membrane.surface import metres_per_unit
 from drumstick.parameters.drum_effects import Cavity
@@ -25,6 +25,7 @@ def _tips(mallet: Mallet, step_s: float) -> Records:
     halves = 2.0 * mallet.exponent
     tips["stiffness"], tips["exponent"] = mallet.stiffness_N_per_m_p, mallet.exponent
     tips["halves"] = int(halves) if halves.is_integer() else 0
+    tips["kept"] = 1.0 / (mallet.exponent + 1.0)
     tips["rate"] = mallet.loss_s_per_m / (2.0 * step_s)
     return tips
 
@@ -37,13 +38,31 @@ def _unit_m(scene: Scene) -> float:
     return alone_m * head_kg_per_m2 / (head_kg_per_m2 + air_kg_per_m2)
 
 
-def mallets_of(scene: Scene, step_s: float, spacing: float) -> Mallets:
-    """For a mesh that steps every step_s, its junctions `spacing` radii apart."""
-    mallet = scene.mallet
-    assert mallet is not None
-    state: Any = np.zeros(1, STATE)
+def _state_of(scene: Scene, mallet: Mallet, step_s: float) -> Records:
+    state: Records = np.zeros(1, STATE)
     fields: Record = state[0]
     fields["unit_m"], fields["step_s"] = _unit_m(scene), step_s
     fields["own_give"] = step_s**2 / mallet.mass_kg
-    fields["radius"] = radius_on(spacing, mallet.tip_radius_m / scene.drum.radius_m)
-    return Mallets(state, np.zeros(POOL, MALLET), _tips(mallet, step_s), patches_of(POOL))
+    fields["radius"] = mallet.tip_radius_m / scene.drum.radius_m
+    return state
+
+
+def mallets_on_mesh(scene: Scene, step_s: float, spacing: float) -> Mallets | None:
+    """For a mesh that steps every step_s, its junctions `spacing` radii apart; None without [mallet]."""
+    mallet = scene.mallet
+    if mallet is None:
+        return None
+    state = _state_of(scene, mallet, step_s)
+    state["radius"] = radius_on(spacing, float(state["radius"][0]))
+    pool: Records = np.zeros(POOL, MALLET)
+    return Mallets(state, pool, _tips(mallet, step_s), patches=patches_of(POOL))
+
+
+def mallets_on_modes(scene: Scene, step_s: float, modes: int) -> Mallets | None:
+    """For a bank of so many oscillators that steps every step_s; None without [mallet]."""
+    mallet = scene.mallet
+    if mallet is None:
+        return None
+    pool: Records = np.zeros(POOL, MALLET)
+    state = _state_of(scene, mallet, step_s)
+    return Mallets(state, pool, _tips(mallet, step_s), shares=shares_of(POOL, modes))

@@ -102,9 +102,9 @@ def _answered(engine: Record, pull: float) -> float:
         if mallet.stage == PLAYING:
             _, force = met(mallets.tips[slot], mallet.bare - mallet.slack * pull)
             stretched += mallet.stretch * force
-    if stretched == 0.0 and pull == tight.pull:
-        return pull
-    return float(tension.solved(tight, tight.before, tight.x + stretched, tight.y))
+    if stretched == 0.0:
+        return float(tight.pull)
+    return float(tension.solved(tight, tight.before, tight.x + stretched, tight.y, pull))
 
 
 @njit()
@@ -112,8 +112,9 @@ def _agreed(engine: Record) -> float:
     # The pull that asks for itself: by the secant, kept between the bounds that every answer draws in.
     tight = engine.tension.state[0]
     close = _CLOSE * tight.q_most
-    pull, answer = tight.pull, _answered(engine, tight.pull)
     low, high = -tight.q_most, tight.q_most
+    pull = min(max(tight.pull + engine.mallets.state[0].settled, low), high)
+    answer = _answered(engine, pull)
     for _ in range(_MOST_TURNS):
         wrong = answer - pull
         if abs(wrong) <= close:
@@ -135,13 +136,14 @@ def _agreed(engine: Record) -> float:
 
 @only_with("tension", otherwise=0.0)
 def _settled(engine: Record, now: Any, then: Any, push: float) -> float:
-    if engine.mallets.state[0].begun == engine.mallets.state[0].oldest:
+    state, tight = engine.mallets.state[0], engine.tension.state[0]
+    if state.begun == state.oldest:
         return 0.0
     _look(engine, now, then, push)
-    tight = engine.tension.state[0]
     alone = tight.pull
     tight.pull = _agreed(engine)
-    return float(tight.pull - alone)
+    state.settled = tight.pull - alone
+    return float(state.settled)
 
 
 @only_with("mallets", otherwise=0.0)

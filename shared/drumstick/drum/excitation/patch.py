@@ -5,7 +5,8 @@ there are always some junctions under it, and at most seven of them. The shares 
 y = sum g u, and a push F counts at each junction as g F: so F does the work F dy, whatever lies beneath. A junction at
 the rim has a smaller mass in proportion to its weight, and one under a muffle gives way less, by what the damper takes.
 
-Rows of sixteen lanes, wherever they begin: compilers make one vector of each. Kernels: audio thread; no allocation.
+Rows of eight lanes, wherever they begin, two side by side where the tip is wider: compilers make one vector of each.
+Kernels: audio thread; no allocation.
 """
 
 import math
@@ -20,8 +21,8 @@ from drumstick.drum.membrane.places import drawn_in
 from drumstick.drum.membrane.sweep import Head, is_triangular, is_triangular_type
 from realtime.jit import ArgumentType, Record, njit, only_with, overload
 
-LANES = 16
-ROWS = 18  # as many as a circle of seven spacings' radius meets
+LANES = 8
+ROWS = 36  # as many as a circle of seven spacings' radius meets, two of them beside each other
 MOST_SPACINGS = 7.0
 _LEAST_SPACINGS = 1.0
 
@@ -29,7 +30,7 @@ Floats = npt.NDArray[np.float32]
 
 
 class Patches(NamedTuple):
-    """Of a pool of P tips, shapes (P, ROWS, 16) unless said: shares g; free, g less what a muffle holds; steps, how far
+    """Of a pool of P tips, shapes (P, ROWS, 8) unless said: shares g; free, g less what a muffle holds; steps, how far
     a newton moves each junction; starts (P, ROWS), the flat index of a row's first lane; rows (P,), how many there
     are."""
 
@@ -77,23 +78,30 @@ def _hold(engine: Record, slot: int) -> None:
 
 
 @njit()
-def _row(engine: Record, slot: int, at: int, row: int, x: float, y: float, reach: float) -> float:
+def _row(engine: Record, slot: int, row: int, x: float, y: float, reach: float) -> float:
     # One row's shares, their sum still open; x, y and the reach in spacings from the centre. Returns their sum.
     head, patches = engine.head, engine.mallets.patches
     grid = head.grid[0]
     shift = 0.5 * (row & 1) if is_triangular(head) else 0.0
-    left = grid.centre_column + math.ceil(x - shift - reach)
-    first = (grid.centre_row + row) * grid.stride
-    start = first + min(max(left, 0), grid.stride - LANES)
-    patches.starts[slot, at] = start
     up, total = row * _row_height(head) - y, 0.0
-    for lane in range(LANES):
-        aside = start + lane - first - grid.centre_column + shift - x
-        share = max(1.0 - (aside * aside + up * up) / (reach * reach), 0.0)
-        if head.weights[start + lane] == 0.0:  # outside the head
-            share = 0.0
-        patches.shares[slot, at, lane] = share
-        total += share
+    first = (grid.centre_row + row) * grid.stride
+    left = grid.centre_column + math.ceil(x - shift - reach)
+    right = grid.centre_column + math.floor(x - shift + reach)
+    while left <= right:
+        at = patches.rows[slot]
+        begin = min(max(left, 0), grid.stride - LANES)
+        patches.starts[slot, at] = first + begin
+        for lane in range(LANES):
+            column = begin + lane
+            aside = column - grid.centre_column + shift - x
+            share = max(1.0 - (aside * aside + up * up) / (reach * reach), 0.0)
+            # Outside the head, or for the lanes beside these.
+            if head.weights[first + column] == 0.0 or not left <= column < left + LANES:
+                share = 0.0
+            patches.shares[slot, at, lane] = share
+            total += share
+        patches.rows[slot] = at + 1
+        left += LANES
     return total
 
 
@@ -109,10 +117,10 @@ def lay(engine: Record, slot: int, x: float, y: float, radius: float) -> tuple[f
     rows = head.weights.shape[0] // head.grid[0].stride
     first = max(math.ceil((y - reach) / _row_height(head)), MARGIN - centre_row)
     last = min(math.floor((y + reach) / _row_height(head)), rows - 1 - MARGIN - centre_row)
-    patches.rows[slot] = last - first + 1
+    patches.rows[slot] = 0
     total = 0.0
     for row in range(first, last + 1):
-        total += _row(engine, slot, row - first, row, x, y, reach)
+        total += _row(engine, slot, row, x, y, reach)
     for row in range(patches.rows[slot]):
         for lane in range(LANES):
             share = patches.shares[slot, row, lane] / total

@@ -28,13 +28,14 @@ import numpy as np
 
 from realtime.jit import Record, njit
 
-# Of a mallet: its law in newtons and metres; `halves` = 2 p where that is whole, else 0; `rate` = lambda/2T; all that
-# gives; depth, V and V' now and a step before.
+# Of a mallet: its law in newtons and metres; `halves` = 2 p where that is whole, else 0; `kept` = 1/(p + 1); `rate` =
+# lambda/2T; all that gives; depth, V and V' now and a step before; where to look first for the depth to come.
 TIP: np.dtype[Any] = np.dtype(
     [
         ("stiffness", "f8"),
         ("exponent", "f8"),
         ("halves", "i8"),
+        ("kept", "f8"),
         ("rate", "f8"),
         ("give", "f8"),
         ("depth", "f8"),
@@ -43,6 +44,7 @@ TIP: np.dtype[Any] = np.dtype(
         ("energy_before", "f8"),
         ("push", "f8"),
         ("push_before", "f8"),
+        ("guess", "f8"),
     ],
     align=True,
 )
@@ -68,7 +70,7 @@ def pushed(tip: Record, depth: float) -> float:
 
 @njit()
 def _energy(tip: Record, depth: float, push: float) -> float:
-    return push * max(depth, 0.0) / (tip.exponent + 1.0)
+    return float(tip.kept * push * max(depth, 0.0))
 
 
 @njit()
@@ -81,8 +83,9 @@ def _force(tip: Record, after: float) -> tuple[float, float]:
         force = 0.5 * (push + tip.push_before)
         rise = 0.5 * tip.exponent * push / after if after > 0.0 else 0.0
     else:
-        force = (_energy(tip, after, push) - tip.energy_before) / moved
-        rise = (push - force) / moved
+        inverse = 1.0 / moved
+        force = (_energy(tip, after, push) - tip.energy_before) * inverse
+        rise = (push - force) * inverse
     force += loss * moved
     if force <= 0.0:
         return 0.0, 0.0
@@ -94,30 +97,35 @@ def met(tip: Record, free: float) -> tuple[float, float]:
     """d+ and F of this step, from where the two would be without F."""
     before = tip.depth_before
     if free <= 0.0 and before <= 0.0 and tip.depth <= 0.0:
+        tip.guess = free
         return free, 0.0
-    goes_in = before + tip.give * _force(tip, before)[0] < free
-    after = min(free, max(2.0 * tip.depth - before, 0.0))
+    goes_in = before + tip.give * tip.push_before < free
+    after = min(free, max(tip.guess, 0.0))
     if goes_in:
         after = max(after, before)
-    force = 0.0
+    force, at = 0.0, free
     for _ in range(MOST_ROUNDS):
-        force, rise = _force(tip, after)
-        wrong = after + tip.give * force - free
-        slack = _ROUNDING * (abs(after) + abs(free))
+        at = after
+        force, rise = _force(tip, at)
+        wrong = at + tip.give * force - free
+        slack = _ROUNDING * (abs(at) + abs(free))
         if -slack <= wrong <= _CLOSE * tip.give * force + slack:
             break
-        after = min(after - wrong / (1.0 + tip.give * rise), free)
+        after = min(at - wrong / (1.0 + tip.give * rise), free)
     if goes_in:
-        force = _force(tip, max(after, before))[0]
+        if at != after or at < before:
+            force = _force(tip, max(after, before))[0]
         after = max(before, free - tip.give * force)
     else:
         after = min(after, before, free)
+    tip.guess = after
     return after, (free - after) / tip.give
 
 
 @njit()
 def goes_on(tip: Record, after: float) -> None:
     """The step is over: its d+ is the depth now."""
+    tip.guess = 3.0 * (after - tip.depth) + tip.depth_before
     tip.depth_before, tip.energy_before, tip.push_before = tip.depth, tip.energy, tip.push
     tip.depth = after
     tip.push = pushed(tip, after)
@@ -129,3 +137,4 @@ def placed(tip: Record, depth: float, depth_before: float) -> None:
     """Begin anew, out of touch: both depths are at most 0."""
     tip.depth, tip.depth_before = depth, depth_before
     tip.energy = tip.energy_before = tip.push = tip.push_before = 0.0
+    tip.guess = 2.0 * depth - depth_before

@@ -26,7 +26,8 @@ _PART = 1024  # modes
 class Bank(NamedTuple):
     """Shapes, with P radial modes and 2 P oscillators: q, d, kept (R^2), bend (k), left and right (2 P,); orders (P,);
     radial (K, P): J_m(j r) times what a force of 1 N drives, at the radii r = (row - 1) / (K - 3); aimed (32, 2 P), a
-    row for each pulse of the pool; turns (2, orders): cos and sin of m phi."""
+    row for each pulse of the pool, or mallet; turns (2, orders): cos and sin of m phi; masses (2 P,), for mallets: over
+    what a force of 1 N drives."""
 
     q: Floats
     d: Floats
@@ -38,6 +39,7 @@ class Bank(NamedTuple):
     radial: Floats
     aimed: Floats
     turns: npt.NDArray[np.float64]
+    masses: Floats | None = None
 
 
 @njit()

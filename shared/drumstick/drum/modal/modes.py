@@ -114,6 +114,12 @@ def radial_shapes(modes: Modes, radii: Numbers) -> Numbers:
     return found
 
 
+def left_under_tip(modes: Modes, radius: float) -> Numbers:
+    """A mode's mean under a mallet's tip, by its shape in the tip's middle: see drumstick.drum.excitation.shares."""
+    a = modes.zeros * radius
+    return 8.0 * _bessel().jv(2, a) / a**2
+
+
 def bank_of(scene: Scene, step_s: float) -> Bank:
     """The scene's drum at rest, a step every `step_s`."""
     modes = modes_below(highest_zero(scene, 1.0 / step_s))
@@ -128,6 +134,8 @@ def bank_of(scene: Scene, step_s: float) -> Bank:
     radii = (np.arange(count + 3) - 1.0) / count
     # J_m(-x) = (-1)^m J_m(x): the row before r = 0 continues the shape as it is.
     radial = drive * radial_shapes(modes, radii)
+    if scene.mallet is not None:
+        radial *= left_under_tip(modes, scene.mallet.tip_radius_m / scene.drum.radius_m)
     gains = np.zeros((2, 2 * len(f_Hz)))
     for x, y, pan in scene.listen.pickups:
         angle = (pan + 1.0) * math.pi / 4.0  # equal power
@@ -149,4 +157,5 @@ def bank_of(scene: Scene, step_s: float) -> Bank:
         radial=np.ascontiguousarray(radial, np.float32),
         aimed=np.zeros((POOL, size), np.float32),
         turns=np.zeros((2, int(modes.orders.max()) + 1)),
+        masses=both(1.0 / drive) if scene.mallet is not None else None,
     )

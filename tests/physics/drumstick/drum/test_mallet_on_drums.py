@@ -76,3 +76,21 @@ def test_two_strokes_of_a_roll_at_the_same_speed_differ() -> None:
     print(f"correlation of two strokes' first 30 ms: {correlation:.6f}")
     assert 0.5 < correlation < 1.0 - 1e-4
     assert np.array_equal(render(scene, [first], 0.2, RATE)[:, 0].astype(float), alone)
+
+
+def _below_500_Hz(sound: np.ndarray) -> float:  # noqa: N802
+    # Of all energy.
+    power = np.abs(np.fft.rfft(sound.astype(float))) ** 2
+    return float(power[: round(500.0 * len(sound) / RATE)].sum() / power.sum())
+
+
+def test_a_cross_stick_is_the_hoop_and_a_stroke_in_the_middle_the_head() -> None:
+    """The hoop's modes begin at 900 Hz; the head under a resting hand sounds below 500 Hz."""
+    scene = parse(shipped_text("cross-stick"), "cross-stick")
+    assert scene.mallet is not None
+    shaft, tip = (
+        render(scene, [blow_at(scene, 1.0, x, 0.0)], 0.5, RATE)[:, 0] for x in (scene.hand.orbit_radius, 0.0)
+    )
+    assert _below_500_Hz(shaft) < 0.05
+    assert _below_500_Hz(tip) > 0.7
+    assert np.abs(shaft).max() > 0.1

@@ -34,14 +34,16 @@ def test_what_is_given_stands_in_the_place_of_the_materials() -> None:
     assert from_tables(as_tables(scene)) == scene
 
 
-def test_a_mallet_that_nothing_swings_and_one_without_a_mesh_are_refused() -> None:
+def test_a_mallet_that_nothing_swings_is_refused() -> None:
     with pytest.raises(SceneError) as refused:
         parse("[mallet]\nmass_kg = 0.02\n", "a.toml")
     assert refused.value.mistakes == [
         "a.toml:1: mallet: needs [drum] excitation = \"mallet\", and it is 'analytic': set it, or leave [mallet] out"
     ]
-    with pytest.raises(SceneError, match=r'a.toml:2: drum.excitation: "mallet" needs \[mesh\]'):
-        parse(f"{STRUCK}[modal]\n", "a.toml")
+
+
+def test_a_mallet_strikes_modes_too() -> None:
+    assert parse(f"{STRUCK}[modal]\n", "a").mallet == Mallet()
 
 
 def test_tables_that_name_a_material_only_have_its_numbers() -> None:

@@ -6,11 +6,17 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from drumstick.drum.calibrate import PEAK_OF_FULL_SCALE, full_scale
+from drumstick.drum.build import new_engine
+from drumstick.drum.calibrate import PEAK_OF_FULL_SCALE, blow_at, full_scale
 from drumstick.drum.effects.rim import RATIOS
+from drumstick.drum.engine import Engine
+from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.render import render
+from drumstick.parameters.drum import Modal
 from drumstick.parameters.drum_effects import Rim
 from drumstick.parameters.scene import Scene
+from mallets import swing, with_mallet
+from stability.mesh_steps import take
 
 RATE = 48000
 
@@ -45,3 +51,46 @@ def test_its_level_is_what_the_scene_says() -> None:
     one, half = (sound(Rim(level=level), 1.0) - sound(None, 1.0) for level in (0.8, 0.4))
     assert np.abs(one).max() == pytest.approx(2.0 * np.abs(half).max(), rel=1e-3)
     assert 0.4 * 0.8 * PEAK_OF_FULL_SCALE < np.abs(one).max() < 1.1 * 0.8 * PEAK_OF_FULL_SCALE
+
+
+WIDTH = 0.2
+
+
+def struck(x: float, modal: Modal | None = None) -> Engine:
+    """A drum with a hoop in the step after a mallet of 1 m/s has come down at x."""
+    scene = Scene("drum", modal=modal)
+    drum = dataclasses.replace(scene.drum, effects={"rim": Rim(width=WIDTH)})
+    engine = new_engine(with_mallet(dataclasses.replace(scene, drum=drum)), RATE, StrikeRing())
+    swing(engine, 1.0, x, 0.0)
+    take(engine, 1)
+    return engine
+
+
+@pytest.mark.parametrize("modal", [None, Modal(3000.0)])
+@pytest.mark.parametrize(("x", "share"), [(0.3, 0.0), (0.8, 0.0), (0.85, 0.25), (0.95, 0.75), (1.0, 1.0)])
+def test_a_mallet_near_the_rim_meets_hoop_and_head_with_a_share_of_its_mass_each(
+    x: float, share: float, modal: Modal | None
+) -> None:
+    """The hoop gets 2 share m v, in the first step only; what is left of the mass has m v^2/2 of its own."""
+    engine = struck(x, modal)
+    assert engine.rim is not None
+    assert engine.mallets is not None
+    state, step_s = engine.mallets.state[0], float(engine.mallets.state["step_s"][0])
+    mass_kg = step_s**2 / float(state["own_give"])
+    assert float(engine.rim.state["force"][0]) * step_s == pytest.approx(
+        2.0 * share * mass_kg * 1.0, abs=1e-12
+    )
+    left_kg = step_s**2 / float(engine.mallets.pool["own_give"][0])
+    assert left_kg == pytest.approx(max(1.0 - share, 1e-3) * mass_kg)
+    take(engine, 1)
+    assert float(engine.rim.state["force"][0]) == 0.0
+
+
+@pytest.mark.parametrize("modal", [None, Modal(3000.0)])
+def test_a_mallet_on_the_rim_is_as_loud_as_the_scene_says(modal: Modal | None) -> None:
+    scene = Scene("drum", modal=modal)
+    drum = dataclasses.replace(scene.drum, f01_Hz=300.0, t60_s=0.05, effects={"rim": Rim(level=0.8)})
+    scene = with_mallet(dataclasses.replace(scene, drum=drum))
+    blow = blow_at(scene, scene.strike.full_scale_m_per_s, 1.0, 0.0)
+    peak = float(np.abs(render(scene, [blow], 0.2, RATE)).max())
+    assert 0.4 * 0.8 * PEAK_OF_FULL_SCALE < peak < 1.1 * 0.8 * PEAK_OF_FULL_SCALE

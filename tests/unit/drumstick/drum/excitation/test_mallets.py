@@ -1,6 +1,8 @@
 """The pool of mallets: places under the tip, several at once, too many, and none."""
 
+import dataclasses
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -11,9 +13,10 @@ from drumstick.drum.build import new_engine
 from drumstick.drum.calibrate import blow_at, build
 from drumstick.drum.engine import Engine
 from drumstick.drum.excitation.mallet import GONE, POOL
-from drumstick.drum.excitation.patch import ROWS
+from drumstick.drum.excitation.patch import LANES, ROWS
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.render import render
+from drumstick.parameters.drum import Modal
 from drumstick.parameters.scene import Scene
 from mallets import swing, with_mallet
 from realtime.jit import allocations
@@ -28,9 +31,10 @@ def under(engine: Engine, slot: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """Of the junctions under a tip: flat indices and shares."""
     assert engine.mallets is not None
     patches = engine.mallets.patches
+    assert patches is not None
     rows = int(patches.rows[slot])
     assert 0 < rows <= ROWS
-    places: Any = patches.starts[slot, :rows, None] + np.arange(patches.shares.shape[2])
+    places: Any = np.add.outer(patches.starts[slot, :rows], np.arange(LANES))
     return places.ravel(), patches.shares[slot, :rows].ravel().astype(float)
 
 
@@ -109,8 +113,15 @@ def test_a_full_pool_gives_the_oldest_place_to_the_newest_and_counts() -> None:
     assert (state["replaced"], state["begun"] - state["oldest"]) == (3, POOL)
 
 
-def test_a_thousand_strikes_a_second_allocate_nothing_and_stay_in_the_pool() -> None:
-    scene, ring = drum(), StrikeRing()
+def on_modes() -> Scene:
+    return dataclasses.replace(drum(), modal=Modal(3000.0))
+
+
+@pytest.mark.parametrize("drum_of_them", [drum, on_modes])
+def test_a_thousand_strikes_a_second_allocate_nothing_and_stay_in_the_pool(
+    drum_of_them: Callable[[], Scene],
+) -> None:
+    scene, ring = drum_of_them(), StrikeRing()
     engine = build(scene, RATE, ring)
     assert engine.mallets is not None
     chance, out = np.random.default_rng(1), np.zeros((480, 2), np.float32)
@@ -148,7 +159,8 @@ def test_blocks_of_any_length_play_the_same_samples_at_the_strikes_instant() -> 
         np.testing.assert_allclose(other, found[0], atol=1e-4 * np.abs(found[0]).max())
 
 
-def test_the_same_strike_on_a_head_at_rest_is_the_same_to_the_bit() -> None:
-    scene = drum()
+@pytest.mark.parametrize("drum_of_them", [drum, on_modes])
+def test_the_same_strike_on_a_head_at_rest_is_the_same_to_the_bit(drum_of_them: Callable[[], Scene]) -> None:
+    scene = drum_of_them()
     blows = [blow_at(scene, 0.7, 0.4, 0.1, 0.01)]
     np.testing.assert_array_equal(render(scene, blows, 0.1, RATE), render(scene, blows, 0.1, RATE))

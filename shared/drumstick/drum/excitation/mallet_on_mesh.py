@@ -1,0 +1,66 @@
+"""Mallets on a mesh: a push moves junctions under the tip alone in the step in which it acts.
+
+So mallets apart from each other are solved one by one; one that comes down where another still is, takes it away, with
+what it holds. Kernels: audio thread; no allocation.
+"""
+
+import math
+from typing import Any
+
+from drumstick.drum.excitation import patch
+from drumstick.drum.excitation.mallet import PLAYING, POOL, arrive, due, fly, forget, free, take_away
+from drumstick.drum.excitation.tip import met
+from drumstick.drum.membrane.places import drawn_in
+from realtime.jit import Record, njit, only_with
+
+
+@njit()
+def _clear(engine: Record, slot: int) -> None:
+    # Whatever another mallet would meet where this one comes down.
+    state, pool = engine.mallets.state[0], engine.mallets.pool
+    mallet, limit = pool[slot], 1.0 - engine.head.grid[0].spacing
+    x, y = drawn_in(mallet.x, mallet.y, limit)  # as `patch.lay` puts them
+    for number in range(state.oldest, state.begun):
+        other = pool[number % POOL]
+        if other.stage == PLAYING:
+            other_x, other_y = drawn_in(other.x, other.y, limit)
+            if math.hypot(other_x - x, other_y - y) < 2.0 * state.radius:
+                take_away(engine, number % POOL)
+
+
+@only_with("mallets")
+def come(engine: Record, now: Any, then: Any) -> None:
+    """Before the sweep, while `then` still holds u-: mallets whose instant has come arrive."""
+    state, pool = engine.mallets.state[0], engine.mallets.pool
+    for number in range(state.oldest, state.begun):
+        slot = number % POOL
+        if due(pool[slot]):
+            _clear(engine, slot)
+            y = state.unit_m * patch.under(engine.mallets.patches, slot, now)
+            arrive(engine, slot, y, state.unit_m * patch.under(engine.mallets.patches, slot, then))
+
+
+@only_with("internal_loss")
+def _keep_moving(engine: Record, slot: int, force: float) -> None:
+    patch.push(engine.mallets.patches, slot, engine.internal_loss.moving, force)
+
+
+@only_with("mallets", otherwise=0.0)
+def strike(engine: Record, then: Any) -> float:
+    """After all else has moved u+: mallets and head meet; returns by how much its sum changed."""
+    state, pool, changed = engine.mallets.state[0], engine.mallets.pool, 0.0
+    if state.begun == state.oldest:
+        return changed
+    for number in range(state.oldest, state.begun):
+        slot = number % POOL
+        if pool[slot].stage != PLAYING:
+            continue
+        y_free = state.unit_m * patch.under(engine.mallets.patches, slot, then)
+        after, force = met(engine.mallets.tips[slot], free(engine, slot, y_free))
+        fly(engine, slot, after, force)
+        if force > 0.0:
+            patch.push(engine.mallets.patches, slot, then, force)
+            _keep_moving(engine, slot, force)
+            changed += pool[slot].moved * force
+    forget(engine)
+    return changed

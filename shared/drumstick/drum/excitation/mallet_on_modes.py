@@ -1,0 +1,115 @@
+"""Mallets on a bank of modes: a push moves all modes, so it is felt under every other mallet in the same step.
+
+With free_i, how deep tip i would be without any push, and G, what a newton at one gives under another, the depths are
+d = free - G F(d), G symmetric and positive with what the mallets themselves give on its diagonal: the pushes are the
+gradient of a convex energy, and there is one solution. Each mallet meets what the others leave of the step, by turns,
+until none changes (Gauss and Seidel); alone it does so once. What is left of the difference is all that the energy can
+be wrong by, 1e-9 of a push.
+
+Where a newton at one tip moves another more than by half as much, in the square, as itself, turns would take long, and
+they are for the bank in one place: the one that comes down takes the other away, with what it holds. Kernels: audio
+thread; no allocation.
+"""
+
+from drumstick.drum.excitation import shares
+from drumstick.drum.excitation.mallet import PLAYING, POOL, arrive, due, fly, forget, free, take_away
+from drumstick.drum.excitation.tip import met
+from drumstick.drum.modal import bank
+from realtime.jit import Record, njit, only_with
+
+_MOST_TURNS = 64
+_CLOSE = 1e-9  # of the largest push
+_TOGETHER = 0.5
+
+
+@njit()
+def _clear(engine: Record, slot: int) -> None:
+    # Whatever another mallet would meet where this one comes down.
+    mallets = engine.mallets
+    state, unit_m = mallets.state[0], mallets.state[0].unit_m
+    for number in range(state.oldest, state.begun):
+        other = number % POOL
+        if mallets.pool[other].stage == PLAYING:
+            both = unit_m * mallets.shares.gives[slot, other]
+            if both * both > _TOGETHER * mallets.tips[slot].give * mallets.tips[other].give:
+                take_away(engine, other)
+
+
+@njit()
+def _come(engine: Record) -> int:
+    # Mallets whose instant has come arrive. Returns how many play.
+    state, pool, playing = engine.mallets.state[0], engine.mallets.pool, 0
+    for number in range(state.oldest, state.begun):
+        slot = number % POOL
+        if due(pool[slot]):
+            _clear(engine, slot)
+            y, y_before = shares.under(engine, slot)
+            arrive(engine, slot, state.unit_m * y, state.unit_m * y_before)
+    for number in range(state.oldest, state.begun):
+        playing += 1 if pool[number % POOL].stage == PLAYING else 0
+    return playing
+
+
+@njit()
+def _left(engine: Record, slot: int) -> float:
+    # How deep a tip would be without its own push, for the present pushes of the others.
+    mallets = engine.mallets
+    state, gives = mallets.state[0], mallets.shares.gives
+    depth = mallets.pool[slot].bare
+    for number in range(state.oldest, state.begun):
+        other = number % POOL
+        if other != slot and mallets.pool[other].stage == PLAYING:
+            depth -= state.unit_m * gives[slot, other] * mallets.pool[other].force
+    return float(depth)
+
+
+@njit()
+def _turn(engine: Record) -> tuple[float, float]:
+    # Each meets what the others leave. Returns the largest change of a push, and the largest push.
+    mallets, changed, most = engine.mallets, 0.0, 0.0
+    state = mallets.state[0]
+    for number in range(state.oldest, state.begun):
+        slot = number % POOL
+        mallet = mallets.pool[slot]
+        if mallet.stage == PLAYING:
+            _, force = met(mallets.tips[slot], _left(engine, slot))
+            changed = max(changed, abs(force - mallet.force))
+            most = max(most, force)
+            mallet.force = force
+    return changed, most
+
+
+@only_with("modal")
+def _meet(engine: Record) -> None:
+    mallets = engine.mallets
+    state, pool = mallets.state[0], mallets.pool
+    if state.begun == state.oldest:
+        return
+    playing = _come(engine)
+    for number in range(state.oldest, state.begun):
+        slot = number % POOL
+        if pool[slot].stage == PLAYING:
+            pool[slot].bare = free(engine, slot, state.unit_m * shares.ahead(engine, slot))
+    for _ in range(_MOST_TURNS):
+        changed, most = _turn(engine)
+        if playing == 1 or changed <= _CLOSE * most:
+            break
+    for number in range(state.oldest, state.begun):
+        slot = number % POOL
+        if pool[slot].stage == PLAYING:
+            after = _left(engine, slot) - mallets.tips[slot].give * pool[slot].force
+            pool[slot].bare = after  # none flies, and may be gone, before all depths are known
+    for number in range(state.oldest, state.begun):
+        slot = number % POOL
+        if pool[slot].stage == PLAYING:
+            force = pool[slot].force
+            fly(engine, slot, pool[slot].bare, force)
+            if force > 0.0:
+                bank.push(engine, slot, force)
+    forget(engine)
+
+
+@only_with("mallets")
+def strike(engine: Record) -> None:
+    """Before the step of a bank: mallets and head meet, and their pushes drive the modes."""
+    _meet(engine)
