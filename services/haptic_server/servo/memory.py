@@ -10,6 +10,7 @@ from drumstick.safety import envelope
 from drumstick.safety.fence import fence_of
 from drumstick.stick.law import thrown
 from drumstick.stick.motion import exact
+from drumstick.stick.strike_curve import curve_of
 from haptic_server import contacts
 from haptic_server.block import HELD, Block
 from haptic_server.device.hand import GESTURE
@@ -28,10 +29,10 @@ class Servo(NamedTuple):
 
     plant: None for the exact stick and for real devices, else the record of a simulated arm or of a recording; gesture:
     the hand's, of its own or after a pointer. Their types choose the code, so that a servo has only its own device's.
-    ahead: a motion in which the contact that begins is played to its end. path: shape (n, 2), times s and heights m of
-    a recorded gesture, or (n, 4), a recording. limits, room: of the envelope, and what its judgement writes to. offer:
-    the set that is looked at, a copy of our own; offer_words and offer_numbers are its law in the same memory. stream:
-    None unless the scene streams its contacts' force.
+    ahead: a motion in which the contact that begins is played to its end. curve: of levels over speeds. path: shape
+    (n, 2), times s and heights m of a recorded gesture, or (n, 4), a recording. limits, room: of the envelope, and what
+    its judgement writes to. offer: the set that is looked at, a copy of our own; offer_words and offer_numbers are its
+    law in the same memory. stream: None unless the scene streams its contacts' force.
     """
 
     block: Block
@@ -40,6 +41,7 @@ class Servo(NamedTuple):
     ahead: npt.NDArray[np.void]
     player: npt.NDArray[np.void]
     plan: npt.NDArray[np.void]
+    curve: npt.NDArray[np.void]
     event: npt.NDArray[np.void]
     status: npt.NDArray[np.void]
     timespec: npt.NDArray[np.int64]
@@ -67,7 +69,6 @@ def _plan(scene: Scene) -> npt.NDArray[np.void]:
     plan["rest_s"] = scene.hand.rest_s
     plan["orbit_radius"] = scene.hand.orbit_radius
     plan["orbit_period_s"] = scene.hand.orbit_period_s
-    plan["full_scale_m_per_s"] = scene.strike.full_scale_m_per_s
     plan["spin_ns"] = scene.servo.spin_us * 1000
     plan["head_z_m"] = scene.device.head_z_m
     plan["reach_m"] = scene.device.reach_m
@@ -119,6 +120,7 @@ def prepare(scene: Scene, block: Block, specification: Specification = EXACT_STI
         ahead=motion.copy(),
         player=player,
         plan=_plan(scene),
+        curve=curve_of(scene.strike),
         event=np.zeros(1, EVENT),
         status=np.zeros(1, STATUS),
         timespec=np.zeros(2, np.int64),

@@ -6,6 +6,7 @@ Tick thread: no allocation, no locks, no Python, no exceptions.
 from drumstick.stick import composition
 from drumstick.stick.contact_ahead import contact_ahead
 from drumstick.stick.motion import exact
+from drumstick.stick.strike_curve import level_of
 from haptic_server.records import FAULT, PANIC, PLAYING, READY, RELEASE, STRIKE
 from haptic_server.servo import streaming
 from haptic_server.servo.force.orders import forget_arm
@@ -41,7 +42,7 @@ def note_strike(servo: Servo, t_ns: int) -> None:
     event.peak_N = min(foreseen.peak_N, servo.allowed[0].max_force_N)
     event.contact_s = foreseen.contact_s
     event.impulse_N_s = foreseen.impulse_N_s
-    event.level = min(speed / servo.plan[0].full_scale_m_per_s, 1.0)
+    event.level = level_of(servo.curve[0], speed)
     ring.push(servo.block.ring_cells, servo.block.events, event)
 
 

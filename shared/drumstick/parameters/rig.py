@@ -64,13 +64,6 @@ class Hand:
 
 
 @dataclass(frozen=True)
-class Strike:
-    """`[strike]`: how strikes become numbers for instruments."""
-
-    full_scale_m_per_s: float = number(2.0, 0.01, 20.0, "m/s", "Speed of a strike whose level is 1")
-
-
-@dataclass(frozen=True)
 class Guard:
     """`[guard]`: limits for live sets, only tighter than the device's own (defaults: the stick plant's)."""
 
