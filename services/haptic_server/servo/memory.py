@@ -18,6 +18,7 @@ from haptic_server.device.specification import EXACT_STICK, Specification
 from haptic_server.limits import lead_s, limits_of
 from haptic_server.records import EVENT, PLAN, PLAYER, READING, STATUS, set_type
 from haptic_server.servo.force.guard import ALLOWED, GUARD, may_add
+from haptic_server.servo.force.pull import new_hand
 from haptic_server.servo.force.velocity import new_track
 from haptic_server.servo.streaming import Stream, stream_to
 from haptic_server.servo.trace import TICKS, TRACE
@@ -29,7 +30,8 @@ class Servo(NamedTuple):
 
     plant: None for the exact stick and for real devices, else the record of a simulated arm or of a recording; gesture:
     the hand's, of its own or after a pointer. Their types choose the code, so that a servo has only its own device's.
-    ahead: a motion in which the contact that begins is played to its end. curve: of levels over speeds. path: shape
+    ahead: a motion in which the contact that begins is played to its end, by ahead_law. hand: None for the exact stick,
+    whose hand is its law, else what is known of the hand that holds the arm. curve: of levels over speeds. path: shape
     (n, 2), times s and heights m of a recorded gesture, or (n, 4), a recording. limits, room: of the envelope, and what
     its judgement writes to. offer: the set that is looked at, a copy of our own; offer_words and offer_numbers are its
     law in the same memory. stream: None unless the scene streams its contacts' force.
@@ -39,6 +41,7 @@ class Servo(NamedTuple):
     law: npt.NDArray[np.void]
     motion: npt.NDArray[np.void]
     ahead: npt.NDArray[np.void]
+    ahead_law: npt.NDArray[np.void]
     player: npt.NDArray[np.void]
     plan: npt.NDArray[np.void]
     curve: npt.NDArray[np.void]
@@ -60,6 +63,7 @@ class Servo(NamedTuple):
     offer_words: npt.NDArray[np.int64]
     offer_numbers: npt.NDArray[np.float64]
     stream: Stream | None = None
+    hand: npt.NDArray[np.void] | None = None
 
 
 def _plan(scene: Scene) -> npt.NDArray[np.void]:
@@ -110,6 +114,7 @@ def prepare(scene: Scene, block: Block, specification: Specification = EXACT_STI
     judgement = envelope.judge(law[0], limits[0], room)
     accepted = judgement.code == envelope.OK  # only tests play what the envelope refuses
     player["reach"] = judgement.reach if accepted else scene.guard.max_speed_m_per_s
+    is_exact = specification is EXACT_STICK
     guard = np.zeros(1, GUARD)
     guard["e"], guard["b"] = may_add(law[0])
     offer = np.zeros(1, set_type(law.dtype))
@@ -118,6 +123,7 @@ def prepare(scene: Scene, block: Block, specification: Specification = EXACT_STI
         law=law,
         motion=motion,
         ahead=motion.copy(),
+        ahead_law=law if is_exact else law.copy(),
         player=player,
         plan=_plan(scene),
         curve=curve_of(scene.strike),
@@ -139,4 +145,5 @@ def prepare(scene: Scene, block: Block, specification: Specification = EXACT_STI
         offer_words=offer.view(np.int64)[1:],
         offer_numbers=offer.view(np.float64)[1:],
         stream=stream_to(contacts.in_memory()) if scene.drum.excitation == "streamed" else None,
+        hand=None if is_exact else new_hand(scene),
     )

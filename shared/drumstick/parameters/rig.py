@@ -16,7 +16,7 @@ class Device:
         "The paper's stick itself, advanced exactly (stick); an arm that is sampled, as hardware is (phantom)",
     )
     delay_ticks: int = count(0, 0, 8, "ticks", "How late the simulated arm gets its force")
-    friction_N: float = number(0.04, 0.0, 2.0, "N", "Friction of the simulated arm")  # noqa: N815
+    friction_N: float = number(0.04, 0.0, 2.0, "N", "Friction of the arm, simulated or real")  # noqa: N815
     head_z_m: float = number(0.0, -0.3, 0.3, "m", "Height of the head in the device's workspace")
     reach_m: float = number(0.08, 0.01, 0.5, "m", "Distance in the workspace that is the radius of the head")
 
