@@ -136,7 +136,6 @@ PLAN: np.dtype[Any] = np.dtype(
         ("rest_s", "f8"),
         ("orbit_radius", "f8"),
         ("orbit_period_s", "f8"),
-        ("full_scale_m_per_s", "f8"),
         ("head_z_m", "f8"),
         ("reach_m", "f8"),
         ("lead_s", "f8"),

@@ -142,7 +142,7 @@ class Drum:
         if engine.stream is not None:
             self._desk.note = self._contacts.note  # a contact sounds once: as it comes, or by its strike
         place = self._sink.stage.enter(engine)
-        self._desk.ring = ring
+        self._desk.ring, self._desk.scene = ring, scene
         if self._scene is not None:
             self._sink.stage.leave(self._place, self._scene.drum.latency_s + self._room.latency_s)
         self._desk.latency_s = scene.drum.latency_s + self._room.latency_s

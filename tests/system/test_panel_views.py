@@ -108,6 +108,15 @@ def test_the_roll_is_traced(page: Page, rig: FakeRig) -> None:
     wait_until(lambda: rig.watched() == {"strike", "release"}, "nobody who wants the membrane")
 
 
+def test_strikes_lie_on_the_curve_of_their_levels(page: Page, rig: FakeRig) -> None:
+    look_at(page, "Level")
+    struck = plotted(page, "strikes, last 10 s", lambda column: len(there(column)) > 5)
+    assert set(there(struck)) == {0.31}
+    line = there(plotted(page, "level of a strike", lambda column: len(there(column)) > 20))
+    assert (min(line), max(line)) == (0.0, 1.0)
+    wait_until(lambda: rig.watched() == {"strike"}, "nobody who wants releases")
+
+
 def test_the_orbit_has_what_was_played_the_cycle_and_the_section(page: Page, rig: FakeRig) -> None:
     look_at(page, "Orbit")
     played = plotted(page, "played, last 3 s", lambda column: len(there(column)) > 20)

@@ -9,10 +9,11 @@ from drumstick.parameters.declare import Quantity, quantities
 from drumstick.parameters.drum import Drum, Listen, Mesh, Modal
 from drumstick.parameters.drum_effects import DRUM_EFFECTS
 from drumstick.parameters.mallet import MATERIALS, Mallet
-from drumstick.parameters.rig import Device, Guard, Hand, Servo, Strike
+from drumstick.parameters.rig import Device, Guard, Hand, Servo
 from drumstick.parameters.scene import EFFECTS, Scene, parse, shipped_names, shipped_text
 from drumstick.parameters.stick import Geometry, Stick
 from drumstick.parameters.stick_tables import Z_H0
+from drumstick.parameters.strike import Strike
 from drumstick.parameters.table import table_of
 from drumstick_lab.checkout import DOCS
 
@@ -59,6 +60,22 @@ _MORE = {
         "Askenfelt 1994); the other numbers are estimates, wood's mass chosen for 3 to 6 ms on `tom`. `exponent` costs least where it is a",
         "multiple of one half. On a mesh the tip covers at least the junctions within one spacing, at most those within seven; on modes it",
         "is as wide as it is.",
+        "",
+    ],
+    "strike": [
+        "The level (0 .. 1) goes out with each strike: OSC `level`, MIDI velocity, Zenoh. `linear`: speed over full scale. `log`:",
+        "ln(speed/softest)/ln(full scale/softest), so equal steps of level are equal steps in decibels, and soft playing is spread",
+        "out. `table`: straight between 2 to 16 points, flat outside them; speeds rise, no level falls:",
+        "",
+        "```toml",
+        "[strike]",
+        'curve = "table"',
+        "table = [[0.1, 0.05], [0.6, 0.4], [1.5, 1.0]]    # m/s, level",
+        "```",
+        "",
+        "A haptic stick moves at 0.2 to 2 m/s, a drummer's at 1 to 13. Which stroke a level stands for is told to a mallet",
+        '(`[drum] excitation = "mallet"`), from soft to hard: it comes down at soft + level (hard - soft), with',
+        "`soft_stroke_m_per_s` and `stroke_m_per_s`. A drum without a mallet plays the force of the contact itself, whatever the level.",
         "",
     ],
     "hand": [

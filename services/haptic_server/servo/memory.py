@@ -10,6 +10,7 @@ from drumstick.safety import envelope
 from drumstick.safety.fence import fence_of
 from drumstick.stick.law import thrown
 from drumstick.stick.motion import exact
+from drumstick.stick.strike_curve import curve_of
 from haptic_server import contacts
 from haptic_server.block import HELD, Block
 from haptic_server.device.hand import GESTURE
@@ -17,6 +18,7 @@ from haptic_server.device.specification import EXACT_STICK, Specification
 from haptic_server.limits import lead_s, limits_of
 from haptic_server.records import EVENT, FAULT_WORDS, NO_FAULT, PLAN, PLAYER, READING, STATUS, set_type
 from haptic_server.servo.force.guard import ALLOWED, GUARD, may_add
+from haptic_server.servo.force.pull import new_hand
 from haptic_server.servo.force.velocity import new_track
 from haptic_server.servo.streaming import Stream, stream_to
 from haptic_server.servo.trace import TICKS, TRACE
@@ -28,18 +30,21 @@ class Servo(NamedTuple):
 
     plant: None for the exact stick and for real devices, else the record of a simulated arm or of a recording; gesture:
     the hand's, of its own or after a pointer. Their types choose the code, so that a servo has only its own device's.
-    ahead: a motion in which the contact that begins is played to its end. path: shape (n, 2), times s and heights m of
-    a recorded gesture, or (n, 4), a recording. limits, room: of the envelope, and what its judgement writes to. offer:
-    the set that is looked at, a copy of our own; offer_words and offer_numbers are its law in the same memory. stream:
-    None unless the scene streams its contacts' force.
+    ahead: a motion in which the contact that begins is played to its end, by ahead_law. hand: None for the exact stick,
+    whose hand is its law, else what is known of the hand that holds the arm. curve: of levels over speeds. path: shape
+    (n, 2), times s and heights m of a recorded gesture, or (n, 4), a recording. limits, room: of the envelope, and what
+    its judgement writes to. offer: the set that is looked at, a copy of our own; offer_words and offer_numbers are its
+    law in the same memory. stream: None unless the scene streams its contacts' force.
     """
 
     block: Block
     law: npt.NDArray[np.void]
     motion: npt.NDArray[np.void]
     ahead: npt.NDArray[np.void]
+    ahead_law: npt.NDArray[np.void]
     player: npt.NDArray[np.void]
     plan: npt.NDArray[np.void]
+    curve: npt.NDArray[np.void]
     event: npt.NDArray[np.void]
     status: npt.NDArray[np.void]
     timespec: npt.NDArray[np.int64]
@@ -58,6 +63,7 @@ class Servo(NamedTuple):
     offer_words: npt.NDArray[np.int64]
     offer_numbers: npt.NDArray[np.float64]
     stream: Stream | None = None
+    hand: npt.NDArray[np.void] | None = None
 
 
 def _plan(scene: Scene) -> npt.NDArray[np.void]:
@@ -67,7 +73,6 @@ def _plan(scene: Scene) -> npt.NDArray[np.void]:
     plan["rest_s"] = scene.hand.rest_s
     plan["orbit_radius"] = scene.hand.orbit_radius
     plan["orbit_period_s"] = scene.hand.orbit_period_s
-    plan["full_scale_m_per_s"] = scene.strike.full_scale_m_per_s
     plan["spin_ns"] = scene.servo.spin_us * 1000
     plan["head_z_m"] = scene.device.head_z_m
     plan["reach_m"] = scene.device.reach_m
@@ -114,6 +119,7 @@ def prepare(scene: Scene, block: Block, specification: Specification = EXACT_STI
     judgement = envelope.judge(law[0], limits[0], room)
     accepted = judgement.code == envelope.OK  # only tests play what the envelope refuses
     player["reach"] = judgement.reach if accepted else scene.guard.max_speed_m_per_s
+    is_exact = specification is EXACT_STICK
     guard = np.zeros(1, GUARD)
     guard["e"], guard["b"] = may_add(law[0])
     offer = np.zeros(1, set_type(law.dtype))
@@ -122,8 +128,10 @@ def prepare(scene: Scene, block: Block, specification: Specification = EXACT_STI
         law=law,
         motion=motion,
         ahead=motion.copy(),
+        ahead_law=law if is_exact else law.copy(),
         player=player,
         plan=_plan(scene),
+        curve=curve_of(scene.strike),
         event=np.zeros(1, EVENT),
         status=status,
         timespec=np.zeros(2, np.int64),
@@ -142,4 +150,5 @@ def prepare(scene: Scene, block: Block, specification: Specification = EXACT_STI
         offer_words=offer.view(np.int64)[1:],
         offer_numbers=offer.view(np.float64)[1:],
         stream=stream_to(contacts.in_memory()) if scene.drum.excitation == "streamed" else None,
+        hand=None if is_exact else new_hand(scene),
     )

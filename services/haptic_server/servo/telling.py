@@ -6,8 +6,10 @@ Tick thread: no allocation, no locks, no Python, no exceptions.
 from drumstick.stick import composition
 from drumstick.stick.contact_ahead import contact_ahead
 from drumstick.stick.motion import exact
+from drumstick.stick.strike_curve import level_of
 from haptic_server.records import FAULT, PANIC, PLAYING, READY, RELEASE, STRIKE
 from haptic_server.servo import streaming
+from haptic_server.servo.force import pull
 from haptic_server.servo.force.orders import forget_arm
 from haptic_server.servo.memory import Servo
 from realtime import ring, triple
@@ -19,7 +21,7 @@ _STILL_PLAYING_NS = 2_000_000_000
 @njit()
 def note_strike(servo: Servo, t_ns: int) -> None:
     """Put the contact that has just begun into the ring: t_ns is its instant."""
-    law, motion, player, event = servo.law[0], servo.motion[0], servo.player[0], servo.event[0]
+    motion, player, event = servo.motion[0], servo.player[0], servo.event[0]
     speed = -motion.v_in
     player.seq += 1
     streaming.begin(servo)
@@ -37,11 +39,12 @@ def note_strike(servo: Servo, t_ns: int) -> None:
     event.x = player.x
     event.y = player.y
     event.speed_m_per_s = speed
-    foreseen = contact_ahead(law, motion, servo.ahead)
+    pull.hold(servo)
+    foreseen = contact_ahead(servo.ahead_law[0], motion, servo.ahead)
     event.peak_N = min(foreseen.peak_N, servo.allowed[0].max_force_N)
     event.contact_s = foreseen.contact_s
     event.impulse_N_s = foreseen.impulse_N_s
-    event.level = min(speed / servo.plan[0].full_scale_m_per_s, 1.0)
+    event.level = level_of(servo.curve[0], speed)
     ring.push(servo.block.ring_cells, servo.block.events, event)
 
 

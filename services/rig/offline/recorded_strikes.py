@@ -21,7 +21,7 @@ from rig.fault import wrong
 from rig.recording import channels
 from rig.recording.reading import Event, Recording, RecordingError, read
 from sound_server.receiving.desk import checked_forces
-from sound_server.receiving.strikes import check
+from sound_server.receiving.strikes import check, stroke_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -54,12 +54,12 @@ def played(path: Path, scene: Scene) -> Played:
         print(f"render: {path} {recording.torn}; it is played as far as it goes", file=sys.stderr)
     if scene.drum.excitation == "streamed":
         return _by_forces(recording, scene)
-    return _by_strikes(recording)
+    return _by_strikes(recording, scene)
 
 
-def _by_strikes(recording: Recording) -> Played:
+def _by_strikes(recording: Recording, scene: Scene) -> Played:
     seen: set[tuple[int, int]] = set()
-    strikes: list[tuple[Event, Strike]] = []
+    strikes: list[tuple[Event, Strike, float]] = []
     refused = 0
     for event in recording.of(channels.STRIKE):
         strike = decode(event.payload, Strike)
@@ -68,10 +68,11 @@ def _by_strikes(recording: Recording) -> Played:
         seen.add((strike.boot, strike.seq))
         try:
             check(strike)
+            stroke_m_per_s = stroke_of(strike, scene)
         except ValueError:
             refused += 1
         else:
-            strikes.append((event, strike))
+            strikes.append((event, strike, stroke_m_per_s))
     _tell_refused(recording, refused, "strikes")
     if not strikes:
         wrong(f"{recording.path}: no strikes in it")
@@ -84,9 +85,9 @@ def _by_strikes(recording: Recording) -> Played:
             s.peak_estimate_N,
             s.contact_estimate_s,
             s.impulse_N_s,
-            s.z_speed_m_per_s,
+            stroke_m_per_s,
         )
-        for event, s in strikes
+        for event, s, stroke_m_per_s in strikes
     ]
     return Played(blows, [], blows[-1].t_s + _RING_S)
 
@@ -130,6 +131,7 @@ def _presses(pieces: Iterable[_Piece], place: "Callable[[int, int], tuple[float,
     for contact, forces, publish_ns in found:
         key = (contact.boot, contact.seq)
         at_tick = round(((publish_ns - first_ns) * 1e-9 + _FIRST_S) * contact.rate_Hz)
+        begins = key not in begun
         start, first_tick = begun.setdefault(key, (at_tick, contact.first_tick))
         x, y = (contact.x, contact.y) if contact.x is not None and contact.y is not None else place(*key)
         ticks = [(*key, contact.first_tick + k) for k in range(len(forces))]
@@ -139,7 +141,7 @@ def _presses(pieces: Iterable[_Piece], place: "Callable[[int, int], tuple[float,
             continue
         kept = np.where(new, forces, np.float32(0.0)).astype(np.float64)
         tick = max(start + contact.first_tick - first_tick, 0)
-        yield Press(tick, contact.rate_Hz, x, y, kept)
+        yield Press(tick, contact.rate_Hz, x, y, kept, begins)
 
 
 def _since(first_ns: int, event: Event) -> float:

@@ -92,7 +92,7 @@ def strikes_of(path: Path, scene: "Scene") -> list["Blow"]:
 
 def rolled(scene: "Scene", duration_s: float) -> list["Blow"]:
     """What the scene's own stick plays, thrown once, on the hand's circle."""
-    from drumstick.drum.calibrate import blow_at
+    from drumstick.drum.calibrate import blow_at, stroke_of
     from drumstick.drum.excitation.strikes import Blow
     from drumstick.stick.contact_ahead import LONGEST_S
     from drumstick.stick.simulate import COLUMNS, simulate
@@ -108,8 +108,8 @@ def rolled(scene: "Scene", duration_s: float) -> list["Blow"]:
         if lasts_s > LONGEST_S:  # a press, announced as a lone blow
             blows.append(blow_at(scene, -contact["v_in_m_per_s"], x, y, t_s))
         else:
-            speed = -contact["v_in_m_per_s"]
-            blows.append(Blow(t_s, x, y, contact["peak_force_N"], lasts_s, contact["impulse_N_s"], speed))
+            stroke = stroke_of(scene, -contact["v_in_m_per_s"])
+            blows.append(Blow(t_s, x, y, contact["peak_force_N"], lasts_s, contact["impulse_N_s"], stroke))
     return blows
 
 
@@ -268,7 +268,7 @@ def render(scene: str, wishes: Wishes, as_json: bool, whole: bool = False) -> No
     presses = [press for press in score.presses if press.first_tick < wishes.duration_s * press.rate_Hz]
     with playable():
         written = _write(loaded, blows, presses, wishes)
-    strikes = len(blows) + sum(float(press.forces_N[-1]) == 0.0 for press in presses)  # 0 N closes a contact
+    strikes = len(blows) + sum(press.begins for press in presses)
     modes = _draw(loaded, written.sound, wishes)
     if as_json:
         found: dict[str, object] = {

@@ -23,6 +23,7 @@ def simulate(
     """Print the contacts as a table or as one JSON object. Raises Stop."""
     loaded = scene_file.load(scene)
     from drumstick.stick import simulate as exact_run
+    from drumstick.stick.strike_curve import curve_of, level_of
 
     if method not in exact_run.METHODS:
         wrong(f"--method {method}: there is {', '.join(exact_run.METHODS)}")
@@ -46,17 +47,23 @@ def simulate(
         run = exact_run.simulate(loaded, duration_s, v0_m_per_s, stepper, _MOST_CONTACTS)
     except exact_run.TooLong as error:
         wrong(f"--duration {duration_s:g} s: {error}: give a shorter one")
+    curve = curve_of(loaded.strike)[0]
     contacts: list[dict[str, Any]] = [
         dict(zip(exact_run.COLUMNS, map(float, row), strict=True)) for row in run.contacts
     ]
+    for each in contacts:
+        each["level"] = level_of(curve, -each["v_in_m_per_s"])
     if as_json:
         print(json.dumps({"scene": loaded.name, "method": method, "contacts": contacts, "end": run.end}))
         return
-    print("      t_in s   v_in m/s     t_out s  v_out m/s    v_E m/s     peak N  impulse Ns   z_min mm")
+    print(
+        "      t_in s   v_in m/s     t_out s  v_out m/s    v_E m/s     peak N  impulse Ns   z_min mm  level"
+    )
     for c in contacts:
         print(
             f"{c['t_in_s']:12.6f} {c['v_in_m_per_s']:10.5f} {c['t_out_s']:11.6f} {c['v_out_m_per_s']:10.5f}"
             f" {c['v_e_m_per_s']:10.5f} {c['peak_force_N']:10.4f} {c['impulse_N_s']:11.6f} {c['z_min_m'] * 1e3:10.5f}"
+            f" {c['level']:6.3f}"
         )
     words = {
         "time": f"after {duration_s:g} s",

@@ -8,6 +8,7 @@ from collections import OrderedDict
 from collections.abc import Callable
 
 from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.parameters.scene import Scene
 from protocol.clock import HapticClock
 from protocol.complaints import Complaints
 from protocol.messages import Strike, decode
@@ -19,8 +20,8 @@ _IMPLAUSIBLE_NS = 500_000_000
 _REMEMBERED = 4096
 # What a drum stick can do, generously; beyond it the float32 mesh would overflow.
 _MOST_N = 1e4
-_MOST_M_PER_S = 1e3
 _LONGEST_S = 1.0
+_MOST_STROKE_M_PER_S = 1e3  # only a mallet's push grows with it
 
 
 class Once:
@@ -55,6 +56,7 @@ class StrikeDesk:
         self.note: Callable[[Strike], None] | None = None
         self.clock: HapticClock | None = None
         self.latency_s = 0.0
+        self.scene: Scene | None = None  # whose drum is struck; None: one that asks for no speed
         self.room_s = 0.0  # how much of the latency is the room's, which also holds for what sounds at once
         self.punctuality = Punctuality()
         self.played = 0
@@ -67,6 +69,7 @@ class StrikeDesk:
         try:
             strike = decode(payload, Strike)
             check(strike)
+            stroke_m_per_s = stroke_of(strike, self.scene)
         except ValueError as error:
             self.bad += 1
             self._complaints.complain(f"strike ignored: {error}")
@@ -91,7 +94,7 @@ class StrikeDesk:
             strike.peak_estimate_N,
             strike.contact_estimate_s,
             strike.impulse_N_s,
-            strike.z_speed_m_per_s,
+            stroke_m_per_s,
         ):
             self.played += 1
         else:
@@ -132,7 +135,15 @@ def check(strike: Strike) -> None:
         raise ValueError(f"contact of {strike.contact_estimate_s:g} s is outside 0 .. {_LONGEST_S:g} s")
     if not abs(strike.impulse_N_s) <= _MOST_N * _LONGEST_S:
         raise ValueError(f"an impulse of {strike.impulse_N_s:g} N s is no stick's")
-    if not abs(strike.z_speed_m_per_s) <= _MOST_M_PER_S:
-        raise ValueError(f"a speed of {strike.z_speed_m_per_s:g} m/s is no stick's")
     if not (abs(strike.x) <= 1e3 and abs(strike.y) <= 1e3):
         raise ValueError(f"position {strike.x:g}, {strike.y:g} is nowhere near the head")
+
+
+def stroke_of(strike: Strike, scene: Scene | None) -> float:
+    """Speed of the scene's mallet, m/s; 0 for a drum that none strikes. ValueError, worded, for one that none has."""
+    if scene is None or scene.mallet is None:
+        return 0.0
+    speed = scene.strike.stroke_at(strike.level, strike.z_speed_m_per_s)
+    if not abs(speed) <= _MOST_STROKE_M_PER_S:
+        raise ValueError(f"a mallet at {speed:g} m/s is faster than {_MOST_STROKE_M_PER_S:g} m/s")
+    return speed

@@ -35,6 +35,7 @@ class History:
         self._samples: deque[_Sample] = deque()
         self._contacts: deque[_Contact] = deque()
         self._v_e: deque[tuple[float, int, float]] = deque()  # at, the strike's number, v_E after it
+        self._strikes: deque[tuple[float, float, float]] = deque()  # at, speed, level
         self._boot: int | None = None
 
     def take(self, mirror: Mirror, now: float) -> None:
@@ -54,7 +55,8 @@ class History:
         self._contacts.extend(
             _Contact(at, release.contact_s, release.peak_N) for at, release in mirror.new_releases
         )
-        for kept in (self._samples, self._contacts, self._v_e):
+        self._strikes.extend((at, strike.z_speed_m_per_s, strike.level) for at, strike in mirror.new_strikes)
+        for kept in (self._samples, self._contacts, self._v_e, self._strikes):
             while kept and kept[0][0] < now - SPAN_S:
                 kept.popleft()
 
@@ -67,6 +69,10 @@ class History:
         """Age (s, <= 0), contact time (ms) and largest force (N) of each contact, shape (3, n)."""
         rows = [(c.at - now, 1e3 * c.contact_s, c.peak_N) for c in self._contacts]
         return np.array(rows, np.float64).reshape(-1, 3).T
+
+    def strikes(self) -> Columns:
+        """Speed (m/s) and level of each strike, shape (2, n)."""
+        return np.array([(speed, level) for _, speed, level in self._strikes], np.float64).reshape(-1, 2).T
 
     def orbit(self, now: float, span_s: float) -> Columns:
         """Height (mm) and speed (m/s) wherever the servo was heard in the last seconds, shape (2, n)."""

@@ -21,6 +21,7 @@ from web_panel.rig.watching import MEMBRANE, STRIKES
 from web_panel.views.accuracy import AccuracyView
 from web_panel.views.cost import CostView
 from web_panel.views.health import HealthView
+from web_panel.views.level import LevelView
 from web_panel.views.look import View
 from web_panel.views.orbit import OrbitView
 from web_panel.views.roll import RollView
@@ -99,6 +100,7 @@ class Views:
         theorist = Theorist(sources.computer)
         self._kinds: dict[str, Make] = {
             "Roll": RollView,
+            "Level": LevelView,
             "Orbit": lambda gui, at: OrbitView(gui, at, theorist),
             "Return map": lambda gui, at: ReturnMapView(gui, at, theorist),
             "Spectrum": SpectrumView,

@@ -14,6 +14,7 @@ from drumstick.drum.step_numbers import GLIDE_ROOM
 from drumstick.parameters.scene import Scene
 from drumstick.stick import contact
 from drumstick.stick.law import law_of
+from drumstick.stick.strike_curve import level_at
 from realtime.jit import Record
 
 PEAK_OF_FULL_SCALE = 0.5
@@ -27,7 +28,16 @@ def blow_at(scene: Scene, speed_m_per_s: float, x: float, y: float, t_s: float =
     m, k, r = float(law["m"]), float(law["k_coll"]), float(law["r_in"])
     peak, release = contact.peak_force(m, k, r, speed_m_per_s), int(law["release"])
     impulse = m * speed_m_per_s * (1.0 + contact.beta(release, m, k, r))
-    return Blow(t_s, x, y, peak, contact.contact_time(release, m, k, r), impulse, speed_m_per_s)
+    stroke = stroke_of(scene, speed_m_per_s)
+    return Blow(t_s, x, y, peak, contact.contact_time(release, m, k, r), impulse, stroke)
+
+
+def stroke_of(scene: Scene, speed_m_per_s: float) -> float:
+    """The mallet's speed, m/s, for a strike at this speed of the stick."""
+    strike = scene.strike
+    if strike.stroke_m_per_s == 0.0:  # and no kernel is compiled for what nobody looks at
+        return speed_m_per_s
+    return strike.stroke_at(level_at(strike, speed_m_per_s), speed_m_per_s)
 
 
 def full_scale(scene: Scene) -> Blow:

@@ -16,7 +16,7 @@ class Device:
         "The paper's stick itself, advanced exactly (stick); an arm that is sampled, as hardware is (phantom)",
     )
     delay_ticks: int = count(0, 0, 8, "ticks", "How late the simulated arm gets its force")
-    friction_N: float = number(0.04, 0.0, 2.0, "N", "Friction of the simulated arm")  # noqa: N815
+    friction_N: float = number(0.04, 0.0, 2.0, "N", "Friction of the arm, simulated or real")  # noqa: N815
     head_z_m: float = number(0.0, -0.3, 0.3, "m", "Height of the head in the device's workspace")
     reach_m: float = number(0.08, 0.01, 0.5, "m", "Distance in the workspace that is the radius of the head")
 
@@ -61,13 +61,6 @@ class Hand:
     )
     orbit_radius: float = number(0.45, 0.0, 0.95, "of the radius", "The strikes walk on a circle this large")
     orbit_period_s: float = number(8.0, 0.1, 3600.0, "s", "Time for once around")
-
-
-@dataclass(frozen=True)
-class Strike:
-    """`[strike]`: how strikes become numbers for instruments."""
-
-    full_scale_m_per_s: float = number(2.0, 0.01, 20.0, "m/s", "Speed of a strike whose level is 1")
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ A table that the text does not name is absent (an effect) or has its defaults (`
 """
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import resources
 from typing import Any, cast
@@ -21,9 +21,10 @@ from drumstick.parameters.drum_tables import (
 )
 from drumstick.parameters.mallet import Mallet, mallet_of
 from drumstick.parameters.reading import Reader, shown, tables_of
-from drumstick.parameters.rig import Device, Guard, Hand, Servo, Strike
+from drumstick.parameters.rig import Device, Guard, Hand, Servo
 from drumstick.parameters.stick import Stick
 from drumstick.parameters.stick_tables import stick_of
+from drumstick.parameters.strike import Strike, check_strike, strike_of
 from drumstick.stick.effects.chaos import Chaos
 from drumstick.stick.effects.cor_pulse import CorPulse
 from drumstick.stick.effects.hysteretic_spring import HystereticSpring
@@ -59,6 +60,13 @@ _TABLES: dict[str, type] = {
 }
 
 
+# Tables that are read by more than their declarations.
+_READERS: dict[str, Callable[[Reader, object], Any]] = {
+    "stick": stick_of,
+    "drum": drum_of,
+    "mallet": mallet_of,
+    "strike": strike_of,
+}
 _OPTIONAL = ("modal", "mallet")  # None in a scene that has none
 
 
@@ -137,6 +145,11 @@ def _line(reader: Reader, key: str, value: object, fewest: int) -> str:
     return ""
 
 
+def _read(reader: Reader, key: str, given: object) -> Any:
+    read = _READERS.get(key)
+    return read(reader, given) if read is not None else reader.table(key, _TABLES[key], given)
+
+
 def parse(text: str, source: str) -> Scene:
     """Read a scene's TOML text; `source` names it in messages. Raises SceneError with every mistake found."""
     try:
@@ -150,14 +163,8 @@ def parse(text: str, source: str) -> Scene:
             values[key] = _line(reader, key, value, 1)
         elif key == "effects":
             values["effects"] = named_tables(reader, "effects", EFFECTS, value)
-        elif key == "stick":
-            values["stick"] = stick_of(reader, value)
-        elif key == "drum":
-            values["drum"] = drum_of(reader, value)
-        elif key == "mallet":
-            values["mallet"] = mallet_of(reader, value)
         elif key in _TABLES:
-            values[key] = reader.table(key, _TABLES[key], value)
+            values[key] = _read(reader, key, value)
         else:
             reader.refuse(key, f"unknown key; known here: name, words, effects, {', '.join(_TABLES)}")
     _check_gesture(reader, values.get("hand", Hand()), values.get("device", Device()))
@@ -165,6 +172,7 @@ def parse(text: str, source: str) -> Scene:
     check_drum(reader, drum)
     check_renderer(reader, drum, given)
     check_mallet(reader, drum, given)
+    check_strike(reader, values.get("strike", Strike()), drum)
     if drum.excitation == "mallet" and "mallet" not in values:
         values["mallet"] = mallet_of(reader, {})
     check_mesh(reader, values.get("mesh", Mesh()), given)
@@ -183,17 +191,16 @@ def from_tables(tables: Mapping[str, Any]) -> Scene:
     """The inverse of `as_tables`, checked like any scene; lists may stand for tuples. Raises SceneError."""
     reader = Reader("scene", "")
     values: dict[str, Any] = {key: _line(reader, key, tables.get(key, ""), 0) for key in ("name", "words")}
-    for key, kind in _TABLES.items():
-        if key != "drum" and not (key in _OPTIONAL and tables.get(key) is None):
-            given = _listed(tables.get(key, {}))
-            values[key] = mallet_of(reader, given) if key == "mallet" else reader.table(key, kind, given)
-    values["drum"] = drum_of(reader, _listed(tables.get("drum", {})))
+    for key in _TABLES:
+        if not (key in _OPTIONAL and tables.get(key) is None):
+            values[key] = _read(reader, key, _listed(tables.get(key, {})))
     values["effects"] = named_tables(reader, "effects", EFFECTS, tables.get("effects", {}))
     _check_gesture(reader, values["hand"], values["device"])
     check_drum(reader, values["drum"])
     named = [key for key in _OPTIONAL if key in values]
     check_renderer(reader, values["drum"], named)
     check_mallet(reader, values["drum"], named)
+    check_strike(reader, values["strike"], values["drum"])
     if values["drum"].excitation == "mallet" and "mallet" not in values:
         values["mallet"] = mallet_of(reader, {})
     check_mesh(reader, values["mesh"], named)

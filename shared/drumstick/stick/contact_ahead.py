@@ -1,7 +1,7 @@
 """The contact that has just begun, looked at to its end: what the strike's message announces of it.
 
 The exact solver plays it on a copy of the stick's motion, with all that is known at that instant: pulses that act still
-or fire in it, both springs, hysteresis, delay, negative damping, the hand as the scene has it. A random force is known
+or fire in it, both springs, hysteresis, delay, negative damping, the hand as the law has it. A random force is known
 too, since its generator is part of the motion. Kernel: tick thread or any other; no allocation, no exceptions.
 """
 

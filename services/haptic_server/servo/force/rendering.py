@@ -15,7 +15,7 @@ from drumstick.stick.motion.events import SINK
 from haptic_server.block import HEARTBEAT, HELD, PANICS_SEEN
 from haptic_server.records import NO_FAULT, OUT_OF_BOUNDS
 from haptic_server.servo import streaming
-from haptic_server.servo.force import guard
+from haptic_server.servo.force import guard, pull
 from haptic_server.servo.force.latch import latch_in_hand
 from haptic_server.servo.force.orders import NOTHING, held_word, obey
 from haptic_server.servo.force.velocity import follow, forget
@@ -123,6 +123,7 @@ def _rendered(servo: Servo, reading: Record, now_ns: int, span_s: float) -> floa
         forget(servo.track[0])
     z = reading.z_m - plan.head_z_m
     v = follow(servo.track[0], now_ns * 1e-9, z, allowed.resolution_m)
+    pull.feel(servo, z, now_ns)
     player.fault = guard.look_at_speed(allowed, v)
     if player.fault != NO_FAULT:
         return 0.0

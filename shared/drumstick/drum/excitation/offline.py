@@ -18,7 +18,8 @@ _EARLY_S = 0.03  # so long before its instant a piece is given
 class Press:
     """One contact: force means over ticks (N), the first at first_tick / rate_Hz seconds, at (x, y) in radii.
 
-    All presses of a rendering have one rate; ticks that two of them share add up.
+    `begins`: False for a later piece of a contact that came in pieces. All presses of a rendering have one rate; ticks
+    that two of them share add up.
     """
 
     first_tick: int
@@ -26,6 +27,7 @@ class Press:
     x: float
     y: float
     forces_N: npt.NDArray[np.float64]  # noqa: N815
+    begins: bool = True
 
 
 class Score:

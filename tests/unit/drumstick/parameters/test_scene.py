@@ -24,6 +24,7 @@ from drumstick.parameters.scene import (
     shipped_names,
     shipped_text,
 )
+from drumstick.parameters.strike import Strike
 
 HEAD = 'name = "x"\n\n[stick]\n'
 # text -> the line the message must name, and the words that it must hold
@@ -192,6 +193,20 @@ TABLES: dict[str, type] = {
 }
 
 
+def _a_curve(strike: Strike, has_mallet: bool) -> Strike:
+    # Numbers that the curve uses, rising; strokes where a mallet makes them, soft below hard.
+    changes: dict[str, Any] = {"table": (), "softest_m_per_s": Strike().softest_m_per_s}
+    if strike.curve == "table":
+        speeds = sorted({speed for speed, _ in strike.table} | {1.0, 2.0})[-16:]
+        changes["table"] = tuple((speed, at / 16.0) for at, speed in enumerate(speeds))
+        changes["full_scale_m_per_s"] = speeds[-1]
+    if strike.curve == "log":
+        changes["softest_m_per_s"] = 0.1 * strike.full_scale_m_per_s
+    if not (has_mallet and strike.soft_stroke_m_per_s < strike.stroke_m_per_s):
+        changes |= {"stroke_m_per_s": 0.0, "soft_stroke_m_per_s": 0.0}
+    return dataclasses.replace(strike, **changes)
+
+
 def _in_agreement(tables: dict[str, Any]) -> dict[str, Any]:
     # What no single key declares: a recorded gesture has a file, and moves a sampled arm.
     hand = tables["hand"]
@@ -216,6 +231,7 @@ def _in_agreement(tables: dict[str, Any]) -> dict[str, Any]:
     # A mallet is there where it strikes.
     if tables["drum"].excitation != "mallet":
         tables["mallet"] = None
+    tables["strike"] = _a_curve(tables["strike"], tables["drum"].excitation == "mallet")
     # Wires lie on a second head.
     if "snare" in tables["drum"].effects:
         two_heads = {"cavity": DRUM_EFFECTS["cavity"](), **tables["drum"].effects}

@@ -1,5 +1,6 @@
 """What the offline renderer takes from a recording."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from protocol.messages import Contact
 from recordings import a_strike, made
 from rig.fault import GIVEN, Stop
 from rig.offline.recorded_strikes import played
+from rig.offline.render import Wishes, render
 from rig.offline.streamed_roll import presses
 from streamed_engine import streamed
 
@@ -71,6 +73,27 @@ def test_a_scene_that_streams_is_played_by_the_recorded_forces(tmp_path: Path) -
     ]
     assert found.blows == []
     assert found.length_s == pytest.approx(1.094)
+
+
+def test_an_arms_contact_counts_once_however_often_its_force_is_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Between z = 0 and where strikes are told apart, an arm in contact is not pushed: a piece may end there."""
+    pieces = [
+        (3.0, piece(1, 3000, [1.0, 0.0])),
+        (3.002, piece(1, 3002, [0.0, 0.0])),
+        (3.004, piece(1, 3004, [2.0, 0.0])),
+        (3.006, piece(1, 3006, [0.0])),
+        (3.043, piece(2, 3043, [5.0])),  # cut off before it ended
+    ]
+    path = made(tmp_path / "a.mcap", [(at, "/contact", each) for at, each in pieces])
+    found = played(path, streamed())
+    assert [press.begins for press in found.presses] == [True, False, False, False, True]
+    scene_file = tmp_path / "streamed.toml"
+    scene_file.write_text('[drum]\nexcitation = "streamed"\n', encoding="utf-8")
+    wishes = Wishes(tmp_path / "a.wav", 0.2, path, False, 48000)
+    render(str(scene_file), wishes, as_json=True)
+    assert json.loads(capsys.readouterr().out)["strikes"] == 2
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,5 @@
 import logging
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -7,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drumstick.drum.excitation.strikes import EVENT, RING_SLOTS, StrikeRing
+from drumstick.parameters.scene import parse
 from protocol.clock import HapticClock
 from protocol.complaints import Complaints
 from protocol.messages import Strike, encode
@@ -20,8 +22,9 @@ OFFSET = 123_456_789_000  # haptic minus ours
 
 
 def message(seq: int, t_ns: int = NOW + OFFSET, boot: int = 7, **changes: float) -> bytes:
-    values = {"x": 0.1, "y": 0.2, "peak_estimate_N": 5.0, "contact_estimate_s": 0.005} | changes
-    strike = Strike(boot=boot, seq=seq, t_ns=t_ns, z_speed_m_per_s=0.6, level=0.3, **values)
+    contact = {"peak_estimate_N": 5.0, "contact_estimate_s": 0.005}
+    values: dict[str, Any] = {"x": 0.1, "y": 0.2, "z_speed_m_per_s": 0.6, "level": 0.3} | contact | changes
+    strike = Strike(boot=boot, seq=seq, t_ns=t_ns, **values)
     return encode(strike)
 
 
@@ -180,3 +183,31 @@ def test_a_strike_that_comes_after_its_instant_is_unpunctual_though_it_sounds() 
         bench.desk.take(message(seq, NOW + OFFSET - took_ms * MS), NOW)
     assert bench.desk.punctuality.told().unpunctual == 1
     assert bench.desk.played == 2
+
+
+MALLET = '[drum]\nexcitation = "mallet"\n'
+
+
+def test_only_a_mallet_asks_how_fast_the_strike_was() -> None:
+    bench = Bench()
+    bench.desk.take(message(1, z_speed_m_per_s=1001.0), NOW)
+    bench.desk.scene = parse("", "no mallet")
+    bench.desk.take(message(2, z_speed_m_per_s=1001.0), NOW)
+    assert (bench.desk.played, bench.desk.bad) == (2, 0)
+    bench.desk.scene = parse(MALLET, "mallet")
+    bench.desk.take(message(3, z_speed_m_per_s=1001.0), NOW)
+    bench.desk.take(message(4, z_speed_m_per_s=999.0), NOW)
+    assert (bench.desk.played, bench.desk.bad) == (3, 1)
+
+
+@pytest.mark.parametrize(
+    ("strike", "level", "speed"),
+    [("", 0.25, 0.6), ("stroke_m_per_s = 9.0\nsoft_stroke_m_per_s = 1.0", 0.25, 3.0)],
+)
+def test_a_mallets_stroke_is_what_the_level_stands_for(strike: str, level: float, speed: float) -> None:
+    bench = Bench()
+    bench.desk.scene = parse(f"{MALLET}[strike]\n{strike}\n", "mallet")
+    bench.desk.take(message(1, level=level), NOW)
+    out = np.zeros(RING_SLOTS, EVENT)
+    events = out[: drain(bench.ring.cells, bench.ring.slots, out)]
+    assert events["speed_m_per_s"].tolist() == [speed]

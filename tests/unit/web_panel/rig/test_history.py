@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from protocol.messages import Release, State
+from protocol.messages import Release, State, Strike
 from web_panel.rig.history import History
 from web_panel.rig.mirror import Mirror
 
@@ -64,3 +64,15 @@ def test_what_is_older_than_ten_seconds_is_gone() -> None:
     assert history.roll(10.5).shape == (4, 0)
     assert history.contacts(10.5).shape == (3, 0)
     assert history.steps().shape == (2, 0)
+
+
+def test_strikes_are_kept_with_their_levels_for_ten_seconds() -> None:
+    history, mirror = History(), Mirror()
+    for seq, at in enumerate((0.0, 5.0, 12.0)):
+        strike = Strike(
+            boot=1, seq=seq, t_ns=0, x=0.0, y=0.0, z_speed_m_per_s=0.1 * at, level=0.05 * at, peak_estimate_N=1.0,
+            contact_estimate_s=0.005,
+        )  # fmt: skip
+        mirror.note_strike(strike, at)
+    history.take(mirror, 12.0)
+    assert pytest.approx(np.array([[0.5, 0.25], [1.2, 0.6]])) == history.strikes().T
