@@ -84,6 +84,7 @@ def test_a_rig_that_appears_later_is_listed_and_played(venue: Venue, session: ze
     assert [line.split()[0] for line in table] == ["rig", venue.left.name, venue.right.name]
 
 
+@pytest.mark.long
 def test_one_more_than_the_most_is_said_and_one_that_dies_makes_room(
     venue: Venue, session: zenoh.Session
 ) -> None:

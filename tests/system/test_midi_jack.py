@@ -124,6 +124,7 @@ def test_notes_follow_strikes(jack: Jack, monkeypatch: pytest.MonkeyPatch) -> No
         assert f"strikes go to listener:{PORT}" in rig.said
 
 
+@pytest.mark.long
 def test_panic_ends_every_note(jack: Jack, monkeypatch: pytest.MonkeyPatch) -> None:
     with listening(jack) as heard, playing(jack, monkeypatch, "--midi-out", PORT) as rig:
         session = rig.client()

@@ -37,6 +37,7 @@ def test_there_is_no_pad_for_a_stick_that_follows_no_pointer(page: Page) -> None
     assert part(page, "pad").count() == 0
 
 
+@pytest.mark.long
 def test_a_pad_comes_and_goes_with_the_rig_that_follows_a_pointer(page: Page, rig: FakeRig) -> None:
     rig.follow_pointer(True)
     expect(part(page, "pad")).to_be_visible(timeout=PATIENCE_MS)

@@ -45,6 +45,7 @@ def test_it_shows_what_the_rig_says(page: Page) -> None:
     expect(readback(page, "k_coll")).to_have_text("5000N/m")
 
 
+@pytest.mark.long
 def test_every_parameter_of_the_table_has_its_control(page: Page, rig: FakeRig) -> None:
     assert page.locator("[data-param]").evaluate_all("parts => parts.map(p => p.dataset.param)") == [
         "dv_pls",
@@ -66,6 +67,7 @@ def test_a_moved_slider_asks_and_the_readback_follows(page: Page, rig: FakeRig) 
     expect(readback(page, "dv_pls")).to_have_text("0.205m/s", timeout=PATIENCE_MS)
 
 
+@pytest.mark.long
 def test_the_stiffness_moves_by_a_share_of_itself(page: Page, rig: FakeRig) -> None:
     thumb = slider(page, "k_coll")
     thumb.focus()
@@ -111,6 +113,7 @@ def test_a_preset_that_is_refused_says_why(page: Page, rig: FakeRig) -> None:
     see(page, "preset", "Refused: no preset 'gone'")
 
 
+@pytest.mark.long
 def test_who_holds_the_lease_is_shown(page: Page, rig: FakeRig) -> None:
     rig.lend("Ada <b>")
     see(page, "lease", "Ada <b> is tuning")
@@ -172,6 +175,7 @@ def test_a_pending_value_says_what_it_waits_for(page: Page, rig: FakeRig) -> Non
     expect(note(page, "dv_pls")).to_contain_text("Speed that one pulse adds")
 
 
+@pytest.mark.long
 def test_values_set_elsewhere_move_the_slider_and_stretch_it(page: Page, rig: FakeRig) -> None:
     rig.set_elsewhere("dv_pls", 0.5)
     expect(readback(page, "dv_pls")).to_have_text("0.5m/s", timeout=PATIENCE_MS)
@@ -186,6 +190,7 @@ def test_values_set_elsewhere_move_the_slider_and_stretch_it(page: Page, rig: Fa
     assert 2.5 < rig.sets[-1][1] < 3.0
 
 
+@pytest.mark.long
 def test_an_exact_value_is_sent_by_its_button_only(page: Page, rig: FakeRig) -> None:
     page.get_by_text("More", exact=True).click()
     page.get_by_role("button", name="Set this value").hover()  # waits for the folder to have unfolded
@@ -215,6 +220,7 @@ def test_panic_reaches_the_rig_and_says_what_to_do(page: Page, rig: FakeRig) -> 
     expect(part(page, "panic")).to_have_count(0)
 
 
+@pytest.mark.long
 def test_escape_is_panic_but_not_while_somebody_types(page: Page, rig: FakeRig) -> None:
     page.get_by_role("button", name="Presets").click()
     field = page.get_by_role("textbox", name="Name")
@@ -318,6 +324,7 @@ def test_panic_stays_in_sight(page: Page) -> None:
     expect(page.get_by_role("button", name="PANIC")).to_be_in_viewport(ratio=0.9)
 
 
+@pytest.mark.long
 def test_a_panic_that_nobody_confirms_is_said_until_somebody_hears_it(
     browser: Browser, own_rig: FakeRig, own_panel: PanelProcess
 ) -> None:

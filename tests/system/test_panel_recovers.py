@@ -43,6 +43,7 @@ def see(page: Page, name: str, text: str | re.Pattern[str]) -> None:
     expect(part(page, name)).to_contain_text(text, timeout=PATIENCE_MS)
 
 
+@pytest.mark.long
 def test_it_is_there_before_the_rig_and_outlives_it(page: Page, port: int) -> None:
     see(page, "notice", "Waiting for the haptic server")
     see(page, "absent", "The controls appear")

@@ -117,6 +117,7 @@ def test_strikes_lie_on_the_curve_of_their_levels(page: Page, rig: FakeRig) -> N
     wait_until(lambda: rig.watched() == {"strike"}, "nobody who wants releases")
 
 
+@pytest.mark.long
 def test_the_orbit_has_what_was_played_the_cycle_and_the_section(page: Page, rig: FakeRig) -> None:
     look_at(page, "Orbit")
     played = plotted(page, "played, last 3 s", lambda column: len(there(column)) > 20)
@@ -137,6 +138,7 @@ def test_the_return_map_crosses_the_diagonal_at_the_predicted_roll(page: Page) -
     ] == pytest.approx(0.628)
 
 
+@pytest.mark.long
 def test_another_value_gives_another_prediction(page: Page, rig: FakeRig) -> None:
     look_at(page, "Return map")
     rig.set_elsewhere("dv_pls", 0.4)
@@ -160,6 +162,7 @@ def test_the_spectrum_is_drawn_and_the_ideal_modes_are_marked(page: Page, rig: F
     expect(part(page, "missing")).to_have_count(0, timeout=PATIENCE_MS)
 
 
+@pytest.mark.long
 def test_this_machines_accuracy_is_shown_beside_the_packages(page: Page, own_accuracy: Path) -> None:
     own_accuracy.unlink(missing_ok=True)
     look_at(page, "Accuracy")
@@ -171,6 +174,7 @@ def test_this_machines_accuracy_is_shown_beside_the_packages(page: Page, own_acc
     expect(part(page, "accuracy").first).to_contain_text("a fast machine", timeout=PATIENCE_MS)
 
 
+@pytest.mark.long
 def test_the_cost_of_a_finer_mesh_is_told(page: Page) -> None:
     look_at(page, "Cost")
     expect(part(page, "drum-cost")).to_contain_text(

@@ -123,6 +123,7 @@ def test_a_real_sound_server_sounds_from_it_each_strike_once_in_the_recorded_rhy
     assert np.diff(found) == pytest.approx(np.diff(AT_S), abs=1e-3)
 
 
+@pytest.mark.long
 def test_a_scene_that_streams_sounds_by_the_recorded_forces(
     free_port: Callable[[], int], tmp_path: Path
 ) -> None:

@@ -188,6 +188,7 @@ def test_the_panels_own_link_sets_and_sees_over_tls(stage: Stage, local: zenoh.S
         link.close()
 
 
+@pytest.mark.long
 def test_the_real_panel_comes_in_and_is_seen(stage: Stage, local: zenoh.Session) -> None:
     port = free_port()
     panel = subprocess.Popen(
@@ -225,6 +226,7 @@ def test_a_sound_server_on_another_machine_plays_into_a_file(
     assert np.abs(sound).max() > 1000
 
 
+@pytest.mark.long
 def test_who_is_turned_away_is_counted_and_told(stage: Stage, local: zenoh.Session, tmp_path: Path) -> None:
     before = stage.door(local)
     assert before["is_open"] is True

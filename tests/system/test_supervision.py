@@ -105,6 +105,7 @@ def test_sound_is_ready_and_fed_though_there_is_no_router_yet(place: Path) -> No
         assert "waiting for the router" in sound.told[-1][2]
 
 
+@pytest.mark.long
 def test_sound_waits_for_its_device_and_says_so(place: Path) -> None:
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     with supervised(place, "sound", "--audio", "organ", "--connect", endpoint) as sound:
@@ -114,6 +115,7 @@ def test_sound_waits_for_its_device_and_says_so(place: Path) -> None:
         assert "playing for nobody until organ is there" in "\n".join(sound.lines)
 
 
+@pytest.mark.long
 def test_the_panel_is_ready_when_it_can_be_visited_and_then_fed(place: Path) -> None:
     port, endpoint = free_port(), f"tcp/127.0.0.1:{free_port()}"
     with supervised(place, "panel", "--panel-port", str(port), "--connect", endpoint) as panel:
