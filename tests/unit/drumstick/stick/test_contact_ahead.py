@@ -16,7 +16,7 @@ from haptic_server.records import RELEASE, STRIKE
 from haptic_server.servo import loop
 
 SHIPPED = (
-    "bare-drum", "cor-roll", "delay-drum", "paper-roll", "phantom", "rejected-by-the-paper", "roll", "snare", "timpani",
+    "bare-drum", "cor-roll", "cross-stick", "delay-drum", "paper-roll", "phantom", "rejected-by-the-paper", "roll", "snare", "timpani",
     "tom",
 )  # fmt: skip
 CHANGED = {
