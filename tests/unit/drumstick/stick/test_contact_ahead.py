@@ -16,8 +16,8 @@ from haptic_server.records import RELEASE, STRIKE
 from haptic_server.servo import loop
 
 SHIPPED = (
-    "bare-drum", "cor-roll", "cross-stick", "delay-drum", "paper-roll", "phantom", "rejected-by-the-paper", "roll", "snare", "timpani",
-    "tom",
+    "bare-drum", "cor-roll", "cross-stick", "delay-drum", "paper-roll", "phantom", "rejected-by-the-paper", "roll",
+    "snare", "timpani", "tom",
 )  # fmt: skip
 CHANGED = {
     "pulses at entry that outlast the contact": '[effects.pulse]\ndv_m_per_s = 0.05\ntau_s = 0.02\ntrigger = "entry"',
