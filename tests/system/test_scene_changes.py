@@ -30,7 +30,7 @@ def session(rig: Rig) -> Iterator[zenoh.Session]:
 
 def test_what_the_device_cannot_play_gives_way_to_the_scene_before(rig: Rig, session: zenoh.Session) -> None:
     states = Listener(session, rig.keys.state, State)
-    wait_for("a state", lambda: states.got)
+    wait_for("a tick", lambda: states.got and states.got[-1].ticks > 0)
     boot = states.got[-1].boot
     ask(session, rig.keys.scene_load, "roll")  # harder than such a device can render
     # A machine that stood still for more than 20 ms has latched a fault, and the scene stays.
