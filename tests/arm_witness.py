@@ -22,8 +22,8 @@ import numpy.typing as npt
 
 from haptic_server.servo import loop, memory
 from haptic_server.servo.telling import tell
-from realtime.jit import Record, njit
-from realtime.lent import lend
+from realtime.kernels.jit import Record, njit
+from realtime.kernels.lent import lend
 
 SLOW_M_PER_S = 0.01
 LAST_S = 0.3  # the end of a run, over which the arm must be still

@@ -19,7 +19,7 @@ from drumstick.stick.motion import exact, stepping
 from drumstick.stick.simulate import Stepper, simulate
 from drumstick_lab.accuracy.sticks import solve_ivp_stick
 from drumstick_lab.accuracy.sticks.contacts import Contacts, largest_error
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 THROW_M_PER_S = 0.4
 COPIES = 200  # throws in one window of a compiled method: about a millisecond

@@ -10,7 +10,7 @@ from haptic_server.records import NO_FAULT
 from haptic_server.servo import memory
 from haptic_server.servo.memory import Servo
 from realtime.atomics import exchange, store_release
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 WALL_N_PER_M = 400.0
 STEADY_N = 3.0

@@ -22,7 +22,7 @@ from haptic_server.limits import limits_of
 from haptic_server.records import set_type
 from haptic_server.servo import loop, memory
 from realtime import triple
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 PERIOD_NS, T = sampled_arm.PERIOD_NS, 1e-3
 RESOLUTION_M, ARM_KG = 3e-5, 0.075

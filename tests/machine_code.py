@@ -18,7 +18,7 @@ llvm.initialize_all_asmprinters()
 
 
 class Compiled:
-    """One kernel, compiled afresh for these arguments as `realtime.jit` compiles it: a cached one has no IR to show."""
+    """One kernel, compiled afresh for these arguments as `kernels.jit` compiles it: a cached one has no IR to show."""
 
     def __init__(self, dispatcher: Any, *arguments: Any) -> None:
         options = {k: v for k, v in dispatcher.targetoptions.items() if k != "nopython"}

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from datetime import datetime, timedelta
 from pathlib import Path
 
-from protocol.identity import Identity
+from protocol.access.identity import Identity
 from rig.identity import certificates
 
 

@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation import mallet
 from drumstick.drum.excitation.strikes import EVENT
-from drumstick.drum.excitation.tip import TIP, goes_on, met, placed
+from drumstick.drum.mallets import mallet
+from drumstick.drum.mallets.tip import TIP, goes_on, met, placed
 from drumstick.drum.modal.bank import Bank
 from drumstick.parameters.mallet import Mallet
 from drumstick.parameters.scene import Scene
 from membranes import energy, is_triangular
-from realtime.jit import Record, Records, njit
-from realtime.lent import lend
+from realtime.kernels.jit import Record, Records, njit
+from realtime.kernels.lent import lend
 
 
 def tip_of(stiffness: float, exponent: float, loss: float, step_s: float, give: float) -> Record:
@@ -174,7 +174,7 @@ def of_mallets(engine: Engine) -> float:
 
 
 def _of_modes(bank: Bank) -> float:
-    # What drumstick.drum.excitation.shares says a bank holds, in its own units.
+    # What drumstick.drum.mallets.shares says a bank holds, in its own units.
     assert bank.masses is not None
     q, d, kept, bend = (values.astype(float) for values in (bank.q, bank.d, bank.kept, bank.bend))
     square = 2.0 * bend / (1.0 + kept)

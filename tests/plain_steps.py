@@ -9,7 +9,7 @@ what the composed kernels are measured against; the result is the same to the la
 import math
 from typing import NamedTuple
 
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 
 
 class Stick(NamedTuple):

@@ -17,7 +17,7 @@ from drumstick.stick.effects.pulse import Pulse
 from drumstick.stick.law import Records, law_of, thrown
 from drumstick.stick.methods.carry import STEPPERS
 from drumstick.stick.motion import exact, stepping
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 DT_S = 2.0**-17  # 7.6 µs
 STEPS = 100_000  # 0.76 s of motion, about a millisecond of computing

@@ -9,7 +9,7 @@ from drumstick.drum.excitation.feed import Feed
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.parameters.scene import Scene, shipped_text
 from drumstick_lab.accuracy.drums.blows import pressed
-from realtime.jit import Record
+from realtime.kernels.jit import Record
 
 MS = 1_000_000
 STREAMS = 'excitation = "streamed"'

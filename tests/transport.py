@@ -20,7 +20,7 @@ from haptic_server import block as blocks
 from haptic_server.records import EVENT, set_type
 from realtime import ring, triple
 from realtime.atomics import load_acquire, poke, store_release
-from realtime.jit import Record, Records, njit
+from realtime.kernels.jit import Record, Records, njit
 
 Cells = npt.NDArray[np.int64]
 ROLL = parse(shipped_text("roll"), "roll")

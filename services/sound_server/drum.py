@@ -18,7 +18,7 @@ from drumstick.drum.output.upsample import TAPS
 from drumstick.parameters.scene import Scene
 from protocol.complaints import Complaints
 from protocol.messages import Meter, State, decode
-from realtime.jit import Record
+from realtime.kernels.jit import Record
 from realtime.stop import StopRequest
 from sound_server.receiving.desk import ContactDesk
 from sound_server.receiving.link import Link

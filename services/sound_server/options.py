@@ -4,7 +4,7 @@ import argparse
 import sys
 from collections.abc import Callable
 
-from protocol.identity import add_options, identity_of
+from protocol.access.identity import add_options, identity_of
 from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER
 from protocol.pattern import checked_pattern, is_pattern
 from sound_server.room import MOST_LATENCY_MS, LEVELS_dB, Room

@@ -13,8 +13,8 @@ from collections.abc import Callable, Sequence
 
 import zenoh
 
+from protocol.access.identity import Identity
 from protocol.complaints import Complaints
-from protocol.identity import Identity
 from protocol.keys import Keys
 from protocol.pattern import is_pattern
 from protocol.session import open_client

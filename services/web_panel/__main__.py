@@ -10,7 +10,7 @@ import signal
 import sys
 from pathlib import Path
 
-from protocol.identity import add_options, identity_of
+from protocol.access.identity import add_options, identity_of
 from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, checked_rig
 from realtime.log import open_log
 from realtime.notify import Supervisor

@@ -6,7 +6,7 @@ import threading
 import time
 from collections.abc import Callable
 
-from protocol.identity import Identity
+from protocol.access.identity import Identity
 from web_panel.access.admission import Admission
 from web_panel.access.client_message import ClientMessages
 from web_panel.access.guard import GuardError as GuardError

@@ -13,9 +13,9 @@ import time
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from protocol.access import access_control
+from protocol.access.identity import Identity, as_client, as_listener
+from protocol.access.rules import access_control
 from protocol.endpoint import is_tls
-from protocol.identity import Identity, as_client, as_listener
 
 if TYPE_CHECKING:
     import zenoh
@@ -110,7 +110,7 @@ def open_client(
         except zenoh.ZError:
             if identity is None or not is_tls(endpoint):
                 continue
-        from protocol.handshake import why_refused
+        from protocol.access.handshake import why_refused
 
         why = why_refused(endpoint, identity)
         if why is not None and why.words != told:

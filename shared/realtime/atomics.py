@@ -11,7 +11,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 
 
 def _cell(context, builder, array_type, array_value, index):

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import types
 
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 
 _CLOCK_MONOTONIC = 1
 _TIMER_ABSTIME = 1

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from realtime.atomics import exchange, load_acquire, store_release
-from realtime.jit import Record, Records, njit
+from realtime.kernels.jit import Record, Records, njit
 
 BETWEEN, WRITER, READER = 0, 8, 16
 CELLS = 24

@@ -19,7 +19,7 @@ from haptic_server.device import gesture, replay
 from haptic_server.device.protocol import DeviceError
 from haptic_server.presets.preset import PresetError
 from haptic_server.presets.store import PresetStore
-from protocol.identity import Identity
+from protocol.access.identity import Identity
 from rig import scene_file
 from rig.fault import Stop
 from rig.identity import identity_check, keys, rig_file

@@ -22,7 +22,7 @@ FORBIDDEN = [
     ("services/web_panel/__init__.py", "import rig", "Nothing imports rig"),
     ("services/rig/folder.py", "import drumstick_lab.checkout", "Nothing imports the laboratory"),
     ("services/rig/replaying/cues.py", "import haptic_server.records", "Recording and replaying meet"),
-    ("shared/protocol/identity.py", "import cryptography", "Only rig makes and reads certificates"),
+    ("shared/protocol/access/identity.py", "import cryptography", "Only rig makes and reads certificates"),
     ("shared/drumstick/drum/step.py", "import os", "drumstick does no I/O"),
 ]
 

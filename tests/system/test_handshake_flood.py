@@ -33,7 +33,7 @@ while tries:
 JOIN = """
 import json, sys
 from pathlib import Path
-from protocol.identity import Identity
+from protocol.access.identity import Identity
 from protocol.session import open_client
 endpoint, *paths = sys.argv[1:]
 def join():

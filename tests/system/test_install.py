@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from rig_process import free_port, wait_for
 
-from realtime.kernel_cache import ROOT as KERNELS
+from realtime.kernels.store import ROOT as KERNELS
 
 pytestmark = [pytest.mark.long, pytest.mark.timeout(600)]
 CHECKOUT = Path(__file__).resolve().parents[2]

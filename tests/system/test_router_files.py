@@ -13,7 +13,7 @@ import zenoh
 from rig_process import DRUMSTICK, Listener, ask, free_port, wait_for
 
 from made_keys import Keyring
-from protocol.identity import Identity
+from protocol.access.identity import Identity
 from protocol.keys import Keys
 from protocol.messages import Readback, State, Strike, decode
 from protocol.session import client_config, open_client

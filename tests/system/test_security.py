@@ -35,7 +35,7 @@ from rig_process import (
 
 from drumstick.parameters.scene import from_tables
 from made_keys import Keyring
-from protocol.identity import Identity
+from protocol.access.identity import Identity
 from protocol.keys import Keys
 from protocol.messages import Meter, Readback, Release, State, Strike, decode
 from protocol.session import client_config, open_client
@@ -50,7 +50,7 @@ pytestmark = pytest.mark.system
 FROZEN = """
 import sys, time, zenoh
 from pathlib import Path
-from protocol.identity import Identity
+from protocol.access.identity import Identity
 from protocol.session import client_config
 endpoint, authority, certificate, private_key, *keys = sys.argv[1:]
 session = zenoh.open(client_config(endpoint, Identity(Path(authority), Path(certificate), Path(private_key))))

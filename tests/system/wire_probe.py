@@ -12,7 +12,7 @@ from pathlib import Path
 import msgspec
 import zenoh
 
-from protocol.identity import Identity
+from protocol.access.identity import Identity
 from protocol.keys import Keys
 from protocol.messages import Meter, State, Strike, decode
 from protocol.session import open_client

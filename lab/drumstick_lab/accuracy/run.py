@@ -11,7 +11,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from drumstick_lab.accuracy.job import Job
 from drumstick_lab.peers.windows import versions
-from realtime.kernel_cache import hash_of_all
+from realtime.kernels.store import hash_of_all
 from rig.machine.this_machine import description
 
 PARTS = ("stick", "servo", "mesh", "excitation", "effects")

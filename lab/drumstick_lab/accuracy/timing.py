@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 
 Window = Callable[[], float]  # does its work and returns CPU time, in any unit
 CHAIN, SWEEP = "chain", "sweep"  # the yardsticks' names

@@ -6,7 +6,7 @@ The words are in security.template.md.
 from pathlib import Path
 
 from drumstick_lab.checkout import DOCS
-from protocol.roles import ROLES
+from protocol.access.roles import ROLES
 from rig.identity.rig_template import PUBLIC_PORT
 
 PAGE = DOCS / "security.md"

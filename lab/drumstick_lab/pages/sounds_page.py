@@ -43,7 +43,7 @@ def _rendered(name: str) -> dict[str, Any]:
 
     from drumstick.drum.calibrate import blow_at
     from drumstick.drum.render import render
-    from rig.figures.spectrogram import spectrogram
+    from rig.figures.sounds.spectrogram import spectrogram
     from rig.figures.style import drawn_png
     from rig.offline.render import rolled
     from rig.offline.streamed_roll import presses

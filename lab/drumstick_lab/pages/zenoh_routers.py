@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from drumstick_lab.checkout import ROOT
-from protocol.identity import Identity
-from protocol.router_access import Crossing
+from protocol.access.identity import Identity
+from protocol.access.router import Crossing
 from rig.identity.router_file import browser_router, text, venue_router
 
 FOLDER = ROOT / "deploy" / "zenoh"

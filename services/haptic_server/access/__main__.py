@@ -15,11 +15,11 @@ from haptic_server.access.cutter import Cutter
 from haptic_server.access.refusals import Refusals
 from haptic_server.access.sockets import hold_silent
 from haptic_server.access.told import told
+from protocol.access.identity import add_options, identity_of
+from protocol.access.roles import ROLES, checked_roles
 from protocol.endpoint import host_and_port
-from protocol.identity import add_options, identity_of
 from protocol.keys import DEFAULT_ROUTER, Keys
 from protocol.queryables import Queryables
-from protocol.roles import ROLES, checked_roles
 from protocol.session import Public, open_door
 from realtime.log import open_log
 from realtime.notify import Supervisor

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from drumstick.stick.motion.segment import Segment, propagate
 from haptic_server.device.hand import hand_at, later
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 MOST_DELAY_TICKS = 8
 _MOST_TRIES = 60

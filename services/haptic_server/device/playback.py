@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from haptic_server.device.recording import Recording
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 # What playback remembers. Its fields tell the loop, at compile time, which device it is.
 REPLAY: np.dtype[Any] = np.dtype([("replayed_s", "f8"), ("row", "i8")], align=True)

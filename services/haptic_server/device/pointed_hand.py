@@ -12,7 +12,7 @@ import numpy as np
 
 from haptic_server.block import Block
 from realtime import triple
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 STALE_NS = (
     400_000_000  # a pointer not heard for so long has let go; a busy browser skips a quarter of a second

@@ -24,7 +24,7 @@ from haptic_server.gateway.zenoh.pointing import Pointing
 from haptic_server.gateway.zenoh.scene_door import SceneDoor
 from haptic_server.gateway.zenoh.wire import Wire
 from haptic_server.presets.store import PresetStore
-from protocol.identity import add_options, identity_of
+from protocol.access.identity import add_options, identity_of
 from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, Keys
 from protocol.session import open_client, open_router
 from realtime.log import open_log

@@ -19,8 +19,8 @@ from haptic_server.servo.telling import tell
 from haptic_server.servo.trace import note
 from realtime.atomics import load_acquire, poke
 from realtime.clock import now_ns, wait_until
-from realtime.jit import ArgumentType, array_has, is_none, njit, overload
-from realtime.lent import lend
+from realtime.kernels.jit import ArgumentType, array_has, is_none, njit, overload
+from realtime.kernels.lent import lend
 
 _WARM_TICKS = 100  # lateness before this is the machine getting started, not the loop
 _FOR_EVER = 2**62  # ticks

@@ -17,7 +17,7 @@ from haptic_server.block import Slots
 from haptic_server.contacts import LISTENED, SAMPLE, ContactRing
 from realtime import ring
 from realtime.atomics import load_acquire
-from realtime.jit import Record, njit, only_with
+from realtime.kernels.jit import Record, njit, only_with
 
 _MOST_TICKS = 20  # a longer gap is a stall, over which the stick has stood still
 _MOST_N = 1e9

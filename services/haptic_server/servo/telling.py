@@ -13,7 +13,7 @@ from haptic_server.servo.force import pull
 from haptic_server.servo.force.orders import forget_arm
 from haptic_server.servo.memory import Servo
 from realtime import ring, triple
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 
 _STILL_PLAYING_NS = 2_000_000_000
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from haptic_server.records import NO_FAULT
-from realtime.jit import Record, Records, njit
+from realtime.kernels.jit import Record, Records, njit
 
 TICKS = 1000
 # z_m and v_m_per_s are those that the law used last, so a reading that was refused shows only as told_z_m: what the

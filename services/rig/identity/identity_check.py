@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from protocol.identity import Identity
-from protocol.roles import HAPTIC, ROLES
+from protocol.access.identity import Identity
+from protocol.access.roles import HAPTIC, ROLES
 from realtime.regular_file import read_bytes
 from rig.fault import lacking, wrong
 

@@ -16,10 +16,10 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from protocol.identity import Identity
+from protocol.access.identity import Identity
+from protocol.access.roles import HAPTIC, ROLES
+from protocol.access.router import ROUTER
 from protocol.keys import DEFAULT_RIG, checked_rig
-from protocol.roles import HAPTIC, ROLES
-from protocol.router_access import ROUTER
 from realtime.regular_file import read_bytes
 from rig.fault import lacking, wrong
 from rig.identity.rig_template import rig_file_text

@@ -13,10 +13,10 @@ from typing import Any, NamedTuple, TypeVar, cast
 
 from drumstick.parameters.declare import text
 from drumstick.parameters.reading import Reader, shown, tables_of
+from protocol.access.identity import Identity
+from protocol.access.roles import ROLES, checked_roles
 from protocol.endpoint import host_and_port, is_loopback, is_tls
-from protocol.identity import Identity
 from protocol.keys import checked_rig
-from protocol.roles import ROLES, checked_roles
 from realtime.regular_file import read_text
 from rig.fault import wrong
 

@@ -1,6 +1,6 @@
 """The rig file that `drumstick keys make` puts beside each machine's keys."""
 
-from protocol.roles import HAPTIC, ROLES
+from protocol.access.roles import HAPTIC, ROLES
 
 PUBLIC_PORT = 7448  # not the loopback listener's 7447: a socket on every address would want that one too
 

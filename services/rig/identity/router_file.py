@@ -9,9 +9,9 @@ import json
 from collections.abc import Sequence
 from typing import cast
 
-from protocol.identity import Identity, as_client, as_listener
-from protocol.roles import ROLES
-from protocol.router_access import Crossing, router_access
+from protocol.access.identity import Identity, as_client, as_listener
+from protocol.access.roles import ROLES
+from protocol.access.router import Crossing, router_access
 from protocol.session import LARGEST_MESSAGE_BYTES, SLOW_READER_US
 from rig.identity.rig_template import PUBLIC_PORT
 

@@ -59,7 +59,7 @@ def _real_time() -> list[Finding]:
 
 
 def _kernel_cache() -> Finding:
-    from realtime.kernel_cache import ROOT
+    from realtime.kernels.store import ROOT
 
     remedy = "make ~/.cache writable or set XDG_CACHE_HOME; until then every start compiles for half a minute"
     return Finding("kernel cache", ROOT is not None, False, str(ROOT or "not writable"), remedy)

@@ -34,7 +34,7 @@ def opened(end: FarEnd) -> Generator[Any]:
     try:
         session = zenoh.open(client_config(end.endpoint, end.identity))
     except zenoh.ZError:
-        from protocol import handshake
+        from protocol.access import handshake
 
         identity = end.identity
         if identity is not None and (why := handshake.why_refused(end.endpoint, identity)) is not None:

@@ -240,12 +240,12 @@ def _draw(scene: "Scene", sound: "npt.NDArray[np.float32]", wishes: Wishes) -> l
     rows: list[dict[str, object]] = []
     try:
         if wishes.spectrogram is not None:
-            from rig.figures.spectrogram import spectrogram
+            from rig.figures.sounds.spectrogram import spectrogram
 
             save(spectrogram(sound, wishes.rate_Hz, scene.drum.f01_Hz, scene.name), wishes.spectrogram)
         if wishes.modes is not None:
             from drumstick.drum.heard import heard_modes
-            from rig.figures.modes import modes
+            from rig.figures.sounds.modes import modes
 
             heard = heard_modes(scene, wishes.rate_Hz)
             save(modes(heard, f"{scene.name}: modes of one soft strike"), wishes.modes)

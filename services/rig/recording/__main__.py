@@ -6,7 +6,7 @@ import sys
 from itertools import chain
 from pathlib import Path
 
-from protocol.identity import add_options, identity_of
+from protocol.access.identity import add_options, identity_of
 from protocol.keys import Keys
 from realtime.log import open_log
 from rig.fault import Stop, lacking

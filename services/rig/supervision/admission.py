@@ -11,7 +11,7 @@ def require_admission(options: Options) -> None:
     """
     if options.identity is None or options.connect is None or HAPTIC in options.parts:
         return
-    from protocol.handshake import why_refused
+    from protocol.access.handshake import why_refused
 
     why = why_refused(options.connect, options.identity)
     if why is not None and why.somebody_is_there:

@@ -4,7 +4,7 @@ import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from protocol.identity import Identity
+from protocol.access.identity import Identity
 from protocol.keys import DEFAULT_ROUTER
 from protocol.session import Public
 from rig.accuracy_files import FILE, SHIPPED

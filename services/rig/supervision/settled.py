@@ -7,10 +7,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from protocol.access.identity import Identity
+from protocol.access.roles import HAPTIC, ROLES
 from protocol.endpoint import host_and_port, is_every_address, is_loopback, is_tls
-from protocol.identity import Identity
 from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, Keys
-from protocol.roles import HAPTIC, ROLES
 from protocol.session import Public
 from realtime.log import say
 from rig import checks

@@ -6,8 +6,8 @@ import threading
 import time
 from typing import Any
 
+from protocol.access.identity import Identity
 from protocol.endpoint import host_and_port, is_tls
-from protocol.identity import Identity
 from protocol.keys import Keys
 from protocol.messages import Meter, State, decode
 from protocol.session import client_config, open_client

@@ -10,10 +10,10 @@ import numpy.typing as npt
 from numba.np.numpy_support import carray
 
 from realtime.clock import now_ns
-from realtime.float_mode import flush_denormals, restore
-from realtime.handover import Handed, take_up
-from realtime.jit import Record, Records, cfunction, njit
-from realtime.lent import lend
+from realtime.kernels.float_mode import flush_denormals, restore
+from realtime.kernels.handover import Handed, take_up
+from realtime.kernels.jit import Record, Records, cfunction, njit
+from realtime.kernels.lent import lend
 from sound_server.sinks.sink import DESK
 from sound_server.sinks.timed import timed_block
 from sound_server.stage import Boards, Stage

@@ -12,9 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from realtime.clock import now_ns, sleep_until
-from realtime.float_mode import flush_denormals, restore
-from realtime.jit import Record, Records, njit
-from realtime.lent import lend
+from realtime.kernels.float_mode import flush_denormals, restore
+from realtime.kernels.jit import Record, Records, njit
+from realtime.kernels.lent import lend
 from sound_server.sinks.sink import DESK
 from sound_server.sinks.timed import timed_block
 from sound_server.stage import Boards, Stage

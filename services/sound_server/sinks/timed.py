@@ -4,7 +4,7 @@ import numpy as np
 import numpy.typing as npt
 
 from realtime.clock import now_ns
-from realtime.jit import Record, Records, njit
+from realtime.kernels.jit import Record, Records, njit
 from sound_server.sinks.sink import NOTED
 from sound_server.stage import Boards, mix
 

@@ -10,7 +10,7 @@ from collections.abc import Callable
 import msgspec
 import zenoh
 
-from protocol.identity import Identity
+from protocol.access.identity import Identity
 from protocol.keys import Keys
 from protocol.messages import ENCODING, VERSION, LeaseRequest, Pointer, encode
 from protocol.session import open_client

@@ -6,16 +6,17 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation import mallet, playing
+from drumstick.drum.excitation import playing
 from drumstick.drum.excitation.analytic import POOL, begin, bend
+from drumstick.drum.mallets import mallet
 from drumstick.drum.modal import bank
 from drumstick.drum.output.limiter import limit, limited
 from drumstick.drum.output.shown import show_sound, show_surface
 from drumstick.drum.output.upsample import TAPS, interpolated, remember
 from drumstick.drum.step import step
-from realtime.float_mode import flush_denormals, restore
-from realtime.jit import Record, njit
-from realtime.lent import lend
+from realtime.kernels.float_mode import flush_denormals, restore
+from realtime.kernels.jit import Record, njit
+from realtime.kernels.lent import lend
 from realtime.ring import drain
 
 _PEAK_FALL_S = 0.3

@@ -8,10 +8,10 @@ from drumstick.drum.effects import built
 from drumstick.drum.effects.internal_loss import Momentum
 from drumstick.drum.engine import CONTROL, METERS, PENDING, Engine
 from drumstick.drum.excitation.analytic import CONTACT, FORCES, POOL, PULSE
-from drumstick.drum.excitation.mallet_bag import mallets_on_mesh, mallets_on_modes
 from drumstick.drum.excitation.push import FORCE
 from drumstick.drum.excitation.strikes import EVENT, StrikeRing
 from drumstick.drum.excitation.timeline import stream_of
+from drumstick.drum.mallets.bag import mallets_on_mesh, mallets_on_modes
 from drumstick.drum.membrane.heads import aligned, ears_on, head_of
 from drumstick.drum.membrane.scheme import tuned
 from drumstick.drum.membrane.surface import Places, of_modes, on_mesh
@@ -25,7 +25,7 @@ from drumstick.parameters.scene import Scene
 from drumstick.stick.contact import PAPER
 from drumstick.stick.effects.system_delay import SystemDelay
 from drumstick.stick.law import law_of
-from realtime.jit import Record, Records
+from realtime.kernels.jit import Record, Records
 
 
 def _contact_of(scene: Scene, step_s: float) -> Records:

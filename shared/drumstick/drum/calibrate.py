@@ -7,15 +7,15 @@ import numpy as np
 from drumstick.drum.block import render_all
 from drumstick.drum.build import Unplayable, new_engine
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.mallet import full_impulse
 from drumstick.drum.excitation.strikes import Blow, StrikeRing
 from drumstick.drum.fitting import fitted
+from drumstick.drum.mallets.mallet import full_impulse
 from drumstick.drum.step_numbers import GLIDE_ROOM
 from drumstick.parameters.scene import Scene
 from drumstick.stick import contact
 from drumstick.stick.law import law_of
 from drumstick.stick.strike_curve import level_at
-from realtime.jit import Record
+from realtime.kernels.jit import Record
 
 PEAK_OF_FULL_SCALE = 0.5
 _STIFFENINGS = 5

@@ -16,13 +16,13 @@ from drumstick.drum.effects.muffle import Muffle
 from drumstick.drum.effects.rim import Rim
 from drumstick.drum.effects.snare import Snare
 from drumstick.drum.effects.tension import Tension
-from drumstick.drum.excitation.mallet import Mallets
 from drumstick.drum.excitation.timeline import Stream
+from drumstick.drum.mallets.mallet import Mallets
 from drumstick.drum.membrane.sweep import Head
 from drumstick.drum.modal.bank import Bank
 from drumstick.drum.output.microphones import Microphones
 from drumstick.drum.output.shown import Shown
-from realtime.jit import Records
+from realtime.kernels.jit import Records
 
 PENDING = 256
 

@@ -10,12 +10,12 @@ import numpy.typing as npt
 
 from drumstick.drum.effects import cavity, internal_loss, muffle, rim, snare, tension
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation import mallet, mallet_on_mesh, mallet_on_modes, mallet_under_tension
 from drumstick.drum.excitation.analytic import press
+from drumstick.drum.mallets import mallet, on_mesh, on_modes, under_tension
 from drumstick.drum.membrane.sweep import largest, sweep
 from drumstick.drum.modal import bank
 from drumstick.drum.output import microphones
-from realtime.jit import Record, njit, only_with
+from realtime.kernels.jit import Record, njit, only_with
 
 Floats = npt.NDArray[np.float32]
 _REST = 1e-9  # of the loudest displacement: 180 dB down the head counts as at rest
@@ -65,7 +65,7 @@ def _swept(engine: Engine, now: Floats, then: Floats) -> float:
     # The first head's u+, into `then`; its sum where a second head asks for it.
     control: Record = engine.control[0]
     push = _push(engine)
-    q = tension.tightened(engine, now, then, push) + mallet_under_tension.more(engine, now, then, push)
+    q = tension.tightened(engine, now, then, push) + under_tension.more(engine, now, then, push)
     return sweep(
         engine.head,
         now,
@@ -131,7 +131,7 @@ def _meshed(engine: Record) -> Any:
     planes = engine.head.planes
     now, then = planes[control.plane], planes[1 - control.plane]
     muffle.note(engine, then)
-    mallet_on_mesh.come(engine, now, then)
+    on_mesh.come(engine, now, then)
     if _is_fourth(engine):
         _swept_fourth(engine, now, then)
         total = 0.0
@@ -139,7 +139,7 @@ def _meshed(engine: Record) -> Any:
         total = _swept(engine, now, then)
     total += _struck(engine, then)
     total += muffle.brake(engine, then)
-    total += mallet_on_mesh.strike(engine, then)
+    total += on_mesh.strike(engine, then)
     cavity.step(engine, control.plane, total)
     left, right = cavity.heard(engine, control.plane)
     from_air = microphones.heard(engine, now, then)
@@ -158,7 +158,7 @@ def step(engine: Engine) -> tuple[float, float]:
     """Take one step; returns what the pickups hear, left and right."""
     control: Record = engine.control[0]
     active = press(engine) + mallet.playing(engine)
-    mallet_on_modes.strike(engine)
+    on_modes.strike(engine)
     left, right = _meshed(engine)
     also_left, also_right = bank.step(engine)
     hoop = rim.heard(engine)

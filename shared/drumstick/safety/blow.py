@@ -11,7 +11,7 @@ from drumstick.stick import contact
 from drumstick.stick.contact import PAPER
 from drumstick.stick.effects import hysteretic_spring, system_delay
 from drumstick.stick.effects.late_blow import late_blow
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 
 class Blow(NamedTuple):

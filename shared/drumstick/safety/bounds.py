@@ -24,7 +24,7 @@ from drumstick.stick.effects import (
     system_delay,
 )
 from drumstick.stick.motion.segment import free_response
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 ENDLESS_M_PER_S = 1e300
 _FASTEST_M_PER_S = 100.0  # a roll that still grows at this speed counts as endless

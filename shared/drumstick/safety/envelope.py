@@ -25,7 +25,7 @@ from drumstick.safety.bounds import Blows
 from drumstick.safety.sampled_contact import Arm, Coefficients, Head
 from drumstick.stick.effects import hysteretic_spring, system_delay
 from drumstick.stick.law import Records
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 OK, NOT_FINITE, MASS, NEGATIVE, ENDLESS, SPEED, FORCE, HAND, BUZZ, ACTIVE = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
 THROW = 10

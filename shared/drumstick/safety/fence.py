@@ -15,7 +15,7 @@ from drumstick.parameters.declare import quantities
 from drumstick.parameters.scene import EFFECTS, Scene
 from drumstick.parameters.stick import Stick
 from drumstick.stick.law import field_of, law_of
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 
 # One row for each 8-byte word of a law's record, in its order.
 FENCE: np.dtype[Any] = np.dtype([("live", "i8"), ("low", "f8"), ("high", "f8"), ("word", "i8")], align=True)

@@ -27,7 +27,7 @@ import numpy.typing as npt
 from drumstick.stick import contact
 from drumstick.stick.contact import PAPER
 from drumstick.stick.motion.segment import free_response
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 
 LONGEST_WINDOW = 15  # ticks; the servo keeps 16 positions
 MOST_DELAY_TICKS = 8

@@ -13,7 +13,7 @@ from drumstick.stick.effects import (
     pulse,
     system_delay,
 )
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 Fades = tuple[float, float]
 

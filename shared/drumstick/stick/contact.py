@@ -8,7 +8,7 @@ allocation.
 
 import math
 
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 
 PAPER, UNILATERAL = 0, 1
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from drumstick.stick import contact
 from drumstick.stick.effects import system_delay
 from drumstick.stick.motion import exact
-from realtime.jit import Record, Records, njit
+from realtime.kernels.jit import Record, Records, njit
 
 LONGEST_S = 0.25  # a stick that is still in the head then lies there, whatever its effects do to it
 # Of one contact; more is a force that changes so often that it is no blow. They bound what a look costs a tick.

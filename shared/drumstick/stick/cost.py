@@ -14,7 +14,7 @@ from drumstick.parameters.scene import Scene
 from drumstick.stick.law import law_of, thrown
 from drumstick.stick.motion import exact
 from drumstick.stick.simulate import COLUMNS, Stepper, simulate
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 _COMPARED = 10  # contacts
 _T_IN = COLUMNS.index("t_in_s")

@@ -15,7 +15,7 @@ from drumstick.stick import composition
 from drumstick.stick.law import law_of, thrown
 from drumstick.stick.methods.carry import STEPPERS
 from drumstick.stick.motion import exact, stepping
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 End = Literal["time", "captured", "left"]
 EXACT = "exact"

@@ -12,7 +12,7 @@ import numpy as np
 
 from drumstick.parameters.declare import quantities
 from drumstick.parameters.strike import MOST_POINTS, Strike
-from realtime.jit import Record, Records, njit
+from realtime.kernels.jit import Record, Records, njit
 
 _LINEAR, _LOG, _TABLE = range(3)
 _KINDS = quantities(Strike)["curve"].choices

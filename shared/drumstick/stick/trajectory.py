@@ -13,7 +13,7 @@ from drumstick.parameters.scene import Scene
 from drumstick.stick.law import Records, law_of, thrown
 from drumstick.stick.motion import exact
 from drumstick.stick.motion.transitions import force_now
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 Samples = npt.NDArray[np.float64]
 

@@ -6,7 +6,7 @@ import pytest
 
 from drumstick.drum.build import size_of
 from membranes import Membrane, energy
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 from stability.catalogue import shows
 from stability.mesh_steps import drum_of, engine_of, strike, take
 

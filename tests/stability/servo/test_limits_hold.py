@@ -22,7 +22,7 @@ from haptic_server.device.pointer import Pointed
 from haptic_server.records import EVENT, NO_FAULT, POINTER
 from haptic_server.servo import loop, memory
 from realtime import ring, triple
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 
 SLACK = 1.0 + 1e-9
 

@@ -22,7 +22,7 @@ from haptic_server.servo import loop, memory
 from protocol import osc
 from realtime import ring, triple
 from realtime.atomics import add_to, peek
-from realtime.jit import allocations
+from realtime.kernels.jit import allocations
 from stability.catalogue import shows
 
 PERIOD_NS = sampled_arm.PERIOD_NS

@@ -17,7 +17,7 @@ from haptic_server.records import PANIC, set_type
 from haptic_server.servo import loop, memory
 from realtime import triple
 from realtime.atomics import exchange, poke
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 
 ROLL = parse(shipped_text("roll"), "roll")
 BARE = Scene(name="bare")

@@ -8,7 +8,7 @@ import pytest
 from numba.core.errors import TypingError
 
 from realtime.atomics import add, exchange, load_acquire, peek, poke
-from realtime.jit import allocations, njit
+from realtime.kernels.jit import allocations, njit
 
 ADDITIONS = 2_000_000
 

@@ -8,7 +8,7 @@ import pytest
 
 from realtime import triple
 from realtime.atomics import load_acquire, poke, store_release
-from realtime.jit import Records, njit
+from realtime.kernels.jit import Records, njit
 
 RECORDS = 1_000_000
 RECORD = np.dtype([("n", "i8"), ("twice", "i8"), ("half", "f8"), ("minus", "i8")], align=True)

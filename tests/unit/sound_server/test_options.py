@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from protocol.identity import Identity
+from protocol.access.identity import Identity
 from sound_server import options
 
 IDENTITY = Identity(Path("ca.pem"), Path("sound.pem"), Path("sound.key"))

@@ -152,7 +152,7 @@ def test_a_drum_that_enters_or_leaves_changes_nothing_in_the_sound_of_the_other(
 _ENTERS = """
 from drumstick.parameters.drum import Drum
 from drumstick.parameters.scene import Scene
-from realtime.handover import Handed
+from realtime.kernels.handover import Handed
 from drumstick.drum.build import new_engine
 from drumstick.drum.excitation.strikes import StrikeRing
 from sound_server.stage import Stage, _player_of

@@ -23,8 +23,8 @@ from drumstick.parameters.scene import Scene, parse, shipped_text
 from drumstick.stick.contact_ahead import Foreseen, contact_ahead
 from drumstick.stick.law import law_of, thrown
 from drumstick.stick.motion import exact
-from realtime.jit import Record, njit
-from realtime.lent import lend
+from realtime.kernels.jit import Record, njit
+from realtime.kernels.lent import lend
 
 SCENE = "roll"
 _SETTLED = 60  # contacts until each is like the one before

@@ -25,9 +25,9 @@ from drumstick.drum.step import step
 from drumstick.parameters.scene import Scene
 from drumstick_lab.accuracy.drums.heads import DEVICE_RATE_Hz
 from drumstick_lab.accuracy.timing import Window, spent_ns
-from realtime.float_mode import flush_denormals, restore
-from realtime.jit import Record, Records, njit
-from realtime.lent import lend
+from realtime.kernels.float_mode import flush_denormals, restore
+from realtime.kernels.jit import Record, Records, njit
+from realtime.kernels.lent import lend
 
 GOAL = 1.03  # of what is written by hand: no effects cost no effects
 PLACE = (0.3, 0.2)

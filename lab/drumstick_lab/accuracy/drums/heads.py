@@ -18,7 +18,7 @@ from drumstick.parameters.scene import Scene
 from drumstick_lab.accuracy.drums.modes import Numbers, Step
 from drumstick_lab.accuracy.drums.plain_mesh import PlainMesh, plain_mesh, plain_steps
 from drumstick_lab.accuracy.timing import Window, spent_ns
-from realtime.jit import Record
+from realtime.kernels.jit import Record
 
 DEVICE_RATE_Hz = 48_000
 BLOCK = 128

@@ -14,7 +14,7 @@ from drumstick.parameters.scene import Scene
 from drumstick_lab.accuracy.drums.heads import DEVICE_RATE_Hz, sounding
 from drumstick_lab.accuracy.drums.modes import MODES, Poles, poles_of
 from drumstick_lab.accuracy.timing import Window
-from realtime.jit import Record
+from realtime.kernels.jit import Record
 
 F01_Hz = Scene("drum").drum.f01_Hz
 _UPDATES_A_MODE = 3.0  # a mode costs as much as some junctions

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from drumstick.drum.membrane.lattice import Lattice
 from drumstick.drum.membrane.scheme import Losses, Scheme
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 
 Plane = npt.NDArray[np.float64]
 

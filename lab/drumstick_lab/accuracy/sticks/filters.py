@@ -18,8 +18,8 @@ from haptic_server.servo.force import guard
 from haptic_server.servo.force.rendering import ask, see
 from haptic_server.servo.force.velocity import LONGEST, follow, forget, new_track
 from haptic_server.servo.memory import Servo
-from realtime.jit import Record, njit
-from realtime.lent import lend
+from realtime.kernels.jit import Record, njit
+from realtime.kernels.lent import lend
 
 Samples = npt.NDArray[np.float64]
 

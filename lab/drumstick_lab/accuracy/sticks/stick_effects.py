@@ -18,7 +18,7 @@ from drumstick.stick.law import law_of, motion_type, thrown
 from drumstick.stick.motion import exact
 from drumstick.stick.simulate import COLUMNS, simulate
 from drumstick_lab.accuracy.timing import CHAIN, ENGINES, Window, apart, chain, in_turn, spent_ns
-from realtime.jit import Record, Records, njit
+from realtime.kernels.jit import Record, Records, njit
 
 ALL, NONE = "all", "none"
 NAMED_BY = {

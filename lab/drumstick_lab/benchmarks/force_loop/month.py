@@ -28,7 +28,7 @@ from drumstick_lab.soak.usage import usage
 from haptic_server.records import PLAYING
 from haptic_server.servo import loop
 from realtime import ring
-from realtime.jit import allocations
+from realtime.kernels.jit import allocations
 from rig.machine.this_machine import description
 
 RESULT = RESULTS / "month.json"

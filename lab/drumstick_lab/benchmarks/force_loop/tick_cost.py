@@ -35,7 +35,7 @@ from haptic_server.device.simulated import Simulated
 from haptic_server.servo import loop, memory
 from haptic_server.servo.memory import Servo
 from realtime.clock import now_ns
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 from rig.machine.this_machine import description
 
 RESULT = RESULTS / "tick_cost.json"

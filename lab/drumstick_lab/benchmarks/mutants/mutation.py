@@ -54,7 +54,7 @@ GOAL = 0.85
 _HELD = "tests/stability/servo/test_held_arm.py"
 _LIVE = "tests/stability/servo/test_live_sets.py"
 _ANY = "tests/stability/stick/test_any_parameters.py::test_no_contact_exceeds_what_the_envelope_predicts"
-_DOOR = "tests/unit/protocol/test_roles_at_the_door.py"
+_DOOR = "tests/unit/protocol/access/test_roles_at_the_door.py"
 # Which files, and which tests of them: what fails soonest first.
 TARGETS: dict[str, tuple[Sequence[str], Sequence[str]]] = {
     "envelope": (
@@ -104,9 +104,9 @@ TARGETS: dict[str, tuple[Sequence[str], Sequence[str]]] = {
         ],
     ),
     "roles": (
-        ["shared/protocol/access.py", "shared/protocol/roles.py", "shared/protocol/router_access.py"],
+        ["shared/protocol/access/rules.py", "shared/protocol/access/roles.py", "shared/protocol/access/router.py"],
         [
-            "tests/unit/protocol/test_access.py", "tests/contract/test_router_files.py",
+            "tests/unit/protocol/access/test_access.py", "tests/contract/test_router_files.py",
             "tests/unit/rig/identity/test_keys.py", "tests/unit/rig/supervision/test_settled.py", _DOOR,
             "tests/system/test_router_files.py",
         ],

@@ -27,8 +27,8 @@ from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.output.shown import FRAMES_PER_S, show_sound, show_surface, want
 from drumstick.parameters.scene import Scene, parse, shipped_text
 from drumstick_lab.checkout import RESULTS
-from realtime.jit import Record, njit
-from realtime.lent import lend
+from realtime.kernels.jit import Record, njit
+from realtime.kernels.lent import lend
 from rig.machine.this_machine import description
 
 RESULT = RESULTS / "panel_cost.json"

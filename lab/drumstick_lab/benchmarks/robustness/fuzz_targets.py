@@ -150,7 +150,7 @@ def _scenes() -> Target:
 
 
 def _rig_files() -> Target:
-    from protocol.roles import ROLES
+    from protocol.access.roles import ROLES
     from rig.identity.rig_file import RigFileError, parse
     from rig.identity.rig_template import rig_file_text
 

@@ -9,8 +9,8 @@ from drumstick.drum.membrane.heads import head_of
 from drumstick.drum.membrane.lattice import TOPOLOGIES, lattice_of
 from drumstick.drum.membrane.scheme import even_losses, scheme_of
 from drumstick.drum.membrane.sweep import Head, sweep
-from realtime.float_mode import flush_denormals, restore
-from realtime.jit import njit
+from realtime.kernels.float_mode import flush_denormals, restore
+from realtime.kernels.jit import njit
 
 RATE_HZ = 48_000
 

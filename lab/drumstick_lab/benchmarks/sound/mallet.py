@@ -26,9 +26,9 @@ from drumstick.parameters.drum import Modal
 from drumstick.parameters.mallet import MATERIALS, Mallet
 from drumstick.parameters.scene import Scene, parse, shipped_text
 from drumstick_lab.checkout import RESULTS
-from realtime.float_mode import flush_denormals, restore
-from realtime.jit import njit
-from realtime.lent import lend
+from realtime.kernels.float_mode import flush_denormals, restore
+from realtime.kernels.jit import njit
+from realtime.kernels.lent import lend
 from rig.machine.this_machine import description
 
 RESULT = RESULTS / "mallet.json"

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from realtime.atomics import load_acquire, poke
 from realtime.clock import now_ns, sleep_until
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 
 PERIOD_NS = 2_000_000
 _NOTED_NS = 100_000  # a wake-up this late is a stall

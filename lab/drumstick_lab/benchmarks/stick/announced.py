@@ -25,7 +25,7 @@ from drumstick.stick.motion import exact
 from drumstick_lab.checkout import RESULTS
 from haptic_server.records import RELEASE, STRIKE
 from haptic_server.servo import loop
-from realtime.jit import Records, njit
+from realtime.kernels.jit import Records, njit
 from rig.machine.this_machine import description
 
 RESULT = RESULTS / "announced.json"

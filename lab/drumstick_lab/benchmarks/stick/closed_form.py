@@ -6,7 +6,7 @@ import bounces
 from drumstick.stick.law import law_of, thrown
 from drumstick.stick.motion.crossing import point_after
 from drumstick.stick.motion.transitions import segment_of
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 _POINTS = 20_000
 _WINDOWS = 20

@@ -10,12 +10,12 @@ from haptic_server.device.openhaptics.tick import begin, finish
 from haptic_server.servo.memory import Servo
 from haptic_server.servo.telling import tell
 from haptic_server.servo.trace import note
-from realtime.handover import Handed, take_up
-from realtime.jit import CFunction, Record, cfunction, njit
-from realtime.lent import lend
+from realtime.kernels.handover import Handed, take_up
+from realtime.kernels.jit import CFunction, Record, cfunction, njit
+from realtime.kernels.lent import lend
 
 WARM_TICKS = 100  # a driver's first ticks come as it gets started
-# The law: (servo, reading, now_ns, span_s) -> force along the paper's z, N. Compiled code only (realtime.jit.njit).
+# The law: (servo, reading, now_ns, span_s) -> force along the paper's z, N. Compiled code only (`njit`).
 Law = Callable[[Servo, Record, int, float], float]
 
 

@@ -7,7 +7,7 @@ metres. Both are right-handed; a quarter turn about x takes one to the other. An
 import numpy as np
 import numpy.typing as npt
 
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 MM = 1e-3
 

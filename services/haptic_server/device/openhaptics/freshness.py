@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 # To stop from here within a tick of 1 ms takes 100 m/s^2: 7.5 N on the 75 g of an arm, and then not a count of rebound.
 MOVING_M_PER_S = 0.1

@@ -6,7 +6,7 @@ import sys
 
 from numba import types
 
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 
 _FIFO_PRIORITY = 80  # as haptic_server.servo.priority gives our own loop
 

@@ -34,8 +34,8 @@ from haptic_server.device.openhaptics.thread import own_id
 from haptic_server.records import NO_FAULT, NOT_A_NUMBER, SAFETY_SWITCH
 from realtime.atomics import load_acquire, store_release
 from realtime.clock import now_ns
-from realtime.foreign import call_u32, call_u32_pointer, three_words
-from realtime.jit import Record, njit
+from realtime.kernels.foreign import call_u32, call_u32_pointer, three_words
+from realtime.kernels.jit import Record, njit
 
 _SELDOM = 100  # temperature and rate: every so many ticks
 _MOST_ERRORS = 32  # in one go; the rest waits for the next, so that a flood cannot stop the tick

@@ -21,7 +21,7 @@ from haptic_server.records import (
     STALLED,
     TOO_FAST,
 )
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 STALL_PAUSE_S = 0.005  # a longer gap between ticks: no force until the stick was above the head again
 STALL_FAULT_S = 0.020  # a longer one is a latched fault

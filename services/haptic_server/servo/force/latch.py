@@ -8,7 +8,7 @@ from drumstick.safety.fence import within
 from drumstick.stick import composition
 from haptic_server.servo.memory import Servo
 from realtime import triple
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 
 
 @njit()

@@ -5,7 +5,7 @@ Tick thread: no allocation, no locks, no Python, no exceptions.
 
 import math
 
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 
 @njit()

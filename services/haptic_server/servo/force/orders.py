@@ -8,7 +8,7 @@ from haptic_server.permission import FAULTED, FREE, PANICKED
 from haptic_server.records import NO_FAULT
 from haptic_server.servo.memory import Servo
 from realtime.atomics import exchange, load_acquire
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 NOTHING = -1
 _EVENTS = len(permission.EVENTS)

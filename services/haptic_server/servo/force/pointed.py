@@ -13,7 +13,7 @@ from haptic_server.servo.force.latch import latch
 from haptic_server.servo.force.rendering import render
 from haptic_server.servo.force.tick import advance, begin, conclude
 from haptic_server.servo.memory import Servo
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 _WITHIN_M = 0.01  # the arm's hand stays so far inside what the guard allows
 

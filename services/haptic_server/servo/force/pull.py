@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from drumstick.parameters.scene import Scene
 from drumstick.stick import contact
-from realtime.jit import Record, njit, only_with
+from realtime.kernels.jit import Record, njit, only_with
 
 # How quickly it forgets: 300/s doubles the error that the encoder's steps make, 120/s is late where the hand turns.
 _RATE_PER_S = 200.0

@@ -22,7 +22,7 @@ from haptic_server.servo.force.velocity import follow, forget
 from haptic_server.servo.memory import Servo
 from haptic_server.servo.telling import end_contact, note_release, note_strike
 from realtime.atomics import store_release
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 _CLEAR_OF_HEAD = 2.0  # resolutions above z = 0: a stick that lies on the head must not chatter
 

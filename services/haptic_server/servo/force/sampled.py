@@ -8,7 +8,7 @@ from haptic_server.device.hand import HOLD
 from haptic_server.servo.force.orbit import walk
 from haptic_server.servo.force.rendering import render
 from haptic_server.servo.memory import Servo
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 
 _STILL_M_PER_S = 1e-3
 

@@ -15,7 +15,7 @@ from haptic_server.servo.force.orders import NOTHING, held_word, obey
 from haptic_server.servo.memory import Servo
 from haptic_server.servo.telling import end_contact, note_release, note_strike
 from realtime.atomics import store_release
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 
 _EVENTS_IN_A_TICK = 64  # more is a stick that buzzes faster than anything audible
 _STILL_M_PER_S = 1e-3

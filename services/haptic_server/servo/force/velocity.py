@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.safety.sampled_contact import LONGEST_WINDOW
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 LONGEST = LONGEST_WINDOW + 1  # positions kept
 # The last positions z and their instants t, as rings: `newest` is the index of the last, `known` their number.

@@ -11,7 +11,7 @@ from drumstick.analysis.cycles import lap, multiplier
 from drumstick.analysis.cycles.lap import Numbers
 from drumstick.stick.effects.kick import IGNORE
 from drumstick.stick.motion import exact
-from realtime.jit import Records
+from realtime.kernels.jit import Records
 
 _NEWTON_STEPS = 8
 _CLOSED = 1e-11  # of the speed: what may be missing after one round

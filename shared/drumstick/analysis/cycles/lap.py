@@ -16,7 +16,7 @@ from drumstick.parameters.scene import Scene
 from drumstick.stick import composition
 from drumstick.stick.law import thrown
 from drumstick.stick.motion import exact
-from realtime.jit import Record, Records, njit, only_with
+from realtime.kernels.jit import Record, Records, njit, only_with
 
 Numbers = npt.NDArray[np.float64]
 

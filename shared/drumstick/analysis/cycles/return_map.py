@@ -29,7 +29,7 @@ from drumstick.analysis.cycles.lap import (
 from drumstick.parameters.scene import Scene
 from drumstick.stick.law import law_of
 from drumstick.stick.motion import exact
-from realtime.jit import Record, Records, njit, only_with
+from realtime.kernels.jit import Record, Records, njit, only_with
 
 # No pushes fit: no motion of this period has this speed.
 UNSETTLED = 4

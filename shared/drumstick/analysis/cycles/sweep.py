@@ -21,7 +21,7 @@ from drumstick.parameters.scene import Scene
 from drumstick.parameters.table import table_of, with_changes
 from drumstick.stick.law import law_of, thrown
 from drumstick.stick.motion import exact
-from realtime.jit import Records, njit, prange
+from realtime.kernels.jit import Records, njit, prange
 
 # What becomes of the stick. BUZZING: no settled period, a period of more than one contact, or contacts that follow one
 # another faster than BUZZ_HZ. LEFT: it never comes back, or its speed grows without end.

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from drumstick.drum.effects import snare
 from drumstick.drum.membrane.sweep import Head, sweep
-from realtime.jit import Record, Records, only_with
+from realtime.kernels.jit import Record, Records, only_with
 
 AIR_KG_PER_M3, SOUND_M_PER_S = 1.204, 343.2  # at 20 degrees Celsius
 # Sums of u over the heads, gains that turn a difference of means into a push, the second head's own gains.

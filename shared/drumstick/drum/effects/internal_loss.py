@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from realtime.jit import Record, only_with
+from realtime.kernels.jit import Record, only_with
 
 
 class Momentum(NamedTuple):

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from drumstick.drum.effects import internal_loss
 from drumstick.drum.membrane.sweep import bend_at
-from realtime.jit import Record, only_with
+from realtime.kernels.jit import Record, only_with
 
 Floats = npt.NDArray[np.float32]
 

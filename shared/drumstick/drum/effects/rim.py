@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from realtime.jit import Record, Records, only_with
+from realtime.kernels.jit import Record, Records, only_with
 
 # u+ = turn u - kept u- + drive F; what is heard is (u+ - u-)/2, scaled into `drive`.
 MODE: np.dtype[Any] = np.dtype(

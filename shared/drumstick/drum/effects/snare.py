@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from realtime.jit import Record, Records, njit, only_with
+from realtime.kernels.jit import Record, Records, njit, only_with
 
 # One bead: the junction under it, its place and how near the head is to it, now and before.
 BEAD: np.dtype[Any] = np.dtype(

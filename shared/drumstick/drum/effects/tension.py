@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from drumstick.drum.effects import internal_loss, muffle
 from drumstick.drum.membrane.sweep import bend_at, stretched
-from realtime.jit import Record, Records, njit, only_with
+from realtime.kernels.jit import Record, Records, njit, only_with
 
 # q_most and half as above, the last q; tau of the head, what of it is in the weights (`baked`), 1 + s; eta of the
 # internal loss. The step's equation, S+ = before - x - y q, for those who move the head by what q leaves of it.

@@ -26,7 +26,7 @@ from drumstick.drum.excitation import playing
 from drumstick.drum.excitation.push import push
 from drumstick.drum.membrane.places import CORNERS
 from drumstick.drum.modal import bank
-from realtime.jit import Record, Records, njit
+from realtime.kernels.jit import Record, Records, njit
 
 POOL = 32
 

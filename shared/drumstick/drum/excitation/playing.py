@@ -16,7 +16,7 @@ import math
 
 from drumstick.drum.effects import rim
 from drumstick.drum.excitation.push import push
-from realtime.jit import Record, njit, only_with
+from realtime.kernels.jit import Record, njit, only_with
 from realtime.ring import drain
 
 HOLD_S, FADE_S = 0.003, 0.002

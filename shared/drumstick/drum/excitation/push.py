@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from drumstick.drum.membrane.places import around
-from realtime.jit import Record, njit, only_with
+from realtime.kernels.jit import Record, njit, only_with
 
 # One junction that is pushed in this step, and by how much that moves it.
 FORCE: np.dtype[Any] = np.dtype([("junction", "i8"), ("step", "f8")], align=True)

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from realtime import ring
-from realtime.jit import Records
+from realtime.kernels.jit import Records
 
 RING_SLOTS = 256
 

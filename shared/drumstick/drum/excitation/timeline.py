@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from drumstick.parameters.scene import Scene
 from realtime import ring
-from realtime.jit import Records
+from realtime.kernels.jit import Records
 
 RING_SLOTS = 256
 PIECE_MOST = 32  # samples in a piece; a longer message becomes several

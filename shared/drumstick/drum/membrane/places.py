@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 from drumstick.drum.membrane.lattice import TOPOLOGIES
 from drumstick.drum.membrane.sweep import Head, is_triangular_type
-from realtime.jit import ArgumentType, Record, njit, overload
+from realtime.kernels.jit import ArgumentType, Record, njit, overload
 
 _ROW_HEIGHT = TOPOLOGIES["triangular"].row_height
 CORNERS = 4  # at most

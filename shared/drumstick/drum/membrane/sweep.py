@@ -13,7 +13,7 @@ import numpy.typing as npt
 from drumstick.drum.membrane import rows
 from drumstick.drum.membrane.lanes import WIDTH
 from drumstick.drum.membrane.strip import LEFT, LEVEL
-from realtime.jit import ArgumentType, Records, array_has, njit, overload
+from realtime.kernels.jit import ArgumentType, Records, array_has, njit, overload
 
 Floats = npt.NDArray[np.float32]
 

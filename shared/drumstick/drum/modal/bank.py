@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from realtime.jit import Record, njit, only_with
+from realtime.kernels.jit import Record, njit, only_with
 
 Floats = npt.NDArray[np.float32]
 _PART = 1024  # modes

@@ -115,7 +115,7 @@ def radial_shapes(modes: Modes, radii: Numbers) -> Numbers:
 
 
 def left_under_tip(modes: Modes, radius: float) -> Numbers:
-    """A mode's mean under a mallet's tip, by its shape in the tip's middle: see drumstick.drum.excitation.shares."""
+    """A mode's mean under a mallet's tip, by its shape in the tip's middle: see drumstick.drum.mallets.shares."""
     a = modes.zeros * radius
     return 8.0 * _bessel().jv(2, a) / a**2
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 
 _KNEE = 0.75  # up to here the limiter changes nothing
 

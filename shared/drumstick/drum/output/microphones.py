@@ -15,7 +15,7 @@ import numpy.typing as npt
 from drumstick.drum.effects.cavity import SOUND_M_PER_S
 from drumstick.drum.membrane.lattice import Lattice
 from drumstick.parameters.scene import Scene
-from realtime.jit import Record, njit, only_with
+from realtime.kernels.jit import Record, njit, only_with
 
 Floats = npt.NDArray[np.float32]
 

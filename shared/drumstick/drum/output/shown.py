@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from realtime import triple
 from realtime.atomics import load_acquire, peek, poke, store_release
-from realtime.jit import Record, Records, njit, only_with
+from realtime.kernels.jit import Record, Records, njit, only_with
 
 FRAMES_PER_S = 30
 HEARD = (

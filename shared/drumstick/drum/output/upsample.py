@@ -6,7 +6,7 @@ The delay is half the filter: TAPS/2 steps of the mesh.
 import numpy as np
 import numpy.typing as npt
 
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 
 TAPS = 24  # per phase
 _KAISER_BETA = 8.0  # 80 dB below in the stop band

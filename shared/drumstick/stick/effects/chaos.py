@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from drumstick.parameters.declare import number
 from drumstick.stick.effects.moments import EXIT, TURN
-from realtime.jit import Record, only_with
+from realtime.kernels.jit import Record, only_with
 
 STATE = (("x", "f8"), ("force_N", "f8"))
 

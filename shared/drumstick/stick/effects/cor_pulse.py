@@ -10,7 +10,7 @@ from typing import Literal
 
 from drumstick.parameters.declare import choice, number
 from drumstick.stick.effects import kick
-from realtime.jit import Record, only_with
+from realtime.kernels.jit import Record, only_with
 
 STATE = kick.STATE
 

@@ -8,7 +8,7 @@ allocation.
 import math
 
 from drumstick.stick.effects import moments
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 ADD, REPLACE, IGNORE = 0, 1, 2
 TRIGGERS = ("entry", "turn", "exit")  # in the order of effects.moments

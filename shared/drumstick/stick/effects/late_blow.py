@@ -9,7 +9,7 @@ import math
 from drumstick.stick import contact
 from drumstick.stick.contact import PAPER
 from drumstick.stick.effects.system_delay import MOST_TICKS
-from realtime.jit import Record, njit, only_with
+from realtime.kernels.jit import Record, njit, only_with
 
 _MOST_PHASES, _FEWEST_PHASES = 32, 4  # of the sampling, tried for the worst; few where samples lie close
 _STARTS = 500  # phases times samples a contact

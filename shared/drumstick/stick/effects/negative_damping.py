@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from drumstick.parameters.declare import number
 from drumstick.stick.effects.moments import ENTRY
-from realtime.jit import Record, njit, only_with
+from realtime.kernels.jit import Record, njit, only_with
 
 STATE = (("active", "i8"),)
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from drumstick.parameters.declare import count, number
 from drumstick.stick.effects.moments import ENTRY, EXIT
-from realtime.jit import Record, njit, only_with
+from realtime.kernels.jit import Record, njit, only_with
 
 STATE = (("force_N", "f8"), ("left_s", "f8"), ("drawn", "i8"))
 _DUE_S = 1e-15  # what rounding may leave of a time that is over

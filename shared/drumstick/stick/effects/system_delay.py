@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 
 from drumstick.parameters.declare import count, number
-from realtime.jit import Record, njit, only_with
+from realtime.kernels.jit import Record, njit, only_with
 
 MOST_TICKS = 8
 STATE = (("held_N", "f8"), ("left_s", "f8"), ("next", "i8"), ("queue_N", "f8", (MOST_TICKS,)))

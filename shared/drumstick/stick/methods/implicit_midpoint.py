@@ -5,7 +5,7 @@ any thread; no allocation.
 """
 
 from drumstick.stick.motion.segment import Segment, push_now
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 
 ORDER = 2
 

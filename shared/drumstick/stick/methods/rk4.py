@@ -4,7 +4,7 @@ Kernel: any thread; no allocation.
 """
 
 from drumstick.stick.motion.segment import Segment, acceleration, acceleration_at_start
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 
 ORDER = 4
 

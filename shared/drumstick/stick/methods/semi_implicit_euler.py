@@ -5,7 +5,7 @@ section I.1. Kernel: any thread; no allocation.
 """
 
 from drumstick.stick.motion.segment import Segment, acceleration_at_start
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 
 ORDER = 1
 

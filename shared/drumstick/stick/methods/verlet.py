@@ -4,7 +4,7 @@ Hairer, Lubich, Wanner, "Geometric numerical integration", section I.1.4. Kernel
 """
 
 from drumstick.stick.motion.segment import Segment, acceleration_at_start, push_now
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 
 ORDER = 2
 

@@ -17,7 +17,7 @@ from drumstick.stick.motion.events import (
     first_event,
 )
 from drumstick.stick.motion.transitions import CAPTURED, apply, begin, move, never_releases, renew
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 _INSTANT_S = 1e-15
 _MOST_AT_ONCE = 20

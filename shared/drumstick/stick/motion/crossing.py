@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from drumstick.stick.methods.carry import carry, is_exact
 from drumstick.stick.motion.segment import Segment, acceleration_at_start, push_now, quickness
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 
 # What z, its first three derivatives and 1 are multiplied with.
 Weights = tuple[float, float, float, float, float]

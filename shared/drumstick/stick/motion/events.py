@@ -19,7 +19,7 @@ from drumstick.stick.motion.crossing import (
 )
 from drumstick.stick.motion.segment import Segment
 from drumstick.stick.motion.spans import SPEED, cut, first_nodes, is_brief, later, nearest, push_rate
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 # Where the stick is. LOOSE: still below z = 0, but a head that only pushes has let go of it (`unilateral`).
 ABOVE, CONTACT, LOOSE = 0, 1, 2

@@ -9,7 +9,7 @@ import math
 from drumstick.stick.motion.advancing import advance as advance_by
 from drumstick.stick.motion.events import ABOVE, APEX, CONTACT, ENTRY, HORIZON, LOOSE, RELEASE, TURN
 from drumstick.stick.motion.transitions import CAPTURED, LEFT, MOVING, STATE
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 __all__ = [
     "ABOVE",

@@ -16,7 +16,7 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from realtime.jit import njit, overload
+from realtime.kernels.jit import njit, overload
 
 # For each pulse of the scene, running or not: its acceleration p (m/s^2) at the start and its rate lam (1/s).
 Pushes = tuple[tuple[float, float], ...]

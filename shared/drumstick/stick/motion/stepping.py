@@ -25,7 +25,7 @@ from drumstick.stick.motion.events import (
 )
 from drumstick.stick.motion.segment import Segment, onward
 from drumstick.stick.motion.transitions import CAPTURED, apply, begin, move, never_releases, renew
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 _NEGLIGIBLE = 1e-12  # of a step: what rounding may leave of a horizon that is a whole number of steps
 

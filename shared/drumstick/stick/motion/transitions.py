@@ -23,7 +23,7 @@ from drumstick.stick.motion.events import (
     push_of,
 )
 from drumstick.stick.motion.segment import Segment
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 # How a stick can come to its end.
 MOVING, CAPTURED, LEFT = 0, 1, 2

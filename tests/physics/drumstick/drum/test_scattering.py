@@ -6,7 +6,7 @@ import pytest
 from drumstick.drum.membrane.heads import head_of
 from drumstick.drum.membrane.lattice import TOPOLOGIES, lattice_of
 from drumstick.drum.membrane.sweep import Head, sweep
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 from scattering import Scattering
 
 STEPS = 400

@@ -12,7 +12,7 @@ from drumstick.drum.membrane.lattice import J01, TOPOLOGIES, Lattice
 from drumstick.drum.membrane.scheme import Scheme, even_losses, rising_losses, scheme_of, tuned
 from drumstick.drum.membrane.sweep import Head, sweep
 from drumstick.drum.outlook import rms_cents
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 
 # The first twenty modes of the ideal membrane: zeros of the Bessel functions J_m, twice for m > 0 (cosine and sine).
 _ZEROS = sorted((zero, m) for m in range(12) for zero in jn_zeros(m, 6))[:20]

@@ -17,7 +17,7 @@ from drumstick.drum.output.upsample import TAPS
 from drumstick.drum.render import render
 from drumstick.drum.tiers import divisor_for
 from drumstick.parameters.scene import Scene
-from realtime.jit import allocations
+from realtime.kernels.jit import allocations
 from sound_server.sinks.callback import Heard, block_start, stream_callback
 from sound_server.sinks.sink import DESK, NOTED
 from sound_server.sinks.timed import noted

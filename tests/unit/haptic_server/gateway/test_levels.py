@@ -21,7 +21,7 @@ from haptic_server.servo import loop, memory
 from osc_bench import FakeDesk, client, opened_front
 from protocol.messages import Strike
 from realtime import ring
-from realtime.jit import allocations
+from realtime.kernels.jit import allocations
 from rig.offline.simulate import simulate as print_contacts
 
 CURVES = {

@@ -15,7 +15,7 @@ from haptic_server.records import EVENT, PANIC, PLAYING, RELEASE, STRIKE, set_ty
 from haptic_server.servo import loop, memory
 from realtime import ring, triple
 from realtime.atomics import add_to, poke
-from realtime.jit import allocations
+from realtime.kernels.jit import allocations
 
 
 def scene(name: str = "roll", rate_hz: int = 1000) -> Scene:

@@ -18,7 +18,7 @@ from drumstick_lab.accuracy.run import PARTS, begun, fill
 from drumstick_lab.benchmarks import worse
 from drumstick_lab.figures.accuracy import FIGURES, write
 from drumstick_lab.peers import windows
-from realtime.kernel_cache import hash_of_all
+from realtime.kernels.store import hash_of_all
 from rig import accuracy_files, folder
 from rig.cli.command import app
 

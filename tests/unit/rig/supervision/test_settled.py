@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from made_keys import Keyring
-from protocol.identity import Identity
+from protocol.access.identity import Identity
+from protocol.access.roles import ROLES
 from protocol.keys import DEFAULT_ROUTER
-from protocol.roles import ROLES
 from rig.fault import GIVEN, LACKING, Stop
 from rig.identity import certificates
 from rig.supervision.plan import Options, commands

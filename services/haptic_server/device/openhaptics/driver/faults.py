@@ -6,7 +6,7 @@ opened again only by a new process. The others hold the servo until somebody arm
 
 from haptic_server.device.openhaptics.driver import names
 from haptic_server.records import FORCE_ERROR, NO_FAULT, SCHEDULER, UNPLUGGED, WARM
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 
 _WORDS = {
     names.INVALID_ENUM: "a name that this driver does not know",

@@ -12,14 +12,14 @@ from drumstick.drum.block import render_all
 from drumstick.drum.build import new_engine
 from drumstick.drum.calibrate import blow_at, build
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.mallet import GONE, POOL
-from drumstick.drum.excitation.patch import LANES, ROWS
 from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.mallets.mallet import GONE, POOL
+from drumstick.drum.mallets.patch import LANES, ROWS
 from drumstick.drum.render import render
 from drumstick.parameters.drum import Modal
 from drumstick.parameters.scene import Scene
 from mallets import swing, with_mallet
-from realtime.jit import allocations
+from realtime.kernels.jit import allocations
 from stability.mesh_steps import RATE, drum_of, engine_of, take
 
 

@@ -18,7 +18,7 @@ from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.render import render
 from drumstick.parameters.scene import Scene
 from drumstick_lab.accuracy.drums.blows import pressed
-from realtime.jit import allocations
+from realtime.kernels.jit import allocations
 from streamed_engine import MS, Player, streamed
 
 T = 1e-3

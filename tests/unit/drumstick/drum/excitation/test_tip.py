@@ -8,7 +8,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from drumstick.drum.excitation.tip import goes_on, met, placed, pushed
+from drumstick.drum.mallets.tip import goes_on, met, placed, pushed
 from mallets import struck_at_random, tip_of
 
 DEPTHS = st.floats(-1e-3, 1e-3)

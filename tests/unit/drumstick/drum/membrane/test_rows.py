@@ -13,7 +13,7 @@ from drumstick.drum.membrane.rows import step_of
 from drumstick.drum.membrane.strip import LEFT
 from drumstick.drum.membrane.sweep import Head, stretched, sweep
 from membranes import Membrane
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 
 Floats = npt.NDArray[np.float32]
 NOW_GAIN, THEN_GAIN = np.float32(-0.6), np.float32(0.98)

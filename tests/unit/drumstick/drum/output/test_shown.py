@@ -17,7 +17,7 @@ from drumstick.drum.modal.modes import highest_zero
 from drumstick.drum.output.shown import FRAMES_PER_S, last_heard, take_surface, want
 from drumstick.parameters.drum import Drum, Mesh, Modal
 from drumstick.parameters.scene import Scene
-from realtime.jit import allocations
+from realtime.kernels.jit import allocations
 from sound_server.viewing import in_sixteen_bits, spectrum
 
 RATE = 48_000

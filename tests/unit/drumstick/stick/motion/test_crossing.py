@@ -5,7 +5,7 @@ import numpy.typing as npt
 
 from drumstick.stick.motion.crossing import Weights, point_after, root, start_of
 from drumstick.stick.motion.segment import Pushes, Segment
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 
 HEIGHT: Weights = (1.0, 0.0, 0.0, 0.0, 0.0)
 W2, HORIZON_S = 5000.0 / 0.015, 3e-3

@@ -7,7 +7,7 @@ import pytest
 
 from drumstick.stick.motion.segment import Segment, push_now
 from drumstick.stick.motion.segment import propagate as along
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 # a, w2, lam: what a name promises holds for the numbers behind it.
 REGIMES = {

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from drumstick.stick.motion.crossing import point_after, start_of, weighted
 from drumstick.stick.motion.segment import Pushes, Segment, free_response
 from drumstick.stick.motion.spans import cut, first_nodes, first_zero, later, nearest, push_rate
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 Numbers = npt.NDArray[np.float64]
 

@@ -17,7 +17,7 @@ from hd_laws import servo_at, wall
 from hd_stand_in import CENTRE_MM, Playing, StandIn, playing, undisturbed
 from realtime import ring, triple
 from realtime.atomics import poke
-from realtime.handover import Handed
+from realtime.kernels.handover import Handed
 from realtime.stop import StopRequest
 
 pytestmark = [pytest.mark.needs("cc"), pytest.mark.timeout(120)]

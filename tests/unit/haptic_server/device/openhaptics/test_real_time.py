@@ -16,7 +16,7 @@ from haptic_server.servo.force.rendering import render
 from haptic_server.servo.memory import Servo
 from hd_laws import servo_at, wall
 from hd_stand_in import CENTRE_MM, StandIn, playing
-from realtime.jit import allocations
+from realtime.kernels.jit import allocations
 
 pytestmark = [pytest.mark.needs("cc"), pytest.mark.timeout(120)]
 _MADE = 0.6  # of the ticks that were due: a shared machine may stand still; Python, which waits its turn, makes 0.2

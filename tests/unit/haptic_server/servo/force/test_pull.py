@@ -9,8 +9,8 @@ import sampled_arm
 from drumstick.parameters.scene import Scene, parse
 from haptic_server.servo import loop
 from haptic_server.servo.force import pull
-from realtime.jit import njit
-from realtime.lent import lend
+from realtime.kernels.jit import njit
+from realtime.kernels.lent import lend
 
 HAND_M, HAND_M_PER_S = 0.02, -0.25
 STEP_M = 3e-5

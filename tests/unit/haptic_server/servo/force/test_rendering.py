@@ -34,7 +34,7 @@ from haptic_server.servo import loop, memory
 from haptic_server.servo.force import guard
 from realtime import triple
 from realtime.atomics import add_to, poke
-from realtime.jit import allocations
+from realtime.kernels.jit import allocations
 from sampled_arm import PERIOD_NS, ask_once, events_of, render_once, servo_of
 from stability.catalogue import shows
 

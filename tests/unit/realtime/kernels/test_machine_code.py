@@ -19,7 +19,7 @@ from realtime.atomics import (
     load_acquire,
     store_release,
 )
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 
 CELLS = np.zeros(24, np.int64)
 EVENTS, EVENT_1, EVENT_OUT = np.zeros(8, EVENT), np.zeros(1, EVENT), np.zeros(4, EVENT)

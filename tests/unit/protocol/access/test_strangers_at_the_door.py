@@ -10,9 +10,9 @@ import zenoh
 from rig_process import free_port, wait_for
 
 from made_keys import Keyring
-from protocol.handshake import why_refused
-from protocol.identity import Identity
-from protocol.roles import ROLES
+from protocol.access.handshake import why_refused
+from protocol.access.identity import Identity
+from protocol.access.roles import ROLES
 from protocol.session import Public, client_config, open_client, open_door, open_router
 
 RIG = "r"

@@ -2,8 +2,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from realtime import float_mode
-from realtime.jit import njit
+from realtime.kernels import float_mode
+from realtime.kernels.jit import njit
 
 
 @njit()

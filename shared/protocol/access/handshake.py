@@ -11,8 +11,8 @@ import socket
 import ssl
 from typing import NamedTuple
 
+from protocol.access.identity import Identity
 from protocol.endpoint import host_and_port
-from protocol.identity import Identity
 
 _PATIENCE_S = 1.0
 _ALERT_WITHIN_S = 0.5

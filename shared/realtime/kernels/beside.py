@@ -6,7 +6,7 @@ Ordinary Python threads; several processes may write at once, and the last one's
 import contextlib
 import time
 
-from realtime.kernel_cache import folder_of
+from realtime.kernels.store import folder_of
 from realtime.regular_file import read_text
 
 

@@ -13,7 +13,7 @@ from numba import typeof, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 
 
 def is_plain(kind) -> bool:

@@ -21,7 +21,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 
 SYSV, AAPCS64, HIDDEN = "sysv", "aapcs64", "hidden"
 _WORD, _PAIR = ir.IntType(32), ir.IntType(64)

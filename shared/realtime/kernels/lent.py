@@ -15,7 +15,7 @@ from numba.core.imputils import lower_getattr_generic
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
 from numba.extending import intrinsic, models, register_model
 
-from realtime.handover import borrowed, is_plain
+from realtime.kernels.handover import borrowed, is_plain
 
 
 class Lent(types.Type):

@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.modal import bank
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 Floats = npt.NDArray[np.float32]
 

@@ -5,15 +5,15 @@ import math
 import numpy as np
 
 from drumstick.drum.effects.cavity import AIR_KG_PER_M3
-from drumstick.drum.excitation.mallet import MALLET, POOL, STATE, Mallets
-from drumstick.drum.excitation.patch import patches_of, radius_on
-from drumstick.drum.excitation.shares import shares_of
-from drumstick.drum.excitation.tip import TIP
+from drumstick.drum.mallets.mallet import MALLET, POOL, STATE, Mallets
+from drumstick.drum.mallets.patch import patches_of, radius_on
+from drumstick.drum.mallets.shares import shares_of
+from drumstick.drum.mallets.tip import TIP
 from drumstick.drum.membrane.surface import metres_per_unit
 from drumstick.parameters.drum_effects import Cavity
 from drumstick.parameters.mallet import Mallet
 from drumstick.parameters.scene import Scene
-from realtime.jit import Record, Records
+from realtime.kernels.jit import Record, Records
 
 # Of the air's mass on one side of a piston in a wall, to that of a layer as thick as its radius (Rayleigh, "The theory
 # of sound", section 302).

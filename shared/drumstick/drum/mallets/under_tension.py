@@ -14,12 +14,12 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.effects import tension
-from drumstick.drum.excitation import patch
-from drumstick.drum.excitation.mallet import PLAYING, POOL
-from drumstick.drum.excitation.patch import LANES
-from drumstick.drum.excitation.tip import met
+from drumstick.drum.mallets import patch
+from drumstick.drum.mallets.mallet import PLAYING, POOL
+from drumstick.drum.mallets.patch import LANES
+from drumstick.drum.mallets.tip import met
 from drumstick.drum.membrane.sweep import is_triangular
-from realtime.jit import Record, njit, only_with
+from realtime.kernels.jit import Record, njit, only_with
 
 _MOST_TURNS = 8
 _FLAT = -1e-6

@@ -17,9 +17,9 @@ from rig_process import free_port, wait_for
 
 from made_keys import Keyring
 from protocol import session as sessions
-from protocol.access import access_control
-from protocol.identity import Identity
-from protocol.roles import HAPTIC, ROLES, Role
+from protocol.access.identity import Identity
+from protocol.access.roles import HAPTIC, ROLES, Role
+from protocol.access.rules import access_control
 from protocol.session import Public, client_config, open_client, open_door, open_router
 
 RIG = "r"

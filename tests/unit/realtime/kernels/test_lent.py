@@ -8,8 +8,8 @@ import numpy.typing as npt
 import pytest
 from numba.core.errors import TypingError
 
-from realtime.jit import allocations, is_none, njit, overload
-from realtime.lent import lend
+from realtime.kernels.jit import allocations, is_none, njit, overload
+from realtime.kernels.lent import lend
 
 RECORD: np.dtype[Any] = np.dtype([("a", "f8"), ("path", "f8", (4,))], align=True)
 

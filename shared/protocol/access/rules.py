@@ -7,8 +7,8 @@ link that is neither, or a certificate of another name, gets nothing through.
 
 from collections.abc import Sequence
 
+from protocol.access.roles import ROLES, Role
 from protocol.keys import checked_rig
-from protocol.roles import ROLES, Role
 
 EVERY_MESSAGE = (
     "put", "delete", "declare_subscriber", "query", "reply", "declare_queryable",

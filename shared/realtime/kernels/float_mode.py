@@ -13,7 +13,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 
 _FLUSH_TO_ZERO, _DENORMALS_ARE_ZERO = 0x8000, 0x0040
 HAS_MODE = platform.machine() in ("x86_64", "AMD64")

@@ -19,7 +19,7 @@ import numpy.typing as npt
 from drumstick.drum.membrane.lattice import MARGIN, TOPOLOGIES
 from drumstick.drum.membrane.places import drawn_in
 from drumstick.drum.membrane.sweep import Head, is_triangular, is_triangular_type
-from realtime.jit import ArgumentType, Record, njit, only_with, overload
+from realtime.kernels.jit import ArgumentType, Record, njit, only_with, overload
 
 LANES = 8
 ROWS = 36  # as many as a circle of seven spacings' radius meets, two of them beside each other

@@ -17,7 +17,7 @@ the solution and never passes it. It ends at some s above the solution. While th
 d+ = max(d-, free - give F(s)) is taken, which is not above it, so that F = (free - d+)/give is not less than F(d+);
 while it comes out d+ = min(s, d-), and F is not more than F(d+). In both cases the inequality holds.
 
-That a mesh (drumstick.drum.excitation.patch) and a bank of modes (drumstick.drum.modal.bank) gain F (y+ - y-)/2 is a
+That a mesh (drumstick.drum.mallets.patch) and a bank of modes (drumstick.drum.modal.bank) gain F (y+ - y-)/2 is a
 matter of pushing with the very shares by which they are read. Kernels: audio thread; no allocation.
 """
 
@@ -26,7 +26,7 @@ from typing import Any
 
 import numpy as np
 
-from realtime.jit import Record, njit
+from realtime.kernels.jit import Record, njit
 
 # Of a mallet: its law in newtons and metres; `halves` = 2 p where that is whole, else 0; `kept` = 1/(p + 1); `rate` =
 # lambda/2T; all that gives; depth, V and V' now and a step before; where to look first for the depth to come.

@@ -12,9 +12,9 @@ import pytest
 from numba.core.caching import NullCache
 from numba.core.errors import TypingError
 
-from realtime import handover
-from realtime.handover import Handed, take_up
-from realtime.jit import allocations, cfunction, njit
+from realtime.kernels import handover
+from realtime.kernels.handover import Handed, take_up
+from realtime.kernels.jit import allocations, cfunction, njit
 
 RECORD: np.dtype[Any] = np.dtype([("a", "f8"), ("b", "i8"), ("path", "f8", (4,))], align=True)
 

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from protocol.access import access_control
+from protocol.access.roles import ROLES, checked_roles
+from protocol.access.rules import access_control
 from protocol.keys import Keys
-from protocol.roles import ROLES, checked_roles
 
 KEYS = Keys("r")
 EVERY_TAIL = {

@@ -7,11 +7,11 @@ what it holds. Kernels: audio thread; no allocation.
 import math
 from typing import Any
 
-from drumstick.drum.excitation import patch
-from drumstick.drum.excitation.mallet import PLAYING, POOL, arrive, due, fly, forget, free, take_away
-from drumstick.drum.excitation.tip import met
+from drumstick.drum.mallets import patch
+from drumstick.drum.mallets.mallet import PLAYING, POOL, arrive, due, fly, forget, free, take_away
+from drumstick.drum.mallets.tip import met
 from drumstick.drum.membrane.places import drawn_in
-from realtime.jit import Record, njit, only_with
+from realtime.kernels.jit import Record, njit, only_with
 
 
 @njit()

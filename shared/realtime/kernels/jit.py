@@ -1,4 +1,4 @@
-"""The one door to numba's decorators: typed, with options of their own and `kernel_cache` in place of numba's.
+"""The one door to numba's decorators: typed, with options of their own and `store` in place of numba's.
 
 Call the decorators at import time only, from ordinary Python threads.
 """
@@ -14,7 +14,7 @@ import numba
 import numpy.typing as npt
 from numba.core.errors import NumbaWarning
 
-from realtime import inner_kernels, kernel_cache
+from realtime.kernels import inner, store
 
 # The loop of a `parallel` kernel; everywhere else it is `range`.
 prange: Any = numba.prange
@@ -44,9 +44,9 @@ def _name_records_by_content() -> None:
 
 
 _name_records_by_content()
-if kernel_cache.ROOT is not None:
-    numba.config.CACHE_DIR = str(kernel_cache.ROOT)
-    numba.config.CACHE_LOCATOR_CLASSES = f"{kernel_cache.__name__}.{kernel_cache.Locator.__name__}"
+if store.ROOT is not None:
+    numba.config.CACHE_DIR = str(store.ROOT)
+    numba.config.CACHE_LOCATOR_CLASSES = f"{store.__name__}.{store.Locator.__name__}"
 
 
 def njit(
@@ -65,9 +65,9 @@ def njit(
         if inline:
             options["forceinline"] = True
         dispatcher = numba.njit(**options)(function)
-        if kernel_cache.ROOT is not None:
-            kernel_cache.SharedCache(dispatcher)
-        inner_kernels.wrap_when_called(dispatcher)
+        if store.ROOT is not None:
+            store.SharedCache(dispatcher)
+        inner.wrap_when_called(dispatcher)
         return dispatcher
 
     return decorate
@@ -158,9 +158,9 @@ class CFunction:
     def __init__(self, function: Callable[..., Any], signature: Any, cache: bool = True) -> None:
         """`signature`: in numba's words, or one of numba's own."""
         options = {"error_model": "numpy"}
-        if cache and kernel_cache.ROOT is not None:
+        if cache and store.ROOT is not None:
             try:
-                with kernel_cache.alone(f"{function.__module__}.{function.__qualname__}"):
+                with store.alone(f"{function.__module__}.{function.__qualname__}"):
                     self._cfunc = numba.cfunc(signature, nopython=True, cache=True, **options)(function)
                 return
             except Exception as error:  # noqa: BLE001  a damaged file can raise anything; a real mistake raises again below

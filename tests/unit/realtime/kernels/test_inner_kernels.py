@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from realtime import kernel_cache
-from realtime.inner_kernels import is_wrapped
-from realtime.jit import njit
+from realtime.kernels import store
+from realtime.kernels.inner import is_wrapped
+from realtime.kernels.jit import njit
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[4]
 
 
 def test_it_is_wrapped_when_python_calls_it_and_not_before(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(kernel_cache, "ROOT", None)  # an earlier run's would be found, with its wrapper
+    monkeypatch.setattr(store, "ROOT", None)  # an earlier run's would be found, with its wrapper
 
     @njit()
     def doubled(values):
@@ -41,7 +41,7 @@ def test_it_is_wrapped_when_python_calls_it_and_not_before(monkeypatch: pytest.M
 
 
 def test_a_kernel_that_python_called_first_is_compiled_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(kernel_cache, "ROOT", None)
+    monkeypatch.setattr(store, "ROOT", None)
 
     @njit()
     def doubled(value):
@@ -63,7 +63,7 @@ _PROGRAM = """
 import json, sys, warnings
 warnings.simplefilter("always")
 from drumstick.stick import contact
-from realtime.jit import njit
+from realtime.kernels.jit import njit
 
 @njit()
 def through(m, k, r):

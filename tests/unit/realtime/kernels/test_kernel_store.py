@@ -12,13 +12,14 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[4]
 # One kernel and one C callback, compiled and called; prints the folder, their results and how often the cache was hit.
 PROGRAM = """
 import ctypes, json, warnings
 warnings.simplefilter("always")
 from drumstick.stick import contact
-from realtime import jit, kernel_cache
+from realtime.kernels import store
+from realtime.kernels import jit
 
 @jit.cfunction("float64(float64)")
 def twice(x):
@@ -27,7 +28,7 @@ def twice(x):
 value = contact.beta_eq3(0.015, 5000.0, 1.3)
 called = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)(twice.address)(21.0)
 hits = sum(contact.beta_eq3.stats.cache_hits.values())
-folder = kernel_cache.folder_of("drumstick.stick.contact")
+folder = store.folder_of("drumstick.stick.contact")
 print(json.dumps([None if folder is None else str(folder), value, called, hits]))
 """
 EXPECTED_BETA = 0.78941675618  # exp(-R pi / sqrt(4 m K - R^2)) of set A
@@ -128,10 +129,12 @@ def test_a_changed_source_gets_another_folder(tmp_path: Path) -> None:
         _edit(copy / "shared" / untouched)
         same, hits, _ = _run(tmp_path / "cache", tmp_path / "program.py", copy)
         assert (same, hits) == (first, 1)
-    _edit(copy / "shared" / "realtime" / "float_mode.py")  # contact, jit, kernel_cache: none of them names it
+    _edit(
+        copy / "shared" / "realtime" / "kernels" / "float_mode.py"
+    )  # contact, jit, store: none of them names it
     same, hits, _ = _run(tmp_path / "cache", tmp_path / "program.py", copy)
     assert (same, hits) == (first, 1)
-    _edit(copy / "shared" / "realtime" / "kernel_cache.py")  # by way of jit
+    _edit(copy / "shared" / "realtime" / "kernels" / "store.py")  # by way of jit
     second, hits, _ = _run(tmp_path / "cache", tmp_path / "program.py", copy)
     assert second != first
     assert hits == 0
@@ -146,14 +149,14 @@ def test_what_python_imports_is_what_the_hash_covers() -> None:
     """Judged by Python itself: each module of ours that importing a kernel's module loads is in its hash."""
     program = """
 import importlib, json, sys
-from realtime import kernel_cache
+from realtime.kernels import store
 
 before = set(sys.modules)
 importlib.import_module(sys.argv[1])
-loaded = {name for name in set(sys.modules) - before if name.split(".")[0] in kernel_cache.KERNEL_PACKAGES}
+loaded = {name for name in set(sys.modules) - before if name.split(".")[0] in store.KERNEL_PACKAGES}
 seen, left = {sys.argv[1]}, [sys.argv[1]]
 while left:
-    new = kernel_cache._imports(left.pop()) - seen
+    new = store._imports(left.pop()) - seen
     seen |= new
     left += new
 print(json.dumps(sorted(loaded - seen)))
@@ -191,7 +194,8 @@ def test_old_folders_are_cleared_away(tmp_path: Path) -> None:
 STEPS = """
 import sys, warnings
 warnings.simplefilter("ignore")
-from realtime import jit, kernel_cache
+from realtime.kernels import store
+from realtime.kernels import jit
 import kernels
 
 def stand(owner, name):
@@ -203,16 +207,16 @@ def stand(owner, name):
     setattr(owner, name, standing)
 
 number, patience_s, *steps = sys.argv[1:]
-kernel_cache._PATIENCE_S = float(patience_s)
+store._PATIENCE_S = float(patience_s)
 file = kernels.doubled._cache._inner._cache_file
-owners = {"compile": kernels.doubled._compiler, "sleep": kernel_cache.time}
+owners = {"compile": kernels.doubled._compiler, "sleep": store.time}
 for step in steps:
     stand(owners.get(step, file), step)
 print(kernels.doubled(eval(number)), flush=True)
 print(sum(kernels.doubled.stats.cache_hits.values()), flush=True)
 """
 KERNELS = """
-from realtime import jit
+from realtime.kernels import jit
 
 @jit.njit()
 def doubled(x):

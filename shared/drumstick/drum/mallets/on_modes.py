@@ -11,11 +11,11 @@ they are for the bank in one place: the one that comes down takes the other away
 thread; no allocation.
 """
 
-from drumstick.drum.excitation import shares
-from drumstick.drum.excitation.mallet import PLAYING, POOL, arrive, due, fly, forget, free, take_away
-from drumstick.drum.excitation.tip import met
+from drumstick.drum.mallets import shares
+from drumstick.drum.mallets.mallet import PLAYING, POOL, arrive, due, fly, forget, free, take_away
+from drumstick.drum.mallets.tip import met
 from drumstick.drum.modal import bank
-from realtime.jit import Record, njit, only_with
+from realtime.kernels.jit import Record, njit, only_with
 
 _MOST_TURNS = 64
 _CLOSE = 1e-9  # of the largest push

@@ -5,8 +5,8 @@ F T^2/m, from the instant of the strike, when it is where the head then is; the 
 meet, and whether they meet again: no hand holds it. It is forgotten once it is farther above the head's rest than the
 blow was deep. Lengths are in metres, positive into the drum; a renderer's displacement of 1 is `unit_m`.
 
-The law and why it makes no energy: drumstick.drum.excitation.tip. How a renderer is read and pushed under a tip, and
-what happens where mallets meet: mallet_on_mesh and mallet_on_modes.
+The law and why it makes no energy: drumstick.drum.mallets.tip. How a renderer is read and pushed under a tip, and
+what happens where mallets meet: `on_mesh` and `on_modes`.
 
 The pool has a fixed size; when it is full, a new mallet takes the place of the oldest. Kernels: audio thread; no
 allocation.
@@ -17,11 +17,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drumstick.drum.effects import rim
-from drumstick.drum.excitation import patch, shares
-from drumstick.drum.excitation.patch import Patches
-from drumstick.drum.excitation.shares import Shares
-from drumstick.drum.excitation.tip import goes_on, placed
-from realtime.jit import Record, Records, njit, only_with
+from drumstick.drum.mallets import patch, shares
+from drumstick.drum.mallets.patch import Patches
+from drumstick.drum.mallets.shares import Shares
+from drumstick.drum.mallets.tip import goes_on, placed
+from realtime.kernels.jit import Record, Records, njit, only_with
 
 POOL = 8  # a roll and its flams play two or three; each costs a step of a head with a glide some microseconds
 GONE, COMING, PLAYING = 0, 1, 2

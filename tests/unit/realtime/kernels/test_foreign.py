@@ -14,9 +14,17 @@ import pytest
 from llvmlite import ir
 from numba.core.errors import TypingError
 
-from realtime import foreign
-from realtime.foreign import AAPCS64, HIDDEN, SYSV, call_for_words, call_u32, call_u32_pointer, three_words
-from realtime.jit import allocations, njit
+from realtime.kernels import foreign
+from realtime.kernels.foreign import (
+    AAPCS64,
+    HIDDEN,
+    SYSV,
+    call_for_words,
+    call_u32,
+    call_u32_pointer,
+    three_words,
+)
+from realtime.kernels.jit import allocations, njit
 
 needs_compiler = pytest.mark.needs("cc")
 WORDS = (0x302, -7, 0xFFFFFFFE)

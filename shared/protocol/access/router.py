@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from protocol.access import EVERY_MESSAGE, Rule, role_rules, rule
+from protocol.access.roles import HAPTIC, ROLES
+from protocol.access.rules import EVERY_MESSAGE, Rule, role_rules, rule
 from protocol.keys import checked_rig
-from protocol.roles import HAPTIC, ROLES
 
 ROUTER = "router"  # the common name of a router's own certificate
 _OTHER_WAY = {"ingress": "egress", "egress": "ingress"}

@@ -1,0 +1,1 @@
+"""Figures of a sound: its modes and its spectrogram."""
