@@ -52,7 +52,7 @@ def note_strike(servo: Servo, t_ns: int) -> None:
 def note_release(servo: Servo, t_ns: int) -> None:
     """Put the contact that has just ended into the ring."""
     law, motion, player, event = servo.law[0], servo.motion[0], servo.player[0], servo.event[0]
-    player.v_e_m_per_s = motion.v_out + composition.left(law, motion)
+    player.v_e_m_per_s = motion.v_out + composition.remaining_speed(law, motion)
     streaming.end(servo)
     event.kind = RELEASE
     event.seq = player.seq

@@ -15,9 +15,10 @@ from drumstick.parameters.stick import Stick
 from drumstick.stick.contact import beta_eq3
 from drumstick.stick.effects.cor_pulse import CorPulse
 from drumstick.stick.effects.pulse import Pulse
+from drumstick.stick.effects.registry import names_with
 
 # Effects of the head that change R_in or K_coll within a contact: kappa has no closed form then.
-ALTERED_HEADS = ("hysteretic_spring", "negative_damping")
+ALTERED_HEADS = names_with("ALTERS_HEAD")
 
 
 def restitution_eq3(stick: Stick) -> float | None:

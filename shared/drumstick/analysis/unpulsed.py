@@ -7,12 +7,12 @@ of a sampling clock, is not one number.
 import dataclasses
 
 from drumstick.parameters.scene import Scene
+from drumstick.stick.effects.registry import names_with, strength_of
 from drumstick.stick.law import Records, law_of
 
 # Their motion has no return map that repeats: seeded noise, the logistic map's own state, a free-running clock.
-NEVER_REPEATING = ("system_delay", "noise", "chaos")
-# The record's field that says how strong each pulse is.
-_STRENGTH = {"pulse": "dv_pls", "cor_pulse": "gamma"}
+NEVER_REPEATING = names_with("NEVER_REPEATS")
+_PULSES = names_with("pushes")
 
 
 def repeating(scene: Scene) -> Scene:
@@ -24,9 +24,9 @@ def repeating(scene: Scene) -> Scene:
 def unpulsed(law: Records) -> Records:
     """A copy of `law`, shape (1,), whose pulses give nothing: the same record type, so nothing compiles anew."""
     still = law.copy()
-    for name, strength in _STRENGTH.items():
+    for name in _PULSES:
         if name in (still.dtype.names or ()):
-            still[name][strength] = 0.0
+            still[name][strength_of(name)] = 0.0
     return still
 
 

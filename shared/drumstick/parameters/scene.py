@@ -25,24 +25,10 @@ from drumstick.parameters.rig import Device, Guard, Hand, Servo
 from drumstick.parameters.stick import Stick
 from drumstick.parameters.stick_tables import stick_of
 from drumstick.parameters.strike import Strike, check_strike, strike_of
-from drumstick.stick.effects.chaos import Chaos
-from drumstick.stick.effects.cor_pulse import CorPulse
-from drumstick.stick.effects.hysteretic_spring import HystereticSpring
-from drumstick.stick.effects.negative_damping import NegativeDamping
-from drumstick.stick.effects.noise import Noise
-from drumstick.stick.effects.pulse import Pulse
-from drumstick.stick.effects.system_delay import SystemDelay
+from drumstick.stick.effects import registry
 
-# The order here is the order in which effects are summed: part of the contract.
-EFFECTS: dict[str, type] = {
-    "pulse": Pulse,
-    "cor_pulse": CorPulse,
-    "system_delay": SystemDelay,
-    "hysteretic_spring": HystereticSpring,
-    "negative_damping": NegativeDamping,
-    "noise": Noise,
-    "chaos": Chaos,
-}
+# In the order in which they are summed.
+EFFECTS: dict[str, type] = {name: module.TABLE for name, module in registry.EFFECTS.items()}
 
 _LONGEST_LINE = 400
 _TABLES: dict[str, type] = {

@@ -7,9 +7,10 @@ that gives energy throws it out even from rest. Kernels: any thread; no allocati
 import math
 from typing import NamedTuple
 
+from drumstick.safety import all_effects
 from drumstick.stick import contact
 from drumstick.stick.contact import PAPER
-from drumstick.stick.effects import hysteretic_spring, system_delay
+from drumstick.stick.effects import system_delay
 from drumstick.stick.effects.late_blow import late_blow
 from realtime.kernels.jit import Record, njit
 
@@ -47,7 +48,7 @@ def _half_turn(law: Record, stiffness: float, r: float) -> float:
 @njit()
 def of(law: Record, r: float) -> Blow:
     """A contact with damping r, N s/m, above -sqrt(m K_coll)."""
-    ratio = hysteretic_spring.stiffest(law)
+    ratio = all_effects.max_stiffening(law)
     if system_delay.sampled(law):
         grows, pressed, peak, held = late_blow(law, r, ratio)
         return Blow(grows, pressed, peak, held)

@@ -12,17 +12,9 @@ A hold for u. Kernels: any thread; no allocation.
 import math
 from typing import NamedTuple
 
-from drumstick.safety import blow
+from drumstick.safety import all_effects, blow
 from drumstick.safety.blow import Blow, pressing_speed
-from drumstick.stick.effects import (
-    chaos,
-    cor_pulse,
-    hysteretic_spring,
-    negative_damping,
-    noise,
-    pulse,
-    system_delay,
-)
+from drumstick.stick.effects import negative_damping
 from drumstick.stick.motion.segment import free_response
 from realtime.kernels.jit import Record, njit
 
@@ -72,19 +64,19 @@ def _shaken(law: Record) -> float:
     # The speed, m/s, by forces that change: F/m times the time they last. In each half turn damping takes its share of
     # A, so a whole period is twice what any number of turns comes to.
     period = 2.0 * math.pi * math.sqrt(law.m / law.k_coll)
-    return (noise.strongest(law) + chaos.strongest(law)) / law.m * period
+    return all_effects.max_force(law) / law.m * period
 
 
 @njit()
 def pushed(law: Record, u: float) -> float:
     """The speed, m/s, that all pulses and forces of a contact entered at `u` m/s give."""
-    return pulse.adds(law) + cor_pulse.multiplies(law) * u + _shaken(law)
+    return all_effects.max_added_speed(law) + all_effects.max_speed_factor(law) * u + _shaken(law)
 
 
 @njit()
 def _multiplied(law: Record, own: Blow) -> float:
     # A pulse into the head comes before the head multiplies.
-    return own.grows + cor_pulse.multiplies(law) * max(own.grows, 1.0)
+    return own.grows + all_effects.max_speed_factor(law) * max(own.grows, 1.0)
 
 
 @njit()
@@ -160,14 +152,14 @@ def _next_entry(law: Record, own: Blow, u: float) -> float:
         leaving = math.sqrt(max(amplitude * amplitude - hand * hand, 0.0))
         late = given + (flight_speed(law, leaving) if leaving > 0.0 else 0.0)
         # A short pulse is part of the throw, so the flight takes its share of it too.
-        share = 1.0 - law.r_out / law.m * max(pulse.lasts(law), cor_pulse.lasts(law))
+        share = 1.0 - law.r_out / law.m * all_effects.time_constant(law)
         if share <= 0.0:
             return late
         amplitude += given / share
         leaving = math.sqrt(max(amplitude * amplitude - hand * hand, 0.0))
         return min(late, flight_speed(law, leaving)) if leaving > 0.0 else 0.0
     # A hand that lifts shortens the contact, down to no loss; it is half a swing at least until the stick is back.
-    kept = own.grows if law.z_ss == 0.0 else max(own.grows, math.sqrt(hysteretic_spring.stiffest(law)))
+    kept = own.grows if law.z_ss == 0.0 else max(own.grows, math.sqrt(all_effects.max_stiffening(law)))
     amplitude = _half_swing(law) * math.hypot(kept * u, hand) + given
     return math.sqrt(max(amplitude * amplitude - hand * hand, 0.0))
 
@@ -231,11 +223,11 @@ def fastest_thrown(law: Record, blows: Blows, roll: float, throw: float) -> floa
 @njit()
 def _pulses(law: Record, own: Blow, speed: float) -> float:
     # A pulse's own force, and what the head answers to it: as to a blow of its speed, or to a steady force.
-    stiffness = law.k_coll * hysteretic_spring.stiffest(law) + law.k_hand
+    stiffness = law.k_coll * all_effects.max_stiffening(law) + law.k_hand
     soonest = 0.5 * math.pi * math.sqrt(law.m / stiffness)
-    force = law.m * pulse.strongest(law, soonest)
-    force += law.m * cor_pulse.strongest(law, soonest) * speed
-    given = pulse.adds(law) + cor_pulse.multiplies(law) * speed
+    force = law.m * all_effects.max_push(law, soonest)
+    force += law.m * all_effects.max_push_per_speed(law, soonest) * speed
+    given = all_effects.max_added_speed(law) + all_effects.max_speed_factor(law) * speed
     return force + min(own.peak * given, 2.0 * force * max(own.grows, 1.0) ** 2)
 
 
@@ -251,7 +243,7 @@ def hardest(law: Record, blows: Blows, speed: float) -> float:
     if below > 0.0:
         force = max(force, slow.peak * (below + _shaken(law)) + slow.held)
         own = slow if slow.peak > own.peak else own
-    return force + noise.strongest(law) + chaos.strongest(law) + _pulses(law, own, speed)
+    return force + all_effects.max_force(law) + _pulses(law, own, speed)
 
 
 @njit()
@@ -270,17 +262,3 @@ def fastest_entry(law: Record, blows: Blows, fits: float, max_speed: float, max_
         else:
             high = middle
     return low
-
-
-@njit()
-def usable(law: Record) -> bool:
-    """Are the effects' numbers fit for a device? In accept form, so that NaN never passes."""
-    return (
-        pulse.usable(law)
-        and cor_pulse.usable(law)
-        and system_delay.usable(law)
-        and hysteretic_spring.usable(law)
-        and negative_damping.usable(law)
-        and noise.usable(law)
-        and chaos.usable(law)
-    )

@@ -20,10 +20,11 @@ import numpy.typing as npt
 
 from drumstick.parameters.scene import Scene
 from drumstick.parameters.table import Refusal
-from drumstick.safety import bounds, sampled_contact
+from drumstick.safety import all_effects, bounds, sampled_contact
 from drumstick.safety.bounds import Blows
 from drumstick.safety.sampled_contact import Arm, Coefficients, Head
-from drumstick.stick.effects import hysteretic_spring, system_delay
+from drumstick.stick.effects import system_delay
+from drumstick.stick.effects.registry import EFFECTS
 from drumstick.stick.law import Records
 from realtime.kernels.jit import Record, njit
 
@@ -38,17 +39,6 @@ SHORTEST_CONTACT_S = 2e-4
 _SPEED_SHARE = 0.65
 # The search for a damping that would do: steps by this factor, so many at most, and so many halvings of the last one.
 _STEP, _FARTHEST, _REFINEMENTS = 1.5, 14, 5
-
-# By which parameter each effect adds energy: what to lower when a set goes too far.
-_ADDING = {
-    "pulse": "dv_pls",
-    "cor_pulse": "gamma",
-    "system_delay": "system_delay.period",
-    "hysteretic_spring": "hysteretic_spring.ratio",
-    "negative_damping": "negative_damping.r",
-    "noise": "noise.force",
-    "chaos": "chaos.force",
-}
 
 
 @dataclass(frozen=True)
@@ -161,11 +151,11 @@ def _of_numbers(law: Record) -> int:
         and 0.0 <= law.r_out < 1e6
     ):
         return NEGATIVE
-    if not (abs(law.z_ss) < 1e3 and bounds.usable(law)):
+    if not (abs(law.z_ss) < 1e3 and all_effects.usable(law)):
         return NOT_FINITE
     if not law.r_in >= law.r_out:
         return ACTIVE
-    stiffest = law.k_coll * hysteretic_spring.stiffest(law)
+    stiffest = law.k_coll * all_effects.max_stiffening(law)
     if not math.pi * math.sqrt(law.m / stiffest) >= SHORTEST_CONTACT_S:
         return BUZZ
     return OK
@@ -204,7 +194,7 @@ def _arm(law: Record, limits: Record, m: float) -> Arm:
 @njit()
 def _on_arm(law: Record, limits: Record, room: Coefficients) -> tuple[int, float, int]:
     # A code, what a contact gives back at most, and the longest window for the speed.
-    stiffest = law.k_coll * hysteretic_spring.stiffest(law)
+    stiffest = law.k_coll * all_effects.max_stiffening(law)
     if not stiffest <= limits.stiffness_N_per_m:
         return STIFF, 0.0, 0
     lightest, heaviest = _arm(law, limits, limits.lightest_kg), _arm(law, limits, limits.heaviest_kg)
@@ -299,9 +289,9 @@ def require(law: Records, limits: Limits) -> None:
 def _words(law: Records, limits: Limits, record: npt.NDArray[np.void], room: Coefficients, code: int) -> str:
     speed, force = predicted(law[0], 0.0)
     thrown, thrown_N = predicted(law[0], limits.throw_m_per_s)
-    effects = [name for name in law.dtype.names or () if name in _ADDING]
+    effects = [name for name in law.dtype.names or () if name in EFFECTS]
     numbers = [field for name in effects for field in law.dtype[name].names or ()]
-    adding = " and ".join(_ADDING[name] for name in effects)
+    adding = " and ".join(EFFECTS[name].STRENGTH for name in effects)
     softer = ", ".join(filter(None, (adding, "k_coll or k_hand")))
     r_in, k_coll = float(law["r_in"][0]), float(law["k_coll"][0])
     mass = f"an arm of {limits.lightest_kg:.3g} .. {limits.heaviest_kg:.3g} kg"

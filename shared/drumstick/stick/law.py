@@ -12,30 +12,12 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.parameters.declare import Quantity, quantities
-from drumstick.parameters.scene import EFFECTS, Scene
+from drumstick.parameters.scene import Scene
 from drumstick.parameters.stick import Stick
-from drumstick.stick.effects import (
-    chaos,
-    cor_pulse,
-    hysteretic_spring,
-    negative_damping,
-    noise,
-    pulse,
-    system_delay,
-)
+from drumstick.stick.effects.registry import EFFECTS
 from drumstick.stick.motion import transitions
 
 Records = npt.NDArray[np.void]
-
-_EFFECT_STATE: dict[str, tuple[Any, ...]] = {
-    "pulse": pulse.STATE,
-    "cor_pulse": cor_pulse.STATE,
-    "system_delay": system_delay.STATE,
-    "hysteretic_spring": hysteretic_spring.STATE,
-    "negative_damping": negative_damping.STATE,
-    "noise": noise.STATE,
-    "chaos": chaos.STATE,
-}
 
 
 def _field(key: str, quantity: Quantity) -> tuple[str, str]:
@@ -54,14 +36,14 @@ def _fields(table: type) -> list[tuple[str, str]]:
 @functools.cache
 def law_type(effects: tuple[str, ...]) -> np.dtype[np.void]:
     """Record type of the parameters of a scene that names these effects."""
-    nested: list[Any] = [(name, _fields(EFFECTS[name])) for name in effects]
+    nested: list[Any] = [(name, _fields(EFFECTS[name].TABLE)) for name in effects]
     return np.dtype([*nested, *_fields(Stick)], align=True)
 
 
 @functools.cache
 def motion_type(effects: tuple[str, ...]) -> np.dtype[np.void]:
     """Record type of the state of a scene that names these effects."""
-    nested: list[Any] = [(name, list(_EFFECT_STATE[name])) for name in effects]
+    nested: list[Any] = [(name, list(EFFECTS[name].STATE)) for name in effects]
     return np.dtype([*nested, *transitions.STATE], align=True)
 
 

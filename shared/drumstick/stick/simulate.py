@@ -101,7 +101,7 @@ def _run(
             row[1] = motion.v_in
             row[2] = t
             row[3] = motion.v_out
-            row[4] = motion.v_out + composition.left(law, motion)
+            row[4] = motion.v_out + composition.remaining_speed(law, motion)
             row[5] = motion.peak_N
             row[6] = motion.impulse_N_s
             row[7] = motion.z_min

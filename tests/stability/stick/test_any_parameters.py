@@ -310,4 +310,4 @@ def test_the_rows_name_what_the_envelope_bounds() -> None:
     speed, _ = envelope.predicted(law[0], 0.0)
     v_e = simulate(scene, 5.0).contacts[:, V_E]
     assert 0.5 * speed < v_e[-1] < speed
-    assert composition.left_at_most(law[0], thrown(scene, 0.4)[0]) == 0.0
+    assert composition.most_remaining_speed(law[0], thrown(scene, 0.4)[0]) == 0.0

@@ -78,6 +78,6 @@ def latch(servo: Servo) -> None:
     if not _offered(servo):
         return
     motion = servo.motion[0]
-    left = composition.left_at_most(servo.law[0], motion)
+    left = composition.most_remaining_speed(servo.law[0], motion)
     if envelope.entry_speed(servo.offer[0].law, motion.z, motion.v) + left <= servo.player[0].offer_reach:
         _use(servo)

@@ -34,7 +34,7 @@ def _advance_held(servo: Servo, now_ns: int, span_s: float) -> None:
     # latched in the middle of the tick brings its own z_ss, which then stays.
     law, player = servo.law[0], servo.player[0]
     rest_m, revision, hand = law.z_ss, player.revision, servo.gesture[0]
-    reach = player.reach - composition.left_at_most(law, servo.motion[0])
+    reach = player.reach - composition.most_remaining_speed(law, servo.motion[0])
     law.z_ss = _within_reach(law, servo.motion[0], height_of(hand, rest_m), hand.stands_m, reach)
     hand.stands_m = law.z_ss
     advance(servo, now_ns, span_s)

@@ -98,9 +98,9 @@ def ask(servo: Servo, period_s: float) -> tuple[float, float]:
     head_N = transitions.force_now(law, motion) if motion.z < 0.0 else 0.0
     if motion.v >= 0.0:
         head_N *= 1.0 - servo.player[0].loss
-    before = composition.left(law, motion)
+    before = composition.remaining_speed(law, motion)
     composition.elapse(law, motion, period_s, composition.fades(law, period_s))
-    return head_N, law.m * (before - composition.left(law, motion)) / period_s
+    return head_N, law.m * (before - composition.remaining_speed(law, motion)) / period_s
 
 
 @njit()

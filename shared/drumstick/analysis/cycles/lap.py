@@ -143,7 +143,7 @@ def next_release(law: Record, motion: Record, patience: int, told: Numbers) -> i
         told[APEX_M] = motion.z_apex
         fate, contact = until(law, motion, exact.RELEASE, patience, told)
         told[V_IN] = motion.v_in
-        told[V_E] = motion.v_out + composition.left(law, motion)
+        told[V_E] = motion.v_out + composition.remaining_speed(law, motion)
         told[CONTACT_S] = motion.contact_s
         told[PERIOD_S] = flight + contact
     return fate

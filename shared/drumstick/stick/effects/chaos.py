@@ -25,6 +25,11 @@ class Chaos:
     start: float = number(0.4, 0.01, 0.99, "1", "x before the first contact")
 
 
+TABLE = Chaos
+STRENGTH = "chaos.force"
+NEVER_REPEATS = True
+
+
 @only_with("chaos")
 def fire(law: Record, motion: Record, when: int) -> None:
     """One step of the map at the first turn of a contact; no force from exit on."""
@@ -43,13 +48,13 @@ def force(law: Record, motion: Record) -> float:
 
 
 @only_with("chaos", otherwise=0.0)
-def strongest(law: Record) -> float:
+def max_force(law: Record) -> float:
     """The largest force it can have, N: the map's largest value is growth/4."""
     return law.chaos.force * 0.25 * law.chaos.growth
 
 
 @only_with("chaos", otherwise=False)
-def lively(law: Record, motion: Record) -> bool:
+def can_add_energy(law: Record, motion: Record) -> bool:
     """May it still give the stick energy in this contact? Its force comes with the first turn."""
     return motion.turned == 0 and law.chaos.force * law.chaos.growth > 0.0
 
@@ -58,3 +63,9 @@ def lively(law: Record, motion: Record) -> bool:
 def usable(law: Record) -> bool:
     """Are its numbers fit for a device? Above 4 the logistic map leaves 0 .. 1."""
     return 0.0 <= law.chaos.force < 1e6 and 0.0 <= law.chaos.growth <= 4.0
+
+
+@only_with("chaos", otherwise=False)
+def can_move_resting_stick(law: Record) -> bool:
+    """Any force moves a stick that lies still."""
+    return law.chaos.force * 0.25 * law.chaos.growth > 0.0

@@ -36,6 +36,10 @@ class CorPulse:
     )
 
 
+TABLE = CorPulse
+STRENGTH = "gamma"
+
+
 @only_with("cor_pulse")
 def fire(law: Record, motion: Record, when: int) -> None:
     """Start a push if it fires `when` (drumstick.stick.effects.moments)."""
@@ -49,13 +53,13 @@ def pushes(law: Record, motion: Record) -> tuple[tuple[float, float], ...]:
 
 
 @only_with("cor_pulse", otherwise=0.0)
-def left(law: Record, motion: Record) -> float:
+def remaining_speed(law: Record, motion: Record) -> float:
     """The speed, m/s, that a running push still has to give."""
     return motion.cor_pulse.push * law.cor_pulse.tau
 
 
 @only_with("cor_pulse", otherwise=0.0)
-def waiting(law: Record, motion: Record) -> float:
+def pending_speed(law: Record, motion: Record) -> float:
     """The speed, m/s, that one gives which the deepest point of the present contact will start."""
     return law.cor_pulse.gamma * abs(motion.v_in) if kick.waits(law.cor_pulse, motion) else 0.0
 
@@ -85,19 +89,19 @@ def stop(law: Record, motion: Record) -> None:
 
 
 @only_with("cor_pulse", otherwise=0.0)
-def multiplies(law: Record) -> float:
+def max_speed_factor(law: Record) -> float:
     """What it adds to the coefficient of restitution."""
     return law.cor_pulse.gamma
 
 
 @only_with("cor_pulse", otherwise=0.0)
-def strongest(law: Record, soonest: float) -> float:
+def max_push_per_speed(law: Record, soonest: float) -> float:
     """The largest acceleration, m/s^2 per m/s of the blow, of pushes that are at least `soonest` seconds apart."""
     return law.cor_pulse.gamma / law.cor_pulse.tau * kick.stacked(law.cor_pulse, soonest)
 
 
 @only_with("cor_pulse", otherwise=0.0)
-def lasts(law: Record) -> float:
+def time_constant(law: Record) -> float:
     """Its tau, s."""
     return law.cor_pulse.tau
 

@@ -25,6 +25,11 @@ class HystereticSpring:
     )  # fmt: skip
 
 
+TABLE = HystereticSpring
+STRENGTH = "hysteretic_spring.ratio"
+ALTERS_HEAD = True
+
+
 @only_with("hysteretic_spring")
 def fire(law: Record, motion: Record, when: int) -> None:
     """Note which way the stick moves in the head."""
@@ -35,13 +40,13 @@ def fire(law: Record, motion: Record, when: int) -> None:
 
 
 @only_with("hysteretic_spring", otherwise=1.0)
-def factor(law: Record, motion: Record) -> float:
+def stiffening(law: Record, motion: Record) -> float:
     """What multiplies K_coll now."""
     return law.hysteretic_spring.ratio if motion.hysteretic_spring.rising != 0 else 1.0
 
 
 @only_with("hysteretic_spring", otherwise=1.0)
-def stiffest(law: Record) -> float:
+def max_stiffening(law: Record) -> float:
     """The most that K_coll is multiplied by."""
     return law.hysteretic_spring.ratio
 
@@ -53,6 +58,6 @@ def usable(law: Record) -> bool:
 
 
 @only_with("hysteretic_spring", otherwise=False)
-def lively(law: Record, motion: Record) -> bool:
+def can_add_energy(law: Record, motion: Record) -> bool:
     """May it still give the stick energy in this contact?"""
     return law.hysteretic_spring.ratio > 1.0

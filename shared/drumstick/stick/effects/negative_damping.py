@@ -29,6 +29,11 @@ class NegativeDamping:
     )  # fmt: skip
 
 
+TABLE = NegativeDamping
+STRENGTH = "negative_damping.r"
+ALTERS_HEAD = True
+
+
 @njit()
 def lowered(law: Record) -> float:
     """Damping in an active contact, N s/m."""
@@ -43,13 +48,13 @@ def fire(law: Record, motion: Record, when: int) -> None:
 
 
 @only_with("negative_damping", otherwise=0.0)
-def taken(law: Record, motion: Record) -> float:
+def removed_damping(law: Record, motion: Record) -> float:
     """What is taken from R_in now, N s/m."""
     return law.r_in - lowered(law) if motion.negative_damping.active != 0 else 0.0
 
 
 @only_with("negative_damping", otherwise=False)
-def lively(law: Record, motion: Record) -> bool:
+def can_add_energy(law: Record, motion: Record) -> bool:
     """May it still give the stick energy in this contact?"""
     return motion.negative_damping.active != 0 and lowered(law) < 0.0
 

@@ -34,6 +34,11 @@ class Noise:
     seed: int = count(1, 0, 2**31 - 1, "1", "Another seed is another run")
 
 
+TABLE = Noise
+STRENGTH = "noise.force"
+NEVER_REPEATS = True
+
+
 @njit()
 def uniform(seed: int, index: int) -> float:
     """The index-th number of this seed's sequence, 0 <= u < 1."""
@@ -86,7 +91,7 @@ def renew(law: Record, motion: Record, in_head: bool) -> None:
 
 
 @only_with("noise", otherwise=0.0)
-def strongest(law: Record) -> float:
+def max_force(law: Record) -> float:
     """The largest force it can have, N."""
     return law.noise.force
 
@@ -95,3 +100,21 @@ def strongest(law: Record) -> float:
 def usable(law: Record) -> bool:
     """Are its numbers fit for a device?"""
     return 0.0 <= law.noise.force < 1e6 and 0.0 < law.noise.hold < 1e3
+
+
+@only_with("noise", otherwise=False)
+def can_add_energy(law: Record) -> bool:
+    """May it give the stick energy?"""
+    return law.noise.force > 0.0
+
+
+@only_with("noise", otherwise=False)
+def can_move_resting_stick(law: Record) -> bool:
+    """Any force moves a stick that lies still."""
+    return law.noise.force > 0.0
+
+
+@only_with("noise", otherwise=False)
+def varies_at_rest(law: Record) -> bool:
+    """May its force change although nothing happens?"""
+    return law.noise.force > 0.0

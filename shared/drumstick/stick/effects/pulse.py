@@ -35,6 +35,10 @@ class Pulse:
     )
 
 
+TABLE = Pulse
+STRENGTH = "dv_pls"
+
+
 @only_with("pulse")
 def fire(law: Record, motion: Record, when: int) -> None:
     """Start a pulse if it fires `when` (drumstick.stick.effects.moments)."""
@@ -48,13 +52,13 @@ def pushes(law: Record, motion: Record) -> tuple[tuple[float, float], ...]:
 
 
 @only_with("pulse", otherwise=0.0)
-def left(law: Record, motion: Record) -> float:
+def remaining_speed(law: Record, motion: Record) -> float:
     """The speed, m/s, that a running pulse still has to give."""
     return motion.pulse.push * law.pulse.tau
 
 
 @only_with("pulse", otherwise=0.0)
-def waiting(law: Record, motion: Record) -> float:
+def pending_speed(law: Record, motion: Record) -> float:
     """The speed, m/s, that one gives which the deepest point of the present contact will start."""
     return law.pulse.dv_pls if kick.waits(law.pulse, motion) else 0.0
 
@@ -84,19 +88,19 @@ def stop(law: Record, motion: Record) -> None:
 
 
 @only_with("pulse", otherwise=0.0)
-def adds(law: Record) -> float:
+def max_added_speed(law: Record) -> float:
     """The most speed, m/s, that it adds to one contact."""
     return law.pulse.dv_pls
 
 
 @only_with("pulse", otherwise=0.0)
-def strongest(law: Record, soonest: float) -> float:
+def max_push(law: Record, soonest: float) -> float:
     """The largest acceleration, m/s^2, of pulses that are at least `soonest` seconds apart."""
     return law.pulse.dv_pls / law.pulse.tau * kick.stacked(law.pulse, soonest)
 
 
 @only_with("pulse", otherwise=0.0)
-def lasts(law: Record) -> float:
+def time_constant(law: Record) -> float:
     """Its tau, s."""
     return law.pulse.tau
 

@@ -32,6 +32,11 @@ class SystemDelay:
         return self.period_s * (0.5 + self.delay_ticks)
 
 
+TABLE = SystemDelay
+STRENGTH = "system_delay.period"
+NEVER_REPEATS = True
+
+
 @only_with("system_delay", otherwise=False)
 def sampled(law: Record) -> bool:
     """Is the head's force a held sample?"""
@@ -98,15 +103,21 @@ def _pending(state: Record) -> float:
 
 
 @only_with("system_delay", otherwise=False)
-def lively(law: Record, motion: Record) -> bool:
+def still_pushes(law: Record, motion: Record) -> bool:
     """Is a force acting or on its way?"""
     return _pending(motion.system_delay) != 0.0
 
 
-@only_with("system_delay", otherwise=0.0)
-def coming(law: Record, motion: Record) -> float:
-    """The speed, m/s, that the forces acting or on their way can give."""
-    return _pending(motion.system_delay) * law.system_delay.period / law.m
+@only_with("system_delay", otherwise=False)
+def can_add_energy(law: Record) -> bool:
+    """Lag acts as negative damping."""
+    return True
+
+
+@only_with("system_delay", otherwise=False)
+def can_move_resting_stick(law: Record, motion: Record, least: float) -> bool:
+    """Can the forces acting or on their way give more than `least` m/s?"""
+    return _pending(motion.system_delay) * law.system_delay.period / law.m > least
 
 
 @only_with("system_delay")

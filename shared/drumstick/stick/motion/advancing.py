@@ -41,7 +41,11 @@ def _land(motion: Record, event: int) -> None:
 def _died_away(law: Record, motion: Record) -> bool:
     # A head that lets go and holds again, over and over, of a stick that creeps up to z = 0 and never arrives.
     still = abs(motion.z) < _NOTHING and abs(motion.v) < _NOTHING and law.k_hand * law.z_ss == 0.0
-    return still and composition.left_at_most(law, motion) == 0.0 and not composition.lively(law, motion)
+    return (
+        still
+        and composition.most_remaining_speed(law, motion) == 0.0
+        and not composition.can_add_energy(law, motion)
+    )
 
 
 @njit()

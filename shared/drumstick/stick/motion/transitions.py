@@ -110,14 +110,14 @@ def move(
 
     fades: `composition.fades` of this duration.
     """
-    before = composition.left(law, motion)
+    before = composition.remaining_speed(law, motion)
     composition.elapse(law, motion, duration, fades)
     if motion.place == CONTACT:
         travel = z - seg.z
         motion.impulse_N_s += seg.f * duration - seg.r * travel
         if seg.k != 0.0:
             # The integral of z follows from the equation of motion: what the change of speed does not owe to the rest.
-            given = before - composition.left(law, motion)
+            given = before - composition.remaining_speed(law, motion)
             z_integral = (given - (v - seg.v) - 2.0 * seg.a * travel + seg.g * duration) / seg.w2
             motion.impulse_N_s -= seg.k * z_integral
         motion.peak_N = max(motion.peak_N, push_of(seg, z, v))
@@ -143,15 +143,15 @@ def never_releases(law: Record, motion: Record) -> bool:
     Energy about the point of rest in the head, with all that a pulse can still add, cannot reach z = 0. A head that
     lets go and meets the stick again higher up only takes energy away.
     """
-    if composition.lively(law, motion):
+    if composition.can_add_energy(law, motion):
         return False
     k, r, f = composition.head(law, motion)
     stiffness = law.k_hand + k
     rest = (law.k_hand * law.z_ss + f) / stiffness
     w = math.sqrt(stiffness / law.m)
-    left = composition.left_at_most(law, motion)
+    left = composition.most_remaining_speed(law, motion)
     if left > 0.0 or _turns(motion, 0.5 * (r + law.r_out) / law.m, w, rest):
-        left += composition.waiting(law, motion)
+        left += composition.pending_speed(law, motion)
     # Within 1e-6 of critical the speed left at z = 0 is below e^-2000 of what came in.
     overdamped = r + law.r_out >= 2.0 * law.m * w * (1.0 - 1e-6)
     if law.release == PAPER and overdamped and left == 0.0 and motion.z <= rest <= 0.0 and motion.v >= 0.0:
@@ -161,11 +161,13 @@ def never_releases(law: Record, motion: Record) -> bool:
 
 @njit()
 def _never_returns(law: Record, motion: Record) -> bool:
-    if composition.still_pushing(law, motion):
+    if composition.still_pushes(law, motion):
         return False
-    most = composition.left_at_most(law, motion)
+    most = composition.most_remaining_speed(law, motion)
     if law.k_hand == 0.0:
-        down = 0.5 * (most - composition.left(law, motion))  # a push up may come too late to make up for it
+        down = 0.5 * (
+            most - composition.remaining_speed(law, motion)
+        )  # a push up may come too late to make up for it
         return motion.v >= down
     w = math.sqrt(law.k_hand / law.m)
     reach = math.hypot(motion.z - law.z_ss, motion.v / w)
@@ -193,8 +195,8 @@ def _enter(law: Record, motion: Record) -> None:
     composition.fire(law, motion, moments.ENTRY)
     _hold(law, motion)  # R_in < R_out, or a force that pulls: a head that only pushes does not push yet
     if abs(motion.v) < _STILL_M_PER_S and law.k_hand * law.z_ss == 0.0:
-        pushed = composition.left_at_most(law, motion) > _STILL_M_PER_S
-        if not (pushed or composition.stirs(law, motion, _STILL_M_PER_S)):
+        pushed = composition.most_remaining_speed(law, motion) > _STILL_M_PER_S
+        if not (pushed or composition.can_move_resting_stick(law, motion, _STILL_M_PER_S)):
             motion.fate = CAPTURED  # decayed to nothing, and nothing presses or lifts it
 
 
@@ -249,5 +251,5 @@ def apply(law: Record, motion: Record, event: int) -> None:
 def renew(law: Record, motion: Record) -> None:
     """Let effects act whose time has come although nothing happened."""
     composition.renew(law, motion, motion.place != ABOVE, head_push(law, motion))
-    if motion.place != ABOVE and composition.restless(law):
+    if motion.place != ABOVE and composition.varies_at_rest(law):
         _hold(law, motion)

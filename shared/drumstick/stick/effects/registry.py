@@ -1,0 +1,48 @@
+"""The effects of the stick, in the order in which they are summed, which is part of the contract.
+
+A new effect is one module of this folder and one line here. The module has
+
+- `TABLE`, the dataclass of `[effects.<name>]`: the scene's keys, the wire, the panel and the docs follow from it;
+- `STATE`, what it remembers between ticks, as fields of a numpy record (may be empty);
+- `STRENGTH`, the wire name of the parameter that makes it stronger: the one to lower when a set goes too far;
+- if so, `NEVER_REPEATS` (a roll with it has no return map: chance, or a memory from contact to contact) and
+  `ALTERS_HEAD` (it changes the head's spring or damper, so that equation (7) has nothing to say);
+- `usable(law)`, which every effect must have, and those of the functions named in `drumstick.stick.composition` that it
+  needs, decorated with `only_with`. Each asks by name for the arguments it needs.
+
+`drumstick.safety.bounds` takes the `max_...` ones for upper bounds. An effect that adds force, speed or stiffness must
+have the one that says how much, or a device would be let in that it can overcome.
+"""
+
+from types import ModuleType
+
+from drumstick.stick.effects import (
+    chaos,
+    cor_pulse,
+    hysteretic_spring,
+    negative_damping,
+    noise,
+    pulse,
+    system_delay,
+)
+
+_IN_ORDER: tuple[ModuleType, ...] = (
+    pulse,
+    cor_pulse,
+    system_delay,
+    hysteretic_spring,
+    negative_damping,
+    noise,
+    chaos,
+)
+EFFECTS: dict[str, ModuleType] = {module.__name__.rpartition(".")[2]: module for module in _IN_ORDER}
+
+
+def names_with(mark: str) -> tuple[str, ...]:
+    """Names of the effects that have `mark`, a function or NEVER_REPEATS or ALTERS_HEAD, in order."""
+    return tuple(name for name, module in EFFECTS.items() if hasattr(module, mark))
+
+
+def strength_of(name: str) -> str:
+    """The field of the law's record that makes this effect stronger."""
+    return EFFECTS[name].STRENGTH.rpartition(".")[2]
