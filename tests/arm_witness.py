@@ -20,9 +20,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from haptic_server.device.phantom import Plant
 from haptic_server.servo import loop, memory
 from haptic_server.servo.telling import tell
-from realtime.kernels.jit import Record, njit
+from realtime.kernels.jit import njit
 from realtime.kernels.lent import lend
 
 SLOW_M_PER_S = 0.01
@@ -67,7 +68,7 @@ def _entry_energy(m: float, z0: float, v0: float, z1: float, v1: float) -> float
 
 
 @njit()
-def _stored(plant: Record, head_m: float) -> float:
+def _stored(plant: Plant, head_m: float) -> float:
     # Kinetic energy, and what the hand's spring would still give until the arm is at the head.
     spring = 0.5 * plant.k_hand_N_per_m
     off, off_head = plant.z_m - plant.hand_m, head_m - plant.hand_m
@@ -75,7 +76,7 @@ def _stored(plant: Record, head_m: float) -> float:
 
 
 @njit()
-def _note_entry(seen: Record, energy: float, slow_J: float, t_s: float, is_late: bool) -> None:
+def _note_entry(seen: Any, energy: float, slow_J: float, t_s: float, is_late: bool) -> None:
     seen.before_J = seen.entry_J
     seen.entry_J = energy
     seen.entries += 1
@@ -91,7 +92,7 @@ def _note_entry(seen: Record, energy: float, slow_J: float, t_s: float, is_late:
 
 
 @njit()
-def _step(servo: memory.Servo, eye: Record, now_ns: int, is_late: bool) -> int:
+def _step(servo: memory.Servo, eye: Any, now_ns: int, is_late: bool) -> int:
     plant, head_m = servo.plant[0], servo.plan[0].head_z_m
     m = plant.m_kg
     z0, v0 = plant.z_m - head_m, plant.v_m_per_s
@@ -171,7 +172,7 @@ class Verdict(NamedTuple):
     grown_to_m_per_s: float
     late_entry_m_per_s: float
     late_m_per_s: float
-    force_N: float  # noqa: N815
+    force_N: float
     fastest_m_per_s: float
     fault: int
 

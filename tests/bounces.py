@@ -16,10 +16,11 @@ from drumstick.parameters.scene import Scene, parse, shipped_text
 from drumstick.stick.law import Records, law_of, thrown
 from drumstick.stick.methods.carry import STEPPERS
 from drumstick.stick.motion import exact, stepping
+from drumstick.stick.records import Law
 from drumstick.stick.simulate import Stepper, simulate
 from drumstick_lab.accuracy.sticks import solve_ivp_stick
 from drumstick_lab.accuracy.sticks.contacts import Contacts, largest_error
-from realtime.kernels.jit import Record, njit
+from realtime.kernels.jit import njit
 
 THROW_M_PER_S = 0.4
 COPIES = 200  # throws in one window of a compiled method: about a millisecond
@@ -82,7 +83,7 @@ def contacts(name: str, stepper: Stepper | None = None) -> Contacts:
 
 @njit()
 def _play(
-    law: Record, motions: Records, releases: int, horizon: float, method: int | None, dt: float, locates: bool
+    law: Law, motions: Records, releases: int, horizon: float, method: int | None, dt: float, locates: bool
 ) -> int:
     events = 0
     for i in range(len(motions)):

@@ -6,11 +6,11 @@ from drumstick.parameters.scene import parse, shipped_text
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server.block import ARM, HELD
-from haptic_server.records import NO_FAULT
+from haptic_server.records import NO_FAULT, Reading
 from haptic_server.servo import memory
 from haptic_server.servo.memory import Servo
 from realtime.atomics import exchange, store_release
-from realtime.kernels.jit import Record, njit
+from realtime.kernels.jit import njit
 
 WALL_N_PER_M = 400.0
 STEADY_N = 3.0
@@ -23,7 +23,7 @@ def servo_at(rate_hz: int = 1000) -> Servo:
 
 
 @njit()
-def _latch(servo: Servo, reading: Record) -> bool:
+def _latch(servo: Servo, reading: Reading) -> bool:
     # As the real law does: a fault holds until somebody arms it.
     player = servo.player[0]
     if exchange(servo.block.control, ARM, 0) != 0:
@@ -35,7 +35,7 @@ def _latch(servo: Servo, reading: Record) -> bool:
 
 
 @njit()
-def wall(servo: Servo, reading: Record, now_ns: int, span_s: float) -> float:
+def wall(servo: Servo, reading: Reading, now_ns: int, span_s: float) -> float:
     """A spring below z = 0."""
     if _latch(servo, reading) and reading.z_m < 0.0:
         return -WALL_N_PER_M * reading.z_m
@@ -43,25 +43,25 @@ def wall(servo: Servo, reading: Record, now_ns: int, span_s: float) -> float:
 
 
 @njit()
-def stubborn(servo: Servo, reading: Record, now_ns: int, span_s: float) -> float:
+def stubborn(servo: Servo, reading: Reading, now_ns: int, span_s: float) -> float:
     """Notices every fault, and pushes all the same."""
     _latch(servo, reading)
     return STEADY_N
 
 
 @njit()
-def deaf(servo: Servo, reading: Record, now_ns: int, span_s: float) -> float:
+def deaf(servo: Servo, reading: Reading, now_ns: int, span_s: float) -> float:
     """Notices nothing and pushes."""
     return STEADY_N
 
 
 @njit()
-def greedy(servo: Servo, reading: Record, now_ns: int, span_s: float) -> float:
+def greedy(servo: Servo, reading: Reading, now_ns: int, span_s: float) -> float:
     """Asks for more than any motor has."""
     return -1e3 if reading.z_m > 0.0 else 1e3
 
 
 @njit()
-def senseless(servo: Servo, reading: Record, now_ns: int, span_s: float) -> float:
+def senseless(servo: Servo, reading: Reading, now_ns: int, span_s: float) -> float:
     """Answers with what is no number."""
     return math.nan if reading.z_m > 0.0 else math.inf

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from haptic_server.device.openhaptics import port, protection
-from haptic_server.device.openhaptics.callback import Law, conclude
+from haptic_server.device.openhaptics.callback import Rendering, conclude
 from haptic_server.device.openhaptics.device import OpenHaptics
 from haptic_server.device.openhaptics.driver import calls, opening
 from haptic_server.device.openhaptics.driver.hd import Hd
@@ -125,7 +125,7 @@ class Playing:
 
 
 @contextlib.contextmanager
-def playing(arm: StandIn, law: Law, servo: Servo) -> Generator[Playing, None, None]:
+def playing(arm: StandIn, law: Rendering, servo: Servo) -> Generator[Playing, None, None]:
     """Open, run, and in the end stop and close; the first tick was made when the body begins."""
     device = OpenHaptics(law, load=arm.load)
     device.open()
@@ -145,7 +145,7 @@ class Stepped:
     Only where the clock is read differs from haptic_server.device.openhaptics.callback.
     """
 
-    def __init__(self, arm: StandIn, law: Law, servo: Servo) -> None:
+    def __init__(self, arm: StandIn, law: Rendering, servo: Servo) -> None:
         self.arm, self.servo = arm, servo
         self._period_ns = int(servo.plan["period_ns"][0])
         self._handle = opening.open_device(arm.hd).handle
@@ -178,7 +178,7 @@ class Stepped:
 
 
 @functools.cache
-def _on_a_given_clock(law: Law, kind: Any) -> CFunction:
+def _on_a_given_clock(law: Rendering, kind: Any) -> CFunction:
     @cfunction("uint32(voidptr)", cache=False)
     def stepped(argument: Any) -> int:
         taken, gate = take_up(argument, kind)

@@ -22,7 +22,7 @@ from haptic_server.limits import limits_of
 from haptic_server.records import set_type
 from haptic_server.servo import loop, memory
 from realtime import triple
-from realtime.kernels.jit import Record, njit
+from realtime.kernels.jit import njit
 
 PERIOD_NS, T = sampled_arm.PERIOD_NS, 1e-3
 RESOLUTION_M, ARM_KG = 3e-5, 0.075
@@ -94,7 +94,7 @@ def gateway_takes(law: Records, played: Scene, changes: dict[str, float]) -> boo
 
 
 @njit()
-def _look(servo: memory.Servo, seen: Record, force_before: float, rise_m: float, was_in: bool) -> None:
+def _look(servo: memory.Servo, seen: Any, force_before: float, rise_m: float, was_in: bool) -> None:
     # After a tick: the head's share of the force, and its work on the arm's true way since entry.
     guard, law, motion = servo.guard[0], servo.law[0], servo.motion[0]
     force, tau = servo.player[0].force_N, law.pulse.tau

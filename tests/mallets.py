@@ -9,16 +9,17 @@ import numpy as np
 from drumstick.drum.engine import Engine
 from drumstick.drum.excitation.strikes import EVENT
 from drumstick.drum.mallets import mallet
-from drumstick.drum.mallets.tip import TIP, goes_on, met, placed
+from drumstick.drum.mallets.tip import TIP, Tip, goes_on, met, placed
 from drumstick.drum.modal.bank import Bank
 from drumstick.parameters.mallet import Mallet
 from drumstick.parameters.scene import Scene
 from membranes import energy, is_triangular
-from realtime.kernels.jit import Record, Records, njit
+from realtime.kernels.jit import njit
 from realtime.kernels.lent import lend
+from realtime.records import Records
 
 
-def tip_of(stiffness: float, exponent: float, loss: float, step_s: float, give: float) -> Record:
+def tip_of(stiffness: float, exponent: float, loss: float, step_s: float, give: float) -> Tip:
     """A tip's record, out of touch."""
     tip: Any = np.zeros(1, TIP)
     halves = 2.0 * exponent

@@ -30,8 +30,8 @@ class Blow(NamedTuple):
     v_out: float
     z_min: float
     z_apex: float
-    peak_N: float  # noqa: N815
-    impulse_N_s: float  # noqa: N815
+    peak_N: float
+    impulse_N_s: float
     contact_s: float
 
 

@@ -6,11 +6,11 @@ from drumstick.parameters.scene import Scene, parse
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server.device.simulated import Simulated
-from haptic_server.records import EVENT
+from haptic_server.records import EVENT, Reading
 from haptic_server.servo import memory
 from haptic_server.servo.force.rendering import ask, render, see
 from realtime import ring
-from realtime.kernels.jit import Record, njit
+from realtime.kernels.jit import njit
 from realtime.kernels.lent import lend
 
 PERIOD_NS = 1_000_000
@@ -58,7 +58,7 @@ def events_of(servo: memory.Servo) -> np.ndarray:
 
 
 @njit()
-def render_once(servo: memory.Servo, reading: Record, now_ns: int, span_s: float) -> float:
+def render_once(servo: memory.Servo, reading: Reading, now_ns: int, span_s: float) -> float:
     """One tick's force, by the code that the loop compiles: for a servo that is lent."""
     return render(lend(servo), reading, now_ns, span_s)
 

@@ -17,7 +17,8 @@ from drumstick.stick.effects.pulse import Pulse
 from drumstick.stick.law import Records, law_of, thrown
 from drumstick.stick.methods.carry import STEPPERS
 from drumstick.stick.motion import exact, stepping
-from realtime.kernels.jit import Record, njit
+from drumstick.stick.records import Law, Motion
+from realtime.kernels.jit import njit
 
 DT_S = 2.0**-17  # 7.6 µs
 STEPS = 100_000  # 0.76 s of motion, about a millisecond of computing
@@ -28,7 +29,7 @@ Plain = Callable[[int], tuple[float, float, plain_steps.Blow]]
 
 
 @njit()
-def _composed(law: Record, motion: Record, method: int, dt: float, steps: int) -> None:
+def _composed(law: Law, motion: Motion, method: int, dt: float, steps: int) -> None:
     left = dt * steps
     while left > 0.0 and motion.fate == exact.MOVING:
         left -= stepping.unlocated(law, motion, left, method, dt)[1]

@@ -7,9 +7,9 @@ import numpy as np
 from drumstick.drum.build import new_engine
 from drumstick.drum.excitation.feed import Feed
 from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.excitation.timeline import StreamState
 from drumstick.parameters.scene import Scene, shipped_text
 from drumstick_lab.accuracy.drums.blows import pressed
-from realtime.kernels.jit import Record
 
 MS = 1_000_000
 STREAMS = 'excitation = "streamed"'
@@ -42,7 +42,7 @@ class Player:
         self.sounds: list[np.ndarray] = []
 
     @property
-    def state(self) -> Record:
+    def state(self) -> StreamState:
         """The timeline's STATE record."""
         assert self.engine.stream is not None
         return self.engine.stream.state[0]

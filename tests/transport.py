@@ -17,10 +17,11 @@ from numba import types
 from drumstick.parameters.scene import parse, shipped_text
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
-from haptic_server.records import EVENT, set_type
+from haptic_server.records import EVENT, Event, set_type
 from realtime import ring, triple
 from realtime.atomics import load_acquire, poke, store_release
-from realtime.kernels.jit import Record, Records, njit
+from realtime.kernels.jit import njit
+from realtime.records import Records
 
 Cells = npt.NDArray[np.int64]
 ROLL = parse(shipped_text("roll"), "roll")
@@ -59,7 +60,7 @@ def pause(gate: Cells, state: int) -> int:
 
 
 @njit()
-def fill_event(event: Record, n: int) -> None:
+def fill_event(event: Event, n: int) -> None:
     """All of an EVENT's fields from n."""
     event.kind = n
     event.seq = -n
@@ -74,7 +75,7 @@ def fill_event(event: Record, n: int) -> None:
 
 
 @njit()
-def whole_event(event: Record) -> bool:
+def whole_event(event: Event) -> bool:
     """Do all fields belong to one n?"""
     n = event.kind
     return (
@@ -91,7 +92,7 @@ def whole_event(event: Record) -> bool:
 
 
 @njit()
-def fill_set(record: Record, n: int) -> None:
+def fill_set(record: Any, n: int) -> None:
     """The revision and all numbers of a set from n."""
     record.revision = n
     record.law.pulse.dv_pls = n
@@ -105,7 +106,7 @@ def fill_set(record: Record, n: int) -> None:
 
 
 @njit()
-def whole_set(record: Record) -> bool:
+def whole_set(record: Any) -> bool:
     """Do all numbers belong to one n?"""
     n, law = record.revision, record.law
     return (

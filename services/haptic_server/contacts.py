@@ -8,18 +8,30 @@ whether anybody wants the force; while nobody does, the servo writes nothing.
 import mmap
 import os
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from haptic_server.block import BlockError, Cells, Slots, reserve
 from haptic_server.files import CONTACTS
 from realtime import ring
+from realtime.records import Record, dtype_of
 
-# The mean force over the tick that begins at t_ns; `tick` counts ticks since the servo started, `seq` is the strike's.
-SAMPLE: np.dtype[Any] = np.dtype(
-    [("seq", "i8"), ("tick", "i8"), ("t_ns", "i8"), ("force_N", "f8"), ("x", "f8"), ("y", "f8")], align=True
-)
+
+class Sample(Record):
+    """The mean force over the tick that begins at t_ns; `tick` counts ticks since the servo started, `seq` is the
+    strike's.
+    """
+
+    seq: int
+    tick: int
+    t_ns: int
+    force_N: float
+    x: float
+    y: float
+
+
+SAMPLE = dtype_of(Sample)
 SLOTS = 4096  # four seconds at 1 kHz, for a gateway that is held up
 LISTENED = ring.CELLS  # the first cell behind the ring's own
 _CELLS = ring.CELLS + 8

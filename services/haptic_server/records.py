@@ -4,25 +4,29 @@ from typing import Any
 
 import numpy as np
 
+from realtime.records import Record, dtype_of
+
 STRIKE, RELEASE = 1, 2
 
-# One strike or release. A strike tells its speed (m/s, > 0) and foresees the contact, a release tells the speed that it
-# was left with and what the contact was.
-EVENT: np.dtype[Any] = np.dtype(
-    [
-        ("kind", "i8"),
-        ("seq", "i8"),
-        ("t_ns", "i8"),
-        ("x", "f8"),
-        ("y", "f8"),
-        ("speed_m_per_s", "f8"),
-        ("peak_N", "f8"),
-        ("contact_s", "f8"),
-        ("impulse_N_s", "f8"),
-        ("level", "f8"),
-    ],
-    align=True,
-)
+
+class Event(Record):
+    """One strike or release. A strike tells its speed (m/s, > 0) and foresees the contact, a release tells the speed
+    that it was left with and what the contact was.
+    """
+
+    kind: int
+    seq: int
+    t_ns: int
+    x: float
+    y: float
+    speed_m_per_s: float
+    peak_N: float
+    contact_s: float
+    impulse_N_s: float
+    level: float
+
+
+EVENT = dtype_of(Event)
 
 READY, PLAYING, PANIC, FAULT = 0, 1, 2, 3
 STATUS_WORDS = ("ready", "playing", "panic", "fault")
@@ -45,104 +49,122 @@ FAULT_WORDS = {
     SELF_DRIVEN: "the head kept the stick moving by itself, without a pulse: lower r_in or k_coll",
 }
 
-# The servo after each tick. `refused` counts sets that its own fence turned down, `refused_revision` names the last.
-STATUS: np.dtype[Any] = np.dtype(
-    [
-        ("t_ns", "i8"),
-        ("tick", "i8"),
-        ("status", "i8"),
-        ("fault", "i8"),
-        ("z_m", "f8"),
-        ("v_m_per_s", "f8"),
-        ("force_N", "f8"),
-        ("x", "f8"),
-        ("y", "f8"),
-        ("roll_rate_Hz", "f8"),
-        ("v_e_m_per_s", "f8"),
-        ("strikes", "i8"),
-        ("overruns", "i8"),
-        ("lateness_worst_ns", "i8"),
-        ("revision", "i8"),
-        ("refused", "i8"),
-        ("refused_revision", "i8"),
-    ],
-    align=True,
-)
 
-# What the simulated player and the tick remember. `phase` walks the strikes over the head; `rest_s` is how long the
-# stick has lain dead, `still_s` how long it crept or was out of reach; the last two strike instants make the roll rate.
-# `reach`: the fastest entry that keeps all limits, m/s, with the law that plays (envelope.Judgement). `holding`: a set
-# that passed waits to be latched, with its own reach and its longest window for the speed. `loss`: the share of its
-# push that the head holds back while a slow blow leaves it (drumstick.safety.sampled_contact); `last_v`: the last speed
-# but 0.
-PLAYER: np.dtype[Any] = np.dtype(
-    [
-        ("phase", "f8"),
-        ("rest_s", "f8"),
-        ("still_s", "f8"),
-        ("seq", "i8"),
-        ("revision", "i8"),
-        ("last_ns", "i8"),
-        ("before_last_ns", "i8"),
-        ("roll_rate_Hz", "f8"),
-        ("v_e_m_per_s", "f8"),
-        ("x", "f8"),
-        ("y", "f8"),
-        ("refused", "i8"),
-        ("refused_revision", "i8"),
-        ("fault", "i8"),
-        ("panicked", "i8"),
-        ("panics_seen", "i8"),
-        ("holding", "i8"),
-        ("reach", "f8"),
-        ("offer_reach", "f8"),
-        ("offer_window", "i8"),
-        ("loss", "f8"),
-        ("last_v", "f8"),
-        ("force_N", "f8"),
-        ("traced", "i8"),
-        ("trace_ended", "i8"),
-    ],
-    align=True,
-)
+class Status(Record):
+    """The servo after each tick. `refused` counts sets that its own fence turned down, `refused_revision` names the
+    last.
+    """
 
-# What a device tells once a tick, in the paper's frame: x to the right, y away from the player, z up, from the middle
-# of its workspace. `fresh` is 0 when nothing new came; `trouble` is a fault code; temperature is the warmest motor's,
-# 0 .. 1.
-READING: np.dtype[Any] = np.dtype(
-    [
-        ("x_m", "f8"),
-        ("y_m", "f8"),
-        ("z_m", "f8"),
-        ("t_ns", "i8"),
-        ("buttons", "i8"),
-        ("temperature", "f8"),
-        ("trouble", "i8"),
-        ("fresh", "i8"),
-    ],
-    align=True,
-)
+    t_ns: int
+    tick: int
+    status: int
+    fault: int
+    z_m: float
+    v_m_per_s: float
+    force_N: float
+    x: float
+    y: float
+    roll_rate_Hz: float
+    v_e_m_per_s: float
+    strikes: int
+    overruns: int
+    lateness_worst_ns: int
+    revision: int
+    refused: int
+    refused_revision: int
 
-# Where a pointer wants the hand, as the gateway heard it at t_ns of this machine's clock. lift: 0 at z_ss .. 1 lifted.
-POINTER: np.dtype[Any] = np.dtype(
-    [("t_ns", "i8"), ("held", "i8"), ("lift", "f8"), ("x", "f8"), ("y", "f8")], align=True
-)
 
-# What does not change while a servo runs.
-PLAN: np.dtype[Any] = np.dtype(
-    [
-        ("period_ns", "i8"),
-        ("throw_m_per_s", "f8"),
-        ("rest_s", "f8"),
-        ("orbit_radius", "f8"),
-        ("orbit_period_s", "f8"),
-        ("head_z_m", "f8"),
-        ("reach_m", "f8"),
-        ("lead_s", "f8"),
-        ("spin_ns", "i8"),
-    ],
-    align=True,
-)
+STATUS = dtype_of(Status)
+
+
+class Player(Record):
+    """What the simulated player and the tick remember. `phase` walks the strikes over the head; `rest_s` is how long
+    the stick has lain dead, `still_s` how long it crept or was out of reach; the last two strike instants make the
+    roll rate. `reach`: the fastest entry that keeps all limits, m/s, with the law that plays (envelope.Judgement).
+    `holding`: a set that passed waits to be latched, with its own reach and its longest window for the speed.
+    `loss`: the share of its push that the head holds back while a slow blow leaves it
+    (drumstick.safety.sampled_contact); `last_v`: the last speed but 0.
+    """
+
+    phase: float
+    rest_s: float
+    still_s: float
+    seq: int
+    revision: int
+    last_ns: int
+    before_last_ns: int
+    roll_rate_Hz: float
+    v_e_m_per_s: float
+    x: float
+    y: float
+    refused: int
+    refused_revision: int
+    fault: int
+    panicked: int
+    panics_seen: int
+    holding: int
+    reach: float
+    offer_reach: float
+    offer_window: int
+    loss: float
+    last_v: float
+    force_N: float
+    traced: int
+    trace_ended: int
+
+
+PLAYER = dtype_of(Player)
+
+
+class Reading(Record):
+    """What a device tells once a tick, in the paper's frame: x to the right, y away from the player, z up, from the
+    middle of its workspace. `fresh` is 0 when nothing new came; `trouble` is a fault code; temperature is the
+    warmest motor's, 0 .. 1.
+    """
+
+    x_m: float
+    y_m: float
+    z_m: float
+    t_ns: int
+    buttons: int
+    temperature: float
+    trouble: int
+    fresh: int
+
+
+READING = dtype_of(Reading)
+
+
+class Pointer(Record):
+    """Where a pointer wants the hand, as the gateway heard it at t_ns of this machine's clock. lift: 0 at z_ss .. 1
+    lifted.
+    """
+
+    t_ns: int
+    held: int
+    lift: float
+    x: float
+    y: float
+
+
+POINTER = dtype_of(Pointer)
+
+
+class Plan(Record):
+    """What does not change while a servo runs."""
+
+    period_ns: int
+    throw_m_per_s: float
+    rest_s: float
+    orbit_radius: float
+    orbit_period_s: float
+    head_z_m: float
+    reach_m: float
+    lead_s: float
+    spin_ns: int
+
+
+PLAN = dtype_of(Plan)
 
 
 def set_type(law: np.dtype[Any]) -> np.dtype[Any]:

@@ -11,14 +11,14 @@ from collections.abc import Callable
 
 from drumstick.drum.build import Unplayable, words
 from drumstick.drum.calibrate import build
-from drumstick.drum.engine import Engine
+from drumstick.drum.engine import Control, Engine, Meters
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.fitting import fitted
 from drumstick.drum.output.upsample import TAPS
 from drumstick.parameters.scene import Scene
 from protocol.complaints import Complaints
 from protocol.messages import Meter, State, decode
-from realtime.kernels.jit import Record
+from realtime.records import is_there
 from realtime.stop import StopRequest
 from sound_server.receiving.desk import ContactDesk
 from sound_server.receiving.link import Link
@@ -139,7 +139,7 @@ class Drum:
         fit = fitted(scene, self._sink.rate_Hz)
         engine = build(self._room.later(fit.scene), self._sink.rate_Hz, ring)
         engine.control["output_gain"] *= self._room.gain
-        if engine.stream is not None:
+        if is_there(engine.stream):
             self._desk.note = self._contacts.note  # a contact sounds once: as it comes, or by its strike
         place = self._sink.stage.enter(engine)
         self._desk.ring, self._desk.scene = ring, scene
@@ -148,7 +148,7 @@ class Drum:
         self._desk.latency_s = scene.drum.latency_s + self._room.latency_s
         self._desk.room_s = self._room.latency_s
         self._contacts.play_on(engine.stream, scene.drum.latency_s, self._room.latency_s)
-        if engine.stream is None:
+        if not is_there(engine.stream):
             self._desk.note = None
         self._scene, self._engine, self._place = scene, engine, place
         told = "; ".join(filter(None, (words(engine), fit.words)))
@@ -173,8 +173,8 @@ class Drum:
 
     def _meter(self) -> Meter:
         assert self._engine is not None
-        peaks: Record = self._engine.meters[0]
-        control: Record = self._engine.control[0]
+        peaks: Meters = self._engine.meters[0]
+        control: Control = self._engine.control[0]
         interpolator_ms = 1e3 * TAPS / 2 * control["divisor"] / control["rate_Hz"]
         told = self._desk.punctuality.told()
         return Meter(

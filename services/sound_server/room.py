@@ -13,7 +13,7 @@ class Room(NamedTuple):
     """latency_s: 0..0.5, beyond the scene's; level_dB: -60..12, beyond the scene's."""
 
     latency_s: float = 0.0
-    level_dB: float = 0.0  # noqa: N815
+    level_dB: float = 0.0
 
     @property
     def gain(self) -> float:

@@ -27,8 +27,9 @@ from drumstick.drum.output.limiter import limit
 from realtime.atomics import load_acquire, peek, poke, store_release
 from realtime.kernels.foreign import call_block
 from realtime.kernels.handover import Handed, take_up_typed, typed_callback
-from realtime.kernels.jit import CFunction, Record, Records, njit
+from realtime.kernels.jit import CFunction, njit
 from realtime.kernels.lent import lend
+from realtime.records import Record, Rows, dtype_of
 
 PLACES = 16
 EMPTY, PLAYING, LEAVING, GONE = 0, 1, 2, 3
@@ -36,10 +37,18 @@ _MOST_FRAMES = 1024  # rendered at once; longer blocks come in parts
 _FADE_S = 0.06
 _array: Any = carray  # numba knows it by value; its own annotations do not fit addresses
 
-# `gone` is how far the fade has come, 0..1; it begins after `hold` frames and advances by `fall` a frame.
-PLACE: np.dtype[Any] = np.dtype(
-    [("function", "i8"), ("argument", "i8"), ("hold", "i8"), ("gone", "f8"), ("fall", "f8")], align=True
-)
+
+class Place(Record):
+    """`gone` is how far the fade has come, 0..1; it begins after `hold` frames and advances by `fall` a frame."""
+
+    function: int
+    argument: int
+    hold: int
+    gone: float
+    fall: float
+
+
+PLACE = dtype_of(Place)
 
 
 class Boards(NamedTuple):
@@ -47,7 +56,7 @@ class Boards(NamedTuple):
     each drum was given so far."""
 
     states: npt.NDArray[np.int64]
-    places: Records
+    places: Rows[Place]
     one: npt.NDArray[np.float32]
     sum: npt.NDArray[np.float32]
     begun: npt.NDArray[np.int64]
@@ -59,7 +68,7 @@ class StageFull(Exception):
 
 @njit()
 def _add(boards: Boards, at: int, frames: int, leaving: bool) -> None:
-    place: Record = boards.places[at]
+    place: Place = boards.places[at]
     if not leaving:
         for i in range(frames):
             boards.sum[i, 0] += boards.one[i, 0]
@@ -90,7 +99,7 @@ def mix(boards: Boards, out: npt.NDArray[np.float32], rate_Hz: float, start_ns: 
         for at in range(PLACES):
             state = load_acquire(boards.states, at)
             if state in (PLAYING, LEAVING):
-                place: Record = boards.places[at]
+                place: Place = boards.places[at]
                 since_ns = int(first * 1e9 / rate_Hz)
                 call_block(
                     place.function, place.argument, boards.one.ctypes.data, frames, start_ns + since_ns
@@ -150,7 +159,7 @@ class Stage:
 
     def leave(self, at: int, after_s: float = 0.0) -> None:
         """Fade the drum at this place out in 60 ms, beginning `after_s` from now; another may enter there then."""
-        place: Record = self.boards.places[at]
+        place: Place = self.boards.places[at]
         place["hold"] = round(after_s * self._rate_Hz)
         place["fall"] = 1.0 / (_FADE_S * self._rate_Hz)
         poke(self.boards.states, at, LEAVING)

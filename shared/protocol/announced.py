@@ -21,8 +21,8 @@ PEAK_WITHIN_dB, IMPULSE_WITHIN_dB = 1.0, 0.5
 class Off(NamedTuple):
     """Announced to real, dB: above 0 the strike announced too much. `worst` is the one farthest from 0."""
 
-    median_dB: float  # noqa: N815
-    worst_dB: float  # noqa: N815
+    median_dB: float
+    worst_dB: float
 
     @property
     def words(self) -> str:

@@ -34,9 +34,9 @@ class Strike(Message, array_like=True, frozen=True, kw_only=True):
     y: float
     z_speed_m_per_s: float
     level: float
-    peak_estimate_N: float  # noqa: N815
+    peak_estimate_N: float
     contact_estimate_s: float
-    impulse_N_s: float = 0.0  # noqa: N815  0: not told, as before 2026-11-24
+    impulse_N_s: float = 0.0
     source: str = "stick"
 
 
@@ -47,8 +47,8 @@ class Release(Message, array_like=True, frozen=True, kw_only=True):
     seq: int
     t_ns: int
     exit_speed_m_per_s: float
-    impulse_N_s: float  # noqa: N815
-    peak_N: float  # noqa: N815
+    impulse_N_s: float
+    peak_N: float
     contact_s: float
 
 
@@ -61,7 +61,7 @@ class Contact(Message, array_like=True, frozen=True, kw_only=True):
     boot: int
     seq: int
     first_tick: int
-    rate_Hz: float  # noqa: N815
+    rate_Hz: float
     forces: bytes
     t_ns: int | None = None
     x: float | None = None
@@ -76,10 +76,10 @@ class State(Message, array_like=True, frozen=True, kw_only=True):
     status: str
     z_m: float
     v_m_per_s: float
-    force_N: float  # noqa: N815
+    force_N: float
     x: float
     y: float
-    roll_rate_Hz: float  # noqa: N815
+    roll_rate_Hz: float
     v_e_m_per_s: float
     strikes: int
     ticks: int
@@ -211,7 +211,7 @@ class Spectrum(Message, array_like=True, frozen=True, kw_only=True):
 
     id: str
     t_ns: int
-    top_Hz: float  # noqa: N815
+    top_Hz: float
     window_s: float
     levels: bytes
 
@@ -225,7 +225,7 @@ class Cost(Message, array_like=True, frozen=True, kw_only=True):
     id: str
     words: str
     accuracy: str
-    mesh_rate_Hz: float  # noqa: N815
+    mesh_rate_Hz: float
     across: float
     share: float
     cents: float

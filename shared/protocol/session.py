@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 _log = logging.getLogger("zenoh")
 _REFUSED_AGAIN_S = 3.0  # each failed handshake holds up everybody else's joining for 0.1 s
 _TURN_S = 0.1
+# How often a client of this machine looks for a router that is gone, s.
+RETRY_S = 0.1
 # Nothing here is larger than a scene's text; Zenoh's own limit is 1 GB, in the memory of the receiver.
 LARGEST_MESSAGE_BYTES = 4_000_000
 # Of one link of the public listener: so much is still acted on after the link was ended for going beyond a limit.
@@ -36,7 +38,7 @@ _TRIED_AGAIN = "#exit_on_failure=false;retry_period_init_ms=500;retry_period_max
 _PATIENT: dict[str, object] = {
     "connect/timeout_ms": -1,
     "connect/exit_on_failure": False,
-    "connect/retry": {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5},
+    "connect/retry": {"period_init_ms": 100, "period_max_ms": 100, "period_increase_factor": 1.0},
 }
 
 
@@ -71,7 +73,7 @@ def client_config(endpoint: str, identity: Identity | None = None) -> zenoh.Conf
     Opening it fails after half a second without a router, over TLS after one second;
     once open, it returns to a router that went away, for ever."""
     # Over TLS a try that is refused costs others: fewer of them.
-    timeout_ms, first_ms = (1000, 500) if is_tls(endpoint) else (500, 100)
+    timeout_ms, retry_ms = (1000, 500) if is_tls(endpoint) else (500, round(1e3 * RETRY_S))
     return _config(
         {
             "mode": "client",
@@ -80,9 +82,9 @@ def client_config(endpoint: str, identity: Identity | None = None) -> zenoh.Conf
             "connect/timeout_ms": timeout_ms,
             "connect/exit_on_failure": True,
             "connect/retry": {
-                "period_init_ms": first_ms,
-                "period_max_ms": 500,
-                "period_increase_factor": 1.5,
+                "period_init_ms": retry_ms,
+                "period_max_ms": retry_ms,
+                "period_increase_factor": 1.0,
             },
             **({} if identity is None else as_client(identity)),
         }

@@ -9,7 +9,8 @@ import numpy.typing as npt
 
 from realtime.atomics import load_acquire, store_release
 from realtime.clock import now_ns, sleep_until
-from realtime.kernels.jit import Record, Records, njit
+from realtime.kernels.jit import njit
+from realtime.records import Record, Records
 
 WRITTEN, READ, DROPPED = 0, 8, 16
 CELLS = 24

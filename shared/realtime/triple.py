@@ -5,11 +5,14 @@ between, with FRESH added while the reader has not taken it; `cells[8]` is the w
 reader's.
 """
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
 from realtime.atomics import exchange, load_acquire, store_release
-from realtime.kernels.jit import Record, Records, njit
+from realtime.kernels.jit import njit
+from realtime.records import Record, Records
 
 BETWEEN, WRITER, READER = 0, 8, 16
 CELLS = 24
@@ -40,7 +43,7 @@ def offer(cells: npt.NDArray[np.int64]) -> None:
 
 
 @njit()
-def take(cells: npt.NDArray[np.int64], slots: Records) -> int:
+def take(cells: npt.NDArray[np.int64], slots: Records | npt.NDArray[Any]) -> int:
     """The index of the slot to read (one reader): the newest record, else the one held before."""
     if load_acquire(cells, BETWEEN) >= FRESH:
         store_release(cells, READER, exchange(cells, BETWEEN, cells[READER]) % FRESH)

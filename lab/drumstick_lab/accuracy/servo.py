@@ -35,7 +35,7 @@ _BLOCKS = 5  # of TICKS ticks in a window: as many as the trace keeps
 class Case(NamedTuple):
     """Ticks a second, ticks of delay, N/m; each is tried with and without prediction, with every filter."""
 
-    rate_Hz: int  # noqa: N815
+    rate_Hz: int
     delay_ticks: int
     k_coll: float
 

@@ -17,7 +17,7 @@ class Place(NamedTuple):
 
     words: str
     pressure: float
-    force_N: float  # noqa: N815  the unit newton is written N
+    force_N: float
     seen: int
 
 

@@ -13,8 +13,8 @@ class Usage(NamedTuple):
     """Of one process, or of a service with its children together."""
 
     processes: int
-    rss_kB: int  # noqa: N815
-    pss_kB: int  # noqa: N815
+    rss_kB: int
+    pss_kB: int
     descriptors: int
     threads: int
     switches: int  # voluntary and not, since the start

@@ -5,28 +5,30 @@ Tick thread: no allocation, no locks, no Python, no exceptions.
 """
 
 import math
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from realtime.kernels.jit import Record, njit
+from realtime.kernels.jit import njit
+from realtime.records import Record, dtype_of
 
 HOLD, STROKES, SINGLE, DOUBLE, PRESS, RECORDED = 0, 1, 2, 3, 4, 5
 GESTURES = ("hold", "strokes", "single-stroke-roll", "double-stroke-roll", "press", "recorded")
 _LIFTED_S = 0.3  # every gesture begins with a rest where it starts: lifted, or nothing would be rendered
 
-GESTURE: np.dtype[Any] = np.dtype(
-    [
-        ("kind", "i8"),
-        ("rest_m", "f8"),
-        ("height_m", "f8"),
-        ("period_s", "f8"),
-        ("orbit_radius", "f8"),
-        ("orbit_period_s", "f8"),
-    ],
-    align=True,
-)
+
+class Gesture(Record):
+    """How a simulated hand moves: the kind of its gesture, heights (m), times (s), and the way over the head."""
+
+    kind: int
+    rest_m: float
+    height_m: float
+    period_s: float
+    orbit_radius: float
+    orbit_period_s: float
+
+
+GESTURE = dtype_of(Gesture)
 
 
 @njit()
@@ -52,7 +54,7 @@ def _recorded(path: npt.NDArray[np.float64], t: float) -> float:
 
 
 @njit()
-def later(gesture: Record, path: npt.NDArray[np.float64], t: float, span_s: float) -> float:
+def later(gesture: Gesture, path: npt.NDArray[np.float64], t: float, span_s: float) -> float:
     """Where in its gesture a hand is that was at t s, `span_s` later: after the lift it starts again each period.
 
     A time that only grew would be rounded ever more coarsely: after a month its rate is 1.6e-7 off at 1 kHz.
@@ -66,7 +68,7 @@ def later(gesture: Record, path: npt.NDArray[np.float64], t: float, span_s: floa
 
 
 @njit()
-def hand_at(gesture: Record, path: npt.NDArray[np.float64], t: float) -> float:
+def hand_at(gesture: Gesture, path: npt.NDArray[np.float64], t: float) -> float:
     """z_hand in m, t s after the gesture began: rest_m is the lowest point, height_m what it lifts above that."""
     rest, height = gesture.rest_m, gesture.height_m
     if t < _LIFTED_S:

@@ -8,46 +8,50 @@ Tick thread: no allocation, no locks, no Python, no exceptions.
 """
 
 import math
-from typing import Any
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
 
 from drumstick.stick.motion.segment import Segment, propagate
-from haptic_server.device.hand import hand_at, later
-from realtime.kernels.jit import Record, njit
+from haptic_server.device.hand import Gesture, hand_at, later
+from haptic_server.records import Reading
+from realtime.kernels.jit import njit
+from realtime.records import Record, dtype_of
 
 MOST_DELAY_TICKS = 8
 _MOST_TRIES = 60
 _CLOSE = 1e-14
 _MOST_TURNS = 4  # in one tick; a stick that turns more often has come to rest
 
-PLANT: np.dtype[Any] = np.dtype(
-    [
-        ("z_m", "f8"),
-        ("v_m_per_s", "f8"),
-        ("hand_m", "f8"),
-        ("force_N", "f8"),
-        ("t_s", "f8"),
-        ("phase", "f8"),
-        ("m_kg", "f8"),
-        ("k_hand_N_per_m", "f8"),
-        ("r_out_N_s_per_m", "f8"),
-        ("friction_N", "f8"),
-        ("resolution_m", "f8"),
-        ("max_force_N", "f8"),
-        ("lowest_m", "f8"),
-        ("highest_m", "f8"),
-        ("delay_ticks", "i8"),
-        ("next", "i8"),
-        ("queue_N", "f8", (MOST_DELAY_TICKS,)),
-    ],
-    align=True,
-)
+
+class Plant(Record):
+    """A simulated arm: where it is, what it is made of, and forces on their way to its motors."""
+
+    z_m: float
+    v_m_per_s: float
+    hand_m: float
+    force_N: float
+    t_s: float
+    phase: float
+    m_kg: float
+    k_hand_N_per_m: float
+    r_out_N_s_per_m: float
+    friction_N: float
+    resolution_m: float
+    max_force_N: float
+    lowest_m: float
+    highest_m: float
+    delay_ticks: int
+    next: int
+    queue_N: Annotated[npt.NDArray[np.float64], "f8", (MOST_DELAY_TICKS,)]
+
+
+PLANT = dtype_of(Plant)
 
 
 @njit()
-def _piece(plant: Record, friction: float) -> Segment:
+def _piece(plant: Plant, friction: float) -> Segment:
     m = plant.m_kg
     push = plant.force_N + plant.k_hand_N_per_m * plant.hand_m + friction
     return Segment(
@@ -86,7 +90,7 @@ def _turn_time(seg: Segment, sign: float, t: float) -> float:
 
 
 @njit()
-def _move_freely(plant: Record, duration_s: float) -> None:
+def _move_freely(plant: Plant, duration_s: float) -> None:
     left = duration_s
     for _ in range(_MOST_TURNS):
         v = plant.v_m_per_s
@@ -106,7 +110,7 @@ def _move_freely(plant: Record, duration_s: float) -> None:
 
 
 @njit()
-def move_on(plant: Record, duration_s: float) -> None:
+def move_on(plant: Plant, duration_s: float) -> None:
     """The arm under its present force for `duration_s` seconds; it stops dead at the ends of its travel."""
     _move_freely(plant, duration_s)
     inside = min(max(plant.z_m, plant.lowest_m), plant.highest_m)
@@ -115,7 +119,7 @@ def move_on(plant: Record, duration_s: float) -> None:
 
 
 @njit()
-def tell(plant: Record, reading: Record, now_ns: int) -> None:
+def tell(plant: Plant, reading: Reading, now_ns: int) -> None:
     """What the encoders say now."""
     steps = plant.z_m / plant.resolution_m
     reading.z_m = math.floor(steps + 0.5) * plant.resolution_m
@@ -124,7 +128,7 @@ def tell(plant: Record, reading: Record, now_ns: int) -> None:
 
 
 @njit()
-def lead(plant: Record, wanted_m: float, reach: float) -> None:
+def lead(plant: Plant, wanted_m: float, reach: float) -> None:
     """Put the hand where it wants to be, or as near as keeps the arm within `reach` m/s.
 
     A hand that swings in time with the arm would else pump it up beyond any limit of speed.
@@ -138,7 +142,7 @@ def lead(plant: Record, wanted_m: float, reach: float) -> None:
 
 
 @njit()
-def carry(plant: Record, gesture: Record, path: npt.NDArray[np.float64], span_s: float, reach: float) -> None:
+def carry(plant: Plant, gesture: Gesture, path: npt.NDArray[np.float64], span_s: float, reach: float) -> None:
     """Move on by `span_s` under the force that was last obeyed, with the hand where its gesture has it.
 
     reach: the speed, m/s, that the hand keeps the arm within.
@@ -149,7 +153,7 @@ def carry(plant: Record, gesture: Record, path: npt.NDArray[np.float64], span_s:
 
 
 @njit()
-def obey(plant: Record, force_N: float) -> None:
+def obey(plant: Plant, force_N: float) -> None:
     """Take the force to hold until the next tick; it acts some ticks later when the arm is slow."""
     if plant.delay_ticks > 0:
         late = plant.queue_N[plant.next]

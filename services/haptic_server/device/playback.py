@@ -1,20 +1,26 @@
 """Where a recording is at a tick. Tick thread: no allocation, no locks, no Python, no exceptions."""
 
 import math
-from typing import Any
-
-import numpy as np
 
 from haptic_server.device.recording import Recording
-from realtime.kernels.jit import Record, njit
+from haptic_server.records import Reading
+from realtime.kernels.jit import njit
+from realtime.records import Record, dtype_of
 
-# What playback remembers. Its fields tell the loop, at compile time, which device it is.
-REPLAY: np.dtype[Any] = np.dtype([("replayed_s", "f8"), ("row", "i8")], align=True)
+
+class Replay(Record):
+    """What playback remembers. Its fields tell the loop, at compile time, which device it is."""
+
+    replayed_s: float
+    row: int
+
+
+REPLAY = dtype_of(Replay)
 
 
 @njit()
 def tell(
-    replay: Record, path: Recording, head_z_m: float, reading: Record, now_ns: int, span_s: float
+    replay: Replay, path: Recording, head_z_m: float, reading: Reading, now_ns: int, span_s: float
 ) -> None:
     """Where the recording is `span_s` later, between its rows in a straight line."""
     last = path.shape[0] - 1

@@ -6,13 +6,11 @@ or outside of it. Tick thread: no allocation, no locks, no Python, no exceptions
 """
 
 import math
-from typing import Any
-
-import numpy as np
 
 from haptic_server.block import Block
 from realtime import triple
-from realtime.kernels.jit import Record, njit
+from realtime.kernels.jit import njit
+from realtime.records import Record, dtype_of
 
 STALE_NS = (
     400_000_000  # a pointer not heard for so long has let go; a busy browser skips a quarter of a second
@@ -22,32 +20,34 @@ LIFTED_M = 0.02  # a lifted hand is at least so far above the head, wherever z_s
 ACROSS_PER_S = 10.0  # radii that it may cross in a second
 _LEAST_TRAVEL_M = 1e-6
 
-# lift: 0 where the hand presses (z_ss) .. 1 where it is lifted; x, y in radii. `wish` has the speed limit,
-# `lift` and `lift_per_s` are the filter's. stands_m: where it holds the exact stick now. height_m and
-# fastest_m_per_s do not change.
-HAND: np.dtype[Any] = np.dtype(
-    [
-        ("wish", "f8"),
-        ("lift", "f8"),
-        ("lift_per_s", "f8"),
-        ("x", "f8"),
-        ("y", "f8"),
-        ("height_m", "f8"),
-        ("stands_m", "f8"),
-        ("fastest_m_per_s", "f8"),
-    ],
-    align=True,
-)
+
+class PointedHand(Record):
+    """lift: 0 where the hand presses (z_ss) .. 1 where it is lifted; x, y in radii. `wish` has the speed limit, `lift`
+    and `lift_per_s` are the filter's. stands_m: where it holds the exact stick now. height_m and fastest_m_per_s do
+    not change.
+    """
+
+    wish: float
+    lift: float
+    lift_per_s: float
+    x: float
+    y: float
+    height_m: float
+    stands_m: float
+    fastest_m_per_s: float
+
+
+HAND = dtype_of(PointedHand)
 
 
 @njit()
-def top_of(hand: Record, rest_m: float) -> float:
+def top_of(hand: PointedHand, rest_m: float) -> float:
     """Where the lifted hand is, m above the head, when it presses at `rest_m`."""
     return max(rest_m + hand.height_m, LIFTED_M)
 
 
 @njit()
-def height_of(hand: Record, rest_m: float) -> float:
+def height_of(hand: PointedHand, rest_m: float) -> float:
     """Where the hand holds its spring now, m above the head."""
     return rest_m + hand.lift * (top_of(hand, rest_m) - rest_m)
 
@@ -61,7 +61,7 @@ def _towards(present: float, wanted: float, most: float) -> float:
 
 
 @njit()
-def follow(hand: Record, block: Block, rest_m: float, now_ns: int, span_s: float) -> None:
+def follow(hand: PointedHand, block: Block, rest_m: float, now_ns: int, span_s: float) -> None:
     """Move the hand on by `span_s` to where the newest pointer wants it; it trusts nothing that stands there."""
     pointer = block.pointer[triple.take(block.pointer_cells, block.pointer)]
     wanted = 1.0

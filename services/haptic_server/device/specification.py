@@ -17,13 +17,13 @@ class Specification:
     name: str
     workspace_m: tuple[float, float, float]
     resolution_m: float
-    max_force_N: float  # noqa: N815  the unit newton is written N
-    continuous_force_N: float  # noqa: N815
-    stiffness_N_per_m: float  # noqa: N815
-    damping_N_s_per_m: float  # noqa: N815
-    rates_Hz: Sequence[int]  # noqa: N815
+    max_force_N: float
+    continuous_force_N: float
+    stiffness_N_per_m: float
+    damping_N_s_per_m: float
+    rates_Hz: Sequence[int]
     moving_kg: tuple[float, float] = (0.064, 0.15)
-    grip_N_per_m: float = 500.0  # noqa: N815
+    grip_N_per_m: float = 500.0
 
     @property
     def rate_words(self) -> str:

@@ -82,6 +82,7 @@ class Relay:
         """One round: everything that waits in the block goes out."""
         for event in self._link.take_events():
             self._tell_event(event)
+        self._wire.step(now_ns)
         if self._contacts is not None:
             self._contacts.step(now_ns)
         latched = self._link.take_live()

@@ -30,6 +30,7 @@ from haptic_server.servo.streaming import stream_to
 from realtime.atomics import poke
 from realtime.log import open_log
 from realtime.notify import Supervisor
+from realtime.records import is_there
 from realtime.regular_file import read_text, write_text
 from realtime.stop import StopRequest
 
@@ -83,7 +84,7 @@ def _memory(scene: Scene, run_dir: Path, specification: Specification) -> memory
         left = block.Legacy(0, law_of(scene))
     mine = block.create(run_dir, left.law, left.revision)
     servo = memory.prepare(scene, mine, specification)
-    if servo.stream is None:
+    if not is_there(servo.stream):
         return servo
     return servo._replace(stream=stream_to(contacts.create(run_dir, mine.boot)))
 

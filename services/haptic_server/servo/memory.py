@@ -7,22 +7,39 @@ import numpy.typing as npt
 
 from drumstick.parameters.scene import Scene
 from drumstick.safety import envelope
-from drumstick.safety.fence import fence_of
+from drumstick.safety.envelope import Limits
+from drumstick.safety.fence import Fence, fence_of
 from drumstick.stick.law import thrown
 from drumstick.stick.motion import exact
-from drumstick.stick.strike_curve import curve_of
+from drumstick.stick.records import Law, Motion
+from drumstick.stick.strike_curve import CurveTable, curve_of
 from haptic_server import contacts
 from haptic_server.block import HELD, Block
 from haptic_server.device.hand import GESTURE
 from haptic_server.device.specification import EXACT_STICK, Specification
 from haptic_server.limits import lead_s, limits_of
-from haptic_server.records import EVENT, FAULT_WORDS, NO_FAULT, PLAN, PLAYER, READING, STATUS, set_type
-from haptic_server.servo.force.guard import ALLOWED, GUARD, may_add
-from haptic_server.servo.force.pull import new_hand
-from haptic_server.servo.force.velocity import new_track
+from haptic_server.records import (
+    EVENT,
+    FAULT_WORDS,
+    NO_FAULT,
+    PLAN,
+    PLAYER,
+    READING,
+    STATUS,
+    Event,
+    Plan,
+    Player,
+    Reading,
+    Status,
+    set_type,
+)
+from haptic_server.servo.force.guard import ALLOWED, GUARD, Allowed, GuardState, may_add
+from haptic_server.servo.force.pull import HandPull, new_hand
+from haptic_server.servo.force.velocity import Track, new_track
 from haptic_server.servo.streaming import Stream, stream_to
-from haptic_server.servo.trace import TICKS, TRACE
+from haptic_server.servo.trace import TICKS, TRACE, Trace
 from realtime.atomics import peek
+from realtime.records import ABSENT, Rows
 
 
 class Servo(NamedTuple):
@@ -38,32 +55,32 @@ class Servo(NamedTuple):
     """
 
     block: Block
-    law: npt.NDArray[np.void]
-    motion: npt.NDArray[np.void]
-    ahead: npt.NDArray[np.void]
-    ahead_law: npt.NDArray[np.void]
-    player: npt.NDArray[np.void]
-    plan: npt.NDArray[np.void]
-    curve: npt.NDArray[np.void]
-    event: npt.NDArray[np.void]
-    status: npt.NDArray[np.void]
+    law: Rows[Law]
+    motion: Rows[Motion]
+    ahead: Rows[Motion]
+    ahead_law: Rows[Law]
+    player: Rows[Player]
+    plan: Rows[Plan]
+    curve: Rows[CurveTable]
+    event: Rows[Event]
+    status: Rows[Status]
     timespec: npt.NDArray[np.int64]
-    reading: npt.NDArray[np.void]
-    track: npt.NDArray[np.void]
-    guard: npt.NDArray[np.void]
-    allowed: npt.NDArray[np.void]
+    reading: Rows[Reading]
+    track: Rows[Track]
+    guard: Rows[GuardState]
+    allowed: Rows[Allowed]
     plant: Any
-    gesture: npt.NDArray[np.void]
+    gesture: Any
     path: npt.NDArray[np.float64]
-    trace: npt.NDArray[np.void]
-    fence: npt.NDArray[np.void]
-    limits: npt.NDArray[np.void]
+    trace: Rows[Trace]
+    fence: Rows[Fence]
+    limits: Rows[Limits]
     room: npt.NDArray[np.float64]
     offer: npt.NDArray[np.void]
     offer_words: npt.NDArray[np.int64]
     offer_numbers: npt.NDArray[np.float64]
-    stream: Stream | None = None
-    hand: npt.NDArray[np.void] | None = None
+    stream: Stream = ABSENT
+    hand: Rows[HandPull] = ABSENT
 
 
 def _plan(scene: Scene) -> npt.NDArray[np.void]:
@@ -149,6 +166,6 @@ def prepare(scene: Scene, block: Block, specification: Specification = EXACT_STI
         offer=offer,
         offer_words=offer.view(np.int64)[1:],
         offer_numbers=offer.view(np.float64)[1:],
-        stream=stream_to(contacts.in_memory()) if scene.drum.excitation == "streamed" else None,
-        hand=None if is_exact else new_hand(scene),
+        stream=stream_to(contacts.in_memory()) if scene.drum.excitation == "streamed" else ABSENT,
+        hand=ABSENT if is_exact else new_hand(scene),
     )

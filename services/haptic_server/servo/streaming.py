@@ -8,7 +8,7 @@ contact is where it began: a force that stepped from junction to junction under 
 Tick thread: no allocation, no locks, no Python, no exceptions.
 """
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -17,24 +17,30 @@ from haptic_server.block import Slots
 from haptic_server.contacts import LISTENED, SAMPLE, ContactRing
 from realtime import ring
 from realtime.atomics import load_acquire
-from realtime.kernels.jit import Record, njit, only_with
+from realtime.kernels.jit import njit, only_with
+from realtime.records import Record, dtype_of
+
+if TYPE_CHECKING:
+    from haptic_server.servo.memory import Servo
 
 _MOST_TICKS = 20  # a longer gap is a stall, over which the stick has stood still
 _MOST_N = 1e9
 
-# The present tick began at t_ns and is number `tick`; the force stands for that one and `missed` more before it.
-# `told_N_s` of the contact's impulse has gone out; `last_N` was the last sample.
-STREAM: np.dtype[Any] = np.dtype(
-    [
-        ("tick", "i8"),
-        ("t_ns", "i8"),
-        ("missed", "i8"),
-        ("inside", "i8"),
-        ("told_N_s", "f8"),
-        ("last_N", "f8"),
-    ],
-    align=True,
-)
+
+class Streaming(Record):
+    """The present tick began at t_ns and is number `tick`; the force stands for that one and `missed` more before it.
+    `told_N_s` of the contact's impulse has gone out; `last_N` was the last sample.
+    """
+
+    tick: int
+    t_ns: int
+    missed: int
+    inside: int
+    told_N_s: float
+    last_N: float
+
+
+STREAM = dtype_of(Streaming)
 
 
 class Stream(NamedTuple):
@@ -51,7 +57,7 @@ def stream_to(contacts: ContactRing) -> Stream:
 
 
 @njit()
-def _push(servo: Record, back: int, force_N: float) -> None:
+def _push(servo: "Servo", back: int, force_N: float) -> None:
     # The sample of the tick so many before the present one.
     stream, player = servo.stream, servo.player[0]
     if load_acquire(stream.contacts.cells, LISTENED) == 0:
@@ -65,7 +71,7 @@ def _push(servo: Record, back: int, force_N: float) -> None:
 
 
 @njit()
-def _grown(servo: Record) -> None:
+def _grown(servo: "Servo") -> None:
     # What the contact's impulse grew by since it was last told, evenly over the ticks that this one stands for.
     state, impulse_N_s = servo.stream.state[0], servo.motion[0].impulse_N_s
     ticks = state.missed + 1
@@ -77,7 +83,7 @@ def _grown(servo: Record) -> None:
 
 
 @njit()
-def _count(servo: Record, t_ns: int) -> int:
+def _count(servo: "Servo", t_ns: int) -> int:
     # The next tick, which begins about t_ns; returns how many were left out before it. A device whose own clock is
     # quicker or slower than ours moves the ticks' times, not their numbers.
     state, period_ns = servo.stream.state[0], servo.plan[0].period_ns
@@ -92,14 +98,14 @@ def _count(servo: Record, t_ns: int) -> int:
 
 
 @only_with("stream")
-def exact_tick(servo: Record, now_ns: int) -> None:
+def exact_tick(servo: "Servo", now_ns: int) -> None:
     """A tick of the exact stick begins to be computed: of the time up to now."""
     missed = _count(servo, now_ns - servo.plan[0].period_ns)
     servo.stream.state[0].missed = min(missed, _MOST_TICKS - 1)
 
 
 @only_with("stream")
-def held_tick(servo: Record, now_ns: int) -> None:
+def held_tick(servo: "Servo", now_ns: int) -> None:
     """A tick of a device that holds its force until the next: also over the ticks that were left out."""
     missed = _count(servo, now_ns)
     state = servo.stream.state[0]
@@ -109,7 +115,7 @@ def held_tick(servo: Record, now_ns: int) -> None:
 
 
 @only_with("stream")
-def begin(servo: Record) -> None:
+def begin(servo: "Servo") -> None:
     """A contact begins in this tick; its strike has been counted."""
     state, sample = servo.stream.state[0], servo.stream.sample[0]
     sample.x = servo.player[0].x
@@ -120,7 +126,7 @@ def begin(servo: Record) -> None:
 
 
 @only_with("stream")
-def end(servo: Record) -> None:
+def end(servo: "Servo") -> None:
     """It ends in this tick: its last sample, and the 0 N that closes it."""
     state = servo.stream.state[0]
     if state.inside != 0:
@@ -130,13 +136,13 @@ def end(servo: Record) -> None:
 
 
 @only_with("stream")
-def forget(servo: Record) -> None:
+def forget(servo: "Servo") -> None:
     """The contact's record was wiped by a fault: nothing more of it is told."""
     servo.stream.state[0].told_N_s = servo.motion[0].impulse_N_s
 
 
 @only_with("stream")
-def settle(servo: Record) -> None:
+def settle(servo: "Servo") -> None:
     """The tick is over: tell its force, if the stick is in the head."""
     if servo.stream.state[0].inside != 0 and servo.motion[0].place != exact.ABOVE:
         _grown(servo)

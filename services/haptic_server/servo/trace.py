@@ -4,39 +4,42 @@
 so the record ends with the tick that raised it; `ordered` and `as_csv` are for a control thread, then.
 """
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
-from haptic_server.records import NO_FAULT
-from realtime.kernels.jit import Record, Records, njit
+from drumstick.stick.records import Motion
+from haptic_server.records import NO_FAULT, Player, Reading
+from realtime.kernels.jit import njit
+from realtime.records import Record, Records, Rows, dtype_of
 
 TICKS = 1000
-# z_m and v_m_per_s are those that the law used last, so a reading that was refused shows only as told_z_m: what the
-# device told, from the head. The exact stick is told nothing.
-TRACE: np.dtype[Any] = np.dtype(
-    [
-        ("t_ns", "i8"),
-        ("span_s", "f8"),
-        ("z_m", "f8"),
-        ("v_m_per_s", "f8"),
-        ("force_N", "f8"),
-        ("place", "i8"),
-        ("fault", "i8"),
-        ("told_z_m", "f8"),
-        ("fresh", "i8"),
-    ],
-    align=True,
-)
+
+
+class Trace(Record):
+    """z_m and v_m_per_s are those that the law used last, so a reading that was refused shows only as told_z_m: what
+    the device told, from the head. The exact stick is told nothing.
+    """
+
+    t_ns: int
+    span_s: float
+    z_m: float
+    v_m_per_s: float
+    force_N: float
+    place: int
+    fault: int
+    told_z_m: float
+    fresh: int
+
+
+TRACE = dtype_of(Trace)
 
 
 @njit()
 def note(
     trace: Records,
-    motion: Record,
-    player: Record,
-    reading: Record,
+    motion: Motion,
+    player: Player,
+    reading: Reading,
     head_z_m: float,
     now_ns: int,
     span_s: float,
@@ -44,7 +47,7 @@ def note(
     """Keep this tick; `player.traced` counts the ticks that were kept."""
     if player.fault != NO_FAULT and player.trace_ended != 0:
         return
-    row: Record = trace[player.traced % TICKS]
+    row: Trace = trace[player.traced % TICKS]
     row.t_ns = now_ns
     row.span_s = span_s
     row.z_m = motion.z
@@ -58,11 +61,10 @@ def note(
     player.trace_ended = 1 if player.fault != NO_FAULT else 0
 
 
-def ordered(trace: npt.NDArray[np.void], traced: int) -> npt.NDArray[np.void]:
+def ordered(trace: Rows[Trace], traced: int) -> npt.NDArray[np.void]:
     """The kept ticks from the oldest to the newest, shape (n,), n <= 1000."""
-    if traced < TICKS:
-        return trace[:traced].copy()
-    return np.roll(trace, -(traced % TICKS))
+    rows = np.asarray(trace)
+    return rows[:traced].copy() if traced < TICKS else np.roll(rows, -(traced % TICKS))
 
 
 def as_csv(rows: npt.NDArray[np.void]) -> str:

@@ -38,7 +38,7 @@ class LastFault:
     span_s: npt.NDArray[np.float64]
     z_m: npt.NDArray[np.float64]
     v_m_per_s: npt.NDArray[np.float64]
-    force_N: npt.NDArray[np.float64]  # noqa: N815
+    force_N: npt.NDArray[np.float64]
     told_z_m: npt.NDArray[np.float64]
 
     @property

@@ -29,7 +29,7 @@ class Seen(NamedTuple):
     scene: str | None
     state: str  # as in State.status, or SILENT, or NO_SERVER
     strikes: int | None
-    roll_rate_Hz: float | None  # noqa: N815
+    roll_rate_Hz: float | None
     round_trip_ms: float | None  # the shortest of three, to the haptic server and back
     services: dict[str, int]  # how many of each kind are present: haptic, sound, panel, record, pointer
 

@@ -40,7 +40,7 @@ class Played(NamedTuple):
 
 class _Piece(NamedTuple):
     contact: Contact
-    forces_N: npt.NDArray[np.float32]  # noqa: N815
+    forces_N: npt.NDArray[np.float32]
     publish_ns: int
 
 

@@ -38,7 +38,7 @@ class Wishes(NamedTuple):
     duration_s: float
     strikes: Path | None
     roll: bool
-    rate_Hz: int  # noqa: N815
+    rate_Hz: int
     spectrogram: Path | None = None  # pictures, PNG or SVG
     modes: Path | None = None
 

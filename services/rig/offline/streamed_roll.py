@@ -9,6 +9,8 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from realtime.records import is_there
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -41,7 +43,7 @@ def servo_of(scene: "Scene", gesture: str | None = None) -> "Servo":
         device.open()
     specification = device.info().specification
     servo = device.furnish(memory.prepare(scene, block.in_memory(law_of(scene)), specification=specification))
-    assert servo.stream is not None
+    assert is_there(servo.stream)
     poke(servo.stream.contacts.cells, LISTENED, 1)
     return servo
 
@@ -56,7 +58,7 @@ def contacts(scene: "Scene", duration_s: float, gesture: str | None = None) -> "
     from realtime import ring
 
     servo = servo_of(scene, gesture)
-    assert servo.stream is not None
+    assert is_there(servo.stream)
     told, rate_Hz = servo.stream.contacts, scene.servo.rate_Hz
     pieces, samples = Pieces(float(rate_Hz)), np.zeros(SLOTS, SAMPLE)
     left, now_ns = round(duration_s * rate_Hz), 0

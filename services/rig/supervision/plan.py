@@ -38,7 +38,7 @@ class Options:
     also: tuple[str, ...] = ()  # further rigs whose drums the sound server plays; with *, as they come and go
     most_rigs: int = 8
     room_latency_ms: float = 0.0
-    room_level_dB: float = 0.0  # noqa: N815
+    room_level_dB: float = 0.0
     parts: frozenset[str] = field(default_factory=lambda: frozenset({HAPTIC, DOOR, SOUND, PANEL}))
     record: Path | None = None  # the MCAP file to record into
     record_force: bool = False  # also the contacts' force

@@ -12,9 +12,10 @@ from numba.np.numpy_support import carray
 from realtime.clock import now_ns
 from realtime.kernels.float_mode import flush_denormals, restore
 from realtime.kernels.handover import Handed, take_up
-from realtime.kernels.jit import Record, Records, cfunction, njit
+from realtime.kernels.jit import cfunction, njit
 from realtime.kernels.lent import lend
-from sound_server.sinks.sink import DESK
+from realtime.records import Records
+from sound_server.sinks.sink import DESK, Desk
 from sound_server.sinks.timed import timed_block
 from sound_server.stage import Boards, Stage
 
@@ -27,7 +28,7 @@ _LOST_NS = 20_000_000
 @njit()
 def block_start(desk: Records, now: int, frames: int) -> int:
     """When this block began by the device's steady clock, from callbacks that come with jitter. Audio thread."""
-    counts: Record = desk[0]
+    counts: Desk = desk[0]
     error = now - counts.expected_ns
     start = now if abs(error) > _LOST_NS else counts.expected_ns + int(_PULL * error)
     counts.expected_ns = start + int(frames * 1e9 / counts.rate_Hz)

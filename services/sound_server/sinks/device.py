@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import sounddevice
 
-from realtime.kernels.jit import Records
+from realtime.records import Records
 from sound_server.sinks import callback
 from sound_server.sinks.sink import DESK, SinkError
 from sound_server.sinks.timed import noted

@@ -13,9 +13,10 @@ import numpy.typing as npt
 
 from realtime.clock import now_ns, sleep_until
 from realtime.kernels.float_mode import flush_denormals, restore
-from realtime.kernels.jit import Record, Records, njit
+from realtime.kernels.jit import njit
 from realtime.kernels.lent import lend
-from sound_server.sinks.sink import DESK
+from realtime.records import Records
+from sound_server.sinks.sink import DESK, Desk
 from sound_server.sinks.timed import timed_block
 from sound_server.stage import Boards, Stage
 
@@ -38,7 +39,7 @@ def play_chunk(
 ) -> None:
     """Fill `out` block by block, each at its own time after `start_ns`. Sink's thread; blocks as long as it plays."""
     boards = lend(boards)
-    counts: Record = desk[0]
+    counts: Desk = desk[0]
     mode = flush_denormals()
     first = 0
     while first < out.shape[0]:

@@ -1,27 +1,33 @@
 """What every sink can do, and what it counts while it plays."""
 
-from typing import Any, Protocol
+from typing import Annotated, Protocol
 
 import numpy as np
+import numpy.typing as npt
 
+from realtime.records import Record, dtype_of
 from sound_server.stage import Stage
 
 NOTED = 4096  # blocks
-# Written by the audio thread, read by any. `load` is the smoothed share of a block's time that rendering takes;
-# `expected_ns` is when the next block should begin, `calls` counts blocks. `noted` tells of the newest blocks, in turn:
-# when rendering began (monotonic), how long it took, ns, and how many pulses the drums had been given by then.
-DESK: np.dtype[Any] = np.dtype(
-    [
-        ("rate_Hz", "f8"),
-        ("channels", "i8"),
-        ("load", "f8"),
-        ("xruns", "i8"),
-        ("calls", "i8"),
-        ("expected_ns", "i8"),
-        ("noted", "i8", (NOTED, 3)),
-    ],
-    align=True,
-)
+
+
+class Desk(Record):
+    """Written by the audio thread, read by any. `load` is the smoothed share of a block's time that rendering takes;
+    `expected_ns` is when the next block should begin, `calls` counts blocks. `noted` tells of the newest blocks, in
+    turn: when rendering began (monotonic), how long it took, ns, and how many pulses the drums had been given by
+    then.
+    """
+
+    rate_Hz: float
+    channels: int
+    load: float
+    xruns: int
+    calls: int
+    expected_ns: int
+    noted: Annotated[npt.NDArray[np.int64], "i8", (NOTED, 3)]
+
+
+DESK = dtype_of(Desk)
 
 
 class SinkError(Exception):

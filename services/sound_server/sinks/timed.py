@@ -4,8 +4,9 @@ import numpy as np
 import numpy.typing as npt
 
 from realtime.clock import now_ns
-from realtime.kernels.jit import Record, Records, njit
-from sound_server.sinks.sink import NOTED
+from realtime.kernels.jit import njit
+from realtime.records import Records
+from sound_server.sinks.sink import NOTED, Desk
 from sound_server.stage import Boards, mix
 
 _SMOOTHING_S = 0.2
@@ -23,7 +24,7 @@ def timed_block(
 
     `clock` is the thread's own timespec, int64 of shape (2,).
     """
-    counts: Record = desk[0]
+    counts: Desk = desk[0]
     before = now_ns(clock)
     mix(boards, out, counts.rate_Hz, start_ns)
     block_s = out.shape[0] / counts.rate_Hz

@@ -36,7 +36,7 @@ class Foreseen(msgspec.Struct, frozen=True, tag="foreseen"):
 
     end: Literal["cycle", "captured", "left", "unsettled", "endless", ""] = ""
     v_lc_m_per_s: float | None = None
-    rate_Hz: float | None = None  # noqa: N815
+    rate_Hz: float | None = None
     multiplier: float | None = None
     period: int = 0
     refusal: str = ""
@@ -61,7 +61,7 @@ class Ticks(msgspec.Struct, frozen=True, tag="ticks"):
     """ns a tick on this machine: with all effects ("all"), without each, without any ("none")."""
 
     ns: dict[str, float]
-    rate_Hz: float  # noqa: N815
+    rate_Hz: float
 
 
 class Trouble(msgspec.Struct, frozen=True, tag="trouble"):

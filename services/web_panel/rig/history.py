@@ -15,7 +15,7 @@ Columns = npt.NDArray[np.float64]
 
 class _Sample(NamedTuple):
     at: float
-    rate_Hz: float  # noqa: N815
+    rate_Hz: float
     v_e_m_per_s: float
     z_m: float
     v_m_per_s: float
@@ -25,7 +25,7 @@ class _Sample(NamedTuple):
 class _Contact(NamedTuple):
     at: float
     contact_s: float
-    peak_N: float  # noqa: N815
+    peak_N: float
 
 
 class History:

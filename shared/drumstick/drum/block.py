@@ -5,9 +5,10 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.drum.engine import Engine
+from drumstick.drum.engine import Control, Engine, Meters
 from drumstick.drum.excitation import playing
-from drumstick.drum.excitation.analytic import POOL, begin, bend
+from drumstick.drum.excitation.analytic import POOL, ContactPulse, begin, bend
+from drumstick.drum.excitation.strikes import StrikeEvent
 from drumstick.drum.mallets import mallet
 from drumstick.drum.modal import bank
 from drumstick.drum.output.limiter import limit, limited
@@ -15,7 +16,7 @@ from drumstick.drum.output.shown import show_sound, show_surface
 from drumstick.drum.output.upsample import TAPS, interpolated, remember
 from drumstick.drum.step import step
 from realtime.kernels.float_mode import flush_denormals, restore
-from realtime.kernels.jit import Record, njit
+from realtime.kernels.jit import njit
 from realtime.kernels.lent import lend
 from realtime.ring import drain
 
@@ -26,12 +27,12 @@ _PEAK_FALL_S = 0.3
 def _start_due(engine: Engine, block_start_ns: int, frames: int) -> None:
     # Moves strikes from the ring to the waiting list, and those that fall into this block to the pool of pulses; also
     # those of the next few samples, because the last step of the mesh in this block covers them already.
-    control: Record = engine.control[0]
+    control: Control = engine.control[0]
     control.pending += drain(engine.ring_cells, engine.ring_slots, engine.pending[control.pending :])
     to_next_step = (control.divisor - control.phase) % control.divisor
     kept = 0
     for i in range(control.pending):
-        event: Record = engine.pending[i]
+        event: StrikeEvent = engine.pending[i]
         offset = 0.0
         if event.onset_ns > 0:
             offset = max(0.0, (event.onset_ns - block_start_ns) * 1e-9 * control.rate_Hz)
@@ -48,7 +49,7 @@ def _start_due(engine: Engine, block_start_ns: int, frames: int) -> None:
         bank.aim(engine, control.begun % POOL, event.x, event.y)
         control.begun = begin(engine.pulses, control.begun, event.x, event.y, age, duration, event.peak_N)
         if event.impulse_N_s > 0.0:
-            pulse: Record = engine.pulses[(control.begun - 1) % POOL]
+            pulse: ContactPulse = engine.pulses[(control.begun - 1) % POOL]
             bend(pulse, engine.contact[0], event.impulse_N_s * control.rate_Hz / control.divisor)
     control.pending = kept
 
@@ -56,7 +57,7 @@ def _start_due(engine: Engine, block_start_ns: int, frames: int) -> None:
 @njit()
 def _advance(engine: Engine) -> None:
     # One step of the mesh, if it sounds at all.
-    control: Record = engine.control[0]
+    control: Control = engine.control[0]
     left = right = 0.0
     control.quiet += 1
     if control.asleep == 0:
@@ -71,8 +72,8 @@ def render_block(engine: Engine, out: npt.NDArray[np.float32], block_start_ns: i
 
     The engine's own thread only; no allocation, no locks, no system calls. The caller sets the float mode. 0 < frames.
     """
-    control: Record = engine.control[0]
-    meters: Record = engine.meters[0]
+    control: Control = engine.control[0]
+    meters: Meters = engine.meters[0]
     frames = out.shape[0]
     _start_due(engine, block_start_ns, frames)
     playing.take(engine, block_start_ns, frames)

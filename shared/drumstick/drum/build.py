@@ -6,7 +6,7 @@ import numpy as np
 
 from drumstick.drum.effects import built
 from drumstick.drum.effects.internal_loss import Momentum
-from drumstick.drum.engine import CONTROL, METERS, PENDING, Engine
+from drumstick.drum.engine import CONTROL, METERS, PENDING, Control, Engine
 from drumstick.drum.excitation.analytic import CONTACT, FORCES, POOL, PULSE
 from drumstick.drum.excitation.push import FORCE
 from drumstick.drum.excitation.strikes import EVENT, StrikeRing
@@ -15,7 +15,6 @@ from drumstick.drum.mallets.bag import mallets_on_mesh, mallets_on_modes
 from drumstick.drum.membrane.heads import aligned, ears_on, head_of
 from drumstick.drum.membrane.scheme import tuned
 from drumstick.drum.membrane.surface import Places, of_modes, on_mesh
-from drumstick.drum.membrane.sweep import Head
 from drumstick.drum.output.microphones import microphones_of
 from drumstick.drum.output.shown import shown_of
 from drumstick.drum.output.upsample import TAPS, interpolator
@@ -25,12 +24,13 @@ from drumstick.parameters.scene import Scene
 from drumstick.stick.contact import PAPER
 from drumstick.stick.effects.system_delay import SystemDelay
 from drumstick.stick.law import law_of
-from realtime.kernels.jit import Record, Records
+from drumstick.stick.records import Law
+from realtime.records import ABSENT, Record, Records, is_there
 
 
 def _contact_of(scene: Scene, step_s: float) -> Records:
     # A head that comes too late pushes as if its damper were weaker.
-    law: Record = law_of(scene)[0]
+    law: Law = law_of(scene)[0]
     late = scene.effects.get("system_delay")
     taken = float(law["r_in"]) - (
         float(law["k_coll"]) * late.mean_lag_s if isinstance(late, SystemDelay) else 0.0
@@ -70,8 +70,8 @@ def _of_mesh(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     lattice = tuned(scene.drum.f01_Hz, step_s, numbers.scheme, numbers.losses)
     head = head_of(lattice, numbers.baked)
     effects = scene.drum.effects
-    second = built.cavity_of(scene, lattice, numbers, step_s) if "cavity" in effects else None
-    muffled = built.muffle_of(scene, lattice, numbers.losses, step_s) if "muffle" in effects else None
+    second = built.cavity_of(scene, lattice, numbers, step_s) if "cavity" in effects else ABSENT
+    muffled = built.muffle_of(scene, lattice, numbers.losses, step_s) if "muffle" in effects else ABSENT
     rho_and_eta = np.array([numbers.losses.rho, numbers.losses.eta], np.float32)
     size = lattice.weights.size
     ears, ear_gains = ears_on(scene, head, 1.0)
@@ -82,15 +82,15 @@ def _of_mesh(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
         forces=cast(Records, np.zeros(FORCES, FORCE)),
         ears=ears,
         ear_gains=ear_gains,
-        microphones=microphones_of(scene, lattice, step_s) if scene.listen.microphones else None,
-        bend=aligned((size,)) if numbers.scheme.order_4 else None,
-        internal_loss=Momentum(aligned((size,)), rho_and_eta) if numbers.with_momentum else None,
+        microphones=microphones_of(scene, lattice, step_s) if scene.listen.microphones else ABSENT,
+        bend=aligned((size,)) if numbers.scheme.order_4 else ABSENT,
+        internal_loss=Momentum(aligned((size,)), rho_and_eta) if numbers.with_momentum else ABSENT,
         muffle=muffled,
-        tension=built.tension_of(lattice, numbers, muffled) if "tension" in effects else None,
+        tension=built.tension_of(lattice, numbers, muffled) if "tension" in effects else ABSENT,
         cavity=second,
-        snare=built.snare_of(scene, second, step_s) if second is not None and "snare" in effects else None,
-        rim=built.rim_of(scene, step_s) if "rim" in effects else None,
-        stream=stream_of(scene, step_s) if scene.drum.excitation == "streamed" else None,
+        snare=built.snare_of(scene, second, step_s) if second is not None and "snare" in effects else ABSENT,
+        rim=built.rim_of(scene, step_s) if "rim" in effects else ABSENT,
+        stream=stream_of(scene, step_s) if scene.drum.excitation == "streamed" else ABSENT,
         mallets=mallets_on_mesh(scene, step_s, float(head.grid["spacing"][0])),
     )
 
@@ -108,12 +108,12 @@ def _of_modes(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     return Engine(
         **_common(scene, step_s, divisor, strikes, of_modes(highest_zero(scene, 1.0 / step_s))),
         control=control,
-        head=cast(Head, None),  # for compiled code: nothing of a mesh
+        head=ABSENT,  # for compiled code: nothing of a mesh
         forces=cast(Records, np.zeros(0, FORCE)),
         ears=np.zeros(0, np.int64),
         ear_gains=np.zeros((0, 2), np.float32),
         modal=bank,
-        rim=built.rim_of(scene, step_s) if "rim" in scene.drum.effects else None,
+        rim=built.rim_of(scene, step_s) if "rim" in scene.drum.effects else ABSENT,
         mallets=mallets_on_modes(scene, step_s, len(bank.q)),
     )
 
@@ -137,16 +137,16 @@ def new_engine(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
 
 def size_of(engine: Engine) -> int:
     """Junctions of the head, or oscillators of the bank."""
-    if engine.modal is not None:
+    if is_there(engine.modal):
         return len(engine.modal.q)
     return int(np.count_nonzero(engine.head.weights))
 
 
 def words(engine: Engine) -> str:
     """What renders the head, in a few words, for the log."""
-    control: Record = engine.control[0]
+    control: Control = engine.control[0]
     rate = control["rate_Hz"] / control["divisor"]
-    if engine.modal is not None:
+    if is_there(engine.modal):
         return f"bank of {size_of(engine)} modes at {rate:g} Hz"
     across = 2.0 / engine.head.grid["spacing"][0]
     return f"mesh of {across:.1f} junctions across ({size_of(engine)}) at {rate:g} Hz"

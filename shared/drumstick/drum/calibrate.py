@@ -6,7 +6,7 @@ import numpy as np
 
 from drumstick.drum.block import render_all
 from drumstick.drum.build import Unplayable, new_engine
-from drumstick.drum.engine import Engine
+from drumstick.drum.engine import Control, Engine
 from drumstick.drum.excitation.strikes import Blow, StrikeRing
 from drumstick.drum.fitting import fitted
 from drumstick.drum.mallets.mallet import full_impulse
@@ -14,8 +14,9 @@ from drumstick.drum.step_numbers import GLIDE_ROOM
 from drumstick.parameters.scene import Scene
 from drumstick.stick import contact
 from drumstick.stick.law import law_of
+from drumstick.stick.records import Law
 from drumstick.stick.strike_curve import level_at
-from realtime.kernels.jit import Record
+from realtime.records import Record, is_there
 
 PEAK_OF_FULL_SCALE = 0.5
 _STIFFENINGS = 5
@@ -24,7 +25,7 @@ _PERIODS = 2.0  # of the lowest mode: the peak has passed by then
 
 def blow_at(scene: Scene, speed_m_per_s: float, x: float, y: float, t_s: float = 0.0) -> Blow:
     """The blow that the scene's contact law gives at this speed: what a strike message would say."""
-    law: Record = law_of(scene)[0]
+    law: Law = law_of(scene)[0]
     m, k, r = float(law["m"]), float(law["k_coll"]), float(law["r_in"])
     peak, release = contact.peak_force(m, k, r, speed_m_per_s), int(law["release"])
     impulse = m * speed_m_per_s * (1.0 + contact.beta(release, m, k, r))
@@ -69,7 +70,7 @@ def _gain(scene: Scene, rate_Hz: int, half: float, press: float) -> float:
 
 
 def _slack(engine: Engine, half: float) -> None:
-    if engine.tension is not None:
+    if is_there(engine.tension):
         engine.tension.state["half"] = half
 
 
@@ -83,7 +84,7 @@ def _mean_pull(scene: Scene, rate_Hz: int, half: float) -> tuple[float, float]:
     state: Record = trial.tension.state[0]
     blow = full_scale(scene)
     ring.swing(blow)
-    control: Record = trial.control[0]
+    control: Control = trial.control[0]
     block = np.zeros((int(control["divisor"]), 2), np.float32)
     steps_per_s = control["rate_Hz"] / control["divisor"]
     for _ in range(round(blow.contact_s * steps_per_s)):
@@ -108,7 +109,7 @@ def _half_stretch(scene: Scene, rate_Hz: int) -> float:
 
 
 def _press_on(engine: Engine, distance: float) -> None:
-    if engine.snare is not None:
+    if is_there(engine.snare):
         state: Record = engine.snare.state[0]
         # What the wires' own springs push when they are bent so far.
         state["eta_0"] = distance * state["mass"] * state["spring"] / state["stiffness"]
@@ -135,9 +136,9 @@ def _press(scene: Scene, rate_Hz: int, half: float) -> float:
 
 def _impulse(engine: Engine, blow: Blow) -> float:
     # That a blow has on the rim, N steps.
-    if engine.mallets is not None:
+    if is_there(engine.mallets):
         return full_impulse(engine.mallets.state[0], blow.speed_m_per_s)
-    control: Record = engine.control[0]
+    control: Control = engine.control[0]
     return blow.peak_N * blow.contact_s * 2.0 / math.pi * control["rate_Hz"] / control["divisor"]
 
 
@@ -147,13 +148,13 @@ def build(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     scene = fitted(scene, rate_Hz).scene
     engine = new_engine(scene, rate_Hz, strikes)
     half = 0.0
-    if engine.tension is not None and scene.drum.effects["tension"].glide_cents > 0.0:
+    if is_there(engine.tension) and scene.drum.effects["tension"].glide_cents > 0.0:
         half = _half_stretch(scene, rate_Hz)
         _slack(engine, half)
-    press = _press(scene, rate_Hz, half) if engine.snare is not None else 0.0
+    press = _press(scene, rate_Hz, half) if is_there(engine.snare) else 0.0
     _press_on(engine, press)
     engine.control["output_gain"] = _gain(scene, rate_Hz, half, press) * 10.0 ** (scene.listen.gain_dB / 20.0)
-    if engine.rim is not None:
+    if is_there(engine.rim):
         # A stroke of full scale on the rim gives its impulse to modes that share it: together they peak at most there.
         level = scene.drum.effects["rim"].level * PEAK_OF_FULL_SCALE
         impulse = _impulse(engine, full_scale(scene))

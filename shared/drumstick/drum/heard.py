@@ -28,18 +28,18 @@ class Mode(NamedTuple):
 
     m: int
     n: int
-    ideal_Hz: float  # noqa: N815
-    found_Hz: float | None  # noqa: N815
+    ideal_Hz: float
+    found_Hz: float | None
     cents: float | None
-    level_dB: float | None  # noqa: N815
+    level_dB: float | None
 
 
 class Heard(NamedTuple):
     """The modes, lowest first, and the spectrum in which they were found: f (Hz) and level (dB), shape (n,)."""
 
     modes: list[Mode]
-    f_Hz: Numbers  # noqa: N815
-    level_dB: Numbers  # noqa: N815
+    f_Hz: Numbers
+    level_dB: Numbers
 
 
 def _ideal(count: int) -> list[tuple[float, int, int]]:

@@ -27,7 +27,7 @@ class Outlook(NamedTuple):
     """One accuracy. updates_per_s: of junctions; cents: rms error of the first twenty modes, the lowest in tune."""
 
     accuracy: str
-    mesh_rate_Hz: float  # noqa: N815
+    mesh_rate_Hz: float
     across: float
     updates_per_s: float
     cents: float

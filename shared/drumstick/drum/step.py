@@ -9,13 +9,14 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.effects import cavity, internal_loss, muffle, rim, snare, tension
-from drumstick.drum.engine import Engine
+from drumstick.drum.engine import Control, Engine
 from drumstick.drum.excitation.analytic import press
+from drumstick.drum.excitation.push import JunctionForce
 from drumstick.drum.mallets import mallet, on_mesh, on_modes, under_tension
 from drumstick.drum.membrane.sweep import largest, sweep
 from drumstick.drum.modal import bank
 from drumstick.drum.output import microphones
-from realtime.kernels.jit import Record, njit, only_with
+from realtime.kernels.jit import njit, only_with
 
 Floats = npt.NDArray[np.float32]
 _REST = 1e-9  # of the loudest displacement: 180 dB down the head counts as at rest
@@ -23,34 +24,34 @@ _LOOK_EVERY = 4096  # steps between looks at whether the head has come to rest
 
 
 @only_with("tension")
-def _ring_gain(engine: Record, q: float) -> Any:
+def _ring_gain(engine: Engine, q: float) -> Any:
     return np.float32(1.0 + q / engine.control[0].tau)
 
 
 @only_with("tension", otherwise=0.0)
-def _own_loss(engine: Record, q: float) -> float:
+def _own_loss(engine: Engine, q: float) -> float:
     # By how much less u counts in its own next value; with internal losses that goes with the ring.
     control = engine.control[0]
     return q / control.held_back if engine.tension.state[0].eta == 0.0 else 0.0
 
 
 @only_with("cavity")
-def _summed(engine: Record) -> Any:
+def _summed(engine: Engine) -> Any:
     return 1
 
 
 @only_with("cavity", otherwise=0.0)
-def _push(engine: Record) -> float:
+def _push(engine: Engine) -> float:
     return float(cavity.push(engine))
 
 
 @only_with("bend", otherwise=False)
-def _is_fourth(engine: Record) -> bool:
+def _is_fourth(engine: Engine) -> bool:
     return True
 
 
 @only_with("bend")
-def _swept_fourth(engine: Record, now: Floats, then: Floats) -> None:
+def _swept_fourth(engine: Engine, now: Floats, then: Floats) -> None:
     control, bend = engine.control[0], engine.bend
     less, none = np.float32(-1.0), np.float32(0.0)
     sweep(engine.head, now, bend, less, none, None, None, None, None, None, None, None, None)
@@ -63,7 +64,7 @@ def _swept_fourth(engine: Record, now: Floats, then: Floats) -> None:
 @njit()
 def _swept(engine: Engine, now: Floats, then: Floats) -> float:
     # The first head's u+, into `then`; its sum where a second head asks for it.
-    control: Record = engine.control[0]
+    control: Control = engine.control[0]
     push = _push(engine)
     q = tension.tightened(engine, now, then, push) + under_tension.more(engine, now, then, push)
     return sweep(
@@ -88,7 +89,7 @@ def _struck(engine: Engine, then: Floats) -> float:
     # Forces move u+; returns by how much its sum changed.
     forces, changed = engine.forces, 0.0
     for i in range(engine.control[0].forces):
-        force: Record = forces[i]
+        force: JunctionForce = forces[i]
         then[force.junction] += np.float32(force.step)
         internal_loss.push(engine, force.junction, force.step)
         changed += force.step
@@ -96,12 +97,12 @@ def _struck(engine: Engine, then: Floats) -> float:
 
 
 @only_with("head", otherwise=0.0)
-def _largest(engine: Record) -> float:
+def _largest(engine: Engine) -> float:
     return float(max(largest(engine.head.planes[0]), largest(engine.head.planes[1])))
 
 
 @only_with("head")
-def _rest(engine: Record) -> None:
+def _rest(engine: Engine) -> None:
     engine.head.planes[:] = np.float32(0.0)
     internal_loss.rest(engine)
     cavity.rest(engine)
@@ -113,7 +114,7 @@ def _rest(engine: Record) -> None:
 def _fall_asleep(engine: Engine) -> None:
     # A head at rest is set to exactly 0 and not computed until the next strike. It also keeps denormals out on
     # processors where the float mode cannot.
-    control: Record = engine.control[0]
+    control: Control = engine.control[0]
     top = _largest(engine) + bank.largest(engine)
     control.loudest = max(control.loudest, top)
     if top <= _REST * control.loudest:
@@ -125,7 +126,7 @@ def _fall_asleep(engine: Engine) -> None:
 
 
 @only_with("head", otherwise=(0.0, 0.0))
-def _meshed(engine: Record) -> Any:
+def _meshed(engine: Engine) -> Any:
     # One step of the mesh, and what the pickups hear: the velocity u+ - u, which has no constant part.
     control = engine.control[0]
     planes = engine.head.planes
@@ -156,7 +157,7 @@ def _meshed(engine: Record) -> Any:
 @njit()
 def step(engine: Engine) -> tuple[float, float]:
     """Take one step; returns what the pickups hear, left and right."""
-    control: Record = engine.control[0]
+    control: Control = engine.control[0]
     active = press(engine) + mallet.playing(engine)
     on_modes.strike(engine)
     left, right = _meshed(engine)

@@ -9,7 +9,7 @@ from drumstick.drum.tiers import scheme_for
 from drumstick.parameters.drum import Drum
 from drumstick.parameters.drum_effects import Cavity as CavityTable
 from drumstick.parameters.scene import Scene
-from realtime.kernels.jit import Record, Records
+from realtime.records import Record, Records
 
 # A glide goes at most to so many times what a stroke of full scale makes of it on the mean; the mesh has room for it.
 GLIDE_ROOM = 2.0

@@ -12,7 +12,7 @@ class Drum:
     """A circular membrane, clamped at the rim. `effects` holds what the scene names of `drum_effects`."""
 
     radius_m: float = number(0.16, 0.02, 1.0, "m", "Radius of the head")
-    f01_Hz: float = number(150.0, 20.0, 2000.0, "Hz", "Pitch of the lowest mode")  # noqa: N815
+    f01_Hz: float = number(150.0, 20.0, 2000.0, "Hz", "Pitch of the lowest mode")
     t60_s: float = number(1.2, 0.02, 60.0, "s", "Time in which the sound falls by 60 dB")
     inject: Literal["nearest", "linear"] = choice(
         "nearest",
@@ -49,7 +49,7 @@ class Mesh:
         ("limit", "lossless"),
         "limit: as fast as is stable; lossless: the textbook's mesh, tau = 2, for comparison",
     )
-    rate_Hz: float = number(  # noqa: N815
+    rate_Hz: float = number(
         0.0,
         0.0,
         192000.0,
@@ -72,14 +72,14 @@ class Mesh:
 class Modal:
     """Instead of a mesh: the head's modes themselves, each exact, for a linear drum whose pickups stay."""
 
-    top_Hz: float = number(10000.0, 200.0, 20000.0, "Hz", "Modes up to here are computed")  # noqa: N815
+    top_Hz: float = number(10000.0, 200.0, 20000.0, "Hz", "Modes up to here are computed")
 
 
 @dataclass(frozen=True)
 class Listen:
     """Where the drum is heard."""
 
-    gain_dB: float = number(0.0, -60.0, 12.0, "dB", "Level of the drum")  # noqa: N815
+    gain_dB: float = number(0.0, -60.0, 12.0, "dB", "Level of the drum")
     pickups: tuple[tuple[float, ...], ...] = numbers(
         ((-0.45, 0.3, -0.6), (0.5, 0.25, 0.6)), 3, -1.0, 1.0, "of the radius; pan -1 left .. 1 right",
         "Contact pickups on the head, each [x, y, pan]",

@@ -17,7 +17,7 @@ class InternalLoss:
     """The head's material takes more from quick modes: a dull head rather than a bright one."""
 
     t60_s: float = number(0.15, 0.001, 60.0, "s", "Time in which a mode at at_Hz falls by 60 dB")
-    at_Hz: float = number(2000.0, 50.0, 20000.0, "Hz", "Where that is so; below, the loss falls with f^2")  # noqa: N815
+    at_Hz: float = number(2000.0, 50.0, 20000.0, "Hz", "Where that is so; below, the loss falls with f^2")
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Cavity:
 
     depth_m: float = number(0.3, 0.02, 2.0, "m", "Between the heads")
     head_kg_per_m2: float = number(0.26, 0.05, 2.0, "kg/m^2", "Both heads' mass per area")
-    f01_Hz: float = number(180.0, 20.0, 2000.0, "Hz", "Pitch of the second head alone")  # noqa: N815
+    f01_Hz: float = number(180.0, 20.0, 2000.0, "Hz", "Pitch of the second head alone")
     t60_s: float = number(1.0, 0.02, 60.0, "s", "Its own decay")
     heard: float = number(0.5, 0.0, 1.0, "1", "How much of the second head the pickups hear")
 
@@ -57,7 +57,7 @@ class Snare:
     """Wires across the second head, which rattle on it. Needs `cavity`, whose head they lie on."""
 
     wires: int = count(12, 1, 40, "wires", "Side by side across the head")
-    f_Hz: float = number(300.0, 20.0, 2000.0, "Hz", "Pitch of a wire by itself")  # noqa: N815
+    f_Hz: float = number(300.0, 20.0, 2000.0, "Hz", "Pitch of a wire by itself")
     t60_s: float = number(0.08, 0.005, 10.0, "s", "Its own decay")
     mass: float = number(0.08, 0.001, 1.0, "of the head", "Of all wires together")
     press: float = number(
@@ -73,7 +73,7 @@ class Snare:
 class Rim:
     """The hoop answers to strokes on the rim, and a little to those near it."""
 
-    f_Hz: float = number(700.0, 50.0, 8000.0, "Hz", "Pitch of its lowest mode")  # noqa: N815
+    f_Hz: float = number(700.0, 50.0, 8000.0, "Hz", "Pitch of its lowest mode")
     t60_s: float = number(0.12, 0.005, 10.0, "s", "Decay of its lowest mode")
     level: float = number(0.6, 0.0, 4.0, "1", "Of a full stroke on the rim, to one on the head")
     width: float = number(0.1, 0.01, 0.5, "radii", "How far inside the rim it is felt")

@@ -66,7 +66,7 @@ class Mallet:
         "wood", tuple(MATERIALS), "What the tip is made of: its numbers, where they are not given here"
     )
     mass_kg: float = _of_wood("mass_kg", 0.001, 1.0, "kg", "What the head feels of the mallet's mass")
-    stiffness_N_per_m_p: float = _of_wood(  # noqa: N815
+    stiffness_N_per_m_p: float = _of_wood(
         "stiffness_N_per_m_p", 1e2, 1e12, "N/m^p", "K, the push of a tip pressed in by a metre"
     )
     exponent: float = _of_wood("exponent", 1.0, 4.0, "1", "p, how the push grows with the depth")

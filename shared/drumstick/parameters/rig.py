@@ -16,7 +16,7 @@ class Device:
         "The paper's stick itself, advanced exactly (stick); an arm that is sampled, as hardware is (phantom)",
     )
     delay_ticks: int = count(0, 0, 8, "ticks", "How late the simulated arm gets its force")
-    friction_N: float = number(0.04, 0.0, 2.0, "N", "Friction of the arm, simulated or real")  # noqa: N815
+    friction_N: float = number(0.04, 0.0, 2.0, "N", "Friction of the arm, simulated or real")
     head_z_m: float = number(0.0, -0.3, 0.3, "m", "Height of the head in the device's workspace")
     reach_m: float = number(0.08, 0.01, 0.5, "m", "Distance in the workspace that is the radius of the head")
 
@@ -25,7 +25,7 @@ class Device:
 class Servo:
     """`[servo]`: the force loop."""
 
-    rate_Hz: int = count(1000, 500, 4000, "Hz", "Ticks a second")  # noqa: N815
+    rate_Hz: int = count(1000, 500, 4000, "Hz", "Ticks a second")
     cpu: int = count(-1, -1, 1023, "number", "Processor that the loop stays on; -1 leaves it to the system")
     spin_us: int = count(
         0, 0, 200, "us", "Awake for the last so many us of each tick: less lateness, more power"
@@ -67,9 +67,9 @@ class Hand:
 class Guard:
     """`[guard]`: limits for live sets, only tighter than the device's own (defaults: the stick plant's)."""
 
-    max_force_N: float = number(100.0, 0.1, 100.0, "N", "Largest predicted contact force plus pulse")  # noqa: N815
+    max_force_N: float = number(100.0, 0.1, 100.0, "N", "Largest predicted contact force plus pulse")
     max_speed_m_per_s: float = number(10.0, 0.1, 10.0, "m/s", "Largest predicted speed of the roll")
-    max_slew_N_per_s: float = number(  # noqa: N815
+    max_slew_N_per_s: float = number(
         20000.0, 100.0, 1e6, "N/s", "Fastest change of force on a sampled device"
     )
     ramp_s: float = number(0.3, 0.05, 5.0, "s", "On a sampled device force comes back over this time")

@@ -23,19 +23,19 @@ class Stick:
         0.015, 1e-4, 1.0, "kg", "Mass of the stick as the head feels it",
         symbol="m", equation="(1), (2)", wire="m", scale="log",
     )  # fmt: skip
-    k_coll_N_per_m: float = number(  # noqa: N815  the unit newton is written N
+    k_coll_N_per_m: float = number(
         5000.0, 1.0, 1e6, "N/m", "Stiffness of the head: higher is a harder, shorter contact",
         symbol="K_coll", equation="(2), (3)", wire="k_coll", scale="log",
     )  # fmt: skip
-    r_in_N_s_per_m: float = number(  # noqa: N815
+    r_in_N_s_per_m: float = number(
         1.3, 0.0, 1e3, "N s/m", "Damping in contact: higher gives less rebound",
         symbol="R_in", equation="(2), (3)", wire="r_in",
     )  # fmt: skip
-    k_hand_N_per_m: float = number(  # noqa: N815
+    k_hand_N_per_m: float = number(
         20.0, 0.0, 1e4, "N/m", "Stiffness of the hand's hold: higher makes a faster roll",
         symbol="K_hand", equation="(1), (2)", wire="k_hand",
     )  # fmt: skip
-    r_out_N_s_per_m: float = number(  # noqa: N815
+    r_out_N_s_per_m: float = number(
         0.1, 0.0, 1e3, "N s/m", "Damping of the hand above the head",
         symbol="R_out", equation="(1)", wire="r_out",
     )  # fmt: skip

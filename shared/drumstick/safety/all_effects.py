@@ -5,53 +5,53 @@ no allocation.
 """
 
 from drumstick.stick.effects.registry import EFFECTS
+from drumstick.stick.records import Law
 from realtime.kernels.folding import added, all_of, folded, largest, multiplied
-from realtime.kernels.jit import Record
 
 
 @folded(EFFECTS, all_of)
-def usable(law: Record) -> bool:
+def usable(law: Law) -> bool:
     """Are the effects' numbers fit for a device? Comparisons written so that NaN fails them."""
     return True
 
 
 @folded(EFFECTS, added)
-def max_added_speed(law: Record) -> float:
+def max_added_speed(law: Law) -> float:
     """The most speed, m/s, that they add to one contact, whatever its own."""
     return 0.0
 
 
 @folded(EFFECTS, added)
-def max_speed_factor(law: Record) -> float:
+def max_speed_factor(law: Law) -> float:
     """The most speed that they add to one contact, over the contact's own."""
     return 0.0
 
 
 @folded(EFFECTS, added)
-def max_force(law: Record) -> float:
+def max_force(law: Law) -> float:
     """The largest force, N, that the head has besides spring and damper."""
     return 0.0
 
 
 @folded(EFFECTS, added)
-def max_push(law: Record, soonest: float) -> float:
+def max_push(law: Law, soonest: float) -> float:
     """The largest acceleration, m/s^2, by pulses that are at least `soonest` seconds apart."""
     return 0.0
 
 
 @folded(EFFECTS, added)
-def max_push_per_speed(law: Record, soonest: float) -> float:
+def max_push_per_speed(law: Law, soonest: float) -> float:
     """The same by pulses as strong as the blow was fast, m/s^2 per m/s of the blow."""
     return 0.0
 
 
 @folded(EFFECTS, largest)
-def time_constant(law: Record) -> float:
+def time_constant(law: Law) -> float:
     """The longest that a pulse takes to fade to 1/e, s."""
     return 0.0
 
 
 @folded(EFFECTS, multiplied)
-def max_stiffening(law: Record) -> float:
+def max_stiffening(law: Law) -> float:
     """The most that K_coll is multiplied by."""
     return 1.0

@@ -12,7 +12,8 @@ from drumstick.stick import contact
 from drumstick.stick.contact import PAPER
 from drumstick.stick.effects import system_delay
 from drumstick.stick.effects.late_blow import late_blow
-from realtime.kernels.jit import Record, njit
+from drumstick.stick.records import Law
+from realtime.kernels.jit import njit
 
 
 class Blow(NamedTuple):
@@ -25,14 +26,14 @@ class Blow(NamedTuple):
 
 
 @njit()
-def pressing_speed(law: Record) -> float:
+def pressing_speed(law: Law) -> float:
     """The speed, m/s, that the pressing hand gives the stick on its way to where it rests in the head."""
     pressing = law.k_hand * max(-law.z_ss, 0.0)
     return pressing / math.sqrt(law.m * (law.k_coll + law.k_hand))
 
 
 @njit()
-def _half_turn(law: Record, stiffness: float, r: float) -> float:
+def _half_turn(law: Law, stiffness: float, r: float) -> float:
     # What half a turn in the head leaves of the speed, or makes of it; `stiffness` is hand and head together, at most.
     if r < 0.0:  # grows most where the turn takes longest
         zeta = contact.damping_ratio(law.m, law.k_coll, r)
@@ -46,7 +47,7 @@ def _half_turn(law: Record, stiffness: float, r: float) -> float:
 
 
 @njit()
-def of(law: Record, r: float) -> Blow:
+def of(law: Law, r: float) -> Blow:
     """A contact with damping r, N s/m, above -sqrt(m K_coll)."""
     ratio = all_effects.max_stiffening(law)
     if system_delay.sampled(law):

@@ -16,7 +16,8 @@ from drumstick.safety import all_effects, blow
 from drumstick.safety.blow import Blow, pressing_speed
 from drumstick.stick.effects import negative_damping
 from drumstick.stick.motion.segment import free_response
-from realtime.kernels.jit import Record, njit
+from drumstick.stick.records import Law
+from realtime.kernels.jit import njit
 
 ENDLESS_M_PER_S = 1e300
 _FASTEST_M_PER_S = 100.0  # a roll that still grows at this speed counts as endless
@@ -27,7 +28,7 @@ _FINE = 1e-6
 
 
 @njit()
-def hand_speed(law: Record) -> float:
+def hand_speed(law: Law) -> float:
     """The speed (m/s) that the hand's spring alone can give a stick at z = 0: off the head, or into it."""
     return max(math.sqrt(law.k_hand / law.m) * law.z_ss, pressing_speed(law))
 
@@ -40,7 +41,7 @@ class Blows(NamedTuple):
 
 
 @njit()
-def blows_of(law: Record) -> Blows:
+def blows_of(law: Law) -> Blows:
     """What the law makes of a blow; the costly part of every bound."""
     own = blow.of(law, law.r_in)
     if negative_damping.below(law) > 0.0:
@@ -60,7 +61,7 @@ def rendered(blows: Blows, rebound: float) -> Blows:
 
 
 @njit()
-def _shaken(law: Record) -> float:
+def _shaken(law: Law) -> float:
     # The speed, m/s, by forces that change: F/m times the time they last. In each half turn damping takes its share of
     # A, so a whole period is twice what any number of turns comes to.
     period = 2.0 * math.pi * math.sqrt(law.m / law.k_coll)
@@ -68,19 +69,19 @@ def _shaken(law: Record) -> float:
 
 
 @njit()
-def pushed(law: Record, u: float) -> float:
+def pushed(law: Law, u: float) -> float:
     """The speed, m/s, that all pulses and forces of a contact entered at `u` m/s give."""
     return all_effects.max_added_speed(law) + all_effects.max_speed_factor(law) * u + _shaken(law)
 
 
 @njit()
-def _multiplied(law: Record, own: Blow) -> float:
+def _multiplied(law: Law, own: Blow) -> float:
     # A pulse into the head comes before the head multiplies.
     return own.grows + all_effects.max_speed_factor(law) * max(own.grows, 1.0)
 
 
 @njit()
-def _after_slow(law: Record, own: Blow, slow: Blow, pushed: float) -> float:
+def _after_slow(law: Law, own: Blow, slow: Blow, pushed: float) -> float:
     # The fastest after a contact slow enough for negative damping, in which pulses and forces give `pushed` m/s; 0
     # without it. It may last a whole turn.
     below = negative_damping.below(law)
@@ -91,19 +92,19 @@ def _after_slow(law: Record, own: Blow, slow: Blow, pushed: float) -> float:
 
 
 @njit()
-def multiplied(law: Record) -> float:
+def multiplied(law: Law) -> float:
     """e: the most by which a contact at any speed multiplies it."""
     return _multiplied(law, blow.of(law, law.r_in))
 
 
 @njit()
-def multiplied_by_head(law: Record) -> float:
+def multiplied_by_head(law: Law) -> float:
     """e without pulses."""
     return blow.of(law, law.r_in).grows
 
 
 @njit()
-def added_by_head(law: Record) -> float:
+def added_by_head(law: Law) -> float:
     """b without pulses: the most speed, m/s, that the head itself adds in a contact, whatever its speed."""
     own, slow = blows_of(law)
     shaken = _shaken(law)
@@ -111,7 +112,7 @@ def added_by_head(law: Record) -> float:
 
 
 @njit()
-def flight_speed(law: Record, v: float) -> float:
+def flight_speed(law: Law, v: float) -> float:
     """|v_in| in m/s after a flight that began at v > 0, without a push; needs k_hand > 0 and z_ss < 0."""
     a, w2, depth = 0.5 * law.r_out / law.m, law.k_hand / law.m, -law.z_ss
     # Under the hand's force at z = 0 alone it would be back at 2 v/(w2 depth); spring and damper make it earlier.
@@ -136,14 +137,14 @@ def flight_speed(law: Record, v: float) -> float:
 
 
 @njit()
-def _half_swing(law: Record) -> float:
+def _half_swing(law: Law) -> float:
     # What half a swing about z_ss leaves of its amplitude.
     a, w2 = 0.5 * law.r_out / law.m, law.k_hand / law.m
     return math.exp(-math.pi * a / math.sqrt(w2 - a * a)) if w2 > a * a else 0.0
 
 
 @njit()
-def _next_entry(law: Record, own: Blow, u: float) -> float:
+def _next_entry(law: Law, own: Blow, u: float) -> float:
     # The largest entry speed of the contact after one that was entered at u, with the loss of the flight between them.
     hand = hand_speed(law)
     given = max(own.grows, 1.0) * pushed(law, u)
@@ -165,20 +166,20 @@ def _next_entry(law: Record, own: Blow, u: float) -> float:
 
 
 @njit()
-def _kept(law: Record, own: Blow) -> float:
+def _kept(law: Law, own: Blow) -> float:
     # What pressing adds to A, not to u.
     hand = pressing_speed(law)
     return max(math.hypot(own.pressed, hand) - own.grows * hand, 0.0)
 
 
 @njit()
-def _leaving(law: Record, own: Blow, u: float) -> float:
+def _leaving(law: Law, own: Blow, u: float) -> float:
     # After an ordinary contact entered at u: m/s.
     return max(u, own.grows * u + own.pressed + max(own.grows, 1.0) * pushed(law, u))
 
 
 @njit()
-def _settled(law: Record, own: Blow) -> float:
+def _settled(law: Law, own: Blow) -> float:
     # The fastest without negative damping.
     e = _multiplied(law, own)
     lifted = law.k_hand * law.z_ss > 0.0
@@ -200,7 +201,7 @@ def _settled(law: Record, own: Blow) -> float:
 
 
 @njit()
-def fastest(law: Record, blows: Blows) -> float:
+def fastest(law: Law, blows: Blows) -> float:
     """A speed, m/s, that no contact of the roll begins or ends with; ENDLESS_M_PER_S when nothing ends the growth."""
     settled, started = (
         _settled(law, blows.own),
@@ -212,7 +213,7 @@ def fastest(law: Record, blows: Blows) -> float:
 
 
 @njit()
-def fastest_thrown(law: Record, blows: Blows, roll: float, throw: float) -> float:
+def fastest_thrown(law: Law, blows: Blows, roll: float, throw: float) -> float:
     """As `fastest`, which is `roll` and finite, when the stick is thrown from z = 0 at `throw` m/s at most.
 
     A stick faster than the roll loses speed with each contact and flight, so the first one bounds the rest.
@@ -221,7 +222,7 @@ def fastest_thrown(law: Record, blows: Blows, roll: float, throw: float) -> floa
 
 
 @njit()
-def _pulses(law: Record, own: Blow, speed: float) -> float:
+def _pulses(law: Law, own: Blow, speed: float) -> float:
     # A pulse's own force, and what the head answers to it: as to a blow of its speed, or to a steady force.
     stiffness = law.k_coll * all_effects.max_stiffening(law) + law.k_hand
     soonest = 0.5 * math.pi * math.sqrt(law.m / stiffness)
@@ -232,7 +233,7 @@ def _pulses(law: Record, own: Blow, speed: float) -> float:
 
 
 @njit()
-def hardest(law: Record, blows: Blows, speed: float) -> float:
+def hardest(law: Law, blows: Blows, speed: float) -> float:
     """A force of head and pulses, N, that no contact entered at `speed` m/s or less has.
 
     The hand's own force on the stick comes on top.
@@ -247,7 +248,7 @@ def hardest(law: Record, blows: Blows, speed: float) -> float:
 
 
 @njit()
-def fastest_entry(law: Record, blows: Blows, fits: float, max_speed: float, max_force: float) -> float:
+def fastest_entry(law: Law, blows: Blows, fits: float, max_speed: float, max_force: float) -> float:
     """The fastest entry, m/s, after which neither speed nor force passes `max_speed` m/s and `max_force` N.
 
     `fits` m/s is known to be one: both bounds rise with the speed.

@@ -26,7 +26,8 @@ from drumstick.safety.sampled_contact import Arm, Coefficients, Head
 from drumstick.stick.effects import system_delay
 from drumstick.stick.effects.registry import EFFECTS
 from drumstick.stick.law import Records
-from realtime.kernels.jit import Record, njit
+from drumstick.stick.records import Law
+from realtime.kernels.jit import njit
 
 OK, NOT_FINITE, MASS, NEGATIVE, ENDLESS, SPEED, FORCE, HAND, BUZZ, ACTIVE = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
 THROW = 10
@@ -50,16 +51,16 @@ class Limits:
     hand, whose damping gets no credit; one count of the encoders. period_s 0: the exact stick.
     """
 
-    max_force_N: float  # noqa: N815
+    max_force_N: float
     max_speed_m_per_s: float
     throw_m_per_s: float = 0.0
-    stiffness_N_per_m: float = math.inf  # noqa: N815
+    stiffness_N_per_m: float = math.inf
     period_s: float = 0.0
     delay_ticks: int = 0
     lead_s: float = 0.0
     lightest_kg: float = 0.0
     heaviest_kg: float = 0.0
-    grip_N_per_m: float = 0.0  # noqa: N815
+    grip_N_per_m: float = 0.0
     resolution_m: float = 0.0
 
     @classmethod
@@ -103,12 +104,12 @@ class Judgement(NamedTuple):
 
 
 @njit()
-def _with_hand(law: Record, speed: float) -> float:
+def _with_hand(law: Law, speed: float) -> float:
     return math.hypot(speed, bounds.hand_speed(law))
 
 
 @njit()
-def predicted(law: Record, throw_m_per_s: float) -> tuple[float, float]:
+def predicted(law: Law, throw_m_per_s: float) -> tuple[float, float]:
     """Bounds of the speed (m/s; ENDLESS_M_PER_S if nothing ends it) and of the force of head and pulses (N).
 
     Of a roll on the exact stick that begins with such a throw.
@@ -122,7 +123,7 @@ def predicted(law: Record, throw_m_per_s: float) -> tuple[float, float]:
 
 
 @njit()
-def entry_speed(law: Record, z: float, v: float) -> float:
+def entry_speed(law: Law, z: float, v: float) -> float:
     """The fastest that a stick at z >= 0 m and v m/s can meet the head, m/s.
 
     A low or firm hand turns height into speed. Pulses that still run come on top.
@@ -131,7 +132,7 @@ def entry_speed(law: Record, z: float, v: float) -> float:
 
 
 @njit()
-def entry_speed_to(law: Record, z: float, v: float, z_ss: float) -> float:
+def entry_speed_to(law: Law, z: float, v: float, z_ss: float) -> float:
     """As `entry_speed`, of a hand that holds its spring at `z_ss` m."""
     w2 = law.k_hand / law.m
     fastest = v * v + w2 * (z - z_ss) ** 2
@@ -141,7 +142,7 @@ def entry_speed_to(law: Record, z: float, v: float, z_ss: float) -> float:
 
 
 @njit()
-def _of_numbers(law: Record) -> int:
+def _of_numbers(law: Law) -> int:
     if not (0.0 < law.m < 1e3):
         return MASS
     if not (
@@ -162,7 +163,7 @@ def _of_numbers(law: Record) -> int:
 
 
 @njit()
-def _of_roll(law: Record, limits: Record, blows: Blows, rebound: float) -> tuple[int, float]:
+def _of_roll(law: Law, limits: Limits, blows: Blows, rebound: float) -> tuple[int, float]:
     # And a speed from which on it stays within the limits, m/s. rebound: the least that a device gives back of a blow.
     if not bounds.hand_speed(law) <= limits.max_speed_m_per_s:
         return HAND, 0.0
@@ -184,7 +185,7 @@ def _of_roll(law: Record, limits: Record, blows: Blows, rebound: float) -> tuple
 
 
 @njit()
-def _arm(law: Record, limits: Record, m: float) -> Arm:
+def _arm(law: Law, limits: Limits, m: float) -> Arm:
     # A head that is sampled itself, as an effect, comes so much later.
     later = system_delay.lag_s(law)
     ticks: int = limits.delay_ticks + math.ceil(later / limits.period_s)
@@ -192,7 +193,7 @@ def _arm(law: Record, limits: Record, m: float) -> Arm:
 
 
 @njit()
-def _on_arm(law: Record, limits: Record, room: Coefficients) -> tuple[int, float, int]:
+def _on_arm(law: Law, limits: Limits, room: Coefficients) -> tuple[int, float, int]:
     # A code, what a contact gives back at most, and the longest window for the speed.
     stiffest = law.k_coll * all_effects.max_stiffening(law)
     if not stiffest <= limits.stiffness_N_per_m:
@@ -219,7 +220,7 @@ def _on_arm(law: Record, limits: Record, room: Coefficients) -> tuple[int, float
 
 
 @njit()
-def judge(law: Record, limits: Record, room: Coefficients) -> Judgement:
+def judge(law: Law, limits: Limits, room: Coefficients) -> Judgement:
     """Whether this set may reach the device, and what the tick has to know of it.
 
     Once a revision: 0.3 ms on the mean, up to 1.1 ms. Written so that a NaN fails every comparison. room: `new_room()`.

@@ -16,9 +16,19 @@ from drumstick.parameters.scene import EFFECTS, Scene
 from drumstick.parameters.stick import Stick
 from drumstick.stick.law import field_of, law_of
 from realtime.kernels.jit import njit
+from realtime.records import Record, Rows, dtype_of
 
-# One row for each 8-byte word of a law's record, in its order.
-FENCE: np.dtype[Any] = np.dtype([("live", "i8"), ("low", "f8"), ("high", "f8"), ("word", "i8")], align=True)
+
+class Fence(Record):
+    """One row for each 8-byte word of a law's record, in its order."""
+
+    live: int
+    low: float
+    high: float
+    word: int
+
+
+FENCE = dtype_of(Fence)
 
 
 def fence_of(scene: Scene) -> npt.NDArray[np.void]:
@@ -38,9 +48,7 @@ def fence_of(scene: Scene) -> npt.NDArray[np.void]:
 
 
 @njit()
-def within(
-    fence: npt.NDArray[np.void], words: npt.NDArray[np.int64], numbers: npt.NDArray[np.float64]
-) -> bool:
+def within(fence: Rows[Fence], words: npt.NDArray[np.int64], numbers: npt.NDArray[np.float64]) -> bool:
     """Is this law, seen as words and as numbers (both shape (n,)), one that its scene could have? In accept form."""
     for at in range(fence.shape[0]):
         row = fence[at]

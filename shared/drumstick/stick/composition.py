@@ -7,6 +7,7 @@ is what remains without any. Kernels: tick thread; no allocation.
 import math
 
 from drumstick.stick.effects.registry import EFFECTS
+from drumstick.stick.records import Law, Motion
 from realtime.kernels.folding import (
     added,
     any_of,
@@ -17,61 +18,61 @@ from realtime.kernels.folding import (
     multiplied,
     sizes_added,
 )
-from realtime.kernels.jit import Record, njit
+from realtime.kernels.jit import njit
 
 # One item for each pulse that the scene names.
 Fades = tuple[float, ...]
 
 
 @folded(EFFECTS, each)
-def fire(law: Record, motion: Record, when: int) -> None:
+def fire(law: Law, motion: Motion, when: int) -> None:
     """Say to every effect what has just happened (drumstick.stick.effects.moments)."""
 
 
 @folded(EFFECTS, added)
-def pushes(law: Record, motion: Record) -> tuple[tuple[float, float], ...]:
+def pushes(law: Law, motion: Motion) -> tuple[tuple[float, float], ...]:
     """The pulses that go on now: their acceleration (m/s^2) and the rate at which each fades (1/s)."""
     return ()
 
 
 @folded(EFFECTS, added)
-def remaining_speed(law: Record, motion: Record) -> float:
+def remaining_speed(law: Law, motion: Motion) -> float:
     """The speed, m/s, that running pulses still have to give."""
     return 0.0
 
 
 @folded(EFFECTS, sizes_added, hook="remaining_speed")
-def most_remaining_speed(law: Record, motion: Record) -> float:
+def most_remaining_speed(law: Law, motion: Motion) -> float:
     """As `remaining_speed`, when pulses of opposite sign do not cancel."""
     return 0.0
 
 
 @folded(EFFECTS, added)
-def pending_speed(law: Record, motion: Record) -> float:
+def pending_speed(law: Law, motion: Motion) -> float:
     """The speed, m/s, that pulses will give which the deepest point of the present contact will start."""
     return 0.0
 
 
 @folded(EFFECTS, multiplied)
-def stiffening(law: Record, motion: Record) -> float:
+def stiffening(law: Law, motion: Motion) -> float:
     """What multiplies K_coll now."""
     return 1.0
 
 
 @folded(EFFECTS, added)
-def removed_damping(law: Record, motion: Record) -> float:
+def removed_damping(law: Law, motion: Motion) -> float:
     """What is taken from R_in now, N s/m."""
     return 0.0
 
 
 @folded(EFFECTS, added)
-def force(law: Record, motion: Record) -> float:
+def force(law: Law, motion: Motion) -> float:
     """What the head pushes with besides spring and damper now, N."""
     return 0.0
 
 
 @njit()
-def head(law: Record, motion: Record) -> tuple[float, float, float]:
+def head(law: Law, motion: Motion) -> tuple[float, float, float]:
     """The head's k (N/m), r (N s/m) and f (N): it pushes with -k z - r z' + f.
 
     r is the head's own damping, R_in - R_out: the hand's R_out of equation (1) is still there inside, and R_in of
@@ -83,56 +84,56 @@ def head(law: Record, motion: Record) -> tuple[float, float, float]:
 
 
 @folded(EFFECTS, least)
-def due_in(law: Record, motion: Record, in_head: bool) -> float:
+def due_in(law: Law, motion: Motion, in_head: bool) -> float:
     """Seconds until an effect wants to act although nothing happens."""
     return math.inf
 
 
 @folded(EFFECTS, each)
-def renew(law: Record, motion: Record, in_head: bool, force: float) -> None:
+def renew(law: Law, motion: Motion, in_head: bool, force: float) -> None:
     """Let those whose time has come act; `force` is what the head pushes with now, N."""
 
 
 @folded(EFFECTS, listed, hook="fade")
-def fades(law: Record, duration: float) -> Fades:
+def fades(law: Law, duration: float) -> Fades:
     """What is left of each pulse after `duration` seconds: for steps of one length it is computed once."""
     return ()
 
 
 @folded(EFFECTS, each, own={"fade": "fades"})
-def elapse(law: Record, motion: Record, duration: float, fades: Fades) -> None:
+def elapse(law: Law, motion: Motion, duration: float, fades: Fades) -> None:
     """`duration` seconds have passed; `fades` as above, for this duration."""
 
 
 @folded(EFFECTS, any_of)
-def can_add_energy(law: Record, motion: Record) -> bool:
+def can_add_energy(law: Law, motion: Motion) -> bool:
     """May an effect other than a running pulse still give the stick energy, without a new contact?"""
     return False
 
 
 @folded(EFFECTS, any_of)
-def can_move_resting_stick(law: Record, motion: Record, least: float) -> bool:
+def can_move_resting_stick(law: Law, motion: Motion, least: float) -> bool:
     """Can an effect other than a pulse give more than `least` m/s to a stick that lies still at z = 0?"""
     return False
 
 
 @folded(EFFECTS, any_of)
-def varies_at_rest(law: Record) -> bool:
+def varies_at_rest(law: Law) -> bool:
     """May the head's force change although nothing happens?"""
     return False
 
 
 @folded(EFFECTS, any_of)
-def still_pushes(law: Record, motion: Record) -> bool:
+def still_pushes(law: Law, motion: Motion) -> bool:
     """May an effect other than a running pulse still push the stick above the head?"""
     return False
 
 
 @folded(EFFECTS, each)
-def keep_speed(law: Record, new_law: Record, motion: Record) -> None:
+def keep_speed(law: Law, new_law: Law, motion: Motion) -> None:
     """Before `new_law` takes over: what running pulses still have to give stays as it is."""
 
 
 @folded(EFFECTS, each)
-def stop(law: Record, motion: Record) -> None:
+def stop(law: Law, motion: Motion) -> None:
     """No effect pushes any more."""

@@ -10,7 +10,9 @@ from typing import NamedTuple
 from drumstick.stick import contact
 from drumstick.stick.effects import system_delay
 from drumstick.stick.motion import exact
-from realtime.kernels.jit import Record, Records, njit
+from drumstick.stick.records import Law, Motion
+from realtime.kernels.jit import njit
+from realtime.records import Records
 
 LONGEST_S = 0.25  # a stick that is still in the head then lies there, whatever its effects do to it
 # Of one contact; more is a force that changes so often that it is no blow. They bound what a look costs a tick.
@@ -20,13 +22,13 @@ _MOST_EVENTS, _MOST_SAMPLES = 64, 400
 class Foreseen(NamedTuple):
     """Largest force N, duration s and impulse N s of a contact."""
 
-    peak_N: float  # noqa: N815
+    peak_N: float
     contact_s: float
-    impulse_N_s: float  # noqa: N815
+    impulse_N_s: float
 
 
 @njit()
-def isolated(law: Record, speed: float) -> Foreseen:
+def isolated(law: Law, speed: float) -> Foreseen:
     """A blow at `speed` m/s without hand, pulse and effects, by closed forms; impulse m v (1 + beta)."""
     back = contact.beta(law.release, law.m, law.k_coll, law.r_in)
     return Foreseen(
@@ -37,7 +39,7 @@ def isolated(law: Record, speed: float) -> Foreseen:
 
 
 @njit()
-def contact_ahead(law: Record, motion: Record, ahead: Records) -> Foreseen:
+def contact_ahead(law: Law, motion: Motion, ahead: Records) -> Foreseen:
     """Play the contact that `motion` has just entered, at motion.v_in < 0, to its end, under this law.
 
     One that does not end, because the stick stays in the head, is announced as an isolated blow: the rest is a press.

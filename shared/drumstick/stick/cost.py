@@ -13,15 +13,16 @@ import numpy.typing as npt
 from drumstick.parameters.scene import Scene
 from drumstick.stick.law import law_of, thrown
 from drumstick.stick.motion import exact
+from drumstick.stick.records import Law, Motion
 from drumstick.stick.simulate import COLUMNS, Stepper, simulate
-from realtime.kernels.jit import Record, njit
+from realtime.kernels.jit import njit
 
 _COMPARED = 10  # contacts
 _T_IN = COLUMNS.index("t_in_s")
 
 
 @njit()
-def _ticks(law: Record, motion: Record, throw: float, ticks: int, period_s: float) -> int:
+def _ticks(law: Law, motion: Motion, throw: float, ticks: int, period_s: float) -> int:
     # As the servo does it: tick by tick, and a stick that lies dead or has left is thrown again.
     contacts = 0
     for _ in range(ticks):

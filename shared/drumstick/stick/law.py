@@ -13,15 +13,11 @@ import numpy.typing as npt
 
 from drumstick.parameters.declare import Quantity, quantities
 from drumstick.parameters.scene import Scene
-from drumstick.parameters.stick import Stick
 from drumstick.stick.effects.registry import EFFECTS
-from drumstick.stick.motion import transitions
+from drumstick.stick.records import StickLaw, StickMotion
+from realtime.records import fields_of
 
 Records = npt.NDArray[np.void]
-
-
-def _field(key: str, quantity: Quantity) -> tuple[str, str]:
-    return (field_of(key, quantity), "f8" if quantity.kind is float else "i8")
 
 
 def field_of(key: str, quantity: Quantity) -> str:
@@ -29,22 +25,19 @@ def field_of(key: str, quantity: Quantity) -> str:
     return (quantity.wire or key).rpartition(".")[2]
 
 
-def _fields(table: type) -> list[tuple[str, str]]:
-    return [_field(key, quantity) for key, quantity in quantities(table).items()]
-
-
 @functools.cache
 def law_type(effects: tuple[str, ...]) -> np.dtype[np.void]:
     """Record type of the parameters of a scene that names these effects."""
-    nested: list[Any] = [(name, _fields(EFFECTS[name].TABLE)) for name in effects]
-    return np.dtype([*nested, *_fields(Stick)], align=True)
+    nested: list[Any] = [(name, fields_of(EFFECTS[name].LAW)) for name in effects]
+    return np.dtype([*nested, *fields_of(StickLaw)], align=True)
 
 
 @functools.cache
 def motion_type(effects: tuple[str, ...]) -> np.dtype[np.void]:
     """Record type of the state of a scene that names these effects."""
-    nested: list[Any] = [(name, list(EFFECTS[name].STATE)) for name in effects]
-    return np.dtype([*nested, *transitions.STATE], align=True)
+    states = {name: fields_of(EFFECTS[name].STATE) for name in effects}
+    nested: list[Any] = [(name, fields) for name, fields in states.items() if fields]
+    return np.dtype([*nested, *fields_of(StickMotion)], align=True)
 
 
 def _fill(record: Any, table: object) -> None:

@@ -15,7 +15,8 @@ from drumstick.stick import composition
 from drumstick.stick.law import law_of, thrown
 from drumstick.stick.methods.carry import STEPPERS
 from drumstick.stick.motion import exact, stepping
-from realtime.kernels.jit import Record, njit
+from drumstick.stick.records import Law, Motion
+from realtime.kernels.jit import njit
 
 End = Literal["time", "captured", "left"]
 EXACT = "exact"
@@ -66,7 +67,7 @@ class Stepper:
 
 @njit()
 def _next(
-    law: Record, motion: Record, horizon: float, method: int | None, dt: float, locates: bool
+    law: Law, motion: Motion, horizon: float, method: int | None, dt: float, locates: bool
 ) -> tuple[int, float]:
     if method is None:  # decided by the type, at compile time: no stepper's code for `exact`
         return exact.advance(law, motion, horizon)
@@ -77,8 +78,8 @@ def _next(
 
 @njit()
 def _run(
-    law: Record,
-    motion: Record,
+    law: Law,
+    motion: Motion,
     clock: npt.NDArray[np.float64],
     duration: float,
     out: npt.NDArray[np.float64],

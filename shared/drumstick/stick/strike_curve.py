@@ -6,30 +6,33 @@ allocation, no exceptions.
 """
 
 import math
-from typing import Any
+from typing import Annotated
 
 import numpy as np
+import numpy.typing as npt
 
 from drumstick.parameters.declare import quantities
 from drumstick.parameters.strike import MOST_POINTS, Strike
-from realtime.kernels.jit import Record, Records, njit
+from realtime.kernels.jit import njit
+from realtime.records import Record, Records, dtype_of
 
 _LINEAR, _LOG, _TABLE = range(3)
 _KINDS = quantities(Strike)["curve"].choices
 
-# `span`: ln of full scale to softest; `points` of the table in its first cells.
-CURVE: np.dtype[Any] = np.dtype(
-    [
-        ("kind", "i8"),
-        ("full_scale_m_per_s", "f8"),
-        ("softest_m_per_s", "f8"),
-        ("span", "f8"),
-        ("points", "i8"),
-        ("speed_m_per_s", "f8", (MOST_POINTS,)),
-        ("level", "f8", (MOST_POINTS,)),
-    ],
-    align=True,
-)
+
+class CurveTable(Record):
+    """`span`: ln of full scale to softest; `points` of the table in its first cells."""
+
+    kind: int
+    full_scale_m_per_s: float
+    softest_m_per_s: float
+    span: float
+    points: int
+    speed_m_per_s: Annotated[npt.NDArray[np.float64], "f8", (MOST_POINTS,)]
+    level: Annotated[npt.NDArray[np.float64], "f8", (MOST_POINTS,)]
+
+
+CURVE = dtype_of(CurveTable)
 
 
 def curve_of(strike: Strike) -> Records:
@@ -46,7 +49,7 @@ def curve_of(strike: Strike) -> Records:
 
 
 @njit()
-def _between(curve: Record, speed: float) -> float:
+def _between(curve: CurveTable, speed: float) -> float:
     speeds, levels = curve.speed_m_per_s, curve.level
     if not speed > speeds[0]:
         return float(levels[0])
@@ -58,7 +61,7 @@ def _between(curve: Record, speed: float) -> float:
 
 
 @njit()
-def level_of(curve: Record, speed: float) -> float:
+def level_of(curve: CurveTable, speed: float) -> float:
     """The level, 0 .. 1, of a strike at `speed` >= 0 m/s."""
     if curve.kind == _LINEAR:
         return float(min(speed / curve.full_scale_m_per_s, 1.0))

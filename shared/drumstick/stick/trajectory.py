@@ -13,7 +13,8 @@ from drumstick.parameters.scene import Scene
 from drumstick.stick.law import Records, law_of, thrown
 from drumstick.stick.motion import exact
 from drumstick.stick.motion.transitions import force_now
-from realtime.kernels.jit import Record, njit
+from drumstick.stick.records import Law, Motion
+from realtime.kernels.jit import njit
 
 Samples = npt.NDArray[np.float64]
 
@@ -24,11 +25,11 @@ class Trajectory(NamedTuple):
     t_s: Samples
     z_m: Samples
     v_m_per_s: Samples
-    force_N: Samples  # noqa: N815
+    force_N: Samples
 
 
 @njit()
-def _carry(law: Record, motion: Record, duration: float) -> None:
+def _carry(law: Law, motion: Motion, duration: float) -> None:
     # A stick that came to its end moves on: it swings into its rest in the head, or about it far above.
     gone = 0.0
     while gone < duration:
@@ -39,7 +40,7 @@ def _carry(law: Record, motion: Record, duration: float) -> None:
 
 
 @njit()
-def _sample(law: Record, motion: Record, step: float, z: Samples, v: Samples, force: Samples) -> None:
+def _sample(law: Law, motion: Motion, step: float, z: Samples, v: Samples, force: Samples) -> None:
     for i in range(z.shape[0]):
         if i > 0:
             _carry(law, motion, step)

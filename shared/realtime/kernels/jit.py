@@ -11,7 +11,6 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 import numba
-import numpy.typing as npt
 from numba.core.errors import NumbaWarning
 
 from realtime.kernels import inner, store
@@ -20,11 +19,6 @@ from realtime.kernels import inner, store
 prange: Any = numba.prange
 
 F = TypeVar("F", bound=Callable[..., Any])
-# A numpy record as compiled code sees it: fields are read and written as attributes. Any, because numba
-# infers it.
-Record = Any
-# An array of such records, shape (n,), as compiled code sees it: slots[i] is a Record.
-Records = npt.NDArray[Any]
 # What the function under `overload` gets: the numba type of an argument, at compile time.
 ArgumentType = Any
 

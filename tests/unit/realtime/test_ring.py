@@ -8,7 +8,8 @@ import pytest
 
 from realtime import ring
 from realtime.atomics import load_acquire, peek, store_release
-from realtime.kernels.jit import Records, njit
+from realtime.kernels.jit import njit
+from realtime.records import Records
 
 RECORDS = 1_000_000
 # Wider than any single store, so that a half-written record would show: every field is derived from `n`.

@@ -8,7 +8,8 @@ import pytest
 
 from realtime import triple
 from realtime.atomics import load_acquire, poke, store_release
-from realtime.kernels.jit import Records, njit
+from realtime.kernels.jit import njit
+from realtime.records import Records
 
 RECORDS = 1_000_000
 RECORD = np.dtype([("n", "i8"), ("twice", "i8"), ("half", "f8"), ("minus", "i8")], align=True)

@@ -14,16 +14,17 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.build import new_engine
-from drumstick.drum.engine import Engine
+from drumstick.drum.engine import Control, Engine
 from drumstick.drum.excitation import playing
 from drumstick.drum.excitation.analytic import PULSE, begin, bend, mean_force
 from drumstick.drum.excitation.offline import Press, Score
+from drumstick.drum.excitation.push import JunctionForce
 from drumstick.drum.excitation.strikes import Blow, StrikeRing
 from drumstick.parameters.scene import Scene, parse, shipped_text
 from drumstick.stick.contact_ahead import Foreseen, contact_ahead
 from drumstick.stick.law import law_of, thrown
 from drumstick.stick.motion import exact
-from realtime.kernels.jit import Record, njit
+from realtime.kernels.jit import njit
 from realtime.kernels.lent import lend
 
 SCENE = "roll"
@@ -52,7 +53,7 @@ class Contact(NamedTuple):
     announced: Foreseen
     speed_m_per_s: float
     t_s: Numbers
-    impulse_N_s: Numbers  # noqa: N815
+    impulse_N_s: Numbers
 
 
 def contact_of(played: Scene, settled: int = _SETTLED) -> Contact:
@@ -118,14 +119,14 @@ def press_of(impulse: Impulse, at_s: float, rate_Hz: float) -> Press:
 def pressed(engine: Engine, start_ns: int, out: Numbers) -> None:
     """The mean force, N, that a stream brings in each of the next len(out) steps of the mesh."""
     lent = lend(engine)
-    control: Record = lent.control[0]
+    control: Control = lent.control[0]
     playing.take(lent, start_ns, out.shape[0] * control.divisor)
     for i in range(out.shape[0]):
         control.forces = 0
         playing.press(lent)
         out[i] = 0.0
         for k in range(control.forces):
-            entry: Record = lent.forces[k]
+            entry: JunctionForce = lent.forces[k]
             out[i] += entry.step / (lent.head.weights[entry.junction] * control.force_gain)
 
 
@@ -140,7 +141,7 @@ class Forces(NamedTuple):
 def forces_at(place: float, rate_Hz: float) -> Forces:
     """place: where between two ticks of a servo of rate_Hz the contact begins, 0..1."""
     engine = new_engine(scene(True), 48_000, StrikeRing())
-    control: Record = engine.control[0]
+    control: Control = engine.control[0]
     step_s = float(control["divisor"] / control["rate_Hz"])
     at_s = (math.floor(_LEAD_S * rate_Hz) + place) / rate_Hz
     true = true_impulse()

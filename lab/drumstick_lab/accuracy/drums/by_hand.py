@@ -13,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.build import new_engine
-from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.analytic import POOL, PULSE, begin
+from drumstick.drum.engine import Control, Engine
+from drumstick.drum.excitation.analytic import POOL, PULSE, ContactPulse, begin
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.membrane.heads import aligned
 from drumstick.drum.membrane.lanes import WIDTH
@@ -26,8 +26,9 @@ from drumstick.parameters.scene import Scene
 from drumstick_lab.accuracy.drums.heads import DEVICE_RATE_Hz
 from drumstick_lab.accuracy.timing import Window, spent_ns
 from realtime.kernels.float_mode import flush_denormals, restore
-from realtime.kernels.jit import Record, Records, njit
+from realtime.kernels.jit import njit
 from realtime.kernels.lent import lend
+from realtime.records import Records
 
 GOAL = 1.03  # of what is written by hand: no effects cost no effects
 PLACE = (0.3, 0.2)
@@ -67,7 +68,7 @@ def by_hand(drum: Drum, out: Floats) -> None:
                 drum.strips[k, 3], drum.now_gain, drum.then_gain, None, None, None, None, None, None, None, None,
             )  # fmt: skip
         for k in range(drum.blows.shape[0]):
-            blow: Record = drum.blows[k]
+            blow: ContactPulse = drum.blows[k]
             if blow.age < blow.duration:
                 scale, decay, phase = blow.turn / blow.duration, blow.decay, blow.phase
                 begun = scale * min(max(blow.age, 0.0), blow.duration)
@@ -104,7 +105,7 @@ def composed(engine: Engine, out: Floats) -> None:
 
 def drum_of(engine: Engine, x: float, y: float, blows: int) -> Drum:
     """The same drum as the engine, moving alike, with planes of its own."""
-    control: Record = engine.control[0]
+    control: Control = engine.control[0]
     head = engine.head
     planes = aligned(head.planes.shape)
     planes[:] = head.planes
@@ -148,7 +149,7 @@ class Race:
 
     def _composed(self) -> float:
         # A blow of four steps at the beginning of each window, as in the others.
-        control: Record = self.engine.control[0]
+        control: Control = self.engine.control[0]
         control["begun"] = begin(self.engine.pulses, int(control["begun"]), *PLACE, 0.0, 4.0, 1e-3)
         return spent_ns(lambda: composed(self.engine, self._sounds[0])) / self.steps
 

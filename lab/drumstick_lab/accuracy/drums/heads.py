@@ -8,7 +8,7 @@ import numpy as np
 from drumstick.drum.block import render_all
 from drumstick.drum.build import new_engine
 from drumstick.drum.calibrate import full_scale
-from drumstick.drum.engine import Engine
+from drumstick.drum.engine import Control, Engine
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.membrane.lattice import Lattice
 from drumstick.drum.membrane.scheme import Scheme, tuned
@@ -18,7 +18,6 @@ from drumstick.parameters.scene import Scene
 from drumstick_lab.accuracy.drums.modes import Numbers, Step
 from drumstick_lab.accuracy.drums.plain_mesh import PlainMesh, plain_mesh, plain_steps
 from drumstick_lab.accuracy.timing import Window, spent_ns
-from realtime.kernels.jit import Record
 
 DEVICE_RATE_Hz = 48_000
 BLOCK = 128
@@ -64,7 +63,7 @@ def head_at(scheme: str, rim: Rim, divisor: int) -> HeadAt:
         lattice = dataclasses.replace(lattice, weights=even)
     strikes = StrikeRing()
     engine = new_engine(scene, DEVICE_RATE_Hz, strikes)
-    control: Record = engine.control[0]
+    control: Control = engine.control[0]
     if int(control["divisor"]) != divisor:
         raise ValueError(f"the mesh takes {control['divisor']} samples a step, not {divisor}")
     engine.head.weights[:] = (numbers.baked * lattice.weights).ravel()
@@ -76,7 +75,7 @@ def head_at(scheme: str, rim: Rim, divisor: int) -> HeadAt:
 def played_step(head: HeadAt) -> Step:
     """The very kernel that plays, one step of it at a time."""
     engine = head.engine
-    control: Record = engine.control[0]
+    control: Control = engine.control[0]
     places = np.flatnonzero(head.lattice.weights)
     out = np.zeros((int(control["divisor"]), 2), np.float32)
 
@@ -124,7 +123,7 @@ def sounding(scene: Scene, engine: Engine, strikes: StrikeRing, updates_a_frame:
 
 def played_window(head: HeadAt) -> Window:
     """`sounding` of this head."""
-    control: Record = head.engine.control[0]
+    control: Control = head.engine.control[0]
     return sounding(head.scene, head.engine, head.strikes, head.lattice.junctions / int(control["divisor"]))
 
 

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drumstick.drum.build import new_engine, size_of
+from drumstick.drum.engine import Control
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.modal.bank import Bank
 from drumstick.parameters.drum import Modal
@@ -14,7 +15,7 @@ from drumstick.parameters.scene import Scene
 from drumstick_lab.accuracy.drums.heads import DEVICE_RATE_Hz, sounding
 from drumstick_lab.accuracy.drums.modes import MODES, Poles, poles_of
 from drumstick_lab.accuracy.timing import Window
-from realtime.kernels.jit import Record
+from realtime.records import is_there
 
 F01_Hz = Scene("drum").drum.f01_Hz
 _UPDATES_A_MODE = 3.0  # a mode costs as much as some junctions
@@ -43,10 +44,10 @@ def banks(tops_Hz: Sequence[float]) -> Iterator[BankAt]:
         scene = dataclasses.replace(plain, modal=Modal(top_Hz=top_Hz))
         strikes = StrikeRing()
         engine = new_engine(scene, DEVICE_RATE_Hz, strikes)
-        control: Record = engine.control[0]
+        control: Control = engine.control[0]
         control["output_gain"] = 1e-6
         rate_Hz = float(control["rate_Hz"] / control["divisor"])
-        assert engine.modal is not None
+        assert is_there(engine.modal)
         modes = size_of(engine)
         row: dict[str, Any] = {
             "renderer": "modal",

@@ -87,7 +87,7 @@ def patterns_of(lattice: Lattice) -> Patterns:
 class Poles(NamedTuple):
     """f_Hz and t60_s of each mode, (20,); t60_s is infinite where nothing is lost."""
 
-    f_Hz: Numbers  # noqa: N815
+    f_Hz: Numbers
     t60_s: Numbers
 
 

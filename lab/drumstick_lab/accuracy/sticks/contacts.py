@@ -26,7 +26,7 @@ class Cycle(NamedTuple):
     """A roll's limit cycle as it was played: mean v_E (m/s), contacts a second."""
 
     v_lc_m_per_s: float
-    rate_Hz: float  # noqa: N815
+    rate_Hz: float
 
 
 class Errors(NamedTuple):

@@ -52,7 +52,7 @@ class Sampled(NamedTuple):
     """A head (N/m) on a sampled device: ticks a second, ticks of its own delay, `off` or `lead`."""
 
     k_coll: float
-    rate_Hz: int  # noqa: N815
+    rate_Hz: int
     delay_ticks: int
     predictor: str
 

@@ -7,7 +7,6 @@ allocation in the kernels, which stand in one file: the kernel cache does not se
 """
 
 import math
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,10 +15,11 @@ from drumstick.stick.motion.events import ABOVE
 from haptic_server.device import phantom
 from haptic_server.servo.force import guard
 from haptic_server.servo.force.rendering import ask, see
-from haptic_server.servo.force.velocity import LONGEST, follow, forget, new_track
+from haptic_server.servo.force.velocity import LONGEST, Track, follow, forget, new_track
 from haptic_server.servo.memory import Servo
-from realtime.kernels.jit import Record, njit
+from realtime.kernels.jit import njit
 from realtime.kernels.lent import lend
+from realtime.records import Record, dtype_of
 
 Samples = npt.NDArray[np.float64]
 
@@ -28,8 +28,15 @@ FIXED_TICKS = {"difference": 1, "window of 4": 4, f"window of {LONGEST - 1}": LO
 CUTOFFS_Hz = {"low-pass 100 Hz": 100.0, "low-pass 20 Hz": 20.0}
 FILTERS = (ADAPTIVE, *FIXED_TICKS, *CUTOFFS_Hz)
 
-# ticks: length of a fixed window, 0 for the servo's own. share: what a low-pass takes of each new difference, else 1.
-FILTER: np.dtype[Any] = np.dtype([("ticks", "i8"), ("share", "f8")], align=True)
+
+class Filter(Record):
+    """One of FILTERS."""
+
+    ticks: int  # length of a fixed window, 0 for the servo's own
+    share: float  # what a low-pass takes of each new difference, else 1
+
+
+FILTER = dtype_of(Filter)
 
 _FROM_M = 0.02
 _CLEAR_M = 0.004
@@ -49,7 +56,7 @@ def filter_of(name: str, period_s: float) -> npt.NDArray[np.void]:
 
 
 @njit()
-def estimate(kind: Record, track: Record, t_s: float, z_m: float, slack_m: float) -> float:
+def estimate(kind: Filter, track: Track, t_s: float, z_m: float, slack_m: float) -> float:
     """Add a position; returns the speed in m/s by the filter `kind`. Else as
     haptic_server.servo.force.velocity.follow."""
     if kind.ticks == 0:
@@ -69,7 +76,7 @@ def estimate(kind: Record, track: Record, t_s: float, z_m: float, slack_m: float
 
 
 @njit()
-def _told(kind: Record, track: Record, z_m: Samples, period_s: float, slack_m: float, out: Samples) -> None:
+def _told(kind: Filter, track: Track, z_m: Samples, period_s: float, slack_m: float, out: Samples) -> None:
     for i in range(len(z_m)):
         out[i] = estimate(kind, track, i * period_s, z_m[i], slack_m)
 
@@ -82,7 +89,7 @@ def told(name: str, z_m: Samples, period_s: float, slack_m: float, out: Samples 
 
 
 @njit()
-def fall(servo: Servo, kind: Record, speed: float, phase: float, guarded: bool) -> float:
+def fall(servo: Servo, kind: Filter, speed: float, phase: float, guarded: bool) -> float:
     """Fall at `speed` m/s from 20 mm, `phase` (0..1) of a tick late; returns the rebound's speed over it.
 
     Negative when the arm does not come back within 40,000 ticks. servo: of a scene with the plant `phantom`; a hand or

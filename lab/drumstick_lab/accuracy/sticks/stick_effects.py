@@ -16,9 +16,11 @@ from drumstick.parameters.scene import EFFECTS, Scene, parse, shipped_text
 from drumstick.stick import cost
 from drumstick.stick.law import law_of, motion_type, thrown
 from drumstick.stick.motion import exact
+from drumstick.stick.records import Law, Motion
 from drumstick.stick.simulate import COLUMNS, simulate
 from drumstick_lab.accuracy.timing import CHAIN, ENGINES, Window, apart, chain, in_turn, spent_ns
-from realtime.kernels.jit import Record, Records, njit
+from realtime.kernels.jit import njit
+from realtime.records import Records
 
 ALL, NONE = "all", "none"
 NAMED_BY = {
@@ -65,7 +67,7 @@ def roll_rate(scene: Scene) -> float | None:
 
 
 @njit()
-def _tick(law: Record, motion: Record, period_s: float) -> None:
+def _tick(law: Law, motion: Motion, period_s: float) -> None:
     moved = 0.0
     while moved < period_s and motion.fate == exact.MOVING:
         event, duration = exact.advance(law, motion, period_s - moved)
@@ -75,7 +77,7 @@ def _tick(law: Record, motion: Record, period_s: float) -> None:
 
 
 @njit()
-def _each(law: Record, motions: Records, period_s: float) -> None:
+def _each(law: Law, motions: Records, period_s: float) -> None:
     # A tick from each state, whatever became of the others.
     for k in range(motions.shape[0]):
         _tick(law, motions[k], period_s)

@@ -27,7 +27,7 @@ from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.output.shown import FRAMES_PER_S, show_sound, show_surface, want
 from drumstick.parameters.scene import Scene, parse, shipped_text
 from drumstick_lab.checkout import RESULTS
-from realtime.kernels.jit import Record, njit
+from realtime.kernels.jit import njit
 from realtime.kernels.lent import lend
 from rig.machine.this_machine import description
 
@@ -112,7 +112,7 @@ def processes(seconds: float) -> dict[str, dict[str, float]]:
 
 @njit()
 def _shown(engine: Engine, out: npt.NDArray[np.float32], calls: int) -> None:
-    lent: Record = lend(engine)
+    lent: Any = lend(engine)
     for _ in range(calls):
         show_surface(lent, out.shape[0])
         show_sound(lent, out)

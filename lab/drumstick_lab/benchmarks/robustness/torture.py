@@ -95,6 +95,7 @@ def rounds(stage: Stage, watch: Watch, harms: dict[str, Any], result: dict[str, 
     watch.accepted = watch.values()
     while time.monotonic() < until_s:
         names = stage.chance.sample(sorted(harms), stage.chance.choice((1, 1, 2)))
+        names.sort(key=lambda name: name != "readers stopped")  # they need a rig that is well, to begin with
         if "output unread" in names and any(name.startswith(("kill", "stop")) for name in names):
             continue  # a supervisor that stands restarts nobody
         try:

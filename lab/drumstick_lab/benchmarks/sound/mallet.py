@@ -29,6 +29,7 @@ from drumstick_lab.checkout import RESULTS
 from realtime.kernels.float_mode import flush_denormals, restore
 from realtime.kernels.jit import njit
 from realtime.kernels.lent import lend
+from realtime.records import is_there
 from rig.machine.this_machine import description
 
 RESULT = RESULTS / "mallet.json"
@@ -75,7 +76,7 @@ def step_case(name: str, material: str | None, touches: bool) -> Callable[[], fl
         begun = time.thread_time_ns()
         _stepped(engine, STEPS)
         spent = (time.thread_time_ns() - begun) / STEPS
-        if engine.mallets is not None:
+        if is_there(engine.mallets):
             assert bool((engine.mallets.pool["force"] > 0.0).any()) == touches
             render_all(engine, np.zeros((RATE_HZ, 2), np.float32), 128, 10**9)  # it leaves
         return spent

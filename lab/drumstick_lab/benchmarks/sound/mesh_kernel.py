@@ -29,6 +29,7 @@ from drumstick_lab.checkout import RESULTS
 from realtime.kernels.float_mode import flush_denormals, restore
 from realtime.kernels.jit import njit
 from realtime.kernels.lent import lend
+from realtime.records import is_there
 from rig.machine.this_machine import description
 
 HERE = Path(__file__).parent
@@ -108,7 +109,7 @@ def _engine(effects: dict[str, Any], microphones: int) -> Engine:
     listen = dataclasses.replace(scene.listen, microphones=_MICROPHONES[:microphones])
     scene = dataclasses.replace(scene, listen=listen)
     engine = new_engine(scene, RATE_HZ, StrikeRing())
-    if engine.tension is not None:
+    if is_there(engine.tension):
         engine.tension.state["half"] = 1e-3
     start(engine.head)
     return engine

@@ -36,6 +36,7 @@ from protocol.complaints import Complaints
 from protocol.messages import CONTACT_PIECE_S, encode
 from realtime import ring
 from realtime.atomics import poke
+from realtime.records import is_there
 from rig.machine.this_machine import description
 from sound_server.receiving.desk import ContactDesk
 
@@ -82,7 +83,7 @@ def servo_case(streamed: bool, listened: bool) -> Callable[[], float]:
     samples, now = np.zeros(SLOTS, SAMPLE), [0]
 
     def run() -> float:
-        if servo.stream is not None:
+        if is_there(servo.stream):
             poke(servo.stream.contacts.cells, LISTENED, int(listened))
             ring.drain(servo.stream.contacts.cells, servo.stream.contacts.slots, samples)
         begun = time.thread_time_ns()
@@ -104,7 +105,7 @@ def mesh_case(streamed: bool, plays: bool) -> Callable[[], float]:
 
     def run() -> float:
         strikes.push(0, 0.5, 0.0, 5.0, 0.005)
-        if plays and engine.stream is not None:
+        if plays and is_there(engine.stream):
             Feed(engine.stream).push(1, tick[0], 10**9, 1e6, 0.5, 0.0, forces)
             tick[0] += 1000
         steps = int(engine.control["steps"][0])

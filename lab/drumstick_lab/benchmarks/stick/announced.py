@@ -25,7 +25,8 @@ from drumstick.stick.motion import exact
 from drumstick_lab.checkout import RESULTS
 from haptic_server.records import RELEASE, STRIKE
 from haptic_server.servo import loop
-from realtime.kernels.jit import Records, njit
+from realtime.kernels.jit import njit
+from realtime.records import Records
 from rig.machine.this_machine import description
 
 RESULT = RESULTS / "announced.json"

@@ -6,14 +6,15 @@ import bounces
 from drumstick.stick.law import law_of, thrown
 from drumstick.stick.motion.crossing import point_after
 from drumstick.stick.motion.transitions import segment_of
-from realtime.kernels.jit import Record, njit
+from drumstick.stick.records import Law, Motion
+from realtime.kernels.jit import njit
 
 _POINTS = 20_000
 _WINDOWS = 20
 
 
 @njit()
-def _points(law: Record, motion: Record, count: int) -> float:
+def _points(law: Law, motion: Motion, count: int) -> float:
     seg = segment_of(law, motion, None)
     total = 0.0
     for i in range(count):

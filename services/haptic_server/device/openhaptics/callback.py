@@ -7,16 +7,17 @@ from typing import Any
 from haptic_server.block import LATENESS_BIN_NS, LATENESS_BINS
 from haptic_server.device.openhaptics.port import Port
 from haptic_server.device.openhaptics.tick import begin, finish
+from haptic_server.records import Reading
 from haptic_server.servo.memory import Servo
 from haptic_server.servo.telling import tell
 from haptic_server.servo.trace import note
 from realtime.kernels.handover import Handed, take_up
-from realtime.kernels.jit import CFunction, Record, cfunction, njit
+from realtime.kernels.jit import CFunction, cfunction, njit
 from realtime.kernels.lent import lend
 
 WARM_TICKS = 100  # a driver's first ticks come as it gets started
-# The law: (servo, reading, now_ns, span_s) -> force along the paper's z, N. Compiled code only (`njit`).
-Law = Callable[[Servo, Record, int, float], float]
+# What renders the drum: (servo, reading, now_ns, span_s) -> force along the paper's z, N. Compiled code only (`njit`).
+Rendering = Callable[[Servo, Reading, int, float], float]
 
 
 @njit()
@@ -42,7 +43,7 @@ def conclude(servo: Servo, force_N: float, now_ns: int, span_s: float) -> None:
 class Callback:
     """The compiled callback and what it works on. All of it must outlive the scheduling. Control thread."""
 
-    def __init__(self, law: Law, servo: Servo, port: Port) -> None:
+    def __init__(self, law: Rendering, servo: Servo, port: Port) -> None:
         self._handed = Handed((servo, port))
         self._function = _compiled(law, self._handed.kind)
 
@@ -58,7 +59,7 @@ class Callback:
 
 
 @functools.cache
-def _compiled(law: Law, kind: Any) -> CFunction:
+def _compiled(law: Rendering, kind: Any) -> CFunction:
     # The parts are compiled and cached on their own; this closure over them is small and compiled in each process.
     @cfunction("uint32(voidptr)", cache=False)
     def servo_callback(argument: Any) -> int:

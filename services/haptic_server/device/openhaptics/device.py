@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from haptic_server.block import STOP
 from haptic_server.device.openhaptics import calibration, facts, port, protection, rates, thread
-from haptic_server.device.openhaptics.callback import Callback, Law, conclude
+from haptic_server.device.openhaptics.callback import Callback, Rendering, conclude
 from haptic_server.device.openhaptics.driver import library, names, opening
 from haptic_server.device.openhaptics.driver.faults import is_hard, words_of
 from haptic_server.device.openhaptics.driver.hd import Hd
@@ -37,7 +37,7 @@ class OpenHaptics:
     """
 
     def __init__(
-        self, law: Law, *, load: Callable[[], tuple[str, Hd]] = library.load, pose_is_held: bool = False
+        self, law: Rendering, *, load: Callable[[], tuple[str, Hd]] = library.load, pose_is_held: bool = False
     ) -> None:
         self._law = law
         self._load = load

@@ -7,14 +7,15 @@ metres. Both are right-handed; a quarter turn about x takes one to the other. An
 import numpy as np
 import numpy.typing as npt
 
-from realtime.kernels.jit import Record, njit
+from haptic_server.records import Reading
+from realtime.kernels.jit import njit
 
 MM = 1e-3
 
 
 @njit()
 def to_paper(
-    position_mm: npt.NDArray[np.float64], centre_mm: npt.NDArray[np.float64], reading: Record
+    position_mm: npt.NDArray[np.float64], centre_mm: npt.NDArray[np.float64], reading: Reading
 ) -> None:
     """Write the device's position (3,) into the reading, from the middle of the workspace `centre_mm` (3,)."""
     reading.x_m = (position_mm[0] - centre_mm[0]) * MM

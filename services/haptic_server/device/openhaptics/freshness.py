@@ -7,12 +7,13 @@ Python, no exceptions.
 """
 
 import math
-from typing import Any
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
 
-from realtime.kernels.jit import Record, njit
+from realtime.kernels.jit import njit
+from realtime.records import Record, dtype_of
 
 # To stop from here within a tick of 1 ms takes 100 m/s^2: 7.5 N on the 75 g of an arm, and then not a count of rebound.
 MOVING_M_PER_S = 0.1
@@ -23,22 +24,24 @@ PRESSING_N = 1.0
 PRESSING_S = 1.0
 _M_PER_MM = 1e-3
 
-# place_mm: what was told last; velocity_m_per_s: the mean; same_s: for how long it has been the same; old: taken for an
-# old one since it stopped. `known` is 0 before the first reading.
-FRESHNESS: np.dtype[Any] = np.dtype(
-    [
-        ("known", "i8"),
-        ("old", "i8"),
-        ("same_s", "f8"),
-        ("place_mm", "f8", (3,)),
-        ("velocity_m_per_s", "f8", (3,)),
-    ],
-    align=True,
-)
+
+class Freshness(Record):
+    """place_mm: what was told last; velocity_m_per_s: the mean; same_s: for how long it has been the same; old: taken
+    for an old one since it stopped. `known` is 0 before the first reading.
+    """
+
+    known: int
+    old: int
+    same_s: float
+    place_mm: Annotated[npt.NDArray[np.float64], "f8", (3,)]
+    velocity_m_per_s: Annotated[npt.NDArray[np.float64], "f8", (3,)]
+
+
+FRESHNESS = dtype_of(Freshness)
 
 
 @njit()
-def _follow(state: Record, position_mm: npt.NDArray[np.float64], span_s: float) -> None:
+def _follow(state: Freshness, position_mm: npt.NDArray[np.float64], span_s: float) -> None:
     # The mean velocity goes on over the time since the last place that was another.
     share = 1.0 - math.exp(-span_s / OVER_S)
     for axis in range(3):
@@ -48,19 +51,19 @@ def _follow(state: Record, position_mm: npt.NDArray[np.float64], span_s: float) 
 
 
 @njit()
-def _differs(state: Record, position_mm: npt.NDArray[np.float64]) -> bool:
+def _differs(state: Freshness, position_mm: npt.NDArray[np.float64]) -> bool:
     same_x, same_y = position_mm[0] == state.place_mm[0], position_mm[1] == state.place_mm[1]
     return not (same_x and same_y and position_mm[2] == state.place_mm[2])
 
 
 @njit()
-def _speed(state: Record) -> float:
+def _speed(state: Freshness) -> float:
     x, y, z = state.velocity_m_per_s[0], state.velocity_m_per_s[1], state.velocity_m_per_s[2]
     return math.sqrt(x * x + y * y + z * z)
 
 
 @njit()
-def is_new(state: Record, position_mm: npt.NDArray[np.float64], force_N: float, span_s: float) -> bool:
+def is_new(state: Freshness, position_mm: npt.NDArray[np.float64], force_N: float, span_s: float) -> bool:
     """Is this position, shape (3,), finite, one of now? `force_N` was on the motors over the `span_s` before it."""
     if state.known == 0:
         state.known = 1

@@ -3,13 +3,14 @@
 `state` belongs to the callback. `cells` are what the control thread looks at meanwhile, by acquire loads.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from haptic_server.device.openhaptics.driver.hd import Hd
 from haptic_server.device.openhaptics.freshness import FRESHNESS
+from realtime.records import Record, dtype_of
 
 # Indices into `calls`: the addresses of the functions that a tick calls.
 BEGIN_FRAME, END_FRAME, GET_BOOLEAN, GET_INTEGER, GET_DOUBLE, SET_DOUBLE, GET_ERROR = range(7)
@@ -31,22 +32,24 @@ TICKS, ENDED, FAULT, ERROR, INTERNAL, ERRORS, ZEROED, THREAD, RATE_HZ, SPAN_WORS
 _CELLS = 16
 _MOST_MOTORS = 16  # 3 or 6 are known; a driver that tells more must not write over something else
 
-STATE: np.dtype[Any] = np.dtype(
-    [
-        ("device", "i8"),
-        ("period_ns", "i8"),
-        ("last_ns", "i8"),
-        ("now_ns", "i8"),
-        ("pending", "i8"),  # a fault that the driver reported after the law had been asked
-        ("hard", "i8"),  # a fault that only a new process gets over
-        ("has_switch", "i8"),
-        ("switch_was_closed", "i8"),
-        ("temperature", "f8"),
-        ("force_N", "f8"),
-        ("max_force_N", "f8"),
-    ],
-    align=True,
-)
+
+class PortState(Record):
+    """What the driver's callback keeps between ticks: handle, clock, faults, and what the motors may do."""
+
+    device: int
+    period_ns: int
+    last_ns: int
+    now_ns: int
+    pending: int  # a fault that the driver reported after the law had been asked
+    hard: int  # a fault that only a new process gets over
+    has_switch: int
+    switch_was_closed: int
+    temperature: float
+    force_N: float
+    max_force_N: float
+
+
+STATE = dtype_of(PortState)
 
 
 class Port(NamedTuple):
@@ -58,7 +61,7 @@ class Port(NamedTuple):
     freshness: npt.NDArray[np.void]
     position_mm: npt.NDArray[np.float64]
     centre_mm: npt.NDArray[np.float64]
-    force_N: npt.NDArray[np.float64]  # noqa: N815
+    force_N: npt.NDArray[np.float64]
     motors: npt.NDArray[np.float64]
     integers: npt.NDArray[np.int32]
     booleans: npt.NDArray[np.uint8]

@@ -25,8 +25,8 @@ class Limits(NamedTuple):
     """The driver's software limits in SI units; inf where it tells none."""
 
     speed_m_per_s: float
-    slew_N_per_s: float  # noqa: N815
-    ramp_N_per_s: float  # noqa: N815
+    slew_N_per_s: float
+    ramp_N_per_s: float
 
     def words(self) -> str:
         """As a technician reads them."""

@@ -31,11 +31,11 @@ from haptic_server.device.openhaptics.port import (
     Port,
 )
 from haptic_server.device.openhaptics.thread import own_id
-from haptic_server.records import NO_FAULT, NOT_A_NUMBER, SAFETY_SWITCH
+from haptic_server.records import NO_FAULT, NOT_A_NUMBER, SAFETY_SWITCH, Reading
 from realtime.atomics import load_acquire, store_release
 from realtime.clock import now_ns
 from realtime.kernels.foreign import call_u32, call_u32_pointer, three_words
-from realtime.kernels.jit import Record, njit
+from realtime.kernels.jit import njit
 
 _SELDOM = 100  # temperature and rate: every so many ticks
 _MOST_ERRORS = 32  # in one go; the rest waits for the next, so that a flood cannot stop the tick
@@ -85,7 +85,7 @@ def _safety(port: Port) -> int:
 
 
 @njit()
-def _read(port: Port, reading: Record, span_s: float) -> int:
+def _read(port: Port, reading: Reading, span_s: float) -> int:
     # Fill the reading, `span_s` after the last one; returns what is wrong. A getter that fails writes nothing: an old
     # position must not pass for standing still, nor an old button for one that is held.
     position = port.position_mm
@@ -107,13 +107,13 @@ def _read(port: Port, reading: Record, span_s: float) -> int:
 
 
 @njit()
-def begin(port: Port, reading: Record) -> float:
+def begin(port: Port, reading: Reading) -> float:
     """Open the tick's frame and fill the reading, its `trouble` included; returns the seconds since the last tick."""
     return begin_at(port, reading, now_ns(port.timespec))
 
 
 @njit()
-def begin_at(port: Port, reading: Record, now: int) -> float:
+def begin_at(port: Port, reading: Reading, now: int) -> float:
     """As `begin`, at a time that is given, ns: a test's own clock."""
     state = port.state[0]
     span_ns = state.period_ns if state.last_ns == 0 else now - state.last_ns
@@ -136,7 +136,7 @@ def begin_at(port: Port, reading: Record, now: int) -> float:
 
 
 @njit()
-def finish(port: Port, control: Cells, reading: Record, wanted_N: float) -> int:
+def finish(port: Port, control: Cells, reading: Reading, wanted_N: float) -> int:
     """Give the motors the law's force, or none, and close the frame; returns CALLBACK_DONE or CALLBACK_CONTINUE.
 
     Whatever the law says: no force while anything is wrong with this reading, while the law is held by a panic or a

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from haptic_server.gateway.lease import Holder
 from haptic_server.gateway.presets import Presets
 from haptic_server.gateway.settings import Echo, ParameterDesk
+from haptic_server.gateway.zenoh.backlog import Backlog
 from haptic_server.gateway.zenoh.scene_door import SceneDoor
 from protocol import messages
 from protocol.keys import Keys
@@ -69,6 +70,7 @@ class Wire:
         self._strike = session.declare_publisher(keys.strike, encoding=self._encoding)
         self._release = session.declare_publisher(keys.release, encoding=self._encoding)
         self._state = session.declare_publisher(keys.state, encoding=self._encoding)
+        self._backlog = Backlog(self._strike)
         self._questions = Questions("queries", self._answer, self._settle)
         self._writes = Questions("preset files", self._save)
         self.queryables = Queryables(session)
@@ -88,11 +90,15 @@ class Wire:
 
     def put_strike(self, strike: messages.Strike) -> None:
         """Publish one strike."""
-        self._strike.put(messages.encode(strike))
+        self._backlog.put(self._strike, messages.encode(strike))
 
     def put_release(self, release: messages.Release) -> None:
         """Publish one release."""
-        self._release.put(messages.encode(release))
+        self._backlog.put(self._release, messages.encode(release))
+
+    def step(self, now_ns: int) -> None:
+        """Publish what was held for subscribers that were not back yet."""
+        self._backlog.step(now_ns * 1e-9)
 
     def put_state(self, state: messages.State) -> None:
         """Publish how the servo stands."""

@@ -7,11 +7,13 @@ Python, no exceptions.
 """
 
 import math
-from typing import Any
+from typing import Annotated
 
 import numpy as np
+import numpy.typing as npt
 
 from drumstick.safety import bounds
+from drumstick.stick.records import Law
 from haptic_server.records import (
     DEAD_MAN,
     NO_FAULT,
@@ -20,8 +22,10 @@ from haptic_server.records import (
     STALE,
     STALLED,
     TOO_FAST,
+    Reading,
 )
-from realtime.kernels.jit import Record, njit
+from realtime.kernels.jit import njit
+from realtime.records import Record, dtype_of
 
 STALL_PAUSE_S = 0.005  # a longer gap between ticks: no force until the stick was above the head again
 STALL_FAULT_S = 0.020  # a longer one is a latched fault
@@ -44,65 +48,69 @@ _FASTEST_HAND_NS = 80_000_000
 _AT_THE_LIMIT = 0.99
 _UNTIRED = 0.6
 
-# What it remembers. `gain` ramps from 0 to 1; `given_J` is what the head has given the stick since the contact began,
-# with what it owed then, and `budget_J` what it may give; `head_N` is a ring of the head's share in the forces that
-# went out, `z_m` the position up to which it was counted, `blow_J` the blow's own energy. `driven`, `saturated`:
-# contacts in a row that began in debt, or at the limit of force (the first of these at `first_m_per_s`). `peak_N`,
-# `pulsed`: the largest force and whether a pulse pushed since the last contact began at `entry_ns`.
-GUARD: np.dtype[Any] = np.dtype(
-    [
-        ("seen_above", "i8"),
-        ("gain", "f8"),
-        ("force_N", "f8"),
-        ("head_N", "f8", (MEMORY,)),
-        ("newest", "i8"),
-        ("z_m", "f8"),
-        ("given_J", "f8"),
-        ("budget_J", "f8"),
-        ("fresh_ns", "i8"),
-        ("limited", "i8"),
-        ("held_back", "i8"),
-        ("stalls", "i8"),
-        ("e", "f8"),
-        ("b", "f8"),
-        ("blow_J", "f8"),
-        ("driven", "i8"),
-        ("saturated", "i8"),
-        ("first_m_per_s", "f8"),
-        ("peak_N", "f8"),
-        ("pulsed", "i8"),
-        ("entry_ns", "i8"),
-    ],
-    align=True,
-)
 
-# What a device and the scene allow, in the paper's frame. It does not change while a servo runs.
-ALLOWED: np.dtype[Any] = np.dtype(
-    [
-        ("max_force_N", "f8"),
-        ("max_slew_N_per_s", "f8"),
-        ("max_speed_m_per_s", "f8"),
-        ("lowest_m", "f8"),
-        ("highest_m", "f8"),
-        ("ramp_s", "f8"),
-        ("dead_man", "i8"),
-        ("resolution_m", "f8"),
-        ("delay_ticks", "i8"),
-        ("m_kg", "f8"),
-        ("head_z_m", "f8"),
-    ],
-    align=True,
-)
+class GuardState(Record):
+    """What it remembers. `gain` ramps from 0 to 1; `given_J` is what the head has given the stick since the contact
+    began, with what it owed then, and `budget_J` what it may give; `head_N` is a ring of the head's share in the
+    forces that went out, `z_m` the position up to which it was counted, `blow_J` the blow's own energy. `driven`,
+    `saturated`: contacts in a row that began in debt, or at the limit of force (the first of these at
+    `first_m_per_s`). `peak_N`, `pulsed`: the largest force and whether a pulse pushed since the last contact began
+    at `entry_ns`.
+    """
+
+    seen_above: int
+    gain: float
+    force_N: float
+    head_N: Annotated[npt.NDArray[np.float64], "f8", (MEMORY,)]
+    newest: int
+    z_m: float
+    given_J: float
+    budget_J: float
+    fresh_ns: int
+    limited: int
+    held_back: int
+    stalls: int
+    e: float
+    b: float
+    blow_J: float
+    driven: int
+    saturated: int
+    first_m_per_s: float
+    peak_N: float
+    pulsed: int
+    entry_ns: int
+
+
+GUARD = dtype_of(GuardState)
+
+
+class Allowed(Record):
+    """What a device and the scene allow, in the paper's frame. It does not change while a servo runs."""
+
+    max_force_N: float
+    max_slew_N_per_s: float
+    max_speed_m_per_s: float
+    lowest_m: float
+    highest_m: float
+    ramp_s: float
+    dead_man: int
+    resolution_m: float
+    delay_ticks: int
+    m_kg: float
+    head_z_m: float
+
+
+ALLOWED = dtype_of(Allowed)
 
 
 @njit()
-def _owed(guard: Record) -> float:
+def _owed(guard: GuardState) -> float:
     # What the head gave beyond what it took and what its effects may add, J; that it keeps some of a blow is no debt.
     return max(guard.given_J - max(guard.budget_J, 0.0), 0.0)
 
 
 @njit()
-def let_go(guard: Record) -> None:
+def let_go(guard: GuardState) -> None:
     """No force from here on until the stick has been above the head, and then by a ramp."""
     guard.seen_above = 0
     guard.gain = 0.0
@@ -116,7 +124,7 @@ def let_go(guard: Record) -> None:
 
 
 @njit()
-def look(guard: Record, allowed: Record, reading: Record, now_ns: int, span_s: float) -> int:
+def look(guard: GuardState, allowed: Allowed, reading: Reading, now_ns: int, span_s: float) -> int:
     """Is this reading fit to render from? NO_FAULT, or the code of what is wrong for good. In accept form."""
     if reading.trouble != NO_FAULT:
         return int(reading.trouble)
@@ -137,13 +145,13 @@ def look(guard: Record, allowed: Record, reading: Record, now_ns: int, span_s: f
 
 
 @njit()
-def look_at_speed(allowed: Record, v: float) -> int:
+def look_at_speed(allowed: Allowed, v: float) -> int:
     """Is the stick slow enough? NO_FAULT or TOO_FAST."""
     return NO_FAULT if abs(v) <= allowed.max_speed_m_per_s else TOO_FAST
 
 
 @njit()
-def ready(guard: Record, allowed: Record, reading: Record, z: float, period_s: float) -> int:
+def ready(guard: GuardState, allowed: Allowed, reading: Reading, z: float, period_s: float) -> int:
     """May it push now? NO_FAULT, or DEAD_MAN while the button that must be held is not. Moves the ramp on."""
     if allowed.dead_man != 0 and reading.buttons == 0:
         let_go(guard)
@@ -158,18 +166,18 @@ def ready(guard: Record, allowed: Record, reading: Record, z: float, period_s: f
 
 
 @njit()
-def may_add(law: Record) -> tuple[float, float]:
+def may_add(law: Law) -> tuple[float, float]:
     """e and b of drumstick.safety.bounds without the pulses: what the head may make of an entry speed."""
     return bounds.multiplied_by_head(law), bounds.added_by_head(law)
 
 
 @njit()
-def _energy(allowed: Record, speed: float) -> float:
+def _energy(allowed: Allowed, speed: float) -> float:
     return 0.5 * float(allowed.m_kg) * speed * speed
 
 
 @njit()
-def open_account(guard: Record, allowed: Record, m: float, v_in: float, now_ns: int) -> int:
+def open_account(guard: GuardState, allowed: Allowed, m: float, v_in: float, now_ns: int) -> int:
     """A contact begins at v_in: the head may give back what it took, and what its effects are meant to add.
 
     guard.e and guard.b as in drumstick.safety.bounds: the contact may end at e |v_in| + b, without its pulses. A live m
@@ -199,14 +207,14 @@ def open_account(guard: Record, allowed: Record, m: float, v_in: float, now_ns: 
 
 
 @njit()
-def look_at_account(guard: Record, allowed: Record) -> int:
+def look_at_account(guard: GuardState, allowed: Allowed) -> int:
     """NO_FAULT, or SELF_DRIVEN where the head has given far more than it may."""
     most = max(_energy(allowed, _MOST_OWED_M_PER_S), _MOST_OWED_SHARE * guard.blow_J)
     return NO_FAULT if _owed(guard) <= most else SELF_DRIVEN
 
 
 @njit()
-def _observe(guard: Record, allowed: Record, z: float) -> None:
+def _observe(guard: GuardState, allowed: Allowed, z: float) -> None:
     # The head's force that acted over the last tick: of a tick ago, or earlier by the device's own delay. A count that
     # flips to and fro is no motion, though force and count flip together: what is less than two counts waits.
     way = z - guard.z_m
@@ -228,7 +236,7 @@ def _most(v: float, left_J: float, c: float, period_s: float) -> float:
 
 
 @njit()
-def _affordable(guard: Record, allowed: Record, v: float, period_s: float) -> tuple[float, float]:
+def _affordable(guard: GuardState, allowed: Allowed, v: float, period_s: float) -> tuple[float, float]:
     # Between which forces the head may push now, N. Passivity observer and controller in one: Hannaford and Ryu,
     # "Time-domain passivity control of haptic interfaces", IEEE Trans. Robotics and Automation 18(1), 2002. Theirs adds
     # damping; this holds the head back, which cannot overshoot. Nothing is forgiven, not even a stick at rest: a head
@@ -252,14 +260,14 @@ def _affordable(guard: Record, allowed: Record, v: float, period_s: float) -> tu
 
 
 @njit()
-def _faded(allowed: Record, z: float, head_z_m: float) -> float:
+def _faded(allowed: Allowed, z: float, head_z_m: float) -> float:
     # The share of the head's force near the lowest position: the workspace ends softly.
     return min(max((z + head_z_m - allowed.lowest_m) / _SOFT_M, 0.0), 1.0)
 
 
 @njit()
 def limit(
-    guard: Record, allowed: Record, head_N: float, pulse_N: float, z: float, v: float, period_s: float
+    guard: GuardState, allowed: Allowed, head_N: float, pulse_N: float, z: float, v: float, period_s: float
 ) -> float:
     """The force that goes to the motors, N, out of what the head and the pulses ask for: both must be numbers.
 
@@ -296,6 +304,6 @@ def limit(
 
 
 @njit()
-def felt(guard: Record) -> float:
+def felt(guard: GuardState) -> float:
     """The head's share of the force that was let through last, N."""
     return guard.head_N[guard.newest]

@@ -5,10 +5,10 @@ Tick thread: no allocation, no locks, no Python, no exceptions.
 
 from haptic_server import block, permission
 from haptic_server.permission import FAULTED, FREE, PANICKED
-from haptic_server.records import NO_FAULT
+from haptic_server.records import NO_FAULT, Player
 from haptic_server.servo.memory import Servo
 from realtime.atomics import exchange, load_acquire
-from realtime.kernels.jit import Record, njit
+from realtime.kernels.jit import njit
 
 NOTHING = -1
 _EVENTS = len(permission.EVENTS)
@@ -17,7 +17,7 @@ _PANIC, _ARM = permission.PANIC, permission.ARM
 
 
 @njit()
-def state_of(player: Record) -> int:
+def state_of(player: Player) -> int:
     """FREE, PANICKED or FAULTED. A fault says more than a panic that came with it."""
     if player.fault != NO_FAULT:
         return FAULTED
@@ -25,7 +25,7 @@ def state_of(player: Record) -> int:
 
 
 @njit()
-def held_word(player: Record) -> int:
+def held_word(player: Player) -> int:
     """What the block says of the permission, and the servo after this one goes on from: 0, 1 for a panic, 1 + fault."""
     if player.fault != NO_FAULT:
         return 1 + player.fault

@@ -7,19 +7,20 @@ Python, no exceptions. The same text runs in real time and in virtual time.
 from drumstick.safety import envelope
 from drumstick.stick import composition
 from drumstick.stick.motion import exact
+from drumstick.stick.records import Law, Motion
 from haptic_server.device import phantom
 from haptic_server.device.pointed_hand import follow, height_of
 from haptic_server.servo.force.latch import latch
 from haptic_server.servo.force.rendering import render
 from haptic_server.servo.force.tick import advance, begin, conclude
 from haptic_server.servo.memory import Servo
-from realtime.kernels.jit import Record, njit
+from realtime.kernels.jit import njit
 
 _WITHIN_M = 0.01  # the arm's hand stays so far inside what the guard allows
 
 
 @njit()
-def _within_reach(law: Record, motion: Record, wanted_m: float, before_m: float, reach: float) -> float:
+def _within_reach(law: Law, motion: Motion, wanted_m: float, before_m: float, reach: float) -> float:
     # A hand that swings in time with the stick would pump it up beyond every limit: it stands where it last stood while
     # its spring would make more of the stick's height than `reach` m/s, and more than it makes now.
     speed = envelope.entry_speed_to(law, motion.z, motion.v, wanted_m)

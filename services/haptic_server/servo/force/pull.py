@@ -10,14 +10,19 @@ locks, no Python, no exceptions.
 """
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import numpy.typing as npt
 
 from drumstick.parameters.scene import Scene
 from drumstick.stick import contact
-from realtime.kernels.jit import Record, njit, only_with
+from drumstick.stick.records import Law
+from realtime.kernels.jit import njit, only_with
+from realtime.records import Record, dtype_of
+
+if TYPE_CHECKING:
+    from haptic_server.servo.memory import Servo
 
 # How quickly it forgets: 300/s doubles the error that the encoder's steps make, 120/s is late where the hand turns.
 _RATE_PER_S = 200.0
@@ -29,21 +34,23 @@ _GOES_ON_S = 0.005
 _CREEPS_M_PER_S = 1e-3  # below it friction has no sign
 _MOST_DELAY_TICKS = 8
 
-HAND: np.dtype[Any] = np.dtype(
-    [
-        ("t_ns", "i8"),
-        ("known_s", "f8"),
-        ("z_m", "f8"),
-        ("v_m_per_s", "f8"),
-        ("pull_m_per_s2", "f8"),
-        ("rate_m_per_s3", "f8"),
-        ("friction_N", "f8"),
-        ("gains", "f8", (4,)),
-        ("next", "i8"),
-        ("queue_N", "f8", (_MOST_DELAY_TICKS,)),
-    ],
-    align=True,
-)
+
+class HandPull(Record):
+    """What an arm's motion tells of the hand: its pull as an acceleration, and how that changes."""
+
+    t_ns: int
+    known_s: float
+    z_m: float
+    v_m_per_s: float
+    pull_m_per_s2: float
+    rate_m_per_s3: float
+    friction_N: float
+    gains: Annotated[npt.NDArray[np.float64], "f8", (4,)]
+    next: int
+    queue_N: Annotated[npt.NDArray[np.float64], "f8", (_MOST_DELAY_TICKS,)]
+
+
+HAND = dtype_of(HandPull)
 
 
 def new_hand(scene: Scene) -> npt.NDArray[np.void]:
@@ -63,7 +70,7 @@ def new_hand(scene: Scene) -> npt.NDArray[np.void]:
 
 
 @njit()
-def _acted(servo: Record) -> float:
+def _acted(servo: "Servo") -> float:
     # The force over the tick that is over: what was asked for so many ticks ago.
     hand, force, delay = servo.hand[0], servo.player[0].force_N, servo.allowed[0].delay_ticks
     if delay > 0:
@@ -75,7 +82,7 @@ def _acted(servo: Record) -> float:
 
 
 @njit()
-def _begin(hand: Record, law: Record, z: float) -> None:
+def _begin(hand: HandPull, law: Law, z: float) -> None:
     hand.known_s = 0.0
     hand.z_m = z
     hand.v_m_per_s = 0.0
@@ -84,7 +91,7 @@ def _begin(hand: Record, law: Record, z: float) -> None:
 
 
 @njit()
-def _predict(hand: Record, law: Record, force: float, span: float) -> None:
+def _predict(hand: HandPull, law: Law, force: float, span: float) -> None:
     spring, damper = law.k_hand / law.m, law.r_out / law.m
     v = hand.v_m_per_s
     friction = hand.friction_N * v / (abs(v) + _CREEPS_M_PER_S)
@@ -97,7 +104,7 @@ def _predict(hand: Record, law: Record, force: float, span: float) -> None:
 
 
 @njit()
-def _correct(hand: Record, law: Record, off: float) -> None:
+def _correct(hand: HandPull, law: Law, off: float) -> None:
     # The gains are of z and its derivatives; what they say of z'' and z''' is the hand's.
     spring, damper = law.k_hand / law.m, law.r_out / law.m
     z, v, z2, z3 = hand.gains[0] * off, hand.gains[1] * off, hand.gains[2] * off, hand.gains[3] * off
@@ -108,7 +115,7 @@ def _correct(hand: Record, law: Record, off: float) -> None:
 
 
 @only_with("hand")
-def feel(servo: Record, z: float, now_ns: int) -> None:
+def feel(servo: "Servo", z: float, now_ns: int) -> None:
     """The arm is at z m now, and the force of the tick before this one has acted on it."""
     hand, law = servo.hand[0], servo.law[0]
     force, span = _acted(servo), (now_ns - hand.t_ns) * 1e-9
@@ -124,7 +131,7 @@ def feel(servo: Record, z: float, now_ns: int) -> None:
 
 
 @only_with("hand")
-def hold(servo: Record) -> None:
+def hold(servo: "Servo") -> None:
     """Write into servo.ahead_law the law with a hand at rest that pulls as this one does on the mean of a contact."""
     servo.ahead_law[0] = servo.law[0]
     hand, law = servo.hand[0], servo.ahead_law[0]

@@ -13,7 +13,7 @@ from drumstick.stick import composition
 from drumstick.stick.motion import exact, transitions
 from drumstick.stick.motion.events import SINK
 from haptic_server.block import HEARTBEAT, HELD, PANICS_SEEN
-from haptic_server.records import NO_FAULT, OUT_OF_BOUNDS
+from haptic_server.records import NO_FAULT, OUT_OF_BOUNDS, Reading
 from haptic_server.servo import streaming
 from haptic_server.servo.force import guard, pull
 from haptic_server.servo.force.latch import latch_in_hand
@@ -22,7 +22,7 @@ from haptic_server.servo.force.velocity import follow, forget
 from haptic_server.servo.memory import Servo
 from haptic_server.servo.telling import end_contact, note_release, note_strike
 from realtime.atomics import store_release
-from realtime.kernels.jit import Record, njit
+from realtime.kernels.jit import njit
 
 _CLEAR_OF_HEAD = 2.0  # resolutions above z = 0: a stick that lies on the head must not chatter
 
@@ -116,7 +116,7 @@ def _keep(servo: Servo, period_s: float) -> None:
 
 
 @njit()
-def _rendered(servo: Servo, reading: Record, now_ns: int, span_s: float) -> float:
+def _rendered(servo: Servo, reading: Reading, now_ns: int, span_s: float) -> float:
     player, plan, held, allowed = servo.player[0], servo.plan[0], servo.guard[0], servo.allowed[0]
     period_s = plan.period_ns * 1e-9
     if held.seen_above == 0 and span_s > guard.STALL_PAUSE_S:
@@ -150,7 +150,7 @@ def _rendered(servo: Servo, reading: Record, now_ns: int, span_s: float) -> floa
 
 
 @njit()
-def render(servo: Servo, reading: Record, now_ns: int, span_s: float) -> float:
+def render(servo: Servo, reading: Reading, now_ns: int, span_s: float) -> float:
     """The force along z, N, up to the next tick; `span_s` is the time since the last one."""
     control, player, plan = servo.block.control, servo.player[0], servo.plan[0]
     streaming.held_tick(servo, now_ns)

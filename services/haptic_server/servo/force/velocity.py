@@ -5,29 +5,33 @@ velocity estimation", IEEE Trans. Control Systems Technology 8(6), 2000. A stick
 noise, one that turns a short window and little lag. Tick thread: no allocation, no locks, no Python, no exceptions.
 """
 
-from typing import Any
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
 
 from drumstick.safety.sampled_contact import LONGEST_WINDOW
-from realtime.kernels.jit import Record, njit
+from realtime.kernels.jit import njit
+from realtime.records import Record, dtype_of
 
 LONGEST = LONGEST_WINDOW + 1  # positions kept
-# The last positions z and their instants t, as rings: `newest` is the index of the last, `known` their number.
-# `widest`: ticks of the longest window, which a stiff or strongly damped head takes short
-# (drumstick.safety.sampled_contact).
-TRACK: np.dtype[Any] = np.dtype(
-    [
-        ("z_m", "f8", (LONGEST,)),
-        ("t_s", "f8", (LONGEST,)),
-        ("newest", "i8"),
-        ("known", "i8"),
-        ("widest", "i8"),
-        ("v_m_per_s", "f8"),
-    ],
-    align=True,
-)
+
+
+class Track(Record):
+    """The last positions z and their instants t, as rings: `newest` is the index of the last, `known` their number.
+    `widest`: ticks of the longest window, which a stiff or strongly damped head takes short
+    (drumstick.safety.sampled_contact).
+    """
+
+    z_m: Annotated[npt.NDArray[np.float64], "f8", (LONGEST,)]
+    t_s: Annotated[npt.NDArray[np.float64], "f8", (LONGEST,)]
+    newest: int
+    known: int
+    widest: int
+    v_m_per_s: float
+
+
+TRACK = dtype_of(Track)
 
 
 def new_track(widest: int = LONGEST - 1) -> npt.NDArray[np.void]:
@@ -38,14 +42,14 @@ def new_track(widest: int = LONGEST - 1) -> npt.NDArray[np.void]:
 
 
 @njit()
-def forget(track: Record) -> None:
+def forget(track: Track) -> None:
     """Start afresh: after a stall the old positions say nothing about the speed now."""
     track.known = 0
     track.v_m_per_s = 0.0
 
 
 @njit()
-def _explained(track: Record, back: int, slope: float, slack_m: float) -> bool:
+def _explained(track: Track, back: int, slope: float, slack_m: float) -> bool:
     # Do all positions between the newest and `back` lie within slack_m of the line through these two?
     newest = track.newest
     z, t = track.z_m[newest], track.t_s[newest]
@@ -58,7 +62,7 @@ def _explained(track: Record, back: int, slope: float, slack_m: float) -> bool:
 
 
 @njit()
-def follow(track: Record, t_s: float, z_m: float, slack_m: float) -> float:
+def follow(track: Track, t_s: float, z_m: float, slack_m: float) -> float:
     """Add a position; returns the speed in m/s. `slack_m`: what noise and quantisation may add, m; t_s must rise."""
     newest = (track.newest + 1) % LONGEST
     track.newest = newest

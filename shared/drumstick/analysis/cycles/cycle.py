@@ -11,7 +11,7 @@ from drumstick.analysis.cycles import lap, multiplier
 from drumstick.analysis.cycles.lap import Numbers
 from drumstick.stick.effects.kick import IGNORE
 from drumstick.stick.motion import exact
-from realtime.kernels.jit import Records
+from realtime.records import Records
 
 _NEWTON_STEPS = 8
 _CLOSED = 1e-11  # of the speed: what may be missing after one round
@@ -28,7 +28,7 @@ class Cycle:
 
     v_e_m_per_s: float
     v_in_m_per_s: float
-    rate_Hz: float  # noqa: N815
+    rate_Hz: float
     apex_m: float
     contact_s: float
     multiplier: float

@@ -10,7 +10,7 @@ import numpy as np
 
 from drumstick.analysis.cycles.cycle import Cycle, close
 from drumstick.analysis.cycles.search import Search
-from realtime.kernels.jit import Records
+from realtime.records import Records
 
 # The speeds v_out that are scanned. After an almost critically damped contact hardly anything of the blow is left.
 _SLOWEST_M_PER_S, _FASTEST_M_PER_S, _NODES = 1e-13, 1e4, 1021

@@ -16,7 +16,9 @@ from drumstick.parameters.scene import Scene
 from drumstick.stick import composition
 from drumstick.stick.law import thrown
 from drumstick.stick.motion import exact
-from realtime.kernels.jit import Record, Records, njit, only_with
+from drumstick.stick.records import Law, Motion
+from realtime.kernels.jit import njit, only_with
+from realtime.records import Records
 
 Numbers = npt.NDArray[np.float64]
 
@@ -46,51 +48,51 @@ _STIFFEST = 4.0  # how much an effect may raise K_coll
 
 
 @only_with("pulse")
-def _set_pulse(law: Record, motion: Record, left: float, age: float) -> None:
+def _set_pulse(law: Law, motion: Motion, left: float, age: float) -> None:
     motion.pulse.push = left / law.pulse.tau
     motion.pulse.age = age
 
 
 @only_with("cor_pulse")
-def _set_cor_pulse(law: Record, motion: Record, left: float, age: float) -> None:
+def _set_cor_pulse(law: Law, motion: Motion, left: float, age: float) -> None:
     motion.cor_pulse.push = left / law.cor_pulse.tau
     motion.cor_pulse.age = age
 
 
 @only_with("pulse")
-def _read_pulse(law: Record, motion: Record, state: Numbers) -> None:
+def _read_pulse(law: Law, motion: Motion, state: Numbers) -> None:
     state[PULSE] = motion.pulse.push * law.pulse.tau
     state[PULSE_AGE] = motion.pulse.age
 
 
 @only_with("cor_pulse")
-def _read_cor_pulse(law: Record, motion: Record, state: Numbers) -> None:
+def _read_cor_pulse(law: Law, motion: Motion, state: Numbers) -> None:
     state[COR_PULSE] = motion.cor_pulse.push * law.cor_pulse.tau
     state[COR_PULSE_AGE] = motion.cor_pulse.age
 
 
 @only_with("hysteretic_spring", otherwise=False)
-def _stiffens(law: Record) -> bool:
+def _stiffens(law: Law) -> bool:
     return True
 
 
 @only_with("negative_damping", otherwise=False)
-def _loses_damping(law: Record) -> bool:
+def _loses_damping(law: Law) -> bool:
     return True
 
 
 @only_with("system_delay", otherwise=False)
-def _delayed(law: Record) -> bool:
+def _delayed(law: Law) -> bool:
     return True
 
 
 @only_with("noise", otherwise=False)
-def _noisy(law: Record) -> bool:
+def _noisy(law: Law) -> bool:
     return True
 
 
 @njit()
-def _oscillates(law: Record, above: bool) -> bool:
+def _oscillates(law: Law, above: bool) -> bool:
     # Does the stick swing here, rather than creep? Where it creeps, the search for events costs next to nothing.
     if above:
         return law.r_out * law.r_out < 4.0 * law.m * law.k_hand
@@ -100,7 +102,7 @@ def _oscillates(law: Record, above: bool) -> bool:
 
 
 @njit()
-def _first_wait(law: Record, above: bool) -> float:
+def _first_wait(law: Law, above: bool) -> float:
     # For how long, s, to look for the next event at first: some ten oscillations of where the stick is.
     stiffness = law.k_hand if above else law.k_hand + (_STIFFEST if _stiffens(law) else 1.0) * law.k_coll
     longest = _LONGEST_SAMPLED_WAIT_S if _delayed(law) or _noisy(law) else _LONGEST_WAIT_S
@@ -108,7 +110,7 @@ def _first_wait(law: Record, above: bool) -> float:
 
 
 @njit()
-def until(law: Record, motion: Record, wanted: int, patience: int, told: Numbers) -> tuple[int, float]:
+def until(law: Law, motion: Motion, wanted: int, patience: int, told: Numbers) -> tuple[int, float]:
     """Move on to the next `wanted` event; returns how that ended and the seconds moved. told: EFFORT grows.
 
     exact.MOVING: it came; exact.CAPTURED, exact.LEFT: it never will; UNDECIDED: it did not come within `patience`.
@@ -136,7 +138,7 @@ def until(law: Record, motion: Record, wanted: int, patience: int, told: Numbers
 
 
 @njit(inline=True)
-def next_release(law: Record, motion: Record, patience: int, told: Numbers) -> int:
+def next_release(law: Law, motion: Motion, patience: int, told: Numbers) -> int:
     """From above the head through one contact; returns how that ended, as `until`. told: shape (6,), filled."""
     fate, flight = until(law, motion, exact.ENTRY, patience, told)
     if fate == exact.MOVING:
@@ -150,7 +152,7 @@ def next_release(law: Record, motion: Record, patience: int, told: Numbers) -> i
 
 
 @njit()
-def place(law: Record, fresh: Records, motion: Records, state: Numbers) -> None:
+def place(law: Law, fresh: Records, motion: Records, state: Numbers) -> None:
     """Put the stick into `state`, at z = 0 going up. fresh, motion: shape (1,); `fresh` is only read."""
     motion[0] = fresh[0]
     motion[0].v = state[V_OUT]
@@ -159,7 +161,7 @@ def place(law: Record, fresh: Records, motion: Records, state: Numbers) -> None:
 
 
 @njit()
-def laps(law: Record, motion: Record, states: Numbers, patience: int, told: Numbers) -> int:
+def laps(law: Law, motion: Motion, states: Numbers, patience: int, told: Numbers) -> int:
     """Play on for a number of laps; states: shape (laps, 5), that after each; told: shape (laps, 6).
 
     Returns how it ended, as `until`.
@@ -174,6 +176,6 @@ def laps(law: Record, motion: Record, states: Numbers, patience: int, told: Numb
     return exact.MOVING
 
 
-def scratch_of(scene: Scene) -> Records:
+def scratch_of(scene: Scene) -> npt.NDArray[np.void]:
     """What the kernels work on: shape (2,), a motion and a fresh one."""
     return np.repeat(thrown(scene, 0.0), 2)

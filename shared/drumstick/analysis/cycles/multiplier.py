@@ -11,7 +11,7 @@ import numpy as np
 from drumstick.analysis.cycles import lap
 from drumstick.analysis.cycles.lap import Numbers
 from drumstick.stick.motion import exact
-from realtime.kernels.jit import Records
+from realtime.records import Records
 
 _FIRST_STEP = 2e-2  # of the cycle's speed
 _SHRINK = 2.0

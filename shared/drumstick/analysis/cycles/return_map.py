@@ -29,7 +29,9 @@ from drumstick.analysis.cycles.lap import (
 from drumstick.parameters.scene import Scene
 from drumstick.stick.law import law_of
 from drumstick.stick.motion import exact
-from realtime.kernels.jit import Record, Records, njit, only_with
+from drumstick.stick.records import Law
+from realtime.kernels.jit import njit, only_with
+from realtime.records import Records
 
 # No pushes fit: no motion of this period has this speed.
 UNSETTLED = 4
@@ -42,17 +44,17 @@ _SAME, _ALMOST_SAME = 4e-15, 1e-12
 
 
 @only_with("pulse", otherwise=0.0)
-def _kick(law: Record) -> float:
+def _kick(law: Law) -> float:
     return law.pulse.sign * law.pulse.dv_pls
 
 
 @only_with("cor_pulse", otherwise=0.0)
-def _cor_kick(law: Record) -> float:
+def _cor_kick(law: Law) -> float:
     return law.cor_pulse.sign * law.cor_pulse.gamma
 
 
 @njit()
-def _guess(law: Record, speed: float, share: float, start: Numbers) -> None:
+def _guess(law: Law, speed: float, share: float, start: Numbers) -> None:
     # A first guess of the state: pulses that fired just now and have this share left, and nothing of earlier ones.
     start[PULSE] = share * _kick(law)
     start[COR_PULSE] = share * _cor_kick(law) * speed
@@ -62,7 +64,7 @@ def _guess(law: Record, speed: float, share: float, start: Numbers) -> None:
 
 @njit()
 def _self_consistent(
-    law: Record,
+    law: Law,
     scratch: Records,
     speed: float,
     of: int,

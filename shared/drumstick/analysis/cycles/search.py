@@ -17,7 +17,7 @@ import numpy as np
 from drumstick.analysis.cycles import lap
 from drumstick.analysis.cycles.lap import V_IN, V_OUT, Numbers
 from drumstick.analysis.cycles.return_map import OF_V_OUT, ReturnMap
-from realtime.kernels.jit import Records
+from realtime.records import Records
 
 # Below _FLAT a mismatch is rounding. So it is in a contact much slower than the speed at which the hand's pressing
 # alone would swing the stick into the head: what it moves is lost in the digits of where the hand holds it, and the

@@ -11,7 +11,7 @@ from drumstick.analysis.cycles import lap
 from drumstick.analysis.cycles.cycle import Cycle, close
 from drumstick.analysis.cycles.lap import Numbers
 from drumstick.stick.motion import exact
-from realtime.kernels.jit import Records
+from realtime.records import Records
 
 LONGEST_PERIOD = 8
 _MOST_LAPS = 8192

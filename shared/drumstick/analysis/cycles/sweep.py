@@ -21,7 +21,8 @@ from drumstick.parameters.scene import Scene
 from drumstick.parameters.table import table_of, with_changes
 from drumstick.stick.law import law_of, thrown
 from drumstick.stick.motion import exact
-from realtime.kernels.jit import Records, njit, prange
+from realtime.kernels.jit import njit, prange
+from realtime.records import Records
 
 # What becomes of the stick. BUZZING: no settled period, a period of more than one contact, or contacts that follow one
 # another faster than BUZZ_HZ. LEFT: it never comes back, or its speed grows without end.
@@ -55,7 +56,7 @@ class Swept:
     axes: tuple[Axis, ...]
     kind: npt.NDArray[np.int8]
     v_e_m_per_s: npt.NDArray[np.float64]
-    rate_Hz: npt.NDArray[np.float64]  # noqa: N815
+    rate_Hz: npt.NDArray[np.float64]
     period: npt.NDArray[np.int64]
     done: int
     total: int

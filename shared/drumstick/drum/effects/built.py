@@ -16,7 +16,7 @@ from drumstick.drum.membrane.places import corners_of
 from drumstick.drum.membrane.scheme import Losses, even_losses, scheme_of, tuned
 from drumstick.drum.step_numbers import Numbers
 from drumstick.parameters.scene import Scene
-from realtime.kernels.jit import Record, Records
+from realtime.records import Record, Records
 
 # Where wires lie on the second head, in radii, and the beads that each of them is.
 _WIRE_LENGTH, _BED_WIDTH, _BEADS = 0.85, 0.12, 5

@@ -6,43 +6,49 @@ taken at the present step: stable as long as both heads keep 2 K T^2 below their
 audio thread.
 """
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.effects import snare
 from drumstick.drum.membrane.sweep import Head, sweep
-from realtime.kernels.jit import Record, Records, only_with
+from realtime.kernels.jit import only_with
+from realtime.records import Float32, Record, Rows, dtype_of
+
+if TYPE_CHECKING:
+    from drumstick.drum.engine import Engine
 
 AIR_KG_PER_M3, SOUND_M_PER_S = 1.204, 343.2  # at 20 degrees Celsius
-# Sums of u over the heads, gains that turn a difference of means into a push, the second head's own gains.
-STATE: np.dtype[Any] = np.dtype(
-    [
-        ("sum_1", "f8"),
-        ("sum_2", "f8"),
-        ("per_area_1", "f8"),
-        ("per_area_2", "f8"),
-        ("push_1", "f8"),
-        ("push_2", "f8"),
-        ("now_gain", "f4"),
-        ("then_gain", "f4"),
-    ],
-    align=True,
-)
+
+
+class CavityState(Record):
+    """Sums of u over the heads, gains that turn a difference of means into a push, the second head's own gains."""
+
+    sum_1: float
+    sum_2: float
+    per_area_1: float
+    per_area_2: float
+    push_1: float
+    push_2: float
+    now_gain: Float32
+    then_gain: Float32
+
+
+STATE = dtype_of(CavityState)
 
 
 class Cavity(NamedTuple):
     """The second head, state (1,) of STATE, and where it is heard: as the engine's own ears."""
 
     head: Head
-    state: Records
+    state: Rows[CavityState]
     ears: npt.NDArray[np.int64]
     ear_gains: npt.NDArray[np.float32]
 
 
 @only_with("cavity")
-def push(engine: Record) -> Any:
+def push(engine: "Engine") -> Any:
     """f for the first head; None without a second one."""
     state = engine.cavity.state[0]
     state_difference = state.per_area_2 * state.sum_2 - state.per_area_1 * state.sum_1
@@ -50,7 +56,7 @@ def push(engine: Record) -> Any:
 
 
 @only_with("cavity")
-def step(engine: Record, plane: int, sum_1: float) -> None:
+def step(engine: "Engine", plane: int, sum_1: float) -> None:
     """The second head's step; sum_1: of the first head's u+."""
     cavity = engine.cavity
     state = cavity.state[0]
@@ -65,7 +71,7 @@ def step(engine: Record, plane: int, sum_1: float) -> None:
 
 
 @only_with("cavity", otherwise=(0.0, 0.0))
-def heard(engine: Record, plane: int) -> tuple[float, float]:
+def heard(engine: "Engine", plane: int) -> tuple[float, float]:
     """What the pickups hear of the second head, after its step."""
     cavity = engine.cavity
     now, after = cavity.head.planes[plane], cavity.head.planes[1 - plane]
@@ -78,7 +84,7 @@ def heard(engine: Record, plane: int) -> tuple[float, float]:
 
 
 @only_with("cavity")
-def rest(engine: Record) -> None:
+def rest(engine: "Engine") -> None:
     """All at rest."""
     engine.cavity.head.planes[:] = np.float32(0.0)
     engine.cavity.state[0].sum_1 = 0.0

@@ -4,12 +4,15 @@ The junctions' momentum p is kept besides their height: p' = rho p + a, u+ = u +
 neighbours. Which rho and eta: membrane.scheme.rising_losses. Kernels: audio thread.
 """
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from realtime.kernels.jit import Record, only_with
+from realtime.kernels.jit import only_with
+
+if TYPE_CHECKING:
+    from drumstick.drum.engine import Engine
 
 
 class Momentum(NamedTuple):
@@ -20,30 +23,30 @@ class Momentum(NamedTuple):
 
 
 @only_with("internal_loss")
-def moving(engine: Record) -> Any:
+def moving(engine: "Engine") -> Any:
     """p, or None without this effect."""
     return engine.internal_loss.moving
 
 
 @only_with("internal_loss")
-def kept(engine: Record) -> Any:
+def kept(engine: "Engine") -> Any:
     """rho, or None."""
     return engine.internal_loss.gains[0]
 
 
 @only_with("internal_loss")
-def brake(engine: Record) -> Any:
+def brake(engine: "Engine") -> Any:
     """eta, or None."""
     return engine.internal_loss.gains[1]
 
 
 @only_with("internal_loss")
-def push(engine: Record, junction: int, speed: float) -> None:
+def push(engine: "Engine", junction: int, speed: float) -> None:
     """A force has moved a junction by `speed` in a step: it goes on moving."""
     engine.internal_loss.moving[junction] += np.float32(speed)
 
 
 @only_with("internal_loss")
-def rest(engine: Record) -> None:
+def rest(engine: "Engine") -> None:
     """All at rest."""
     engine.internal_loss.moving[:] = np.float32(0.0)

@@ -5,14 +5,17 @@ g = s_m/(1 + s + s_m): the damper is taken at the middle of the step, so it only
 Kernels: audio thread.
 """
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.effects import internal_loss
 from drumstick.drum.membrane.sweep import bend_at
-from realtime.kernels.jit import Record, only_with
+from realtime.kernels.jit import only_with
+
+if TYPE_CHECKING:
+    from drumstick.drum.engine import Engine
 
 Floats = npt.NDArray[np.float32]
 
@@ -26,14 +29,14 @@ class Muffle(NamedTuple):
 
 
 @only_with("muffle")
-def note(engine: Record, then: Floats) -> None:
+def note(engine: "Engine", then: Floats) -> None:
     """Before the sweep: keep u- where it will be needed."""
     for i in range(engine.muffle.places.shape[0]):
         engine.muffle.before[i] = then[engine.muffle.places[i]]
 
 
 @only_with("muffle", otherwise=0.0)
-def brake(engine: Record, then: Floats) -> float:
+def brake(engine: "Engine", then: Floats) -> float:
     """After the sweep: let the patches brake; returns by how much the sum of u+ changed."""
     changed = 0.0
     muffle = engine.muffle
@@ -47,7 +50,7 @@ def brake(engine: Record, then: Floats) -> float:
 
 
 @only_with("muffle", otherwise=0.0)
-def hidden_stretch(engine: Record, share: Floats, now: Floats, own_gain: float) -> float:
+def hidden_stretch(engine: "Engine", share: Floats, now: Floats, own_gain: float) -> float:
     """What the masses of `share`, less by g under a patch, leave out of sum M d u-: before the sweep, after `note`."""
     muffle, hidden = engine.muffle, 0.0
     for i in range(muffle.places.shape[0]):

@@ -11,17 +11,37 @@ audio thread.
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
+from realtime.kernels.jit import only_with
+from realtime.records import Record, Rows, dtype_of
 
-from realtime.kernels.jit import Record, Records, only_with
+if TYPE_CHECKING:
+    from drumstick.drum.engine import Engine
 
-# u+ = turn u - kept u- + drive F; what is heard is (u+ - u-)/2, scaled into `drive`.
-MODE: np.dtype[Any] = np.dtype(
-    [("turn", "f8"), ("kept", "f8"), ("drive", "f8"), ("now", "f8"), ("before", "f8")], align=True
-)
-STATE: np.dtype[Any] = np.dtype([("force", "f8"), ("gain", "f8"), ("width", "f8")], align=True)
+
+class HoopMode(Record):
+    """u+ = turn u - kept u- + drive F; what is heard is (u+ - u-)/2, scaled into `drive`."""
+
+    turn: float
+    kept: float
+    drive: float
+    now: float
+    before: float
+
+
+MODE = dtype_of(HoopMode)
+
+
+class HoopState(Record):
+    """The force on the hoop in this step, and how strokes reach it."""
+
+    force: float
+    gain: float
+    width: float
+
+
+STATE = dtype_of(HoopState)
 # Bending modes of a ring, n = 2 .. 7, to the lowest.
 RATIOS = tuple(n * (n * n - 1) / math.sqrt(n * n + 1) / (6.0 / math.sqrt(5.0)) for n in range(2, 8))
 
@@ -29,25 +49,25 @@ RATIOS = tuple(n * (n * n - 1) / math.sqrt(n * n + 1) / (6.0 / math.sqrt(5.0)) f
 class Rim(NamedTuple):
     """modes (m,) of MODE; state (1,) of STATE."""
 
-    modes: Records
-    state: Records
+    modes: Rows[HoopMode]
+    state: Rows[HoopState]
 
 
 @only_with("rim")
-def begin(engine: Record) -> None:
+def begin(engine: "Engine") -> None:
     """Before this step's forces."""
     engine.rim.state[0].force = 0.0
 
 
 @only_with("rim", otherwise=0.0)
-def share(engine: Record, x: float, y: float) -> float:
+def share(engine: "Engine", x: float, y: float) -> float:
     """What of a blow at (x, y), in radii, the hoop gets: all from the rim on, none further in than `width`."""
     width = engine.rim.state[0].width
     return min(max((math.hypot(x, y) - (1.0 - width)) / width, 0.0), 1.0)
 
 
 @only_with("rim")
-def strike(engine: Record, x: float, y: float, impulse: float) -> None:
+def strike(engine: "Engine", x: float, y: float, impulse: float) -> None:
     """A blow of so much impulse, N steps, at (x, y).
 
     Wood on metal is over within a step, however long the head is touched: the hoop gets its share of it at once.
@@ -56,7 +76,7 @@ def strike(engine: Record, x: float, y: float, impulse: float) -> None:
 
 
 @only_with("rim", otherwise=0.0)
-def heard(engine: Record) -> float:
+def heard(engine: "Engine") -> float:
     """One step of the hoop, and what is heard of it."""
     state, total = engine.rim.state[0], 0.0
     for i in range(engine.rim.modes.shape[0]):
@@ -69,7 +89,7 @@ def heard(engine: Record) -> float:
 
 
 @only_with("rim")
-def rest(engine: Record) -> None:
+def rest(engine: "Engine") -> None:
     """All at rest."""
     for i in range(engine.rim.modes.shape[0]):
         engine.rim.modes[i].now = 0.0

@@ -8,36 +8,52 @@ and no blow, however hard, adds energy. Kernels: audio thread.
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from realtime.kernels.jit import Record, Records, njit, only_with
+from realtime.kernels.jit import njit, only_with
+from realtime.records import Record, Rows, dtype_of
 
-# One bead: the junction under it, its place and how near the head is to it, now and before.
-BEAD: np.dtype[Any] = np.dtype(
-    [("junction", "i8"), ("now", "f8"), ("before", "f8"), ("eta", "f8"), ("eta_before", "f8")], align=True
-)
-# K and eta_0; a bead's mass in junctions, its spring (w T)^2, 1 + its losses; what a weight of 1, as baked, gives way.
-STATE: np.dtype[Any] = np.dtype(
-    [
-        ("stiffness", "f8"),
-        ("eta_0", "f8"),
-        ("mass", "f8"),
-        ("spring", "f8"),
-        ("loss", "f8"),
-        ("give", "f8"),
-    ],
-    align=True,
-)
+if TYPE_CHECKING:
+    from drumstick.drum.engine import Engine
+
+
+class Bead(Record):
+    """One bead: the junction under it, its place and how near the head is to it, now and before."""
+
+    junction: int
+    now: float
+    before: float
+    eta: float
+    eta_before: float
+
+
+BEAD = dtype_of(Bead)
+
+
+class WiresState(Record):
+    """K and eta_0; a bead's mass in junctions, its spring (w T)^2, 1 + its losses; what a weight of 1, as baked, gives
+    way.
+    """
+
+    stiffness: float
+    eta_0: float
+    mass: float
+    spring: float
+    loss: float
+    give: float
+
+
+STATE = dtype_of(WiresState)
 
 
 class Snare(NamedTuple):
     """beads (n,) of BEAD; state (1,) of STATE."""
 
-    beads: Records
-    state: Records
+    beads: Rows[Bead]
+    state: Rows[WiresState]
 
 
 @njit()
@@ -58,7 +74,7 @@ def met(before: float, free: float, give: float) -> float:
 
 
 @only_with("snare", otherwise=0.0)
-def rattle(engine: Record, head_after: npt.NDArray[np.float32]) -> float:
+def rattle(engine: "Engine", head_after: npt.NDArray[np.float32]) -> float:
     """After the second head's sweep: beads move on, push it and are pushed; returns by how much its sum changed."""
     state, beads = engine.snare.state[0], engine.snare.beads
     weights = engine.cavity.head.weights
@@ -87,7 +103,7 @@ def rattle(engine: Record, head_after: npt.NDArray[np.float32]) -> float:
 
 
 @only_with("snare")
-def rest(engine: Record) -> None:
+def rest(engine: "Engine") -> None:
     """All at rest, in touch with the head."""
     for i in range(engine.snare.beads.shape[0]):
         bead = engine.snare.beads[i]

@@ -12,32 +12,38 @@ step instead makes the energy grow a thousandfold. Kernels: audio thread.
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.effects import internal_loss, muffle
 from drumstick.drum.membrane.sweep import bend_at, stretched
-from realtime.kernels.jit import Record, Records, njit, only_with
+from realtime.kernels.jit import njit, only_with
+from realtime.records import Record, Rows, dtype_of
 
-# q_most and half as above, the last q; tau of the head, what of it is in the weights (`baked`), 1 + s; eta of the
-# internal loss. The step's equation, S+ = before - x - y q, for those who move the head by what q leaves of it.
-STATE: np.dtype[Any] = np.dtype(
-    [
-        ("q_most", "f8"),
-        ("half", "f8"),
-        ("pull", "f8"),
-        ("tau", "f8"),
-        ("baked", "f8"),
-        ("held_back", "f8"),
-        ("eta", "f8"),
-        ("before", "f8"),
-        ("x", "f8"),
-        ("y", "f8"),
-    ],
-    align=True,
-)
+if TYPE_CHECKING:
+    from drumstick.drum.engine import Engine
+
+
+class TensionState(Record):
+    """q_most and half as above, the last q; tau of the head, what of it is in the weights (`baked`), 1 + s; eta of the
+    internal loss. The step's equation, S+ = before - x - y q, for those who move the head by what q leaves of it.
+    """
+
+    q_most: float
+    half: float
+    pull: float
+    tau: float
+    baked: float
+    held_back: float
+    eta: float
+    before: float
+    x: float
+    y: float
+
+
+STATE = dtype_of(TensionState)
 _NEAR = 1e-4  # stretches so near to each other have the gradient of their middle, to 1e-9
 _ITERATIONS = 60
 _QUICK = 6  # turns of Newton's method, before every other one is a bisection
@@ -47,24 +53,24 @@ _CLOSE = 1e-12
 class Tension(NamedTuple):
     """state (1,) of STATE; share (J,): each junction's mass, less what a muffle takes of its movement."""
 
-    state: Records
+    state: Rows[TensionState]
     share: npt.NDArray[np.float32]
 
 
 @njit()
-def _energy(state: Record, stretch: float) -> float:
+def _energy(state: TensionState, stretch: float) -> float:
     # 2 V.
     ratio = abs(stretch) / state.half
     return state.q_most * state.half * (ratio - math.log1p(ratio))
 
 
 @njit()
-def _pull(state: Record, stretch: float) -> float:
+def _pull(state: TensionState, stretch: float) -> float:
     return state.q_most * stretch / (abs(stretch) + state.half)
 
 
 @njit()
-def _gradient(state: Record, before: float, held: float, after: float) -> float:
+def _gradient(state: TensionState, before: float, held: float, after: float) -> float:
     # held: 2 V(S-).
     if abs(after - before) <= _NEAR * (abs(after) + abs(before) + state.half):
         return _pull(state, 0.5 * (before + after))
@@ -72,7 +78,7 @@ def _gradient(state: Record, before: float, held: float, after: float) -> float:
 
 
 @njit()
-def solved(state: Record, before: float, x: float, y: float, near: float) -> float:
+def solved(state: TensionState, before: float, x: float, y: float, near: float) -> float:
     """q, from S- and S+ = S- - x - y q, looked for from `near` on. V is convex and y not negative, so there is one
     solution between two bounds."""
     low, high = before - x - y * state.q_most, before - x + y * state.q_most
@@ -98,7 +104,7 @@ def solved(state: Record, before: float, x: float, y: float, near: float) -> flo
 
 
 @only_with("tension", otherwise=0.0)
-def tightened(engine: Record, now: Any, then: Any, push: float) -> float:
+def tightened(engine: "Engine", now: Any, then: Any, push: float) -> float:
     """q of this step. push: f of the whole head."""
     state, share = engine.tension.state[0], engine.tension.share
     head, own_gain = engine.head, engine.control[0].own_gain

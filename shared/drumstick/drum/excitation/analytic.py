@@ -17,51 +17,64 @@ thread; no allocation.
 """
 
 import math
-from typing import Any
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from drumstick.drum.effects import rim
 from drumstick.drum.excitation import playing
 from drumstick.drum.excitation.push import push
 from drumstick.drum.membrane.places import CORNERS
 from drumstick.drum.modal import bank
-from realtime.kernels.jit import Record, Records, njit
+from realtime.kernels.jit import njit
+from realtime.records import Record, Records, dtype_of
+
+if TYPE_CHECKING:
+    from drumstick.drum.engine import Engine
 
 POOL = 32
 
-# `age` is the time since the onset in mesh steps (negative: still to come); a pulse with age >= duration is over.
-# Its force is size e^(-decay p) sin(p + phase), where the angle p goes from 0 to `turn` within the duration.
-PULSE: np.dtype[Any] = np.dtype(
-    [
-        ("x", "f8"),
-        ("y", "f8"),
-        ("age", "f8"),
-        ("duration", "f8"),
-        ("turn", "f8"),
-        ("phase", "f8"),
-        ("decay", "f8"),
-        ("size", "f8"),  # N
-        ("impulse", "f8"),  # N steps
-    ],
-    align=True,
-)
+
+class ContactPulse(Record):
+    """`age` is the time since the onset in mesh steps (negative: still to come); a pulse with age >= duration is over.
+    Its force is size e^(-decay p) sin(p + phase), where the angle p goes from 0 to `turn` within the duration.
+    """
+
+    x: float
+    y: float
+    age: float
+    duration: float
+    turn: float
+    phase: float
+    decay: float
+    size: float  # N
+    impulse: float  # N steps
+
+
+PULSE = dtype_of(ContactPulse)
 _MOST_DECAY = 1.0  # a damping ratio of 0.7: beyond it there is hardly a rebound
 _ROUNDS = 12  # for w_d of a given duration, to 1e-6
-# The contact law of the scene, for its pulses: see `bend`.
-CONTACT: np.dtype[Any] = np.dtype([("decay", "f8"), ("own_decay", "f8"), ("pulls", "i8")], align=True)
+
+
+class ContactDecay(Record):
+    """The contact law of the scene, for its pulses: see `bend`."""
+
+    decay: float
+    own_decay: float
+    pulls: int
+
+
+CONTACT = dtype_of(ContactDecay)
 FORCES = (POOL + 1) * CORNERS  # each pulse, and a streamed force
 
 
 @njit()
-def _rest(pulse: Record, angle: float) -> float:
+def _rest(pulse: ContactPulse, angle: float) -> float:
     # Integral from this angle to infinity of e^(-decay p) sin(p + phase), for decay > 0; any, for differences.
     at, decay = angle + pulse.phase, pulse.decay
     return math.exp(-decay * angle) * (decay * math.sin(at) + math.cos(at)) / (1.0 + decay * decay)
 
 
 @njit()
-def mean_force(pulse: Record) -> float:
+def mean_force(pulse: ContactPulse) -> float:
     """Mean force over the step that begins at the pulse's age, N."""
     scale = pulse.turn / pulse.duration
     start = min(max(pulse.age, 0.0), pulse.duration)
@@ -72,7 +85,7 @@ def mean_force(pulse: Record) -> float:
 @njit()
 def begin(pulses: Records, begun: int, x: float, y: float, age: float, duration: float, peak: float) -> int:
     """Start a half-sine in the pool; returns the new count of pulses ever begun."""
-    pulse: Record = pulses[begun % pulses.shape[0]]
+    pulse: ContactPulse = pulses[begun % pulses.shape[0]]
     pulse.x = x
     pulse.y = y
     pulse.age = age
@@ -84,7 +97,7 @@ def begin(pulses: Records, begun: int, x: float, y: float, age: float, duration:
 
 
 @njit()
-def bend(pulse: Record, contact: Record, impulse: float) -> None:
+def bend(pulse: ContactPulse, contact: ContactDecay, impulse: float) -> None:
     """Make a pulse that has begun that of a damped contact, with this impulse, N steps.
 
     contact: its a and b per step, as `decay` and `own_decay`, and `pulls`, 1 for a head that pulls at the end.
@@ -100,7 +113,7 @@ def bend(pulse: Record, contact: Record, impulse: float) -> None:
 
 
 @njit()
-def press(engine: Record) -> int:
+def press(engine: "Engine") -> int:
     """Let this step's forces act: listed in engine.forces for the mesh, on the modes of a bank at once.
 
     Returns how many pulses are active, a streamed force included.
@@ -112,7 +125,7 @@ def press(engine: Record) -> int:
         return int(playing.press(engine))  # the pool is empty, as it mostly is
     active = 0
     for i in range(pulses.shape[0]):
-        pulse: Record = pulses[i]
+        pulse: ContactPulse = pulses[i]
         if pulse.age < pulse.duration:
             active += 1
             if -1.0 < pulse.age <= 0.0:

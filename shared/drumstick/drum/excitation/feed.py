@@ -5,7 +5,7 @@ import numpy.typing as npt
 
 from drumstick.drum.excitation.timeline import PIECE, PIECE_MOST, Stream
 from realtime import ring
-from realtime.kernels.jit import Records
+from realtime.records import Records
 
 Forces = npt.NDArray[np.float32]
 

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from drumstick.drum.engine import Engine
 from drumstick.drum.excitation.feed import Feed
 from drumstick.drum.excitation.timeline import PIECE_MOST
+from realtime.records import is_there
 
 _EARLY_S = 0.03  # so long before its instant a piece is given
 
@@ -23,10 +24,10 @@ class Press:
     """
 
     first_tick: int
-    rate_Hz: float  # noqa: N815
+    rate_Hz: float
     x: float
     y: float
-    forces_N: npt.NDArray[np.float64]  # noqa: N815
+    forces_N: npt.NDArray[np.float64]
     begins: bool = True
 
 
@@ -37,7 +38,7 @@ class Score:
         found = sorted(presses, key=lambda press: press.first_tick)
         if len({press.rate_Hz for press in found}) > 1:
             raise ValueError("presses of different rates: bring them to one")
-        if engine.stream is None:
+        if not is_there(engine.stream):
             raise ValueError('the scene does not stream: [drum] excitation = "streamed"')
         self._feed = Feed(engine.stream)
         self._epoch_ns = epoch_ns

@@ -13,11 +13,16 @@ once. After a sample of 0 nothing is expected. Kernels: audio thread; no allocat
 """
 
 import math
+from typing import TYPE_CHECKING
 
 from drumstick.drum.effects import rim
 from drumstick.drum.excitation.push import push
-from realtime.kernels.jit import Record, njit, only_with
+from drumstick.drum.excitation.timeline import Piece, StreamState
+from realtime.kernels.jit import njit, only_with
 from realtime.ring import drain
+
+if TYPE_CHECKING:
+    from drumstick.drum.engine import Engine
 
 HOLD_S, FADE_S = 0.003, 0.002
 _LOOK = 2  # ticks that a cell's ends need beyond it, and reach before a contact
@@ -25,7 +30,7 @@ _LOST_NS = 50_000_000  # a timeline that is so far from where it should be start
 
 
 @njit()
-def _begin_at(state: Record, piece: Record) -> None:
+def _begin_at(state: StreamState, piece: Piece) -> None:
     # An idle timeline starts with this piece, at its instant; late, it starts now. Too near for the reach of the first
     # sample's parabolas, that reach is left out: it has no impulse.
     ahead = max((piece.start_ns - state.next_step_ns) / piece.period_ns, 0.0)
@@ -44,7 +49,7 @@ def _begin_at(state: Record, piece: Record) -> None:
 
 
 @njit()
-def _is_lost(state: Record, piece: Record) -> bool:
+def _is_lost(state: StreamState, piece: Piece) -> bool:
     # Does the timeline not lead to this piece's instant any more?
     if piece.period_ns != state.period_ns:
         return True
@@ -53,7 +58,7 @@ def _is_lost(state: Record, piece: Record) -> bool:
 
 
 @njit()
-def _lay(engine: Record, piece: Record) -> None:
+def _lay(engine: "Engine", piece: Piece) -> None:
     # Put a piece on the timeline. Cells that are being played, or were, take no more.
     state, cells = engine.stream.state[0], engine.stream.cells
     for i in range(piece.count):
@@ -72,7 +77,7 @@ def _lay(engine: Record, piece: Record) -> None:
 
 
 @only_with("stream")
-def take(engine: Record, block_start_ns: int, frames: int) -> None:
+def take(engine: "Engine", block_start_ns: int, frames: int) -> None:
     """Before a block: take up the pieces that have come."""
     control, stream = engine.control[0], engine.stream
     state = stream.state[0]
@@ -100,7 +105,7 @@ def take(engine: Record, block_start_ns: int, frames: int) -> None:
 
 
 @njit()
-def _come(engine: Record, tick: int, otherwise: float) -> float:
+def _come(engine: "Engine", tick: int, otherwise: float) -> float:
     # The sample of a tick to come, if it is there.
     cells = engine.stream.cells
     cell = cells[tick % cells.shape[0]]
@@ -108,14 +113,14 @@ def _come(engine: Record, tick: int, otherwise: float) -> float:
 
 
 @njit()
-def _faded(state: Record) -> float:
+def _faded(state: StreamState) -> float:
     # In place of a sample that is missing: the last one, held, then faded.
     since_s = (state.gap - 0.5) * state.period_ns * 1e-9
     return state.held * min(max((HOLD_S + FADE_S - since_s) / FADE_S, 0.0), 1.0)
 
 
 @njit()
-def _force_of(engine: Record) -> float:
+def _force_of(engine: "Engine") -> float:
     # The mean force of the tick that begins.
     state, cells = engine.stream.state[0], engine.stream.cells
     cell = cells[state.tick % cells.shape[0]]
@@ -135,7 +140,7 @@ def _force_of(engine: Record) -> float:
 
 
 @njit()
-def _find_place(engine: Record) -> None:
+def _find_place(engine: "Engine") -> None:
     # Where the tick that begins pushes. What a contact's parabolas reach ahead of it is at the contact's place, and so
     # is the step in which that begins.
     state, cells = engine.stream.state[0], engine.stream.cells
@@ -153,7 +158,7 @@ def _edge(s0: float, s1: float, s2: float, s3: float) -> float:
 
 
 @njit()
-def _enter(engine: Record) -> None:
+def _enter(engine: "Engine") -> None:
     # The parabola of the tick that begins, from the end of the one before.
     state = engine.stream.state[0]
     state.entered = state.tick
@@ -176,7 +181,7 @@ def _enter(engine: Record) -> None:
 
 
 @njit()
-def _area(state: Record, x: float) -> float:
+def _area(state: StreamState, x: float) -> float:
     # Of the parabola from the tick's begin to x (0..1), in ticks; at 1 it is the mean.
     rise = state.right - state.left
     bend = 6.0 * state.mean - 3.0 * (state.left + state.right)
@@ -184,7 +189,7 @@ def _area(state: Record, x: float) -> float:
 
 
 @njit()
-def _mean_over_step(engine: Record) -> tuple[float, float, float]:
+def _mean_over_step(engine: "Engine") -> tuple[float, float, float]:
     # The mean force over the next step of the mesh, and its place: that of the tick in which the step's middle lies.
     # Its ends often fall on those of ticks, where a nanosecond would decide.
     state = engine.stream.state[0]
@@ -205,7 +210,7 @@ def _mean_over_step(engine: Record) -> tuple[float, float, float]:
 
 
 @only_with("stream", otherwise=0)
-def press(engine: Record) -> int:
+def press(engine: "Engine") -> int:
     """List this step's force in engine.forces; returns whether the stream sounds: 1 or 0."""
     state = engine.stream.state[0]
     if state.idle != 0:

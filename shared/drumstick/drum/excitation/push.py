@@ -4,32 +4,41 @@ It goes to the nearest junction, or to all those around its place by their nearn
 strike that wanders does not wander in steps. Kernels: audio thread; no allocation.
 """
 
-from typing import Any
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from drumstick.drum.membrane.places import around
-from realtime.kernels.jit import Record, njit, only_with
+from realtime.kernels.jit import njit, only_with
+from realtime.records import Record, dtype_of
 
-# One junction that is pushed in this step, and by how much that moves it.
-FORCE: np.dtype[Any] = np.dtype([("junction", "i8"), ("step", "f8")], align=True)
+if TYPE_CHECKING:
+    from drumstick.drum.engine import Engine
+
+
+class JunctionForce(Record):
+    """One junction that is pushed in this step, and by how much that moves it."""
+
+    junction: int
+    step: float
+
+
+FORCE = dtype_of(JunctionForce)
 
 
 @njit()
-def _add(engine: Record, junction: int, share: float, force: float) -> None:
+def _add(engine: "Engine", junction: int, share: float, force: float) -> None:
     # The force counts as one more neighbour of its junction: a junction at the rim has a smaller weight and a smaller
     # mass in proportion, and one outside the head takes no force at all.
     control = engine.control[0]
     weight = float(engine.head.weights[junction])
     if weight > 0.0:
-        entry: Record = engine.forces[control.forces]
+        entry: JunctionForce = engine.forces[control.forces]
         entry.junction = junction
         entry.step = weight * control.force_gain * share * force
         control.forces += 1
 
 
 @only_with("head")
-def push(engine: Record, x: float, y: float, force: float) -> None:
+def push(engine: "Engine", x: float, y: float, force: float) -> None:
     """Push the head at (x, y), in radii, with the mean force (N) over this step."""
     corners, shares = around(engine.head, x, y)
     if engine.control[0].spread != 0:

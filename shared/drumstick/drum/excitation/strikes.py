@@ -1,30 +1,31 @@
 """Strikes on their way to the audio thread: a record, and a ring with one producer (the network's thread)."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from realtime import ring
-from realtime.kernels.jit import Records
+from realtime.records import Record, Records, dtype_of
 
 RING_SLOTS = 256
 
-# `onset_ns` is this machine's monotonic time at which the force begins; 0 means at once. An impulse of 0 was not told.
-# The speed is for mallets: one of 0 never comes to the head.
-EVENT: np.dtype[Any] = np.dtype(
-    [
-        ("onset_ns", "i8"),
-        ("x", "f8"),
-        ("y", "f8"),
-        ("peak_N", "f8"),
-        ("contact_s", "f8"),
-        ("impulse_N_s", "f8"),
-        ("speed_m_per_s", "f8"),
-    ],
-    align=True,
-)
+
+class StrikeEvent(Record):
+    """`onset_ns` is this machine's monotonic time at which the force begins; 0 means at once. An impulse of 0 was not
+    told. The speed is for mallets: one of 0 never comes to the head.
+    """
+
+    onset_ns: int
+    x: float
+    y: float
+    peak_N: float
+    contact_s: float
+    impulse_N_s: float
+    speed_m_per_s: float
+
+
+EVENT = dtype_of(StrikeEvent)
 
 
 class StrikeRing:
@@ -66,7 +67,7 @@ class Blow:
     t_s: float
     x: float
     y: float
-    peak_N: float  # noqa: N815
+    peak_N: float
     contact_s: float
-    impulse_N_s: float = 0.0  # noqa: N815
+    impulse_N_s: float = 0.0
     speed_m_per_s: float = 0.0

@@ -5,14 +5,14 @@ give in one tick adds up, so flams and buzzes need no voices of their own.
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from drumstick.parameters.scene import Scene
 from realtime import ring
-from realtime.kernels.jit import Records
+from realtime.records import Record, Records, Rows, dtype_of
 
 RING_SLOTS = 256
 PIECE_MOST = 32  # samples in a piece; a longer message becomes several
@@ -20,62 +20,78 @@ _INCOMING = 128
 _LEAST_CELLS = 16384  # a third of a second of what a message may bring at most, 48 kHz
 _AHEAD_S = 0.25  # beyond the scene's latency
 
-# A run of samples whose first begins at start_ns of this machine's clock. Another epoch is another servo.
-PIECE: np.dtype[Any] = np.dtype(
-    [
-        ("epoch", "i8"),
-        ("first", "i8"),
-        ("count", "i8"),
-        ("start_ns", "i8"),
-        ("period_ns", "f8"),
-        ("x", "f8"),
-        ("y", "f8"),
-        ("forces", "f4", (PIECE_MOST,)),
-    ],
-    align=True,
-)
-CELL: np.dtype[Any] = np.dtype([("tick", "i8"), ("force", "f8"), ("x", "f8"), ("y", "f8")], align=True)
-# Where it plays: `inside` (0..1) of cell `tick`, whose force is a parabola with the mean `mean` from `left` to `right`;
-# `before` was the mean before it; cells up to `entered` take no more samples, those before `begin` are silent. `newest`
-# is the last tick that came, `held` the last force, `gap` for how many ticks it has been held or faded.
-STATE: np.dtype[Any] = np.dtype(
-    [
-        ("epoch", "i8"),
-        ("idle", "i8"),
-        ("begin", "i8"),
-        ("tick", "i8"),
-        ("entered", "i8"),
-        ("inside", "f8"),
-        ("ticks_per_step", "f8"),
-        ("period_ns", "f8"),
-        ("left", "f8"),
-        ("mean", "f8"),
-        ("right", "f8"),
-        ("before", "f8"),
-        ("newest", "i8"),
-        ("held", "f8"),
-        ("gap", "i8"),
-        ("x", "f8"),
-        ("y", "f8"),
-        ("step_ns", "f8"),
-        ("next_step_ns", "i8"),  # when the next step of the mesh begins
-        ("block_ns", "i8"),  # how long the audio thread's blocks are
-        ("underflows", "i8"),
-        ("late", "i8"),  # samples that came after their time
-        ("resyncs", "i8"),
-    ],
-    align=True,
-)
+
+class Piece(Record):
+    """A run of samples whose first begins at start_ns of this machine's clock. Another epoch is another servo."""
+
+    epoch: int
+    first: int
+    count: int
+    start_ns: int
+    period_ns: float
+    x: float
+    y: float
+    forces: Annotated[npt.NDArray[np.float32], "f4", (PIECE_MOST,)]
+
+
+PIECE = dtype_of(Piece)
+
+
+class Cell(Record):
+    """The mean force of one tick, N, and where it acts, in radii."""
+
+    tick: int
+    force: float
+    x: float
+    y: float
+
+
+CELL = dtype_of(Cell)
+
+
+class StreamState(Record):
+    """Where it plays: `inside` (0..1) of cell `tick`, whose force is a parabola with the mean `mean` from `left` to
+    `right`; `before` was the mean before it; cells up to `entered` take no more samples, those before `begin` are
+    silent. `newest` is the last tick that came, `held` the last force, `gap` for how many ticks it has been held or
+    faded.
+    """
+
+    epoch: int
+    idle: int
+    begin: int
+    tick: int
+    entered: int
+    inside: float
+    ticks_per_step: float
+    period_ns: float
+    left: float
+    mean: float
+    right: float
+    before: float
+    newest: int
+    held: float
+    gap: int
+    x: float
+    y: float
+    step_ns: float
+    next_step_ns: int  # when the next step of the mesh begins
+    block_ns: int  # how long the audio thread's blocks are
+    underflows: int
+    late: int  # samples that came after their time
+    resyncs: int
+
+
+STATE = dtype_of(StreamState)
 
 
 class Stream(NamedTuple):
     """state (1,) of STATE, cells (n,) of CELL, incoming (128,) of PIECE; ring_cells int64 (24,), ring_slots (256,)."""
 
-    state: Records
-    cells: Records
-    incoming: Records
+    state: Rows[StreamState]
+    cells: Rows[Cell]
+    incoming: Rows[Piece]
     ring_cells: npt.NDArray[np.int64]
-    ring_slots: Records
+    ring_slots: Rows[Piece]
 
 
 def stream_of(scene: Scene, step_s: float) -> Stream:

@@ -13,7 +13,7 @@ from drumstick.drum.membrane.surface import metres_per_unit
 from drumstick.parameters.drum_effects import Cavity
 from drumstick.parameters.mallet import Mallet
 from drumstick.parameters.scene import Scene
-from realtime.kernels.jit import Record, Records
+from realtime.records import ABSENT, Record, Records
 
 # Of the air's mass on one side of a piston in a wall, to that of a layer as thick as its radius (Rayleigh, "The theory
 # of sound", section 302).
@@ -47,22 +47,22 @@ def _state_of(scene: Scene, mallet: Mallet, step_s: float) -> Records:
     return state
 
 
-def mallets_on_mesh(scene: Scene, step_s: float, spacing: float) -> Mallets | None:
+def mallets_on_mesh(scene: Scene, step_s: float, spacing: float) -> Mallets:
     """For a mesh that steps every step_s, its junctions `spacing` radii apart; None without [mallet]."""
     mallet = scene.mallet
     if mallet is None:
-        return None
+        return ABSENT
     state = _state_of(scene, mallet, step_s)
     state["radius"] = radius_on(spacing, float(state["radius"][0]))
     pool: Records = np.zeros(POOL, MALLET)
     return Mallets(state, pool, _tips(mallet, step_s), patches=patches_of(POOL))
 
 
-def mallets_on_modes(scene: Scene, step_s: float, modes: int) -> Mallets | None:
+def mallets_on_modes(scene: Scene, step_s: float, modes: int) -> Mallets:
     """For a bank of so many oscillators that steps every step_s; None without [mallet]."""
     mallet = scene.mallet
     if mallet is None:
-        return None
+        return ABSENT
     pool: Records = np.zeros(POOL, MALLET)
     state = _state_of(scene, mallet, step_s)
     return Mallets(state, pool, _tips(mallet, step_s), shares=shares_of(POOL, modes))

@@ -12,60 +12,68 @@ The pool has a fixed size; when it is full, a new mallet takes the place of the 
 allocation.
 """
 
-from typing import Any, NamedTuple
-
-import numpy as np
+from typing import TYPE_CHECKING, NamedTuple
 
 from drumstick.drum.effects import rim
+from drumstick.drum.excitation.strikes import StrikeEvent
 from drumstick.drum.mallets import patch, shares
 from drumstick.drum.mallets.patch import Patches
 from drumstick.drum.mallets.shares import Shares
-from drumstick.drum.mallets.tip import goes_on, placed
-from realtime.kernels.jit import Record, Records, njit, only_with
+from drumstick.drum.mallets.tip import Tip, goes_on, placed
+from realtime.kernels.jit import njit, only_with
+from realtime.records import ABSENT, Record, Rows, dtype_of
+
+if TYPE_CHECKING:
+    from drumstick.drum.engine import Engine
 
 POOL = 8  # a roll and its flams play two or three; each costs a step of a head with a glide some microseconds
 GONE, COMING, PLAYING = 0, 1, 2
 
-# `own_give`: T^2 over what of its mass the head meets. `age` in steps since the strike; its places `now` and `before`;
-# `deepest` so far; the last push; `moved`: how much a newton changes the sum of all junctions. `bare`: how deep the tip
-# would be if nothing pulled and nothing pushed. Under tension, `slack`: by how much less for a pull of 1; `stretch`:
-# what a newton adds to the head's stretch.
-MALLET: np.dtype[Any] = np.dtype(
-    [
-        ("stage", "i8"),
-        ("x", "f8"),
-        ("y", "f8"),
-        ("speed", "f8"),
-        ("own_give", "f8"),
-        ("age", "f8"),
-        ("now", "f8"),
-        ("before", "f8"),
-        ("deepest", "f8"),
-        ("force", "f8"),
-        ("moved", "f8"),
-        ("bare", "f8"),
-        ("slack", "f8"),
-        ("stretch", "f8"),
-    ],
-    align=True,
-)
-# radius: of the tip, in radii of the head; own_give: T^2/m. Mallets begun so far, and the oldest that may still play;
-# how many were taken away by another in their place while they touched, and how many by a full pool. Under tension,
-# `settled`: by how much they changed its pull in the last step.
-STATE: np.dtype[Any] = np.dtype(
-    [
-        ("unit_m", "f8"),
-        ("step_s", "f8"),
-        ("radius", "f8"),
-        ("own_give", "f8"),
-        ("settled", "f8"),
-        ("begun", "i8"),
-        ("oldest", "i8"),
-        ("lifted", "i8"),
-        ("replaced", "i8"),
-    ],
-    align=True,
-)
+
+class MalletMotion(Record):
+    """`own_give`: T^2 over what of its mass the head meets. `age` in steps since the strike; its places `now` and
+    `before`; `deepest` so far; the last push; `moved`: how much a newton changes the sum of all junctions. `bare`:
+    how deep the tip would be if nothing pulled and nothing pushed. Under tension, `slack`: by how much less for a
+    pull of 1; `stretch`: what a newton adds to the head's stretch.
+    """
+
+    stage: int
+    x: float
+    y: float
+    speed: float
+    own_give: float
+    age: float
+    now: float
+    before: float
+    deepest: float
+    force: float
+    moved: float
+    bare: float
+    slack: float
+    stretch: float
+
+
+MALLET = dtype_of(MalletMotion)
+
+
+class MalletsState(Record):
+    """radius: of the tip, in radii of the head; own_give: T^2/m. Mallets begun so far, and the oldest that may still
+    play; how many were taken away by another in their place while they touched, and how many by a full pool. Under
+    tension, `settled`: by how much they changed its pull in the last step.
+    """
+
+    unit_m: float
+    step_s: float
+    radius: float
+    own_give: float
+    settled: float
+    begun: int
+    oldest: int
+    lifted: int
+    replaced: int
+
+
+STATE = dtype_of(MalletsState)
 _LEAST_REACH_S = 1e-3  # at the blow's speed: so high above the head's rest a mallet is followed in any case
 _LEAST_LEFT = 1e-3  # of its mass: what meets the head in any case, so that a mallet on the rim is one too
 _LONGEST_S = 1.0  # a mallet that stays near the head for so long without touching it is forgotten
@@ -75,22 +83,22 @@ class Mallets(NamedTuple):
     """state (1,) of STATE; pool (POOL,) of MALLET, tips (POOL,) of TIP; what of the head lies under them: junctions of
     a mesh, or shares of its modes."""
 
-    state: Records
-    pool: Records
-    tips: Records
-    patches: Patches | None = None
-    shares: Shares | None = None
+    state: Rows[MalletsState]
+    pool: Rows[MalletMotion]
+    tips: Rows[Tip]
+    patches: Patches = ABSENT
+    shares: Shares = ABSENT
 
 
 @only_with("mallets", otherwise=0)
-def playing(engine: Record) -> int:
+def playing(engine: "Engine") -> int:
     """How many mallets may still meet the head."""
     state = engine.mallets.state[0]
     return int(state.begun - state.oldest)
 
 
 @only_with("head")
-def _lay_on_mesh(engine: Record, slot: int) -> None:
+def _lay_on_mesh(engine: "Engine", slot: int) -> None:
     state, mallet, tip = engine.mallets.state[0], engine.mallets.pool[slot], engine.mallets.tips[slot]
     give, moved = patch.lay(engine, slot, mallet.x, mallet.y, state.radius)
     tip.give = mallet.own_give + state.unit_m * give
@@ -98,14 +106,14 @@ def _lay_on_mesh(engine: Record, slot: int) -> None:
 
 
 @only_with("modal")
-def _lay_on_modes(engine: Record, slot: int) -> None:
+def _lay_on_modes(engine: "Engine", slot: int) -> None:
     state, mallet = engine.mallets.state[0], engine.mallets.pool[slot]
     give = shares.lay(engine, slot, mallet.x, mallet.y)
     engine.mallets.tips[slot].give = mallet.own_give + state.unit_m * give
 
 
 @only_with("mallets", otherwise=False)
-def swing(engine: Record, event: Record, age: float) -> bool:
+def swing(engine: "Engine", event: StrikeEvent, age: float) -> bool:
     """Take up a strike whose instant is at -age, in steps; False for a drum that has no mallets."""
     state = engine.mallets.state[0]
     if not event.speed_m_per_s > 0.0:
@@ -125,7 +133,7 @@ def swing(engine: Record, event: Record, age: float) -> bool:
 
 
 @njit()
-def due(mallet: Record) -> bool:
+def due(mallet: MalletMotion) -> bool:
     """Whether its instant falls into the coming step; one that is still to come has a step less to wait."""
     if mallet.stage != COMING:
         return False
@@ -136,7 +144,7 @@ def due(mallet: Record) -> bool:
 
 
 @njit()
-def take_away(engine: Record, slot: int) -> None:
+def take_away(engine: "Engine", slot: int) -> None:
     """Another mallet comes down where this one is."""
     mallet = engine.mallets.pool[slot]
     mallet.stage = GONE
@@ -146,7 +154,7 @@ def take_away(engine: Record, slot: int) -> None:
 
 
 @njit()
-def arrive(engine: Record, slot: int, y: float, y_before: float) -> None:
+def arrive(engine: "Engine", slot: int, y: float, y_before: float) -> None:
     """The mallet is above the head (at y, before that at y_before, m), on a way that reaches y at its instant.
 
     Where the head goes faster than it, it starts as far behind as it then is.
@@ -162,20 +170,20 @@ def arrive(engine: Record, slot: int, y: float, y_before: float) -> None:
 
 
 @njit()
-def full_impulse(state: Record, speed: float) -> float:
+def full_impulse(state: MalletsState, speed: float) -> float:
     """What a whole mallet gives to something that throws it back as fast as it came, N steps."""
     return float(2.0 * speed * state.step_s / state.own_give)
 
 
 @njit()
-def free(engine: Record, slot: int, y_free: float) -> float:
+def free(engine: "Engine", slot: int, y_free: float) -> float:
     """How deep the tip would be after this step without its own push, over a head that would be at y_free, m."""
     mallet = engine.mallets.pool[slot]
     return float(2.0 * mallet.now - mallet.before - y_free)
 
 
 @njit()
-def fly(engine: Record, slot: int, after: float, force: float) -> None:
+def fly(engine: "Engine", slot: int, after: float, force: float) -> None:
     """One step of a mallet that pushes with `force`, N, and whose tip is then `after` deep, m."""
     state, mallet, tip = engine.mallets.state[0], engine.mallets.pool[slot], engine.mallets.tips[slot]
     goes_on(tip, after)
@@ -192,7 +200,7 @@ def fly(engine: Record, slot: int, after: float, force: float) -> None:
 
 
 @njit()
-def forget(engine: Record) -> None:
+def forget(engine: "Engine") -> None:
     """After a step: mallets that are gone leave the pool in their turn."""
     state, pool = engine.mallets.state[0], engine.mallets.pool
     while state.oldest < state.begun and pool[state.oldest % POOL].stage == GONE:

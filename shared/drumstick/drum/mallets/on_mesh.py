@@ -5,17 +5,20 @@ what it holds. Kernels: audio thread; no allocation.
 """
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from drumstick.drum.mallets import patch
 from drumstick.drum.mallets.mallet import PLAYING, POOL, arrive, due, fly, forget, free, take_away
 from drumstick.drum.mallets.tip import met
 from drumstick.drum.membrane.places import drawn_in
-from realtime.kernels.jit import Record, njit, only_with
+from realtime.kernels.jit import njit, only_with
+
+if TYPE_CHECKING:
+    from drumstick.drum.engine import Engine
 
 
 @njit()
-def _clear(engine: Record, slot: int) -> None:
+def _clear(engine: "Engine", slot: int) -> None:
     # Whatever another mallet would meet where this one comes down.
     state, pool = engine.mallets.state[0], engine.mallets.pool
     mallet, limit = pool[slot], 1.0 - engine.head.grid[0].spacing
@@ -29,7 +32,7 @@ def _clear(engine: Record, slot: int) -> None:
 
 
 @only_with("mallets")
-def come(engine: Record, now: Any, then: Any) -> None:
+def come(engine: "Engine", now: Any, then: Any) -> None:
     """Before the sweep, while `then` still holds u-: mallets whose instant has come arrive."""
     state, pool = engine.mallets.state[0], engine.mallets.pool
     for number in range(state.oldest, state.begun):
@@ -41,12 +44,12 @@ def come(engine: Record, now: Any, then: Any) -> None:
 
 
 @only_with("internal_loss")
-def _keep_moving(engine: Record, slot: int, force: float) -> None:
+def _keep_moving(engine: "Engine", slot: int, force: float) -> None:
     patch.push(engine.mallets.patches, slot, engine.internal_loss.moving, force)
 
 
 @only_with("mallets", otherwise=0.0)
-def strike(engine: Record, then: Any) -> float:
+def strike(engine: "Engine", then: Any) -> float:
     """After all else has moved u+: mallets and head meet; returns by how much its sum changed."""
     state, pool, changed = engine.mallets.state[0], engine.mallets.pool, 0.0
     if state.begun == state.oldest:

@@ -11,11 +11,16 @@ they are for the bank in one place: the one that comes down takes the other away
 thread; no allocation.
 """
 
+from typing import TYPE_CHECKING
+
 from drumstick.drum.mallets import shares
 from drumstick.drum.mallets.mallet import PLAYING, POOL, arrive, due, fly, forget, free, take_away
 from drumstick.drum.mallets.tip import met
 from drumstick.drum.modal import bank
-from realtime.kernels.jit import Record, njit, only_with
+from realtime.kernels.jit import njit, only_with
+
+if TYPE_CHECKING:
+    from drumstick.drum.engine import Engine
 
 _MOST_TURNS = 64
 _CLOSE = 1e-9  # of the largest push
@@ -23,7 +28,7 @@ _TOGETHER = 0.5
 
 
 @njit()
-def _clear(engine: Record, slot: int) -> None:
+def _clear(engine: "Engine", slot: int) -> None:
     # Whatever another mallet would meet where this one comes down.
     mallets = engine.mallets
     state, unit_m = mallets.state[0], mallets.state[0].unit_m
@@ -36,7 +41,7 @@ def _clear(engine: Record, slot: int) -> None:
 
 
 @njit()
-def _come(engine: Record) -> int:
+def _come(engine: "Engine") -> int:
     # Mallets whose instant has come arrive. Returns how many play.
     state, pool, playing = engine.mallets.state[0], engine.mallets.pool, 0
     for number in range(state.oldest, state.begun):
@@ -51,7 +56,7 @@ def _come(engine: Record) -> int:
 
 
 @njit()
-def _left(engine: Record, slot: int) -> float:
+def _left(engine: "Engine", slot: int) -> float:
     # How deep a tip would be without its own push, for the present pushes of the others.
     mallets = engine.mallets
     state, gives = mallets.state[0], mallets.shares.gives
@@ -64,7 +69,7 @@ def _left(engine: Record, slot: int) -> float:
 
 
 @njit()
-def _turn(engine: Record) -> tuple[float, float]:
+def _turn(engine: "Engine") -> tuple[float, float]:
     # Each meets what the others leave. Returns the largest change of a push, and the largest push.
     mallets, changed, most = engine.mallets, 0.0, 0.0
     state = mallets.state[0]
@@ -80,7 +85,7 @@ def _turn(engine: Record) -> tuple[float, float]:
 
 
 @only_with("modal")
-def _meet(engine: Record) -> None:
+def _meet(engine: "Engine") -> None:
     mallets = engine.mallets
     state, pool = mallets.state[0], mallets.pool
     if state.begun == state.oldest:
@@ -110,6 +115,6 @@ def _meet(engine: Record) -> None:
 
 
 @only_with("mallets")
-def strike(engine: Record) -> None:
+def strike(engine: "Engine") -> None:
     """Before the step of a bank: mallets and head meet, and their pushes drive the modes."""
     _meet(engine)

@@ -11,7 +11,7 @@ Kernels: audio thread; no allocation.
 
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +19,10 @@ import numpy.typing as npt
 from drumstick.drum.membrane.lattice import MARGIN, TOPOLOGIES
 from drumstick.drum.membrane.places import drawn_in
 from drumstick.drum.membrane.sweep import Head, is_triangular, is_triangular_type
-from realtime.kernels.jit import ArgumentType, Record, njit, only_with, overload
+from realtime.kernels.jit import ArgumentType, njit, only_with, overload
+
+if TYPE_CHECKING:
+    from drumstick.drum.engine import Engine
 
 LANES = 8
 ROWS = 36  # as many as a circle of seven spacings' radius meets, two of them beside each other
@@ -65,7 +68,7 @@ def _row_height_by_type(head: ArgumentType) -> Callable[[Head], float]:
 
 
 @only_with("muffle")
-def _hold(engine: Record, slot: int) -> None:
+def _hold(engine: "Engine", slot: int) -> None:
     # Patches of felt keep a share of what the tip does to the junctions under them.
     patches, muffle = engine.mallets.patches, engine.muffle
     for row in range(patches.rows[slot]):
@@ -78,7 +81,7 @@ def _hold(engine: Record, slot: int) -> None:
 
 
 @njit()
-def _row(engine: Record, slot: int, row: int, x: float, y: float, reach: float) -> float:
+def _row(engine: "Engine", slot: int, row: int, x: float, y: float, reach: float) -> float:
     # One row's shares, their sum still open; x, y and the reach in spacings from the centre. Returns their sum.
     head, patches = engine.head, engine.mallets.patches
     grid = head.grid[0]
@@ -106,7 +109,7 @@ def _row(engine: Record, slot: int, row: int, x: float, y: float, reach: float) 
 
 
 @njit()
-def lay(engine: Record, slot: int, x: float, y: float, radius: float) -> tuple[float, float]:
+def lay(engine: "Engine", slot: int, x: float, y: float, radius: float) -> tuple[float, float]:
     """Put a tip on the head at (x, y), all in radii; returns how far a newton moves the head under it in a step, and
     the sum of all junctions."""
     head, patches = engine.head, engine.mallets.patches

@@ -14,13 +14,16 @@ g F (q+ - q-)/2 - s (q+ - q-)^2/(2 (1 + s) b). The sum over the modes is at most
 tip's law asks for. Kernels: audio thread; no allocation.
 """
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.modal import bank
-from realtime.kernels.jit import Record, njit
+from realtime.kernels.jit import njit
+
+if TYPE_CHECKING:
+    from drumstick.drum.engine import Engine
 
 Floats = npt.NDArray[np.float32]
 
@@ -49,7 +52,7 @@ def _given(kept: Floats, masses: Floats, one: Floats, other: Floats) -> float:
 
 
 @njit()
-def lay(engine: Record, slot: int, x: float, y: float) -> float:
+def lay(engine: "Engine", slot: int, x: float, y: float) -> float:
     """Put a tip on the head at (x, y), in radii; returns how far a newton moves the head under it in a step."""
     modes, own = engine.modal, engine.mallets.shares
     bank.take_aim(modes, slot, x, y)
@@ -66,7 +69,7 @@ def lay(engine: Record, slot: int, x: float, y: float) -> float:
 
 
 @njit()
-def under(engine: Record, slot: int) -> tuple[float, float]:
+def under(engine: "Engine", slot: int) -> tuple[float, float]:
     """sum g q and sum g q-: how high the head stands under the tip, and stood a step before."""
     modes, height, moved = engine.modal, 0.0, 0.0
     aimed = modes.aimed[slot]
@@ -86,7 +89,7 @@ def _after(still: Floats, moving: Floats, q: Floats, d: Floats) -> float:
 
 
 @njit()
-def ahead(engine: Record, slot: int) -> float:
+def ahead(engine: "Engine", slot: int) -> float:
     """Where the head under the tip would be after this step without a push."""
     own = engine.mallets.shares
     return float(_after(own.still[slot], own.moving[slot], engine.modal.q, engine.modal.d))

@@ -22,32 +22,33 @@ matter of pushing with the very shares by which they are read. Kernels: audio th
 """
 
 import math
-from typing import Any
 
-import numpy as np
+from realtime.kernels.jit import njit
+from realtime.records import Record, dtype_of
 
-from realtime.kernels.jit import Record, njit
 
-# Of a mallet: its law in newtons and metres; `halves` = 2 p where that is whole, else 0; `kept` = 1/(p + 1); `rate` =
-# lambda/2T; all that gives; depth, V and V' now and a step before; where to look first for the depth to come.
-TIP: np.dtype[Any] = np.dtype(
-    [
-        ("stiffness", "f8"),
-        ("exponent", "f8"),
-        ("halves", "i8"),
-        ("kept", "f8"),
-        ("rate", "f8"),
-        ("give", "f8"),
-        ("depth", "f8"),
-        ("depth_before", "f8"),
-        ("energy", "f8"),
-        ("energy_before", "f8"),
-        ("push", "f8"),
-        ("push_before", "f8"),
-        ("guess", "f8"),
-    ],
-    align=True,
-)
+class Tip(Record):
+    """Of a mallet: its law in newtons and metres; `halves` = 2 p where that is whole, else 0; `kept` = 1/(p + 1);
+    `rate` = lambda/2T; all that gives; depth, V and V' now and a step before; where to look first for the depth to
+    come.
+    """
+
+    stiffness: float
+    exponent: float
+    halves: int
+    kept: float
+    rate: float
+    give: float
+    depth: float
+    depth_before: float
+    energy: float
+    energy_before: float
+    push: float
+    push_before: float
+    guess: float
+
+
+TIP = dtype_of(Tip)
 MOST_ROUNDS = 12
 _CLOSE = 1e-9  # of the push
 _ROUNDING = 1e-16
@@ -55,7 +56,7 @@ _NEAR = 1e-5  # depths so near to each other have the gradient of V as the mean 
 
 
 @njit()
-def pushed(tip: Record, depth: float) -> float:
+def pushed(tip: Tip, depth: float) -> float:
     """V' = K d^p, N."""
     if depth <= 0.0:
         return 0.0
@@ -69,12 +70,12 @@ def pushed(tip: Record, depth: float) -> float:
 
 
 @njit()
-def _energy(tip: Record, depth: float, push: float) -> float:
+def _energy(tip: Tip, depth: float, push: float) -> float:
     return float(tip.kept * push * max(depth, 0.0))
 
 
 @njit()
-def _force(tip: Record, after: float) -> tuple[float, float]:
+def _force(tip: Tip, after: float) -> tuple[float, float]:
     # F and how fast it grows with d+.
     push = pushed(tip, after)
     moved = after - tip.depth_before
@@ -93,7 +94,7 @@ def _force(tip: Record, after: float) -> tuple[float, float]:
 
 
 @njit()
-def met(tip: Record, free: float) -> tuple[float, float]:
+def met(tip: Tip, free: float) -> tuple[float, float]:
     """d+ and F of this step, from where the two would be without F."""
     before = tip.depth_before
     if free <= 0.0 and before <= 0.0 and tip.depth <= 0.0:
@@ -123,7 +124,7 @@ def met(tip: Record, free: float) -> tuple[float, float]:
 
 
 @njit()
-def goes_on(tip: Record, after: float) -> None:
+def goes_on(tip: Tip, after: float) -> None:
     """The step is over: its d+ is the depth now."""
     tip.guess = 3.0 * (after - tip.depth) + tip.depth_before
     tip.depth_before, tip.energy_before, tip.push_before = tip.depth, tip.energy, tip.push
@@ -133,7 +134,7 @@ def goes_on(tip: Record, after: float) -> None:
 
 
 @njit()
-def placed(tip: Record, depth: float, depth_before: float) -> None:
+def placed(tip: Tip, depth: float, depth_before: float) -> None:
     """Begin anew, out of touch: both depths are at most 0."""
     tip.depth, tip.depth_before = depth, depth_before
     tip.energy = tip.energy_before = tip.push = tip.push_before = 0.0

@@ -8,7 +8,7 @@ The mallet's own push is then solved anew after the sweep, for the pull that was
 difference between the two is all that the energy can be wrong by. Kernels: audio thread; no allocation.
 """
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +19,10 @@ from drumstick.drum.mallets.mallet import PLAYING, POOL
 from drumstick.drum.mallets.patch import LANES
 from drumstick.drum.mallets.tip import met
 from drumstick.drum.membrane.sweep import is_triangular
-from realtime.kernels.jit import Record, njit, only_with
+from realtime.kernels.jit import njit, only_with
+
+if TYPE_CHECKING:
+    from drumstick.drum.engine import Engine
 
 _MOST_TURNS = 8
 _FLAT = -1e-6
@@ -29,7 +32,7 @@ Floats = npt.NDArray[np.float32]
 
 
 @njit(fastmath={"contract", "reassoc"})
-def _bent(engine: Record, slot: int, now: Floats) -> float:
+def _bent(engine: "Engine", slot: int, now: Floats) -> float:
     # Under the tip, of what is free to move: how far the neighbours pull, w ring - u, as the weights are baked.
     patches, weights, grid = engine.mallets.patches, engine.head.weights, engine.head.grid[0]
     own, stride, total = engine.control[0].own_gain, grid.stride, 0.0
@@ -56,18 +59,18 @@ def _bent(engine: Record, slot: int, now: Floats) -> float:
 
 
 @only_with("internal_loss", otherwise=0.0)
-def _carried(engine: Record, slot: int) -> float:
+def _carried(engine: "Engine", slot: int) -> float:
     # By the junctions' own momentum.
     loss = engine.internal_loss
     return float(loss.gains[0] * patch.free_under(engine.mallets.patches, slot, loss.moving))
 
 
 @njit()
-def _bare(engine: Record, slot: int, now: Floats, then: Floats, bent: float, push: float) -> float:
+def _bare(engine: "Engine", slot: int, now: Floats, then: Floats, bent: float, push: float) -> float:
     # How high the head would stand under the tip after this step, without a pull and without mallets.
     control, patches, state = engine.control[0], engine.mallets.patches, engine.tension.state[0]
     height, gone = patch.free_under(patches, slot, now), patch.free_under(patches, slot, then)
-    found = patch.under(patches, slot, then) - gone  # what a muffle holds stays where it was
+    found: float = patch.under(patches, slot, then) - gone  # what a muffle holds stays where it was
     found += push * patch.free_under(patches, slot, engine.head.weights)
     if state.eta > 0.0:
         return found + height + _carried(engine, slot) + (1.0 + state.eta) * bent
@@ -75,7 +78,7 @@ def _bare(engine: Record, slot: int, now: Floats, then: Floats, bent: float, pus
 
 
 @njit()
-def _look(engine: Record, now: Floats, then: Floats, push: float) -> None:
+def _look(engine: "Engine", now: Floats, then: Floats, push: float) -> None:
     # What the pushes and the pull depend on in this step, for every mallet that plays.
     mallets, control = engine.mallets, engine.control[0]
     state = mallets.state[0]
@@ -92,7 +95,7 @@ def _look(engine: Record, now: Floats, then: Floats, push: float) -> None:
 
 
 @njit()
-def _answered(engine: Record, pull: float) -> float:
+def _answered(engine: "Engine", pull: float) -> float:
     # The pull that the pushes at this pull ask for.
     mallets, tight = engine.mallets, engine.tension.state[0]
     state, stretched = mallets.state[0], 0.0
@@ -108,7 +111,7 @@ def _answered(engine: Record, pull: float) -> float:
 
 
 @njit()
-def _agreed(engine: Record) -> float:
+def _agreed(engine: "Engine") -> float:
     # The pull that asks for itself: by the secant, kept between the bounds that every answer draws in.
     tight = engine.tension.state[0]
     close = _CLOSE * tight.q_most
@@ -135,7 +138,7 @@ def _agreed(engine: Record) -> float:
 
 
 @only_with("tension", otherwise=0.0)
-def _settled(engine: Record, now: Any, then: Any, push: float) -> float:
+def _settled(engine: "Engine", now: Any, then: Any, push: float) -> float:
     state, tight = engine.mallets.state[0], engine.tension.state[0]
     if state.begun == state.oldest:
         return 0.0
@@ -147,6 +150,6 @@ def _settled(engine: Record, now: Any, then: Any, push: float) -> float:
 
 
 @only_with("mallets", otherwise=0.0)
-def more(engine: Record, now: Any, then: Any, push: float) -> float:
+def more(engine: "Engine", now: Any, then: Any, push: float) -> float:
     """After `tension.tightened`: by how much mallets change its q. push: f of the whole head."""
     return float(_settled(engine, now, then, push))

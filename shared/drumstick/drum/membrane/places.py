@@ -9,8 +9,8 @@ import math
 from collections.abc import Callable
 
 from drumstick.drum.membrane.lattice import TOPOLOGIES
-from drumstick.drum.membrane.sweep import Head, is_triangular_type
-from realtime.kernels.jit import ArgumentType, Record, njit, overload
+from drumstick.drum.membrane.sweep import Head, TriangularGrid, is_triangular_type
+from realtime.kernels.jit import ArgumentType, njit, overload
 
 _ROW_HEIGHT = TOPOLOGIES["triangular"].row_height
 CORNERS = 4  # at most
@@ -28,7 +28,7 @@ def drawn_in(x: float, y: float, limit: float) -> tuple[float, float]:
 
 @njit()
 def _in_triangle(head: Head, x: float, y: float) -> tuple[tuple[int, int, int], tuple[float, float, float]]:
-    grid: Record = head.grid[0]
+    grid: TriangularGrid = head.grid[0]
     h = float(grid.spacing)
     x, y = drawn_in(x, y, 1.0 - h)
     b = y / (_ROW_HEIGHT * h)
@@ -52,7 +52,7 @@ def _oblique(head: Head, a: int, b: int) -> int:
 def _in_square(
     head: Head, x: float, y: float
 ) -> tuple[tuple[int, int, int, int], tuple[float, float, float, float]]:
-    grid: Record = head.grid[0]
+    grid: TriangularGrid = head.grid[0]
     h = float(grid.spacing)
     x, y = drawn_in(x, y, 1.0 - 1.5 * h)
     a0, b0 = math.floor(x / h), math.floor(y / h)

@@ -13,14 +13,28 @@ import numpy.typing as npt
 from drumstick.drum.membrane import rows
 from drumstick.drum.membrane.lanes import WIDTH
 from drumstick.drum.membrane.strip import LEFT, LEVEL
-from realtime.kernels.jit import ArgumentType, Records, array_has, njit, overload
+from realtime.kernels.jit import ArgumentType, array_has, njit, overload
+from realtime.records import Record, Rows, dtype_of
 
 Floats = npt.NDArray[np.float32]
 
-# Where a mesh's junctions are; lengths in radii of the head. A square mesh has no `shifted`: its type says what it is.
-_PLACES = [("spacing", "f8"), ("centre_row", "i8"), ("centre_column", "i8"), ("stride", "i8")]
-SQUARE: np.dtype[Any] = np.dtype(_PLACES, align=True)
-TRIANGULAR: np.dtype[Any] = np.dtype([*_PLACES, ("shifted", "i8")], align=True)
+
+class SquareGrid(Record):
+    """Where a square mesh's junctions are; lengths in radii of the head."""
+
+    spacing: float
+    centre_row: int
+    centre_column: int
+    stride: int
+
+
+class TriangularGrid(SquareGrid):
+    """The same of a triangular mesh, which has a field more: its type says what it is."""
+
+    shifted: int
+
+
+SQUARE, TRIANGULAR = dtype_of(SquareGrid), dtype_of(TriangularGrid)
 
 
 class Head(NamedTuple):
@@ -30,7 +44,7 @@ class Head(NamedTuple):
     planes: Floats
     weights: Floats
     strips: npt.NDArray[np.int64]
-    grid: Records
+    grid: Rows[TriangularGrid]
 
 
 def is_triangular_type(head: ArgumentType) -> bool:

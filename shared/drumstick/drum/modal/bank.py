@@ -12,12 +12,16 @@ come in pairs, cos(m phi) first, then sin(m phi); of the round ones (m = 0) the 
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from realtime.kernels.jit import Record, njit, only_with
+from realtime.kernels.jit import njit, only_with
+from realtime.records import ABSENT
+
+if TYPE_CHECKING:
+    from drumstick.drum.engine import Engine
 
 Floats = npt.NDArray[np.float32]
 _PART = 1024  # modes
@@ -39,7 +43,7 @@ class Bank(NamedTuple):
     radial: Floats
     aimed: Floats
     turns: npt.NDArray[np.float64]
-    masses: Floats | None = None
+    masses: Floats = ABSENT
 
 
 @njit()
@@ -76,7 +80,7 @@ def take_aim(bank: Bank, row: int, x: float, y: float) -> None:
 
 
 @only_with("modal")
-def aim(engine: Record, row: int, x: float, y: float) -> None:
+def aim(engine: "Engine", row: int, x: float, y: float) -> None:
     """A strike begins: `row` is its pulse's place in the pool."""
     take_aim(engine.modal, row, x, y)
 
@@ -88,7 +92,7 @@ def _drive(d: Floats, aimed: Floats, strength: np.float32) -> None:
 
 
 @only_with("modal")
-def push(engine: Record, row: int, force: float) -> None:
+def push(engine: "Engine", row: int, force: float) -> None:
     """The mean force of one pulse, N, over the coming step."""
     _drive(engine.modal.d, engine.modal.aimed[row], np.float32(force))
 
@@ -127,7 +131,7 @@ def ring(bank: Bank) -> tuple[float, float]:
 
 
 @only_with("modal", otherwise=(0.0, 0.0))
-def step(engine: Record) -> Any:
+def step(engine: "Engine") -> Any:
     """`ring`, where there is a bank."""
     return ring(engine.modal)
 
@@ -141,13 +145,13 @@ def _largest(bank: Bank) -> float:
 
 
 @only_with("modal", otherwise=0.0)
-def largest(engine: Record) -> float:
+def largest(engine: "Engine") -> float:
     """The largest displacement of any mode."""
     return _largest(engine.modal)
 
 
 @only_with("modal")
-def rest(engine: Record) -> None:
+def rest(engine: "Engine") -> None:
     """All at rest."""
     engine.modal.q[:] = np.float32(0.0)
     engine.modal.d[:] = np.float32(0.0)

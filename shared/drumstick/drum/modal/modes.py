@@ -19,6 +19,7 @@ from drumstick.drum.modal.bank import Bank
 from drumstick.drum.output.upsample import PASS_BAND
 from drumstick.parameters.drum import Drum
 from drumstick.parameters.scene import Scene
+from realtime.records import ABSENT
 
 MOST_MODES = 20_000  # of 0.3 to 0.5 ns each and a step: two fifths of a core at 48 kHz
 _RADII_A_RADIAN = 2.0  # of the table of shapes, per radian of the shortest wave
@@ -157,5 +158,5 @@ def bank_of(scene: Scene, step_s: float) -> Bank:
         radial=np.ascontiguousarray(radial, np.float32),
         aimed=np.zeros((POOL, size), np.float32),
         turns=np.zeros((2, int(modes.orders.max()) + 1)),
-        masses=both(1.0 / drive) if scene.mallet is not None else None,
+        masses=both(1.0 / drive) if scene.mallet is not None else ABSENT,
     )

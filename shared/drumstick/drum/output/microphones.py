@@ -7,7 +7,7 @@ that lie side by side in a row and arrive in the same step form a run, which is 
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +15,10 @@ import numpy.typing as npt
 from drumstick.drum.effects.cavity import SOUND_M_PER_S
 from drumstick.drum.membrane.lattice import Lattice
 from drumstick.parameters.scene import Scene
-from realtime.kernels.jit import Record, njit, only_with
+from realtime.kernels.jit import njit, only_with
+
+if TYPE_CHECKING:
+    from drumstick.drum.engine import Engine
 
 Floats = npt.NDArray[np.float32]
 
@@ -43,7 +46,7 @@ def _together(now: Floats, then: Floats, near: Floats, far: Floats) -> tuple[flo
 
 
 @only_with("microphones", otherwise=(0.0, 0.0))
-def heard(engine: Record, now: Floats, then: Floats) -> Any:
+def heard(engine: "Engine", now: Floats, then: Floats) -> Any:
     """Send off what the head's step radiates; returns what arrives, left and right."""
     air = engine.microphones
     t, last = air.at[0], air.line.shape[1] - 1
@@ -63,7 +66,7 @@ def heard(engine: Record, now: Floats, then: Floats) -> Any:
 
 
 @only_with("microphones")
-def rest(engine: Record) -> None:
+def rest(engine: "Engine") -> None:
     """Nothing is on its way."""
     engine.microphones.line[:] = 0.0
 

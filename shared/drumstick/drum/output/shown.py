@@ -4,14 +4,18 @@ The audio thread leaves copies, the network's thread takes them; neither waits f
 audio thread reads one cell a block for each, and copies nothing.
 """
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from realtime import triple
 from realtime.atomics import load_acquire, peek, poke, store_release
-from realtime.kernels.jit import Record, Records, njit, only_with
+from realtime.kernels.jit import njit, only_with
+from realtime.records import Record, Rows, dtype_of
+
+if TYPE_CHECKING:
+    from drumstick.drum.engine import Engine
 
 FRAMES_PER_S = 30
 HEARD = (
@@ -19,8 +23,15 @@ HEARD = (
 )  # samples kept: a reader of half of them has as long as they last before they are written over
 _SURFACE, _SOUND, _WRITTEN = 0, 8, 16  # cells, each on a cache line of its own
 
-# `due`: device frames until the next copy; `rested`: 1 when a head at rest was shown.
-PACE: np.dtype[Any] = np.dtype([("due", "i8"), ("rested", "i8")], align=True)
+
+class Pace(Record):
+    """`due`: device frames until the next copy; `rested`: 1 when a head at rest was shown."""
+
+    due: int
+    rested: int
+
+
+PACE = dtype_of(Pace)
 
 
 class Shown(NamedTuple):
@@ -34,7 +45,7 @@ class Shown(NamedTuple):
     places: npt.NDArray[np.int64]
     shares: npt.NDArray[np.float32]
     heard: npt.NDArray[np.float32]
-    pace: Records
+    pace: Rows[Pace]
 
 
 def shown_of(places: npt.NDArray[np.int64], shares: npt.NDArray[np.float32]) -> Shown:
@@ -57,22 +68,22 @@ def _gather(shown: Shown, held: npt.NDArray[np.float32]) -> None:
 
 
 @only_with("head")
-def _copy_mesh(engine: Record) -> None:
+def _copy_mesh(engine: "Engine") -> None:
     _gather(engine.shown, engine.head.planes[engine.control[0].plane])
 
 
 @only_with("modal")
-def _copy_modes(engine: Record) -> None:
+def _copy_modes(engine: "Engine") -> None:
     _gather(engine.shown, engine.modal.q)
 
 
 @njit()
-def show_surface(engine: Record, frames: int) -> None:
+def show_surface(engine: "Engine", frames: int) -> None:
     """Copy the surface when somebody looks and it is time; a head at rest once. Audio thread, once a block."""
     shown: Shown = engine.shown
     if load_acquire(shown.wanted, _SURFACE) == 0:
         return
-    pace: Record = shown.pace[0]
+    pace: Pace = shown.pace[0]
     pace.due -= frames
     asleep = engine.control[0].asleep
     if pace.due > 0 or (asleep != 0 and pace.rested != 0):
@@ -85,7 +96,7 @@ def show_surface(engine: Record, frames: int) -> None:
 
 
 @njit()
-def show_sound(engine: Record, out: npt.NDArray[np.float32]) -> None:
+def show_sound(engine: "Engine", out: npt.NDArray[np.float32]) -> None:
     """Keep a block, left and right mixed, when somebody looks. Audio thread."""
     shown: Shown = engine.shown
     if load_acquire(shown.wanted, _SOUND) == 0:

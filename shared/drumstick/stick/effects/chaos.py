@@ -6,32 +6,51 @@ tick thread; no allocation.
 """
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from drumstick.parameters.declare import number
 from drumstick.stick.effects.moments import EXIT, TURN
-from realtime.kernels.jit import Record, only_with
+from realtime.kernels.jit import only_with
+from realtime.records import Record
 
-STATE = (("x", "f8"), ("force_N", "f8"))
+if TYPE_CHECKING:
+    from drumstick.stick.records import Law, Motion
 
 
 @dataclass(frozen=True)
 class Chaos:
     """`[effects.chaos]`."""
 
-    force_N: float = number(2.0, 0.0, 100.0, "N", "Largest added force", wire="chaos.force")  # noqa: N815
+    force_N: float = number(2.0, 0.0, 100.0, "N", "Largest added force", wire="chaos.force")
     growth: float = number(
         3.9, 0.0, 4.0, "1", "Growth of the logistic map: chaotic from 3.57 on", wire="chaos.growth"
     )
     start: float = number(0.4, 0.01, 0.99, "1", "x before the first contact")
 
 
+class ChaosLaw(Record):
+    """`Chaos` in compiled code: by wire names; a choice is its index."""
+
+    force: float
+    growth: float
+    start: float
+
+
+class ChaosState(Record):
+    """The map's value, and the force now."""
+
+    x: float
+    force_N: float
+
+
 TABLE = Chaos
+LAW, STATE = ChaosLaw, ChaosState
 STRENGTH = "chaos.force"
 NEVER_REPEATS = True
 
 
 @only_with("chaos")
-def fire(law: Record, motion: Record, when: int) -> None:
+def fire(law: "Law", motion: "Motion", when: int) -> None:
     """One step of the map at the first turn of a contact; no force from exit on."""
     if when == TURN:
         x = motion.chaos.x if motion.chaos.x > 0.0 else law.chaos.start
@@ -42,30 +61,30 @@ def fire(law: Record, motion: Record, when: int) -> None:
 
 
 @only_with("chaos", otherwise=0.0)
-def force(law: Record, motion: Record) -> float:
+def force(law: "Law", motion: "Motion") -> float:
     """The added force now, N."""
     return motion.chaos.force_N
 
 
 @only_with("chaos", otherwise=0.0)
-def max_force(law: Record) -> float:
+def max_force(law: "Law") -> float:
     """The largest force it can have, N: the map's largest value is growth/4."""
     return law.chaos.force * 0.25 * law.chaos.growth
 
 
 @only_with("chaos", otherwise=False)
-def can_add_energy(law: Record, motion: Record) -> bool:
+def can_add_energy(law: "Law", motion: "Motion") -> bool:
     """May it still give the stick energy in this contact? Its force comes with the first turn."""
     return motion.turned == 0 and law.chaos.force * law.chaos.growth > 0.0
 
 
 @only_with("chaos", otherwise=True)
-def usable(law: Record) -> bool:
+def usable(law: "Law") -> bool:
     """Are its numbers fit for a device? Above 4 the logistic map leaves 0 .. 1."""
     return 0.0 <= law.chaos.force < 1e6 and 0.0 <= law.chaos.growth <= 4.0
 
 
 @only_with("chaos", otherwise=False)
-def can_move_resting_stick(law: Record) -> bool:
+def can_move_resting_stick(law: "Law") -> bool:
     """Any force moves a stick that lies still."""
     return law.chaos.force * 0.25 * law.chaos.growth > 0.0

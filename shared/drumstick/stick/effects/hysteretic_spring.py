@@ -6,12 +6,15 @@ thread; no allocation.
 """
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from drumstick.parameters.declare import number
 from drumstick.stick.effects.moments import ENTRY, RISE, SINK, TURN
-from realtime.kernels.jit import Record, only_with
+from realtime.kernels.jit import only_with
+from realtime.records import Record
 
-STATE = (("rising", "i8"),)
+if TYPE_CHECKING:
+    from drumstick.stick.records import Law, Motion
 
 
 @dataclass(frozen=True)
@@ -25,13 +28,26 @@ class HystereticSpring:
     )  # fmt: skip
 
 
+class HystereticSpringLaw(Record):
+    """`HystereticSpring` in compiled code: by wire names; a choice is its index."""
+
+    ratio: float
+
+
+class HystereticSpringState(Record):
+    """Whether the stick rises in the head."""
+
+    rising: int
+
+
 TABLE = HystereticSpring
+LAW, STATE = HystereticSpringLaw, HystereticSpringState
 STRENGTH = "hysteretic_spring.ratio"
 ALTERS_HEAD = True
 
 
 @only_with("hysteretic_spring")
-def fire(law: Record, motion: Record, when: int) -> None:
+def fire(law: "Law", motion: "Motion", when: int) -> None:
     """Note which way the stick moves in the head."""
     if when in (TURN, RISE):
         motion.hysteretic_spring.rising = 1
@@ -40,24 +56,24 @@ def fire(law: Record, motion: Record, when: int) -> None:
 
 
 @only_with("hysteretic_spring", otherwise=1.0)
-def stiffening(law: Record, motion: Record) -> float:
+def stiffening(law: "Law", motion: "Motion") -> float:
     """What multiplies K_coll now."""
     return law.hysteretic_spring.ratio if motion.hysteretic_spring.rising != 0 else 1.0
 
 
 @only_with("hysteretic_spring", otherwise=1.0)
-def max_stiffening(law: Record) -> float:
+def max_stiffening(law: "Law") -> float:
     """The most that K_coll is multiplied by."""
     return law.hysteretic_spring.ratio
 
 
 @only_with("hysteretic_spring", otherwise=True)
-def usable(law: Record) -> bool:
+def usable(law: "Law") -> bool:
     """Is its number fit for a device?"""
     return 1.0 <= law.hysteretic_spring.ratio < 1e3
 
 
 @only_with("hysteretic_spring", otherwise=False)
-def can_add_energy(law: Record, motion: Record) -> bool:
+def can_add_energy(law: "Law", motion: "Motion") -> bool:
     """May it still give the stick energy in this contact?"""
     return law.hysteretic_spring.ratio > 1.0

@@ -6,9 +6,18 @@ allocation.
 """
 
 import math
+from typing import TYPE_CHECKING
 
 from drumstick.stick.effects import moments
-from realtime.kernels.jit import Record, njit
+from realtime.kernels.jit import njit
+from realtime.records import Record
+
+if TYPE_CHECKING:
+    from drumstick.stick.effects.cor_pulse import CorPulseLaw
+    from drumstick.stick.effects.pulse import PulseLaw
+    from drumstick.stick.records import Motion
+
+    Given = PulseLaw | CorPulseLaw
 
 ADD, REPLACE, IGNORE = 0, 1, 2
 TRIGGERS = ("entry", "turn", "exit")  # in the order of effects.moments
@@ -16,12 +25,16 @@ OVERLAPS = ("add", "replace", "ignore")
 DELIVERED_AFTER_TAUS = 5.0  # for overlap = "ignore": by then 99.3 % of dv has been given
 SPENT_M_PER_S = 1e-25  # a tail that can still give less than this is set to 0, before it becomes denormal
 
-# What a pulse remembers between ticks: its push h/m in m/s^2, and the time since it fired in s.
-STATE = (("push", "f8"), ("age", "f8"))
+
+class Push(Record):
+    """What a pulse remembers between ticks: its push h/m, m/s^2, and the time since it fired, s."""
+
+    push: float
+    age: float
 
 
 @njit()
-def fire(given: Record, state: Record, when: int, speed: float) -> None:
+def fire(given: "Given", state: Push, when: int, speed: float) -> None:
     """Start a pulse that adds `speed` m/s, if it fires `when`."""
     if given.trigger != when:
         return
@@ -36,19 +49,19 @@ def fire(given: Record, state: Record, when: int, speed: float) -> None:
 
 
 @njit()
-def waits(given: Record, motion: Record) -> bool:
+def waits(given: "Given", motion: "Motion") -> bool:
     """Will the present contact's first deepest point still start one?"""
     return given.trigger == moments.TURN and motion.turned == 0
 
 
 @njit()
-def fade(given: Record, duration: float) -> float:
+def fade(given: "Given", duration: float) -> float:
     """The share of a push that is left after `duration` seconds."""
     return math.exp(-(1.0 / given.tau) * duration)
 
 
 @njit()
-def elapse(given: Record, state: Record, duration: float, fade: float) -> None:
+def elapse(given: "Given", state: Push, duration: float, fade: float) -> None:
     """Let the push fade to that share in `duration` seconds."""
     push = state.push * fade
     state.push = 0.0 if abs(push) * given.tau < SPENT_M_PER_S else push
@@ -56,6 +69,6 @@ def elapse(given: Record, state: Record, duration: float, fade: float) -> None:
 
 
 @njit()
-def stacked(given: Record, soonest: float) -> float:
+def stacked(given: "Given", soonest: float) -> float:
     """How many pulses push at once at most, counted by their force, when two never fire within `soonest` seconds."""
     return 1.0 / -math.expm1(-soonest / given.tau) if given.overlap == ADD else 1.0

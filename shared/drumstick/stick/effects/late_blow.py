@@ -5,11 +5,15 @@ arithmetic as the kernels', written for one contact. Kernels: any thread; no all
 """
 
 import math
+from typing import TYPE_CHECKING
 
 from drumstick.stick import contact
 from drumstick.stick.contact import PAPER
 from drumstick.stick.effects.system_delay import MOST_TICKS
-from realtime.kernels.jit import Record, njit, only_with
+from realtime.kernels.jit import njit, only_with
+
+if TYPE_CHECKING:
+    from drumstick.stick.records import Law
 
 _MOST_PHASES, _FEWEST_PHASES = 32, 4  # of the sampling, tried for the worst; few where samples lie close
 _STARTS = 500  # phases times samples a contact
@@ -33,7 +37,7 @@ def _drift(w: float, t: float) -> tuple[float, float, float]:
 
 
 @njit()
-def _head(law: Record, r: float, ratio: float, z: float, v: float) -> float:
+def _head(law: "Law", r: float, ratio: float, z: float, v: float) -> float:
     if z >= 0.0:
         return 0.0
     push = -law.k_coll * (ratio if v > 0.0 else 1.0) * z - (r - law.r_out) * v
@@ -46,7 +50,7 @@ def _later(late: tuple[float, ...], newest: float) -> tuple[float, ...]:
 
 
 @njit()
-def _leaving(law: Record, z: float, v: float, a: float, pressing: float) -> float:
+def _leaving(law: "Law", z: float, v: float, a: float, pressing: float) -> float:
     # The speed at z = 0 of a stick at z <= 0, or that it had there at z > 0, while the force does not change.
     w2 = law.k_hand / law.m
     return math.sqrt(max(v * v + w2 * z * z + 2.0 * (pressing - a) * z, 0.0))
@@ -54,7 +58,7 @@ def _leaving(law: Record, z: float, v: float, a: float, pressing: float) -> floa
 
 @njit()
 def _from(
-    law: Record, r: float, ratio: float, wait: float, u: float, pressing: float, samples: int
+    law: "Law", r: float, ratio: float, wait: float, u: float, pressing: float, samples: int
 ) -> tuple[float, float]:
     # Entry at u m/s with the hand pressing with a constant acceleration besides its spring; the first
     # sample comes `wait` seconds later. The largest speed at z = 0 until no force is left, and the largest force, N. A
@@ -99,7 +103,7 @@ def _from(
 
 
 @njit()
-def _by_lag(law: Record, r: float, ratio: float, pressing: float) -> tuple[float, float, float, float]:
+def _by_lag(law: "Law", r: float, ratio: float, pressing: float) -> tuple[float, float, float, float]:
     # Many samples a contact: e^(-s lag) = 1 - s lag + s^2 lag^2/2 - s^3 lag^3/6 with s^2 = -w^2 makes of spring and
     # damper others, without lag; the phase is of no account.
     lag = law.system_delay.period * (0.5 + law.system_delay.delay_ticks)
@@ -128,7 +132,7 @@ def _by_lag(law: Record, r: float, ratio: float, pressing: float) -> tuple[float
 
 @njit()
 def _by_phase(
-    law: Record, r: float, ratio: float, half_turn: float, pressing: float
+    law: "Law", r: float, ratio: float, half_turn: float, pressing: float
 ) -> tuple[float, float, float, float]:
     # Sample by sample, at every phase.
     period = law.system_delay.period
@@ -147,7 +151,7 @@ def _by_phase(
 
 
 @only_with("system_delay", otherwise=(0.0, 0.0, 0.0, 0.0))
-def late_blow(law: Record, r: float, ratio: float) -> tuple[float, float, float, float]:
+def late_blow(law: "Law", r: float, ratio: float) -> tuple[float, float, float, float]:
     """The most a contact with damping r (N s/m) and a spring `ratio` times as stiff on its way up makes of a blow.
 
     What multiplies its speed, the speed (m/s) that a pressing hand adds; the head's largest force (N) per m/s, and what

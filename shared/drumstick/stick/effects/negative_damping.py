@@ -7,19 +7,22 @@ exp(pi / sqrt(3)) = 6.1. Piecewise linear: `exact` covers it. Kernels: tick thre
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from drumstick.parameters.declare import number
 from drumstick.stick.effects.moments import ENTRY
-from realtime.kernels.jit import Record, njit, only_with
+from realtime.kernels.jit import njit, only_with
+from realtime.records import Record
 
-STATE = (("active", "i8"),)
+if TYPE_CHECKING:
+    from drumstick.stick.records import Law, Motion
 
 
 @dataclass(frozen=True)
 class NegativeDamping:
     """`[effects.negative_damping]`."""
 
-    r_N_s_per_m: float = number(  # noqa: N815  the unit newton is written N
+    r_N_s_per_m: float = number(
         2.0, 0.0, 1e3, "N s/m", "What is taken from R_in: above R_in the head gives energy",
         wire="negative_damping.r",
     )  # fmt: skip
@@ -29,49 +32,63 @@ class NegativeDamping:
     )  # fmt: skip
 
 
+class NegativeDampingLaw(Record):
+    """`NegativeDamping` in compiled code: by wire names; a choice is its index."""
+
+    r: float
+    below: float
+
+
+class NegativeDampingState(Record):
+    """Whether this contact is slow enough."""
+
+    active: int
+
+
 TABLE = NegativeDamping
+LAW, STATE = NegativeDampingLaw, NegativeDampingState
 STRENGTH = "negative_damping.r"
 ALTERS_HEAD = True
 
 
 @njit()
-def lowered(law: Record) -> float:
+def lowered(law: "Law") -> float:
     """Damping in an active contact, N s/m."""
     return max(law.r_in - law.negative_damping.r, -math.sqrt(law.m * law.k_coll))
 
 
 @only_with("negative_damping")
-def fire(law: Record, motion: Record, when: int) -> None:
+def fire(law: "Law", motion: "Motion", when: int) -> None:
     """Decide at entry whether this contact is slow enough."""
     if when == ENTRY:
         motion.negative_damping.active = 1 if -motion.v_in < law.negative_damping.below else 0
 
 
 @only_with("negative_damping", otherwise=0.0)
-def removed_damping(law: Record, motion: Record) -> float:
+def removed_damping(law: "Law", motion: "Motion") -> float:
     """What is taken from R_in now, N s/m."""
     return law.r_in - lowered(law) if motion.negative_damping.active != 0 else 0.0
 
 
 @only_with("negative_damping", otherwise=False)
-def can_add_energy(law: Record, motion: Record) -> bool:
+def can_add_energy(law: "Law", motion: "Motion") -> bool:
     """May it still give the stick energy in this contact?"""
     return motion.negative_damping.active != 0 and lowered(law) < 0.0
 
 
 @only_with("negative_damping", otherwise=0.0)
-def lowest(law: Record) -> float:
+def lowest(law: "Law") -> float:
     """The damping of an active contact, N s/m."""
     return lowered(law)
 
 
 @only_with("negative_damping", otherwise=0.0)
-def below(law: Record) -> float:
+def below(law: "Law") -> float:
     """The entry speed, m/s, up to which it is active."""
     return law.negative_damping.below
 
 
 @only_with("negative_damping", otherwise=True)
-def usable(law: Record) -> bool:
+def usable(law: "Law") -> bool:
     """Are its numbers fit for a device?"""
     return 0.0 <= law.negative_damping.r < 1e6 and 0.0 <= law.negative_damping.below < 1e3

@@ -6,14 +6,18 @@ how it is split. Piecewise constant: `exact` covers it. Kernels: tick thread; no
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from drumstick.parameters.declare import count, number
 from drumstick.stick.effects.moments import ENTRY, EXIT
-from realtime.kernels.jit import Record, njit, only_with
+from realtime.kernels.jit import njit, only_with
+from realtime.records import Record
 
-STATE = (("force_N", "f8"), ("left_s", "f8"), ("drawn", "i8"))
+if TYPE_CHECKING:
+    from drumstick.stick.records import Law, Motion
+
 _DUE_S = 1e-15  # what rounding may leave of a time that is over
 
 # The finaliser of splitmix64: Steele, Lea and Flood, "Fast splittable pseudorandom number generators" (2014).
@@ -27,14 +31,31 @@ _TO_UNIT = 2.0**-53
 class Noise:
     """`[effects.noise]`."""
 
-    force_N: float = number(0.5, 0.0, 100.0, "N", "Largest random force in the head", wire="noise.force")  # noqa: N815
+    force_N: float = number(0.5, 0.0, 100.0, "N", "Largest random force in the head", wire="noise.force")
     hold_s: float = number(
         0.001, 1e-4, 0.1, "s", "How long each random force lasts", wire="noise.hold", scale="log"
     )
     seed: int = count(1, 0, 2**31 - 1, "1", "Another seed is another run")
 
 
+class NoiseLaw(Record):
+    """`Noise` in compiled code: by wire names; a choice is its index."""
+
+    force: float
+    hold: float
+    seed: int
+
+
+class NoiseState(Record):
+    """The force now, the time that it still lasts, and how many were drawn."""
+
+    force_N: float
+    left_s: float
+    drawn: int
+
+
 TABLE = Noise
+LAW, STATE = NoiseLaw, NoiseState
 STRENGTH = "noise.force"
 NEVER_REPEATS = True
 
@@ -50,14 +71,14 @@ def uniform(seed: int, index: int) -> float:
 
 
 @njit()
-def _draw(law: Record, motion: Record) -> None:
+def _draw(law: "Law", motion: "Motion") -> None:
     motion.noise.drawn += 1
     motion.noise.force_N = law.noise.force * (2.0 * uniform(law.noise.seed, motion.noise.drawn) - 1.0)
     motion.noise.left_s = law.noise.hold
 
 
 @only_with("noise")
-def fire(law: Record, motion: Record, when: int) -> None:
+def fire(law: "Law", motion: "Motion", when: int) -> None:
     """Draw afresh at entry, be still from exit on."""
     if when == ENTRY:
         _draw(law, motion)
@@ -66,55 +87,55 @@ def fire(law: Record, motion: Record, when: int) -> None:
 
 
 @only_with("noise", otherwise=0.0)
-def force(law: Record, motion: Record) -> float:
+def force(law: "Law", motion: "Motion") -> float:
     """The random force now, N."""
     return motion.noise.force_N
 
 
 @only_with("noise", otherwise=math.inf)
-def due_in(law: Record, motion: Record, in_head: bool) -> float:
+def due_in(law: "Law", motion: "Motion", in_head: bool) -> float:
     """Seconds until the force changes."""
     return motion.noise.left_s if in_head else math.inf
 
 
 @only_with("noise")
-def elapse(law: Record, motion: Record, duration: float) -> None:
+def elapse(law: "Law", motion: "Motion", duration: float) -> None:
     """Count the hold down."""
     motion.noise.left_s -= duration
 
 
 @only_with("noise")
-def renew(law: Record, motion: Record, in_head: bool) -> None:
+def renew(law: "Law", motion: "Motion", in_head: bool) -> None:
     """Draw again if the hold is over."""
     if in_head and motion.noise.left_s <= _DUE_S:
         _draw(law, motion)
 
 
 @only_with("noise", otherwise=0.0)
-def max_force(law: Record) -> float:
+def max_force(law: "Law") -> float:
     """The largest force it can have, N."""
     return law.noise.force
 
 
 @only_with("noise", otherwise=True)
-def usable(law: Record) -> bool:
+def usable(law: "Law") -> bool:
     """Are its numbers fit for a device?"""
     return 0.0 <= law.noise.force < 1e6 and 0.0 < law.noise.hold < 1e3
 
 
 @only_with("noise", otherwise=False)
-def can_add_energy(law: Record) -> bool:
+def can_add_energy(law: "Law") -> bool:
     """May it give the stick energy?"""
     return law.noise.force > 0.0
 
 
 @only_with("noise", otherwise=False)
-def can_move_resting_stick(law: Record) -> bool:
+def can_move_resting_stick(law: "Law") -> bool:
     """Any force moves a stick that lies still."""
     return law.noise.force > 0.0
 
 
 @only_with("noise", otherwise=False)
-def varies_at_rest(law: Record) -> bool:
+def varies_at_rest(law: "Law") -> bool:
     """May its force change although nothing happens?"""
     return law.noise.force > 0.0

@@ -7,12 +7,19 @@ constant: `exact` covers it. Kernels: tick thread; no allocation.
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+import numpy.typing as npt
 
 from drumstick.parameters.declare import count, number
-from realtime.kernels.jit import Record, njit, only_with
+from realtime.kernels.jit import njit, only_with
+from realtime.records import Record
+
+if TYPE_CHECKING:
+    from drumstick.stick.records import Law, Motion
 
 MOST_TICKS = 8
-STATE = (("held_N", "f8"), ("left_s", "f8"), ("next", "i8"), ("queue_N", "f8", (MOST_TICKS,)))
 _DUE_S = 1e-15  # what rounding may leave of a time that is over
 
 
@@ -32,49 +39,66 @@ class SystemDelay:
         return self.period_s * (0.5 + self.delay_ticks)
 
 
+class SystemDelayLaw(Record):
+    """`SystemDelay` in compiled code: by wire names; a choice is its index."""
+
+    period: float
+    delay_ticks: int
+
+
+class SystemDelayState(Record):
+    """The force that acts, the time to the next sample, and those on their way."""
+
+    held_N: float
+    left_s: float
+    next: int
+    queue_N: Annotated[npt.NDArray[np.float64], "f8", (MOST_TICKS,)]
+
+
 TABLE = SystemDelay
+LAW, STATE = SystemDelayLaw, SystemDelayState
 STRENGTH = "system_delay.period"
 NEVER_REPEATS = True
 
 
 @only_with("system_delay", otherwise=False)
-def sampled(law: Record) -> bool:
+def sampled(law: "Law") -> bool:
     """Is the head's force a held sample?"""
     return True
 
 
 @only_with("system_delay", otherwise=math.inf)
-def period_s(law: Record) -> float:
+def period_s(law: "Law") -> float:
     """Time between samples of the head's force, s."""
     return law.system_delay.period
 
 
 @only_with("system_delay", otherwise=0.0)
-def lag_s(law: Record) -> float:
+def lag_s(law: "Law") -> float:
     """The oldest that the force can be, s."""
     return law.system_delay.period * (1 + law.system_delay.delay_ticks)
 
 
 @only_with("system_delay", otherwise=0.0)
-def held(law: Record, motion: Record) -> float:
+def held(law: "Law", motion: "Motion") -> float:
     """The force that acts now, N."""
     return motion.system_delay.held_N
 
 
 @only_with("system_delay", otherwise=math.inf)
-def due_in(law: Record, motion: Record) -> float:
+def due_in(law: "Law", motion: "Motion") -> float:
     """Seconds until the next sample."""
     return motion.system_delay.left_s
 
 
 @only_with("system_delay")
-def elapse(law: Record, motion: Record, duration: float) -> None:
+def elapse(law: "Law", motion: "Motion", duration: float) -> None:
     """Count down to the next sample."""
     motion.system_delay.left_s -= duration
 
 
 @njit()
-def _later(state: Record, ticks: int, force: float) -> float:
+def _later(state: SystemDelayState, ticks: int, force: float) -> float:
     # The force of `ticks` samples ago; this one goes into the queue.
     if ticks == 0:
         return force
@@ -86,7 +110,7 @@ def _later(state: Record, ticks: int, force: float) -> float:
 
 
 @only_with("system_delay")
-def renew(law: Record, motion: Record, force: float) -> None:
+def renew(law: "Law", motion: "Motion", force: float) -> None:
     """Take a sample, the head's force now, if it is due."""
     if motion.system_delay.left_s <= _DUE_S:
         motion.system_delay.left_s = law.system_delay.period
@@ -94,7 +118,7 @@ def renew(law: Record, motion: Record, force: float) -> None:
 
 
 @njit()
-def _pending(state: Record) -> float:
+def _pending(state: SystemDelayState) -> float:
     # All forces acting or on their way, N.
     total = abs(state.held_N)
     for index in range(MOST_TICKS):
@@ -103,25 +127,25 @@ def _pending(state: Record) -> float:
 
 
 @only_with("system_delay", otherwise=False)
-def still_pushes(law: Record, motion: Record) -> bool:
+def still_pushes(law: "Law", motion: "Motion") -> bool:
     """Is a force acting or on its way?"""
     return _pending(motion.system_delay) != 0.0
 
 
 @only_with("system_delay", otherwise=False)
-def can_add_energy(law: Record) -> bool:
+def can_add_energy(law: "Law") -> bool:
     """Lag acts as negative damping."""
     return True
 
 
 @only_with("system_delay", otherwise=False)
-def can_move_resting_stick(law: Record, motion: Record, least: float) -> bool:
+def can_move_resting_stick(law: "Law", motion: "Motion", least: float) -> bool:
     """Can the forces acting or on their way give more than `least` m/s?"""
     return _pending(motion.system_delay) * law.system_delay.period / law.m > least
 
 
 @only_with("system_delay")
-def stop(law: Record, motion: Record) -> None:
+def stop(law: "Law", motion: "Motion") -> None:
     """Forget every force."""
     motion.system_delay.held_N = 0.0
     for index in range(MOST_TICKS):
@@ -129,6 +153,6 @@ def stop(law: Record, motion: Record) -> None:
 
 
 @only_with("system_delay", otherwise=True)
-def usable(law: Record) -> bool:
+def usable(law: "Law") -> bool:
     """Is its number fit for a device?"""
     return 0.0 < law.system_delay.period < 1e3

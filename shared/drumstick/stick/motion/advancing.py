@@ -17,7 +17,8 @@ from drumstick.stick.motion.events import (
     first_event,
 )
 from drumstick.stick.motion.transitions import CAPTURED, apply, begin, move, never_releases, renew
-from realtime.kernels.jit import Record, njit
+from drumstick.stick.records import Law, Motion
+from realtime.kernels.jit import njit
 
 _INSTANT_S = 1e-15
 _MOST_AT_ONCE = 20
@@ -25,7 +26,7 @@ _NOTHING = 1e-30  # m and m/s
 
 
 @njit()
-def _land(motion: Record, event: int) -> None:
+def _land(motion: Motion, event: int) -> None:
     # At an event its function is 0, with the event's sign of the rate: rounding must not say otherwise.
     if event == ENTRY:
         motion.z = 0.0
@@ -38,7 +39,7 @@ def _land(motion: Record, event: int) -> None:
 
 
 @njit()
-def _died_away(law: Record, motion: Record) -> bool:
+def _died_away(law: Law, motion: Motion) -> bool:
     # A head that lets go and holds again, over and over, of a stick that creeps up to z = 0 and never arrives.
     still = abs(motion.z) < _NOTHING and abs(motion.v) < _NOTHING and law.k_hand * law.z_ss == 0.0
     return (
@@ -50,7 +51,7 @@ def _died_away(law: Record, motion: Record) -> bool:
 
 @njit()
 def advance(
-    law: Record, motion: Record, horizon: float, method: int | None, longest_s: float
+    law: Law, motion: Motion, horizon: float, method: int | None, longest_s: float
 ) -> tuple[int, float]:
     """Move to the next event or by `horizon` seconds, in segments of at most `longest_s`: (event, seconds moved)."""
     moved = 0.0

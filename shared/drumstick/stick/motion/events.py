@@ -19,7 +19,8 @@ from drumstick.stick.motion.crossing import (
 )
 from drumstick.stick.motion.segment import Segment
 from drumstick.stick.motion.spans import SPEED, cut, first_nodes, is_brief, later, nearest, push_rate
-from realtime.kernels.jit import Record, njit
+from drumstick.stick.records import Motion
+from realtime.kernels.jit import njit
 
 # Where the stick is. LOOSE: still below z = 0, but a head that only pushes has let go of it (`unilateral`).
 ABOVE, CONTACT, LOOSE = 0, 1, 2
@@ -100,7 +101,7 @@ def _way_end(seg: Segment, here: Point, there: Point, rises: bool) -> Event:
 
 
 @njit()
-def _in_head(motion: Record, seg: Segment, here: Point, there: Point) -> Event:
+def _in_head(motion: Motion, seg: Segment, here: Point, there: Point) -> Event:
     rises, rate = _rises(here, there), push_rate(seg)
     event, end = HORIZON, there
     if _lets_go(motion.place, seg, here, there):
@@ -127,14 +128,14 @@ def _in_head(motion: Record, seg: Segment, here: Point, there: Point) -> Event:
 
 
 @njit()
-def _in_span(motion: Record, seg: Segment, here: Point, there: Point) -> Event:
+def _in_span(motion: Motion, seg: Segment, here: Point, there: Point) -> Event:
     if motion.place == ABOVE:
         return _above(seg, here, there)
     return _in_head(motion, seg, here, there)
 
 
 @njit()
-def first_event(motion: Record, seg: Segment, horizon: float) -> Event:
+def first_event(motion: Motion, seg: Segment, horizon: float) -> Event:
     """The first event within `horizon` seconds and its point; (HORIZON, the last point) when there is none.
 
     motion: only `place` is read, and `peak_N` raised when the push peaks on the way. A stepper's segment is one span:

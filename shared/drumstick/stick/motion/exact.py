@@ -8,8 +8,9 @@ import math
 
 from drumstick.stick.motion.advancing import advance as advance_by
 from drumstick.stick.motion.events import ABOVE, APEX, CONTACT, ENTRY, HORIZON, LOOSE, RELEASE, TURN
-from drumstick.stick.motion.transitions import CAPTURED, LEFT, MOVING, STATE
-from realtime.kernels.jit import Record, njit
+from drumstick.stick.motion.transitions import CAPTURED, LEFT, MOVING
+from drumstick.stick.records import Law, Motion
+from realtime.kernels.jit import njit
 
 __all__ = [
     "ABOVE",
@@ -22,14 +23,13 @@ __all__ = [
     "LOOSE",
     "MOVING",
     "RELEASE",
-    "STATE",
     "TURN",
     "advance",
 ]
 
 
 @njit()
-def advance(law: Record, motion: Record, horizon: float) -> tuple[int, float]:
+def advance(law: Law, motion: Motion, horizon: float) -> tuple[int, float]:
     """Move to the next event or by `horizon` seconds; returns (event, seconds moved).
 
     ENTRY: the stick meets the head at z = 0 with motion.v_in < 0. TURN: a deepest point. RELEASE: motion.v_out,

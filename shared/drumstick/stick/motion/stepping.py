@@ -25,13 +25,14 @@ from drumstick.stick.motion.events import (
 )
 from drumstick.stick.motion.segment import Segment, onward
 from drumstick.stick.motion.transitions import CAPTURED, apply, begin, move, never_releases, renew
-from realtime.kernels.jit import Record, njit
+from drumstick.stick.records import Law, Motion
+from realtime.kernels.jit import njit
 
 _NEGLIGIBLE = 1e-12  # of a step: what rounding may leave of a horizon that is a whole number of steps
 
 
 @njit()
-def located(law: Record, motion: Record, horizon: float, method: int, dt: float) -> tuple[int, float]:
+def located(law: Law, motion: Motion, horizon: float, method: int, dt: float) -> tuple[int, float]:
     """As `exact.advance`, by a stepper of steps `dt` s (drumstick.stick.methods.carry): order as its method
     declares."""
     return advance(law, motion, horizon, method, dt)
@@ -58,7 +59,7 @@ def _seen(place: int, seg: Segment, z: float, v: float) -> int:
 
 
 @njit()
-def unlocated(law: Record, motion: Record, horizon: float, method: int, dt: float) -> tuple[int, float]:
+def unlocated(law: Law, motion: Motion, horizon: float, method: int, dt: float) -> tuple[int, float]:
     """As `exact.advance`, but an event is only noticed at the end of its step: order one, whatever the method."""
     moved = 0.0
     seg, fades = begin(law, motion, method), composition.fades(law, dt)

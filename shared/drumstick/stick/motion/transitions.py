@@ -23,7 +23,8 @@ from drumstick.stick.motion.events import (
     push_of,
 )
 from drumstick.stick.motion.segment import Segment
-from realtime.kernels.jit import Record, njit
+from drumstick.stick.records import Law, Motion
+from realtime.kernels.jit import njit
 
 # How a stick can come to its end.
 MOVING, CAPTURED, LEFT = 0, 1, 2
@@ -33,26 +34,9 @@ _RUNAWAY_M_PER_S = (
     1e6  # an effect that adds energy without end: the stick has left long before numbers overflow
 )
 
-# The stick's motion: fields of the record, beside those of the scene's effects. `v_in` to `contact_s`
-# describe the present or the last contact (z < 0), `turned` is set once in each.
-STATE = (
-    ("z", "f8"),
-    ("v", "f8"),
-    ("v_in", "f8"),
-    ("v_out", "f8"),
-    ("z_min", "f8"),
-    ("z_apex", "f8"),
-    ("peak_N", "f8"),
-    ("impulse_N_s", "f8"),
-    ("contact_s", "f8"),
-    ("place", "i8"),
-    ("turned", "i8"),
-    ("fate", "i8"),
-)
-
 
 @njit()
-def head_push(law: Record, motion: Record) -> float:
+def head_push(law: Law, motion: Motion) -> float:
     """What the head pushes with now, N, if nothing delays it; a head that only pushes never pulls."""
     if motion.place == ABOVE:
         return 0.0
@@ -62,7 +46,7 @@ def head_push(law: Record, motion: Record) -> float:
 
 
 @njit()
-def force_now(law: Record, motion: Record) -> float:
+def force_now(law: Law, motion: Motion) -> float:
     """The force that really acts on the stick, N: the head's, or the held sample of a system with delay."""
     if system_delay.sampled(law):
         return system_delay.held(law, motion)
@@ -70,7 +54,7 @@ def force_now(law: Record, motion: Record) -> float:
 
 
 @njit()
-def segment_of(law: Record, motion: Record, method: int | None) -> Segment:
+def segment_of(law: Law, motion: Motion, method: int | None) -> Segment:
     """The equation that holds from here on, while nothing happens."""
     if system_delay.sampled(law):
         k, r, f = 0.0, 0.0, system_delay.held(law, motion)
@@ -91,7 +75,7 @@ def segment_of(law: Record, motion: Record, method: int | None) -> Segment:
 
 
 @njit()
-def begin(law: Record, motion: Record, method: int | None) -> Segment:
+def begin(law: Law, motion: Motion, method: int | None) -> Segment:
     """`segment_of`, to be moved along: inside it the search sees the push peak, at its ends `begin` and `move` do.
 
     A force that steps, or a negative damper, peaks at an end.
@@ -104,7 +88,7 @@ def begin(law: Record, motion: Record, method: int | None) -> Segment:
 
 @njit()
 def move(
-    law: Record, motion: Record, seg: Segment, duration: float, fades: composition.Fades, z: float, v: float
+    law: Law, motion: Motion, seg: Segment, duration: float, fades: composition.Fades, z: float, v: float
 ) -> None:
     """The stick is now at (z, v), `duration` seconds along its segment: keep the contact's impulse and time.
 
@@ -128,7 +112,7 @@ def move(
 
 
 @njit()
-def _turns(motion: Record, a: float, w: float, rest: float) -> bool:
+def _turns(motion: Motion, a: float, w: float, rest: float) -> bool:
     # Does a contact come to a deepest point, if no pulse runs? Overdamped, it may creep down to its rest instead.
     if a < w or motion.place != CONTACT:
         return True
@@ -137,7 +121,7 @@ def _turns(motion: Record, a: float, w: float, rest: float) -> bool:
 
 
 @njit()
-def never_releases(law: Record, motion: Record) -> bool:
+def never_releases(law: Law, motion: Motion) -> bool:
     """Can nothing bring the stick out of the head again?
 
     Energy about the point of rest in the head, with all that a pulse can still add, cannot reach z = 0. A head that
@@ -160,7 +144,7 @@ def never_releases(law: Record, motion: Record) -> bool:
 
 
 @njit()
-def _never_returns(law: Record, motion: Record) -> bool:
+def _never_returns(law: Law, motion: Motion) -> bool:
     if composition.still_pushes(law, motion):
         return False
     most = composition.most_remaining_speed(law, motion)
@@ -175,7 +159,7 @@ def _never_returns(law: Record, motion: Record) -> bool:
 
 
 @njit()
-def _hold(law: Record, motion: Record) -> None:
+def _hold(law: Law, motion: Motion) -> None:
     # After an effect has changed the head's force: one that only pushes holds the stick just while it would push.
     if law.release != PAPER and not system_delay.sampled(law):
         k, r, f = composition.head(law, motion)
@@ -183,7 +167,7 @@ def _hold(law: Record, motion: Record) -> None:
 
 
 @njit()
-def _enter(law: Record, motion: Record) -> None:
+def _enter(law: Law, motion: Motion) -> None:
     motion.place = CONTACT
     motion.v_in = motion.v
     motion.v_out = 0.0
@@ -201,7 +185,7 @@ def _enter(law: Record, motion: Record) -> None:
 
 
 @njit()
-def _turn(law: Record, motion: Record) -> None:
+def _turn(law: Law, motion: Motion) -> None:
     motion.z_min = min(motion.z_min, motion.z)
     if motion.turned == 0:
         composition.fire(law, motion, moments.TURN)
@@ -214,7 +198,7 @@ def _turn(law: Record, motion: Record) -> None:
 
 
 @njit()
-def _leave(law: Record, motion: Record) -> None:
+def _leave(law: Law, motion: Motion) -> None:
     motion.place = ABOVE
     motion.v_out = motion.v
     motion.z_apex = max(motion.z, 0.0)
@@ -224,7 +208,7 @@ def _leave(law: Record, motion: Record) -> None:
 
 
 @njit()
-def apply(law: Record, motion: Record, event: int) -> None:
+def apply(law: Law, motion: Motion, event: int) -> None:
     """What the event changes: the place, the contact's record, the effects, the stick's fate."""
     if event == ENTRY:
         _enter(law, motion)
@@ -248,7 +232,7 @@ def apply(law: Record, motion: Record, event: int) -> None:
 
 
 @njit()
-def renew(law: Record, motion: Record) -> None:
+def renew(law: Law, motion: Motion) -> None:
     """Let effects act whose time has come although nothing happened."""
     composition.renew(law, motion, motion.place != ABOVE, head_push(law, motion))
     if motion.place != ABOVE and composition.varies_at_rest(law):

@@ -1,13 +1,14 @@
 """The closed form of a segment against a matrix exponential in 60 digits: another method, another arithmetic."""
 
 import math
+from typing import Any
 
 import mpmath
 import pytest
 
 from drumstick.stick.motion.segment import Segment, push_now
 from drumstick.stick.motion.segment import propagate as along
-from realtime.kernels.jit import Record, njit
+from realtime.kernels.jit import njit
 
 # a, w2, lam: what a name promises holds for the numbers behind it.
 REGIMES = {
@@ -38,7 +39,7 @@ DIGITS = 60
 
 
 @njit()
-def _after(seg: Record, t: float) -> tuple[float, float, float]:
+def _after(seg: Any, t: float) -> tuple[float, float, float]:
     z, v, _ = along(seg, t)
     return z, v, push_now(seg.pushes, t)[0]
 

@@ -1,6 +1,7 @@
 """Nothing falls between two nodes: spans against the motion sampled densely, in any regime of damping."""
 
 import math
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -10,7 +11,7 @@ from hypothesis import strategies as st
 from drumstick.stick.motion.crossing import point_after, start_of, weighted
 from drumstick.stick.motion.segment import Pushes, Segment, free_response
 from drumstick.stick.motion.spans import cut, first_nodes, first_zero, later, nearest, push_rate
-from realtime.kernels.jit import Record, njit
+from realtime.kernels.jit import njit
 
 Numbers = npt.NDArray[np.float64]
 
@@ -22,7 +23,7 @@ M_KG = 0.015
 
 
 @njit()
-def _spans(seg: Record, horizon: float, ends: Numbers) -> int:
+def _spans(seg: Any, horizon: float, ends: Numbers) -> int:
     # The loop of events.first_event, without its events.
     here = start_of(seg)
     nodes = first_nodes(seg, here, True)
@@ -37,7 +38,7 @@ def _spans(seg: Record, horizon: float, ends: Numbers) -> int:
 
 
 @njit()
-def _sample(seg: Record, times: Numbers, speed: Numbers, rate: Numbers, terms: Numbers) -> None:
+def _sample(seg: Any, times: Numbers, speed: Numbers, rate: Numbers, terms: Numbers) -> None:
     for i in range(times.shape[0]):
         point = point_after(seg, times[i])
         speed[i] = point.v

@@ -1,0 +1,67 @@
+"""What is published before the subscribers are back: held for a moment after the gateway has opened its router.
+
+Whoever listens on this machine is connected to the gateway itself, and connects again when another one starts. What
+the servo did in the meantime waits in the block; published at once, it would reach nobody. The relay's thread.
+"""
+
+import time
+from typing import Protocol
+
+# Clients of this machine try every protocol.session.RETRY_S: after the first, so long for the others.
+_AFTER_THE_FIRST_S = 0.25
+_LONGEST_S = 0.75
+
+
+class Publisher(Protocol):
+    """What is needed of a Zenoh publisher."""
+
+    def put(self, payload: bytes) -> object:
+        """Publish it."""
+        ...
+
+    @property
+    def matching_status(self) -> "Matching":
+        """Whether somebody subscribes."""
+        ...
+
+
+class Matching(Protocol):
+    """Zenoh's answer to that."""
+
+    @property
+    def matching(self) -> bool:
+        """Does anybody?"""
+        ...
+
+
+class Backlog:
+    """Messages of a gateway that has just started, in order, until its subscribers are back or 0.75 s have passed."""
+
+    def __init__(self, awaited: Publisher) -> None:
+        """awaited: publishes what the subscribers are awaited for."""
+        self._awaited = awaited
+        self._held: list[tuple[Publisher, bytes]] = []
+        self._until_s = time.monotonic() + _LONGEST_S
+        self._is_matched = False
+        self._is_over = False
+
+    def put(self, publisher: Publisher, payload: bytes) -> None:
+        """Publish by `publisher`: now, or when the subscribers are back."""
+        if self._is_over:
+            publisher.put(payload)
+        else:
+            self._held.append((publisher, payload))
+
+    def step(self, now_s: float) -> None:
+        """Look whether they are; now_s: time.monotonic()."""
+        if self._is_over:
+            return
+        if not self._is_matched and self._awaited.matching_status.matching:
+            self._is_matched = True
+            self._until_s = min(self._until_s, now_s + _AFTER_THE_FIRST_S)
+        if now_s < self._until_s:
+            return
+        for publisher, payload in self._held:
+            publisher.put(payload)
+        self._held.clear()
+        self._is_over = True
