@@ -111,7 +111,7 @@ def folded(
             # Its symbol in the stored code is made from these: another for other parts.
             whole.__module__ = neutral.__module__
             whole.__name__ = neutral.__name__
-            whole.__qualname__ = f"{neutral.__qualname__}.{'.'.join(found)}"
+            whole.__qualname__ = f"{neutral.__qualname__}.{fold.__name__}.{'.'.join(found)}"
             return whole
 
         def placeholder(*_: Any) -> Any:

@@ -50,6 +50,9 @@ class Outlets:
     def put_strike(self, strike: Strike) -> None:
         self.strikes.append(strike)
 
+    def step(self, now_ns: int) -> None:
+        pass
+
     def strike(self, strike: Strike) -> None:
         self.notes.append(velocity(strike.level))
 

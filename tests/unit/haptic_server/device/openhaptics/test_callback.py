@@ -48,7 +48,7 @@ def test_the_force_is_the_laws_answer_to_the_position_of_the_same_tick(arm: Stan
         arm.wait_ticks(300)
         arm.sim("buttons", 5)
         arm.wait_ticks(50)
-        reading = servo.reading[0].copy()
+        reading = servo.reading.copy()[0]
     forces, heights = arm.sent()
     expected = np.maximum(-WALL_N_PER_M * (heights - CENTRE_MM[1]) * 1e-3, 0.0)
     np.testing.assert_allclose(forces[:-1], expected[:-1], rtol=1e-12, atol=1e-12)
