@@ -4,48 +4,31 @@ Whoever listens on this machine is connected to the gateway itself, and connects
 the servo did in the meantime waits in the block; published at once, it would reach nobody. The relay's thread.
 """
 
+from __future__ import annotations
+
 import time
-from typing import Protocol
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import zenoh
 
 # Clients of this machine try every protocol.session.RETRY_S: after the first, so long for the others.
 _AFTER_THE_FIRST_S = 0.25
 _LONGEST_S = 0.75
 
 
-class Publisher(Protocol):
-    """What is needed of a Zenoh publisher."""
-
-    def put(self, payload: bytes) -> object:
-        """Publish it."""
-        ...
-
-    @property
-    def matching_status(self) -> "Matching":
-        """Whether somebody subscribes."""
-        ...
-
-
-class Matching(Protocol):
-    """Zenoh's answer to that."""
-
-    @property
-    def matching(self) -> bool:
-        """Does anybody?"""
-        ...
-
-
 class Backlog:
     """Messages of a gateway that has just started, in order, until its subscribers are back or 0.75 s have passed."""
 
-    def __init__(self, awaited: Publisher) -> None:
+    def __init__(self, awaited: zenoh.Publisher) -> None:
         """awaited: publishes what the subscribers are awaited for."""
         self._awaited = awaited
-        self._held: list[tuple[Publisher, bytes]] = []
+        self._held: list[tuple[zenoh.Publisher, bytes]] = []
         self._until_s = time.monotonic() + _LONGEST_S
         self._is_matched = False
         self._is_over = False
 
-    def put(self, publisher: Publisher, payload: bytes) -> None:
+    def put(self, publisher: zenoh.Publisher, payload: bytes) -> None:
         """Publish by `publisher`: now, or when the subscribers are back."""
         if self._is_over:
             publisher.put(payload)
@@ -56,7 +39,8 @@ class Backlog:
         """Look whether they are; now_s: time.monotonic()."""
         if self._is_over:
             return
-        if not self._is_matched and self._awaited.matching_status.matching:
+        subscribed: Any = self._awaited.matching_status  # a MatchingStatus, though zenoh's stub says bool
+        if not self._is_matched and subscribed.matching:
             self._is_matched = True
             self._until_s = min(self._until_s, now_s + _AFTER_THE_FIRST_S)
         if now_s < self._until_s:
