@@ -106,15 +106,15 @@ def energy(engine: Engine) -> float:
     membrane = Membrane(engine.head, float(control["own_gain"]))
     u, before = engine.head.planes[at], engine.head.planes[1 - at]
     order_4 = float(control["order_4"]) * float(control["held_back"])
-    if engine.internal_loss is None:
+    if engine.effects.internal_loss is None:
         found = membrane.energy(u, before, float(control["tau"]), order_4)
     else:
-        rho, eta = (float(gain) for gain in engine.internal_loss.gains)
+        rho, eta = (float(gain) for gain in engine.effects.internal_loss.gains)
         found = membrane.energy_with_momentum(u, before, float(control["tau"]), rho, eta)
-    if engine.tension is not None:
-        found += _of_tension(engine.tension, membrane.product(u, before))
-    if engine.cavity is not None:
-        state, head = engine.cavity.state[0], engine.cavity.head
+    if engine.effects.tension is not None:
+        found += _of_tension(engine.effects.tension, membrane.product(u, before))
+    if engine.effects.cavity is not None:
+        state, head = engine.effects.cavity.state[0], engine.effects.cavity.head
         held_back = 2.0 / (1.0 + float(state["then_gain"]))
         tau = 2.0 - float(state["now_gain"]) * held_back
         second = Membrane(head, tau / held_back)
@@ -126,8 +126,8 @@ def energy(engine: Engine) -> float:
             return first - float(np.sum(head.planes[plane], dtype=np.float64)) / second_area
 
         in_second = second.energy(head.planes[at], head.planes[1 - at], tau)
-        if engine.snare is not None:
-            in_second += _of_snare(engine.snare)
+        if engine.effects.snare is not None:
+            in_second += _of_snare(engine.effects.snare)
         found += area / second_area * in_second
         found += 0.5 * area * spring * apart(at) * apart(1 - at)
     return found

@@ -53,10 +53,10 @@ def engine_of(scene: Scene) -> Engine:
     """Its engine at rest and awake; a glide that is half its most at a stretch of 1, wires that lie on."""
     engine = new_engine(scene, RATE, StrikeRing())
     engine.control["asleep"] = 0
-    if engine.tension is not None:
-        engine.tension.state["half"] = 1.0
-    if engine.snare is not None:
-        engine.snare.state["eta_0"] = 0.01
+    if engine.effects.tension is not None:
+        engine.effects.tension.state["half"] = 1.0
+    if engine.effects.snare is not None:
+        engine.effects.snare.state["eta_0"] = 0.01
     return engine
 
 

@@ -4,8 +4,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from drumstick.drum.effects import built
-from drumstick.drum.effects.internal_loss import Momentum
+from drumstick.drum.effects.registry import Building, effects_of
 from drumstick.drum.engine import CONTROL, METERS, PENDING, Control, Engine
 from drumstick.drum.excitation.analytic import CONTACT, FORCES, POOL, PULSE
 from drumstick.drum.excitation.push import FORCE
@@ -69,10 +68,6 @@ def _of_mesh(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     numbers = Numbers(scene, step_s)
     lattice = tuned(scene.drum.f01_Hz, step_s, numbers.scheme, numbers.losses)
     head = head_of(lattice, numbers.baked)
-    effects = scene.drum.effects
-    second = built.cavity_of(scene, lattice, numbers, step_s) if "cavity" in effects else ABSENT
-    muffled = built.muffle_of(scene, lattice, numbers.losses, step_s) if "muffle" in effects else ABSENT
-    rho_and_eta = np.array([numbers.losses.rho, numbers.losses.eta], np.float32)
     size = lattice.weights.size
     ears, ear_gains = ears_on(scene, head, 1.0)
     return Engine(
@@ -84,12 +79,7 @@ def _of_mesh(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
         ear_gains=ear_gains,
         microphones=microphones_of(scene, lattice, step_s) if scene.listen.microphones else ABSENT,
         bend=aligned((size,)) if numbers.scheme.order_4 else ABSENT,
-        internal_loss=Momentum(aligned((size,)), rho_and_eta) if numbers.with_momentum else ABSENT,
-        muffle=muffled,
-        tension=built.tension_of(lattice, numbers, muffled) if "tension" in effects else ABSENT,
-        cavity=second,
-        snare=built.snare_of(scene, second, step_s) if second is not None and "snare" in effects else ABSENT,
-        rim=built.rim_of(scene, step_s) if "rim" in effects else ABSENT,
+        effects=effects_of(Building(scene, step_s, lattice, numbers)),
         stream=stream_of(scene, step_s) if scene.drum.excitation == "streamed" else ABSENT,
         mallets=mallets_on_mesh(scene, step_s, float(head.grid["spacing"][0])),
     )
@@ -113,7 +103,7 @@ def _of_modes(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
         ears=np.zeros(0, np.int64),
         ear_gains=np.zeros((0, 2), np.float32),
         modal=bank,
-        rim=built.rim_of(scene, step_s) if "rim" in scene.drum.effects else ABSENT,
+        effects=effects_of(Building(scene, step_s)),
         mallets=mallets_on_modes(scene, step_s, len(bank.q)),
     )
 

@@ -70,8 +70,8 @@ def _gain(scene: Scene, rate_Hz: int, half: float, press: float) -> float:
 
 
 def _slack(engine: Engine, half: float) -> None:
-    if is_there(engine.tension):
-        engine.tension.state["half"] = half
+    if is_there(engine.effects.tension):
+        engine.effects.tension.state["half"] = half
 
 
 def _mean_pull(scene: Scene, rate_Hz: int, half: float) -> tuple[float, float]:
@@ -79,9 +79,9 @@ def _mean_pull(scene: Scene, rate_Hz: int, half: float) -> tuple[float, float]:
     # most that it could: q and q_most.
     ring = StrikeRing()
     trial = new_engine(scene, rate_Hz, ring)
-    assert trial.tension is not None
+    assert trial.effects.tension is not None
     _slack(trial, half)
-    state: Record = trial.tension.state[0]
+    state: Record = trial.effects.tension.state[0]
     blow = full_scale(scene)
     ring.swing(blow)
     control: Control = trial.control[0]
@@ -109,8 +109,8 @@ def _half_stretch(scene: Scene, rate_Hz: int) -> float:
 
 
 def _press_on(engine: Engine, distance: float) -> None:
-    if is_there(engine.snare):
-        state: Record = engine.snare.state[0]
+    if is_there(engine.effects.snare):
+        state: Record = engine.effects.snare.state[0]
         # What the wires' own springs push when they are bent so far.
         state["eta_0"] = distance * state["mass"] * state["spring"] / state["stiffness"]
 
@@ -120,17 +120,17 @@ def _press(scene: Scene, rate_Hz: int, half: float) -> float:
     # with the wires as good as gone.
     ring = StrikeRing()
     trial = new_engine(scene, rate_Hz, ring)
-    assert trial.cavity is not None
-    assert trial.snare is not None
+    assert trial.effects.cavity is not None
+    assert trial.effects.snare is not None
     if half > 0.0:
         _slack(trial, half)
-    trial.snare.state["stiffness"] = 1e-12
+    trial.effects.snare.state["stiffness"] = 1e-12
     blow = full_scale(scene)
     ring.swing(blow)
     block, top = np.zeros((64, 2), np.float32), 0.0
     for _ in range(round((blow.contact_s + _PERIODS / scene.drum.f01_Hz) * rate_Hz / 64)):
         render_all(trial, block, len(block), 0)
-        top = max(top, float(np.abs(trial.cavity.head.planes).max()))
+        top = max(top, float(np.abs(trial.effects.cavity.head.planes).max()))
     return scene.drum.effects["snare"].press * top
 
 
@@ -148,15 +148,15 @@ def build(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     scene = fitted(scene, rate_Hz).scene
     engine = new_engine(scene, rate_Hz, strikes)
     half = 0.0
-    if is_there(engine.tension) and scene.drum.effects["tension"].glide_cents > 0.0:
+    if is_there(engine.effects.tension) and scene.drum.effects["tension"].glide_cents > 0.0:
         half = _half_stretch(scene, rate_Hz)
         _slack(engine, half)
-    press = _press(scene, rate_Hz, half) if is_there(engine.snare) else 0.0
+    press = _press(scene, rate_Hz, half) if is_there(engine.effects.snare) else 0.0
     _press_on(engine, press)
     engine.control["output_gain"] = _gain(scene, rate_Hz, half, press) * 10.0 ** (scene.listen.gain_dB / 20.0)
-    if is_there(engine.rim):
+    if is_there(engine.effects.rim):
         # A stroke of full scale on the rim gives its impulse to modes that share it: together they peak at most there.
         level = scene.drum.effects["rim"].level * PEAK_OF_FULL_SCALE
         impulse = _impulse(engine, full_scale(scene))
-        engine.rim.state["gain"] = level / (impulse * float(engine.control["output_gain"][0]))
+        engine.effects.rim.state["gain"] = level / (impulse * float(engine.control["output_gain"][0]))
     return engine

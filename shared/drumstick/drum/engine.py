@@ -10,12 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.drum.effects.cavity import Cavity
-from drumstick.drum.effects.internal_loss import Momentum
-from drumstick.drum.effects.muffle import Muffle
-from drumstick.drum.effects.rim import Rim
-from drumstick.drum.effects.snare import Snare
-from drumstick.drum.effects.tension import Tension
+from drumstick.drum.effects.registry import Effects
 from drumstick.drum.excitation.analytic import ContactDecay, ContactPulse
 from drumstick.drum.excitation.push import JunctionForce
 from drumstick.drum.excitation.strikes import StrikeEvent
@@ -93,14 +88,9 @@ class Engine(NamedTuple):
     ring_cells: npt.NDArray[np.int64]
     ring_slots: Rows[StrikeEvent]
     shown: Shown
+    effects: Effects
     modal: Bank = ABSENT
     microphones: Microphones = ABSENT
     bend: npt.NDArray[np.float32] = ABSENT
-    internal_loss: Momentum = ABSENT
-    muffle: Muffle = ABSENT
-    tension: Tension = ABSENT
-    cavity: Cavity = ABSENT
-    snare: Snare = ABSENT
-    rim: Rim = ABSENT
     stream: Stream = ABSENT
     mallets: Mallets = ABSENT

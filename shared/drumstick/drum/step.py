@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.drum.effects import cavity, internal_loss, muffle, rim, snare, tension
+from drumstick.drum.effects import cavity, internal_loss, tension
+from drumstick.drum.effects.registry import EFFECTS
 from drumstick.drum.engine import Control, Engine
 from drumstick.drum.excitation.analytic import press
 from drumstick.drum.excitation.push import JunctionForce
@@ -16,11 +17,34 @@ from drumstick.drum.mallets import mallet, on_mesh, on_modes, under_tension
 from drumstick.drum.membrane.sweep import largest, sweep
 from drumstick.drum.modal import bank
 from drumstick.drum.output import microphones
+from realtime.kernels.folding import added, each, folded
 from realtime.kernels.jit import njit, only_with
 
 Floats = npt.NDArray[np.float32]
 _REST = 1e-9  # of the loudest displacement: 180 dB down the head counts as at rest
 _LOOK_EVERY = 4096  # steps between looks at whether the head has come to rest
+
+
+@folded(EFFECTS, each)
+def note(engine: Engine, then: Floats) -> None:
+    """Before the sweep, which overwrites u-: effects keep what they need of it."""
+
+
+@folded(EFFECTS, added)
+def brake(engine: Engine, then: Floats) -> float:
+    """After the sweep: effects move u+; by how much its sum changed."""
+    return 0.0
+
+
+@folded(EFFECTS, added)
+def beside(engine: Engine) -> float:
+    """One step of what sounds besides the head, and what is heard of it."""
+    return 0.0
+
+
+@folded(EFFECTS, each)
+def rest(engine: Engine) -> None:
+    """All effects at rest."""
 
 
 @only_with("tension")
@@ -32,7 +56,7 @@ def _ring_gain(engine: Engine, q: float) -> Any:
 def _own_loss(engine: Engine, q: float) -> float:
     # By how much less u counts in its own next value; with internal losses that goes with the ring.
     control = engine.control[0]
-    return q / control.held_back if engine.tension.state[0].eta == 0.0 else 0.0
+    return q / control.held_back if engine.effects.tension.state[0].eta == 0.0 else 0.0
 
 
 @only_with("cavity")
@@ -104,9 +128,6 @@ def _largest(engine: Engine) -> float:
 @only_with("head")
 def _rest(engine: Engine) -> None:
     engine.head.planes[:] = np.float32(0.0)
-    internal_loss.rest(engine)
-    cavity.rest(engine)
-    snare.rest(engine)
     microphones.rest(engine)
 
 
@@ -120,7 +141,7 @@ def _fall_asleep(engine: Engine) -> None:
     if top <= _REST * control.loudest:
         _rest(engine)
         bank.rest(engine)
-        rim.rest(engine)
+        rest(engine)
         control.loudest = 0.0
         control.asleep = 1
 
@@ -131,7 +152,7 @@ def _meshed(engine: Engine) -> Any:
     control = engine.control[0]
     planes = engine.head.planes
     now, then = planes[control.plane], planes[1 - control.plane]
-    muffle.note(engine, then)
+    note(engine, then)
     on_mesh.come(engine, now, then)
     if _is_fourth(engine):
         _swept_fourth(engine, now, then)
@@ -139,7 +160,7 @@ def _meshed(engine: Engine) -> Any:
     else:
         total = _swept(engine, now, then)
     total += _struck(engine, then)
-    total += muffle.brake(engine, then)
+    total += brake(engine, then)
     total += on_mesh.strike(engine, then)
     cavity.step(engine, control.plane, total)
     left, right = cavity.heard(engine, control.plane)
@@ -162,7 +183,7 @@ def step(engine: Engine) -> tuple[float, float]:
     on_modes.strike(engine)
     left, right = _meshed(engine)
     also_left, also_right = bank.step(engine)
-    hoop = rim.heard(engine)
+    hoop = beside(engine)
     control.steps += 1
     if active == 0 and control.steps % _LOOK_EVERY == 0:
         _fall_asleep(engine)

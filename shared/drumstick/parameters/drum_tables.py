@@ -4,7 +4,7 @@ from collections.abc import Collection
 from typing import Any, cast
 
 from drumstick.parameters.drum import Drum, Listen, Mesh
-from drumstick.parameters.drum_effects import DRUM_EFFECTS
+from drumstick.parameters.drum_effects import DRUM_EFFECTS, MODAL_EFFECTS
 from drumstick.parameters.reading import Reader, shown
 
 
@@ -29,8 +29,6 @@ def drum_of(reader: Reader, given: object) -> Drum:
 
 
 _LOWEST = 0.1  # radii: nearer, a single junction would be heard alone
-# What a bank of modes can compute too: it has neither junctions nor anything that is not linear.
-MODAL_EFFECTS = ("air_loss", "internal_loss", "rim")
 
 
 def check_renderer(reader: Reader, drum: Drum, named: Collection[str]) -> None:

@@ -85,9 +85,13 @@ def record_has(law: Any, field: str) -> bool:
     return field in law.fields
 
 
-def _names(kind: ArgumentType, field: str) -> bool:
-    # Does a record type have this field, or a named tuple something else than None there?
-    return record_has(kind, field) and not (hasattr(kind, "types") and is_none(kind, field))
+def names(kind: ArgumentType, part: str) -> bool:
+    """At compile time: has a record this part, or a named tuple other than None, itself or among its `effects`?"""
+    if not hasattr(kind, "types"):
+        return record_has(kind, part)
+    if part in kind.fields:
+        return not is_none(kind, part)
+    return "effects" in kind.fields and names(kind.types[kind.fields.index("effects")], part)
 
 
 def is_none(named: ArgumentType, field: str) -> bool:
@@ -128,7 +132,7 @@ def only_with(effect: str, otherwise: float | bool | tuple[float, ...] | None = 
         absent = _constant(otherwise, len(own.parameters), f"{body.__module__}.{body.__name__}.absent")
 
         def choose(law: ArgumentType, *_: ArgumentType) -> Callable[..., Any]:
-            return body if _names(law, effect) else absent
+            return body if names(law, effect) else absent
 
         def placeholder(*_: Any) -> Any:
             raise TypeError(f"{body.__module__}.{body.__name__} is for compiled code")

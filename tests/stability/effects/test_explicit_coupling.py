@@ -36,13 +36,13 @@ def test_a_tension_a_step_late_pumps_the_head_and_ours_at_an_octave_does_not() -
     assert _late_tension(0.002, 4000) > 1.2
     assert _late_tension(0.02, 4000) > 1e9
     engine = engine_of(drum_of({"tension": Tension(1200.0)}))  # fifty times 0.02
-    assert engine.tension is not None
+    assert engine.effects.tension is not None
     strike(engine, 40.0)
     take(engine, 8)
     first, pulls = energy(engine), list[float]()
     for _ in range(60):
         take(engine, 333)
-        pulls.append(float(engine.tension.state["pull"][0]) / float(engine.control["tau"][0]))
+        pulls.append(float(engine.effects.tension.state["pull"][0]) / float(engine.control["tau"][0]))
         assert energy(engine) == pytest.approx(first, rel=1e-4)
     assert np.ptp(pulls) > 0.2  # it was played with
 

@@ -101,12 +101,12 @@ def test_ten_million_samples_of_the_shipped_drum() -> None:
 def test_two_heads_share_their_energy_and_keep_it() -> None:
     """The second head's own losses are 60 s; within 0.02 s they take 0.5 % at most."""
     engine = struck(scene_of(DRUMS["cavity"]), [(0.0, 0.0, 1.0)])
-    assert engine.cavity is not None
+    assert engine.effects.cavity is not None
     first, moved = energy(engine), 0.0
     for _ in range(100):
         play(engine, 10)
         assert energy(engine) == pytest.approx(first, rel=5e-3)
-        moved = max(moved, float(np.abs(engine.cavity.head.planes).max()))
+        moved = max(moved, float(np.abs(engine.effects.cavity.head.planes).max()))
     assert moved > 0.01 * float(np.abs(engine.head.planes).max())
 
 
@@ -164,10 +164,10 @@ def test_any_effects_together_decay(
     scene = scene_of(full, t60_s=t60_s, f01_Hz=f01_Hz)
     ring = StrikeRing()
     engine = new_engine(scene, RATE, ring)
-    assert engine.tension is not None
-    assert engine.snare is not None
-    engine.tension.state["half"] = 1.0
-    engine.snare.state["eta_0"] = 0.01
+    assert engine.effects.tension is not None
+    assert engine.effects.snare is not None
+    engine.effects.tension.state["half"] = 1.0
+    engine.effects.snare.state["eta_0"] = 0.01
     blow = full_scale(scene)
     ring.push(0, 0.3, -0.2, share * blow.peak_N, blow.contact_s)
     play(engine, round((blow.contact_s + 0.001) * RATE))
@@ -203,14 +203,14 @@ def test_a_pitch_glide_is_as_far_as_the_scene_says() -> None:
     for cents in (20.0, 120.0):
         scene = scene_of({"tension": Tension(cents)}, t60_s=0.3, f01_Hz=200.0)
         engine = struck(scene, [(0.5, 0.0, 1.0)])
-        assert engine.tension is not None
+        assert engine.effects.tension is not None
         tau, pulls = float(engine.control["tau"][0]), list[float]()
         for _ in range(round(RATE / 200.0 / float(engine.control["divisor"][0]))):
             play(engine, int(engine.control["divisor"][0]))
-            pulls.append(float(engine.tension.state["pull"][0]))
+            pulls.append(float(engine.effects.tension.state["pull"][0]))
         assert 600.0 * math.log2(1.0 + np.mean(pulls) / tau) == pytest.approx(cents, rel=0.2)
         play(engine, RATE)
-        assert abs(float(engine.tension.state["pull"][0])) < 1e-6 * tau
+        assert abs(float(engine.effects.tension.state["pull"][0])) < 1e-6 * tau
 
 
 @shows("blow of a million newtons", "ours")

@@ -40,8 +40,8 @@ def ringing(scene: Scene) -> Engine:
 def planes_of(engine: Engine) -> list[Floats]:
     """All that rings in it."""
     planes = [engine.head.planes] if engine.modal is None else [engine.modal.q, engine.modal.d]
-    planes += [engine.internal_loss.moving] if engine.internal_loss is not None else []
-    planes += [engine.cavity.head.planes] if engine.cavity is not None else []
+    planes += [engine.effects.internal_loss.moving] if engine.effects.internal_loss is not None else []
+    planes += [engine.effects.cavity.head.planes] if engine.effects.cavity is not None else []
     return [*planes, engine.history]
 
 

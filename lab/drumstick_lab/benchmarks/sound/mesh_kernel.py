@@ -109,8 +109,8 @@ def _engine(effects: dict[str, Any], microphones: int) -> Engine:
     listen = dataclasses.replace(scene.listen, microphones=_MICROPHONES[:microphones])
     scene = dataclasses.replace(scene, listen=listen)
     engine = new_engine(scene, RATE_HZ, StrikeRing())
-    if is_there(engine.tension):
-        engine.tension.state["half"] = 1e-3
+    if is_there(engine.effects.tension):
+        engine.effects.tension.state["half"] = 1e-3
     start(engine.head)
     return engine
 

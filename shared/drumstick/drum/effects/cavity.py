@@ -6,18 +6,38 @@ taken at the present step: stable as long as both heads keep 2 K T^2 below their
 audio thread.
 """
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.effects import snare
+from drumstick.drum.membrane.heads import ears_on, head_of
+from drumstick.drum.membrane.scheme import even_losses, scheme_of, tuned
 from drumstick.drum.membrane.sweep import Head, sweep
+from drumstick.parameters.declare import number
 from realtime.kernels.jit import only_with
-from realtime.records import Float32, Record, Rows, dtype_of
+from realtime.records import Float32, Record, Records, Rows, dtype_of
 
 if TYPE_CHECKING:
+    from drumstick.drum.effects.registry import Building
     from drumstick.drum.engine import Engine
+
+
+@dataclass(frozen=True)
+class CavityTable:
+    """A second head on the other side, coupled by the air between."""
+
+    depth_m: float = number(0.3, 0.02, 2.0, "m", "Between the heads")
+    head_kg_per_m2: float = number(0.26, 0.05, 2.0, "kg/m^2", "Both heads' mass per area")
+    f01_Hz: float = number(180.0, 20.0, 2000.0, "Hz", "Pitch of the second head alone")
+    t60_s: float = number(1.0, 0.02, 60.0, "s", "Its own decay")
+    heard: float = number(0.5, 0.0, 1.0, "1", "How much of the second head the pickups hear")
+
+
+TABLE = CavityTable
+
 
 AIR_KG_PER_M3, SOUND_M_PER_S = 1.204, 343.2  # at 20 degrees Celsius
 
@@ -47,10 +67,29 @@ class Cavity(NamedTuple):
     ear_gains: npt.NDArray[np.float32]
 
 
+def part_of(building: "Building") -> Cavity:
+    """The second head, and the air between."""
+    lattice, numbers, step_s = building.lattice, building.numbers, building.step_s
+    table = building.scene.drum.effects["cavity"]
+    losses = even_losses(table.t60_s, step_s)
+    scheme = scheme_of(lattice.topology, 2, False).squeezed(4.0 - 2.0 * numbers.spring)
+    second = tuned(table.f01_Hz, step_s, scheme, losses)
+    head = head_of(second, scheme.tau / (1.0 + losses.s))
+    state: Records = np.zeros(1, STATE)
+    fields: Record = state[0]
+    fields["per_area_1"], fields["per_area_2"] = 1.0 / lattice.area, 1.0 / second.area
+    # A push f moves a junction of weight 1 / neighbours by f times what is baked into the weights, over the neighbours.
+    fields["push_1"] = numbers.spring * lattice.topology.neighbours / (numbers.baked * numbers.held_back)
+    fields["push_2"] = numbers.spring * lattice.topology.neighbours / scheme.tau
+    fields["now_gain"] = (2.0 - scheme.tau) / (1.0 + losses.s)
+    fields["then_gain"] = (1.0 - losses.s) / (1.0 + losses.s)
+    return Cavity(head, state, *ears_on(building.scene, head, table.heard))
+
+
 @only_with("cavity")
 def push(engine: "Engine") -> Any:
     """f for the first head; None without a second one."""
-    state = engine.cavity.state[0]
+    state = engine.effects.cavity.state[0]
     state_difference = state.per_area_2 * state.sum_2 - state.per_area_1 * state.sum_1
     return np.float32(state.push_1 * state_difference)
 
@@ -58,7 +97,7 @@ def push(engine: "Engine") -> Any:
 @only_with("cavity")
 def step(engine: "Engine", plane: int, sum_1: float) -> None:
     """The second head's step; sum_1: of the first head's u+."""
-    cavity = engine.cavity
+    cavity = engine.effects.cavity
     state = cavity.state[0]
     difference = state.per_area_1 * state.sum_1 - state.per_area_2 * state.sum_2
     planes = cavity.head.planes
@@ -73,7 +112,7 @@ def step(engine: "Engine", plane: int, sum_1: float) -> None:
 @only_with("cavity", otherwise=(0.0, 0.0))
 def heard(engine: "Engine", plane: int) -> tuple[float, float]:
     """What the pickups hear of the second head, after its step."""
-    cavity = engine.cavity
+    cavity = engine.effects.cavity
     now, after = cavity.head.planes[plane], cavity.head.planes[1 - plane]
     left, right = 0.0, 0.0
     for i in range(cavity.ears.shape[0]):
@@ -86,6 +125,6 @@ def heard(engine: "Engine", plane: int) -> tuple[float, float]:
 @only_with("cavity")
 def rest(engine: "Engine") -> None:
     """All at rest."""
-    engine.cavity.head.planes[:] = np.float32(0.0)
-    engine.cavity.state[0].sum_1 = 0.0
-    engine.cavity.state[0].sum_2 = 0.0
+    engine.effects.cavity.head.planes[:] = np.float32(0.0)
+    engine.effects.cavity.state[0].sum_1 = 0.0
+    engine.effects.cavity.state[0].sum_2 = 0.0

@@ -4,15 +4,32 @@ The junctions' momentum p is kept besides their height: p' = rho p + a, u+ = u +
 neighbours. Which rho and eta: membrane.scheme.rising_losses. Kernels: audio thread.
 """
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from drumstick.drum.membrane.heads import aligned
+from drumstick.parameters.declare import number
 from realtime.kernels.jit import only_with
+from realtime.records import ABSENT, is_there
 
 if TYPE_CHECKING:
+    from drumstick.drum.effects.registry import Building
     from drumstick.drum.engine import Engine
+
+
+@dataclass(frozen=True)
+class InternalLossTable:
+    """The head's material takes more from quick modes: a dull head rather than a bright one."""
+
+    t60_s: float = number(0.15, 0.001, 60.0, "s", "Time in which a mode at at_Hz falls by 60 dB")
+    at_Hz: float = number(2000.0, 50.0, 20000.0, "Hz", "Where that is so; below, the loss falls with f^2")
+
+
+TABLE = InternalLossTable
+ON_MODES = True
 
 
 class Momentum(NamedTuple):
@@ -22,31 +39,40 @@ class Momentum(NamedTuple):
     gains: npt.NDArray[np.float32]
 
 
+def part_of(building: "Building") -> Momentum:
+    """At rest; None where losses are in the coefficients: on modes, or if they hardly rise."""
+    if not (is_there(building.numbers) and building.numbers.with_momentum):
+        return ABSENT
+    losses = building.numbers.losses
+    moving = aligned((building.lattice.weights.size,))
+    return Momentum(moving, np.array([losses.rho, losses.eta], np.float32))
+
+
 @only_with("internal_loss")
 def moving(engine: "Engine") -> Any:
     """p, or None without this effect."""
-    return engine.internal_loss.moving
+    return engine.effects.internal_loss.moving
 
 
 @only_with("internal_loss")
 def kept(engine: "Engine") -> Any:
     """rho, or None."""
-    return engine.internal_loss.gains[0]
+    return engine.effects.internal_loss.gains[0]
 
 
 @only_with("internal_loss")
 def brake(engine: "Engine") -> Any:
     """eta, or None."""
-    return engine.internal_loss.gains[1]
+    return engine.effects.internal_loss.gains[1]
 
 
 @only_with("internal_loss")
 def push(engine: "Engine", junction: int, speed: float) -> None:
     """A force has moved a junction by `speed` in a step: it goes on moving."""
-    engine.internal_loss.moving[junction] += np.float32(speed)
+    engine.effects.internal_loss.moving[junction] += np.float32(speed)
 
 
 @only_with("internal_loss")
 def rest(engine: "Engine") -> None:
     """All at rest."""
-    engine.internal_loss.moving[:] = np.float32(0.0)
+    engine.effects.internal_loss.moving[:] = np.float32(0.0)

@@ -11,13 +11,32 @@ audio thread.
 """
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
+from drumstick.parameters.declare import number
 from realtime.kernels.jit import only_with
-from realtime.records import Record, Rows, dtype_of
+from realtime.records import Record, Records, Rows, dtype_of
 
 if TYPE_CHECKING:
+    from drumstick.drum.effects.registry import Building
     from drumstick.drum.engine import Engine
+
+
+@dataclass(frozen=True)
+class RimTable:
+    """The hoop answers to strokes on the rim, and a little to those near it."""
+
+    f_Hz: float = number(700.0, 50.0, 8000.0, "Hz", "Pitch of its lowest mode")
+    t60_s: float = number(0.12, 0.005, 10.0, "s", "Decay of its lowest mode")
+    level: float = number(0.6, 0.0, 4.0, "1", "Of a full stroke on the rim, to one on the head")
+    width: float = number(0.1, 0.01, 0.5, "radii", "How far inside the rim it is felt")
+
+
+TABLE = RimTable
+ON_MODES = True
 
 
 class HoopMode(Record):
@@ -53,16 +72,36 @@ class Rim(NamedTuple):
     state: Rows[HoopState]
 
 
+_HIGHEST = 0.4  # of the mesh's rate: where modes of the rim end
+
+
+def part_of(building: "Building") -> Rim:
+    """The hoop's modes within the mesh's reach; each rings as many periods as the lowest, and is struck the weaker the
+    higher it is."""
+    step_s = building.step_s
+    table = building.scene.drum.effects["rim"]
+    ratios = [ratio for ratio in RATIOS if ratio * table.f_Hz * step_s < _HIGHEST]
+    modes: Records = np.zeros(max(len(ratios), 1), MODE)
+    for mode, ratio in zip(modes, ratios, strict=False):
+        left = 10.0 ** (-3.0 * step_s * ratio / table.t60_s)
+        mode["turn"] = 2.0 * left * math.cos(2.0 * math.pi * ratio * table.f_Hz * step_s)
+        mode["kept"] = left * left
+        mode["drive"] = 0.5 / ratio / sum(1.0 / other for other in ratios)
+    state: Records = np.zeros(1, STATE)
+    state["width"] = table.width
+    return Rim(modes, state)
+
+
 @only_with("rim")
 def begin(engine: "Engine") -> None:
     """Before this step's forces."""
-    engine.rim.state[0].force = 0.0
+    engine.effects.rim.state[0].force = 0.0
 
 
 @only_with("rim", otherwise=0.0)
 def share(engine: "Engine", x: float, y: float) -> float:
     """What of a blow at (x, y), in radii, the hoop gets: all from the rim on, none further in than `width`."""
-    width = engine.rim.state[0].width
+    width = engine.effects.rim.state[0].width
     return min(max((math.hypot(x, y) - (1.0 - width)) / width, 0.0), 1.0)
 
 
@@ -72,15 +111,15 @@ def strike(engine: "Engine", x: float, y: float, impulse: float) -> None:
 
     Wood on metal is over within a step, however long the head is touched: the hoop gets its share of it at once.
     """
-    engine.rim.state[0].force += impulse * share(engine, x, y)
+    engine.effects.rim.state[0].force += impulse * share(engine, x, y)
 
 
 @only_with("rim", otherwise=0.0)
-def heard(engine: "Engine") -> float:
+def beside(engine: "Engine") -> float:
     """One step of the hoop, and what is heard of it."""
-    state, total = engine.rim.state[0], 0.0
-    for i in range(engine.rim.modes.shape[0]):
-        mode = engine.rim.modes[i]
+    state, total = engine.effects.rim.state[0], 0.0
+    for i in range(engine.effects.rim.modes.shape[0]):
+        mode = engine.effects.rim.modes[i]
         after = mode.turn * mode.now - mode.kept * mode.before + mode.drive * state.force
         total += after - mode.before
         mode.before = mode.now
@@ -91,6 +130,6 @@ def heard(engine: "Engine") -> float:
 @only_with("rim")
 def rest(engine: "Engine") -> None:
     """All at rest."""
-    for i in range(engine.rim.modes.shape[0]):
-        engine.rim.modes[i].now = 0.0
-        engine.rim.modes[i].before = 0.0
+    for i in range(engine.effects.rim.modes.shape[0]):
+        engine.effects.rim.modes[i].now = 0.0
+        engine.effects.rim.modes[i].before = 0.0

@@ -8,16 +8,43 @@ and no blow, however hard, adds energy. Kernels: audio thread.
 """
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from drumstick.drum.membrane.lattice import TOPOLOGIES
+from drumstick.drum.membrane.places import corners_of
+from drumstick.drum.membrane.scheme import even_losses
+from drumstick.parameters.declare import count, number
 from realtime.kernels.jit import njit, only_with
-from realtime.records import Record, Rows, dtype_of
+from realtime.records import Record, Records, Rows, dtype_of
 
 if TYPE_CHECKING:
+    from drumstick.drum.effects.cavity import Cavity
+    from drumstick.drum.effects.registry import Building
     from drumstick.drum.engine import Engine
+
+
+@dataclass(frozen=True)
+class SnareTable:
+    """Wires across the second head, which rattle on it. Needs `cavity`, whose head they lie on."""
+
+    wires: int = count(12, 1, 40, "wires", "Side by side across the head")
+    f_Hz: float = number(300.0, 20.0, 2000.0, "Hz", "Pitch of a wire by itself")
+    t60_s: float = number(0.08, 0.005, 10.0, "s", "Its own decay")
+    mass: float = number(0.08, 0.001, 1.0, "of the head", "Of all wires together")
+    press: float = number(
+        0.1,
+        0.0,
+        2.0,
+        "1",
+        "How firmly they lie on: to what a stroke of full scale at half radius does to the head",
+    )
+
+
+TABLE = SnareTable
 
 
 class Bead(Record):
@@ -56,6 +83,38 @@ class Snare(NamedTuple):
     state: Rows[WiresState]
 
 
+# Where wires lie on the second head, in radii, and the beads that each of them is.
+_WIRE_LENGTH, _BED_WIDTH, _BEADS = 0.85, 0.12, 5
+
+
+def part_of(building: "Building") -> Snare:
+    """The wires, along x, side by side about the middle of the second head. `calibrate` presses them on."""
+    under: Cavity = building.parts["cavity"]
+    step_s = building.step_s
+    table = building.scene.drum.effects["snare"]
+    wires: int = table.wires
+    state: Records = np.zeros(1, STATE)
+    fields: Record = state[0]
+    held_back = 2.0 / (1.0 + float(under.state["then_gain"][0]))
+    tau = 2.0 - float(under.state["now_gain"][0]) * held_back
+    neighbours = TOPOLOGIES[building.scene.mesh.topology].neighbours
+    junctions = 1.0 / float(under.state["per_area_2"][0])
+    along = np.linspace(-_WIRE_LENGTH, _WIRE_LENGTH, _BEADS)
+    across = np.linspace(-_BED_WIDTH, _BED_WIDTH, wires) if wires > 1 else np.zeros(1)
+    places = [corners_of(under.head, float(x), float(y)) for y in across for x in along]
+    # One bead a junction: two on the same would each be solved for without the other.
+    under_beads = np.unique([corners[int(np.argmax(shares))] for corners, shares in places])
+    beads: Records = np.zeros(len(under_beads), BEAD)
+    beads["junction"] = under_beads
+    fields["mass"] = table.mass * junctions / len(beads)
+    fields["spring"] = min((2.0 * math.pi * table.f_Hz * step_s) ** 2, 2.0)
+    fields["loss"] = 1.0 + even_losses(table.t60_s, step_s).s
+    fields["give"] = neighbours / tau
+    # As stiff as a step still shows: a bead and a junction in touch swing at a radian a step.
+    fields["stiffness"] = 1.0 / (1.0 + 1.0 / fields["mass"])
+    return Snare(beads, state)
+
+
 @njit()
 def met(before: float, free: float, give: float) -> float:
     """eta+ = free - give [eta-, eta+], where give is K/2 times all that gives way, and [ , ] the gradient over K/2:
@@ -76,8 +135,8 @@ def met(before: float, free: float, give: float) -> float:
 @only_with("snare", otherwise=0.0)
 def rattle(engine: "Engine", head_after: npt.NDArray[np.float32]) -> float:
     """After the second head's sweep: beads move on, push it and are pushed; returns by how much its sum changed."""
-    state, beads = engine.snare.state[0], engine.snare.beads
-    weights = engine.cavity.head.weights
+    state, beads = engine.effects.snare.state[0], engine.effects.snare.beads
+    weights = engine.effects.cavity.head.weights
     changed = 0.0
     at_rest = state.stiffness * state.eta_0
     for i in range(beads.shape[0]):
@@ -105,8 +164,8 @@ def rattle(engine: "Engine", head_after: npt.NDArray[np.float32]) -> float:
 @only_with("snare")
 def rest(engine: "Engine") -> None:
     """All at rest, in touch with the head."""
-    for i in range(engine.snare.beads.shape[0]):
-        bead = engine.snare.beads[i]
+    for i in range(engine.effects.snare.beads.shape[0]):
+        bead = engine.effects.snare.beads[i]
         bead.now = 0.0
         bead.before = 0.0
         bead.eta = 0.0

@@ -12,18 +12,34 @@ step instead makes the energy grow a thousandfold. Kernels: audio thread.
 """
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.effects import internal_loss, muffle
+from drumstick.drum.membrane.heads import aligned
 from drumstick.drum.membrane.sweep import bend_at, stretched
+from drumstick.parameters.declare import number
 from realtime.kernels.jit import njit, only_with
-from realtime.records import Record, Rows, dtype_of
+from realtime.records import Record, Records, Rows, dtype_of
 
 if TYPE_CHECKING:
+    from drumstick.drum.effects.registry import Building
     from drumstick.drum.engine import Engine
+
+
+@dataclass(frozen=True)
+class TensionTable:
+    """A hard stroke stretches the head: the pitch glides down as it calms."""
+
+    glide_cents: float = number(
+        60.0, 0.0, 1200.0, "cents", "How far a stroke of full scale at half radius raises the pitch"
+    )
+
+
+TABLE = TensionTable
 
 
 class TensionState(Record):
@@ -55,6 +71,22 @@ class Tension(NamedTuple):
 
     state: Rows[TensionState]
     share: npt.NDArray[np.float32]
+
+
+def part_of(building: "Building") -> Tension:
+    """`calibrate` finds `half`; until then the head is far too slack to stiffen."""
+    lattice, numbers, muffled = building.lattice, building.numbers, building.parts.get("muffle")
+    state: Records = np.zeros(1, STATE)
+    fields: Record = state[0]
+    fields["q_most"], fields["half"] = numbers.glide * numbers.scheme.tau, 1e300
+    fields["tau"], fields["baked"] = numbers.scheme.tau, numbers.baked
+    fields["held_back"], fields["eta"] = numbers.held_back, numbers.losses.eta
+    share = aligned((lattice.weights.size,))
+    inside = np.flatnonzero(lattice.weights)
+    share[inside] = 1.0 / (lattice.topology.neighbours * lattice.weights.ravel()[inside])
+    if muffled is not None:
+        share[muffled.places] *= 1.0 - muffled.shares
+    return Tension(state, share)
 
 
 @njit()
@@ -106,7 +138,7 @@ def solved(state: TensionState, before: float, x: float, y: float, near: float) 
 @only_with("tension", otherwise=0.0)
 def tightened(engine: "Engine", now: Any, then: Any, push: float) -> float:
     """q of this step. push: f of the whole head."""
-    state, share = engine.tension.state[0], engine.tension.share
+    state, share = engine.effects.tension.state[0], engine.effects.tension.share
     head, own_gain = engine.head, engine.control[0].own_gain
     p, q, r, t = stretched(
         head, now, then, share, own_gain, internal_loss.moving(engine), internal_loss.kept(engine)

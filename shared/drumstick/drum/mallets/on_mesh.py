@@ -45,7 +45,7 @@ def come(engine: "Engine", now: Any, then: Any) -> None:
 
 @only_with("internal_loss")
 def _keep_moving(engine: "Engine", slot: int, force: float) -> None:
-    patch.push(engine.mallets.patches, slot, engine.internal_loss.moving, force)
+    patch.push(engine.mallets.patches, slot, engine.effects.internal_loss.moving, force)
 
 
 @only_with("mallets", otherwise=0.0)

@@ -70,7 +70,7 @@ def _row_height_by_type(head: ArgumentType) -> Callable[[Head], float]:
 @only_with("muffle")
 def _hold(engine: "Engine", slot: int) -> None:
     # Patches of felt keep a share of what the tip does to the junctions under them.
-    patches, muffle = engine.mallets.patches, engine.muffle
+    patches, muffle = engine.mallets.patches, engine.effects.muffle
     for row in range(patches.rows[slot]):
         start = patches.starts[slot, row]
         for i in range(muffle.places.shape[0]):

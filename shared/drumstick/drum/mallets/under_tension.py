@@ -61,14 +61,14 @@ def _bent(engine: "Engine", slot: int, now: Floats) -> float:
 @only_with("internal_loss", otherwise=0.0)
 def _carried(engine: "Engine", slot: int) -> float:
     # By the junctions' own momentum.
-    loss = engine.internal_loss
+    loss = engine.effects.internal_loss
     return float(loss.gains[0] * patch.free_under(engine.mallets.patches, slot, loss.moving))
 
 
 @njit()
 def _bare(engine: "Engine", slot: int, now: Floats, then: Floats, bent: float, push: float) -> float:
     # How high the head would stand under the tip after this step, without a pull and without mallets.
-    control, patches, state = engine.control[0], engine.mallets.patches, engine.tension.state[0]
+    control, patches, state = engine.control[0], engine.mallets.patches, engine.effects.tension.state[0]
     height, gone = patch.free_under(patches, slot, now), patch.free_under(patches, slot, then)
     found: float = patch.under(patches, slot, then) - gone  # what a muffle holds stays where it was
     found += push * patch.free_under(patches, slot, engine.head.weights)
@@ -90,14 +90,14 @@ def _look(engine: "Engine", now: Floats, then: Floats, push: float) -> None:
             bent = _bent(engine, slot, now)
             height = _bare(engine, slot, now, then, bent, push)
             mallet.bare = 2.0 * mallet.now - mallet.before - state.unit_m * height
-            mallet.slack = state.unit_m * bent / engine.tension.state[0].tau
+            mallet.slack = state.unit_m * bent / engine.effects.tension.state[0].tau
             mallet.stretch = control.force_gain / neighbours * bent
 
 
 @njit()
 def _answered(engine: "Engine", pull: float) -> float:
     # The pull that the pushes at this pull ask for.
-    mallets, tight = engine.mallets, engine.tension.state[0]
+    mallets, tight = engine.mallets, engine.effects.tension.state[0]
     state, stretched = mallets.state[0], 0.0
     for number in range(state.oldest, state.begun):
         slot = number % POOL
@@ -113,7 +113,7 @@ def _answered(engine: "Engine", pull: float) -> float:
 @njit()
 def _agreed(engine: "Engine") -> float:
     # The pull that asks for itself: by the secant, kept between the bounds that every answer draws in.
-    tight = engine.tension.state[0]
+    tight = engine.effects.tension.state[0]
     close = _CLOSE * tight.q_most
     low, high = -tight.q_most, tight.q_most
     pull = min(max(tight.pull + engine.mallets.state[0].settled, low), high)
@@ -139,7 +139,7 @@ def _agreed(engine: "Engine") -> float:
 
 @only_with("tension", otherwise=0.0)
 def _settled(engine: "Engine", now: Any, then: Any, push: float) -> float:
-    state, tight = engine.mallets.state[0], engine.tension.state[0]
+    state, tight = engine.mallets.state[0], engine.effects.tension.state[0]
     if state.begun == state.oldest:
         return 0.0
     _look(engine, now, then, push)

@@ -1,7 +1,7 @@
 """A head in memory, at rest, and how pickups hear it. Allocates; any thread."""
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -9,7 +9,9 @@ import numpy.typing as npt
 from drumstick.drum.membrane.lattice import Lattice, strips_of
 from drumstick.drum.membrane.places import corners_of
 from drumstick.drum.membrane.sweep import SQUARE, TRIANGULAR, Head
-from drumstick.parameters.scene import Scene
+
+if TYPE_CHECKING:
+    from drumstick.parameters.scene import Scene
 
 
 def aligned(shape: tuple[int, ...]) -> npt.NDArray[np.float32]:
@@ -36,7 +38,9 @@ def _planes(size: int) -> npt.NDArray[np.float32]:
     return aligned((2, size))
 
 
-def ears_on(scene: Scene, head: Head, level: float) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float32]]:
+def ears_on(
+    scene: "Scene", head: Head, level: float
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float32]]:
     """The junctions that the scene's pickups hear on this head, (n,), and how much of each left and right, (n, 2)."""
     places: list[int] = []
     gains: list[tuple[float, float]] = []

@@ -73,17 +73,17 @@ def test_a_mallet_near_the_rim_meets_hoop_and_head_with_a_share_of_its_mass_each
 ) -> None:
     """The hoop gets 2 share m v, in the first step only; what is left of the mass has m v^2/2 of its own."""
     engine = struck(x, modal)
-    assert engine.rim is not None
+    assert engine.effects.rim is not None
     assert engine.mallets is not None
     state, step_s = engine.mallets.state[0], float(engine.mallets.state["step_s"][0])
     mass_kg = step_s**2 / float(state["own_give"])
-    assert float(engine.rim.state["force"][0]) * step_s == pytest.approx(
+    assert float(engine.effects.rim.state["force"][0]) * step_s == pytest.approx(
         2.0 * share * mass_kg * 1.0, abs=1e-12
     )
     left_kg = step_s**2 / float(engine.mallets.pool["own_give"][0])
     assert left_kg == pytest.approx(max(1.0 - share, 1e-3) * mass_kg)
     take(engine, 1)
-    assert float(engine.rim.state["force"][0]) == 0.0
+    assert float(engine.effects.rim.state["force"][0]) == 0.0
 
 
 @pytest.mark.parametrize("modal", [None, Modal(3000.0)])

@@ -1,0 +1,74 @@
+"""The effects of the drum, in the order of the panel and of the documentation; the kernels' own is in `drum.step`.
+
+A new effect is one module of this folder and one line here. The module has
+
+- `TABLE`, the dataclass of `[drum.effects.<name>]`: the scene's keys and the docs follow from it;
+- `ON_MODES = True` if a bank of modes can have it too: one without junctions, linear or beside the head;
+- `part_of(building)`, which lays out what the kernels need as a named tuple: `engine.effects.<name>`, None in a scene
+  without it. An effect that is in the coefficients of the head has no part;
+- those kernels of `drum.step` that it needs, decorated with `only_with`: `note` before the sweep, `brake` after it,
+  which moves junctions and says by how much their sum changed, `beside`, what is heard besides the head, and `rest`.
+
+Every effect must be passive: what it gives back it took from the head before, at any step and any strength.
+"""
+
+from collections import namedtuple
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from drumstick.drum.effects import air_loss, cavity, internal_loss, muffle, rim, snare, tension
+from realtime.records import ABSENT
+
+if TYPE_CHECKING:
+    from drumstick.drum.effects.cavity import Cavity
+    from drumstick.drum.effects.internal_loss import Momentum
+    from drumstick.drum.effects.muffle import Muffle
+    from drumstick.drum.effects.rim import Rim
+    from drumstick.drum.effects.snare import Snare
+    from drumstick.drum.effects.tension import Tension
+    from drumstick.drum.membrane.lattice import Lattice
+    from drumstick.drum.step_numbers import Numbers
+    from drumstick.parameters.scene import Scene
+
+_IN_ORDER: tuple[ModuleType, ...] = (air_loss, internal_loss, muffle, tension, cavity, snare, rim)
+EFFECTS: dict[str, ModuleType] = {module.__name__.rpartition(".")[2]: module for module in _IN_ORDER}
+MODAL_EFFECTS = tuple(name for name, module in EFFECTS.items() if hasattr(module, "ON_MODES"))
+
+if TYPE_CHECKING:
+
+    class Effects(NamedTuple):
+        """What the kernels need of each effect; None of those that the scene does not name."""
+
+        internal_loss: Momentum = ABSENT
+        muffle: Muffle = ABSENT
+        tension: Tension = ABSENT
+        cavity: Cavity = ABSENT
+        snare: Snare = ABSENT
+        rim: Rim = ABSENT
+
+else:
+    Effects = namedtuple(
+        "Effects",
+        [name for name, module in EFFECTS.items() if hasattr(module, "part_of")],
+        defaults=[ABSENT for module in EFFECTS.values() if hasattr(module, "part_of")],
+    )
+
+
+class Building(NamedTuple):
+    """A drum in the making. lattice, numbers: of a mesh only. parts: of the effects before this one."""
+
+    scene: "Scene"
+    step_s: float
+    lattice: "Lattice" = ABSENT
+    numbers: "Numbers" = ABSENT
+    parts: "dict[str, Any]" = {}  # noqa: RUF012  never written to: `effects_of` gives its own
+
+
+def effects_of(building: Building) -> Effects:
+    """The parts of all effects that the scene names, laid out for the kernels. Allocates; any thread."""
+    parts: dict[str, Any] = {}
+    for name in building.scene.drum.effects:
+        make = getattr(EFFECTS[name], "part_of", None)
+        if make is not None:
+            parts[name] = make(building._replace(parts=parts))
+    return Effects(**parts)
