@@ -1,13 +1,14 @@
-"""An effect of the stick that somebody adds: one module and one line, and it plays, is bounded, shown and described.
+"""An effect that somebody adds: one module and one line, and it plays, is bounded, shown and described.
 
-The effect is a constant force by which the head pulls the stick down. Of a contact without damping and without a hand
-the answer is known: m z'' = -K z - F from z = 0 at -u to z = 0 again gives the speed back, and takes
+The stick's effect is a constant force by which the head pulls the stick down. Of a contact without damping and without
+a hand the answer is known: m z'' = -K z - F from z = 0 at -u to z = 0 again gives the speed back, and takes
 (pi + 2 atan(F w/(K u)))/w with w^2 = K/m.
 """
 
 import json
 import math
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -115,29 +116,39 @@ print(json.dumps({
 """
 
 
-@pytest.fixture(scope="module")
-def played(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    """What a copy of the library does that has the effect."""
-    shared = tmp_path_factory.mktemp("tree") / "shared"
+def with_effect(tree: Path, part: str, name: str, text: str) -> str:
+    """Copy the library into `tree` with a module more among the effects of `part`; the PYTHONPATH to play it with."""
+    shared = tree / "shared"
     shutil.copytree(ROOT / "shared", shared, ignore=shutil.ignore_patterns("__pycache__"))
-    effects = shared / "drumstick" / "stick" / "effects"
-    (effects / "stickiness.py").write_text(MODULE.lstrip(), encoding="utf-8")
-    registry = (effects / "registry.py").read_text(encoding="utf-8")
-    last = "    chaos,\n)\n"
-    assert registry.count(last) == 1
-    (effects / "registry.py").write_text(
-        registry.replace(last, "    chaos,\n    stickiness,\n)\n").replace(
-            "    pulse,\n    system_delay,\n)", "    pulse,\n    stickiness,\n    system_delay,\n)"
-        ),
-        encoding="utf-8",
+    effects = shared / "drumstick" / part / "effects"
+    (effects / f"{name}.py").write_text(text.lstrip(), encoding="utf-8")
+    registry = effects / "registry.py"
+    before = registry.read_text(encoding="utf-8")
+    after = re.sub(r"(_IN_ORDER.*\([^)]*?),?(\s*)\)", rf"\1, {name}\2)", before)
+    after = re.sub(
+        rf"(from drumstick\.{part}\.effects import )(\(?)",
+        rf"from drumstick.{part}.effects import {name}\n\1\2",
+        after,
     )
-    path = os.pathsep.join(map(str, (shared, ROOT / "services", ROOT / "lab")))
+    assert after.count(name) == 2
+    registry.write_text(after, encoding="utf-8")
+    return os.pathsep.join(map(str, (shared, ROOT / "services", ROOT / "lab")))
+
+
+def printed(path: str, program: str) -> dict[str, Any]:
+    """What a program prints that finds the library there."""
     done = subprocess.run(
-        [sys.executable, "-c", PLAYS], env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True,
+        [sys.executable, "-c", program], env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True,
         timeout=600, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr[-2000:]
     return json.loads(done.stdout)
+
+
+@pytest.fixture(scope="module")
+def played(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """What a copy of the library does that has the effect of the stick."""
+    return printed(with_effect(tmp_path_factory.mktemp("tree"), "stick", "stickiness", MODULE), PLAYS)
 
 
 @pytest.mark.long
@@ -166,3 +177,96 @@ def test_the_wire_the_panel_and_the_page_follow_from_its_table(played: dict[str,
     assert heading == "### `[effects.stickiness]`"
     assert any("force_N" in row and "Force by which the head holds the stick" in row for row in rows)
     assert played["tick_ns"] > 0.0
+
+
+HUM = '''
+"""A drum that hums: a sine beside the head while it sounds. Kernels: audio thread."""
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from drumstick.parameters.declare import number
+from realtime.kernels.jit import only_with
+from realtime.records import Record, Rows, dtype_of
+
+
+@dataclass(frozen=True)
+class HumTable:
+    """The drum hums."""
+
+    f_Hz: float = number(1000.0, 20.0, 5000.0, "Hz", "Pitch of the hum")
+    level: float = number(0.1, 0.0, 1.0, "1", "Level of the hum")
+
+
+TABLE = HumTable
+ON_MODES = True
+
+
+class HumState(Record):
+    """Where it is, how far it goes in a step, and how loud."""
+
+    phase: float
+    turn: float
+    level: float
+
+
+class Hum(NamedTuple):
+    """state: (1,)."""
+
+    state: Rows[HumState]
+
+
+def part_of(building: Any) -> Hum:
+    """At the beginning of the sine."""
+    table = building.scene.drum.effects["hum"]
+    state = np.zeros(1, dtype_of(HumState))
+    state["turn"], state["level"] = 2.0 * math.pi * table.f_Hz * building.step_s, table.level
+    return Hum(state)
+
+
+@only_with("hum", otherwise=0.0)
+def beside(engine: Any) -> float:
+    """The sine's next value."""
+    state = engine.effects.hum.state[0]
+    state.phase += state.turn
+    return state.level * math.sin(state.phase)
+'''
+SOUNDS = """
+import json
+import numpy as np
+from drumstick.drum.excitation.strikes import Blow
+from drumstick.drum.render import render
+from drumstick.parameters.scene import parse
+from drumstick_lab.pages.scenes_page import page
+from rig.offline import scene_cost
+
+def spectrum(text):
+    sound = render(parse(text, "x"), [Blow(0.0, 0.3, 0.0, 10.0, 0.005)], 1.0, 48000)[:, 0]
+    return np.abs(np.fft.rfft(sound * np.hanning(len(sound)))) * 4.0 / len(sound)
+
+HUM = "[drum.effects.hum]\\nf_Hz = 3000.0\\nlevel = 0.2\\n"
+found = {}
+for name, text in (("mesh", "[drum]\\n"), ("modes", "[modal]\\n")):
+    without, with_it = spectrum(text), spectrum(text + HUM)
+    found[name] = [float(without[3000]), float(with_it[3000]), int(np.argmax(np.abs(with_it - without)))]
+print(json.dumps({
+    **found,
+    "docs": [line for line in page().splitlines() if "hum" in line],
+    "cost": list(scene_cost._drum_effects(parse("[drum]\\n" + HUM, "x"), lambda what: None)),
+}))
+"""
+
+
+@pytest.mark.long
+def test_a_drums_effect_sounds_on_mesh_and_modes_and_is_described_and_priced(tmp_path: Path) -> None:
+    found = printed(with_effect(tmp_path, "drum", "hum", HUM), SOUNDS)
+    for renderer in ("mesh", "modes"):
+        without, with_it, loudest = found[renderer]
+        assert loudest == 3000
+        assert with_it > 100.0 * without
+    assert any("drum.effects.hum" in line for line in found["docs"])
+    assert any("Pitch of the hum" in line for line in found["docs"])
+    assert found["cost"] == ["hum"]
