@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from rig.cli.options import Json, Scene
+from rig.options import Json, Scene
 
 
 def accuracy_command(

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from rig.cli.options import Json, RigFile, RigNameOrFile, Scene
+from rig.options import Json, RigFile, RigNameOrFile, Scene
 
 
 def servo_test_command(

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from rig.cli.options import Figures, Json, SceneName, Sweeps
+from rig.options import Figures, Json, SceneName, Sweeps
 
 
 def simulate_command(

@@ -6,12 +6,14 @@ from typing import Annotated
 import typer
 
 from protocol.keys import DEFAULT_ROUTER
-from rig.cli.options import (
+from rig.cli.grouped import grouped
+from rig.options import (
     Connect,
     Duration,
     Json,
     Listen,
     OscOut,
+    Playback,
     Prefix,
     PresetName,
     RigFile,
@@ -40,33 +42,29 @@ def record_command(
     record(far_end(rig_file, rig, connect, roles=FOLLOWERS), out, force, duration, as_json)
 
 
+@grouped
 def replay_command(
     file: Annotated[
         Path, typer.Argument(help="A recording, .mcap; one that was cut off plays as far as it goes.")
     ],
-    speed: Annotated[float, typer.Option(help="Times the recorded speed; a contact keeps its length.")] = 1.0,
-    loop: Annotated[bool, typer.Option("--loop", help="Again and again, until Ctrl-C.")] = False,
-    await_sound: Annotated[
-        bool, typer.Option("--await-sound", help="Begin when a sound server of this rig is there.")
-    ] = False,
+    *,
+    playback: Playback,
     rig: RigName = "main",
     connect: Connect = None,
     listen: Listen = DEFAULT_ROUTER,
     osc_out: OscOut = None,
     prefix: Prefix = "/drumstick",
-    longest: Annotated[
-        float, typer.Option(metavar="SECONDS", help="Refuse a recording that would play for longer.")
-    ] = 3600.0,
     as_json: Json = False,
 ) -> None:
     """Play a recording over Zenoh and OSC, in the haptic server's place."""
     from rig import checks
-    from rig.replaying.replay import checked_wishes, replay
+    from rig.replaying.replay import Wishes, checked, replay
 
     _, keys = checks.wire(rig, connect)
     out = osc_out or ["127.0.0.1:9101"]
-    wishes = checked_wishes(file, speed, loop, await_sound, listen, connect, out, prefix, longest)
-    replay(keys, wishes, as_json)
+    how = (playback.speed, playback.loop, playback.await_sound)
+    wishes = Wishes(file, *how, listen, connect, tuple(out), prefix, playback.longest)
+    replay(keys, checked(wishes), as_json)
 
 
 def rigs_command(

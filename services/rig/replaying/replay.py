@@ -4,7 +4,7 @@ import json
 import logging
 import math
 import time
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
@@ -199,25 +199,14 @@ def _words(summary: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def checked_wishes(
-    file: Path,
-    speed: float,
-    loop: bool,
-    await_sound: bool,
-    listen: str,
-    connect: str | None,
-    osc_out: Sequence[str],
-    prefix: str,
-    longest_s: float,
-) -> Wishes:
-    """The options, checked. Raises Stop."""
+def checked(wishes: Wishes) -> Wishes:
+    """The same, checked. Raises Stop."""
     from rig import checks
     from rig.supervision.settled import require_loopback
 
-    checks.finite(speed, "--speed", 0.01, 100.0, "times the recorded one")
-    checks.finite(longest_s, "--longest", 0.0, 1e13, "s")
-    checks.endpoint(connect)
-    require_loopback(checks.endpoint(listen, "--listen"))
-    checks.prefix(prefix)
-    targets = tuple(checks.known_target(target) for target in osc_out)
-    return Wishes(file, speed, loop, await_sound, listen, connect, targets, prefix, longest_s)
+    checks.finite(wishes.speed, "--speed", 0.01, 100.0, "times the recorded one")
+    checks.finite(wishes.longest_s, "--longest", 0.0, 1e13, "s")
+    checks.endpoint(wishes.connect)
+    require_loopback(checks.endpoint(wishes.listen, "--listen"))
+    checks.prefix(wishes.prefix)
+    return wishes._replace(osc_out=tuple(checks.known_target(target) for target in wishes.osc_out))

@@ -9,6 +9,7 @@ from protocol.keys import DEFAULT_ROUTER
 from protocol.session import Public
 from rig.accuracy_files import FILE, SHIPPED
 from rig.folder import accuracy_folder
+from rig.options import Arm, Hall, Outlets, Page, Speaker, Take
 
 HAPTIC, SOUND, PANEL = "haptic", "sound", "panel"
 RECORD, DOOR = "record", "door"
@@ -16,41 +17,23 @@ NOT_ESSENTIAL = frozenset({RECORD})  # whose end never ends a rig
 
 
 @dataclass(frozen=True)
-class Options:
-    """What the user chose; the defaults are those of the commands."""
+class Options(Arm, Outlets, Speaker, Hall, Page, Take):
+    """What the user chose, with what follows from it and the rig file; defaults are those of the commands."""
 
     rig: str
     folder: Path
     state: Path
-    device: str = "simulated"
-    pose_is_held: bool = False
-    audio: str = "auto"
+    parts: frozenset[str] = field(default_factory=lambda: frozenset({HAPTIC, DOOR, SOUND, PANEL}))
     connect: str | None = None
     listen: str = DEFAULT_ROUTER
-    osc_in: int = 9100
-    osc_out: tuple[str, ...] = ("127.0.0.1:9101",)
-    prefix: str = "/drumstick"
-    panel_port: int = 8080
-    audio_rate: int = 48000  # Hz
-    audio_block: int = 128  # frames
-    audio_awaited: bool = False  # play for nobody while its device is not there
-    fresh: bool = False  # start from the scene, not from the last good set
-    also: tuple[str, ...] = ()  # further rigs whose drums the sound server plays; with *, as they come and go
-    most_rigs: int = 8
-    room_latency_ms: float = 0.0
-    room_level_dB: float = 0.0
-    parts: frozenset[str] = field(default_factory=lambda: frozenset({HAPTIC, DOOR, SOUND, PANEL}))
-    record: Path | None = None  # the MCAP file to record into
-    record_force: bool = False  # also the contacts' force
-    osc_host: str = "127.0.0.1"
-    osc_allow: tuple[str, ...] = ()  # networks that may send OSC; empty: loopback
     public: Public | None = None  # where other machines come in
     identity: Identity | None = None  # of clients, when they go to another machine
-    oscquery: tuple[str, int] | None = None  # where OSCQuery is served
-    oscquery_announce: bool = False
-    midi_out: str | None = None  # part of a port's name, or "virtual"
-    midi_note: int = 38
-    midi_channel: int = 10
+    osc_host: str = "127.0.0.1"
+    osc_port: int = 9100
+    osc_targets: tuple[str, ...] = ("127.0.0.1:9101",)
+    osc_allow: tuple[str, ...] = ()  # networks that may send OSC; empty: loopback
+    query: tuple[str, int] | None = None  # where OSCQuery is served
+    audio_awaited: bool = False  # play for nobody while its device is not there
 
     @property
     def router(self) -> str:
@@ -65,8 +48,8 @@ class Options:
 
 def _extras(options: Options) -> list[str]:
     words: list[str] = []
-    if options.oscquery is not None:
-        host, port = options.oscquery
+    if options.query is not None:
+        host, port = options.query
         words += ["--oscquery", f"{host}:{port}"]
     if options.oscquery_announce:
         words.append("--oscquery-announce")
@@ -87,9 +70,9 @@ def commands(options: Options) -> dict[str, list[str]]:
         plan["servo"] = [*python, "haptic_server.servo", *folder, "--device", options.device]
         if options.pose_is_held:
             plan["servo"].append("--pose-is-held")
-        osc = ["--osc-in", f"{options.osc_host}:{options.osc_in}", "--prefix", options.prefix]
-        osc += [] if options.osc_out else ["--no-osc-out"]
-        for target in options.osc_out:
+        osc = ["--osc-in", f"{options.osc_host}:{options.osc_port}", "--prefix", options.prefix]
+        osc += [] if options.osc_targets else ["--no-osc-out"]
+        for target in options.osc_targets:
             osc += ["--osc-out", target]
         for network in options.osc_allow:
             osc += ["--osc-allow", network]
@@ -115,8 +98,8 @@ def commands(options: Options) -> dict[str, list[str]]:
 
 
 def _sound(options: Options) -> list[str]:
-    words = ["--rig", ",".join((options.rig, *options.also)), "--most-rigs", str(options.most_rigs)]
-    words += [f"--room-latency={options.room_latency_ms!r}", f"--room-level={options.room_level_dB!r}"]
+    words = ["--rig", ",".join((options.rig, *(options.also or ()))), "--most-rigs", str(options.most_rigs)]
+    words += [f"--room-latency={options.room_latency!r}", f"--room-level={options.room_level!r}"]
     words += ["--audio", options.audio, "--rate", str(options.audio_rate)]
     words += ["--block", str(options.audio_block)]
     return [*words, "--awaited"] if options.audio_awaited else words

@@ -121,7 +121,7 @@ def test_an_extra_that_is_not_installed() -> None:
 def test_extras_are_words_of_the_gateway_only_when_asked_for(runtime: Path) -> None:
     plain = commands(Options("r", runtime, runtime))["gateway"]
     assert not [word for word in plain if "oscquery" in word or "midi" in word]
-    asked = Options("r", runtime, runtime, oscquery=("127.0.0.1", 9102), midi_out="--x", midi_note=40)
+    asked = Options("r", runtime, runtime, query=("127.0.0.1", 9102), midi_out="--x", midi_note=40)
     words = commands(asked)["gateway"]
     assert words[: len(plain)] == plain
     assert words[len(plain):] == [

@@ -127,10 +127,8 @@ def _numbered(seq: int) -> Strike:
 
 
 def replayed(path: Path) -> None:
-    given = replaying.checked_wishes(
-        path, 1.0, False, False, "tcp/127.0.0.1:7447", None, [], "/drumstick", 3600.0
-    )
-    replaying.replay(Keys("main"), given, as_json=True)
+    wishes = replaying.Wishes(path, 1.0, False, False, "tcp/127.0.0.1:7447", None, (), "/drumstick", 3600.0)
+    replaying.replay(Keys("main"), replaying.checked(wishes), as_json=True)
 
 
 def test_a_replay_of_years_is_refused_and_its_silence_named(tmp_path: Path) -> None:

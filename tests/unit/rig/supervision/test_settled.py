@@ -38,8 +38,8 @@ def plan_of(ends: Settled, parts: frozenset[str]) -> dict[str, list[str]]:
     host, port = ends.osc_bind
     return commands(
         Options(
-            ends.rig, Path("/run"), Path("/state"), connect=ends.connect, listen=ends.listen, osc_in=port,
-            osc_out=ends.osc_targets, parts=parts, osc_host=host, osc_allow=ends.osc_allow,
+            ends.rig, Path("/run"), Path("/state"), connect=ends.connect, listen=ends.listen, osc_port=port,
+            osc_targets=ends.osc_targets, parts=parts, osc_host=host, osc_allow=ends.osc_allow,
             public=ends.public, identity=ends.identity,
         )
     )  # fmt: skip
@@ -195,12 +195,12 @@ def test_an_end_that_is_near_is_told_on_stderr(
 
 @pytest.mark.parametrize("listen", ["tcp/0.0.0.0:7447", "tcp/192.168.1.10:7447", "tls/127.0.0.1:7447"])
 def test_a_router_without_rules_is_for_this_machine_only(listen: str) -> None:
-    from rig.replaying.replay import checked_wishes
+    from rig.replaying.replay import Wishes, checked
 
     with pytest.raises(Stop, match="must be a loopback address over TCP"):
         settle(ALL, None, listen=listen)
     with pytest.raises(Stop, match="must be a loopback address over TCP"):
-        checked_wishes(Path("x.mcap"), 1.0, False, False, listen, None, [], "/drumstick", 3600.0)
+        checked(Wishes(Path("x.mcap"), 1.0, False, False, listen, None, (), "/drumstick", 3600.0))
 
 
 def test_tls_without_a_certificate_is_told_at_once() -> None:

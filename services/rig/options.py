@@ -1,5 +1,9 @@
-"""What the commands may be given: one annotated type for each option that several of them share."""
+"""What the commands may be given: each option once, with its type, default and words; those of one thing in a group.
 
+A group is a dataclass: `rig.cli.grouped` makes a command's options of its fields, `rig.supervision.plan` processes.
+"""
+
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -113,3 +117,100 @@ ExitHow = Annotated[str, typer.Argument(envvar="EXIT_CODE", help="As systemd tel
 ExitStatus = Annotated[
     str, typer.Argument(envvar="EXIT_STATUS", help="As systemd tells it: a number or a signal.")
 ]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ends:
+    """Who the rig is and where it meets others; what is not given is as the rig file says."""
+
+    rig: RigNameOrFile = None
+    rig_file: RigFile = None
+    connect: Connect = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Arm:
+    """What the servo plays on."""
+
+    device: Device = "simulated"
+    pose_is_held: PoseIsHeld = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Doors:
+    """Where others come in and what goes out to them; what is not given is as the rig file says."""
+
+    listen: ListenOrFile = None
+    osc_in: OscInOrFile = None
+    osc_out: OscOut = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outlets:
+    """What a gateway has besides: memory of the last set, OSCQuery, MIDI."""
+
+    prefix: Prefix = "/drumstick"
+    fresh: Fresh = False
+    oscquery: OscQuery = None
+    oscquery_announce: OscQueryAnnounce = False
+    midi_out: MidiOut = None
+    midi_note: MidiNote = 38
+    midi_channel: MidiChannel = 10
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gateway(Outlets, Doors):
+    """All of a gateway."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Haptic(Gateway, Arm):
+    """Servo and gateway."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Speaker:
+    """Where the sound goes, and in which pieces."""
+
+    audio: Audio = "auto"
+    audio_rate: AudioRate = 48000  # Hz
+    audio_block: AudioBlock = 128  # frames
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hall:
+    """Whose drums a sound server plays, and what its room adds to their scenes."""
+
+    also: Also = None
+    most_rigs: MostRigs = 8
+    room_latency: RoomLatency = 0.0  # ms
+    room_level: RoomLevel = 0.0  # dB
+
+
+@dataclass(frozen=True, kw_only=True)
+class Page:
+    """The technician's page."""
+
+    panel_port: PanelPort = 8080
+
+
+@dataclass(frozen=True, kw_only=True)
+class Take:
+    """What is recorded."""
+
+    record: Record = None
+    record_force: RecordForce = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Playback:
+    """How a recording is replayed."""
+
+    speed: Annotated[float, typer.Option(help="Times the recorded speed; a contact keeps its length.")] = 1.0
+    loop: Annotated[bool, typer.Option("--loop", help="Again and again, until Ctrl-C.")] = False
+    await_sound: Annotated[
+        bool, typer.Option("--await-sound", help="Begin when a sound server of this rig is there.")
+    ] = False
+    longest: Annotated[
+        float, typer.Option(metavar="SECONDS", help="Refuse a recording that would play for longer.")
+    ] = 3600.0

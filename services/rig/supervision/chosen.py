@@ -1,0 +1,43 @@
+"""What the command line and the rig file say together, checked: the options of one rig's processes."""
+
+import dataclasses
+from typing import Any
+
+from rig import checks, folder
+from rig.options import Doors, Ends
+from rig.supervision.plan import Options
+from rig.supervision.settled import settle
+
+Group = Any  # one of rig.options
+
+
+def chosen(parts: frozenset[str], ends: Ends, *groups: Group) -> Options:
+    """The options of a rig of these parts, from the groups that its command has. Raises Stop."""
+    given: dict[str, Any] = {}
+    for group in groups:
+        given |= {field.name: getattr(group, field.name) for field in dataclasses.fields(group)}
+    doors = Doors(**{field.name: given.pop(field.name, None) for field in dataclasses.fields(Doors)})
+    found = settle(
+        parts, ends.rig_file,
+        rig=ends.rig, connect=ends.connect, listen=doors.listen, osc_in=doors.osc_in, osc_out=doors.osc_out,
+    )  # fmt: skip
+    host, port = found.osc_bind
+    options = Options(
+        found.rig, folder.run_folder(found.rig), folder.state_folder(found.rig), parts=parts,
+        connect=found.connect, listen=found.listen, public=found.public, identity=found.identity,
+        osc_host=host, osc_port=port, osc_targets=found.osc_targets, osc_allow=found.osc_allow, **given,
+    )  # fmt: skip
+    _check(options)
+    return dataclasses.replace(options, query=checks.oscquery(options.oscquery, options.oscquery_announce))
+
+
+def _check(options: Options) -> None:
+    checks.room(options.room_latency, options.room_level)
+    checks.port(options.panel_port, "--panel-port")
+    checks.finite(options.audio_rate, "--audio-rate", 22050.0, 192000.0, "Hz")
+    checks.finite(options.audio_block, "--audio-block", 16.0, 8192.0, "frames")
+    checks.prefix(options.prefix)
+    checks.device(options.device)
+    if options.midi_out is not None:
+        checks.midi(options.midi_out, options.midi_note, options.midi_channel)
+    checks.sound_rigs(options.rig, options.also or (), options.most_rigs)
