@@ -214,3 +214,15 @@ class Playback:
     longest: Annotated[
         float, typer.Option(metavar="SECONDS", help="Refuse a recording that would play for longer.")
     ] = 3600.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pictures:
+    """What is drawn beside a rendered sound."""
+
+    spectrogram: Annotated[
+        Path | None, typer.Option(help="Also draw the sound's spectrogram (PNG or SVG).")
+    ] = None
+    modes: Annotated[
+        Path | None, typer.Option(help="Also draw the drum's modes beside the ideal membrane's (PNG or SVG).")
+    ] = None

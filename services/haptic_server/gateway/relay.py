@@ -9,7 +9,7 @@ from __future__ import annotations
 import logging
 import sys
 import time
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.settings import Echo, ParameterDesk
@@ -34,6 +34,16 @@ _STATE_PERIOD_NS = 33_333_333
 _ALIVE_PERIOD_NS = 1_000_000_000
 
 
+class Wires(NamedTuple):
+    """Where a gateway publishes; None: not asked for, or not in this scene."""
+
+    zenoh: Wire
+    osc: OscFront
+    pointing: Pointing | None = None
+    contacts: Contacts | None = None
+    midi: MidiSender | None = None
+
+
 class Relay:
     """Joins one servo's block to one Zenoh wire and one OSC front."""
 
@@ -42,23 +52,15 @@ class Relay:
         rig: str,
         link: ServoLink,
         desk: ParameterDesk,
-        wire: Wire,
-        osc: OscFront,
-        pointing: Pointing | None = None,
-        contacts: Contacts | None = None,
+        wires: Wires,
         last_good: LastGood | None = None,
-        midi: MidiSender | None = None,
         supervisor: Supervisor | None = None,
     ) -> None:
         self._rig = rig
         self._link = link
         self._desk = desk
-        self._wire = wire
-        self._osc = osc
-        self._pointing = pointing
-        self._contacts = contacts
+        self._wire, self._osc, self._pointing, self._contacts, self._midi = wires
         self._last_good = last_good
-        self._midi = midi
         self._supervisor = supervisor
         self._lease_of = ""
         self._started_ns = 0

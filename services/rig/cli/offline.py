@@ -5,7 +5,8 @@ from typing import Annotated
 
 import typer
 
-from rig.options import Figures, Json, SceneName, Sweeps
+from rig.cli.grouped import grouped
+from rig.options import Figures, Json, Pictures, SceneName, Sweeps
 
 
 def simulate_command(
@@ -31,6 +32,7 @@ def simulate_command(
     simulate(scene, duration, v0, method, dt, events, as_json)
 
 
+@grouped
 def render_command(
     scene: SceneName,
     out: Annotated[Path, typer.Option(help="The WAV file to write.")],
@@ -46,12 +48,8 @@ def render_command(
     ] = None,
     roll: Annotated[bool, typer.Option("--roll", help="Play what the scene's own stick does.")] = False,
     rate: Annotated[int, typer.Option(help="Samples a second.")] = 48000,
-    spectrogram: Annotated[
-        Path | None, typer.Option(help="Also draw the sound's spectrogram (PNG or SVG).")
-    ] = None,
-    modes: Annotated[
-        Path | None, typer.Option(help="Also draw the drum's modes beside the ideal membrane's (PNG or SVG).")
-    ] = None,
+    *,
+    pictures: Pictures,
     as_json: Json = False,
 ) -> None:
     """A scene's drum into a WAV file, offline."""
@@ -61,7 +59,7 @@ def render_command(
     checks.duration(duration)
     checks.finite(rate, "--rate", 22050.0, 192000.0, "Hz")
     seconds = 3.0 if duration is None else duration
-    wishes = Wishes(out, seconds, strikes, roll, rate, spectrogram, modes)
+    wishes = Wishes(out, seconds, strikes, roll, rate, pictures.spectrogram, pictures.modes)
     render(scene, wishes, as_json, whole=duration is None)
 
 

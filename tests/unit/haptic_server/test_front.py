@@ -14,7 +14,7 @@ from haptic_server import block as blocks
 from haptic_server import files, front
 from haptic_server.records import FAULT, OUT_OF_BOUNDS, READY
 from haptic_server.servo import loop, memory
-from haptic_server.servo.__main__ import _memory
+from haptic_server.servo.process import _memory
 from realtime.atomics import add_to, peek, poke
 
 ROLL = parse(shipped_text("roll"), "roll")

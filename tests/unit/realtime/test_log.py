@@ -58,19 +58,19 @@ def test_what_a_process_says(tmp_path: Path, is_the_journals: bool) -> None:
 
 SERVICES = Path(__file__).resolve().parents[3] / "services"
 MAINS = (
-    "haptic_server/servo",
-    "haptic_server/gateway",
-    "haptic_server/access",
-    "sound_server",
-    "web_panel",
-    "rig/recording",
+    "haptic_server/servo/process.py",
+    "haptic_server/gateway/process.py",
+    "haptic_server/access/process.py",
+    "sound_server/process.py",
+    "web_panel/process.py",
+    "rig/recording/__main__.py",
 )
 
 
 def test_every_service_has_this_log() -> None:
     found = [path for path in SERVICES.rglob("*.py") if "logging.basicConfig(" in path.read_text()]
     assert not found
-    assert not [main for main in MAINS if "open_log(" not in (SERVICES / main / "__main__.py").read_text()]
+    assert not [main for main in MAINS if "open_log(" not in (SERVICES / main).read_text()]
 
 
 def test_no_service_prints() -> None:

@@ -17,7 +17,7 @@ from haptic_server.device.simulated import Simulated
 from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.osc.front import OscFront
 from haptic_server.gateway.presets import Presets
-from haptic_server.gateway.relay import Relay
+from haptic_server.gateway.relay import Relay, Wires
 from haptic_server.gateway.settings import ParameterDesk
 from haptic_server.gateway.zenoh.scene_door import SceneDoor
 from haptic_server.gateway.zenoh.wire import Wire
@@ -64,7 +64,7 @@ class Gateway:
             cast(Any, session), self.keys, self.desk, lambda: self.link.boot, json.dumps(as_tables(scene)), dict,
             self._presets, SceneDoor(folder, False),
         )  # fmt: skip
-        self._relay = Relay("soak", self.link, self.desk, self._wire, self.osc)
+        self._relay = Relay("soak", self.link, self.desk, Wires(self._wire, self.osc))
         self.heard = Sequence()
         self.visits = 0
         self.refused = 0

@@ -13,7 +13,7 @@ from haptic_server import block as blocks
 from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.midi.encoding import velocity
 from haptic_server.gateway.midi.sender import MidiSender
-from haptic_server.gateway.relay import Relay
+from haptic_server.gateway.relay import Relay, Wires
 from haptic_server.gateway.settings import ParameterDesk
 from haptic_server.gateway.zenoh.wire import Wire
 from haptic_server.records import EVENT, STRIKE
@@ -87,9 +87,7 @@ def test_every_outlet_has_the_servos_level(name: str) -> None:
             "main",
             cast(ServoLink, outlets),
             cast(ParameterDesk, None),
-            cast(Wire, outlets),
-            front,
-            midi=cast(MidiSender, outlets),
+            Wires(cast(Wire, outlets), front, midi=cast(MidiSender, outlets)),
         )
         relay.step(-1)
         told = heard.waiting()

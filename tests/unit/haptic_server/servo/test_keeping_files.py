@@ -9,8 +9,7 @@ import pytest
 
 import sampled_arm
 from haptic_server.records import FAULT_WORDS, NO_FAULT, STALLED
-from haptic_server.servo import __main__ as process
-from haptic_server.servo import loop
+from haptic_server.servo import loop, process
 
 
 @pytest.fixture

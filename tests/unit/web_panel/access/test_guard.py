@@ -263,7 +263,7 @@ def test_a_viser_without_process_request_is_refused(
 
 def test_the_program_then_exits_with_one_line(tmp_path: Path, free_port: Callable[[], int]) -> None:
     program = (
-        "import sys, viser; viser.__version__ = '2.0.0'; import web_panel.__main__ as m; sys.exit(m.main())"
+        "import sys, viser; viser.__version__ = '2.0.0'; import web_panel.process as m; sys.exit(m.main())"
     )
     arguments = ["--port", str(free_port()), "--token-file", str(tmp_path / "token")]
     ended = subprocess.run(

@@ -1,0 +1,177 @@
+"""The gateway's process: it maps the servo's block, opens the wires, and relays until a signal. Main thread."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import logging
+import signal
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from drumstick.parameters.scene import Scene, SceneError, as_tables, parse
+from drumstick.parameters.table import values_of
+from drumstick.stick.law import law_of
+from haptic_server import files, limits
+from haptic_server.gateway import options
+from haptic_server.gateway.extras import Extras, Lacking
+from haptic_server.gateway.link import ServoLink, rehearse, wait_for_servo
+from haptic_server.gateway.osc.front import LOOPBACK, OscFront
+from haptic_server.gateway.presets import Presets
+from haptic_server.gateway.relay import Relay, Wires
+from haptic_server.gateway.settings import ParameterDesk
+from haptic_server.gateway.zenoh.contacts import contacts_of
+from haptic_server.gateway.zenoh.pointing import Pointing
+from haptic_server.gateway.zenoh.scene_door import SceneDoor
+from haptic_server.gateway.zenoh.wire import Wire
+from haptic_server.presets.store import PresetStore
+from protocol.keys import Keys
+from protocol.session import open_client, open_router
+from realtime.log import open_log
+from realtime.notify import Supervisor
+from realtime.regular_file import read_text
+from realtime.stop import StopRequest
+
+if TYPE_CHECKING:
+    import zenoh
+
+_log = logging.getLogger("gateway")
+_SCENE_BROKEN, _WRONG, _LACKING = 1, 2, 3
+
+
+class _Ended(Exception):
+    """The gateway cannot run: the exit status; why is in the log."""
+
+    def __init__(self, status: int, words: str) -> None:
+        _log.error("%s", words)
+        self.status = status
+
+
+def main() -> int:
+    """Run until SIGTERM or SIGINT; the exit status."""
+    given = options.read()
+    open_log()
+    stop = StopRequest()
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, stop.ask)
+    supervisor = Supervisor()
+    try:
+        scene = _scene(given.run_dir / files.SCENE)
+        rehearse(law_of(scene))
+        link = wait_for_servo(
+            given.run_dir, law_of(scene), stop, lambda: supervisor.waiting("waiting for the servo")
+        )
+        if link is not None:
+            _Gateway(given, scene, link, supervisor, stop).run()
+    except _Ended as ended:
+        return ended.status
+    return 0
+
+
+def _scene(path: Path) -> Scene:
+    try:
+        return parse(read_text(path, files.LARGEST_SCENE_BYTES), str(path))
+    except (OSError, UnicodeDecodeError, SceneError) as error:
+        raise _Ended(_SCENE_BROKEN, f"{path} cannot be played: {error}") from None
+
+
+class _Gateway:
+    """Between one servo's block and the wires. `_Ended` from any method: it cannot run."""
+
+    def __init__(
+        self,
+        given: argparse.Namespace,
+        scene: Scene,
+        link: ServoLink,
+        supervisor: Supervisor,
+        stop: StopRequest,
+    ) -> None:
+        self._given, self._scene, self._link = given, scene, link
+        self._supervisor, self._stop = supervisor, stop
+        self._desk = ParameterDesk(scene, link, limits.read(given.run_dir, scene), rig=given.rig)
+        values = values_of(law_of(scene), self._desk.table)
+        self._presets = Presets(PresetStore(given.state_dir), self._desk, scene.name, values)
+        self._allow = given.osc_allow or LOOPBACK
+        self._extras, self._osc = self._open_osc()
+
+    def _open_osc(self) -> tuple[Extras, OscFront]:
+        given = self._given
+        targets = [("127.0.0.1", 9101)] if given.osc_out is None else given.osc_out
+        try:
+            extras = Extras(given)
+            targets = [*targets, *extras.targets]
+            load = self._presets.load
+            front = OscFront(given.osc_in, targets, given.prefix, self._desk, load, self._allow)
+        except ValueError as error:
+            raise _Ended(_WRONG, str(error)) from None
+        except Lacking as error:
+            raise _Ended(_LACKING, str(error)) from None
+        except OSError as error:
+            host, port = given.osc_in
+            why = f"OSC port {host}:{port} cannot be opened: {error.strerror}; choose another with --osc-in"
+            raise _Ended(_LACKING, why) from None
+        return extras, front
+
+    def run(self) -> None:
+        """Relay until the stop request."""
+        try:
+            session = self._open_zenoh()
+            if session is not None:
+                self._relay(session)
+        finally:
+            self._extras.close()
+            self._osc.close()
+
+    def _open_zenoh(self) -> zenoh.Session | None:
+        given = self._given
+
+        def keep_trying() -> bool:
+            self._supervisor.waiting(f"waiting for the router {given.connect}")
+            return not self._stop.is_set()
+
+        try:
+            self._extras.open(self._desk, self._osc.endpoint, self._allow, self._osc.insiders)
+            if given.connect:
+                return open_client(given.connect, keep_trying, given.identity)
+            return open_router(given.listen)
+        except OSError as error:
+            raise _Ended(_LACKING, str(error)) from None
+
+    def _relay(self, session: zenoh.Session) -> None:
+        given, link, desk, presets = self._given, self._link, self._desk, self._presets
+        keys = Keys(given.rig)
+        contacts = contacts_of(self._scene, session, keys, given.run_dir, lambda: link.boot)
+
+        def health() -> Mapping[str, object]:
+            told: dict[str, object] = {} if contacts is None else {"contact": contacts.counters()}
+            return {
+                "servo": limits.told(given.run_dir / files.GRANTED),
+                "lateness": link.lateness(),
+                "limits": limits.told(given.run_dir / files.LIMITS),
+                "osc": dict(self._osc.counters),
+                "queries_refused": wire.refused,
+                **told,
+                **self._extras.counters(),
+            }
+
+        if desk.revision == 0 and not given.fresh:  # nobody has set anything since the servo started
+            presets.restore()
+        last_good = presets.keep_last()
+        scene_json = json.dumps(as_tables(self._scene))
+        scenes = SceneDoor(given.run_dir, given.supervised)
+        wire = Wire(session, keys, desk, lambda: link.boot, scene_json, health, presets, scenes)
+
+        def news(what: str, name: str) -> None:
+            wire.put_news(what, name)
+            if what == "loaded":
+                self._osc.preset(name)
+
+        presets.on_news = news
+        try:
+            wires = Wires(wire, self._osc, Pointing(session, keys, link), contacts, self._extras.midi)
+            Relay(given.rig, link, desk, wires, last_good, self._supervisor).run(self._stop)
+        finally:
+            last_good.close()
+            wire.close()
+            session.close()

@@ -1,0 +1,172 @@
+"""python -m haptic_server.servo: owns the device, runs the tick until SIGTERM.
+
+No sockets, but the one by which it tells a supervisor that it ticks, where there is one.
+"""
+
+import argparse
+import json
+import logging
+import signal
+import threading
+import time
+from pathlib import Path
+
+from drumstick.parameters.scene import Scene, SceneError, parse
+from drumstick.parameters.table import Refusal
+from drumstick.safety import envelope
+from drumstick.stick.law import law_of
+from haptic_server import block, contacts, files
+from haptic_server.device.chosen import KINDS, chosen
+from haptic_server.device.protocol import Device, DeviceError
+from haptic_server.device.specification import Specification
+from haptic_server.limits import limits_of
+from haptic_server.limits import write as write_limits
+from haptic_server.records import FAULT_WORDS, NO_FAULT
+from haptic_server.servo import memory, priority, trace
+from haptic_server.servo.force.latch import passes
+from haptic_server.servo.pulse import Pulse
+from haptic_server.servo.streaming import stream_to
+from realtime.atomics import poke
+from realtime.log import open_log
+from realtime.notify import Supervisor
+from realtime.records import is_there
+from realtime.regular_file import read_text, write_text
+from realtime.stop import StopRequest
+
+_log = logging.getLogger("servo")
+_LOOK_EVERY_S = 0.25
+_LISTENERS_WITHIN_S = 3.0
+
+
+def _tell_granted(path: Path, granted: dict[str, str]) -> None:
+    try:
+        write_text(path, json.dumps(granted))
+    except OSError as error:  # only `doctor` reads it: no reason not to play
+        _log.warning("%s cannot be written: %s", path, error.strerror)
+
+
+def _save_trace(servo: memory.Servo, path: Path) -> None:
+    fault = FAULT_WORDS[int(servo.player[0]["fault"])]
+    _log.error("fault: %s; the last ticks are in %s", fault, path)
+    rows = trace.ordered(servo.trace, int(servo.player[0]["traced"]))
+    try:
+        write_text(path, trace.as_csv(rows))
+    except OSError as error:  # a full disk or a pipe that nobody reads must not end the servo
+        _log.error("%s cannot be written: %s", path, error.strerror)
+
+
+def _watch(
+    servo: memory.Servo, path: Path, loop_thread: threading.Thread, stop: StopRequest, inherited: bool
+) -> bool:
+    # Until asked to stop or the loop has ended: when a fault is latched, its last thousand ticks go to a file. Returns
+    # whether the present fault is on file; `inherited`: whether it is from the start.
+    written = inherited
+    pulse = Pulse(servo, Supervisor())
+    while not stop.wait(_LOOK_EVERY_S) and loop_thread.is_alive():
+        pulse.look()
+        ended = bool(servo.player[0]["trace_ended"])
+        if ended and not written:
+            _save_trace(servo, path)
+        written = ended
+    return written
+
+
+def _memory(scene: Scene, run_dir: Path, specification: Specification) -> memory.Servo:
+    """The servo's memory in a new block, which goes on from what the servo before left. OSError without room."""
+    limits = limits_of(scene, specification)
+    write_limits(run_dir, limits)
+    left = block.legacy(run_dir, law_of(scene).dtype)
+    spare = memory.prepare(scene, block.in_memory(law_of(scene)), specification=specification)
+    if left is not None:
+        spare.offer["law"] = left.law
+    if left is None or not passes(spare):
+        left = block.Legacy(0, law_of(scene))
+    mine = block.create(run_dir, left.law, left.revision)
+    servo = memory.prepare(scene, mine, specification)
+    if not is_there(servo.stream):
+        return servo
+    return servo._replace(stream=stream_to(contacts.create(run_dir, mine.boot)))
+
+
+def _await_listeners(run_dir: Path, stop: StopRequest) -> None:
+    """Until `drumstick up` hears gateway and sound, so that nobody misses the first strikes; 3 s at most."""
+    awaited, until = run_dir / files.LISTENERS_AWAITED, time.monotonic() + _LISTENERS_WITHIN_S
+    while awaited.exists() and time.monotonic() < until and not stop.wait(0.02):
+        pass
+
+
+def _play(device: Device, scene: Scene, run_dir: Path, stop: StopRequest) -> int:
+    """Open the device and tick until asked to stop. DeviceError, Refusal and OSError say why not."""
+    device.open()
+    info = device.info()
+    for words in info.words:
+        _log.info("device: %s", words)
+    envelope.require(law_of(scene), limits_of(scene, info.specification))
+    spare = memory.prepare(scene, block.in_memory(law_of(scene)), specification=info.specification)
+    device.rehearse(device.furnish(spare))
+    servo = device.furnish(_memory(scene, run_dir, info.specification))
+    granted: dict[str, str] = {}
+    ended: list[int] = []
+    refused: list[DeviceError] = []
+
+    def run() -> None:
+        granted.update(priority.claim(scene.servo.cpu))
+        _tell_granted(run_dir / files.GRANTED, granted)
+        try:
+            ended.append(device.run(servo, stop))
+        except DeviceError as error:  # raised again by the main thread: it ends the process
+            refused.append(error)
+
+    _await_listeners(run_dir, stop)
+    thread = threading.Thread(target=run, name="servo")
+    inherited = bool(servo.player[0]["trace_ended"])
+    thread.start()
+    if inherited:
+        _log.warning("still held by a fault: %s", FAULT_WORDS[int(servo.player[0]["fault"])])
+    _log.info("scene %s, %d Hz, %s", scene.name, scene.servo.rate_Hz, info.specification.name)
+    written = _watch(servo, run_dir / files.TRACE, thread, stop, inherited)
+    poke(servo.block.control, block.STOP, 1)
+    thread.join()
+    if refused:
+        raise refused[0]
+    if servo.player[0]["trace_ended"] and not written:
+        _save_trace(servo, run_dir / files.TRACE)
+    return 0 if ended == [NO_FAULT] else 1
+
+
+def main() -> int:
+    """Parse the command line, open the device, make the block, run the loop on its own thread, wait for a signal."""
+    arguments = argparse.ArgumentParser(prog="haptic_server.servo", description=__doc__)
+    arguments.add_argument(
+        "--run-dir", type=Path, required=True, help="holds scene.toml; the block is made here"
+    )
+    arguments.add_argument("--device", default="simulated", help=KINDS)
+    arguments.add_argument(
+        "--pose-is-held", action="store_true", help="somebody holds a real arm in its neutral pose now"
+    )
+    given = arguments.parse_args()
+    open_log()
+    stop = StopRequest()
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, stop.ask)
+    text = given.run_dir / files.SCENE
+    device: Device | None = None
+    try:
+        scene = parse(read_text(text, files.LARGEST_SCENE_BYTES), str(text))
+        device = chosen(given.device, scene, given.pose_is_held, given.run_dir)
+        return _play(device, scene, given.run_dir, stop)
+    except (SceneError, UnicodeDecodeError) as error:
+        _log.error("%s cannot be played: %s", text, error)
+        return 1
+    except Refusal as refusal:
+        _log.error("%s: the scene itself is outside the envelope: %s", text, refusal)
+        return 2
+    except DeviceError as error:
+        _log.error("%s", error)
+        return 3
+    except OSError as error:
+        _log.error("%s: the servo's files cannot be read or written: %s", given.run_dir, error.strerror)
+        return 3
+    finally:
+        if device is not None:
+            device.close()

@@ -1,0 +1,64 @@
+"""python -m sound_server. Exit status 0: stopped, 2: wrong request, 3: no such device, 1: a fault of ours."""
+
+import contextlib
+import logging
+import os
+import signal
+import sys
+
+from realtime.log import flush_log, open_log
+from realtime.stop import StopRequest
+from sound_server import options
+
+
+def main() -> int:
+    """Make the parts, join them, run until SIGTERM or SIGINT; anew, in the same process, when the device is lost."""
+    wanted = options.read()
+    open_log(names_level=True)
+    stop, ended = StopRequest(), StopRequest()
+
+    def end(*_: object) -> None:
+        ended.ask()
+        stop.ask()
+
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, end)
+    from realtime.notify import Supervisor
+    from sound_server.server import DeviceLost, Server
+    from sound_server.sinks import awaited
+    from sound_server.sinks.choose import open_sink
+    from sound_server.sinks.sink import SinkError
+
+    lookout: awaited.Lookout | None = None
+    try:
+        sink = open_sink(wanted.audio, wanted.rate, wanted.block, wanted.awaited)
+    except SinkError as error:
+        if not wanted.awaited or error.status != 3:
+            logging.error("%s", error)
+            return error.status
+        sink = awaited.stand_in(wanted.audio, error, wanted.rate, wanted.block)
+        lookout = awaited.Lookout(wanted.audio, stop)
+    try:
+        told = Supervisor()
+        Server(wanted.rigs, wanted.connect, sink, stop, wanted.identity, wanted.most, wanted.room, told).run()
+    except DeviceLost as lost:
+        logging.error("audio device lost: %s", lost)
+        flush_log()
+        if ended.is_set() or not sink.comes_back:
+            os._exit(0 if ended.is_set() else 1)
+        # Not closed: PortAudio would wait for ever for a JACK that is dead.
+        _start_anew(options.again(wanted, sink.words))
+    if lookout is not None and lookout.found and not ended.is_set():
+        _start_anew(options.again(wanted, wanted.audio))
+    sink.close()
+    return 0
+
+
+def _start_anew(command: list[str]) -> None:
+    # The process keeps its number, so whoever supervises it sees no end. What the driver had open stays behind.
+    flush_log()
+    for fd in (int(name) for name in os.listdir("/dev/fd")):
+        if fd > sys.stderr.fileno():
+            with contextlib.suppress(OSError):  # the listing's own
+                os.set_inheritable(fd, False)
+    os.execv(command[0], command)

@@ -1,0 +1,82 @@
+"""`python -m web_panel`: serve the technician's page of one rig on 127.0.0.1 until told to stop.
+
+Exit status 0 stopped, 1 a fault of ours (viser is not as the guard knows it), 2 a wrong argument, 3 the machine lacks
+something (port taken, viser not installed).
+"""
+
+import argparse
+import logging
+import signal
+from pathlib import Path
+
+from protocol.access.identity import add_options, identity_of
+from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, checked_rig
+from realtime.log import open_log
+from realtime.notify import Supervisor
+from web_panel.access.port import free_port
+from web_panel.access.visitor_token import TokenFileError, token_of
+
+CHANGES = "panel-changes.json"  # beside the token: undo, A and B
+_log = logging.getLogger("panel")
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="web_panel", description="The technician's page.")
+    parser.add_argument("--rig", type=checked_rig, default=DEFAULT_RIG)
+    parser.add_argument("--connect", default=DEFAULT_ROUTER, metavar="ENDPOINT", help="the Zenoh router")
+    parser.add_argument("--port", type=int, default=8080, help="0: any free port")
+    parser.add_argument("--token-file", type=Path, required=True, metavar="FILE", help="made when missing")
+    words = "a result of `drumstick accuracy`"
+    parser.add_argument("--accuracy-shipped", type=Path, metavar="FILE", help=f"{words}, for comparison")
+    parser.add_argument(
+        "--accuracy-own", type=Path, metavar="FILE", help=f"{words}, this machine's, once it is there"
+    )
+    add_options(parser)
+    given = parser.parse_args()
+    try:
+        given.identity = identity_of(given)
+    except ValueError as error:
+        parser.error(str(error))
+    return given
+
+
+def _end(status: int, words: str) -> int:
+    _log.error("panel: %s", words)
+    return status
+
+
+def main() -> int:
+    """Run until SIGTERM or SIGINT; the exit status."""
+    told: list[int] = []
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda signum, frame: told.append(signum))
+    given = _arguments()
+    open_log()
+    logging.getLogger().setLevel(logging.WARNING)  # each browser that comes is news to viser's libraries
+    _log.setLevel(logging.INFO)
+    try:
+        token, port = token_of(given.token_file), free_port(given.port)
+    except TokenFileError as error:
+        return _end(2, str(error))
+    except (OSError, OverflowError) as error:
+        return _end(3, f"port {given.port} of 127.0.0.1 is not free: {error}")
+    try:
+        from web_panel.accuracy_results import Files
+        from web_panel.serving import GuardError, serve
+        from web_panel.tuning.kept import Kept
+    except ImportError as error:
+        return _end(3, f"{error}; install haptic-drumstick[panel]")
+    supervisor = Supervisor()
+
+    def keep_on() -> bool:
+        # Asked at each turn of the page's loop, the first time when it can be visited.
+        supervisor.turned(f"the page of rig {given.rig} at port {port} of this machine")
+        return not told
+
+    try:
+        files = Files(given.accuracy_shipped, given.accuracy_own)
+        kept = Kept(given.token_file.with_name(CHANGES))
+        serve(given.rig, given.connect, port, token, kept, keep_on, given.identity, files)
+    except GuardError as error:
+        return _end(1, str(error))
+    return 0
