@@ -1,0 +1,74 @@
+"""The architecture page: every path and function that it names is there, and it names every room of the house."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+DOCS = ROOT / "docs"
+PAGE = (DOCS / "architecture.md").read_text(encoding="utf-8")
+GLOSSARY = (DOCS / "glossary.md").read_text(encoding="utf-8")
+_PATH = re.compile(r"`((?:shared|services|lab|tests|docs|deploy)(?:/[\w.-]+)*|pyproject\.toml)`")
+_FUNCTION = re.compile(r"`((?:shared|services)/[\w/]+\.py)` \(`(\w+)`\)")
+
+
+def functions(path: Path) -> set[str]:
+    kinds = (ast.FunctionDef, ast.AsyncFunctionDef)
+    return {
+        node.name for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(node, kinds)
+    }
+
+
+@pytest.mark.parametrize("text", [PAGE, GLOSSARY], ids=["architecture", "glossary"])
+def test_every_path_exists(text: str) -> None:
+    named = _PATH.findall(text)
+    assert len(named) > 15
+    assert not [path for path in named if not (ROOT / path).exists()]
+
+
+def test_every_function_exists_in_its_module() -> None:
+    named = _FUNCTION.findall(PAGE)
+    assert len(named) > 12
+    assert not [(path, name) for path, name in named if name not in functions(ROOT / path)]
+
+
+def test_every_room_is_on_the_page() -> None:
+    rooms = {
+        path.parent.relative_to(ROOT)
+        for part in ("shared", "services")
+        for path in (ROOT / part).rglob("*.py")
+        if path.name != "__init__.py"
+    }
+    folders = PAGE[PAGE.index("## Folders") : PAGE.index("## I want")]
+    named = set(re.findall(r"`([\w/]+)`", folders))
+    assert not [
+        room for room in sorted(rooms) if not {str(room), room.name, "/".join(room.parts[-2:])} & named
+    ]
+
+
+def test_no_folder_holds_more_modules_than_can_be_taken_in() -> None:
+    for part in ("shared", "services", "lab"):
+        for folder in (ROOT / part).rglob("*"):
+            modules = [path for path in folder.glob("*.py") if path.name != "__init__.py"]
+            assert len(modules) <= 14, folder
+
+
+def test_the_index_of_decisions_names_each_of_them() -> None:
+    index = (DOCS / "decisions" / "README.md").read_text(encoding="utf-8")
+    for path in (DOCS / "decisions").glob("*.md"):
+        if path.name != "README.md":
+            title = path.read_text(encoding="utf-8").partition("\n")[0].removeprefix("# ")
+            number, _, words = title.partition(" ")
+            assert f"| {number} | [{words}]({path.name}) |" in index
+
+
+def test_the_glossary_is_in_order() -> None:
+    words = [
+        line.split(" | ")[0].removeprefix("| ").lower()
+        for line in GLOSSARY.splitlines()[4:]
+        if line.startswith("| ")
+    ]
+    assert len(words) > 50
+    assert words == sorted(words)
