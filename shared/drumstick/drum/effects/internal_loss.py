@@ -49,19 +49,19 @@ def part_of(building: "Building") -> Momentum:
 
 
 @only_with("internal_loss")
-def moving(engine: "Engine") -> Any:
+def momentum(engine: "Engine") -> Any:
     """p, or None without this effect."""
     return engine.effects.internal_loss.moving
 
 
 @only_with("internal_loss")
-def kept(engine: "Engine") -> Any:
+def rho(engine: "Engine") -> Any:
     """rho, or None."""
     return engine.effects.internal_loss.gains[0]
 
 
 @only_with("internal_loss")
-def brake(engine: "Engine") -> Any:
+def eta(engine: "Engine") -> Any:
     """eta, or None."""
     return engine.effects.internal_loss.gains[1]
 

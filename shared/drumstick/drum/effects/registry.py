@@ -67,8 +67,7 @@ class Building(NamedTuple):
 def effects_of(building: Building) -> Effects:
     """The parts of all effects that the scene names, laid out for the kernels. Allocates; any thread."""
     parts: dict[str, Any] = {}
-    for name in building.scene.drum.effects:
-        make = getattr(EFFECTS[name], "part_of", None)
-        if make is not None:
-            parts[name] = make(building._replace(parts=parts))
+    for name, module in EFFECTS.items():
+        if name in building.scene.drum.effects and hasattr(module, "part_of"):
+            parts[name] = module.part_of(building._replace(parts=parts))
     return Effects(**parts)

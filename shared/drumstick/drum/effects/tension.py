@@ -141,7 +141,7 @@ def tightened(engine: "Engine", now: Any, then: Any, push: float) -> float:
     state, share = engine.effects.tension.state[0], engine.effects.tension.share
     head, own_gain = engine.head, engine.control[0].own_gain
     p, q, r, t = stretched(
-        head, now, then, share, own_gain, internal_loss.moving(engine), internal_loss.kept(engine)
+        head, now, then, share, own_gain, internal_loss.momentum(engine), internal_loss.rho(engine)
     )
     moved = push * r
     forces = engine.forces

@@ -54,7 +54,8 @@ def test_strikes_of_all_boots_and_passes_become_one_boot_without_a_number_twice(
     first_s = min(once.values())
     due = sorted(round((at_s - first_s) * 1e9 / speed) for at_s in once.values())
     begin = strikes[0][0]
-    assert [when - begin for when, _ in strikes[: len(once)]] == pytest.approx(due, abs=3)
+    # A recording keeps whole nanoseconds, of which a slow replay makes several.
+    assert [when - begin for when, _ in strikes[: len(once)]] == pytest.approx(due, abs=2.0 + 1.0 / speed)
 
 
 def test_the_numbers_of_a_restarted_servo_follow_those_before(tmp_path: Path) -> None:
