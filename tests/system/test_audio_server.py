@@ -236,15 +236,22 @@ def test_the_drum_is_shown_to_whoever_subscribes(side: HapticSide, tmp_path: Pat
 
         wait_for("a head that moves", moved)
 
-        def pitch() -> float:
-            for m in heard.get("Spectrum", []):
-                assert isinstance(m, Spectrum)
-                levels = np.frombuffer(m.levels, "<f4")
-                if levels.max() > -60.0:
-                    return float(np.argmax(levels) / len(levels) * m.top_Hz)
-            return 0.0
+        def loudest_at() -> list[float]:
+            # Of every spectrum that holds a sound. One that was taken while a blow began shows the blow, not the head.
+            shown = [
+                (m.top_Hz, np.frombuffer(m.levels, "<f4"))
+                for m in heard.get("Spectrum", [])
+                if isinstance(m, Spectrum)
+            ]
+            return [
+                float(np.argmax(levels) / len(levels) * top_Hz)
+                for top_Hz, levels in shown
+                if levels.max() > -60.0
+            ]
 
-        assert wait_for("a spectrum", pitch) == pytest.approx(150.0, abs=10.0)
+        wait_for(
+            "a spectrum of the lowest mode", lambda: any(abs(f_Hz - 150.0) < 10.0 for f_Hz in loudest_at())
+        )
         costs = wait_for("the costs", lambda: len(heard.get("Cost", [])) >= 4 and heard["Cost"][:4])
         assert [m.accuracy for m in costs if isinstance(m, Cost)] == ["now", "draft", "standard", "fine"]
         assert [round(m.across) for m in costs if isinstance(m, Cost)][:3] == [67, 50, 67]
