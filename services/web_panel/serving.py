@@ -2,7 +2,6 @@
 
 import gc
 import logging
-import threading
 import time
 from collections.abc import Callable
 
@@ -48,8 +47,7 @@ def serve(
     server = start(Admission(token, port), messages, PointerDoor(link.point))
     lease = LeaseDoor(link.take_lease)
     # Two, so that nobody who drags waits for a plot's second of theory; each starts its process when first asked.
-    foreseen = threading.Event()
-    for_wishes, for_plots = Computer(tell=foreseen.set), Computer()
+    for_wishes, for_plots = Computer(), Computer()
     prediction = Prediction(for_wishes)
     changes = Changes(link.set, link.load_preset, lease.secret_of, prediction.ask, kept)
     try:
@@ -77,10 +75,7 @@ def serve(
         turn = 0
         while keep_on():
             seen = page.views.follow()
-            next_turn = time.monotonic() + (_PICTURE_S if seen else _ALONE_S)
-            while (left := next_turn - time.monotonic()) > 0.0 and foreseen.wait(left):
-                foreseen.clear()
-                page.foresee(mirror, time.monotonic())
+            time.sleep(_PICTURE_S if seen else _ALONE_S)
             link.watch(page.views.needs)
             link.poll(time.monotonic())
             for wish, answer in changes.take_answers(mirror, time.monotonic()):

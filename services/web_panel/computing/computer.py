@@ -7,7 +7,7 @@ import contextlib
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import msgspec
@@ -26,14 +26,10 @@ class Computed(NamedTuple):
 
 
 class Computer:
-    """Its process starts with the first question and ends with `close`. One that died starts again with the next.
+    """Its process starts with the first question and ends with `close`. One that died starts again with the next."""
 
-    `tell` is called on a thread of its own for each new answer; it must not block.
-    """
-
-    def __init__(self, command: Sequence[str] = COMMAND, tell: Callable[[], object] = lambda: None) -> None:
+    def __init__(self, command: Sequence[str] = COMMAND) -> None:
         self._command = command
-        self._tell = tell
         self._process: subprocess.Popen[bytes] | None = None
         self._wanted: Question | None = None
         self._under_way: Question | None = None
@@ -79,7 +75,6 @@ class Computer:
                 if self._under_way is question:
                     self.newest = Computed(question, answer or Trouble(why))
                     self._under_way = None
-            self._tell()
             if answer is None:
                 self._ended.wait(_AGAIN_AFTER_S)
         if self._process is not None:

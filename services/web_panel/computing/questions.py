@@ -7,12 +7,11 @@ import msgspec
 
 class Foresee(msgspec.Struct, frozen=True, tag="foresee"):
     """A scene as tables, the values that would hold (wire names, SI), and what device and scene allow; {}: the scene's
-    own guard. `number`: the asker's own. Answered by Foreseen."""
+    own guard. Answered by Foreseen."""
 
     scene: dict[str, Any]
     values: dict[str, float]
     limits: dict[str, float]
-    number: int = 0
 
 
 class FindTheory(msgspec.Struct, frozen=True, tag="theory"):

@@ -16,7 +16,6 @@ class Foresight:
     """Made and shown by the main thread. Nothing is computed while nobody looks."""
 
     def __init__(self, server: viser.ViserServer, prediction: Prediction, order: float) -> None:
-        self._server = server
         self._prediction = prediction
         self._handle = server.gui.add_html("", order=order)
         self._content = ""
@@ -35,17 +34,13 @@ class Foresight:
         content = self._words(mirror, newest)
         if content != self._content:
             self._content = self._handle.content = content
-            self._server.flush()  # not with viser's next batch: a wish waits for this
-        self._prediction.note_shown(
-            0 if newest is None or isinstance(newest.answer, Trouble) else newest.number
-        )
 
     def _words(self, mirror: Mirror, newest: Newest | None) -> str:
         if self._prediction.asked is None:
             return ""
         if newest is None:
             return markup.line("Prediction: being prepared; the first time takes a minute.", "prediction")
-        _, values, foreseen = newest
+        values, foreseen = newest
         if isinstance(foreseen, Trouble):
             return markup.line(f"No prediction: {foreseen.why}.", "prediction", alarm=True)
         used = {name: readback.value for name, readback in mirror.readbacks.items()}

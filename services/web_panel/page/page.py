@@ -103,13 +103,9 @@ class Page:
         self._lease_folder.show()
         self._scene_folder.show(mirror)
         self._steps.show(mirror.table, mirror.standing())
-        self.foresee(mirror, now)
+        self._foresight.show(mirror, bool(self._server.get_clients()), now)
         self._shelf.show(mirror)
         self.views.show(mirror, now)
-
-    def foresee(self, mirror: Mirror, now: float) -> None:
-        """Write the newest prediction: at once, since a wish waits for it."""
-        self._foresight.show(mirror, bool(self._server.get_clients()), now)
 
     def show_picture(self, mirror: Mirror, now: float) -> None:
         """Move the picture, and note what is new for the views: oftener than the rest is written."""

@@ -20,9 +20,8 @@ _WRITE_EVERY_S = 0.5
 class Changes:
     """`set_` and `load_preset` ask the haptic server and wait; `lease_of` gives a browser's lease, "" without.
 
-    `foresee` is told of the whole set that each single wish would make, and must not block; what it returns waits, not
-    for long, until the pages have been handed what it found: then the wish is sent. `kept`: where undo, A and B outlive
-    the panel.
+    `foresee` is given the whole set that each single wish would make, and must not block. `kept`: where undo, A and B
+    outlive the panel.
     """
 
     def __init__(
@@ -30,7 +29,7 @@ class Changes:
         set_: Callable[[Wish], Answer],
         load_preset: Callable[[str, str], Answer],
         lease_of: Callable[[int | None], str],
-        foresee: Callable[[dict[str, float]], Callable[[], object]],
+        foresee: Callable[[dict[str, float]], None],
         kept: Kept,
     ) -> None:
         self._wishes = Wishes(set_)
@@ -55,8 +54,8 @@ class Changes:
 
     def want_one(self, name: str, value: float, client: int | None) -> None:
         """Ask for one value. Never blocks."""
-        wait = self._foresee(self._with(name, value))
-        self._wishes.want(Wish({name: value}, self._lease_of(client), before=self._standing, wait=wait))
+        self._wishes.want(Wish({name: value}, self._lease_of(client), before=self._standing))
+        self._foresee(self._with(name, value))
 
     def refuse(self, name: str, value: float, reason: str) -> None:
         """Answer a wish that need not be sent. Never blocks."""

@@ -15,14 +15,13 @@ class Wish:
     """Values to be set as one, SI units, by wire name.
 
     `lease` is the secret of who wishes, if they hold the writer's lease; `purpose` names what asked for a whole set.
-    `before`: what held when it was wished. `wait`: called before it is sent; not for long.
+    `before`: what held when it was wished.
     """
 
     values: dict[str, float]
     lease: str = ""
     purpose: str = ""
     before: dict[str, float] = field(default_factory=dict[str, float])
-    wait: Callable[[], object] = field(default=lambda: None, compare=False)
 
     @property
     def place(self) -> tuple[str, str]:
@@ -68,7 +67,6 @@ class Wishes:
 
     def _run(self) -> None:
         while (wish := self._next()) is not None:
-            wish.wait()
             self.answers.put((wish, self._ask(wish)))
 
     def _next(self) -> Wish | None:

@@ -68,7 +68,7 @@ def panel() -> list[str]:
     return [
         *lines,
         "",
-        "A wish is sent when its prediction is under way to the pages, or after 50 ms. Of the moves the page had drawn the prediction no later than",
+        "A value is sent at once; its prediction is drawn when it is computed. Of the moves the page had drawn the prediction no later than",
         "the readback, and no later than the force was another: "
         + "; ".join(
             f"{size} {n['shown']} and {n['force']} of {found['moves']}"

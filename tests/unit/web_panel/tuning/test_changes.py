@@ -38,7 +38,6 @@ class Rig:
         self.mirror.note_scene(SCENE, TABLE)
         for name, value in self.values.items():
             self.mirror.note_readback(name, Readback(value=value, revision=0))
-        self.sent_before: list[int] = []  # sets that were sent before each wait
         self.start_panel()
 
     def start_panel(self) -> None:
@@ -53,9 +52,8 @@ class Rig:
         self.changes.close()
         self.start_panel()
 
-    def foresee(self, values: dict[str, float]) -> Callable[[], object]:
+    def foresee(self, values: dict[str, float]) -> None:
         self.foreseen.append(values)
-        return lambda: self.sent_before.append(len(self.asked))
 
     def lease_of(self, client: int | None) -> str:
         return "secret" if client == HOLDER else ""
@@ -174,14 +172,6 @@ def test_what_is_foreseen_is_the_whole_set_with_the_one_value(rig: Rig) -> None:
     rig.changes.want_one("z_h0", 0.1, OTHER)
     assert rig.foreseen[0] == {"dv_pls": 0.3, "k_coll": 5000.0, "z_ss": -0.02}
     assert rig.foreseen[1] == {"dv_pls": 0.2, "k_coll": 5000.0, "z_h0": 0.1}
-
-
-def test_a_single_wish_is_sent_when_what_it_would_do_is_shown_and_a_whole_set_at_once(rig: Rig) -> None:
-    rig.change("dv_pls", 0.3)
-    rig.change("k_coll", 6000.0)
-    rig.changes.undo(OTHER)
-    rig.until(lambda: len(rig.asked) == 3)
-    assert rig.sent_before == [0, 1]
 
 
 def test_another_scene_forgets_all_of_it(rig: Rig) -> None:
