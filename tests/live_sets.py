@@ -84,7 +84,7 @@ def offer(servo: memory.Servo, revision: int, law: Records) -> None:
 
 
 def gateway_takes(law: Records, played: Scene, changes: dict[str, float]) -> bool:
-    """The other fence: would the desk accept these changes to `law`?"""
+    """The other fence: would the parameters accept these changes to `law`?"""
     try:
         wanted = parameters.with_changes(law, parameters.table_of(played), changes)
         envelope.require(wanted, limits_for(played))

@@ -1,4 +1,4 @@
-"""What the OSC tests stand on: a desk without a servo, time that a test moves, clients on loopback."""
+"""What the OSC tests stand on: a parameters without a servo, time that a test moves, clients on loopback."""
 
 import math
 import socket
@@ -38,7 +38,7 @@ RELEASE = Release(
 )
 
 
-class FakeDesk:
+class FakeParameters:
     """Accepts what the table's ranges allow; `after_set`, if given, is called with what a servo would have latched."""
 
     def __init__(self) -> None:
@@ -162,13 +162,13 @@ def tell(front: OscFront, sender: Client, datagram: bytes) -> list[tuple[str, li
 
 
 @contextmanager
-def opened_front(desk: FakeDesk, *targets: Client, **options: object) -> Iterator[OscFront]:
+def opened_front(parameters: FakeParameters, *targets: Client, **options: object) -> Iterator[OscFront]:
     front = OscFront(
         ("127.0.0.1", 0),
         [t.endpoint for t in targets],
         "/drumstick",
-        desk,
-        desk.load_preset,
+        parameters,
+        parameters.load_preset,
         **options,  # type: ignore[arg-type]
     )
     try:

@@ -14,7 +14,7 @@ from websockets.sync.client import ClientConnection, connect
 from haptic_server.gateway.osc.front import OscFront
 from haptic_server.gateway.oscquery.inlet import Inlet
 from haptic_server.gateway.oscquery.server import OscQuery
-from osc_bench import BOUND_S, Client, FakeDesk
+from osc_bench import BOUND_S, Client, FakeParameters
 
 Reply = tuple[int, dict[str, str], bytes]
 
@@ -58,12 +58,12 @@ def listening(port: int, *paths: str, **options: Any) -> Iterator[ClientConnecti
 
 
 @contextmanager
-def served(desk: FakeDesk, *targets: Client) -> Iterator[tuple[OscQuery, OscFront]]:
+def served(parameters: FakeParameters, *targets: Client) -> Iterator[tuple[OscQuery, OscFront]]:
     """OSC front and OSCQuery server, joined as the gateway joins them."""
     inlet = Inlet("127.0.0.1")
     endpoints = [*(t.endpoint for t in targets), inlet.endpoint]
-    front = OscFront(("127.0.0.1", 0), endpoints, "/drumstick", desk, desk.load_preset)
-    query = OscQuery(("127.0.0.1", 0), "main", "/drumstick", desk, front.endpoint, inlet)
+    front = OscFront(("127.0.0.1", 0), endpoints, "/drumstick", parameters, parameters.load_preset)
+    query = OscQuery(("127.0.0.1", 0), "main", "/drumstick", parameters, front.endpoint, inlet)
     try:
         yield query, front
     finally:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from drumstick.parameters.scene import Scene, as_tables
 from protocol.messages import Contact, Message, Meter, Readback, Release, State, Strike
 from rig.recording.channels import Channel, Presence, channel_of
-from rig.recording.filing import SCENE_ATTACHMENT, Filing
+from rig.recording.mcap_writer import SCENE_ATTACHMENT, McapWriter
 
 _NS = 1_000_000_000
 START_NS = 1_700_000_000 * _NS
@@ -69,7 +69,7 @@ def made(
     chunk_s: float = 1.0,
 ) -> Path:
     """A recording of messages, each with its second and topic; a chunk ends after each `chunk_s` of them."""
-    filing = Filing(path, {"rig": "main", "boot": "7"}, lambda name: "m/s" if name == "dv_pls" else "")
+    filing = McapWriter(path, {"rig": "main", "boot": "7"}, lambda name: "m/s" if name == "dv_pls" else "")
     told = scene or Scene("test")
     filing.attach_scene(SCENE_ATTACHMENT, json.dumps(as_tables(told)).encode(), START_NS)
     for at_s, topic, message in messages:

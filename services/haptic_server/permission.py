@@ -1,6 +1,6 @@
 """Permission to push: the one small table of panic, fault, arm, lease and restart. Pure; any thread.
 
-The tick's compiled orders (`servo.orders`), the gateway's desk, docs/permission.md, tests and the model that is
+The tick's compiled orders (`servo.orders`), the gateway's settings, docs/permission.md, tests and the model that is
 searched exhaustively (tests/model) come from it. What is not in it changes nothing about the permission.
 """
 

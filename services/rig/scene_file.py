@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from realtime.regular_file import read_text
 from rig.fault import wrong
-from rig.supervision.laid_out import LaidOut
+from rig.supervision.scene_files import SceneFiles
 
 if TYPE_CHECKING:
     from drumstick.parameters.scene import Scene
@@ -72,10 +72,10 @@ def gesture(scene: str, loaded: Scene) -> str | None:
     return text
 
 
-def laid_out(scene: str) -> LaidOut:
+def scene_files(scene: str) -> SceneFiles:
     """The scene and its gesture, both checked, ready for a run folder. Raises Stop."""
     loaded = load(scene)
-    return LaidOut(loaded.name, read(scene).text, gesture(scene, loaded))
+    return SceneFiles(loaded.name, read(scene).text, gesture(scene, loaded))
 
 
 def load(scene: str):

@@ -7,12 +7,12 @@ from pathlib import Path
 from realtime.regular_file import read_text
 from rig import scene_file
 from rig.fault import Stop
-from rig.supervision.laid_out import LaidOut
+from rig.supervision.scene_files import SceneFiles
 
 _LONGEST_BYTES = 4096  # a scene's name, or the path of its file
 
 
-def take(run: Path, say: Callable[[str], None]) -> LaidOut | None:
+def take(run: Path, say: Callable[[str], None]) -> SceneFiles | None:
     """Take up the scene that was asked for; None where nobody asked, or for nothing that can be played (said)."""
     from haptic_server import files
 
@@ -27,7 +27,7 @@ def take(run: Path, say: Callable[[str], None]) -> LaidOut | None:
         return None
     _remove(wanted)
     try:
-        return scene_file.laid_out(name)
+        return scene_file.scene_files(name)
     except Stop as stop:
         say(f"another scene was asked for: {stop}")
         return None

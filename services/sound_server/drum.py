@@ -16,13 +16,13 @@ from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.fitting import fitted
 from drumstick.drum.output.upsample import TAPS
 from drumstick.parameters.scene import Scene
-from protocol.complaints import Complaints
 from protocol.messages import Meter, State, decode
+from protocol.rate_limited_log import RateLimitedLog
 from realtime.records import is_there
 from realtime.stop import StopRequest
-from sound_server.receiving.desk import ContactDesk
+from sound_server.receiving.contacts import ContactScheduler
 from sound_server.receiving.link import Link
-from sound_server.receiving.strikes import StrikeDesk
+from sound_server.receiving.strikes import StrikeScheduler
 from sound_server.room import Room
 from sound_server.sinks.sink import Sink
 from sound_server.viewing import Viewing
@@ -42,7 +42,7 @@ class Drum:
         link: Link,
         sink: Sink,
         ident: str,
-        complaints: Complaints,
+        limited_log: RateLimitedLog,
         stop: StopRequest,
         room: Room = _HERE,
     ) -> None:
@@ -51,9 +51,9 @@ class Drum:
         self._link = link
         self._sink = sink
         self._id = ident
-        self._complaints = complaints
-        self._desk = StrikeDesk(StrikeRing(), complaints, self._heard_boot)
-        self._contacts = ContactDesk(complaints, self._heard_boot)
+        self._log_limited = limited_log
+        self._strikes = StrikeScheduler(StrikeRing(), limited_log, self._heard_boot)
+        self._contacts = ContactScheduler(limited_log, self._heard_boot)
         self._viewing = Viewing(link.publisher, link.keys, ident, self._haptic_ns)
         self._boot: int | None = None  # the boot whose clock and scene are in use
         self._heard: int | None = None  # the boot of the newest message
@@ -90,14 +90,14 @@ class Drum:
             if not self._catch_up():
                 self._other_boot.set()
         elif time.monotonic() >= self._next_clock:
-            self._desk.clock = self._contacts.clock = self._link.clock() or self._desk.clock
+            self._strikes.clock = self._contacts.clock = self._link.clock() or self._strikes.clock
             self._next_clock = time.monotonic() + self._link.clock_pause_s
         self._link.tell(self._meter())
 
     def _find(self) -> bool:
         if self._catch_up():
             keys = self._link.keys
-            self._link.listen(keys.strike, self._desk.take)
+            self._link.listen(keys.strike, self._strikes.take)
             self._link.listen(keys.state, self._heard_state)
             self._link.announce(self._id)
             self._next_clock = time.monotonic() + self._link.clock_pause_s
@@ -119,7 +119,7 @@ class Drum:
         if scene is None:
             return False
         self._boot = clock.boot if clock else self._heard
-        self._desk.clock = self._contacts.clock = clock
+        self._strikes.clock = self._contacts.clock = clock
         if scene not in (self._scene, self._unplayable):
             try:
                 self._play(scene)
@@ -129,7 +129,7 @@ class Drum:
                 self._unplayable = scene
         if self._engine is None:
             return False
-        self._link.hear_contacts(self._contacts.take if self._desk.note is not None else None)
+        self._link.hear_contacts(self._contacts.take if self._strikes.note is not None else None)
         return True
 
     def _play(self, scene: Scene) -> None:
@@ -140,16 +140,16 @@ class Drum:
         engine = build(self._room.later(fit.scene), self._sink.rate_Hz, ring)
         engine.control["output_gain"] *= self._room.gain
         if is_there(engine.stream):
-            self._desk.note = self._contacts.note  # a contact sounds once: as it comes, or by its strike
+            self._strikes.note = self._contacts.note  # a contact sounds once: as it comes, or by its strike
         place = self._sink.stage.enter(engine)
-        self._desk.ring, self._desk.scene = ring, scene
+        self._strikes.ring, self._strikes.scene = ring, scene
         if self._scene is not None:
             self._sink.stage.leave(self._place, self._scene.drum.latency_s + self._room.latency_s)
-        self._desk.latency_s = scene.drum.latency_s + self._room.latency_s
-        self._desk.room_s = self._room.latency_s
+        self._strikes.latency_s = scene.drum.latency_s + self._room.latency_s
+        self._strikes.room_s = self._room.latency_s
         self._contacts.play_on(engine.stream, scene.drum.latency_s, self._room.latency_s)
         if not is_there(engine.stream):
-            self._desk.note = None
+            self._strikes.note = None
         self._scene, self._engine, self._place = scene, engine, place
         told = "; ".join(filter(None, (words(engine), fit.words)))
         self._viewing.show(fit.scene, engine, told)
@@ -164,11 +164,11 @@ class Drum:
         try:
             self._heard_boot(decode(payload, State).boot)
         except ValueError as error:
-            self._complaints.complain(f"state ignored: {error}")
+            self._log_limited.warn(f"state ignored: {error}")
 
     def _haptic_ns(self, here_ns: int) -> int:
         # By the haptic machine's clock, while it is known.
-        clock = self._desk.clock
+        clock = self._strikes.clock
         return clock.haptic(here_ns) if clock else here_ns
 
     def _meter(self) -> Meter:
@@ -176,7 +176,7 @@ class Drum:
         peaks: Meters = self._engine.meters[0]
         control: Control = self._engine.control[0]
         interpolator_ms = 1e3 * TAPS / 2 * control["divisor"] / control["rate_Hz"]
-        told = self._desk.punctuality.told()
+        told = self._strikes.arrivals.told()
         return Meter(
             id=self._id,
             t_ns=self._haptic_ns(time.monotonic_ns()),
@@ -186,11 +186,11 @@ class Drum:
             load=self._sink.load,
             xruns=self._sink.xruns,
             latency_ms=self._sink.latency_ms + float(interpolator_ms),
-            played=self._desk.played + self._contacts.played,
-            late=self._desk.late + self._contacts.late,
-            duplicates=self._desk.duplicates + self._contacts.duplicates,
+            played=self._strikes.played + self._contacts.played,
+            late=self._strikes.late + self._contacts.late,
+            duplicates=self._strikes.duplicates + self._contacts.duplicates,
             underflows=self._contacts.underflows,
-            refused=self._desk.bad + self._contacts.refused,
+            refused=self._strikes.bad + self._contacts.refused,
             arrival_ms=round(told.arrival_ms, 3),
             jitter_ms=round(told.jitter_ms, 3),
             unpunctual=told.unpunctual,

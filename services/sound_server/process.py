@@ -29,7 +29,7 @@ def main() -> int:
     from sound_server.sinks.choose import open_sink
     from sound_server.sinks.sink import SinkError
 
-    lookout: awaited.Lookout | None = None
+    device_watch: awaited.DeviceWatch | None = None
     try:
         sink = open_sink(wanted.audio, wanted.rate, wanted.block, wanted.awaited)
     except SinkError as error:
@@ -37,7 +37,7 @@ def main() -> int:
             logging.error("%s", error)
             return error.status
         sink = awaited.stand_in(wanted.audio, error, wanted.rate, wanted.block)
-        lookout = awaited.Lookout(wanted.audio, stop)
+        device_watch = awaited.DeviceWatch(wanted.audio, stop)
     try:
         told = Supervisor()
         Server(wanted.rigs, wanted.connect, sink, stop, wanted.identity, wanted.most, wanted.room, told).run()
@@ -48,7 +48,7 @@ def main() -> int:
             os._exit(0 if ended.is_set() else 1)
         # Not closed: PortAudio would wait for ever for a JACK that is dead.
         _start_anew(options.again(wanted, sink.words))
-    if lookout is not None and lookout.found and not ended.is_set():
+    if device_watch is not None and device_watch.found and not ended.is_set():
         _start_anew(options.again(wanted, wanted.audio))
     sink.close()
     return 0

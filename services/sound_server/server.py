@@ -14,16 +14,16 @@ from collections.abc import Callable, Sequence
 import zenoh
 
 from protocol.access.identity import Identity
-from protocol.complaints import Complaints
 from protocol.keys import Keys
 from protocol.pattern import is_pattern
+from protocol.rate_limited_log import RateLimitedLog
 from protocol.session import open_client
 from realtime.notify import Supervisor
 from realtime.stop import StopRequest
 from sound_server.drum import Drum
 from sound_server.options import MOST_RIGS
+from sound_server.receiving.discovery import Discovery
 from sound_server.receiving.link import Link
-from sound_server.receiving.lookout import Lookout
 from sound_server.room import Room
 from sound_server.roster import Roster
 from sound_server.sinks.sink import Sink
@@ -60,7 +60,7 @@ class Server:
         self._turns = 0
         self._has_router = False  # some seat came in
         self._id = f"{os.getpid():x}-{secrets.token_hex(3)}"
-        self._complaints = Complaints(time.monotonic_ns)
+        self._log_limited = RateLimitedLog(time.monotonic_ns)
         self._told: set[str] = set()
         self._telling = threading.Lock()
 
@@ -69,17 +69,17 @@ class Server:
         roster = Roster(self._named, self._most, self._play)
         session: zenoh.Session | None = None
         try:
-            lookout = None
+            discovery = None
             if self._patterns and (session := self._opened(self._stop, self._tell)) is not None:
-                lookout = Lookout(session, self._patterns)
+                discovery = Discovery(session, self._patterns)
             while not self._stop.wait(_TURN_S):
                 is_broken = roster.is_broken  # asked first: a lost device ends threads too
                 self._check_device()
                 self._tell()
                 if is_broken:
                     raise RuntimeError("a drum's thread ended; its traceback stands above")
-                if lookout is not None:
-                    roster.follow(lookout.rigs())
+                if discovery is not None:
+                    roster.follow(discovery.rigs())
             self._check_device()
         finally:
             roster.close()
@@ -91,8 +91,8 @@ class Server:
         session = self._opened(stop)
         if session is None:
             return
-        link = Link(session, Keys(rig), self._complaints)
-        drum = Drum(link, self._sink, self._id, self._complaints, stop, self._room)
+        link = Link(session, Keys(rig), self._log_limited)
+        drum = Drum(link, self._sink, self._id, self._log_limited, stop, self._room)
         try:
             drum.run()
             drum.leave(lambda: self._stop.is_set() or bool(self._sink.lost))

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import zenoh
 
-from drumstick.drum import outlook
+from drumstick.drum import estimate
 from drumstick.drum.engine import Engine
 from drumstick.drum.membrane.surface import RINGS, SPOKES, metres_per_unit, of_modes
 from drumstick.drum.output.shown import FRAMES_PER_S, HEARD, last_heard, take_surface, want
@@ -149,9 +149,9 @@ class Viewing:
     def _costs(self, drum: _Drum) -> list[messages.Cost]:
         control: Any = drum.engine.control[0]
         rate_Hz = round(float(control["rate_Hz"]))
-        found = outlook.outlook(drum.scene, rate_Hz)
+        found = estimate.estimates(drum.scene, rate_Hz)
         if drum.scene.modal is not None:
-            found = [outlook.Outlook("now", rate_Hz / int(control["divisor"]), 0.0, 1.0, 0.0)]
+            found = [estimate.Estimate("now", rate_Hz / int(control["divisor"]), 0.0, 1.0, 0.0)]
         return [
             messages.Cost(
                 id=self._id,

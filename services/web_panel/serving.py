@@ -10,14 +10,14 @@ from web_panel.access.admission import Admission
 from web_panel.access.client_message import ClientMessages
 from web_panel.access.guard import GuardError as GuardError
 from web_panel.access.guard import start
-from web_panel.access.lease_door import LeaseDoor
-from web_panel.access.pointer_door import PointerDoor
+from web_panel.access.lease_access import LeaseAccess
+from web_panel.access.pointer_access import PointerAccess
 from web_panel.accuracy_results import NO_FILES, Files
 from web_panel.computing.computer import Computer
-from web_panel.controls.shelf import Doors
+from web_panel.controls.preset_panel import PresetActions
 from web_panel.page.page import Page
-from web_panel.rig.mirror import Mirror
 from web_panel.rig.rig_link import RigLink
+from web_panel.rig.rig_state import RigState
 from web_panel.tuning.changes import Changes
 from web_panel.tuning.kept import Kept
 from web_panel.tuning.prediction import Prediction
@@ -42,16 +42,16 @@ def serve(
     accuracy: Files = NO_FILES,
 ) -> None:
     """Serve until `keep_on` says no; logs the address when it can be visited. Raises GuardError. Main thread."""
-    messages, mirror = ClientMessages(), Mirror()
-    link = RigLink(rig, endpoint, mirror, identity)
-    server = start(Admission(token, port), messages, PointerDoor(link.point))
-    lease = LeaseDoor(link.take_lease)
+    messages, rig_state = ClientMessages(), RigState()
+    link = RigLink(rig, endpoint, rig_state, identity)
+    server = start(Admission(token, port), messages, PointerAccess(link.point))
+    lease = LeaseAccess(link.take_lease)
     # Two, so that nobody who drags waits for a plot's second of theory; each starts its process when first asked.
-    for_wishes, for_plots = Computer(), Computer()
-    prediction = Prediction(for_wishes)
+    for_prediction, for_plots = Computer(), Computer()
+    prediction = Prediction(for_prediction)
     changes = Changes(link.set, link.load_preset, lease.secret_of, prediction.ask, kept)
     try:
-        presets = Doors(changes.load, link.save_preset)
+        presets = PresetActions(changes.load, link.save_preset)
         page = Page(
             server,
             messages,
@@ -67,7 +67,7 @@ def serve(
         link.start()
         changes.start()
         lease.start()
-        page.show(mirror, time.monotonic())
+        page.show(rig_state, time.monotonic())
         _log.info("panel: http://127.0.0.1:%d/?token=%s", port, token)
         # What is there now lives as long as the panel. Not looked through any more, it holds up no collection of what
         # each browser leaves behind: else those wait until there is a quarter as much of it.
@@ -78,20 +78,20 @@ def serve(
             time.sleep(_PICTURE_S if seen else _ALONE_S)
             link.watch(page.views.needs)
             link.poll(time.monotonic())
-            for wish, answer in changes.take_answers(mirror, time.monotonic()):
+            for request, answer in changes.take_answers(rig_state, time.monotonic()):
                 if answer.taken:
                     link.check_again()
-                ((name, value),) = wish.values.items()
+                ((name, value),) = request.values.items()
                 page.note_answer(name, value, answer)
             if not seen:
-                mirror.forget_news()
+                rig_state.forget_news()
                 continue
-            page.show_picture(mirror, time.monotonic())
+            page.show_picture(rig_state, time.monotonic())
             turn += 1
             if turn % _TURNS_A_PAGE == 0:
-                page.show(mirror, time.monotonic())
+                page.show(rig_state, time.monotonic())
     finally:
-        for_wishes.close()
+        for_prediction.close()
         for_plots.close()
         changes.close()
         lease.close()

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from protocol import messages
-from protocol.complaints import Complaints
+from protocol.rate_limited_log import RateLimitedLog
 
 if TYPE_CHECKING:
     import zenoh
@@ -40,7 +40,7 @@ class Questions:
         self._answer = answer
         self._settle = settle
         self.refused = 0
-        self._faults = Complaints(time.monotonic_ns, _QUIET_S, lambda line: _log.error("%s", line))
+        self._faults = RateLimitedLog(time.monotonic_ns, _QUIET_S, lambda line: _log.error("%s", line))
         self._queries: queue.Queue[zenoh.Query | None] = queue.Queue(_MOST_QUEUED)
         self._thread = threading.Thread(target=self._answer_all, name=name, daemon=True)
         self._thread.start()
@@ -77,7 +77,7 @@ class Questions:
         except ValueError as error:  # a Refusal and a PresetError are
             self._refuse(query, str(error))
         except Exception as error:  # noqa: BLE001  one question that fails must not silence all that come after it
-            self._faults.complain(f"query {query.key_expr} could not be answered: {error!r}")
+            self._faults.warn(f"query {query.key_expr} could not be answered: {error!r}")
             self._refuse(query, f"a fault of ours: {error}")
 
     def _refuse(self, query: zenoh.Query, reason: str) -> None:

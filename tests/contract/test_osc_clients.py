@@ -9,7 +9,7 @@ from contextlib import contextmanager
 import pytest
 
 from haptic_server.gateway.osc.front import OscFront
-from osc_bench import BOUND_S, RELEASE, STRIKE, Client, FakeDesk, client
+from osc_bench import BOUND_S, RELEASE, STRIKE, Client, FakeParameters, client
 
 pytestmark = [pytest.mark.needs("oscdump", "oscsend"), pytest.mark.timeout(60)]
 
@@ -50,12 +50,14 @@ def _send(front: OscFront, *words: str) -> None:
 
 
 @contextmanager
-def _rig(desk: FakeDesk) -> Iterator[tuple[OscFront, Dump]]:
+def _rig(parameters: FakeParameters) -> Iterator[tuple[OscFront, Dump]]:
     """A front whose target is an oscdump that is known to listen."""
     with client() as probe:
         port = probe.endpoint[1]
     dump = Dump(port)
-    front = OscFront(("127.0.0.1", 0), [("127.0.0.1", port)], "/drumstick", desk, desk.load_preset)
+    front = OscFront(
+        ("127.0.0.1", 0), [("127.0.0.1", port)], "/drumstick", parameters, parameters.load_preset
+    )
     try:
         for attempt in range(50):
             front.alive("main", "ready", attempt)
@@ -73,7 +75,7 @@ def _rig(desk: FakeDesk) -> Iterator[tuple[OscFront, Dump]]:
 
 
 def test_oscdump_prints_a_strike_and_a_release_with_the_right_types() -> None:
-    with _rig(FakeDesk()) as (front, dump):
+    with _rig(FakeParameters()) as (front, dump):
         front.strike(STRIKE)
         _, types, *values = dump.line("/drumstick/strike")
         assert types == "ifffff"
@@ -88,14 +90,14 @@ def test_oscdump_prints_a_strike_and_a_release_with_the_right_types() -> None:
 
 
 def test_oscsend_sets_and_asks() -> None:
-    desk = FakeDesk()
-    with _rig(desk) as (front, dump):
-        desk.after_set = front.readback
+    parameters = FakeParameters()
+    with _rig(parameters) as (front, dump):
+        parameters.after_set = front.readback
         _send(front, "/drumstick/param/dv_pls", "f", "0.5")
         assert dump.line("/drumstick/param/dv_pls") == ["/drumstick/param/dv_pls", "f", "0.500000"]
         assert dump.line("/drumstick/param/dv_pls/norm") == ["/drumstick/param/dv_pls/norm", "f", "0.050000"]
-        assert desk.values()["dv_pls"] == 0.5
-        desk.after_set = None
+        assert parameters.values()["dv_pls"] == 0.5
+        parameters.after_set = None
         _send(front, "/drumstick/param/dv_pls")
         assert dump.line("/drumstick/param/dv_pls") == ["/drumstick/param/dv_pls", "f", "0.500000"]
         _send(front, "/drumstick/param/k_coll", "i", "4000")
@@ -106,21 +108,21 @@ def test_oscsend_sets_and_asks() -> None:
 
 
 def test_oscsend_is_told_what_is_refused_and_panics() -> None:
-    desk = FakeDesk()
-    with _rig(desk) as (front, dump):
+    parameters = FakeParameters()
+    with _rig(parameters) as (front, dump):
         _send(front, "/drumstick/param/dv_pls", "f", "11")
         words = dump.line("/drumstick/error")
         assert words[:3] == ["/drumstick/error", "ss", '"/drumstick/param/dv_pls"']
         assert "outside 0 .. 10 m/s" in " ".join(words)
         _send(front, "/drumstick/param/dv_pls", "T")
         assert "type T is not read here" in " ".join(dump.line("/drumstick/error"))
-        assert desk.sets == []
+        assert parameters.sets == []
         _send(front, "/drumstick/panic")
-        assert desk.panicked.wait(BOUND_S)
+        assert parameters.panicked.wait(BOUND_S)
 
 
 def test_oscsend_subscribes_a_second_listener() -> None:
-    with _rig(FakeDesk()) as (front, dump):
+    with _rig(FakeParameters()) as (front, dump):
         second: Client
         with client() as second:
             _send(front, "/drumstick/subscribe", "i", str(second.endpoint[1]))

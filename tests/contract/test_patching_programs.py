@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from haptic_server.gateway.osc.front import OscFront
-from osc_bench import RELEASE, STRIKE, FakeDesk, client
+from osc_bench import RELEASE, STRIKE, FakeParameters, client
 from patching import PD, headless, listening
 
 pytestmark = pytest.mark.timeout(120)
@@ -65,10 +65,12 @@ def _sclang(folder: Path, heard_at: int, rig: int) -> list[str]:
     ],
 )
 def test_strikes_are_heard_and_a_parameter_is_set(program, tmp_path: Path) -> None:
-    desk = FakeDesk()
+    parameters = FakeParameters()
     with client() as probe:
         heard_at = probe.endpoint[1]
-    front = OscFront(("127.0.0.1", 0), [("127.0.0.1", heard_at)], "/drumstick", desk, desk.load_preset)
+    front = OscFront(
+        ("127.0.0.1", 0), [("127.0.0.1", heard_at)], "/drumstick", parameters, parameters.load_preset
+    )
     try:
         with listening(program(tmp_path, heard_at, front.endpoint[1]), headless(tmp_path)) as lines:
             end = time.monotonic() + _PATIENCE_S
@@ -78,12 +80,12 @@ def test_strikes_are_heard_and_a_parameter_is_set(program, tmp_path: Path) -> No
                 # Pd prints "drumstick: drumstick strike ...", SuperCollider an address and 13.0 for 13.
                 return any(words in line.replace("/", " ").replace("13.0", "13") for line in list(lines))
 
-            while not (desk.sets and all(map(printed, wanted))):
-                assert time.monotonic() < end, (desk.sets, lines)
+            while not (parameters.sets and all(map(printed, wanted))):
+                assert time.monotonic() < end, (parameters.sets, lines)
                 front.strike(STRIKE)
                 front.release(RELEASE)
                 time.sleep(0.1)
-        assert desk.sets[0][0] == {"dv_pls": 0.5}
+        assert parameters.sets[0][0] == {"dv_pls": 0.5}
         assert front.counters.get("unreadable", 0) == 0
     finally:
         front.close()

@@ -41,9 +41,9 @@ def test_strikes_become_sound_once_each_and_the_file_is_finished(side: HapticSid
         assert meter.latency_ms > 0.0
         heard = side.meter("a peak", lambda m: m.peak_left > 0.0)
         assert sound.stop(signal.SIGTERM) == 0
-    complaints = [line for line in sound.lines if line.startswith("WARNING: strike ignored")]
-    assert 1 <= len(complaints) <= 2
-    assert [line for line in sound.lines if line not in complaints] == [
+    limited_log = [line for line in sound.lines if line.startswith("WARNING: strike ignored")]
+    assert 1 <= len(limited_log) <= 2
+    assert [line for line in sound.lines if line not in limited_log] == [
         f"wav:{path} at 48000 Hz: test-drum, mesh of 66.6 junctions across (4033) at 16000 Hz"
     ]
     recorded = sound_in(path)

@@ -40,10 +40,10 @@ from protocol.keys import Keys
 from protocol.messages import Meter, Readback, Release, State, Strike, decode
 from protocol.session import client_config, open_client
 from rig.identity.rig_file import load
-from web_panel.rig.mirror import Mirror
 from web_panel.rig.rig_link import RigLink
+from web_panel.rig.rig_state import RigState
 from web_panel.rig.watching import DOCTOR, RELEASES, STRIKES
-from web_panel.tuning.wishes import Wish
+from web_panel.tuning.set_queue import SetRequest
 
 pytestmark = pytest.mark.system
 
@@ -165,23 +165,23 @@ def test_a_technicians_commands_reach_the_stick(stage: Stage, local: zenoh.Sessi
 
 
 def test_the_panels_own_link_sets_and_sees_over_tls(stage: Stage, local: zenoh.Session) -> None:
-    mirror = Mirror()
-    link = RigLink(stage.rig.name, stage.endpoint, mirror, stage.identity("panel"))
+    rig_state = RigState()
+    link = RigLink(stage.rig.name, stage.endpoint, rig_state, stage.identity("panel"))
     link.start()
     try:
 
         def is_complete() -> bool:
             link.poll(time.monotonic())
             link.watch(frozenset({STRIKES, RELEASES, DOCTOR}))
-            always = mirror.scene is not None and mirror.state is not None
-            watched = mirror.strike is not None and mirror.new_releases and mirror.doctor is not None
-            return bool(always and watched and set(mirror.readbacks) == set(mirror.table))
+            always = rig_state.scene is not None and rig_state.state is not None
+            watched = rig_state.strike is not None and rig_state.new_releases and rig_state.doctor is not None
+            return bool(always and watched and set(rig_state.readbacks) == set(rig_state.table))
 
         wait_for("scene, state, every value, and what is only heard while watched", is_complete)
-        answer = link.set(Wish({"dv_pls": 0.22}))
+        answer = link.set(SetRequest({"dv_pls": 0.22}))
         assert answer.taken, answer
         assert decode(ask(local, stage.keys.param("dv_pls")), Readback).value == 0.22
-        refused = link.set(Wish({"dv_pls": 99.0}))
+        refused = link.set(SetRequest({"dv_pls": 99.0}))
         assert not refused.taken
         assert refused.reason
     finally:

@@ -15,7 +15,7 @@ import numpy as np
 from drumstick.parameters.scene import Scene, parse, shipped_text
 from drumstick_lab.soak.in_process import ticks
 from drumstick_lab.soak.in_process.gateway import Gateway
-from drumstick_lab.soak.in_process.hearers import Clocks, Recording, SoundDesk
+from drumstick_lab.soak.in_process.hearers import Clocks, Recording, VirtualSound
 from drumstick_lab.soak.in_process.local_wire import LocalSession, Take
 from drumstick_lab.soak.in_process.ticks import Comb, Counted
 from drumstick_lab.soak.result import Result
@@ -53,7 +53,7 @@ class Virtual:
         session = LocalSession()
         self._gateway = Gateway(self._scene, place, session)
         self._clocks = Clocks(self._gateway.link.boot, self._start_ns)
-        self._sound = SoundDesk(self._clocks)
+        self._sound = VirtualSound(self._clocks)
         self._recording = Recording(place / "soak.mcap", self._scene, self._clocks)
         keys = self._gateway.keys
         for key, take in (
@@ -69,7 +69,7 @@ class Virtual:
 
     def _fill(self) -> None:
         # What is bounded is filled before anything is watched, or it would look like growth: the pages of the block,
-        # which this process has mapped twice; the strikes that the desk remembers; two minutes of clock comparisons.
+        # which this process has mapped twice; the strikes that the parameters remembers; two minutes of clock comparisons.
         for block in (self._servo.block, self._gateway.link.block):
             block.events.copy()
         self._sound.fill()
@@ -137,7 +137,7 @@ class Virtual:
 
     def counted(self) -> list[Verdict]:
         """What was lost, came twice, wrapped or was wrongly timed."""
-        sound, recorded, heard = self._sound.desk, self._recording, self._gateway.heard
+        sound, recorded, heard = self._sound.scheduler, self._recording, self._gateway.heard
         cells, strikes = self._servo.block.ring_cells, self.strikes
         status = self._servo.status[0]
         unheard = strikes - recorded.strikes.heard + strikes - heard.heard

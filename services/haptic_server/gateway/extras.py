@@ -6,9 +6,9 @@ import argparse
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from haptic_server.gateway.desk import Desk
 from haptic_server.gateway.osc.inbound import Network
 from haptic_server.gateway.osc.targets import Endpoint
+from haptic_server.gateway.parameter_access import ParameterAccess
 
 if TYPE_CHECKING:
     from haptic_server.gateway.oscquery.inlet import Inlet
@@ -37,20 +37,22 @@ class Extras:
         """What the OSC front is to send to besides its targets."""
         return [] if self._inlet is None else [self._inlet.endpoint]
 
-    def open(self, desk: Desk, front: Endpoint, allow: Sequence[Network], insiders: set[Endpoint]) -> None:
+    def open(
+        self, parameters: ParameterAccess, front: Endpoint, allow: Sequence[Network], insiders: set[Endpoint]
+    ) -> None:
         """Serve what was asked for; `front` is where OSC is heard, `allow` are the sources that may use it.
 
         `insiders` are senders that the front hears besides: whoever they speak for was admitted already.
         """
         if self._inlet is not None:
-            self._open_query(self._inlet, desk, front, allow, insiders)
+            self._open_query(self._inlet, parameters, front, allow, insiders)
         if self._given.midi_out is not None:
             self._open_midi()
 
     def _open_query(
         self,
         inlet: Inlet,
-        desk: Desk,
+        parameters: ParameterAccess,
         front: Endpoint,
         allow: Sequence[Network],
         insiders: set[Endpoint],
@@ -58,7 +60,7 @@ class Extras:
         given = self._given
         try:
             self._query = self._server.OscQuery(
-                given.oscquery, given.rig, given.prefix, desk, front, inlet, allow, insiders
+                given.oscquery, given.rig, given.prefix, parameters, front, inlet, allow, insiders
             )
         except OSError as error:
             host, port = given.oscquery

@@ -1,7 +1,7 @@
 """The gateway's hold on the servo's block: takes events, readbacks and status; finds a restarted servo again.
 
 All of `take_*`, `status`, `point` and `refresh` belong to the relay thread; `offer` and `raise_panic` may be called by
-one other thread at a time (the desk's lock sees to that).
+one other thread at a time (the parameters's lock sees to that).
 """
 
 import logging

@@ -1,4 +1,4 @@
-"""Presets on the desk: saved from what holds, loaded as one set through the envelope, restored at the start.
+"""Presets of the parameters: saved from what holds, loaded as one set through the envelope, restored at the start.
 
 `save` waits for the disk; `load` and `list` only read. Any gateway thread.
 """
@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 from typing import NamedTuple
 
 from drumstick.parameters.table import Z_H0, Refusal
-from haptic_server.gateway.settings import ParameterDesk
+from haptic_server.gateway.settings import Parameters
 from haptic_server.presets.last_good import LastGood
 from haptic_server.presets.preset import Preset, PresetError
 from haptic_server.presets.store import Listed, PresetStore
@@ -39,13 +39,13 @@ class Presets:
     def __init__(
         self,
         store: PresetStore,
-        desk: ParameterDesk,
+        parameters: Parameters,
         scene_name: str,
         scene_values: Mapping[str, float],
         now: Callable[[], str] = _utc,
     ) -> None:
         self._store = store
-        self._desk = desk
+        self._parameters = parameters
         self._scene_name = scene_name
         self._scene_values = _kept(scene_values)
         self._now = now
@@ -57,7 +57,7 @@ class Presets:
 
     def save(self, name: str, source: str) -> Preset:
         """Keep what was accepted last under this name. Raises PresetError."""
-        preset = self._preset(name, self._desk.accepted_values())
+        preset = self._preset(name, self._parameters.accepted_values())
         place = self._store.save(preset)
         _log.info("preset %s saved by %s in %s", name, source, place)
         self.on_news("saved", name)
@@ -66,12 +66,12 @@ class Presets:
     def load(self, name: str, source: str, claim: Claim) -> Loaded:
         """Set everything that the preset holds, or nothing. Raises PresetError or Refusal."""
         preset, note = self._store.load(name)
-        strange = sorted(set(preset.values) - set(self._desk.table))
+        strange = sorted(set(preset.values) - set(self._parameters.table))
         if strange:
             raise Refusal(
                 f"preset {name} is of the scene {preset.scene}: {', '.join(strange)} are not in {self._scene_name}"
             )
-        reply = self._desk.set(preset.values, f"preset {name} by {source}", claim)
+        reply = self._parameters.set(preset.values, f"preset {name} by {source}", claim)
         if note and note != self._noted:  # once, however often it is loaded
             self._noted = note
             _log.warning("preset %s: %s", name, note)
@@ -98,7 +98,7 @@ class Presets:
             if found.note:
                 _log.warning("the last good set: %s", found.note)
             if changed:
-                self._desk.set(changed, "the last good set", Claim())
+                self._parameters.set(changed, "the last good set", Claim())
                 told = ", ".join(f"{n} {v:g}" for n, v in changed.items())
                 _log.warning("as it was at %s: %s (--fresh starts from the scene)", last.saved_at, told)
         except (PresetError, Refusal) as error:
@@ -106,7 +106,7 @@ class Presets:
 
     def keep_last(self) -> LastGood:
         """Keep the last good set from now on."""
-        return LastGood(self._store, lambda values: self._preset("last", values), self._desk.values())
+        return LastGood(self._store, lambda values: self._preset("last", values), self._parameters.values())
 
 
 def _kept(values: Mapping[str, float]) -> dict[str, float]:

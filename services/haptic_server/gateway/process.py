@@ -20,10 +20,10 @@ from haptic_server.gateway.link import ServoLink, rehearse, wait_for_servo
 from haptic_server.gateway.osc.front import LOOPBACK, OscFront
 from haptic_server.gateway.presets import Presets
 from haptic_server.gateway.relay import Relay, Wires
-from haptic_server.gateway.settings import ParameterDesk
+from haptic_server.gateway.settings import Parameters
 from haptic_server.gateway.zenoh.contacts import contacts_of
 from haptic_server.gateway.zenoh.pointing import Pointing
-from haptic_server.gateway.zenoh.scene_door import SceneDoor
+from haptic_server.gateway.zenoh.scene_request import SceneRequests
 from haptic_server.gateway.zenoh.wire import Wire
 from haptic_server.presets.store import PresetStore
 from protocol.keys import Keys
@@ -89,9 +89,9 @@ class _Gateway:
     ) -> None:
         self._given, self._scene, self._link = given, scene, link
         self._supervisor, self._stop = supervisor, stop
-        self._desk = ParameterDesk(scene, link, limits.read(given.run_dir, scene), rig=given.rig)
-        values = values_of(law_of(scene), self._desk.table)
-        self._presets = Presets(PresetStore(given.state_dir), self._desk, scene.name, values)
+        self._parameters = Parameters(scene, link, limits.read(given.run_dir, scene), rig=given.rig)
+        values = values_of(law_of(scene), self._parameters.table)
+        self._presets = Presets(PresetStore(given.state_dir), self._parameters, scene.name, values)
         self._allow = given.osc_allow or LOOPBACK
         self._extras, self._osc = self._open_osc()
 
@@ -102,7 +102,7 @@ class _Gateway:
             extras = Extras(given)
             targets = [*targets, *extras.targets]
             load = self._presets.load
-            front = OscFront(given.osc_in, targets, given.prefix, self._desk, load, self._allow)
+            front = OscFront(given.osc_in, targets, given.prefix, self._parameters, load, self._allow)
         except ValueError as error:
             raise _Ended(_WRONG, str(error)) from None
         except Lacking as error:
@@ -131,7 +131,7 @@ class _Gateway:
             return not self._stop.is_set()
 
         try:
-            self._extras.open(self._desk, self._osc.endpoint, self._allow, self._osc.insiders)
+            self._extras.open(self._parameters, self._osc.endpoint, self._allow, self._osc.insiders)
             if given.connect:
                 return open_client(given.connect, keep_trying, given.identity)
             return open_router(given.listen)
@@ -139,7 +139,7 @@ class _Gateway:
             raise _Ended(_LACKING, str(error)) from None
 
     def _relay(self, session: zenoh.Session) -> None:
-        given, link, desk, presets = self._given, self._link, self._desk, self._presets
+        given, link, parameters, presets = self._given, self._link, self._parameters, self._presets
         keys = Keys(given.rig)
         contacts = contacts_of(self._scene, session, keys, given.run_dir, lambda: link.boot)
 
@@ -155,12 +155,12 @@ class _Gateway:
                 **self._extras.counters(),
             }
 
-        if desk.revision == 0 and not given.fresh:  # nobody has set anything since the servo started
+        if parameters.revision == 0 and not given.fresh:  # nobody has set anything since the servo started
             presets.restore()
         last_good = presets.keep_last()
         scene_json = json.dumps(as_tables(self._scene))
-        scenes = SceneDoor(given.run_dir, given.supervised)
-        wire = Wire(session, keys, desk, lambda: link.boot, scene_json, health, presets, scenes)
+        scenes = SceneRequests(given.run_dir, given.supervised)
+        wire = Wire(session, keys, parameters, lambda: link.boot, scene_json, health, presets, scenes)
 
         def news(what: str, name: str) -> None:
             wire.put_news(what, name)
@@ -170,7 +170,7 @@ class _Gateway:
         presets.on_news = news
         try:
             wires = Wires(wire, self._osc, Pointing(session, keys, link), contacts, self._extras.midi)
-            Relay(given.rig, link, desk, wires, last_good, self._supervisor).run(self._stop)
+            Relay(given.rig, link, parameters, wires, last_good, self._supervisor).run(self._stop)
         finally:
             last_good.close()
             wire.close()

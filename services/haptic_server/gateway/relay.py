@@ -12,7 +12,7 @@ import time
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from haptic_server.gateway.link import ServoLink
-from haptic_server.gateway.settings import Echo, ParameterDesk
+from haptic_server.gateway.settings import Echo, Parameters
 from haptic_server.gateway.zenoh.contacts import Contacts
 from haptic_server.gateway.zenoh.pointing import Pointing
 from haptic_server.gateway.zenoh.wire import Wire
@@ -51,14 +51,14 @@ class Relay:
         self,
         rig: str,
         link: ServoLink,
-        desk: ParameterDesk,
+        parameters: Parameters,
         wires: Wires,
         last_good: LastGood | None = None,
         supervisor: Supervisor | None = None,
     ) -> None:
         self._rig = rig
         self._link = link
-        self._desk = desk
+        self._parameters = parameters
         self._wire, self._osc, self._pointing, self._contacts, self._midi = wires
         self._last_good = last_good
         self._supervisor = supervisor
@@ -89,9 +89,9 @@ class Relay:
             self._contacts.step(now_ns)
         latched = self._link.take_live()
         if latched is not None:
-            self._echo(self._desk.latched(*latched), pending=False)
+            self._echo(self._parameters.latched(*latched), pending=False)
             if self._last_good is not None:
-                self._last_good.note(self._desk.values(), now_ns)
+                self._last_good.note(self._parameters.values(), now_ns)
         if self._pointing is not None:
             self._pointing.step(now_ns)
         if now_ns >= self._next_state_ns:
@@ -136,14 +136,14 @@ class Relay:
                 self._midi.release()
 
     def _echo(self, echoes: list[Echo], *, pending: bool) -> None:
-        self._wire.put_echoes(echoes, self._desk.live_revision, pending)
+        self._wire.put_echoes(echoes, self._parameters.live_revision, pending)
         for echo in echoes:
             self._osc.readback(echo.name, echo.value, echo.norm)
 
     def _tell_state(self, now_ns: int) -> None:
         status = self._link.status()
         words = self._status_words(status)
-        pending = self._desk.pending
+        pending = self._parameters.pending
         self._wire.put_state(
             State(
                 boot=self._link.boot,
@@ -162,7 +162,7 @@ class Relay:
                 lateness_p99_us=self._link.lateness_p99_us(),
                 lateness_worst_us=int(status["lateness_worst_ns"]) / 1e3,
                 ring_dropped=self._link.events_lost(),
-                revision=self._desk.live_revision,
+                revision=self._parameters.live_revision,
                 pending=pending,
             )
         )
@@ -174,7 +174,7 @@ class Relay:
             self._last_good.fault(int(status["fault"]) if status["status"] == FAULT else NO_FAULT, now_ns)
         if int(status["refused"]) != self._refused:
             self._refused = int(status["refused"])
-            self._desk.refused_by_servo(int(status["refused_revision"]))
+            self._parameters.refused_by_servo(int(status["refused_revision"]))
         if now_ns >= self._next_alive_ns:
             self._next_alive_ns = now_ns + _ALIVE_PERIOD_NS
             strikes = int(status["strikes"])
@@ -185,12 +185,12 @@ class Relay:
 
     def _tell_pending(self, pending: bool) -> None:
         # Once for each accepted set that is still waiting when a state goes out.
-        if pending and self._desk.revision != self._told_pending:
-            self._told_pending = self._desk.revision
-            self._wire.put_echoes(self._desk.everything(), self._desk.live_revision, True)
+        if pending and self._parameters.revision != self._told_pending:
+            self._told_pending = self._parameters.revision
+            self._wire.put_echoes(self._parameters.everything(), self._parameters.live_revision, True)
 
     def _tell_lease(self) -> None:
-        holder = self._desk.lease_holder()
+        holder = self._parameters.lease_holder()
         if holder.name != self._lease_of:
             self._lease_of = holder.name
             self._wire.put_lease(holder)
@@ -207,5 +207,5 @@ class Relay:
         if self._link.refresh():
             self._refused = 0
             self._started_ns = now_ns  # what it played until now is late for a DAW
-            self._desk.servo_restarted()
+            self._parameters.servo_restarted()
             _log.info("a new servo is running")

@@ -1,4 +1,4 @@
-"""The desk: the one place where sets of parameters are accepted or refused, whole, and where readbacks are known.
+"""The one place where sets of parameters are accepted or refused, whole, and where readbacks are known.
 
 Any gateway thread; one short lock, never held over a call to the network.
 """
@@ -34,7 +34,7 @@ class Echo(NamedTuple):
     norm: float
 
 
-class ParameterDesk:
+class Parameters:
     """Accepts sets through the joint envelope, offers them to the servo, and remembers what the servo really uses."""
 
     def __init__(

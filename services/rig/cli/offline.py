@@ -54,13 +54,13 @@ def render_command(
 ) -> None:
     """A scene's drum into a WAV file, offline."""
     from rig import checks
-    from rig.offline.render import Wishes, render
+    from rig.offline.render import RenderOptions, render
 
     checks.duration(duration)
     checks.finite(rate, "--rate", 22050.0, 192000.0, "Hz")
     seconds = 3.0 if duration is None else duration
-    wishes = Wishes(out, seconds, strikes, roll, rate, pictures.spectrogram, pictures.modes)
-    render(scene, wishes, as_json, whole=duration is None)
+    options = RenderOptions(out, seconds, strikes, roll, rate, pictures.spectrogram, pictures.modes)
+    render(scene, options, as_json, whole=duration is None)
 
 
 def analyse_command(

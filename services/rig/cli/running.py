@@ -36,7 +36,7 @@ def record_command(
     """Record a running rig: strikes, parameters, state, meters; until Ctrl-C."""
     from rig import checks
     from rig.recording.record import record
-    from rig.supervision.settled import FOLLOWERS, far_end
+    from rig.supervision.resolved_options import FOLLOWERS, far_end
 
     checks.duration(duration)
     record(far_end(rig_file, rig, connect, roles=FOLLOWERS), out, force, duration, as_json)
@@ -58,13 +58,13 @@ def replay_command(
 ) -> None:
     """Play a recording over Zenoh and OSC, in the haptic server's place."""
     from rig import checks
-    from rig.replaying.replay import Wishes, checked, replay
+    from rig.replaying.replay import ReplayOptions, checked, replay
 
     _, keys = checks.wire(rig, connect)
     out = osc_out or ["127.0.0.1:9101"]
     how = (playback.speed, playback.loop, playback.await_sound)
-    wishes = Wishes(file, *how, listen, connect, tuple(out), prefix, playback.longest)
-    replay(keys, checked(wishes), as_json)
+    options = ReplayOptions(file, *how, listen, connect, tuple(out), prefix, playback.longest)
+    replay(keys, checked(options), as_json)
 
 
 def rigs_command(
@@ -81,7 +81,7 @@ def rigs_command(
     """The rigs on this network: scene, state, strikes, who is there; with --watch and --json one object a line."""
     from rig import checks
     from rig.network import rigs
-    from rig.supervision.settled import READERS, far_end
+    from rig.supervision.resolved_options import READERS, far_end
 
     checks.duration(duration)
     end = far_end(rig_file, None, connect, roles=READERS)
@@ -101,7 +101,7 @@ def monitor_command(
     """Watch a running rig, one line a second: state, roll rate, sound, and whether strikes announce the contacts."""
     from rig import checks
     from rig.network.monitor import monitor
-    from rig.supervision.settled import FOLLOWERS, far_end
+    from rig.supervision.resolved_options import FOLLOWERS, far_end
 
     checks.duration(duration)
     monitor(far_end(rig_file, rig, connect, roles=FOLLOWERS), as_json, duration)
@@ -110,7 +110,7 @@ def monitor_command(
 def panic_command(rig: RigNameOrFile = None, rig_file: RigFile = None, connect: Connect = None) -> None:
     """Zero force at once, latched."""
     from rig.network import remote
-    from rig.supervision.settled import far_end
+    from rig.supervision.resolved_options import far_end
 
     remote.panic(far_end(rig_file, rig, connect))
 
@@ -133,7 +133,7 @@ def params_get(
 ) -> None:
     """What the servo uses now."""
     from rig.network import remote
-    from rig.supervision.settled import READERS, far_end
+    from rig.supervision.resolved_options import READERS, far_end
 
     remote.params_get(far_end(rig_file, rig, connect, roles=READERS), names or [], as_json)
 
@@ -147,7 +147,7 @@ def params_set(
 ) -> None:
     """Set parameters while it plays."""
     from rig.network import remote
-    from rig.supervision.settled import far_end
+    from rig.supervision.resolved_options import far_end
 
     remote.params_set(far_end(rig_file, rig, connect), pairs, as_json)
 
@@ -157,7 +157,7 @@ def params_watch(
 ) -> None:
     """Print every accepted change."""
     from rig.network import remote
-    from rig.supervision.settled import READERS, far_end
+    from rig.supervision.resolved_options import READERS, far_end
 
     remote.params_watch(far_end(rig_file, rig, connect, roles=READERS), duration)
 
@@ -167,7 +167,7 @@ def preset_save(
 ) -> None:
     """Keep the parameters as they are now, on the haptic machine."""
     from rig.network import remote
-    from rig.supervision.settled import far_end
+    from rig.supervision.resolved_options import far_end
 
     remote.preset_save(far_end(rig_file, rig, connect), name)
 
@@ -181,7 +181,7 @@ def preset_load(
 ) -> None:
     """Set everything that the preset holds, or nothing."""
     from rig.network import remote
-    from rig.supervision.settled import far_end
+    from rig.supervision.resolved_options import far_end
 
     remote.preset_load(far_end(rig_file, rig, connect), name, as_json)
 
@@ -191,6 +191,6 @@ def preset_list(
 ) -> None:
     """Every preset of the rig."""
     from rig.network import remote
-    from rig.supervision.settled import READERS, far_end
+    from rig.supervision.resolved_options import READERS, far_end
 
     remote.preset_list(far_end(rig_file, rig, connect, roles=READERS), as_json)

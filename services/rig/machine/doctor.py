@@ -174,10 +174,10 @@ def examine() -> list[Finding]:
 
 def doctor(as_json: bool, rig: str | None = None, rig_file: Path | None = None) -> int:
     """Print the findings; the exit status: 3 when something needed is missing, else 0."""
-    from rig.machine import door_seen
+    from rig.machine import access_seen
 
-    trouble, fault = last_fault(door_seen.rig_of(rig_file, rig))
-    findings = [*examine(), trouble, *(() if rig_file is None else door_seen.findings(rig_file, rig))]
+    trouble, fault = last_fault(access_seen.rig_of(rig_file, rig))
+    findings = [*examine(), trouble, *(() if rig_file is None else access_seen.findings(rig_file, rig))]
     playable = all(f.good for f in findings if f.needed)
     if as_json:
         told = None if fault is None else asdict(fault)

@@ -16,7 +16,7 @@ from protocol.messages import PresetNews, PresetReply, Readback, RefusalReply, S
 from protocol.session import client_config
 from rig.fault import lacking, wrong
 from rig.machine.ports import listens
-from rig.supervision.settled import FarEnd
+from rig.supervision.resolved_options import FarEnd
 
 _ANSWER_WITHIN_S = 2.0
 _LONGEST_REASON = 1000  # names of parameters that there are may be in it

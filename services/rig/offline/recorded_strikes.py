@@ -20,7 +20,7 @@ from protocol.messages import Contact, Strike, decode
 from rig.fault import wrong
 from rig.recording import channels
 from rig.recording.reading import Event, Recording, RecordingError, read
-from sound_server.receiving.desk import checked_forces
+from sound_server.receiving.contacts import checked_forces
 from sound_server.receiving.strikes import check, stroke_of
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from realtime.regular_file import read_lines
 from rig import scene_file
 from rig.fault import lacking, wrong
 from rig.recording.record import SUFFIX
-from rig.supervision.playable import playable
+from rig.supervision.preflight import playable
 
 if TYPE_CHECKING:
     import numpy as np
@@ -31,7 +31,7 @@ _LONGEST_PICTURE_S = 120.0
 _ONE_STRIKE_S = 0.05  # when the one strike falls that is played without --strikes
 
 
-class Wishes(NamedTuple):
+class RenderOptions(NamedTuple):
     """What is to be rendered; `strikes` is a CSV file or a recording, `roll`: what the scene's own stick plays."""
 
     out: Path
@@ -113,13 +113,13 @@ def rolled(scene: "Scene", duration_s: float) -> list["Blow"]:
     return blows
 
 
-def _strikes(scene: "Scene", wishes: Wishes) -> list["Blow"]:
+def _strikes(scene: "Scene", options: RenderOptions) -> list["Blow"]:
     from drumstick.drum.calibrate import blow_at
 
-    if wishes.strikes is not None:
-        return strikes_of(wishes.strikes, scene)
-    if wishes.roll:
-        return rolled(scene, wishes.duration_s)
+    if options.strikes is not None:
+        return strikes_of(options.strikes, scene)
+    if options.roll:
+        return rolled(scene, options.duration_s)
     return [blow_at(scene, scene.strike.full_scale_m_per_s / 2.0, 0.5, 0.0, _ONE_STRIKE_S)]
 
 
@@ -131,21 +131,23 @@ class Score(NamedTuple):
     length_s: float | None = None
 
 
-def _score(name: str, scene: "Scene", wishes: Wishes) -> Score:
-    if wishes.strikes is not None and wishes.roll:
+def _score(name: str, scene: "Scene", options: RenderOptions) -> Score:
+    if options.strikes is not None and options.roll:
         wrong("--strikes and --roll: give one of the two")
-    if wishes.strikes is not None and wishes.strikes.suffix == SUFFIX:
+    if options.strikes is not None and options.strikes.suffix == SUFFIX:
         from rig.offline.recorded_strikes import played
 
-        return Score(*played(wishes.strikes, scene))
-    if wishes.roll and scene.drum.excitation == "streamed":  # by its forces, not by its strikes
+        return Score(*played(options.strikes, scene))
+    if options.roll and scene.drum.excitation == "streamed":  # by its forces, not by its strikes
         from rig.offline.streamed_roll import presses
 
-        return Score([], list(presses(scene, wishes.duration_s, scene_file.gesture(name, scene))))
-    return Score(_strikes(scene, wishes), [])
+        return Score([], list(presses(scene, options.duration_s, scene_file.gesture(name, scene))))
+    return Score(_strikes(scene, options), [])
 
 
-def _write(scene: "Scene", blows: Iterable["Blow"], presses: list["Press"], wishes: Wishes) -> Written:
+def _write(
+    scene: "Scene", blows: Iterable["Blow"], presses: list["Press"], options: RenderOptions
+) -> Written:
     import numpy as np
     from rich.console import Console
     from rich.progress import Progress
@@ -154,137 +156,139 @@ def _write(scene: "Scene", blows: Iterable["Blow"], presses: list["Press"], wish
     from sound_server.sinks.wavfile import WavFile
 
     try:
-        wav = WavFile(wishes.out, wishes.rate_Hz, longest_s=wishes.duration_s + 1.0)
+        wav = WavFile(options.out, options.rate_Hz, longest_s=options.duration_s + 1.0)
     except OSError as error:
-        lacking(f"{wishes.out}: cannot be written: {error.strerror}")
+        lacking(f"{options.out}: cannot be written: {error.strerror}")
     top, kept = 0.0, [np.zeros((0, 2), np.float32)]
     # The first part waits for what must be built, and perhaps compiled; the speed is that of the others.
     frames, first, begun = 0, 0, time.monotonic()
     try:
         with Progress(console=Console(stderr=True), transient=True) as progress:
-            task = progress.add_task("rendering", total=wishes.duration_s)
-            for part in parts(scene, blows, wishes.duration_s, wishes.rate_Hz, presses):
+            task = progress.add_task("rendering", total=options.duration_s)
+            for part in parts(scene, blows, options.duration_s, options.rate_Hz, presses):
                 wav.record(part)
                 if not wav.is_open:
-                    lacking(f"{wishes.out}: the disk took no more")
+                    lacking(f"{options.out}: the disk took no more")
                 top = max(top, float(np.abs(part).max()))
-                if wishes.spectrogram is not None:
+                if options.spectrogram is not None:
                     kept.append(part.copy())
-                progress.advance(task, len(part) / wishes.rate_Hz)
+                progress.advance(task, len(part) / options.rate_Hz)
                 frames += len(part)
-                if frames == len(part) and frames < round(wishes.duration_s * wishes.rate_Hz):
+                if frames == len(part) and frames < round(options.duration_s * options.rate_Hz):
                     first, begun = frames, time.monotonic()
     finally:
         wav.close()
-    times = (frames - first) / wishes.rate_Hz / (time.monotonic() - begun)
+    times = (frames - first) / options.rate_Hz / (time.monotonic() - begun)
     return Written(top, times, np.concatenate(kept))
 
 
-def _check_room(wishes: Wishes) -> None:
+def _check_room(options: RenderOptions) -> None:
     # Before the first byte: a disk that a sound has filled serves nobody.
     from sound_server.sinks.wavfile import MOST_BYTES, bytes_of
 
-    size = bytes_of(wishes.duration_s, wishes.rate_Hz)
-    what = f"{wishes.out}: {wishes.duration_s:g} s are {size / 1e9:.3g} GB"
+    size = bytes_of(options.duration_s, options.rate_Hz)
+    what = f"{options.out}: {options.duration_s:g} s are {size / 1e9:.3g} GB"
     if size > MOST_BYTES:
         wrong(
             f"{what}; a WAV file holds {MOST_BYTES / 1e9:.3g} GB: give a shorter --duration or a lower --rate"
         )
-    if wishes.out.exists() and not wishes.out.is_file():
+    if options.out.exists() and not options.out.is_file():
         return  # a device such as /dev/null takes no room
     try:
-        free = shutil.disk_usage(wishes.out.parent).free
-        free += wishes.out.stat().st_size if wishes.out.exists() else 0
+        free = shutil.disk_usage(options.out.parent).free
+        free += options.out.stat().st_size if options.out.exists() else 0
     except OSError as error:
-        lacking(f"{wishes.out}: cannot be written: {error.strerror}")
+        lacking(f"{options.out}: cannot be written: {error.strerror}")
     if size > free:
         lacking(
             f"{what}, and the disk has room for {free / 1e9:.3g} GB: make room, or give a shorter --duration"
         )
 
 
-def _whole(wishes: Wishes, length_s: float) -> Wishes:
+def _whole(options: RenderOptions, length_s: float) -> RenderOptions:
     # All of a recording, unless nobody can have meant it.
     if length_s > _LONGEST_RECORDING_S:
         from sound_server.sinks.wavfile import bytes_of
 
         wrong(
-            f"{wishes.strikes}: from its first strike to its last it lasts {length_s:.4g} s, "
-            f"{bytes_of(length_s, wishes.rate_Hz) / 1e9:.3g} GB of sound: is a time in it wrong? More than "
+            f"{options.strikes}: from its first strike to its last it lasts {length_s:.4g} s, "
+            f"{bytes_of(length_s, options.rate_Hz) / 1e9:.3g} GB of sound: is a time in it wrong? More than "
             f"{_LONGEST_RECORDING_S:g} s are rendered only when asked for: --duration SECONDS, from its beginning"
         )
-    return wishes._replace(duration_s=length_s)
+    return options._replace(duration_s=length_s)
 
 
-def _check_pictures(wishes: Wishes) -> None:
+def _check_pictures(options: RenderOptions) -> None:
     from rig.figures.ready import require_matplotlib
 
-    for option, path in (("--spectrogram", wishes.spectrogram), ("--modes", wishes.modes)):
+    for option, path in (("--spectrogram", options.spectrogram), ("--modes", options.modes)):
         if path is None:
             continue
         if path.suffix not in (".png", ".svg"):
             wrong(f"{option} {path}: give a file that ends in .png or .svg")
         require_matplotlib()
-    if wishes.spectrogram is not None and wishes.duration_s > _LONGEST_PICTURE_S:
+    if options.spectrogram is not None and options.duration_s > _LONGEST_PICTURE_S:
         wrong(
-            f"--spectrogram: {wishes.duration_s:g} s are more than the {_LONGEST_PICTURE_S:g} s that it draws"
+            f"--spectrogram: {options.duration_s:g} s are more than the {_LONGEST_PICTURE_S:g} s that it draws"
         )
 
 
-def _draw(scene: "Scene", sound: "npt.NDArray[np.float32]", wishes: Wishes) -> list[dict[str, object]]:
+def _draw(
+    scene: "Scene", sound: "npt.NDArray[np.float32]", options: RenderOptions
+) -> list[dict[str, object]]:
     # The pictures that were asked for; returns the table of modes.
-    if wishes.spectrogram is None and wishes.modes is None:
+    if options.spectrogram is None and options.modes is None:
         return []
     from rig.figures.style import save
 
     rows: list[dict[str, object]] = []
     try:
-        if wishes.spectrogram is not None:
+        if options.spectrogram is not None:
             from rig.figures.sounds.spectrogram import spectrogram
 
-            save(spectrogram(sound, wishes.rate_Hz, scene.drum.f01_Hz, scene.name), wishes.spectrogram)
-        if wishes.modes is not None:
+            save(spectrogram(sound, options.rate_Hz, scene.drum.f01_Hz, scene.name), options.spectrogram)
+        if options.modes is not None:
             from drumstick.drum.heard import heard_modes
             from rig.figures.sounds.modes import modes
 
-            heard = heard_modes(scene, wishes.rate_Hz)
-            save(modes(heard, f"{scene.name}: modes of one soft strike"), wishes.modes)
+            heard = heard_modes(scene, options.rate_Hz)
+            save(modes(heard, f"{scene.name}: modes of one soft strike"), options.modes)
             rows = [mode._asdict() for mode in heard.modes]
     except OSError as error:
         lacking(f"{error.filename}: cannot be written: {error.strerror}")
     return rows
 
 
-def render(scene: str, wishes: Wishes, as_json: bool, whole: bool = False) -> None:
+def render(scene: str, options: RenderOptions, as_json: bool, whole: bool = False) -> None:
     """Write the file and say what is in it; `whole`: a recording from end to end. Raises Stop."""
     loaded = scene_file.load(scene)
-    _check_room(wishes)
-    score = _score(scene, loaded, wishes)
+    _check_room(options)
+    score = _score(scene, loaded, options)
     if whole and score.length_s is not None:
-        wishes = _whole(wishes, score.length_s)
-        _check_room(wishes)
-    _check_pictures(wishes)
-    blows = [blow for blow in score.blows if blow.t_s < wishes.duration_s]
-    presses = [press for press in score.presses if press.first_tick < wishes.duration_s * press.rate_Hz]
+        options = _whole(options, score.length_s)
+        _check_room(options)
+    _check_pictures(options)
+    blows = [blow for blow in score.blows if blow.t_s < options.duration_s]
+    presses = [press for press in score.presses if press.first_tick < options.duration_s * press.rate_Hz]
     with playable():
-        written = _write(loaded, blows, presses, wishes)
+        written = _write(loaded, blows, presses, options)
     strikes = len(blows) + sum(press.begins for press in presses)
-    modes = _draw(loaded, written.sound, wishes)
+    modes = _draw(loaded, written.sound, options)
     if as_json:
         found: dict[str, object] = {
             "scene": loaded.name,
-            "file": str(wishes.out),
-            "duration_s": wishes.duration_s,
-            "rate_Hz": wishes.rate_Hz,
+            "file": str(options.out),
+            "duration_s": options.duration_s,
+            "rate_Hz": options.rate_Hz,
             "strikes": strikes,
             "peak": written.peak,
             "times_real_time": written.times_real_time,
         }
-        if wishes.modes is not None:
+        if options.modes is not None:
             found["modes"] = modes
         print(json.dumps(found))
         return
     print(
-        f"{wishes.out}: {wishes.duration_s:g} s of {loaded.name}, {strikes} strikes, peak {written.peak:.3f}, "
+        f"{options.out}: {options.duration_s:g} s of {loaded.name}, {strikes} strikes, peak {written.peak:.3f}, "
         f"{written.times_real_time:.0f} times faster than it sounds"
     )

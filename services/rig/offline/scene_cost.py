@@ -11,7 +11,7 @@ from typing import Any
 
 from drumstick.parameters.scene import Scene
 from rig import scene_file
-from rig.supervision.playable import playable
+from rig.supervision.preflight import playable
 
 _TICKS = 20_000
 _REPEATS = 5

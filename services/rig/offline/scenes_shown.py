@@ -4,7 +4,7 @@ import json
 
 from drumstick.parameters.scene import as_tables, shipped_names
 from rig import scene_file
-from rig.supervision.playable import playable, try_drum, try_stick
+from rig.supervision.preflight import playable, try_drum, try_stick
 
 
 def show_list(as_json: bool) -> None:

@@ -11,7 +11,7 @@ from protocol.keys import Keys
 from realtime.log import open_log
 from rig.fault import Stop, lacking
 from rig.recording.record import recorded, words
-from rig.supervision.settled import FarEnd
+from rig.supervision.resolved_options import FarEnd
 
 _log = logging.getLogger("record")
 _MOST_PARTS = 10_000

@@ -20,7 +20,7 @@ from protocol.session import client_config, open_client
 from realtime.stop import StopRequest
 from rig.recording import channels
 from rig.recording.channels import Channel, Presence
-from rig.supervision.settled import FarEnd
+from rig.supervision.resolved_options import FarEnd
 
 _RING = 4096
 _QUEUED = 100_000  # a minute of everything at its busiest

@@ -19,7 +19,7 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 from protocol.messages import encode
 from realtime.regular_file import opened
 from rig.recording.channels import CHANNELS, FORMAT, MESSAGE_ENCODING, Channel, channel_of, from_json
-from rig.recording.filing import METADATA, SCENE_ATTACHMENT
+from rig.recording.mcap_writer import METADATA, SCENE_ATTACHMENT
 from rig.recording.times import OLDEST_NS
 
 _LARGEST_RECORD = 64 * 1024 * 1024

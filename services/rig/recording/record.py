@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from realtime.stop import StopRequest, on_stop_signals
 from rig.fault import lacking, wrong
-from rig.supervision.settled import FarEnd
+from rig.supervision.resolved_options import FarEnd
 
 if TYPE_CHECKING:
     from rig.recording.recorder import Result

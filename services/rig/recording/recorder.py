@@ -15,19 +15,19 @@ from typing import Any, cast
 
 from drumstick.parameters.scene import Scene, SceneError, from_tables
 from drumstick.parameters.table import table_of
-from protocol.complaints import Complaints
 from protocol.messages import Message, Meter, decode
+from protocol.rate_limited_log import RateLimitedLog
 from realtime.log import say
 from realtime.stop import StopRequest
 from rig.recording import channels
-from rig.recording.filing import CLOCK_METADATA, SCENE_ATTACHMENT, Filing
 from rig.recording.gaps import Gaps
 from rig.recording.listening import Came, Heard, Item, Listening, NewClock, NewScene
+from rig.recording.mcap_writer import CLOCK_METADATA, SCENE_ATTACHMENT, McapWriter
 from rig.recording.times import TimeLine, wall_minus_monotonic_ns
-from rig.supervision.settled import FarEnd
+from rig.supervision.resolved_options import FarEnd
 
 _TURN_S = 0.1
-_QUIET_S = 1.0  # between complaints
+_QUIET_S = 1.0  # between limited_log
 _CLOCK_EVERY_S = 10.0
 _BOOT_EVERY_S = 0.5
 _ASK_AGAIN_S = 0.2  # a rig that is not there is said so at once
@@ -110,7 +110,7 @@ class Recorder:
         self._boot = 0  # whose clock and scene the file has
         self._heard_boot = 0  # of the newest message; written by the writing thread
         self._scene = b""
-        self._complaints = Complaints(time.monotonic_ns, _QUIET_S, say)
+        self._log_limited = RateLimitedLog(time.monotonic_ns, _QUIET_S, say)
         self.result = Result(str(out))
 
     def run(self, stop: StopRequest, duration_s: float | None = None) -> Result:
@@ -121,8 +121,8 @@ class Recorder:
         try:
             if not self._meet(stop):
                 return self.result
-            filing = self._begin()
-            writer = threading.Thread(target=self._write, args=(filing,), name="recording", daemon=True)
+            mcap = self._begin()
+            writer = threading.Thread(target=self._write, args=(mcap,), name="recording", daemon=True)
             writer.start()
             begun = time.monotonic()
             try:
@@ -132,7 +132,7 @@ class Recorder:
                 self._listening.close()
                 self._ended.set()
                 writer.join()
-            return self._told(filing)
+            return self._told(mcap)
         finally:
             self._listening.close()
 
@@ -154,7 +154,7 @@ class Recorder:
             stop.wait(_ASK_AGAIN_S)
         return False
 
-    def _begin(self) -> Filing:
+    def _begin(self) -> McapWriter:
         units: dict[str, str] = {}
         try:
             scene = scene_of(self._scene)
@@ -168,13 +168,13 @@ class Recorder:
             units = {name: row.quantity.unit for name, row in table_of(scene).items()}
         self._listening.ask_params()
         facts = _facts(self._keys.rig, self._force, self._line)
-        filing = Filing(self._out, facts, lambda name: units.get(name, ""))
+        mcap = McapWriter(self._out, facts, lambda name: units.get(name, ""))
         try:
-            filing.attach_scene(SCENE_ATTACHMENT, self._scene, int(facts["start_wall_ns"]))
+            mcap.attach_scene(SCENE_ATTACHMENT, self._scene, int(facts["start_wall_ns"]))
         except OSError:
-            filing.discard()
+            mcap.discard()
             raise
-        return filing
+        return mcap
 
     def _attend(
         self, stop: StopRequest, writer: threading.Thread, begun: float, duration_s: float | None
@@ -224,20 +224,20 @@ class Recorder:
 
     def _complain(self, words: str) -> None:
         # A foreign program that publishes rubbish must not fill the log.
-        self._complaints.complain(words)
+        self._log_limited.warn(words)
 
     # The writing thread
 
-    def _write(self, filing: Filing) -> None:
+    def _write(self, mcap: McapWriter) -> None:
         try:
-            while (item := self._next(filing)) is not None:
-                self._file(filing, item)
-            filing.finish()
+            while (item := self._next(mcap)) is not None:
+                self._file(mcap, item)
+            mcap.finish()
         except OSError as error:
             self.result.failure = error.strerror or str(error)
-            filing.abandon()
+            mcap.abandon()
 
-    def _next(self, filing: Filing) -> Item | None:
+    def _next(self, mcap: McapWriter) -> Item | None:
         # The oldest item; None when the listening has ended and nothing is left. Ends chunks while there is none.
         while True:
             try:
@@ -245,15 +245,15 @@ class Recorder:
             except queue.Empty:
                 if self._ended.is_set() and self._listening.items.empty():
                     return None
-                filing.chunk_if_due(time.monotonic_ns())
+                mcap.chunk_if_due(time.monotonic_ns())
 
-    def _file(self, filing: Filing, item: Item) -> None:
+    def _file(self, mcap: McapWriter, item: Item) -> None:
         match item:
             case Heard():
-                self._file_heard(filing, item)
+                self._file_heard(mcap, item)
             case Came():
                 wall_ns = self._line.wall_ns(item.heard_ns)
-                filing.put(channels.ALIVE, "", item.presence, wall_ns, wall_ns, time.monotonic_ns())
+                mcap.put(channels.ALIVE, "", item.presence, wall_ns, wall_ns, time.monotonic_ns())
             case NewClock():
                 if self._line.learn(item.clock):
                     facts = {
@@ -262,16 +262,16 @@ class Recorder:
                         "haptic_minus_monotonic_ns": item.clock.offset_ns,
                         "clock_error_ns": item.clock.error_ns,
                     }
-                    filing.note(CLOCK_METADATA, {name: str(value) for name, value in facts.items()})
+                    mcap.note(CLOCK_METADATA, {name: str(value) for name, value in facts.items()})
             case NewScene():
                 name = f"scene-{item.boot:x}.json"
-                filing.attach_scene(name, item.payload, self._line.wall_ns(item.heard_ns))
+                mcap.attach_scene(name, item.payload, self._line.wall_ns(item.heard_ns))
 
-    def _file_heard(self, filing: Filing, item: Heard) -> None:
+    def _file_heard(self, mcap: McapWriter, item: Heard) -> None:
         try:
             message = decode(item.payload, item.channel.kind)
             log_ns, publish_ns = self._line.wall_ns(item.heard_ns), self._event_ns(message, item.heard_ns)
-            filing.put(item.channel, item.name, message, log_ns, publish_ns, time.monotonic_ns())
+            mcap.put(item.channel, item.name, message, log_ns, publish_ns, time.monotonic_ns())
         except ValueError as error:
             self.result.unreadable += 1
             self._complain(f"{item.channel.topic} left out: {error}")
@@ -284,10 +284,10 @@ class Recorder:
         boot: int | None = None if isinstance(message, Meter) else getattr(message, "boot", None)
         return self._line.event_ns(t_ns, boot, heard_ns)
 
-    def _told(self, filing: Filing) -> Result:
+    def _told(self, mcap: McapWriter) -> Result:
         result = self.result
-        result.bytes = filing.size
-        result.messages = dict(sorted(filing.count.items()))
+        result.bytes = mcap.size
+        result.messages = dict(sorted(mcap.count.items()))
         result.lost = dict(self._listening.overrun)
         result.missing = {topic: n for topic, n in self._gaps.missing.items() if n}
         return result

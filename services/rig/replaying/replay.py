@@ -29,7 +29,7 @@ _LOOK_S = 0.1
 _LEAD_S = 1.0  # for those who only now find a router: they try twice a second
 
 
-class Wishes(NamedTuple):
+class ReplayOptions(NamedTuple):
     """How to play it; `connect` None: this is the Zenoh router itself, at `listen`."""
 
     file: Path
@@ -62,42 +62,42 @@ def load(path: Path) -> tuple["Recording", "Scene"]:
         wrong(f"{path}: its scene cannot be read: {error}")
 
 
-def _cues(recording: "Recording", wishes: Wishes) -> "list[Cue]":
+def _cues(recording: "Recording", options: ReplayOptions) -> "list[Cue]":
     # What is to be played when. Stop with what no servo can have told, and where nobody can have meant so long a play.
     from rig.replaying.cues import cues_of
 
     try:
-        cues = cues_of(recording.events, wishes.speed)
+        cues = cues_of(recording.events, options.speed)
     except ValueError as error:
-        wrong(f"{wishes.file}: {error}")
+        wrong(f"{options.file}: {error}")
     lasts_s = cues[-1].at_ns * 1e-9
-    if lasts_s > wishes.longest_s:
+    if lasts_s > options.longest_s:
         gap_s, at_s = max((b.at_ns - a.at_ns, a.at_ns) for a, b in pairwise(cues))
         wrong(
-            f"{wishes.file}: would play for {lasts_s:.4g} s, {gap_s * 1e-9:.4g} s of it in silence after the first"
-            f" {at_s * 1e-9:.4g} s: is a time in it wrong? More than {wishes.longest_s:g} s are played only when asked"
+            f"{options.file}: would play for {lasts_s:.4g} s, {gap_s * 1e-9:.4g} s of it in silence after the first"
+            f" {at_s * 1e-9:.4g} s: is a time in it wrong? More than {options.longest_s:g} s are played only when asked"
             f" for: --longest {math.ceil(lasts_s)}"
         )
     return cues
 
 
 @contextmanager
-def _session(keys: Keys, wishes: Wishes) -> "Generator[zenoh.Session]":
+def _session(keys: Keys, options: ReplayOptions) -> "Generator[zenoh.Session]":
     import zenoh
 
     from protocol.session import client_config, open_router
     from rig.replaying.stand_in import present
 
     try:
-        if wishes.connect is None:
-            ports.require_free_tcp(*host_and_port(wishes.listen), "Zenoh port", "--listen")
-            session = open_router(wishes.listen)
+        if options.connect is None:
+            ports.require_free_tcp(*host_and_port(options.listen), "Zenoh port", "--listen")
+            session = open_router(options.listen)
         else:
-            session = zenoh.open(client_config(wishes.connect))
+            session = zenoh.open(client_config(options.connect))
     except zenoh.ZError:
-        lacking(f"no Zenoh router answers at {wishes.connect}: start it, or leave out --connect")
+        lacking(f"no Zenoh router answers at {options.connect}: start it, or leave out --connect")
     try:
-        if wishes.connect is not None and present(session, keys.alive("haptic", "*")):
+        if options.connect is not None and present(session, keys.alive("haptic", "*")):
             lacking(
                 f"rig {keys.rig!r} is played there already: stop it, or give the replay another name with --rig"
             )
@@ -118,27 +118,27 @@ def _await_sound(session: "zenoh.Session", keys: Keys, enough: Callable[[], bool
         time.sleep(_LOOK_S)
 
 
-def replay(keys: Keys, wishes: Wishes, as_json: bool) -> None:
+def replay(keys: Keys, options: ReplayOptions, as_json: bool) -> None:
     """Play the recording, then say how it went. Raises Stop."""
-    recording, scene = load(wishes.file)
-    cues = _cues(recording, wishes)
+    recording, scene = load(options.file)
+    cues = _cues(recording, options)
     stop = StopRequest()
     on_stop_signals(stop.ask)
     if recording.torn:
-        _say(f"{wishes.file} {recording.torn}; it is played as far as it goes")
+        _say(f"{options.file} {recording.torn}; it is played as far as it goes")
     if len(recording.scenes) > 1:
         _say(
             f"the scene changed {len(recording.scenes) - 1} times in it; {scene.name!r}, the first, is answered"
         )
-    with _session(keys, wishes) as session:
-        summary = _played(session, keys, wishes, recording, cues, scene, stop)
+    with _session(keys, options) as session:
+        summary = _played(session, keys, options, recording, cues, scene, stop)
     print(json.dumps(summary) if as_json else _words(summary))
 
 
 def _played(
     session: "zenoh.Session",
     keys: Keys,
-    wishes: Wishes,
+    options: ReplayOptions,
     recording: "Recording",
     cues: "list[Cue]",
     scene: "Scene",
@@ -151,18 +151,18 @@ def _played(
     from rig.replaying.stand_in import StandIn, new_boot
 
     boot, panic = new_boot(), StopRequest()
-    what = f"a replay of {wishes.file.name}"
+    what = f"a replay of {options.file.name}"
     stand_in = StandIn(
-        session, keys, boot, recording.scenes[0], what, panic.ask, lambda: {"replay": str(wishes.file)}
+        session, keys, boot, recording.scenes[0], what, panic.ask, lambda: {"replay": str(options.file)}
     )
-    osc = OscOut(wishes.osc_out, wishes.prefix, table_of(scene))
+    osc = OscOut(options.osc_out, options.prefix, table_of(scene))
     retelling = Retelling(boot, numbers_of(cues))
     player = Player(cues, retelling, stand_in, osc, keys.rig, panic.is_set)
     try:
-        if wishes.await_sound:
+        if options.await_sound:
             _await_sound(session, keys, lambda: stop.is_set() or panic.is_set())
         begun = time.monotonic()
-        end = player.play(stop, wishes.loop, _LEAD_S)
+        end = player.play(stop, options.loop, _LEAD_S)
         lasted_s = max(time.monotonic() - begun - _LEAD_S, 0.0)
         time.sleep(_ON_ITS_WAY_S)
     finally:
@@ -170,7 +170,7 @@ def _played(
         stand_in.close()
     late = player.lateness
     return {
-        "file": str(wishes.file),
+        "file": str(options.file),
         "rig": keys.rig,
         "boot": boot,
         "end": end,
@@ -199,14 +199,14 @@ def _words(summary: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def checked(wishes: Wishes) -> Wishes:
+def checked(options: ReplayOptions) -> ReplayOptions:
     """The same, checked. Raises Stop."""
     from rig import checks
-    from rig.supervision.settled import require_loopback
+    from rig.supervision.resolved_options import require_loopback
 
-    checks.finite(wishes.speed, "--speed", 0.01, 100.0, "times the recorded one")
-    checks.finite(wishes.longest_s, "--longest", 0.0, 1e13, "s")
-    checks.endpoint(wishes.connect)
-    require_loopback(checks.endpoint(wishes.listen, "--listen"))
-    checks.prefix(wishes.prefix)
-    return wishes._replace(osc_out=tuple(checks.known_target(target) for target in wishes.osc_out))
+    checks.finite(options.speed, "--speed", 0.01, 100.0, "times the recorded one")
+    checks.finite(options.longest_s, "--longest", 0.0, 1e13, "s")
+    checks.endpoint(options.connect)
+    require_loopback(checks.endpoint(options.listen, "--listen"))
+    checks.prefix(options.prefix)
+    return options._replace(osc_out=tuple(checks.known_target(target) for target in options.osc_out))

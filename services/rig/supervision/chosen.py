@@ -6,7 +6,7 @@ from typing import Any
 from rig import checks, folder
 from rig.options import Doors, Ends
 from rig.supervision.plan import Options
-from rig.supervision.settled import settle
+from rig.supervision.resolved_options import settle
 
 Group = Any  # one of rig.options
 

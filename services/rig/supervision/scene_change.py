@@ -13,7 +13,7 @@ from protocol.keys import DEFAULT_RIG, command
 from realtime.regular_file import read_text
 from rig import folder, scene_file, wanted_scene
 from rig.fault import GIVEN, LACKING, Stop
-from rig.supervision.laid_out import LaidOut
+from rig.supervision.scene_files import SceneFiles
 
 CONFIGURED = "scene.configured"  # hash of the scene that was laid out because the options name it
 _LARGEST_BYTES = 500_000_000  # a recorded gesture, as JSON beside its scene
@@ -22,7 +22,7 @@ BEFORE = "scene.before"  # the scene to go back to, until the one that somebody 
 Say = Callable[[str], None]
 
 
-def _lying(run: Path) -> LaidOut | None:
+def _lying(run: Path) -> SceneFiles | None:
     # None where there is no scene yet, or one that this version does not understand.
     from drumstick.parameters.scene import SceneError, parse
     from haptic_server import files
@@ -32,10 +32,10 @@ def _lying(run: Path) -> LaidOut | None:
         name = parse(text, files.SCENE).name
     except (OSError, UnicodeDecodeError, SceneError):
         return None
-    return LaidOut(name, text, _read(run / files.GESTURE) or None)
+    return SceneFiles(name, text, _read(run / files.GESTURE) or None)
 
 
-def _mark(scene: LaidOut) -> str:
+def _mark(scene: SceneFiles) -> str:
     return hashlib.sha256(json.dumps(asdict(scene)).encode()).hexdigest()
 
 
@@ -57,7 +57,7 @@ def lay_out(run: Path, configured: str, say: Say, rig: str = DEFAULT_RIG) -> Non
     from haptic_server import front
 
     lying, wanted = _lying(run), wanted_scene.take(run, say)
-    first = scene_file.laid_out(configured)
+    first = scene_file.scene_files(configured)
     is_new = _read(run / CONFIGURED) != _mark(first)
     if lying is not None and wanted is None and not is_new:
         return
@@ -86,7 +86,7 @@ def ended(run: Path, status: int, say: Say) -> None:
     say("that scene cannot be played here: back to the one before")
     (run / BEFORE).unlink(missing_ok=True)
     try:
-        LaidOut(**json.loads(kept)).put(run)
+        SceneFiles(**json.loads(kept)).put(run)
     except (ValueError, TypeError) as damaged:  # then the configured one is laid out at the next start
         (run / CONFIGURED).unlink(missing_ok=True)
         raise Stop(GIVEN, f"{run / BEFORE}: {damaged}") from None

@@ -17,9 +17,9 @@ from rig.machine import ports
 from rig.machine.machine_needs import require_machine
 from rig.recording.record import check_out
 from rig.supervision.admission import require_admission
-from rig.supervision.laid_out import LaidOut
 from rig.supervision.plan import HAPTIC, NOT_ESSENTIAL, PANEL, SOUND, Options, commands
 from rig.supervision.process import Service
+from rig.supervision.scene_files import SceneFiles
 from rig.supervision.terminal import Terminal
 from rig.supervision.watch import Watch
 
@@ -32,10 +32,10 @@ _READY_WITHIN_S = 120.0  # the very first start compiles every kernel
 class Rig:
     """The running services of one command."""
 
-    def __init__(self, options: Options, scene: LaidOut, terminal: Terminal) -> None:
+    def __init__(self, options: Options, scene: SceneFiles, terminal: Terminal) -> None:
         self._options = options
         self._scene = scene
-        self._scene_before: LaidOut | None = None
+        self._scene_before: SceneFiles | None = None
         self._terminal = terminal
         self._services = [
             Service(n, c, terminal.say, n not in NOT_ESSENTIAL) for n, c in commands(options).items()
@@ -109,7 +109,7 @@ class Rig:
         self._scene_before = self._scene
         self._play(wanted)
 
-    def _play(self, scene: LaidOut) -> None:
+    def _play(self, scene: SceneFiles) -> None:
         """Stop the force, then start gateway and servo with `scene`; with the present one where a panic is latched."""
         haptic = [s for s in self._services if s.name in ("gateway", "servo")]
         # The gateway first, so that no panic can come that the servo would not know of.
@@ -216,7 +216,7 @@ def up(options: Options, scene: str, duration_s: float | None, as_json: bool) ->
     elif options.record_force:
         wrong("--record-force: give --record FILE.mcap too")
     require_machine()
-    laid = LaidOut(scene)
+    laid = SceneFiles(scene)
     with ExitStack() as held:
         if HAPTIC in options.parts:
             loaded = scene_file.load(scene)
@@ -226,7 +226,7 @@ def up(options: Options, scene: str, duration_s: float | None, as_json: bool) ->
                     ' [drum] excitation = "streamed", or leave it out'
                 )
             held.enter_context(folder.claim(options.folder, options.rig))
-            laid = scene_file.laid_out(scene)
+            laid = scene_file.scene_files(scene)
             (options.folder / files.BLOCK).unlink(missing_ok=True)  # whoever types `up` is here, and means it
             laid.put(options.folder)
             (options.folder / files.LISTENERS_AWAITED).touch()

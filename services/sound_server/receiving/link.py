@@ -15,9 +15,9 @@ import zenoh
 
 from drumstick.parameters.scene import Scene, SceneError, from_tables
 from protocol.clock import ClockMap, HapticClock, asked_clock
-from protocol.complaints import Complaints
 from protocol.keys import Keys
 from protocol.messages import ENCODING, Meter, encode
+from protocol.rate_limited_log import RateLimitedLog
 from sound_server.receiving.hearing import Hearing
 
 _RING = 256
@@ -27,10 +27,10 @@ _QUERY_S = 0.5
 class Link:
     """One rig's. Methods belong to the main thread; the session ends before `close`, and may be shared with others."""
 
-    def __init__(self, session: zenoh.Session, keys: Keys, complaints: Complaints) -> None:
+    def __init__(self, session: zenoh.Session, keys: Keys, limited_log: RateLimitedLog) -> None:
         self._session = session
         self.keys = keys
-        self._complaints = complaints
+        self._log_limited = limited_log
         self._readers: list[threading.Thread] = []
         self._token: zenoh.LivelinessToken | None = None
         self._contacts: Hearing | None = None
@@ -47,14 +47,14 @@ class Link:
                 raise ValueError("not a JSON object")
             return from_tables(cast(dict[str, Any], tables))
         except SceneError as error:
-            self._complaints.complain(f"scene refused: {error.mistakes[0]}")
+            self._log_limited.warn(f"scene refused: {error.mistakes[0]}")
         except (ValueError, RecursionError) as error:
-            self._complaints.complain(f"scene refused: {error}")
+            self._log_limited.warn(f"scene refused: {error}")
         return None
 
     def clock(self) -> HapticClock | None:
         """The haptic machine's clock, from five round trips; None when nobody answers."""
-        return asked_clock(self._clock_map, lambda: self._ask(self.keys.clock), self._complaints.complain)
+        return asked_clock(self._clock_map, lambda: self._ask(self.keys.clock), self._log_limited.warn)
 
     @property
     def clock_pause_s(self) -> float:
@@ -67,7 +67,7 @@ class Link:
                 if reply.ok is not None:
                     return reply.ok.payload.to_bytes()
         except zenoh.ZError as error:
-            self._complaints.complain(f"{key}: {error}")
+            self._log_limited.warn(f"{key}: {error}")
         return None
 
     def listen(self, key: str, take: Callable[[bytes, int], None]) -> None:
@@ -106,7 +106,7 @@ class Link:
         try:
             self._session.put(self.keys.meter, encode(meter), encoding=zenoh.Encoding(ENCODING))
         except zenoh.ZError as error:
-            self._complaints.complain(f"meter not sent: {error}")
+            self._log_limited.warn(f"meter not sent: {error}")
 
     def publisher(self, key: str) -> zenoh.Publisher:
         """For what is put only while somebody listens. It ends with the session."""

@@ -1,6 +1,6 @@
 """What becomes of a strike message: checked, played once, at its instant, or dropped and counted.
 
-`StrikeDesk` is fed by the one thread that reads strikes; its counters may be read, and its clock, latency and ring
+`StrikeScheduler` is fed by the one thread that reads strikes; its counters may be read, and its clock, latency and ring
 replaced, from any thread.
 """
 
@@ -10,9 +10,9 @@ from collections.abc import Callable
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.parameters.scene import Scene
 from protocol.clock import HapticClock
-from protocol.complaints import Complaints
 from protocol.messages import Strike, decode
-from sound_server.receiving.punctuality import Punctuality
+from protocol.rate_limited_log import RateLimitedLog
+from sound_server.receiving.arrival_statistics import ArrivalStatistics
 
 _TOO_LATE_NS = 50_000_000
 # A strike that is due later than this beyond its latency comes from a clock that was mapped wrongly.
@@ -42,15 +42,15 @@ class Once:
         return True
 
 
-class StrikeDesk:
+class StrikeScheduler:
     """`on_boot` is called, on the reading thread, with the boot of every message.
 
     `note`: None, or who is told of each strike instead of the ring, because its force comes as a stream.
     """
 
-    def __init__(self, ring: StrikeRing, complaints: Complaints, on_boot: Callable[[int], None]) -> None:
+    def __init__(self, ring: StrikeRing, limited_log: RateLimitedLog, on_boot: Callable[[int], None]) -> None:
         self.ring = ring
-        self._complaints = complaints
+        self._log_limited = limited_log
         self._on_boot = on_boot
         self._once = Once()
         self.note: Callable[[Strike], None] | None = None
@@ -58,7 +58,7 @@ class StrikeDesk:
         self.latency_s = 0.0
         self.scene: Scene | None = None  # whose drum is struck; None: one that asks for no speed
         self.room_s = 0.0  # how much of the latency is the room's, which also holds for what sounds at once
-        self.punctuality = Punctuality()
+        self.arrivals = ArrivalStatistics()
         self.played = 0
         self.late = 0
         self.duplicates = 0
@@ -72,7 +72,7 @@ class StrikeDesk:
             stroke_m_per_s = stroke_of(strike, self.scene)
         except ValueError as error:
             self.bad += 1
-            self._complaints.complain(f"strike ignored: {error}")
+            self._log_limited.warn(f"strike ignored: {error}")
             return
         self._on_boot(strike.boot)
         if not self._once.is_new(strike.boot, strike.seq):
@@ -98,7 +98,7 @@ class StrikeDesk:
         ):
             self.played += 1
         else:
-            self._complaints.complain("strike dropped: 256 are waiting for the audio already")
+            self._log_limited.warn("strike dropped: 256 are waiting for the audio already")
 
     def _onset(self, strike: Strike, now_ns: int) -> int | None:
         # Our time at which it is to sound, 0 for at once, None for too late. Without a clock for its boot nothing can
@@ -123,7 +123,7 @@ class StrikeDesk:
         if clock is None or clock.boot != strike.boot:
             return None
         contact_ns = clock.ours(strike.t_ns)
-        self.punctuality.note(now_ns - contact_ns, latency_ns)
+        self.arrivals.note(now_ns - contact_ns, latency_ns)
         return contact_ns
 
 

@@ -35,7 +35,7 @@ def is_there(name: str) -> bool:
     return bool(there) if name == AUTO else any(name.lower() in line.lower() for line in there)
 
 
-class Lookout:
+class DeviceWatch:
     """Looks for the device on a thread of its own, and asks the process to stop once it is `found`."""
 
     def __init__(self, name: str, stop: StopRequest, look: Callable[[str], bool] = is_there) -> None:
@@ -43,7 +43,7 @@ class Lookout:
         self._name = name
         self._stop = stop
         self._look = look
-        threading.Thread(target=self._run, name="lookout", daemon=True).start()
+        threading.Thread(target=self._run, name="device_watch", daemon=True).start()
 
     def _run(self) -> None:
         pause_s = _FIRST_LOOK_S

@@ -1,6 +1,6 @@
 """The audio device's callback, compiled: PortAudio's thread calls it without Python and without the GIL.
 
-It gets the address of a stage's boards and of the desk that it keeps up to date; which drums sound is the stage's.
+It gets the address of a stage's boards and of the counters that it keeps up to date; which drums sound is the stage's.
 """
 
 from typing import Any
@@ -15,7 +15,7 @@ from realtime.kernels.handover import Handed, take_up
 from realtime.kernels.jit import cfunction, njit
 from realtime.kernels.lent import lend
 from realtime.records import Records
-from sound_server.sinks.sink import DESK, Desk
+from sound_server.sinks.sink import SINK_COUNTERS, SinkCounters
 from sound_server.sinks.timed import timed_block
 from sound_server.stage import Boards, Stage
 
@@ -26,9 +26,9 @@ _LOST_NS = 20_000_000
 
 
 @njit()
-def block_start(desk: Records, now: int, frames: int) -> int:
+def block_start(counters: Records, now: int, frames: int) -> int:
     """When this block began by the device's steady clock, from callbacks that come with jitter. Audio thread."""
-    counts: Desk = desk[0]
+    counts: SinkCounters = counters[0]
     error = now - counts.expected_ns
     start = now if abs(error) > _LOST_NS else counts.expected_ns + int(_PULL * error)
     counts.expected_ns = start + int(frames * 1e9 / counts.rate_Hz)
@@ -37,38 +37,38 @@ def block_start(desk: Records, now: int, frames: int) -> int:
 
 @njit()
 def fill(
-    boards: Boards, desk: Records, out: npt.NDArray[np.float32], flags: int, clock: npt.NDArray[np.int64]
+    boards: Boards, counters: Records, out: npt.NDArray[np.float32], flags: int, clock: npt.NDArray[np.int64]
 ) -> None:
     """One callback's work. Audio thread; no allocation, no locks."""
     boards = lend(boards)
     if flags & _UNDERFLOW:
-        desk[0].xruns += 1
+        counters[0].xruns += 1
     mode = flush_denormals()
-    timed_block(boards, desk, out, block_start(desk, now_ns(clock), out.shape[0]), clock)
+    timed_block(boards, counters, out, block_start(counters, now_ns(clock), out.shape[0]), clock)
     restore(mode)
 
 
-def _handed(stage: Stage, desk: Records) -> Handed:
-    return Handed((stage.boards, desk, np.zeros(2, np.int64)))
+def _handed(stage: Stage, counters: Records) -> Handed:
+    return Handed((stage.boards, counters, np.zeros(2, np.int64)))
 
 
-_KIND = _handed(Stage(48000), np.zeros(1, DESK)).kind
+_KIND = _handed(Stage(48000), np.zeros(1, SINK_COUNTERS)).kind
 
 
 @cfunction("int32(voidptr, voidptr, uint64, voidptr, uint64, voidptr)", cache=False)
 def stream_callback(_input: Any, output: Any, frames: Any, _time: Any, flags: Any, address: Any) -> int:
     """PaStreamCallback; returns paContinue."""
-    boards, desk, clock = take_up(address, _KIND)
-    out: npt.NDArray[np.float32] = _array(output, (int(frames), desk[0].channels), np.float32)
-    fill(boards, desk, out, int(flags), clock)
+    boards, counters, clock = take_up(address, _KIND)
+    out: npt.NDArray[np.float32] = _array(output, (int(frames), counters[0].channels), np.float32)
+    fill(boards, counters, out, int(flags), clock)
     return 0
 
 
 class Heard:
-    """What the callback reads. It must live as long as the stream; `desk` is (1,) of DESK."""
+    """What the callback reads. It must live as long as the stream; `counters` is (1,) of SINK_COUNTERS."""
 
-    def __init__(self, stage: Stage, desk: Records) -> None:
-        self._handed = _handed(stage, desk)
+    def __init__(self, stage: Stage, counters: Records) -> None:
+        self._handed = _handed(stage, counters)
 
     @property
     def address(self) -> int:

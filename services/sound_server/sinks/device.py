@@ -14,7 +14,7 @@ import sounddevice
 
 from realtime.records import Records
 from sound_server.sinks import callback
-from sound_server.sinks.sink import DESK, SinkError
+from sound_server.sinks.sink import SINK_COUNTERS, SinkError
 from sound_server.sinks.timed import noted
 from sound_server.stage import Stage
 
@@ -32,10 +32,10 @@ class DeviceSink:
         self.words = f"{facts['name']} ({api})"
         self.rate_Hz = playable_rate(index, rate_Hz)
         channels = min(2, int(facts["max_output_channels"]))
-        self._desk: Records = np.zeros(1, DESK)
-        self._desk["rate_Hz"], self._desk["channels"] = self.rate_Hz, channels
+        self._counters: Records = np.zeros(1, SINK_COUNTERS)
+        self._counters["rate_Hz"], self._counters["channels"] = self.rate_Hz, channels
         self.stage = Stage(self.rate_Hz)
-        self._heard = callback.Heard(self.stage, self._desk)
+        self._heard = callback.Heard(self.stage, self._counters)
         self._clock = np.zeros(2, np.int64)
         self._stream = self._open(index, block, channels)
         if api == "ALSA":
@@ -65,27 +65,27 @@ class DeviceSink:
         return base(kind="output", callback=function, wrap_callback=None, userdata=userdata, **wishes)
 
     def _python_callback(self, out: Any, frames: int, _time: Any, flags: Any) -> None:
-        callback.fill(self.stage.boards, self._desk, out, 4 if flags.output_underflow else 0, self._clock)
+        callback.fill(self.stage.boards, self._counters, out, 4 if flags.output_underflow else 0, self._clock)
 
     @property
     def load(self) -> float:
         """Share of the time that the callback takes."""
-        return float(self._desk["load"][0])
+        return float(self._counters["load"][0])
 
     @property
     def blocks(self) -> npt.NDArray[np.int64]:
         """The newest blocks, as timed.noted tells of them."""
-        return noted(self._desk)
+        return noted(self._counters)
 
     @property
     def xruns(self) -> int:
         """Callbacks that PortAudio marked as coming after an underflow."""
-        return int(self._desk["xruns"][0])
+        return int(self._counters["xruns"][0])
 
     @property
     def turns(self) -> int:
         """Blocks played."""
-        return int(self._desk["calls"][0])
+        return int(self._counters["calls"][0])
 
     @property
     def lost(self) -> str:

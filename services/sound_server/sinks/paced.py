@@ -16,7 +16,7 @@ from realtime.kernels.float_mode import flush_denormals, restore
 from realtime.kernels.jit import njit
 from realtime.kernels.lent import lend
 from realtime.records import Records
-from sound_server.sinks.sink import DESK, Desk
+from sound_server.sinks.sink import SINK_COUNTERS, SinkCounters
 from sound_server.sinks.timed import timed_block
 from sound_server.stage import Boards, Stage
 
@@ -31,7 +31,7 @@ Recorder = Callable[[npt.NDArray[np.float32]], None]
 @njit()
 def play_chunk(
     boards: Boards,
-    desk: Records,
+    counters: Records,
     out: npt.NDArray[np.float32],
     block: int,
     start_ns: int,
@@ -39,7 +39,7 @@ def play_chunk(
 ) -> None:
     """Fill `out` block by block, each at its own time after `start_ns`. Sink's thread; blocks as long as it plays."""
     boards = lend(boards)
-    counts: Desk = desk[0]
+    counts: SinkCounters = counters[0]
     mode = flush_denormals()
     first = 0
     while first < out.shape[0]:
@@ -47,7 +47,7 @@ def play_chunk(
         at = start_ns + int(first * 1e9 / counts.rate_Hz)
         while now_ns(clock) < at:
             sleep_until(clock, at)
-        timed_block(boards, desk, out[first:last], at, clock)
+        timed_block(boards, counters, out[first:last], at, clock)
         first = last
     restore(mode)
 
@@ -72,8 +72,8 @@ class PacedSink:
         self._record = record
         self._finish = finish
         self.turns = 0  # grows while the thread runs, before the first drum too
-        self._desk: Records = np.zeros(1, DESK)
-        self._desk["rate_Hz"], self._desk["channels"] = rate_Hz, 2
+        self._counters: Records = np.zeros(1, SINK_COUNTERS)
+        self._counters["rate_Hz"], self._counters["channels"] = rate_Hz, 2
         self.stage = Stage(rate_Hz)
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="audio", daemon=True)
@@ -82,12 +82,12 @@ class PacedSink:
     @property
     def load(self) -> float:
         """Share of the time that rendering takes."""
-        return float(self._desk["load"][0])
+        return float(self._counters["load"][0])
 
     @property
     def xruns(self) -> int:
         """Chunks that began more than 50 ms late."""
-        return int(self._desk["xruns"][0])
+        return int(self._counters["xruns"][0])
 
     @property
     def lost(self) -> str:
@@ -107,7 +107,7 @@ class PacedSink:
         out = np.zeros((blocks * self._block, 2), np.float32)
         clock = np.zeros(2, np.int64)
         boards = self.stage.boards
-        play_chunk(boards, self._desk, out[:0], self._block, 0, clock)  # compiles, where it must
+        play_chunk(boards, self._counters, out[:0], self._block, 0, clock)  # compiles, where it must
         while self.stage.drums == 0:  # a recording begins with the first drum
             self.turns += 1
             if self._stop.wait(_LOOK_S):
@@ -118,11 +118,11 @@ class PacedSink:
             start_ns = origin_ns + frames * 1_000_000_000 // self.rate_Hz
             late_ns = time.monotonic_ns() - start_ns
             if late_ns > _LATE_NS:
-                self._desk["xruns"] += 1
+                self._counters["xruns"] += 1
             if late_ns > _GIVE_UP_NS:
                 origin_ns, frames = time.monotonic_ns(), 0
                 continue
-            play_chunk(boards, self._desk, out, self._block, start_ns, clock)
+            play_chunk(boards, self._counters, out, self._block, start_ns, clock)
             frames += len(out)
             if self._record is not None:
                 self._record(out)

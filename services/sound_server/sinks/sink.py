@@ -11,7 +11,7 @@ from sound_server.stage import Stage
 NOTED = 4096  # blocks
 
 
-class Desk(Record):
+class SinkCounters(Record):
     """Written by the audio thread, read by any. `load` is the smoothed share of a block's time that rendering takes;
     `expected_ns` is when the next block should begin, `calls` counts blocks. `noted` tells of the newest blocks, in
     turn: when rendering began (monotonic), how long it took, ns, and how many pulses the drums had been given by
@@ -27,7 +27,7 @@ class Desk(Record):
     noted: Annotated[npt.NDArray[np.int64], "i8", (NOTED, 3)]
 
 
-DESK = dtype_of(Desk)
+SINK_COUNTERS = dtype_of(SinkCounters)
 
 
 class SinkError(Exception):

@@ -6,7 +6,7 @@ import numpy.typing as npt
 from realtime.clock import now_ns
 from realtime.kernels.jit import njit
 from realtime.records import Records
-from sound_server.sinks.sink import NOTED, Desk
+from sound_server.sinks.sink import NOTED, SinkCounters
 from sound_server.stage import Boards, mix
 
 _SMOOTHING_S = 0.2
@@ -15,16 +15,16 @@ _SMOOTHING_S = 0.2
 @njit()
 def timed_block(
     boards: Boards,
-    desk: Records,
+    counters: Records,
     out: npt.NDArray[np.float32],
     start_ns: int,
     clock: npt.NDArray[np.int64],
 ) -> None:
-    """stage.mix, with `desk.load`, `desk.calls` and `desk.noted` brought up to date. Audio thread; no allocation.
+    """stage.mix, with load, calls and noted of `counters` brought up to date. Audio thread; no allocation.
 
     `clock` is the thread's own timespec, int64 of shape (2,).
     """
-    counts: Desk = desk[0]
+    counts: SinkCounters = counters[0]
     before = now_ns(clock)
     mix(boards, out, counts.rate_Hz, start_ns)
     block_s = out.shape[0] / counts.rate_Hz
@@ -36,11 +36,11 @@ def timed_block(
     counts.calls += 1
 
 
-def noted(desk: Records) -> npt.NDArray[np.int64]:
+def noted(counters: Records) -> npt.NDArray[np.int64]:
     """The newest blocks, oldest first, int64 of shape (n, 3): begun, ns; spent, ns; pulses so far. Any thread.
 
     A block that is played meanwhile can show in the oldest row.
     """
-    calls = int(desk["calls"][0])
-    turned = np.roll(desk["noted"][0], -(calls % NOTED), axis=0)
+    calls = int(counters["calls"][0])
+    turned = np.roll(counters["noted"][0], -(calls % NOTED), axis=0)
     return turned[NOTED - min(calls, NOTED) :]

@@ -2,8 +2,8 @@
 
 viser has no authentication, no Origin check, and lets a client change any attribute of any control. It serves pages
 and websockets by one call of `websockets.asyncio.server.serve`; while a server is being made, that call goes through
-`_Door`, which puts `Admission` before every request and `ClientMessages` before every frame. Whatever viser does
-besides (another way to serve, another method of the connection, another shape of message) meets nothing that answers,
+`_GuardedServe`, which puts `Admission` before every request and `ClientMessages` before every frame. What else viser
+does (another way to serve, another method of the connection, another shape of message) meets nothing that answers,
 so it fails closed; and before the address is printed the door is tried from outside.
 """
 
@@ -30,8 +30,8 @@ from websockets.http11 import Request, Response
 from web_panel.access.admission import Admission
 from web_panel.access.client_message import CAMERA_AT_FIRST, MAX_FRAME_BYTES, ClientMessages
 from web_panel.access.pace import Pace
-from web_panel.access.pointer_door import PATH as POINTER_PATH
-from web_panel.access.pointer_door import PointerDoor
+from web_panel.access.pointer_access import PATH as POINTER_PATH
+from web_panel.access.pointer_access import PointerAccess
 
 HOST = "127.0.0.1"
 _START_S = 30.0
@@ -73,10 +73,12 @@ class _Wire:
         await self._connection.close(code, reason)
 
 
-class _Door:
+class _GuardedServe:
     """Stands in for `serve` while viser starts."""
 
-    def __init__(self, admission: Admission, messages: ClientMessages, pointers: PointerDoor | None) -> None:
+    def __init__(
+        self, admission: Admission, messages: ClientMessages, pointers: PointerAccess | None
+    ) -> None:
         self.admission = admission
         self.messages = messages
         self.pointers = pointers
@@ -192,7 +194,7 @@ def _quiet(record: logging.LogRecord) -> bool:
 
 
 def start(
-    admission: Admission, messages: ClientMessages, pointers: PointerDoor | None = None
+    admission: Admission, messages: ClientMessages, pointers: PointerAccess | None = None
 ) -> viser.ViserServer:
     """A guarded server on 127.0.0.1 that is already heard; stop it with `.stop()`. Raises GuardError. Main thread.
 
@@ -204,7 +206,7 @@ def start(
     logging.getLogger("websockets.server").addFilter(_quiet)
     os.environ.pop("_VISER_PORT_OVERRIDE", None)
     ring_in_the_loop()
-    door = _Door(admission, messages, pointers)
+    door = _GuardedServe(admission, messages, pointers)
 
     def make() -> None:
         try:
@@ -237,7 +239,7 @@ def _no_share_url(verbose: bool = True) -> str | None:
     return None
 
 
-def _try_the_door(server: viser.ViserServer, door: _Door) -> None:
+def _try_the_door(server: viser.ViserServer, door: _GuardedServe) -> None:
     port = door.admission.port
     websockets: Any = server._websock_server  # pyright: ignore[reportPrivateUsage]
     if not isinstance(getattr(websockets.get_message_buffer(), "message_event", None), _Bell):

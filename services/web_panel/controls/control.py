@@ -1,7 +1,7 @@
 """One parameter on the page: its readback in large, and a slider that asks for another value.
 
-The slider belongs to whoever holds it: while a wish is unanswered it stays where it was put. Then it stands at what was
-accepted and waits for the stick to be above the head, at any other time at the readback.
+The slider belongs to whoever holds it: while a request is unanswered it stays where it was put. Then it stands at what
+was accepted and waits for the stick to be above the head, at any other time at the readback.
 """
 
 import math
@@ -16,7 +16,7 @@ from web_panel.page import markup
 from web_panel.page.wording import hint_of, measured
 from web_panel.rig.answer import Answer
 from web_panel.tuning.changes import Changes
-from web_panel.tuning.travel import Travel, travel_around
+from web_panel.tuning.slider_range import SliderRange, range_around
 
 
 class Control:
@@ -44,11 +44,11 @@ class Control:
         self._content = markup.control(parameter, None, "", large)
         with folder:
             self._words = server.gui.add_html(self._content)
-        travel = travel_around(parameter.quantity, scene_value)
+        travel = range_around(parameter.quantity, scene_value)
         at_first = scene_value if math.isfinite(scene_value) else travel.low
         self._travel, self._slider = travel, self._new_slider(travel, at_first)
 
-    def _new_slider(self, travel: Travel, value: float) -> viser.GuiSliderHandle[float]:
+    def _new_slider(self, travel: SliderRange, value: float) -> viser.GuiSliderHandle[float]:
         with self._folder:
             slider = self._server.gui.add_slider(
                 self.parameter.quantity.symbol or self.parameter.name,
@@ -88,7 +88,7 @@ class Control:
             self._changes.refuse(self.parameter.name, value, "that position is off the slider")
 
     def note_answer(self, value: float, answer: Answer) -> None:
-        """Take the answer to the wish for `value`; a newer wish may be under way."""
+        """Take the answer to the request for `value`; a newer request may be under way."""
         self._reason, self._reason_at = (
             answer.words_about(measured(value, self.parameter.quantity.unit)),
             None,

@@ -4,7 +4,7 @@ import viser
 
 from web_panel.access.client_message import ClientMessages, is_click, is_short_text
 from web_panel.access.guard import control_id
-from web_panel.access.lease_door import LeaseDoor
+from web_panel.access.lease_access import LeaseAccess
 from web_panel.page import markup
 
 _LONGEST_NAME = 40
@@ -22,7 +22,7 @@ class LeaseFolder:
     """Made and shown by the main thread; clicks come on viser's."""
 
     def __init__(
-        self, server: viser.ViserServer, messages: ClientMessages, door: LeaseDoor, order: float
+        self, server: viser.ViserServer, messages: ClientMessages, door: LeaseAccess, order: float
     ) -> None:
         self._door = door
         gui = server.gui

@@ -12,7 +12,7 @@ from web_panel.access.guard import control_id
 from web_panel.page import markup
 from web_panel.page.wording import chosen_elsewhere
 from web_panel.rig.answer import Answer
-from web_panel.rig.mirror import Mirror
+from web_panel.rig.rig_state import RigState
 from web_panel.rig.scene_change import SceneChange
 
 _WORDS = (
@@ -64,19 +64,19 @@ class SceneFolder:
             self._agreed.put(name)
         self._outcomes.put((answer.words or f"{name}: the rig starts anew with it", not answer.taken))
 
-    def show(self, mirror: Mirror) -> None:
+    def show(self, rig_state: RigState) -> None:
         """Write what changed to the page."""
         while not self._agreed.empty():
-            self._change.begin(self._agreed.get(), mirror)
+            self._change.begin(self._agreed.get(), rig_state)
         while not self._outcomes.empty():
             self._say(*self._outcomes.get())
         if self._button.disabled == bool(self._chosen):
             self._button.disabled = not self._chosen
-        playing = mirror.scene.name if mirror.scene is not None else ""
+        playing = rig_state.scene.name if rig_state.scene is not None else ""
         if playing != self._playing:
             self._playing = playing
             self._say(f"{playing} is playing", False)
-        outcome = self._change.outcome(mirror)
+        outcome = self._change.outcome(rig_state)
         if outcome is not None:
             self._say(*outcome)
 

@@ -9,7 +9,7 @@ from web_panel.access.client_message import ClientMessages
 from web_panel.controls.control import Control
 from web_panel.controls.exact_entry import ExactEntry
 from web_panel.rig.answer import Answer
-from web_panel.rig.mirror import Mirror
+from web_panel.rig.rig_state import RigState
 from web_panel.tuning.changes import Changes
 
 FIRST = ("dv_pls", "k_coll")
@@ -53,8 +53,8 @@ class Tuning:
         if name in self._controls:
             self._controls[name].note_answer(value, answer)
 
-    def show(self, mirror: Mirror) -> None:
+    def show(self, rig_state: RigState) -> None:
         """Write what changed to the page."""
-        revision = mirror.newest_revision()
+        revision = rig_state.newest_revision()
         for name, control in self._controls.items():
-            control.show(mirror.readbacks.get(name), mirror.setpoints.get(name), revision)
+            control.show(rig_state.readbacks.get(name), rig_state.setpoints.get(name), revision)

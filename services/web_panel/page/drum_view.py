@@ -13,7 +13,7 @@ from drumstick.parameters.scene import Scene
 from protocol.messages import Membrane, State
 from web_panel.page.spots import Spots
 from web_panel.page.wording import figure
-from web_panel.rig.mirror import Mirror
+from web_panel.rig.rig_state import RigState
 from web_panel.rig.surface import Corners, Exaggeration, disc, heights_of, hoop, tallness
 
 # From the tip towards the player's right hand: a unit vector, and the turn that takes +z there.
@@ -63,15 +63,15 @@ class DrumView:
         corners, faces = disc(*self._spread)
         return corners, self._add_solid("/head", corners, faces, (214, 205, 184))
 
-    def show(self, mirror: Mirror, now: float) -> None:
+    def show(self, rig_state: RigState, now: float) -> None:
         """Move the stick to where the servo last said it is, the head, and the marks of the last strikes."""
-        if mirror.state is None or mirror.scene is None:
+        if rig_state.state is None or rig_state.scene is None:
             return
-        self._place(mirror.state, mirror.scene)
-        if mirror.membrane is not self._shown:
-            self._shown = mirror.membrane
-            self._move(mirror.membrane, mirror.scene.drum.radius_m, now)
-        self._spots.show(mirror.new_strikes, self._height_at, now)
+        self._place(rig_state.state, rig_state.scene)
+        if rig_state.membrane is not self._shown:
+            self._shown = rig_state.membrane
+            self._move(rig_state.membrane, rig_state.scene.drum.radius_m, now)
+        self._spots.show(rig_state.new_strikes, self._height_at, now)
 
     def _place(self, state: State, scene: Scene) -> None:
         z = min(max(state.z_m / scene.drum.radius_m, -0.5), 3.0)

@@ -1,7 +1,7 @@
 """The pad on the page, for rigs whose stick follows a pointer: press and drag, or the space bar. Pure.
 
 viser offers no such control. So the pad is a piece of HTML with its own script in an event attribute, which a browser
-runs although the piece is put into the page as text; it speaks to the panel over a websocket of its own (pointer_door).
+runs although the piece is put into the page as text; it speaks to the panel over its own websocket (pointer_access).
 """
 
 from functools import cache

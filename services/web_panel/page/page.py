@@ -6,11 +6,11 @@ import viser
 
 from web_panel.access.client_message import ClientMessages, is_click
 from web_panel.access.guard import control_id
-from web_panel.access.lease_door import LeaseDoor
-from web_panel.controls.foresight import Foresight
+from web_panel.access.lease_access import LeaseAccess
 from web_panel.controls.lease_folder import LeaseFolder
+from web_panel.controls.prediction_line import PredictionLine
+from web_panel.controls.preset_panel import PresetActions, PresetPanel
 from web_panel.controls.scene_folder import SceneFolder
-from web_panel.controls.shelf import Doors, Shelf
 from web_panel.controls.steps_row import StepsRow
 from web_panel.controls.tuning import Tuning
 from web_panel.page import markup
@@ -20,7 +20,7 @@ from web_panel.page.pad import pad
 from web_panel.page.style import MARK_PANIC
 from web_panel.page.wording import notice_of, sound_words
 from web_panel.rig.answer import Answer
-from web_panel.rig.mirror import Mirror
+from web_panel.rig.rig_state import RigState
 from web_panel.tuning.changes import Changes
 from web_panel.tuning.panic import Panic
 from web_panel.tuning.prediction import Prediction
@@ -45,9 +45,9 @@ class Page:
         messages: ClientMessages,
         changes: Changes,
         panic: Callable[[], Answer],
-        presets: Doors,
+        presets: PresetActions,
         load_scene: Callable[[str, int | None], Answer],
-        lease: LeaseDoor,
+        lease: LeaseAccess,
         prediction: Prediction,
         sources: Sources,
         rig: str,
@@ -78,52 +78,54 @@ class Page:
         self._absent = Text(gui.add_html("", order=_ORDER_TUNING))
         self._lease = Text(gui.add_html("", order=_ORDER_TUNING))
         self._steps = StepsRow(server, messages, changes, _ORDER_STEPS)
-        self._shelf = Shelf(server, messages, presets, rig, _ORDER_PRESETS)
+        self._preset_panel = PresetPanel(server, messages, presets, rig, _ORDER_PRESETS)
         self._lease_folder = LeaseFolder(server, messages, lease, _ORDER_LEASE)
         self._scene_folder = SceneFolder(server, messages, load_scene, _ORDER_SCENE)
-        self._foresight = Foresight(server, prediction, _ORDER_PREDICTION)
+        self._prediction_line = PredictionLine(server, prediction, _ORDER_PREDICTION)
         self._health = Text(gui.add_html("", order=_ORDER_HEALTH))
         self._drum = DrumView(server)
         self.views = Views(server, messages, sources, _ORDER_VIEWS)
 
-    def show(self, mirror: Mirror, now: float) -> None:
+    def show(self, rig_state: RigState, now: float) -> None:
         """Write what changed since the last call."""
         self._beat.say(markup.beat(int(now)))
-        silence = mirror.silent_s(now)
+        silence = rig_state.silent_s(now)
         old = silence is None or silence > 0.0
-        self._notice.say(markup.notice(notice_of(mirror.connected, mirror.state, silence, self._rig)))
-        self._tiles.say(markup.tiles(mirror.state, mirror.strike, old))
-        self._health.say(markup.health(mirror.scene, mirror.state, sound_words(mirror.living_meters(now))))
-        self._pad.say(pad() if mirror.pointed else "")
-        if mirror.state is not None and mirror.state.status == "panic":
-            self._panic.seen(mirror.state_at)
+        self._notice.say(markup.notice(notice_of(rig_state.connected, rig_state.state, silence, self._rig)))
+        self._tiles.say(markup.tiles(rig_state.state, rig_state.strike, old))
+        self._health.say(
+            markup.health(rig_state.scene, rig_state.state, sound_words(rig_state.living_meters(now)))
+        )
+        self._pad.say(pad() if rig_state.pointed else "")
+        if rig_state.state is not None and rig_state.state.status == "panic":
+            self._panic.seen(rig_state.state_at)
         self._panic_line.say(markup.line(self._panic.line, "panic", alarm=True))
-        self._show_tuning(mirror)
-        self._lease.say(markup.line(self._lease_folder.notice(mirror.lease_of), "lease"))
+        self._show_tuning(rig_state)
+        self._lease.say(markup.line(self._lease_folder.notice(rig_state.lease_of), "lease"))
         self._lease_folder.show()
-        self._scene_folder.show(mirror)
-        self._steps.show(mirror.table, mirror.standing())
-        self._foresight.show(mirror, bool(self._server.get_clients()), now)
-        self._shelf.show(mirror)
-        self.views.show(mirror, now)
+        self._scene_folder.show(rig_state)
+        self._steps.show(rig_state.table, rig_state.standing())
+        self._prediction_line.show(rig_state, bool(self._server.get_clients()), now)
+        self._preset_panel.show(rig_state)
+        self.views.show(rig_state, now)
 
-    def show_picture(self, mirror: Mirror, now: float) -> None:
+    def show_picture(self, rig_state: RigState, now: float) -> None:
         """Move the picture, and note what is new for the views: oftener than the rest is written."""
-        self._drum.show(mirror, now)
-        self.views.take(mirror, now)
-        mirror.forget_news()
+        self._drum.show(rig_state, now)
+        self.views.take(rig_state, now)
+        rig_state.forget_news()
 
-    def _show_tuning(self, mirror: Mirror) -> None:
-        if mirror.scene is not None and mirror.scenes_seen != self._scene_shown:
-            self._scene_shown = mirror.scenes_seen
+    def _show_tuning(self, rig_state: RigState) -> None:
+        if rig_state.scene is not None and rig_state.scenes_seen != self._scene_shown:
+            self._scene_shown = rig_state.scenes_seen
             if self._tuning is not None:
                 self._tuning.remove()
             self._tuning = Tuning(
                 self._server,
                 self._messages,
                 self._changes,
-                mirror.scene,
-                mirror.table,
+                rig_state.scene,
+                rig_state.table,
                 _ORDER_TUNING,
                 _ORDER_MORE,
             )
@@ -133,10 +135,10 @@ class Page:
             )
             return
         self._absent.say("")
-        self._tuning.show(mirror)
+        self._tuning.show(rig_state)
 
     def note_answer(self, name: str, value: float, answer: Answer) -> None:
-        """Hand the answer to a wish to its control."""
+        """Hand the answer to a request to its control."""
         if self._tuning is not None:
             self._tuning.note_answer(name, value, answer)
 

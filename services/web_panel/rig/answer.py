@@ -1,4 +1,4 @@
-"""What the haptic server says to a wish: taken, refused, or nothing at all."""
+"""What the haptic server says to a request: taken, refused, or nothing at all."""
 
 from dataclasses import dataclass, field
 

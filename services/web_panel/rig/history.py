@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from web_panel.rig.mirror import Mirror
+from web_panel.rig.rig_state import RigState
 
 SPAN_S = 10.0
 
@@ -29,7 +29,7 @@ class _Contact(NamedTuple):
 
 
 class History:
-    """What was heard of the play. `now` is the clock of the mirror's times, s."""
+    """What was heard of the play. `now` is the clock of the rig_state's times, s."""
 
     def __init__(self) -> None:
         self._samples: deque[_Sample] = deque()
@@ -38,10 +38,10 @@ class History:
         self._strikes: deque[tuple[float, float, float]] = deque()  # at, speed, level
         self._boot: int | None = None
 
-    def take(self, mirror: Mirror, now: float) -> None:
+    def take(self, rig_state: RigState, now: float) -> None:
         """Take what is new, and forget what is old."""
-        speed = mirror.strike.z_speed_m_per_s if mirror.strike is not None else 0.0
-        for at, state in mirror.new_states:
+        speed = rig_state.strike.z_speed_m_per_s if rig_state.strike is not None else 0.0
+        for at, state in rig_state.new_states:
             if state.boot != self._boot:
                 self._boot = state.boot
                 self._v_e.clear()
@@ -53,9 +53,11 @@ class History:
             if number > 0 and (not self._v_e or number > self._v_e[-1][1]):
                 self._v_e.append((at, number, state.v_e_m_per_s))
         self._contacts.extend(
-            _Contact(at, release.contact_s, release.peak_N) for at, release in mirror.new_releases
+            _Contact(at, release.contact_s, release.peak_N) for at, release in rig_state.new_releases
         )
-        self._strikes.extend((at, strike.z_speed_m_per_s, strike.level) for at, strike in mirror.new_strikes)
+        self._strikes.extend(
+            (at, strike.z_speed_m_per_s, strike.level) for at, strike in rig_state.new_strikes
+        )
         for kept in (self._samples, self._contacts, self._v_e, self._strikes):
             while kept and kept[0][0] < now - SPAN_S:
                 kept.popleft()

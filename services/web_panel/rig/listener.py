@@ -1,4 +1,4 @@
-"""Keeps a Mirror true: subscriptions for what the rig publishes, queries for what was said before we came.
+"""Keeps a RigState true: subscriptions for what the rig publishes, queries for what was said before we came.
 
 It recovers by itself: a new start of the servo (`boot`), a silence, or a revision that no readback explains makes it
 ask again.
@@ -19,12 +19,12 @@ import zenoh
 from drumstick.parameters.scene import SceneError, from_tables
 from drumstick.parameters.table import table_of
 from drumstick.safety.envelope import Limits
-from protocol.complaints import Complaints
 from protocol.foreign_text import shown
 from protocol.keys import Keys
 from protocol.messages import Lease, Message, Meter, PresetNews, Readback, State, decode
-from web_panel.rig.mirror import SILENT_AFTER_S, Mirror
+from protocol.rate_limited_log import RateLimitedLog
 from web_panel.rig.question import Asking
+from web_panel.rig.rig_state import SILENT_AFTER_S, RigState
 from web_panel.rig.watching import Watching
 
 _log = logging.getLogger("panel")
@@ -47,10 +47,10 @@ class _Health(msgspec.Struct):
 class Listener:
     """Of one session. Made by any thread; `poll` belongs to the main thread."""
 
-    def __init__(self, session: zenoh.Session, keys: Keys, mirror: Mirror) -> None:
+    def __init__(self, session: zenoh.Session, keys: Keys, rig_state: RigState) -> None:
         self._session = session
         self._keys = keys
-        self._mirror = mirror
+        self._rig_state = rig_state
         self._subscribers = {
             key: session.declare_subscriber(key, zenoh.handlers.RingChannel(_DEPTH))
             for key in (keys.state, keys.meter, keys.param("*"), keys.preset, keys.lease)
@@ -58,33 +58,33 @@ class Listener:
         self._present = session.liveliness().declare_subscriber(
             keys.alive("*", "*"), zenoh.handlers.RingChannel(_DEPTH), history=True
         )
-        self.watching = Watching(session, keys, mirror, self._read)
+        self.watching = Watching(session, keys, rig_state, self._read)
         self._scene = Asking(session, keys.scene, self._read_scene)
         self._readbacks = Asking(session, keys.param("*"), self._read_readback, _READBACKS_AGAIN_S)
         self._presets = Asking(session, keys.preset, self._read_presets)
         self._lease = Asking(session, keys.lease, self._read_lease)
         self._limits = Asking(session, keys.doctor, self._read_limits)
         self._revision_explained = -1
-        self._complaints = Complaints(
+        self._log_limited = RateLimitedLog(
             time.monotonic_ns, _QUIET_S, lambda line: _log.warning("panel: %s", line)
         )
 
     def poll(self, now: float) -> None:
         """Take what has arrived and ask for what is missing. Never blocks."""
-        mirror = self._mirror
-        mirror.connected = True
+        rig_state = self._rig_state
+        rig_state.connected = True
         self._take(self._keys.state, State, lambda _, state: self._take_state(state, now))
-        self._take(self._keys.meter, Meter, lambda _, meter: mirror.note_meter(meter, now))
-        self._take(self._keys.param("*"), Readback, mirror.note_readback)
+        self._take(self._keys.meter, Meter, lambda _, meter: rig_state.note_meter(meter, now))
+        self._take(self._keys.param("*"), Readback, rig_state.note_readback)
         self._take(self._keys.preset, PresetNews, self._take_news)
         self._take(self._keys.lease, Lease, self._take_lease)
         self._take_tokens()
         self.watching.poll(now)
         self._scene.follow(now)
-        if mirror.scene is not None:
+        if rig_state.scene is not None:
             for asking in (self._readbacks, self._presets, self._lease, self._limits):
                 asking.follow(now)
-            if mirror.state is not None and self._missed(mirror.state):
+            if rig_state.state is not None and self._missed(rig_state.state):
                 self.check_again()
 
     def check_again(self) -> None:
@@ -106,23 +106,29 @@ class Listener:
 
     def _complain(self, key: str, words: str) -> None:
         # Not once for each key: who publishes rubbish also makes up any number of keys.
-        self._complaints.complain(f"{key}: {words}")
+        self._log_limited.warn(f"{key}: {words}")
 
     def _take_state(self, state: State, now: float) -> None:
-        mirror = self._mirror
-        if mirror.state is None or state.boot != mirror.state.boot or now - mirror.state_at > SILENT_AFTER_S:
+        rig_state = self._rig_state
+        if (
+            rig_state.state is None
+            or state.boot != rig_state.state.boot
+            or now - rig_state.state_at > SILENT_AFTER_S
+        ):
             for asking in (self._scene, self._readbacks, self._presets, self._lease, self._limits):
                 asking.ask_at_once()
             self._revision_explained = -1
-            mirror.readbacks.clear()  # a new start counts revisions from 0 again
-            mirror.setpoints.clear()
-        mirror.note_state(state, now)
+            rig_state.readbacks.clear()  # a new start counts revisions from 0 again
+            rig_state.setpoints.clear()
+        rig_state.note_state(state, now)
 
     def _take_tokens(self) -> None:
-        mirror = self._mirror
+        rig_state = self._rig_state
         while (sample := self._present.try_recv()) is not None:
             *_, service, instance = str(sample.key_expr).split("/")
-            for told in (mirror.present, mirror.pointed) if service == "pointer" else (mirror.present,):
+            for told in (
+                (rig_state.present, rig_state.pointed) if service == "pointer" else (rig_state.present,)
+            ):
                 here = sample.kind == zenoh.SampleKind.PUT
                 name = shown(f"{service}/{instance}")
                 if not here:
@@ -134,10 +140,10 @@ class Listener:
         self._presets.stale = True
 
     def _take_lease(self, _: str, lease: Lease) -> None:
-        self._mirror.lease_of = lease.name
+        self._rig_state.lease_of = lease.name
 
     def _read_readback(self, sample: zenoh.Sample) -> bool:
-        return self._read(sample, Readback, self._mirror.note_readback)
+        return self._read(sample, Readback, self._rig_state.note_readback)
 
     def _read_lease(self, sample: zenoh.Sample) -> bool:
         return self._read(sample, Lease, self._take_lease)
@@ -148,7 +154,7 @@ class Listener:
         except (msgspec.MsgspecError, UnicodeDecodeError) as error:
             self._complain(str(sample.key_expr), f"the presets cannot be read: {error}")
             return False
-        self._mirror.presets = tuple(row.name for row in rows)
+        self._rig_state.presets = tuple(row.name for row in rows)
         return True
 
     def _read_limits(self, sample: zenoh.Sample) -> bool:
@@ -158,7 +164,7 @@ class Listener:
             self._complain(str(sample.key_expr), f"the limits cannot be read: {error}")
             return False
         known = vars(limits) if limits is not None else {}
-        self._mirror.limits = {name: value for name, value in known.items() if math.isfinite(value)}
+        self._rig_state.limits = {name: value for name, value in known.items() if math.isfinite(value)}
         return True
 
     def _read_scene(self, sample: zenoh.Sample) -> bool:
@@ -168,12 +174,12 @@ class Listener:
         except (ValueError, SceneError, AttributeError) as error:
             self._complain(str(sample.key_expr), f"the scene cannot be read: {error}")
             return False
-        self._mirror.note_scene(scene, table_of(scene))
+        self._rig_state.note_scene(scene, table_of(scene))
         return True
 
     def _missed(self, state: State) -> bool:
         # A publication can get lost, and then only State tells that there is more to know.
-        readbacks = self._mirror.readbacks.values()
+        readbacks = self._rig_state.readbacks.values()
         if not state.pending and any(readback.pending for readback in readbacks):
             return True
         newest = max((readback.revision for readback in readbacks), default=-1)

@@ -16,8 +16,8 @@ from protocol.messages import ENCODING, VERSION, LeaseRequest, Pointer, encode
 from protocol.session import open_client
 from web_panel.rig.answer import NO_ANSWER, Answer, accepted, all_accepted, loaded, refused
 from web_panel.rig.listener import Listener
-from web_panel.rig.mirror import Mirror
-from web_panel.tuning.wishes import Wish
+from web_panel.rig.rig_state import RigState
+from web_panel.tuning.set_queue import SetRequest
 
 _TIMEOUT_S = 2.0
 _SAVE_TIMEOUT_S = 5.0
@@ -37,9 +37,11 @@ class RigLink:
     `point` is for viser's thread and does not block.
     """
 
-    def __init__(self, rig: str, endpoint: str, mirror: Mirror, identity: Identity | None = None) -> None:
+    def __init__(
+        self, rig: str, endpoint: str, rig_state: RigState, identity: Identity | None = None
+    ) -> None:
         self.keys = Keys(rig)
-        self._mirror = mirror
+        self._rig_state = rig_state
         self._endpoint = endpoint
         self._identity = identity
         self._session: zenoh.Session | None = None
@@ -56,7 +58,7 @@ class RigLink:
         if session is None:
             return
         self._token = session.liveliness().declare_token(self.keys.alive("panel", secrets.token_hex(4)))
-        self._listener = Listener(session, self.keys, self._mirror)
+        self._listener = Listener(session, self.keys, self._rig_state)
         # Dropped rather than waited for: the next is never far, and an old one is worth nothing.
         self._pointer = session.declare_publisher(
             self.keys.pointer,
@@ -74,7 +76,7 @@ class RigLink:
             self._session.close()  # pyright: ignore[reportUnknownMemberType]
 
     def poll(self, now: float) -> None:
-        """Bring the mirror up to date. Never blocks."""
+        """Bring the rig_state up to date. Never blocks."""
         if self._listener is not None:
             self._listener.poll(now)
 
@@ -93,15 +95,15 @@ class RigLink:
         if self._listener is not None:
             self._listener.check_again()
 
-    def set(self, wish: Wish) -> Answer:
-        """Ask for the wish's values as one set and wait for the answer, 2 s at most."""
-        if not wish.purpose:
-            ((name, value),) = wish.values.items()
-            payload = _claimed(value, wish.lease)
+    def set(self, request: SetRequest) -> Answer:
+        """Ask for the request's values as one set and wait for the answer, 2 s at most."""
+        if not request.purpose:
+            ((name, value),) = request.values.items()
+            payload = _claimed(value, request.lease)
             return self._ask(
                 self.keys.set_one(name), payload, _TIMEOUT_S, lambda reply: accepted(name, reply)
             )
-        payload = _claimed(wish.values, wish.lease)
+        payload = _claimed(request.values, request.lease)
         return self._ask(self.keys.set_many, payload, _TIMEOUT_S, all_accepted)
 
     def load_preset(self, name: str, lease: str) -> Answer:

@@ -13,14 +13,14 @@ import zenoh
 
 from protocol.announced import Announcements
 from protocol.messages import Cost, Membrane, Message, Release, Spectrum, Strike
-from web_panel.rig.mirror import METER_LIFE_S
 from web_panel.rig.question import Question
+from web_panel.rig.rig_state import METER_LIFE_S
 from web_panel.rig.sounding import levels_of
 from web_panel.rig.surface import heights_of
 
 if TYPE_CHECKING:
     from protocol.keys import Keys
-    from web_panel.rig.mirror import Mirror
+    from web_panel.rig.rig_state import RigState
 
 STRIKES, RELEASES, DOCTOR = "strikes", "releases", "doctor"
 MEMBRANE, SPECTRUM, COST = "membrane", "spectrum", "cost"
@@ -37,12 +37,12 @@ class Watching:
     Surface, spectrum and costs come at least once a second; like meters, those of long ago are forgotten.
     """
 
-    def __init__(self, session: zenoh.Session, keys: Keys, mirror: Mirror, read: Read) -> None:
-        self._session, self._mirror, self._read = session, mirror, read
+    def __init__(self, session: zenoh.Session, keys: Keys, rig_state: RigState, read: Read) -> None:
+        self._session, self._rig_state, self._read = session, rig_state, read
         self._doctor_key = keys.doctor
         self._sources: dict[str, tuple[str, type[Message], Callable[[str, Any], None]]] = {
-            STRIKES: (keys.strike, Strike, lambda _, strike: mirror.note_strike(strike, self._now)),
-            RELEASES: (keys.release, Release, lambda _, release: mirror.note_release(release, self._now)),
+            STRIKES: (keys.strike, Strike, lambda _, strike: rig_state.note_strike(strike, self._now)),
+            RELEASES: (keys.release, Release, lambda _, release: rig_state.note_release(release, self._now)),
             MEMBRANE: (keys.membrane, Membrane, self._note(MEMBRANE, heights_of)),
             SPECTRUM: (keys.spectrum, Spectrum, self._note(SPECTRUM, levels_of)),
             COST: (keys.cost, Cost, lambda _, cost: self._note_cost(cost)),
@@ -58,15 +58,15 @@ class Watching:
         # Of several sound servers the first by id is shown. What cannot be read is refused here, not in the picture.
         def note(_: str, message: Any) -> None:
             read(message)
-            if message.id == min(self._mirror.meters, default=message.id):
-                setattr(self._mirror, name, message)
+            if message.id == min(self._rig_state.meters, default=message.id):
+                setattr(self._rig_state, name, message)
                 self._told_at[name] = self._now
 
         return note
 
     def _note_cost(self, cost: Cost) -> None:
-        costs = self._mirror.costs
-        if cost.id == min(self._mirror.meters, default=cost.id) and (
+        costs = self._rig_state.costs
+        if cost.id == min(self._rig_state.meters, default=cost.id) and (
             cost.accuracy in costs or len(costs) < _MOST_COSTS
         ):
             costs[cost.accuracy] = cost
@@ -87,11 +87,11 @@ class Watching:
     def _forget(self, name: str) -> None:
         self._told_at.pop(name, None)
         if name in (MEMBRANE, SPECTRUM):
-            setattr(self._mirror, name, None)
+            setattr(self._rig_state, name, None)
         elif name == COST:
-            self._mirror.costs.clear()
+            self._rig_state.costs.clear()
         elif name == RELEASES:
-            self._mirror.announcements = Announcements()
+            self._rig_state.announcements = Announcements()
 
     def poll(self, now: float) -> None:
         """Take what has arrived, and ask again for what must be asked for."""
@@ -106,7 +106,7 @@ class Watching:
 
     def _follow_doctor(self, now: float) -> None:
         if self._doctor is not None and self._doctor.ended():
-            self._mirror.doctor = _told(self._doctor.heard)
+            self._rig_state.doctor = _told(self._doctor.heard)
             self._doctor = None
         if self._doctor_wanted and self._doctor is None and now - self._doctor_asked_at >= _DOCTOR_EVERY_S:
             self._doctor = Question(self._session, self._doctor_key)

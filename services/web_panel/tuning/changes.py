@@ -1,17 +1,17 @@
 """Every change that a browser asks for: sent in order, remembered for undo and compare, explained when refused.
 
-Browsers' wishes come on viser's threads, which never wait here but for `load`; answers are taken by the main thread.
+Browsers' requests come on viser's threads, which never wait here but for `load`; answers are taken by the main thread.
 """
 
 from collections.abc import Callable
 
 from drumstick.parameters.table import Z_H0
 from web_panel.rig.answer import Answer
-from web_panel.rig.mirror import Mirror
+from web_panel.rig.rig_state import RigState
 from web_panel.tuning.compare import SLOTS, Compare, settable
 from web_panel.tuning.kept import Kept
+from web_panel.tuning.set_queue import SetQueue, SetRequest
 from web_panel.tuning.undo import History
-from web_panel.tuning.wishes import Wish, Wishes
 
 UNDO, REDO, PRESET = "undo", "redo", "preset"
 _WRITE_EVERY_S = 0.5
@@ -20,19 +20,19 @@ _WRITE_EVERY_S = 0.5
 class Changes:
     """`set_` and `load_preset` ask the haptic server and wait; `lease_of` gives a browser's lease, "" without.
 
-    `foresee` is given the whole set that each single wish would make, and must not block. `kept`: where undo, A and B
+    `foresee` is given the whole set that each request would make, and must not block. `kept`: where undo, A and B
     outlive the panel.
     """
 
     def __init__(
         self,
-        set_: Callable[[Wish], Answer],
+        set_: Callable[[SetRequest], Answer],
         load_preset: Callable[[str, str], Answer],
         lease_of: Callable[[int | None], str],
         foresee: Callable[[dict[str, float]], None],
         kept: Kept,
     ) -> None:
-        self._wishes = Wishes(set_)
+        self._queue = SetQueue(set_)
         self._load_preset = load_preset
         self._lease_of = lease_of
         self._foresee = foresee
@@ -46,20 +46,20 @@ class Changes:
 
     def start(self) -> None:
         """Begin to ask."""
-        self._wishes.start()
+        self._queue.start()
 
     def close(self) -> None:
         """End after the question under way."""
-        self._wishes.close()
+        self._queue.close()
 
     def want_one(self, name: str, value: float, client: int | None) -> None:
         """Ask for one value. Never blocks."""
-        self._wishes.want(Wish({name: value}, self._lease_of(client), before=self._standing))
+        self._queue.want(SetRequest({name: value}, self._lease_of(client), before=self._standing))
         self._foresee(self._with(name, value))
 
     def refuse(self, name: str, value: float, reason: str) -> None:
-        """Answer a wish that need not be sent. Never blocks."""
-        self._wishes.refuse(Wish({name: value}), reason)
+        """Answer a request that need not be sent. Never blocks."""
+        self._queue.refuse(SetRequest({name: value}), reason)
 
     def _with(self, name: str, value: float) -> dict[str, float]:
         values = settable(self._standing)
@@ -92,7 +92,7 @@ class Changes:
         self._unwritten = True
 
     def _want_all(self, values: dict[str, float], purpose: str, client: int | None) -> None:
-        self._wishes.want(Wish(dict(values), self._lease_of(client), purpose, self._standing))
+        self._queue.want(SetRequest(dict(values), self._lease_of(client), purpose, self._standing))
 
     def load(self, name: str, client: int | None) -> Answer:
         """Load a preset; waits for the answer."""
@@ -100,31 +100,31 @@ class Changes:
         answer = self._load_preset(name, self._lease_of(client))
         values = {parameter: readback.value for parameter, readback in answer.readbacks.items()}
         if values:
-            self._wishes.answers.put((Wish(values, purpose=PRESET, before=before), answer))
+            self._queue.answers.put((SetRequest(values, purpose=PRESET, before=before), answer))
         return answer
 
-    def take_answers(self, mirror: Mirror, now: float) -> list[tuple[Wish, Answer]]:
+    def take_answers(self, rig_state: RigState, now: float) -> list[tuple[SetRequest, Answer]]:
         """Note what was answered since the last call; the answers to single controls, which show them in place."""
-        if mirror.scene is not None and mirror.scenes_seen != self._scenes_seen:
-            self.history, self.compare = self._kept.read(mirror.scene)
-            self._scenes_seen = mirror.scenes_seen
+        if rig_state.scene is not None and rig_state.scenes_seen != self._scenes_seen:
+            self.history, self.compare = self._kept.read(rig_state.scene)
+            self._scenes_seen = rig_state.scenes_seen
             self.words = ""
-        single: list[tuple[Wish, Answer]] = []
-        while not self._wishes.answers.empty():
-            wish, answer = self._wishes.answers.get()
+        single: list[tuple[SetRequest, Answer]] = []
+        while not self._queue.answers.empty():
+            request, answer = self._queue.answers.get()
             for name, readback in answer.readbacks.items():
-                mirror.note_accepted(name, readback)
-            self._note(wish, answer, now)
-            if not wish.purpose:
-                single.append((wish, answer))
-        self._standing = mirror.standing()
-        if mirror.scene is not None and self._unwritten and now >= self._write_at:
+                rig_state.note_accepted(name, readback)
+            self._note(request, answer, now)
+            if not request.purpose:
+                single.append((request, answer))
+        self._standing = rig_state.standing()
+        if rig_state.scene is not None and self._unwritten and now >= self._write_at:
             self._unwritten, self._write_at = False, now + _WRITE_EVERY_S
-            self._kept.write(mirror.scene, self.history, self.compare)
+            self._kept.write(rig_state.scene, self.history, self.compare)
         return single
 
-    def _note(self, wish: Wish, answer: Answer, now: float) -> None:
-        if wish.purpose:
+    def _note(self, request: SetRequest, answer: Answer, now: float) -> None:
+        if request.purpose:
             self.words, self.alarm = answer.words, not answer.taken
         else:
             self.words = ""
@@ -132,11 +132,11 @@ class Changes:
             return
         self._unwritten = True
         after = {name: readback.value for name, readback in answer.readbacks.items()}
-        if wish.purpose == UNDO:
-            self.history.undone(wish.values)
-        elif wish.purpose == REDO:
-            self.history.redone(wish.values)
+        if request.purpose == UNDO:
+            self.history.undone(request.values)
+        elif request.purpose == REDO:
+            self.history.redone(request.values)
         else:
-            self.history.note(wish.before, after, now)
-        if wish.purpose in SLOTS:
-            self.compare.switched(wish.purpose)
+            self.history.note(request.before, after, now)
+        if request.purpose in SLOTS:
+            self.compare.switched(request.purpose)

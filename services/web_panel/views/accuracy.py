@@ -9,7 +9,7 @@ import viser.uplot
 
 from web_panel.accuracy_results import Files, Result, read
 from web_panel.rig.history import History
-from web_panel.rig.mirror import Mirror
+from web_panel.rig.rig_state import RigState
 from web_panel.views.joined import Pair, joined
 from web_panel.views.look import AMBER, BLUE, GREY, axis, dots, plot
 
@@ -34,7 +34,7 @@ class AccuracyView:
         self._stick = _plot(gui, order + 0.02, "ns for a second of the stick", "first ten contacts, relative")
         self._draw(None, _HOW)
 
-    def show(self, mirror: Mirror, history: History, now: float) -> None:
+    def show(self, rig_state: RigState, history: History, now: float) -> None:
         """Draw anew what was measured since."""
         if now - self._looked_at < _AGAIN_S:
             return

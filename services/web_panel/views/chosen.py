@@ -16,7 +16,7 @@ from web_panel.accuracy_results import Files
 from web_panel.computing.computer import Computer
 from web_panel.page import markup
 from web_panel.rig.history import History
-from web_panel.rig.mirror import Mirror
+from web_panel.rig.rig_state import RigState
 from web_panel.rig.watching import MEMBRANE, STRIKES
 from web_panel.views.accuracy import AccuracyView
 from web_panel.views.cost import CostView
@@ -69,7 +69,7 @@ class Looking:
         needs = _ALWAYS | {MEMBRANE} if has_picture else _ALWAYS
         return needs if self._view is None else needs | self._view.needs
 
-    def show(self, mirror: Mirror, history: History, now: float) -> None:
+    def show(self, rig_state: RigState, history: History, now: float) -> None:
         """Make the view that was chosen, and bring it up to date."""
         if self._chosen != self._shown:
             self._shown = self._chosen
@@ -79,7 +79,7 @@ class Looking:
             self._view = make(self._gui, self._order + 0.2) if make is not None else None
             self._title.content = markup.line("" if make is None else self._shown, "view")
         if self._view is not None:
-            self._view.show(mirror, history, now)
+            self._view.show(rig_state, history, now)
 
     def forget(self) -> None:
         """The browser has gone, and its controls with it."""
@@ -123,11 +123,11 @@ class Views:
             self._looking[came] = Looking(clients[came], self._messages, self._kinds, self._order)
         return bool(self._looking)
 
-    def take(self, mirror: Mirror, now: float) -> None:
+    def take(self, rig_state: RigState, now: float) -> None:
         """Note what is new, for the plots."""
-        self._history.take(mirror, now)
+        self._history.take(rig_state, now)
 
-    def show(self, mirror: Mirror, now: float) -> None:
+    def show(self, rig_state: RigState, now: float) -> None:
         """Bring every browser's view up to date."""
         for looking in self._looking.values():
-            looking.show(mirror, self._history, now)
+            looking.show(rig_state, self._history, now)

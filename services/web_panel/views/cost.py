@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import viser
 
 from web_panel.rig.history import SPAN_S, History
-from web_panel.rig.mirror import Mirror
+from web_panel.rig.rig_state import RigState
 from web_panel.rig.watching import COST
 from web_panel.views import words
 from web_panel.views.theorist import Theorist
@@ -35,9 +35,9 @@ class CostView:
         self._loads: deque[tuple[float, float]] = deque()
         self._html = gui.add_html("", order=order)
 
-    def show(self, mirror: Mirror, history: History, now: float) -> None:
+    def show(self, rig_state: RigState, history: History, now: float) -> None:
         """Write it anew when it is time."""
-        meters = mirror.living_meters(now)
+        meters = rig_state.living_meters(now)
         if meters:
             self._loads.append((now, meters[0].load))
         while self._loads and self._loads[0][0] < now - SPAN_S:
@@ -46,7 +46,7 @@ class CostView:
             return
         self._drawn_at = now
         content = words.cost(
-            self._theorist.ticks(mirror), mirror.costs, sounding([load for _, load in self._loads])
+            self._theorist.ticks(rig_state), rig_state.costs, sounding([load for _, load in self._loads])
         )
         if content != self._html.content:
             self._html.content = content

@@ -8,7 +8,7 @@ import viser
 import viser.uplot
 
 from web_panel.rig.history import History
-from web_panel.rig.mirror import Mirror
+from web_panel.rig.rig_state import RigState
 from web_panel.rig.watching import DOCTOR, RELEASES
 from web_panel.views import words
 from web_panel.views.joined import Numbers, Pair
@@ -59,24 +59,24 @@ class HealthView:
             height=220,
         )  # fmt: skip
 
-    def show(self, mirror: Mirror, history: History, now: float) -> None:
+    def show(self, rig_state: RigState, history: History, now: float) -> None:
         """Write it anew when it is time."""
         if now - self._drawn_at < _PERIOD_S:
             return
         self._drawn_at = now
         content = words.health(
-            mirror.living_meters(now),
-            mirror.present,
+            rig_state.living_meters(now),
+            rig_state.present,
             self._browsers(),
-            mirror.doctor,
-            mirror.state,
-            mirror.announcements.report(),
+            rig_state.doctor,
+            rig_state.state,
+            rig_state.announcements.report(),
         )
         if content != self._html.content:
             self._html.content = content
-        if mirror.doctor is not self._doctor:
-            self._doctor = mirror.doctor
-            if (found := lateness_of(mirror.doctor)) is not None:
+        if rig_state.doctor is not self._doctor:
+            self._doctor = rig_state.doctor
+            if (found := lateness_of(rig_state.doctor)) is not None:
                 self._plot.data = found
 
     def remove(self) -> None:

@@ -7,7 +7,7 @@ import viser.uplot
 from drumstick.parameters.strike import Strike
 from drumstick.stick.strike_curve import curve_of, level_of
 from web_panel.rig.history import History
-from web_panel.rig.mirror import Mirror
+from web_panel.rig.rig_state import RigState
 from web_panel.views.joined import Numbers, Pair, joined, largest, top_of
 from web_panel.views.look import AMBER, BLUE, GREY, axis, dots, line, plot
 
@@ -47,12 +47,12 @@ class LevelView:
             height=220,
         )
 
-    def show(self, mirror: Mirror, history: History, now: float) -> None:
+    def show(self, rig_state: RigState, history: History, now: float) -> None:
         """Redraw when it is time and the rig has told its scene."""
-        if mirror.scene is None or now - self._drawn_at < _PERIOD_S:
+        if rig_state.scene is None or now - self._drawn_at < _PERIOD_S:
             return
         self._drawn_at = now
-        strike, struck = mirror.scene.strike, history.strikes()
+        strike, struck = rig_state.scene.strike, history.strikes()
         top = top_of(largest([struck[0]]), _ROOM * strike.full_scale_m_per_s)
         if (strike, top) != self._shown:
             self._shown = strike, top

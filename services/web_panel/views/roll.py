@@ -5,7 +5,7 @@ import viser
 import viser.uplot
 
 from web_panel.rig.history import SPAN_S, History
-from web_panel.rig.mirror import Mirror
+from web_panel.rig.rig_state import RigState
 from web_panel.rig.watching import RELEASES
 from web_panel.views.joined import Numbers
 from web_panel.views.look import AMBER, BLUE, GREEN, GREY, LEGEND, RED, axis, line
@@ -71,7 +71,7 @@ class RollView:
             order + 0.1,
         )
 
-    def show(self, mirror: Mirror, history: History, now: float) -> None:
+    def show(self, rig_state: RigState, history: History, now: float) -> None:
         """Redraw when it is time."""
         if now - self._drawn_at < _PERIOD_S:
             return

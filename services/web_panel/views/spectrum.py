@@ -6,7 +6,7 @@ import viser.uplot
 
 from protocol.messages import Spectrum
 from web_panel.rig.history import History
-from web_panel.rig.mirror import Mirror
+from web_panel.rig.rig_state import RigState
 from web_panel.rig.sounding import FLOOR_dB, TOP_dB, levels_of, marks
 from web_panel.rig.watching import SPECTRUM
 from web_panel.views.joined import joined
@@ -39,9 +39,9 @@ class SpectrumView:
             order=order + 0.01,
         )
 
-    def show(self, mirror: Mirror, history: History, now: float) -> None:
+    def show(self, rig_state: RigState, history: History, now: float) -> None:
         """Redraw when something new was heard."""
-        heard, scene = mirror.spectrum, mirror.scene
+        heard, scene = rig_state.spectrum, rig_state.scene
         self._missing.say("" if heard is not None else "No sound server tells what it sounds.")
         if heard is None and self._drawn is not None:
             self._drawn = None

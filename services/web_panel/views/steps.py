@@ -5,7 +5,7 @@ import viser
 import viser.uplot
 
 from web_panel.rig.history import History
-from web_panel.rig.mirror import Mirror
+from web_panel.rig.rig_state import RigState
 from web_panel.views.joined import joined, largest, top_of
 from web_panel.views.look import AMBER, BLUE, GREEN, GREY, Missing, axis, dots, line, plot
 from web_panel.views.theorist import Theorist
@@ -39,13 +39,13 @@ class ReturnMapView:
             order=order + 0.01,
         )  # fmt: skip
 
-    def show(self, mirror: Mirror, history: History, now: float) -> None:
+    def show(self, rig_state: RigState, history: History, now: float) -> None:
         """Redraw when it is time."""
         if now - self._drawn_at < _PERIOD_S:
             return
         self._drawn_at = now
         played = history.steps()
-        theory = self._theorist.theory(mirror)
+        theory = self._theorist.theory(rig_state)
         predicted, fixed = (_NONE, _NONE) if theory is None else (theory.mapped, theory.stable)
         self._missing.say("" if theory is None else theory.missing)
         top = top_of(largest((predicted[0], predicted[1], played[0], played[1])), _LEAST_M_PER_S)

@@ -9,7 +9,7 @@ from drumstick.parameters.scene import as_tables
 from web_panel.computing.computer import Computer
 from web_panel.computing.questions import Curve, FindTheory, Question, Ticks, TimeTicks, Trouble
 from web_panel.computing.questions import Theory as Told
-from web_panel.rig.mirror import Mirror
+from web_panel.rig.rig_state import RigState
 from web_panel.views.joined import Pair
 
 _Of = tuple[int, tuple[tuple[str, float], ...]]  # which scene, and the servo's values
@@ -50,29 +50,29 @@ class Theorist:
         self._theory: tuple[_Of, Theory] | None = None
         self._ticks: tuple[int, Ticks | Trouble] | None = None
 
-    def theory(self, mirror: Mirror) -> Theory | None:
+    def theory(self, rig_state: RigState) -> Theory | None:
         """Of what the servo uses now; None while it is not known."""
-        if mirror.scene is None or len(mirror.readbacks) < len(mirror.table):
+        if rig_state.scene is None or len(rig_state.readbacks) < len(rig_state.table):
             return None
-        used = {name: readback.value for name, readback in mirror.readbacks.items()}
+        used = {name: readback.value for name, readback in rig_state.readbacks.items()}
         values = tuple(sorted((name, value) for name, value in used.items() if math.isfinite(value)))
-        wanted = (mirror.scenes_seen, values)
+        wanted = (rig_state.scenes_seen, values)
         self._take()
         if self._theory is not None and self._theory[0] == wanted:
             return self._theory[1]
         if not self._computer.busy:
-            self._ask(FindTheory(as_tables(mirror.scene), dict(values)), wanted)
+            self._ask(FindTheory(as_tables(rig_state.scene), dict(values)), wanted)
         return None
 
-    def ticks(self, mirror: Mirror) -> Ticks | Trouble | None:
+    def ticks(self, rig_state: RigState) -> Ticks | Trouble | None:
         """What a tick costs on this machine with each effect, of the scene as it stands; None while it is measured."""
-        if mirror.scene is None:
+        if rig_state.scene is None:
             return None
         self._take()
-        if self._ticks is not None and self._ticks[0] == mirror.scenes_seen:
+        if self._ticks is not None and self._ticks[0] == rig_state.scenes_seen:
             return self._ticks[1]
         if not self._computer.busy:
-            self._ask(TimeTicks(as_tables(mirror.scene)), mirror.scenes_seen)
+            self._ask(TimeTicks(as_tables(rig_state.scene)), rig_state.scenes_seen)
         return None
 
     def _ask(self, question: Question, of: Any) -> None:

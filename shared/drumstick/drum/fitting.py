@@ -1,8 +1,8 @@
 """`accuracy = "auto"`: the truest mesh that fits the scene's cpu_budget on this machine. Any thread.
 
 Each order of the scheme at each rate is a candidate. How true it is, the rms error of the first twenty modes, is known
-(drumstick.drum.outlook), rounding included: the finest mesh is not the truest. Of those that are as true to the ear the
-cheapest is taken. What it costs is taken from a short trial of two of its meshes, once: the result lies beside the
+(drumstick.drum.estimate), rounding included: the finest mesh is not the truest. Of those that are as true to the ear
+the cheapest is taken. What it costs is taken from a short trial of two of its meshes, once: the result lies beside the
 compiled kernels, so that the same scene gets the same mesh, and the same samples, until kernels or processor change.
 """
 
@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from llvmlite import binding
 
-from drumstick.drum import outlook, tiers
+from drumstick.drum import estimate, tiers
 from drumstick.drum.block import render_all
 from drumstick.drum.build import Unplayable, new_engine
 from drumstick.drum.excitation.strikes import StrikeRing
@@ -100,7 +100,7 @@ def _candidates(scene: Scene, rate_Hz: int) -> list[_Candidate]:
             )
             tried = dataclasses.replace(scene, mesh=mesh)
             order, real = tiers.order_of(tried), tiers.divisor_for(tried, rate_Hz)
-            told = outlook.of(name, tried, rate_Hz)
+            told = estimate.of(name, tried, rate_Hz)
             found.setdefault(
                 (order, real), _Candidate(order, tried, told.updates_per_s / rate_Hz, told.cents)
             )

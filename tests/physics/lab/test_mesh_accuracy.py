@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from drumstick.drum import outlook
+from drumstick.drum import estimate
 from drumstick.drum.membrane.heads import head_of
 from drumstick.drum.membrane.scheme import Scheme
 from drumstick_lab.accuracy.drums import heads, modes
@@ -81,7 +81,7 @@ def test_what_is_told_beforehand_knows_that_the_finest_mesh_is_rounded(name: str
         head = head_at(name, "weights", divisor)
         off = cents_off(poles(head, played_step).f_Hz, head.scene.drum.t60_s)
         found.append(math.sqrt(np.mean(off**2)))
-        told.append(outlook.rms_cents(head.scheme, head.lattice.across))
+        told.append(estimate.rms_cents(head.scheme, head.lattice.across))
         assert 1.0 / 2.0 < told[-1] / found[-1] < 3.0
     if name == "fourth":  # the only one that is so true that the finer mesh is the worse one
         assert found[0] < 0.5 * found[1]

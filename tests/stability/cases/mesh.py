@@ -37,7 +37,7 @@ CASES = (
         "mesh",
         hard="100 dB above full scale.",
         naive="Samples cast to 16 bits wrap round: a third of the loud ones change their sign.",
-        ours="Refused at the desk; past it the limiter bends it, and the next stroke sounds as if it had"
+        ours="Refused at the sound server; past it the limiter bends it, and the next stroke sounds as if it had"
         " not been.",
         bound="One bit of 24 after it has died away.",
     ),
@@ -98,7 +98,7 @@ CASES = (
         "mesh",
         hard="NaN is handed on from junction to junction.",
         naive="In as many steps as there are junctions across, all of the head is NaN, for good.",
-        ours="Dropped and counted at the desk: the drum does not hear of it.",
+        ours="Dropped and counted at the sound server: the drum does not hear of it.",
         bound="No numbers: none played, all counted.",
     ),
 )

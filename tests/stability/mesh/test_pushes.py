@@ -12,9 +12,9 @@ from drumstick.drum.calibrate import build, full_scale
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.parameters.drum_effects import Cavity, InternalLoss, Muffle, Rim, Snare, Tension
 from membranes import energy
-from protocol.complaints import Complaints
 from protocol.messages import Strike, encode
-from sound_server.receiving.strikes import StrikeDesk
+from protocol.rate_limited_log import RateLimitedLog
+from sound_server.receiving.strikes import StrikeScheduler
 from stability.catalogue import shows
 from stability.dense_mesh import DenseMesh
 from stability.mesh_steps import RATE, drum_of, engine_of, height, strike, take
@@ -34,8 +34,8 @@ def _as_sent(strike: dict[str, float]) -> bytes:
     return encode(Strike(boot=7, seq=1, t_ns=5, z_speed_m_per_s=0.6, level=0.3, **values))
 
 
-def _desk(ring: StrikeRing) -> StrikeDesk:
-    return StrikeDesk(ring, Complaints(lambda: 0), lambda _: None)
+def _scheduler(ring: StrikeRing) -> StrikeScheduler:
+    return StrikeScheduler(ring, RateLimitedLog(lambda: 0), lambda _: None)
 
 
 @shows("blow of a million newtons")
@@ -43,9 +43,9 @@ def test_a_blow_of_a_million_newtons_is_refused_limited_and_forgotten() -> None:
     """The naive end of the chain, samples cast to 16 bits, wraps round: loud places change their sign."""
     scene = drum_of({}, t60_s=0.1)
     ring = StrikeRing()
-    desk = _desk(ring)
-    desk.take(_as_sent({"peak_estimate_N": 1e6}), 5)
-    assert (desk.bad, desk.played) == (1, 0)
+    scheduler = _scheduler(ring)
+    scheduler.take(_as_sent({"peak_estimate_N": 1e6}), 5)
+    assert (scheduler.bad, scheduler.played) == (1, 0)
     engine, usual = build(scene, RATE, ring), full_scale(scene)
 
     def stroke(peak_N: float) -> np.ndarray:
@@ -55,7 +55,7 @@ def test_a_blow_of_a_million_newtons_is_refused_limited_and_forgotten() -> None:
         return sound
 
     before = stroke(usual.peak_N)
-    hard = stroke(1e6)  # past the desk
+    hard = stroke(1e6)  # past the scheduler
     assert np.isfinite(hard).all()
     assert 0.99 < np.abs(hard).max() <= 1.0
     # What is left of a blow 100 dB louder, after three more of its decays, is below one bit of 24.
@@ -192,17 +192,17 @@ def test_a_force_that_is_no_number_is_dropped_and_counted(value: float) -> None:
     logging.disable()
     try:
         ring = StrikeRing()
-        desk = _desk(ring)
+        scheduler = _scheduler(ring)
         for key in ("peak_estimate_N", "contact_estimate_s", "x", "y"):
-            desk.take(_as_sent({key: value}), 5)
+            scheduler.take(_as_sent({key: value}), 5)
     finally:
         logging.disable(logging.NOTSET)
-    assert (desk.bad, desk.played) == (4, 0)
+    assert (scheduler.bad, scheduler.played) == (4, 0)
     engine = build(drum_of({}, t60_s=0.3), RATE, ring)
     sound = np.zeros((4800, 2), np.float32)
     render_all(engine, sound, 128, 0)
     assert not sound.any()
-    desk.take(_as_sent({}), 5)
+    scheduler.take(_as_sent({}), 5)
     render_all(engine, sound, 128, 0)
     assert np.isfinite(sound).all()
     assert sound.any()

@@ -1,7 +1,7 @@
 """Strikes over a bad network, in virtual time: late, lost, doubled and overtaken ones, and clocks that drift apart.
 
 A servo strikes; a network delays each message by what it likes, loses some and delivers some twice; round trips of the
-`clock` query go the same way; the sound server's desk schedules. Whatever comes in time sounds at its contact plus the
+`clock` query go the same way; the sound server schedules. Whatever comes in time sounds at its contact plus the
 scene's latency, once; nothing sounds late without being counted.
 """
 
@@ -14,9 +14,9 @@ from typing import NamedTuple
 import pytest
 
 from protocol.clock import ClockMap, RoundTrip
-from protocol.complaints import Complaints
 from protocol.messages import Strike, encode
-from sound_server.receiving.strikes import StrikeDesk
+from protocol.rate_limited_log import RateLimitedLog
+from sound_server.receiving.strikes import StrikeScheduler
 from stability.catalogue import shows
 
 MS = 1_000_000
@@ -60,8 +60,8 @@ class Line:
         self._weather = weather
         self._drift = drift
         self.played = Played()
-        self.desk = StrikeDesk(self.played, Complaints(lambda _: None), lambda _: None)  # type: ignore[arg-type]
-        self.desk.latency_s = latency_s
+        self.scheduler = StrikeScheduler(self.played, RateLimitedLog(lambda _: None), lambda _: None)  # type: ignore[arg-type]
+        self.scheduler.latency_s = latency_s
         self._clock = ClockMap()
         self.sent = self.lost = self.doubled = 0
         self.contacts: list[
@@ -84,7 +84,7 @@ class Line:
             trips.append(RoundTrip(now_ns, back, BOOT, self.haptic(there)))
             now_ns = back
         self._clock.add(trips)
-        self.desk.clock = self._clock.clock()
+        self.scheduler.clock = self._clock.clock()
 
     def run(self, seconds: int, rate_Hz: float = 25.0) -> None:
         arrivals: list[tuple[int, int, bytes, int]] = []
@@ -111,11 +111,11 @@ class Line:
             if name // 2 not in seen:
                 seen.add(name // 2)
                 before = len(self.played.onsets)
-                self.desk.take(payload, now_ns)
+                self.scheduler.take(payload, now_ns)
                 if len(self.played.onsets) > before:
                     self.contacts.append(contact_ns)
             else:
-                self.desk.take(payload, now_ns)
+                self.scheduler.take(payload, now_ns)
 
 
 @shows("clocks that drift apart", "ours")
@@ -131,10 +131,10 @@ def test_every_strike_once_at_its_instant_or_counted(
 ) -> None:
     line = Line(weather, latency_s, drift, seed=2007)
     line.run(seconds=600)
-    desk = line.desk
-    assert desk.played + desk.late == line.sent - line.lost
-    assert desk.duplicates == line.doubled
-    assert len(line.played.onsets) == desk.played
+    scheduler = line.scheduler
+    assert scheduler.played + scheduler.late == line.sent - line.lost
+    assert scheduler.duplicates == line.doubled
+    assert len(line.played.onsets) == scheduler.played
     wrong_ms = [
         (max(onset, now) - (contact + latency_s * S)) / MS
         for (onset, now), contact in zip(line.played.onsets, line.contacts, strict=True)
@@ -145,14 +145,14 @@ def test_every_strike_once_at_its_instant_or_counted(
     punctual = [w for w, (onset, now) in zip(wrong_ms, line.played.onsets, strict=True) if onset > now]
     assert max(map(abs, punctual)) < true_ms
     assert len(punctual) > 0.98 * (line.sent - line.lost)
-    told = desk.punctuality.told()
+    told = scheduler.arrivals.told()
     assert told.arrival_ms == pytest.approx(weather.least_ms + 0.69 * weather.jitter_ms, rel=0.3, abs=true_ms)
     # Some that came after their instant may have been too late altogether.
     assert told.unpunctual >= len(wrong_ms) - len(punctual)
 
 
 class OnArrival:
-    """The naive desk: whatever comes, sounds."""
+    """The naive scheduler: whatever comes, sounds."""
 
     def __init__(self, played: Played) -> None:
         self.played, self.clock, self.latency_s = played, None, 0.0
@@ -164,7 +164,7 @@ class OnArrival:
 @shows("strikes late, lost and doubled", "naive")
 def test_played_on_arrival_strikes_sound_twice_and_whenever_they_come() -> None:
     line = Line(BAD, 0.25, 0.0, seed=2007)
-    line.desk = OnArrival(line.played)  # type: ignore[assignment]
+    line.scheduler = OnArrival(line.played)  # type: ignore[assignment]
     line.run(seconds=600)
     assert len(line.played.onsets) == line.sent - line.lost + line.doubled
     contacts_ns = [S + round(seq * S / 25.0) for seq in range(line.sent)]
@@ -200,11 +200,11 @@ def test_drift_that_is_not_taken_out_would_show() -> None:
     """The naive clock, one measurement for ever: after ten minutes it is 60 ms wrong, and everything is dropped."""
     line = Line(GOOD, 0.02, -100e-6, seed=5)
     line.measure(0)
-    frozen = line.desk.clock
+    frozen = line.scheduler.clock
     line.measure = lambda _now_ns: None  # type: ignore[method-assign]
     line.run(seconds=900)
-    assert line.desk.clock is frozen
-    assert line.desk.late > 100
+    assert line.scheduler.clock is frozen
+    assert line.scheduler.late > 100
 
 
 @shows("clock that is set", "ours")
@@ -232,14 +232,14 @@ def _struck(line: Line, seq: int, contact_ns: int) -> bytes:
 @shows("clock that is set")
 @pytest.mark.parametrize("naive", [False, True])
 def test_a_wall_clock_that_is_set_takes_no_strike(naive: bool) -> None:
-    """The naive desk asks the wall what time it is, and somebody sets it two seconds on: all that follows is late."""
+    """The naive one asks the wall what time it is, and somebody sets it two seconds on: all that follows is late."""
     line = Line(GOOD, 0.02, 0.0, seed=4)
     line.measure(0)
     for seq in range(100):
         contact_ns = S + seq * 40 * MS
         now_ns = contact_ns + MS + (2 * S if naive and seq >= 50 else 0)
-        line.desk.take(_struck(line, seq, contact_ns), now_ns)
-    assert (line.desk.played, line.desk.late) == ((50, 50) if naive else (100, 0))
+        line.scheduler.take(_struck(line, seq, contact_ns), now_ns)
+    assert (line.scheduler.played, line.scheduler.late) == ((50, 50) if naive else (100, 0))
 
 
 @shows("pause of the network")
@@ -250,9 +250,9 @@ def test_a_pause_of_three_seconds_plays_nothing_late() -> None:
     burst = OnArrival(Played())
     for seq in range(75):
         payload = _struck(line, seq, S + seq * 40 * MS)
-        line.desk.take(payload, 4 * S)
+        line.scheduler.take(payload, 4 * S)
         burst.take(payload, 4 * S)
     in_time = [seq for seq in range(75) if S + seq * 40 * MS + 20 * MS + TOO_LATE_MS * MS >= 4 * S]
-    assert line.desk.played == len(in_time) < 3
-    assert line.desk.late == 75 - len(in_time)
+    assert line.scheduler.played == len(in_time) < 3
+    assert line.scheduler.late == 75 - len(in_time)
     assert [onset for onset, _ in burst.played.onsets] == [4 * S] * 75

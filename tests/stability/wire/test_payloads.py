@@ -16,8 +16,8 @@ from pythonosc.osc_bundle import OscBundle
 
 from haptic_server.gateway.osc.prescan import Unreadable, prescan
 from osc_mutants import KILLERS
-from protocol.complaints import Complaints
 from protocol.messages import Strike, decode, encode
+from protocol.rate_limited_log import RateLimitedLog
 from realtime import ring
 from realtime.atomics import peek
 from stability.catalogue import shows
@@ -83,11 +83,11 @@ def test_a_nest_of_arrays_ends_the_usual_reader_by_another_exception() -> None:
 def test_a_flood_fills_no_log(caplog: pytest.LogCaptureFixture) -> None:
     """Ten thousand in three seconds: a line for each, or one a second that counts the others."""
     now_ns = 0
-    complaints = Complaints(lambda: now_ns)
+    limited_log = RateLimitedLog(lambda: now_ns)
     with caplog.at_level(logging.WARNING):
         for _ in range(10_000):
             now_ns += 300_000
-            complaints.complain("nonsense")
+            limited_log.warn("nonsense")
         ours = len(caplog.records)
         caplog.clear()
         for _ in range(10_000):

@@ -13,7 +13,7 @@ from drumstick.safety import envelope
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server.gateway.link import ServoLink
-from haptic_server.gateway.settings import ParameterDesk
+from haptic_server.gateway.settings import Parameters
 from haptic_server.records import NO_FAULT, OUT_OF_BOUNDS, PLAYING, STALLED
 from haptic_server.servo import loop
 from haptic_server.servo.force.guard import STALL_FAULT_S, STALL_PAUSE_S
@@ -49,14 +49,14 @@ def _beside(plant: str, name: str) -> dict[str, float]:
 def test_the_gateways_fence_refuses_the_whole_set(tmp_path: Path, plant: str, name: str) -> None:
     played = live_sets.scene_of(plant)
     mine = blocks.create(tmp_path, law_of(played))
-    desk = ParameterDesk(played, ServoLink(tmp_path, law_of(played)), live_sets.limits_for(played))
-    before, offered = desk.values(), mine.wanted.tobytes()
+    parameters = Parameters(played, ServoLink(tmp_path, law_of(played)), live_sets.limits_for(played))
+    before, offered = parameters.values(), mine.wanted.tobytes()
     for value in (*NEVER, *NOT_THIS[name]):
         for changes in ({name: value, **_beside(plant, name)}, {**_beside(plant, name), name: value}):
             with pytest.raises(Refusal, match=r"\w"):
-                desk.set(changes, "test")
-    assert desk.values() == desk.accepted_values() == before
-    assert (desk.revision, desk.pending) == (0, False)
+                parameters.set(changes, "test")
+    assert parameters.values() == parameters.accepted_values() == before
+    assert (parameters.revision, parameters.pending) == (0, False)
     assert mine.wanted.tobytes() == offered
 
 
@@ -129,8 +129,8 @@ def test_minus_zero_is_zero(plant: str, names: tuple[str, ...]) -> None:
 def test_the_gateway_offers_zero_for_minus_zero(tmp_path: Path) -> None:
     played = live_sets.roll()
     mine = blocks.create(tmp_path, law_of(played))
-    desk = ParameterDesk(played, ServoLink(tmp_path, law_of(played)))
-    reply = desk.set({"k_hand": -0.0, "r_out": -0.0, "dv_pls": -0.0}, "test")
+    parameters = Parameters(played, ServoLink(tmp_path, law_of(played)))
+    reply = parameters.set({"k_hand": -0.0, "r_out": -0.0, "dv_pls": -0.0}, "test")
     assert all(math.copysign(1.0, value) == 1.0 for value in reply.values.values())
     law = mine.wanted["law"][triple.take(mine.wanted_cells, mine.wanted)]
     assert [math.copysign(1.0, law[name]) for name in ("k_hand", "r_out")] == [1.0, 1.0]

@@ -1,4 +1,4 @@
-"""The table of permission, row by row, on the real compiled tick of both plants, and on the gateway's desk."""
+"""The table of permission, row by row, on the real compiled tick of both plants, and on the gateway's parameters."""
 
 import math
 from pathlib import Path
@@ -12,7 +12,7 @@ from haptic_server import block as blocks
 from haptic_server import front, permission
 from haptic_server.device.simulated import Simulated
 from haptic_server.gateway.link import ServoLink
-from haptic_server.gateway.settings import ParameterDesk
+from haptic_server.gateway.settings import Parameters
 from haptic_server.permission import EVENTS, FAULTED, FREE, MAY_PUSH, PANICKED, REFUSED, STATES
 from haptic_server.records import FAULT, PANIC, PLAYING, READY, TOO_FAST
 from haptic_server.servo import loop, memory, telling
@@ -26,7 +26,7 @@ SECONDS = 3000
 
 
 class Bench:
-    """A servo in virtual time, its gateway's desk, and everything that may happen to them."""
+    """A servo in virtual time, its gateway's parameters, and everything that may happen to them."""
 
     def __init__(self, folder: Path, plant: str) -> None:
         self.folder = folder
@@ -45,7 +45,7 @@ class Bench:
 
     def gateway_starts(self) -> None:
         self.link = ServoLink(self.folder, law_of(self.scene))
-        self.desk = ParameterDesk(self.scene, self.link, live_sets.limits_for(self.scene))
+        self.parameters = Parameters(self.scene, self.link, live_sets.limits_for(self.scene))
 
     def tick(self) -> float:
         self.now = loop.run_virtual(self.servo, 1, self.now)
@@ -54,7 +54,7 @@ class Bench:
     def cause(self, event: int, claim: Claim = ANYBODY) -> None:
         """Make it happen on the real parts; raises Refusal."""
         if event == permission.PANIC:
-            self.desk.panic("test")
+            self.parameters.panic("test")
         elif event == permission.FAULT:
             moved = self.servo.plant if self.servo.plant is not None else self.servo.motion
             before = moved.copy()
@@ -68,13 +68,13 @@ class Bench:
         elif event == permission.GATEWAY:
             self.gateway_starts()
         elif event == permission.SCENE:
-            self.desk.require_quiet(claim)
+            self.parameters.require_quiet(claim)
             front.disown(self.folder)
             self.servo_starts()
         elif event == permission.SET:
-            self.desk.set({"dv_pls": 0.05}, "test", claim)
+            self.parameters.set({"dv_pls": 0.05}, "test", claim)
         elif event == permission.LEASE:
-            self.desk.take_lease(claim.lease or "mine", "a test", 1.0)
+            self.parameters.take_lease(claim.lease or "mine", "a test", 1.0)
         self.tick()
 
     def bring_to(self, state: int) -> None:
@@ -114,7 +114,7 @@ def test_every_event_in_every_state(tmp_path: Path, plant: str, state: int, even
 @pytest.mark.parametrize("event", range(len(EVENTS)), ids=[row.name for row in EVENTS])
 def test_what_passes_beside_somebody_elses_lease(tmp_path: Path, event: int) -> None:
     bench = Bench(tmp_path, "stick")
-    bench.desk.take_lease("theirs", "somebody else", 5.0)
+    bench.parameters.take_lease("theirs", "somebody else", 5.0)
     # A new gateway knows of no lease, and nobody asks one for what happens in the servo.
     try:
         bench.cause(event, Claim(lease="mine"))
@@ -149,7 +149,7 @@ def test_an_arm_given_before_a_fault_is_told_does_not_clear_it(tmp_path: Path, p
 @pytest.mark.parametrize("plant", PLANTS)
 def test_a_panic_and_an_arm_in_one_tick_are_a_panic(tmp_path: Path, plant: str) -> None:
     bench = Bench(tmp_path, plant)
-    bench.desk.panic("test")
+    bench.parameters.panic("test")
     poke(bench.servo.block.control, blocks.ARM, 1)
     bench.tick()
     bench.tick()

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from protocol.complaints import Complaints
 from protocol.foreign_text import shown
+from protocol.rate_limited_log import RateLimitedLog
 
 
 @pytest.mark.parametrize(
@@ -41,14 +41,14 @@ def test_any_text_is_one_printable_line_of_bounded_length(text: str, most: int) 
 
 def test_a_flood_of_distinct_keys_makes_few_lines_and_keeps_nothing(caplog: pytest.LogCaptureFixture) -> None:
     now = 0
-    complaints = Complaints(lambda: now, quiet_s=10.0)
-    kept = len(vars(complaints))
+    limited_log = RateLimitedLog(lambda: now, quiet_s=10.0)
+    kept = len(vars(limited_log))
     with caplog.at_level(logging.WARNING):
         for number in range(6000):
             now = number * 10_000_000  # a hundred a second, for a minute
-            complaints.complain(f"drumstick/r/param/\x1b[2J\n{number}: not a number")
+            limited_log.warn(f"drumstick/r/param/\x1b[2J\n{number}: not a number")
     assert len(caplog.messages) == 6
     assert caplog.messages[0] == r"drumstick/r/param/\x1b[2J\n0: not a number"
     assert caplog.messages[1].endswith("(and 999 more)")
     assert all(message.isprintable() for message in caplog.messages)
-    assert len(vars(complaints)) == kept
+    assert len(vars(limited_log)) == kept

@@ -11,8 +11,8 @@ import pytest
 from drumstick.parameters.drum import Drum as DrumOfScene
 from drumstick.parameters.scene import Scene
 from protocol.clock import HapticClock
-from protocol.complaints import Complaints
 from protocol.messages import Contact, Strike, encode
+from protocol.rate_limited_log import RateLimitedLog
 from realtime.stop import StopRequest
 from sound_server import options
 from sound_server.drum import Drum
@@ -58,7 +58,7 @@ def scene_of(latency_s: float = 0.02, excitation: Any = "analytic") -> Scene:
 def drum_in(room: Room, scene: Scene) -> tuple[Drum, Stage]:
     link: Any = _Link(scene)
     sink: Any = _Sink()
-    drum = Drum(link, sink, "id", Complaints(lambda: 0), StopRequest(), room)
+    drum = Drum(link, sink, "id", RateLimitedLog(lambda: 0), StopRequest(), room)
     assert drum._catch_up()
     return drum, sink.stage
 
@@ -85,8 +85,8 @@ def strikes() -> list[bytes]:
 def struck(room: Room, scene: Scene) -> Sound:
     drum, stage = drum_in(room, scene)
     for message in strikes():
-        drum._desk.take(message, NOW)
-    assert drum._desk.played == 3
+        drum._strikes.take(message, NOW)
+    assert drum._strikes.played == 3
     return sound_of(stage)
 
 
@@ -110,8 +110,8 @@ def test_two_rooms_of_a_scene_without_latency_play_apart_too() -> None:
 
 def test_without_a_clock_the_room_still_comes_later() -> None:
     drum, stage = drum_in(Room(0.1), scene_of(0.0))
-    drum._desk.clock = None
-    drum._desk.take(strikes()[0], NOW)
+    drum._strikes.clock = None
+    drum._strikes.take(strikes()[0], NOW)
     sound = sound_of(stage)
     first = int(np.flatnonzero(np.abs(sound).max(axis=1) > 1e-4)[0])
     assert 0 <= first - 0.1 * RATE < 0.002 * RATE
@@ -121,7 +121,7 @@ def test_a_streamed_force_comes_later_by_the_same() -> None:
     sounds: list[Sound] = []
     for room in (Room(), Room(0.3)):
         drum, stage = drum_in(room, scene_of(0.05, "streamed"))
-        assert drum._desk.note is not None
+        assert drum._strikes.note is not None
         force = 3.0 * np.sin(np.pi * (np.arange(8) + 0.5) / 8)
         for seq, at in ((1, 0), (2, 40)):
             piece = Contact(

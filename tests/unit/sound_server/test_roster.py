@@ -8,7 +8,7 @@ import pytest
 
 from protocol.keys import Keys
 from realtime.stop import StopRequest
-from sound_server.receiving.lookout import LET_GO_S, Presences
+from sound_server.receiving.discovery import LET_GO_S, Presences
 from sound_server.roster import Roster
 
 

@@ -12,10 +12,10 @@ from drumstick_lab.accuracy.timing import Window, spent_ns
 from haptic_server.contacts import SAMPLE
 from haptic_server.gateway.zenoh.pieces import Pieces
 from protocol.clock import HapticClock
-from protocol.complaints import Complaints
 from protocol.messages import Strike, encode
-from sound_server.receiving.desk import ContactDesk
-from sound_server.receiving.strikes import StrikeDesk
+from protocol.rate_limited_log import RateLimitedLog
+from sound_server.receiving.contacts import ContactScheduler
+from sound_server.receiving.strikes import StrikeScheduler
 
 _STRIKES = 20  # in a window: their pieces fit into the ring of a stream
 _APART_S = 0.05
@@ -41,24 +41,24 @@ def _message(seq: int, t_ns: int) -> bytes:
     )
 
 
-def _desk() -> StrikeDesk:
-    desk = StrikeDesk(StrikeRing(), Complaints(lambda: 0), lambda _boot: None)
-    desk.clock = HapticClock(_BOOT, 0, 0)
-    return desk
+def _scheduler() -> StrikeScheduler:
+    scheduler = StrikeScheduler(StrikeRing(), RateLimitedLog(lambda: 0), lambda _boot: None)
+    scheduler.clock = HapticClock(_BOOT, 0, 0)
+    return scheduler
 
 
-def _contact_desk() -> ContactDesk:
-    desk = ContactDesk(Complaints(lambda: 0), lambda _boot: None)
+def _contact_scheduler() -> ContactScheduler:
+    scheduler = ContactScheduler(RateLimitedLog(lambda: 0), lambda _boot: None)
     stream = stream_of(blows.scene(True), 1.0 / 16_000.0)
     stream.state["block_ns"] = round(BLOCK_S * 1e9)
-    desk.play_on(stream, 0.0)
-    desk.clock = HapticClock(_BOOT, 0, 0)
-    return desk
+    scheduler.play_on(stream, 0.0)
+    scheduler.clock = HapticClock(_BOOT, 0, 0)
+    return scheduler
 
 
 def streaming_delay_s() -> float:
     """From a tick to its force in the mesh, as the sound server plays a stream in blocks of 128 samples at 48 kHz."""
-    return _contact_desk().delay_s
+    return _contact_scheduler().delay_s
 
 
 def _samples(seq: int, rate_Hz: float) -> Any:
@@ -93,11 +93,11 @@ def analytic() -> Window:
     """ns of a strike: encoded in the gateway, taken in the sound server."""
 
     def window() -> float:
-        desk = _desk()
+        scheduler = _scheduler()
 
         def work(seq: int) -> None:
             t_ns = round(seq * _APART_S * 1e9)
-            desk.take(_message(seq, t_ns), t_ns)
+            scheduler.take(_message(seq, t_ns), t_ns)
 
         return _passing(work)
 
@@ -109,19 +109,19 @@ def streamed(rate_Hz: float) -> Window:
     contacts = {seq: _samples(seq, rate_Hz) for seq in range(1, _STRIKES + 1)}
 
     def window() -> float:
-        desk, contact_desk = _desk(), _contact_desk()
-        desk.note = contact_desk.note
+        scheduler, contact_scheduler = _scheduler(), _contact_scheduler()
+        scheduler.note = contact_scheduler.note
 
         def work(seq: int) -> None:
             samples = contacts[seq]
             t_ns = int(samples["t_ns"][0])
-            desk.take(_message(seq, t_ns), t_ns)
+            scheduler.take(_message(seq, t_ns), t_ns)
             for payload in _encoded(samples, rate_Hz):
-                contact_desk.take(payload, t_ns)
+                contact_scheduler.take(payload, t_ns)
 
         spent = _passing(work)
-        if contact_desk.played != _STRIKES or contact_desk.refused or contact_desk.late:
-            raise ValueError(f"{contact_desk.played} of {_STRIKES} contacts were played")
+        if contact_scheduler.played != _STRIKES or contact_scheduler.refused or contact_scheduler.late:
+            raise ValueError(f"{contact_scheduler.played} of {_STRIKES} contacts were played")
         return spent
 
     return window

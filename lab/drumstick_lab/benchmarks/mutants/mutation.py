@@ -107,13 +107,13 @@ TARGETS: dict[str, tuple[Sequence[str], Sequence[str]]] = {
         ["shared/protocol/access/rules.py", "shared/protocol/access/roles.py", "shared/protocol/access/router.py"],
         [
             "tests/unit/protocol/access/test_access.py", "tests/contract/test_router_files.py",
-            "tests/unit/rig/identity/test_keys.py", "tests/unit/rig/supervision/test_settled.py", _DOOR,
+            "tests/unit/rig/identity/test_keys.py", "tests/unit/rig/supervision/test_resolved_options.py", _DOOR,
             "tests/system/test_router_files.py",
         ],
     ),
     "lease": (
         ["services/haptic_server/gateway/lease.py"],
-        ["tests/unit/haptic_server/gateway/test_lease.py", "tests/unit/haptic_server/presets/test_presets_on_the_desk.py"],
+        ["tests/unit/haptic_server/gateway/test_lease.py", "tests/unit/haptic_server/presets/test_presets_and_settings.py"],
     ),
 }  # fmt: skip
 

@@ -45,22 +45,22 @@ TRACED = {
 
 
 def _osc() -> Target:
-    from osc_bench import FakeDesk, Time, opened_front
+    from osc_bench import FakeParameters, Time, opened_front
     from osc_mutants import GOOD, KILLERS, MUTANT_HOST
 
-    desk, time = FakeDesk(), Time()
-    opened = opened_front(desk, now=time)
+    parameters, time = FakeParameters(), Time()
+    opened = opened_front(parameters, now=time)
     front = opened.__enter__()  # for as long as the process lives
 
     def feed(data: bytes) -> None:
         time.s += 1.0
-        desk.now_s += 10.0
+        parameters.now_s += 10.0
         front.hear(data, (MUTANT_HOST, 40000))
         assert "fault" not in front.counters
-        assert all(math.isfinite(value) for values, _ in desk.sets for value in values.values())
-        desk.sets.clear()
-        desk.panics.clear()
-        desk.asked.clear()
+        assert all(math.isfinite(value) for values, _ in parameters.sets for value in values.values())
+        parameters.sets.clear()
+        parameters.panics.clear()
+        parameters.asked.clear()
 
     return Target(feed, [*GOOD, *KILLERS])
 

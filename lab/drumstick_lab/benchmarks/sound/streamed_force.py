@@ -32,13 +32,13 @@ from haptic_server import block as blocks
 from haptic_server.contacts import LISTENED, SAMPLE, SLOTS
 from haptic_server.gateway.zenoh.pieces import Pieces
 from haptic_server.servo import loop, memory
-from protocol.complaints import Complaints
 from protocol.messages import CONTACT_PIECE_S, encode
+from protocol.rate_limited_log import RateLimitedLog
 from realtime import ring
 from realtime.atomics import poke
 from realtime.records import is_there
 from rig.machine.this_machine import description
-from sound_server.receiving.desk import ContactDesk
+from sound_server.receiving.contacts import ContactScheduler
 
 RESULT = RESULTS / "streamed_force.json"
 RATE_HZ = 48_000
@@ -134,11 +134,11 @@ def piece_cases() -> tuple[Callable[[], float], Callable[[], float]]:
 
     def sound() -> float:
         stream = stream_of(roll(True), 1.0 / 16_000.0)
-        desk = ContactDesk(Complaints(lambda: 0), lambda _boot: None)
-        desk.play_on(stream, 0.02)
+        scheduler = ContactScheduler(RateLimitedLog(lambda: 0), lambda _boot: None)
+        scheduler.play_on(stream, 0.02)
         begun = time.thread_time_ns()
         for payload in messages[:200]:
-            desk.take(payload, 0)
+            scheduler.take(payload, 0)
         return (time.thread_time_ns() - begun) / 200.0 / 1e3
 
     gateway()

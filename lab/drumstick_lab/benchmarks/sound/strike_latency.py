@@ -1,7 +1,7 @@
 """From a strike message to the audio device: drumstick lab strike-latency [--strikes 400].
 
 Messages as they come from the network, at moments that know nothing of the device's blocks, go into the sound server's
-StrikeDesk; the drum plays on a device that keeps time (JACK's dummy driver, 128 frames at 48 kHz) through the server's
+StrikeScheduler; the drum plays on a device that keeps time (JACK's dummy driver, 128 frames at 48 kHz) through the server's
 own sink. Milliseconds from the message to the block in which its force enters the mesh, begun; and to that block handed
 to the device. What comes after is told apart: the interpolator's delay and the device's own latency. With the
 interpreter idle, and with a thread of the same process sorting in pure Python.
@@ -23,10 +23,10 @@ from drumstick.parameters.scene import Scene
 from drumstick_lab.benchmarks.sound.audio_live import Work, idle, sorting
 from drumstick_lab.benchmarks.sound.jack_device import RATE_HZ, dummy_device
 from drumstick_lab.checkout import RESULTS
-from protocol.complaints import Complaints
 from protocol.messages import Strike, encode
+from protocol.rate_limited_log import RateLimitedLog
 from rig.machine.this_machine import description
-from sound_server.receiving.strikes import StrikeDesk
+from sound_server.receiving.strikes import StrikeScheduler
 from sound_server.sinks.choose import named_device
 
 if TYPE_CHECKING:  # it loads PortAudio, which must find the JACK server running
@@ -60,7 +60,7 @@ def message(seq: int) -> bytes:
 
 
 def latencies_ms(
-    sink: "DeviceSink", desk: StrikeDesk, first: int, strikes: int, work: Work
+    sink: "DeviceSink", scheduler: StrikeScheduler, first: int, strikes: int, work: Work
 ) -> dict[str, dict[str, float]]:
     stop = threading.Event()
     worker = threading.Thread(target=work, args=(stop,), daemon=True)
@@ -70,7 +70,7 @@ def latencies_ms(
     for seq in range(first, first + strikes):
         payload = message(seq)
         sent.append(time.monotonic_ns())
-        desk.take(payload, sent[-1])
+        scheduler.take(payload, sent[-1])
         time.sleep(chance.uniform(*APART_S))
     blocks = sink.blocks
     stop.set()
@@ -90,7 +90,7 @@ def latencies_ms(
 
 def measured(strikes: int) -> dict[str, Any]:
     ring = StrikeRing()
-    desk = StrikeDesk(ring, Complaints(time.monotonic_ns), lambda boot: None)
+    scheduler = StrikeScheduler(ring, RateLimitedLog(time.monotonic_ns), lambda boot: None)
     engine = build(SCENE, RATE_HZ, ring)
     with dummy_device(BLOCK) as name:
         from sound_server.sinks.device import DeviceSink
@@ -99,12 +99,17 @@ def measured(strikes: int) -> dict[str, Any]:
         assert isinstance(sink, DeviceSink)
         sink.stage.enter(engine)
         rows = {
-            work.__name__: latencies_ms(sink, desk, first, strikes, work)
+            work.__name__: latencies_ms(sink, scheduler, first, strikes, work)
             for first, work in ((0, idle), (strikes, sorting))
         }
         device_ms, xruns = sink.latency_ms, sink.xruns
         sink.close()
-    assert desk.played == 2 * strikes, (desk.played, desk.late, desk.duplicates, desk.bad)
+    assert scheduler.played == 2 * strikes, (
+        scheduler.played,
+        scheduler.late,
+        scheduler.duplicates,
+        scheduler.bad,
+    )
     divisor = int(engine.control["divisor"][0])
     return {
         "block_ms": BLOCK_MS,

@@ -10,7 +10,7 @@ from drumstick.parameters.table import Parameter, table_of, values_of
 from drumstick.stick.law import law_of
 from protocol import osc
 from rig.supervision.plan import Options
-from web_panel.tuning.travel import Travel, travel_around
+from web_panel.tuning.slider_range import SliderRange, range_around
 
 PREFIX = osc.DEFAULT_PREFIX
 HOST, PORT_IN = osc.DEFAULT_IN  # where the rig hears
@@ -26,7 +26,7 @@ class Fader:
     """One parameter on a surface: from `low` to `high`, SI units; `start` is the scene's value."""
 
     row: Parameter
-    travel: Travel
+    travel: SliderRange
     start: float
 
     @property
@@ -76,7 +76,7 @@ def faders() -> tuple[Fader, ...]:
     table = table_of(_SCENE)
     values = values_of(law_of(_SCENE), table)
     return tuple(
-        Fader(table[name], travel_around(table[name].quantity, values[name]), values[name]) for name in FADERS
+        Fader(table[name], range_around(table[name].quantity, values[name]), values[name]) for name in FADERS
     )
 
 

@@ -3,7 +3,7 @@
 from drumstick_lab.checkout import DOCS
 from drumstick_lab.pages.measured.stored import read, where
 from rig.recording.channels import CHANNELS, FORMAT, Channel, schema, schema_name
-from rig.recording.filing import CHUNK_BYTES, CHUNK_NS, CLOCK_METADATA, METADATA, SCENE_ATTACHMENT
+from rig.recording.mcap_writer import CHUNK_BYTES, CHUNK_NS, CLOCK_METADATA, METADATA, SCENE_ATTACHMENT
 
 PAGE = DOCS / "recordings.md"
 

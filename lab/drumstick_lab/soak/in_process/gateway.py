@@ -1,4 +1,4 @@
-"""A whole gateway on a servo in virtual time: relay, desk, wire, OSC front and presets. Only Zenoh is stood in for."""
+"""A whole gateway on a servo in virtual time: relay, parameters, wire, OSC front and presets. Only Zenoh is stood in for."""
 
 import json
 import socket
@@ -18,8 +18,8 @@ from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.osc.front import OscFront
 from haptic_server.gateway.presets import Presets
 from haptic_server.gateway.relay import Relay, Wires
-from haptic_server.gateway.settings import ParameterDesk
-from haptic_server.gateway.zenoh.scene_door import SceneDoor
+from haptic_server.gateway.settings import Parameters
+from haptic_server.gateway.zenoh.scene_request import SceneRequests
 from haptic_server.gateway.zenoh.wire import Wire
 from haptic_server.presets.store import PresetStore
 from protocol import osc
@@ -44,27 +44,27 @@ class Gateway:
         self.keys = Keys("soak")
         self.link = ServoLink(folder, law)
         held = limits.limits_of(scene, Simulated(scene).info().specification)
-        self.desk = ParameterDesk(scene, self.link, held, self._now)
-        scene_values = values_of(law, self.desk.table)
-        self._moved = next(name for name in ("dv_pls", "gamma", "k_hand") if name in self.desk.table)
+        self.parameters = Parameters(scene, self.link, held, self._now)
+        scene_values = values_of(law, self.parameters.table)
+        self._moved = next(name for name in ("dv_pls", "gamma", "k_hand") if name in self.parameters.table)
         self._value = scene_values[self._moved]
         self._presets = Presets(
             PresetStore(folder / "state", sync=lambda _: None),
-            self.desk,
+            self.parameters,
             scene.name,
             scene_values,
             self._wall,
         )
         self._listener = _listening()
         self.osc = OscFront(
-            ("127.0.0.1", 0), [self._listener.getsockname()], osc.DEFAULT_PREFIX, self.desk, self._presets.load,
+            ("127.0.0.1", 0), [self._listener.getsockname()], osc.DEFAULT_PREFIX, self.parameters, self._presets.load,
             now=self._now,
         )  # fmt: skip
         self._wire = Wire(
-            cast(Any, session), self.keys, self.desk, lambda: self.link.boot, json.dumps(as_tables(scene)), dict,
-            self._presets, SceneDoor(folder, False),
+            cast(Any, session), self.keys, self.parameters, lambda: self.link.boot, json.dumps(as_tables(scene)), dict,
+            self._presets, SceneRequests(folder, False),
         )  # fmt: skip
-        self._relay = Relay("soak", self.link, self.desk, Wires(self._wire, self.osc))
+        self._relay = Relay("soak", self.link, self.parameters, Wires(self._wire, self.osc))
         self.heard = Sequence()
         self.visits = 0
         self.refused = 0

@@ -1,4 +1,4 @@
-"""Who hears the strikes of the virtual form: a sound desk, a recorder, a clock map. Their own code, no wire."""
+"""Who hears the strikes of the virtual form: a sound scheduler, a recorder, a clock map. Their own code, no wire."""
 
 import json
 import random
@@ -11,15 +11,15 @@ from protocol.messages import Release, State, Strike, decode, encode
 from realtime import ring
 from rig.recording import channels
 from rig.recording.channels import Channel
-from rig.recording.filing import SCENE_ATTACHMENT, Filing
 from rig.recording.gaps import Gaps
+from rig.recording.mcap_writer import SCENE_ATTACHMENT, McapWriter
 from rig.recording.times import TimeLine
 
 SECOND_NS = 10**9
 # The clocks that are mapped: this much apart at the start, the haptic one running this much faster.
 _APART_NS, _DRIFT = 7_777 * SECOND_NS, 40e-6
 _TWICE_EVERY = 50  # strikes: the network brings one again
-_REMEMBERED = 5000  # strikes, more than the desk remembers
+_REMEMBERED = 5000  # strikes, more than the scheduler remembers
 _WALL_NS = 1_800_000_000 * SECOND_NS
 _SHORTEST_TRIP_NS, _MEAN_WAIT_NS = 80_000, 400_000
 
@@ -60,19 +60,21 @@ class Clocks:
         return self.clock
 
 
-class SoundDesk:
-    """The sound server's desk, and the audio thread that empties its ring."""
+class VirtualSound:
+    """The sound server's scheduler, and the audio thread that empties its ring."""
 
     def __init__(self, clocks: Clocks) -> None:
         import numpy as np
 
         from drumstick.drum.excitation.strikes import EVENT, RING_SLOTS, StrikeRing
-        from protocol.complaints import Complaints
-        from sound_server.receiving.strikes import StrikeDesk
+        from protocol.rate_limited_log import RateLimitedLog
+        from sound_server.receiving.strikes import StrikeScheduler
 
         self._clocks = clocks
         self._now_ns = 0
-        self.desk = StrikeDesk(StrikeRing(), Complaints(lambda: self._now_ns), lambda boot: None)
+        self.scheduler = StrikeScheduler(
+            StrikeRing(), RateLimitedLog(lambda: self._now_ns), lambda boot: None
+        )
         self._out = np.zeros(RING_SLOTS, EVENT)
         self._count = 0
         self.brought_again = 0
@@ -85,22 +87,22 @@ class SoundDesk:
                 boot=1, seq=seq, t_ns=0, x=0.0, y=0.0, z_speed_m_per_s=1.0, level=0.5, peak_estimate_N=1.0,
                 contact_estimate_s=0.005,
             )  # fmt: skip
-            self.desk.take(encode(strike), 0)
+            self.scheduler.take(encode(strike), 0)
             self.step(0)
-        self.desk.played = self.sounded = 0
+        self.scheduler.played = self.sounded = 0
 
     def take(self, payload: bytes) -> None:
         """A strike message; each fiftieth comes twice."""
         self._count += 1
-        self.desk.clock = self._clocks.clock
+        self.scheduler.clock = self._clocks.clock
         for _ in range(1 + (self._count % _TWICE_EVERY == 0)):
-            self.desk.take(payload, self._now_ns)
+            self.scheduler.take(payload, self._now_ns)
         self.brought_again += self._count % _TWICE_EVERY == 0
 
     def step(self, now_ns: int) -> None:
         """The audio thread takes what waits; `now_ns` of the haptic clock."""
         self._now_ns = self._clocks.ours(now_ns)
-        self.sounded += int(ring.drain(self.desk.ring.cells, self.desk.ring.slots, self._out))
+        self.sounded += int(ring.drain(self.scheduler.ring.cells, self.scheduler.ring.slots, self._out))
 
 
 class Recording:
@@ -111,7 +113,7 @@ class Recording:
         self._ours_ns = 0
         self._haptic_ns = 0
         self._line = TimeLine(_WALL_NS)
-        self._filing = Filing(out, {"rig": "soak"})
+        self._filing = McapWriter(out, {"rig": "soak"})
         self._filing.attach_scene(SCENE_ATTACHMENT, json.dumps(as_tables(scene)).encode(), _WALL_NS)
         self.gaps = Gaps()
         self.worst_ns = 0.0  # of a strike's place on the time line

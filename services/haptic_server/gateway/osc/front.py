@@ -9,7 +9,6 @@ import time
 from collections.abc import Callable, Sequence
 from ipaddress import ip_network
 
-from haptic_server.gateway.desk import Desk
 from haptic_server.gateway.osc.echoes import Echoes
 from haptic_server.gateway.osc.inbound import Inbound, LoadPreset, Network
 from haptic_server.gateway.osc.naming import find, numeric, split
@@ -19,6 +18,7 @@ from haptic_server.gateway.osc.prescan import MAX_BYTES
 from haptic_server.gateway.osc.tally import Tally
 from haptic_server.gateway.osc.targets import Endpoint, Targets
 from haptic_server.gateway.osc.told import Told
+from haptic_server.gateway.parameter_access import ParameterAccess
 from protocol import osc
 from protocol.messages import Release, Strike
 
@@ -42,7 +42,7 @@ class OscFront:
         bind: tuple[str, int],
         targets: Sequence[tuple[str, int]],
         prefix: str,
-        desk: Desk,
+        parameters: ParameterAccess,
         load_preset: LoadPreset,
         allow: Sequence[Network] = LOOPBACK,
         now: Callable[[], float] = time.monotonic,
@@ -69,7 +69,7 @@ class OscFront:
         self._outlet = Outlet(self._udp, self._tally)
         self._inbound = Inbound(
             self._prefix,
-            desk,
+            parameters,
             load_preset,
             allow,
             self._own,

@@ -12,7 +12,6 @@ from functools import lru_cache, partial
 from ipaddress import IPv4Network, IPv6Network, ip_address
 
 from drumstick.parameters.table import Parameter, Refusal
-from haptic_server.gateway.desk import Desk
 from haptic_server.gateway.lease import LONGEST_S
 from haptic_server.gateway.osc.allowance import Allowance
 from haptic_server.gateway.osc.arguments import Refused, in_range, number, port, text
@@ -23,6 +22,7 @@ from haptic_server.gateway.osc.prescan import Unreadable, prescan
 from haptic_server.gateway.osc.tally import Tally
 from haptic_server.gateway.osc.targets import SUBSCRIPTION_S, Endpoint, Targets
 from haptic_server.gateway.osc.told import Told
+from haptic_server.gateway.parameter_access import ParameterAccess
 from haptic_server.gateway.rounding import is_norm_of, is_same
 from haptic_server.pace import SETS_A_SECOND, Pace, Verdict
 from haptic_server.presets.preset import PresetError
@@ -57,7 +57,7 @@ class Inbound:
     def __init__(
         self,
         prefix: str,
-        desk: Desk,
+        parameters: ParameterAccess,
         load_preset: LoadPreset,
         allow: Sequence[Network],
         own: OwnAddress,
@@ -68,7 +68,7 @@ class Inbound:
         tally: Tally,
     ) -> None:
         self._prefix = prefix
-        self._desk = desk
+        self._parameters = parameters
         self._load_preset = load_preset
         self._secret = secrets.token_hex(8)  # a sender's lease is its address here, and nobody's elsewhere
         self._own = own
@@ -102,7 +102,7 @@ class Inbound:
             osc.address(prefix, osc.TAKE_LEASE): self._take_lease,
             osc.address(prefix, osc.PANIC): self._panic,
         }
-        for name, row in desk.table.items():
+        for name, row in parameters.table.items():
             self._actions[osc.address(prefix, osc.SET, name)] = partial(self._param, row)
             self._actions[osc.address(prefix, osc.SET_NORM, name)] = partial(self._param_norm, row)
 
@@ -174,7 +174,7 @@ class Inbound:
         self._require_calm(sender, now_s)
         value = in_range(row, number(args))
         is_it = partial(is_same, value)
-        present = self._desk.accepted_values()[row.name]
+        present = self._parameters.accepted_values()[row.name]
         if is_it(present) or not self._is_echo(row, is_it, present, sender, now_s):
             self._set(row, value, sender, now_s)
 
@@ -188,7 +188,7 @@ class Inbound:
         norm = number(args)
         if not 0.0 <= norm <= 1.0:
             raise Refused("value", f"{norm:g} is outside 0 .. 1")
-        present = self._desk.accepted_values()[row.name]
+        present = self._parameters.accepted_values()[row.name]
         is_it = partial(is_norm_of, row, norm)
         if math.isfinite(present) and is_it(present):
             self._set(row, present, sender, now_s)
@@ -216,7 +216,7 @@ class Inbound:
             raise Refused("held_back", "")
 
     def _tell(self, row: Parameter, sender: Endpoint, now_s: float) -> None:
-        value = self._desk.values()[row.name]
+        value = self._parameters.values()[row.name]
         packets = self._both_forms(row, value)
         targets = self._targets.present(now_s) if self._shared_asks.spend(sender, now_s) else []
         self._note_told(row.name, value, targets, sender, now_s)
@@ -230,7 +230,7 @@ class Inbound:
     def _set(self, row: Parameter, value: float, sender: Endpoint, now_s: float) -> None:
         before = self._echoes.expect(row.name, sender, value, now_s)
         try:
-            reply = self._desk.set({row.name: value}, _named(sender), self._claim(sender))
+            reply = self._parameters.set({row.name: value}, _named(sender), self._claim(sender))
         except Refusal:
             self._echoes.forget(row.name, sender, before)
             raise
@@ -245,10 +245,10 @@ class Inbound:
         # Buttons of touch screens send a number with every message: it means nothing here.
         if not self._syncs.spend(sender, now_s):
             raise Refused("too_often", f"asked more than {SYNCS_A_SECOND[0]} times in a second")
-        values = self._desk.values()
+        values = self._parameters.values()
         targets = self._targets.present(now_s)
         endpoints = [sender, *targets]
-        for name, row in self._desk.table.items():
+        for name, row in self._parameters.table.items():
             if math.isfinite(values[name]):
                 self._note_told(name, values[name], targets, sender, now_s)
                 self._outlet.send(self._both_forms(row, values[name]), endpoints)
@@ -292,9 +292,9 @@ class Inbound:
     def _take_lease(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
         name = text(args)
         seconds = LONGEST_S if name else 0.0
-        holder = self._desk.take_lease(self._claim(sender).lease, name or _named(sender), seconds)
+        holder = self._parameters.take_lease(self._claim(sender).lease, name or _named(sender), seconds)
         self._outlet.send([osc.lease(self._prefix, *holder)], [sender])
 
     def _panic(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
         # Whatever comes with it: zero force is never refused.
-        self._desk.panic(_named(sender))
+        self._parameters.panic(_named(sender))

@@ -1,7 +1,7 @@
 """The OSCQuery server: HTTP and WebSocket at one port, on a thread of its own with its own event loop.
 
 It holds nobody up. What the rig sends arrives in a socket buffer that drops when it is full (inlet.py); a question
-about parameters asks the desk for its readback as any other front does. What clients can use up has limits.
+about parameters asks the parameters for its readback as any other front does. What clients can use up has limits.
 """
 
 import asyncio
@@ -17,7 +17,6 @@ from websockets.asyncio.server import ServerConnection, serve
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
-from haptic_server.gateway.desk import Desk
 from haptic_server.gateway.osc.allowance import Allowance
 from haptic_server.gateway.osc.front import LOOPBACK
 from haptic_server.gateway.osc.inbound import Network
@@ -29,6 +28,7 @@ from haptic_server.gateway.oscquery.inlet import Inlet
 from haptic_server.gateway.oscquery.pages import Page, page
 from haptic_server.gateway.oscquery.tree import EXTENSIONS, tree_of
 from haptic_server.gateway.oscquery.values import Values
+from haptic_server.gateway.parameter_access import ParameterAccess
 
 MOST_CONNECTIONS = 64  # in whatever state, so that half-open ones use up neither memory nor descriptors
 MOST_CLIENTS = 16  # of these, over WebSocket
@@ -64,20 +64,20 @@ class OscQuery:
         bind: tuple[str, int],
         rig: str,
         prefix: str,
-        desk: Desk,
+        parameters: ParameterAccess,
         front: Endpoint,
         inlet: Inlet,
         allow: Sequence[Network] = LOOPBACK,
         insiders: set[Endpoint] | None = None,
     ) -> None:
         self._name = f"drumstick {rig}"
-        self._root = tree_of(prefix, desk.table)
-        self._values = Values(desk)
+        self._root = tree_of(prefix, parameters.table)
+        self._values = Values(parameters)
         self._front = front
         self._insiders: set[Endpoint] = set() if insiders is None else insiders
         self._inlet = inlet
         self._allowance = Allowance(*QUESTIONS_A_SECOND)
-        self._complaints = Allowance(1, 1)
+        self._log_limited = Allowance(1, 1)
         self._clients: set[Client] = set()
         self._open = 0
         self._counts: Counter[str] = Counter()
@@ -176,7 +176,7 @@ class OscQuery:
         try:
             answer = self._page(connection, request)
         except Exception:  # websockets answers 500, and nobody else would say why
-            if self._complaints.spend("any", self._loop.time()):
+            if self._log_limited.spend("any", self._loop.time()):
                 _log.exception("oscquery: a fault in %r", request.path)
             raise
         if answer is None:

@@ -1,21 +1,21 @@
 """VALUE of each address: the servo's readback of a parameter, the newest message of anything else.
 
-Belongs to the OSCQuery thread. The desk's lock is taken for the microseconds that its readback takes.
+Belongs to the OSCQuery thread. The parameters's lock is taken for the microseconds that its readback takes.
 """
 
 import math
 
-from haptic_server.gateway.desk import Desk
 from haptic_server.gateway.osc.prescan import Message, Unreadable, prescan
 from haptic_server.gateway.oscquery.tree import Node
+from haptic_server.gateway.parameter_access import ParameterAccess
 from protocol.osc import Argument
 
 
 class Values:
     """Of one rig."""
 
-    def __init__(self, desk: Desk) -> None:
-        self._desk = desk
+    def __init__(self, parameters: ParameterAccess) -> None:
+        self._parameters = parameters
         self._newest: dict[str, list[Argument]] = {}
 
     def note(self, datagram: bytes) -> str:
@@ -28,26 +28,26 @@ class Values:
 
     def look(self) -> "Look":
         """What holds now: one readback for a whole tree."""
-        return Look(self._desk, self._newest)
+        return Look(self._parameters, self._newest)
 
 
 class Look:
-    """The values at one moment; the desk is asked at most once."""
+    """The values at one moment; all parameters are read at most once."""
 
-    def __init__(self, desk: Desk, newest: dict[str, list[Argument]]) -> None:
-        self._desk = desk
+    def __init__(self, parameters: ParameterAccess, newest: dict[str, list[Argument]]) -> None:
+        self._parameters = parameters
         self._newest = newest
-        self._parameters: dict[str, float] | None = None
+        self._read: dict[str, float] | None = None
 
     def of(self, node: Node) -> list[Argument] | None:
         """The arguments of the node's message; None while there is none, or no number."""
         if not node.parameter:
             return self._newest.get(node.path)
-        if self._parameters is None:
-            self._parameters = self._desk.values()
-        value = self._parameters[node.parameter]
+        if self._read is None:
+            self._read = self._parameters.values()
+        value = self._read[node.parameter]
         if not math.isfinite(value):
             return None
         if node.norm:
-            value = min(max(self._desk.table[node.parameter].norm(value), 0.0), 1.0)
+            value = min(max(self._parameters.table[node.parameter].norm(value), 0.0), 1.0)
         return [value]

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from haptic_server.gateway.lease import Holder
 from haptic_server.gateway.presets import Presets
-from haptic_server.gateway.settings import Echo, ParameterDesk
+from haptic_server.gateway.settings import Echo, Parameters
 from haptic_server.gateway.zenoh.backlog import Backlog
-from haptic_server.gateway.zenoh.scene_door import SceneDoor
+from haptic_server.gateway.zenoh.scene_request import SceneRequests
 from protocol import messages
 from protocol.keys import Keys
 from protocol.queryables import Queryables
@@ -47,18 +47,18 @@ class Wire:
         self,
         session: zenoh.Session,
         keys: Keys,
-        desk: ParameterDesk,
+        parameters: Parameters,
         boot: Callable[[], int],
         scene_json: str,
         health: Callable[[], Mapping[str, object]],
         presets: Presets,
-        scenes: SceneDoor,
+        scenes: SceneRequests,
     ) -> None:
         import zenoh
 
         self._session = session
         self._keys = keys
-        self._desk = desk
+        self._parameters = parameters
         self._boot = boot
         self._scene_json = scene_json
         self._health = health
@@ -127,7 +127,7 @@ class Wire:
 
     def _panic(self, query: zenoh.Query) -> None:
         # At once, on zenoh's own thread: no queue stands before zero force.
-        self._desk.panic("zenoh")
+        self._parameters.panic("zenoh")
         self._questions.receive(query)
 
     def _answer(self, query: zenoh.Query) -> bool:
@@ -168,13 +168,13 @@ class Wire:
     def _lease(self, payload: bytes) -> messages.Lease:
         if payload:
             asked = messages.decode(payload, messages.LeaseRequest)
-            holder = self._desk.take_lease(asked.who, asked.name, asked.seconds)
+            holder = self._parameters.take_lease(asked.who, asked.name, asked.seconds)
         else:
-            holder = self._desk.lease_holder()
+            holder = self._parameters.lease_holder()
         return messages.Lease(name=holder.name, left_s=holder.left_s)
 
     def _load_scene(self, query: zenoh.Query, name: str, claim: Claim) -> None:
-        self._desk.require_quiet(claim)
+        self._parameters.require_quiet(claim)
         self._scenes.ask_for(name)
         query.reply(self._keys.scene_load, messages.encode(messages.Message()), encoding=self._encoding)
 
@@ -186,17 +186,19 @@ class Wire:
         return True
 
     def _ask(self, query: zenoh.Query, name: str) -> None:
-        echoes = [e for e in self._desk.everything() if name in ("*", "**", e.name)]
+        echoes = [e for e in self._parameters.everything() if name in ("*", "**", e.name)]
         if not echoes:
-            raise ValueError(f"{name}: no such parameter in this scene; it has {', '.join(self._desk.table)}")
+            raise ValueError(
+                f"{name}: no such parameter in this scene; it has {', '.join(self._parameters.table)}"
+            )
         for echo in echoes:
             readback = messages.Readback(
-                value=echo.value, revision=self._desk.live_revision, pending=self._desk.pending
+                value=echo.value, revision=self._parameters.live_revision, pending=self._parameters.pending
             )
             query.reply(self._keys.param(echo.name), messages.encode(readback), encoding=self._encoding)
 
     def _set(self, query: zenoh.Query, changes: dict[str, float], claim: Claim, key: str) -> bool:
-        taken = self._desk.set(changes, "zenoh", claim)
+        taken = self._parameters.set(changes, "zenoh", claim)
 
         def reply(values: dict[str, float], pending: bool) -> messages.Message:
             if key == self._keys.set_many:
@@ -232,14 +234,16 @@ class Wire:
         if not self._waiting:
             return False
         now = time.monotonic()
-        live = self._desk.live_revision
+        live = self._parameters.live_revision
         still: list[_Waiting] = []
         for waiting in self._waiting:
             taken = live >= waiting.revision
             if not taken and now < waiting.until:
                 still.append(waiting)
                 continue
-            self._answer_set(waiting, self._desk.values() if taken else self._desk.accepted_values(), taken)
+            self._answer_set(
+                waiting, self._parameters.values() if taken else self._parameters.accepted_values(), taken
+            )
         self._waiting = still
         return bool(still)
 

@@ -1,6 +1,6 @@
 """The sound of a streamed roll, live and rendered offline: the same samples, in virtual time.
 
-Live: the scene's servo, the gateway's pieces, their payloads, a network that jitters, the sound server's desk and
+Live: the scene's servo, the gateway's pieces, their payloads, a network that jitters, the sound server's scheduler and
 stage, block by block. Offline: what `drumstick render --roll` writes. The two may differ by what is rounded on the way:
 instants to whole ns (the haptic clock, the start of each block), which moves each contact by at most 2 ns. At the top
 of what the mesh plays that is 2 pi 8 kHz 2 ns = 1e-4 of it; a difference of 1e-4 of the peak is allowed (-80 dB).
@@ -19,11 +19,11 @@ from haptic_server.contacts import SAMPLE, SLOTS
 from haptic_server.gateway.zenoh.pieces import Pieces
 from haptic_server.servo import loop
 from protocol.clock import HapticClock
-from protocol.complaints import Complaints
 from protocol.messages import encode
+from protocol.rate_limited_log import RateLimitedLog
 from realtime import ring
 from rig.offline.streamed_roll import presses, servo_of
-from sound_server.receiving.desk import ContactDesk
+from sound_server.receiving.contacts import ContactScheduler
 from sound_server.stage import Stage, mix
 from streamed_engine import MS, streamed_text
 
@@ -51,18 +51,18 @@ def wire(scene: Scene, gesture: str | None, start_ns: int) -> list[tuple[int, by
     return sorted(found)
 
 
-def live(scene: Scene, gesture: str | None, start_ns: int) -> tuple[Sound, ContactDesk]:
+def live(scene: Scene, gesture: str | None, start_ns: int) -> tuple[Sound, ContactScheduler]:
     """What the sound server plays from the instant on at which the servo's start is heard."""
     stage = Stage(RATE_HZ)
     engine = build(fitted(scene, RATE_HZ).scene, RATE_HZ, StrikeRing())
     stage.enter(engine)
-    desk = ContactDesk(Complaints(lambda: 0), lambda _boot: None)
-    desk.clock = HapticClock(BOOT, start_ns - BEGIN_NS, 0)
-    desk.play_on(engine.stream, scene.drum.latency_s)
+    scheduler = ContactScheduler(RateLimitedLog(lambda: 0), lambda _boot: None)
+    scheduler.clock = HapticClock(BOOT, start_ns - BEGIN_NS, 0)
+    scheduler.play_on(engine.stream, scene.drum.latency_s)
     out = np.zeros((round(SECONDS * RATE_HZ), 2), np.float32)
-    # A block of silence tells the desk how long blocks are. Then the mesh steps with the servo's ticks, as offline.
+    # A block of silence tells the scheduler how long blocks are. Then the mesh steps with the ticks, as offline.
     mix(stage.boards, out[:BLOCK], RATE_HZ, 0)
-    delay_ns = round(desk.delay_s * 1e9)
+    delay_ns = round(scheduler.delay_s * 1e9)
     divisor = int(engine.control["divisor"][0])
     mix(stage.boards, out[: -BLOCK % divisor], RATE_HZ, 0)
     first_ns, messages = BEGIN_NS + delay_ns, wire(scene, gesture, start_ns)
@@ -70,9 +70,9 @@ def live(scene: Scene, gesture: str | None, start_ns: int) -> tuple[Sound, Conta
         now_ns = first_ns + int(start * 1e9 / RATE_HZ)
         while messages and messages[0][0] <= now_ns:
             arrival_ns, payload = messages.pop(0)
-            desk.take(payload, arrival_ns)
+            scheduler.take(payload, arrival_ns)
         mix(stage.boards, out[start : start + BLOCK], RATE_HZ, now_ns)
-    return out, desk
+    return out, scheduler
 
 
 # When the servo starts, by its own clock. Offline that is 0; an arm's encoders give other steps at other times, as the
@@ -84,10 +84,10 @@ CASES = {"paper-roll": 78_000_000_123, "roll": 5_000_000_000, "accents": 0}
 def test_a_roll_sounds_live_as_it_is_rendered(name: str) -> None:
     scene = parse(streamed_text(name), name)
     gesture = shipped_gesture(scene.hand.gesture_file) if scene.hand.gesture_file else None
-    heard, desk = live(scene, gesture, CASES[name])
+    heard, scheduler = live(scene, gesture, CASES[name])
     rendered = render(scene, [], SECONDS, RATE_HZ, presses(scene, SECONDS, gesture))
-    assert desk.played >= 4
-    assert desk.late == desk.refused == desk.duplicates == desk.underflows == 0
+    assert scheduler.played >= 4
+    assert scheduler.late == scheduler.refused == scheduler.duplicates == scheduler.underflows == 0
     peak = float(np.abs(rendered).max())
     assert peak > 0.05
     assert np.abs(heard - rendered).max() < MOST_DIFFERENCE * peak

@@ -12,11 +12,11 @@ from haptic_server.gateway.zenoh.pieces import Pieces
 from haptic_server.records import EVENT, RELEASE
 from haptic_server.servo import loop, memory
 from protocol.clock import HapticClock
-from protocol.complaints import Complaints
 from protocol.messages import encode
+from protocol.rate_limited_log import RateLimitedLog
 from realtime import ring
 from realtime.atomics import poke
-from sound_server.receiving.desk import ContactDesk
+from sound_server.receiving.contacts import ContactScheduler
 from stability.catalogue import shows
 from streamed_engine import MS, STREAMS, Player, streamed_text
 
@@ -24,7 +24,7 @@ AHEAD_NS = 77_000_000_000  # of the haptic machine's clock
 
 
 class Line:
-    """A servo, the gateway's pieces, a network that delays each message by up to `jitter_ns`, a desk and an engine."""
+    """A servo, the gateway's pieces, a network that delays messages by up to `jitter_ns`, a scheduler, an engine."""
 
     def __init__(self, servo: memory.Servo, jitter_ns: int) -> None:
         self.servo, self.jitter_ns = servo, jitter_ns
@@ -32,10 +32,10 @@ class Line:
         self.ring = servo.stream.contacts
         poke(self.ring.cells, LISTENED, 1)
         self.player = Player()
-        self.desk = ContactDesk(Complaints(lambda: 0), lambda _boot: None)
-        self.desk.clock = HapticClock(9, AHEAD_NS, 0)
+        self.scheduler = ContactScheduler(RateLimitedLog(lambda: 0), lambda _boot: None)
+        self.scheduler.clock = HapticClock(9, AHEAD_NS, 0)
         assert self.player.engine.stream is not None
-        self.desk.play_on(self.player.engine.stream, 0.0)
+        self.scheduler.play_on(self.player.engine.stream, 0.0)
         self.pieces = Pieces(1000.0)
         self.random = np.random.default_rng(2)
         self.on_the_way: list[tuple[int, bytes]] = []
@@ -60,7 +60,7 @@ class Line:
             for half in range(2):
                 at = now + half * MS // 2
                 for arrival, payload in [m for m in self.on_the_way if m[0] <= at]:
-                    self.desk.take(payload, arrival)
+                    self.scheduler.take(payload, arrival)
                     self.on_the_way.remove((arrival, payload))
                 found.append(self.player.play(MS // 2))
         return np.concatenate(found)
@@ -100,13 +100,13 @@ def test_every_impulse_arrives(servo_of) -> None:
     sound = np.concatenate([sound, line.player.play(100 * MS)])
     # What is still on its way belongs to contacts that have ended: let it come.
     for arrival, payload in line.on_the_way:
-        line.desk.take(payload, arrival)
+        line.scheduler.take(payload, arrival)
     sound = np.concatenate([sound, line.player.play(100 * MS)])
     assert len(line.impulses) >= 3
     assert sound.sum() * line.player.step_s == pytest.approx(sum(line.impulses), rel=1e-6)
     assert line.player.state["underflows"] == 0
-    assert line.player.state["late"] == line.desk.late == 0
-    assert line.desk.played == len(line.impulses)
+    assert line.player.state["late"] == line.scheduler.late == 0
+    assert line.scheduler.played == len(line.impulses)
     assert abs(_held_on_arrival(line.arrived) / sum(line.impulses) - 1.0) > 0.02
 
 

@@ -7,11 +7,11 @@ import numpy.typing as npt
 import pytest
 from scipy.special import jn_zeros
 
+from drumstick.drum.estimate import rms_cents
 from drumstick.drum.membrane.heads import head_of
 from drumstick.drum.membrane.lattice import J01, TOPOLOGIES, Lattice
 from drumstick.drum.membrane.scheme import Scheme, even_losses, rising_losses, scheme_of, tuned
 from drumstick.drum.membrane.sweep import Head, sweep
-from drumstick.drum.outlook import rms_cents
 from realtime.kernels.jit import njit
 
 # The first twenty modes of the ideal membrane: zeros of the Bessel functions J_m, twice for m > 0 (cosine and sine).

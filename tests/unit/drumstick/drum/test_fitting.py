@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from drumstick.drum import cost, fitting, outlook, tiers
+from drumstick.drum import cost, estimate, fitting, tiers
 from drumstick.drum.build import new_engine
 from drumstick.drum.calibrate import build
 from drumstick.drum.excitation.strikes import StrikeRing
@@ -58,14 +58,14 @@ def test_nothing_truer_would_fit(
     chosen = fitted(scene(cpu_budget=budget), RATE_HZ).scene
     assert chosen.mesh.accuracy in ("standard", "fine")
     assert cost_ns(chosen, line) <= budget * NS_A_SAMPLE
-    own, costs = outlook.outlook(chosen, RATE_HZ)[0].cents, cost_ns(chosen, line)
+    own, costs = estimate.estimates(chosen, RATE_HZ)[0].cents, cost_ns(chosen, line)
     truest = own
     for divisor in range(1, 13):
         for accuracy in ("standard", "fine"):
             mesh = dataclasses.replace(chosen.mesh, accuracy=accuracy, rate_Hz=RATE_HZ / divisor)
             other = dataclasses.replace(chosen, mesh=mesh)
             if cost_ns(other, line) <= budget * NS_A_SAMPLE:
-                cents = outlook.outlook(other, RATE_HZ)[0].cents
+                cents = estimate.estimates(other, RATE_HZ)[0].cents
                 assert cents >= own - TIE_CENTS
                 truest = min(truest, cents)
                 if cents < own:  # as true to the ear, and it would have cost more
@@ -88,7 +88,7 @@ def test_a_slower_machine_gets_a_coarser_mesh(kept: Path, monkeypatch: pytest.Mo
     across: list[float] = []
     for update_ns in (0.1, 0.4, 1.6):
         priced(monkeypatch, 20.0, update_ns)
-        across.append(outlook.outlook(fitted(scene(), RATE_HZ, again=True).scene, RATE_HZ)[0].cents)
+        across.append(estimate.estimates(fitted(scene(), RATE_HZ, again=True).scene, RATE_HZ)[0].cents)
     assert across == sorted(across)
     assert across[0] < across[-1]
 
@@ -141,7 +141,9 @@ def test_a_folder_that_cannot_be_written_only_costs_another_trial(
 
 def test_the_trial_itself_finds_that_more_junctions_cost_more(kept: Path) -> None:
     small, large = (fitted(scene(cpu_budget=budget), RATE_HZ) for budget in (0.02, 0.6))
-    assert outlook.outlook(large.scene, RATE_HZ)[0].cents < outlook.outlook(small.scene, RATE_HZ)[0].cents
+    assert (
+        estimate.estimates(large.scene, RATE_HZ)[0].cents < estimate.estimates(small.scene, RATE_HZ)[0].cents
+    )
     for line in json.loads(kept.read_text()).values():
         assert line[1] > 0.0
     # It costs what it was taken for; half as much again for the machine's noise.
@@ -165,11 +167,11 @@ def test_what_is_told_of_a_tight_head_is_the_mesh_that_is_built(glide_cents: flo
     tension = dataclasses.replace(tom.drum.effects["tension"], glide_cents=glide_cents)
     drum = dataclasses.replace(tom.drum, effects={"tension": tension})
     tight = dataclasses.replace(tom, drum=drum)
-    told = outlook.of("", tight, RATE_HZ)
+    told = estimate.of("", tight, RATE_HZ)
     head = new_engine(tight, RATE_HZ, StrikeRing()).head
     assert told.across == pytest.approx(2.0 / head.grid["spacing"][0], rel=0.02)
     loose = dataclasses.replace(drum, effects={})
-    assert told.cents > 1.5 * outlook.of("", dataclasses.replace(tom, drum=loose), RATE_HZ).cents
+    assert told.cents > 1.5 * estimate.of("", dataclasses.replace(tom, drum=loose), RATE_HZ).cents
 
 
 def test_another_depth_of_an_effect_is_another_trial(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -19,7 +19,7 @@ from drumstick.drum.tiers import divisor_for
 from drumstick.parameters.scene import Scene
 from realtime.kernels.jit import allocations
 from sound_server.sinks.callback import Heard, block_start, stream_callback
-from sound_server.sinks.sink import DESK, NOTED
+from sound_server.sinks.sink import NOTED, SINK_COUNTERS
 from sound_server.sinks.timed import noted
 from sound_server.stage import Stage
 
@@ -164,10 +164,10 @@ def test_a_high_drum_gets_a_faster_mesh_and_a_very_low_one_a_slower() -> None:
 
 def through_callback(engine: Engine, frames: int, block: int, channels: int) -> np.ndarray:
     """What a device would get: the compiled C callback is called as PortAudio would call it."""
-    desk = np.zeros(1, DESK)
-    desk["rate_Hz"], desk["channels"] = RATE, channels
+    counters = np.zeros(1, SINK_COUNTERS)
+    counters["rate_Hz"], counters["channels"] = RATE, channels
     stage = Stage(RATE)
-    heard = Heard(stage, desk)
+    heard = Heard(stage, counters)
     call = ctypes.CFUNCTYPE(
         ctypes.c_int,
         *[ctypes.c_void_p, ctypes.c_void_p, ctypes.c_ulong, ctypes.c_void_p, ctypes.c_ulong, ctypes.c_void_p],
@@ -178,9 +178,9 @@ def through_callback(engine: Engine, frames: int, block: int, channels: int) -> 
     stage.enter(engine)
     for start in range(0, frames, block):
         assert call(None, out[start : start + block].ctypes.data, block, None, 4, heard.address) == 0
-    assert desk["xruns"][0] == desk["calls"][0] - 1 == frames // block
-    assert desk["load"][0] > 0.0
-    told = noted(desk)[1:]  # after the one before there was a drum
+    assert counters["xruns"][0] == counters["calls"][0] - 1 == frames // block
+    assert counters["load"][0] > 0.0
+    told = noted(counters)[1:]  # after the one before there was a drum
     assert len(told) == frames // block
     assert np.all(told[1:, 0] >= told[:-1, 0] + told[:-1, 1])  # one after another
     assert np.all(told[:, 2] == 1)  # struck once, in the first block
@@ -205,23 +205,23 @@ def test_the_devices_callback_plays_the_same_samples() -> None:
 
 
 def test_the_newest_blocks_are_told_of_oldest_first() -> None:
-    desk = np.zeros(1, DESK)
-    assert noted(desk).shape == (0, 3)
+    counters = np.zeros(1, SINK_COUNTERS)
+    assert noted(counters).shape == (0, 3)
     for call in range(NOTED + 5):
-        desk["noted"][0, call % NOTED] = call
-        desk["calls"] += 1
-    assert noted(desk)[:, 0].tolist() == list(range(5, NOTED + 5))
+        counters["noted"][0, call % NOTED] = call
+        counters["calls"] += 1
+    assert noted(counters)[:, 0].tolist() == list(range(5, NOTED + 5))
 
 
 def test_block_starts_follow_the_device_and_not_the_jitter_of_its_callbacks() -> None:
-    desk = np.zeros(1, DESK)
-    desk["rate_Hz"] = RATE
+    counters = np.zeros(1, SINK_COUNTERS)
+    counters["rate_Hz"] = RATE
     jitter = np.random.default_rng(3).integers(0, 1_000_000, 2000)
     true = 1_000_000_000 + (np.arange(2000) * 128 * 1e9 / (RATE * 1.0001)).astype(np.int64)
-    starts = np.array([block_start(desk, int(t + j), 128) for t, j in zip(true, jitter, strict=True)])
+    starts = np.array([block_start(counters, int(t + j), 128) for t, j in zip(true, jitter, strict=True)])
     error = (starts - true)[500:]
     assert np.ptp(error) < 0.3 * np.ptp(jitter)
-    assert block_start(desk, int(true[-1] + 10**9), 128) == true[-1] + 10**9  # after a stall: at once
+    assert block_start(counters, int(true[-1] + 10**9), 128) == true[-1] + 10**9  # after a stall: at once
 
 
 def test_meters_fall_back_by_themselves() -> None:

@@ -11,7 +11,7 @@ from drumstick.drum.calibrate import build
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.fitting import fitted
 from drumstick.parameters.scene import Scene, parse, shipped_text
-from protocol.complaints import Complaints
+from protocol.rate_limited_log import RateLimitedLog
 from realtime.stop import StopRequest
 from rig.fault import Stop
 from rig.offline import scenes_shown
@@ -79,7 +79,7 @@ def test_a_drum_goes_on_with_the_scene_before(caplog: pytest.LogCaptureFixture) 
     roll, bad = parse(shipped_text("roll"), "roll.toml"), parse(TEXTS["loss"], "loss.toml")
     link: Any = _Link(bad)
     sink: Any = _Sink()
-    drum = Drum(link, sink, "id", Complaints(lambda: 0), StopRequest())
+    drum = Drum(link, sink, "id", RateLimitedLog(lambda: 0), StopRequest())
     with caplog.at_level(logging.ERROR):
         assert not drum._catch_up()
         assert not drum._catch_up()

@@ -14,11 +14,11 @@ from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.midi.encoding import velocity
 from haptic_server.gateway.midi.sender import MidiSender
 from haptic_server.gateway.relay import Relay, Wires
-from haptic_server.gateway.settings import ParameterDesk
+from haptic_server.gateway.settings import Parameters
 from haptic_server.gateway.zenoh.wire import Wire
 from haptic_server.records import EVENT, STRIKE
 from haptic_server.servo import loop, memory
-from osc_bench import FakeDesk, client, opened_front
+from osc_bench import FakeParameters, client, opened_front
 from protocol.messages import Strike
 from realtime import ring
 from realtime.kernels.jit import allocations
@@ -82,11 +82,11 @@ def test_every_outlet_has_the_servos_level(name: str) -> None:
     levels = strikes["level"].tolist()
     assert levels == [level_at(scene.strike, float(speed)) for speed in strikes["speed_m_per_s"]]
     outlets = Outlets(strikes)
-    with client() as heard, opened_front(FakeDesk(), heard) as front:
+    with client() as heard, opened_front(FakeParameters(), heard) as front:
         relay = Relay(
             "main",
             cast(ServoLink, outlets),
-            cast(ParameterDesk, None),
+            cast(Parameters, None),
             Wires(cast(Wire, outlets), front, midi=cast(MidiSender, outlets)),
         )
         relay.step(-1)

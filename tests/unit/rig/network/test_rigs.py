@@ -9,7 +9,7 @@ from rig import checks
 from rig.fault import Stop
 from rig.network.discovery import NO_SERVER, Seen
 from rig.network.rigs import _object, _shown, _table, changes
-from rig.supervision.settled import FarEnd
+from rig.supervision.resolved_options import FarEnd
 
 END = FarEnd("tcp/127.0.0.1:7447", Keys("main"))
 ONE = Seen("left", "roll", "playing", 1234, 23.05, 0.7421, {"haptic": 1, "sound": 2})

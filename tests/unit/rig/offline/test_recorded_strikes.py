@@ -12,7 +12,7 @@ from protocol.messages import Contact
 from recordings import a_strike, made
 from rig.fault import GIVEN, Stop
 from rig.offline.recorded_strikes import played
-from rig.offline.render import Wishes, render
+from rig.offline.render import RenderOptions, render
 from rig.offline.streamed_roll import presses
 from streamed_engine import streamed
 
@@ -91,7 +91,7 @@ def test_an_arms_contact_counts_once_however_often_its_force_is_nothing(
     assert [press.begins for press in found.presses] == [True, False, False, False, True]
     scene_file = tmp_path / "streamed.toml"
     scene_file.write_text('[drum]\nexcitation = "streamed"\n', encoding="utf-8")
-    wishes = Wishes(tmp_path / "a.wav", 0.2, path, False, 48000)
+    wishes = RenderOptions(tmp_path / "a.wav", 0.2, path, False, 48000)
     render(str(scene_file), wishes, as_json=True)
     assert json.loads(capsys.readouterr().out)["strikes"] == 2
 

@@ -20,7 +20,7 @@ from protocol.messages import Contact, Message, encode
 from recordings import START_NS, a_strike, any_messages, channel, made
 from rig.recording import channels, reading
 from rig.recording.channels import CHANNELS, as_json, from_json, schema
-from rig.recording.filing import CHUNK_BYTES, CHUNK_NS, Filing
+from rig.recording.mcap_writer import CHUNK_BYTES, CHUNK_NS, McapWriter
 from rig.recording.reading import RecordingError, read
 
 NS = 1_000_000_000
@@ -186,18 +186,18 @@ def test_zeros_behind_the_last_chunk_as_a_power_cut_leaves_them(tmp_path: Path) 
 
 def test_a_chunk_is_on_the_disk_when_it_is_a_second_old_or_full(tmp_path: Path) -> None:
     path = tmp_path / "a.mcap"
-    filing = Filing(path, {})
+    mcap = McapWriter(path, {})
     strike = channels.STRIKE
-    filing.put(strike, "", a_strike(1), 0, 0, 0)
-    filing.chunk_if_due(CHUNK_NS - 1)
+    mcap.put(strike, "", a_strike(1), 0, 0, 0)
+    mcap.chunk_if_due(CHUNK_NS - 1)
     assert read(path).events == []
-    filing.chunk_if_due(CHUNK_NS)
+    mcap.chunk_if_due(CHUNK_NS)
     assert len(read(path).events) == 1
     count = CHUNK_BYTES // len(as_json(a_strike(2))) + 1
     for seq in range(2, count + 2):
-        filing.put(strike, "", a_strike(seq), 0, 0, CHUNK_NS)
+        mcap.put(strike, "", a_strike(seq), 0, 0, CHUNK_NS)
     assert len(read(path).events) > count // 2
-    filing.finish()
+    mcap.finish()
     assert len(read(path).events) == count + 1
 
 
@@ -205,7 +205,7 @@ def test_what_is_there_is_not_touched(tmp_path: Path) -> None:
     path = tmp_path / "a.mcap"
     path.write_text("mine")
     with pytest.raises(FileExistsError):
-        Filing(path, {})
+        McapWriter(path, {})
     assert path.read_text() == "mine"
 
 
@@ -296,8 +296,8 @@ def test_a_chunk_that_would_fill_the_memory_is_not_taken_apart(
     tmp_path: Path, compression: str, why: str
 ) -> None:
     path = tmp_path / "bomb.mcap"
-    filing = Filing(path, {})
-    filing.abandon()
+    mcap = McapWriter(path, {})
+    mcap.abandon()
     size = 1 << 30
     packed = zstandard.ZstdCompressor().compressobj(size=size)
     zeros = bytes(1 << 20)
@@ -316,12 +316,12 @@ def test_a_chunk_that_would_fill_the_memory_is_not_taken_apart(
 
 
 def test_a_disk_that_fills_at_the_very_end_is_one_failure(tmp_path: Path) -> None:
-    filing = Filing(tmp_path / "full.mcap", {})
+    mcap = McapWriter(tmp_path / "full.mcap", {})
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(os, "write", _no_room)
         with pytest.raises(OSError, match="No space left"):
-            filing.finish()
-    filing.abandon()  # as the writing thread does then; what has its number now is another's
+            mcap.finish()
+    mcap.abandon()  # as the writing thread does then; what has its number now is another's
     assert read(tmp_path / "full.mcap").torn
 
 

@@ -9,28 +9,28 @@ from mcap.writer import Writer
 
 from protocol.messages import Release
 from rig.recording import channels
-from rig.recording.filing import Filing
 from rig.recording.index import keep_on_disk
+from rig.recording.mcap_writer import McapWriter
 
 SECOND_NS = 10**9
 
 
-def recorded(path: Path, chunks: int) -> Filing:
-    filing = Filing(path, {"rig": "test"})
+def recorded(path: Path, chunks: int) -> McapWriter:
+    mcap = McapWriter(path, {"rig": "test"})
     for second in range(chunks):
         for half in range(2):
             now_ns = second * SECOND_NS + half * SECOND_NS
             release = Release(
                 boot=1, seq=second, t_ns=now_ns, exit_speed_m_per_s=1.0, impulse_N_s=0.1, peak_N=1.0, contact_s=0.01
             )  # fmt: skip
-            filing.put(channels.RELEASE, "", release, now_ns, now_ns, now_ns)
-    return filing
+            mcap.put(channels.RELEASE, "", release, now_ns, now_ns, now_ns)
+    return mcap
 
 
 def test_the_finished_file_has_the_whole_index(tmp_path: Path) -> None:
     path = tmp_path / "take.mcap"
-    filing = recorded(path, 300)
-    filing.finish()
+    mcap = recorded(path, 300)
+    mcap.finish()
     with path.open("rb") as stream:
         reader = make_reader(stream)
         summary = reader.get_summary()
@@ -48,12 +48,12 @@ def test_the_finished_file_has_the_whole_index(tmp_path: Path) -> None:
 
 def test_a_longer_recording_needs_no_more_memory(tmp_path: Path) -> None:
     blocks: list[int] = []
-    filing = recorded(tmp_path / "warm.mcap", 50)
+    mcap = recorded(tmp_path / "warm.mcap", 50)
     for count in (100, 2000):
         other = recorded(tmp_path / f"{count}.mcap", count)
         blocks.append(sys.getallocatedblocks())
         other.abandon()
-    filing.abandon()
+    mcap.abandon()
     # mcap's own list keeps about ten objects for each chunk.
     assert blocks[1] - blocks[0] < 1000
 

@@ -14,7 +14,7 @@ from recordings import START_NS, a_state, a_strike, channel, made
 from rig.fault import GIVEN, LACKING, Stop
 from rig.offline import render as rendering
 from rig.recording import reading
-from rig.recording.filing import SCENE_ATTACHMENT, Filing
+from rig.recording.mcap_writer import SCENE_ATTACHMENT, McapWriter
 from rig.recording.reading import RecordingError, read
 from rig.replaying import replay as replaying
 from sound_server.sinks import wavfile
@@ -26,9 +26,9 @@ def piece(seq: int = 1, tick: int = 1, rate_Hz: float = 1000.0) -> Contact:
     return Contact(boot=7, seq=seq, first_tick=tick, rate_Hz=rate_Hz, forces=b"\0\0\x80?", t_ns=1)
 
 
-def rendered(out: Path, scene: str = "bare-drum", **wishes: object) -> None:
-    given = {"out": out, "duration_s": 0.2, "strikes": None, "roll": False, "rate_Hz": 48_000, **wishes}
-    rendering.render(scene, rendering.Wishes(**given), as_json=True, whole="duration_s" not in wishes)
+def rendered(out: Path, scene: str = "bare-drum", **options: object) -> None:
+    given = {"out": out, "duration_s": 0.2, "strikes": None, "roll": False, "rate_Hz": 48_000, **options}
+    rendering.render(scene, rendering.RenderOptions(**given), as_json=True, whole="duration_s" not in options)
 
 
 def test_one_time_far_away_fills_no_disk(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -83,11 +83,11 @@ def test_strikes_whose_times_go_back_are_refused_with_their_line(tmp_path: Path)
 
 def _timed(path: Path, times_s: list[tuple[float, float]]) -> Path:
     # Strikes by when they were recorded and when they happened.
-    filing = Filing(path, {"rig": "main", "boot": "7"}, lambda _name: "")
+    mcap = McapWriter(path, {"rig": "main", "boot": "7"}, lambda _name: "")
     for seq, (log_s, publish_s) in enumerate(times_s):
         log_ns, publish_ns = (START_NS + round(t * 1e9) for t in (log_s, publish_s))
-        filing.put(*channel("/strike"), a_strike(seq), log_ns, publish_ns, 0)
-    filing.finish()
+        mcap.put(*channel("/strike"), a_strike(seq), log_ns, publish_ns, 0)
+    mcap.finish()
     return path
 
 
@@ -127,8 +127,10 @@ def _numbered(seq: int) -> Strike:
 
 
 def replayed(path: Path) -> None:
-    wishes = replaying.Wishes(path, 1.0, False, False, "tcp/127.0.0.1:7447", None, (), "/drumstick", 3600.0)
-    replaying.replay(Keys("main"), replaying.checked(wishes), as_json=True)
+    options = replaying.ReplayOptions(
+        path, 1.0, False, False, "tcp/127.0.0.1:7447", None, (), "/drumstick", 3600.0
+    )
+    replaying.replay(Keys("main"), replaying.checked(options), as_json=True)
 
 
 def test_a_replay_of_years_is_refused_and_its_silence_named(tmp_path: Path) -> None:
@@ -166,9 +168,9 @@ def test_numbers_that_would_not_go_into_a_message_again_are_refused_before_it_pl
     [b"[" * 200_000, b'{"name":' + b"9" * 5000 + b"}", msgspec.json.encode({"stick": {"m_kg": 10**400}})],
 )
 def test_a_scene_in_a_recording_that_is_none(tmp_path: Path, scene: bytes) -> None:
-    filing = Filing(tmp_path / "a.mcap", {"rig": "main", "boot": "7"}, lambda _name: "")
-    filing.attach_scene(SCENE_ATTACHMENT, scene, START_NS)
-    filing.put(*channel("/strike"), a_strike(1), START_NS, START_NS, 0)
-    filing.finish()
+    mcap = McapWriter(tmp_path / "a.mcap", {"rig": "main", "boot": "7"}, lambda _name: "")
+    mcap.attach_scene(SCENE_ATTACHMENT, scene, START_NS)
+    mcap.put(*channel("/strike"), a_strike(1), START_NS, START_NS, 0)
+    mcap.finish()
     with pytest.raises(Stop, match="its scene cannot be read"):
         replayed(tmp_path / "a.mcap")

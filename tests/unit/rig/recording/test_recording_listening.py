@@ -12,7 +12,7 @@ from protocol.session import open_router
 from rig.recording import channels
 from rig.recording.channels import Channel
 from rig.recording.listening import Heard, Item, Listening
-from rig.supervision.settled import FarEnd
+from rig.supervision.resolved_options import FarEnd
 
 MANY = 300
 

@@ -8,8 +8,8 @@ from drumstick.parameters.scene import parse, shipped_text
 from drumstick.stick.law import law_of
 from haptic_server import block, files
 from realtime.atomics import poke
-from rig.supervision.laid_out import LaidOut
 from rig.supervision.plan import Options
+from rig.supervision.scene_files import SceneFiles
 from rig.supervision.terminal import Terminal
 from rig.supervision.up import Rig
 
@@ -40,7 +40,7 @@ def test_a_held_servo_keeps_running_and_so_keeps_its_words(
 ) -> None:
     life: list[str] = []
     said: list[str] = []
-    roll = LaidOut("roll", shipped_text("roll"))
+    roll = SceneFiles("roll", shipped_text("roll"))
     roll.put(tmp_path)
     made = block.create(tmp_path, law_of(parse(roll.text, "roll")))
     poke(made.control, block.HELD, int(is_held))

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from drumstick.drum.excitation.strikes import EVENT, RING_SLOTS, StrikeRing
 from drumstick.parameters.scene import parse
 from protocol.clock import HapticClock
-from protocol.complaints import Complaints
 from protocol.messages import Strike, encode
+from protocol.rate_limited_log import RateLimitedLog
 from realtime.ring import drain
-from sound_server.receiving.strikes import Once, StrikeDesk
+from sound_server.receiving.strikes import Once, StrikeScheduler
 from stability.catalogue import shows
 
 MS = 1_000_000
@@ -29,14 +29,14 @@ def message(seq: int, t_ns: int = NOW + OFFSET, boot: int = 7, **changes: float)
 
 
 class Bench:
-    """A desk, its ring, and the boots it heard."""
+    """A scheduler, its ring, and the boots it heard."""
 
     def __init__(self, latency_s: float = 0.0) -> None:
         self.ring = StrikeRing()
         self.boots: list[int] = []
-        self.desk = StrikeDesk(self.ring, Complaints(lambda: 0), self.boots.append)
-        self.desk.clock = HapticClock(7, OFFSET, 0)
-        self.desk.latency_s = latency_s
+        self.scheduler = StrikeScheduler(self.ring, RateLimitedLog(lambda: 0), self.boots.append)
+        self.scheduler.clock = HapticClock(7, OFFSET, 0)
+        self.scheduler.latency_s = latency_s
 
     def onsets(self) -> list[int]:
         out = np.zeros(RING_SLOTS, EVENT)
@@ -47,22 +47,22 @@ class Bench:
 def test_a_strike_is_played_once_however_often_it_comes() -> None:
     bench = Bench()
     for seq in (1, 2, 2, 1, 3):
-        bench.desk.take(message(seq), NOW)
-    bench.desk.take(message(1, boot=8), NOW)  # a servo that started anew counts from the beginning
-    assert len(bench.onsets()) == bench.desk.played == 4
-    assert bench.desk.duplicates == 2
+        bench.scheduler.take(message(seq), NOW)
+    bench.scheduler.take(message(1, boot=8), NOW)  # a servo that started anew counts from the beginning
+    assert len(bench.onsets()) == bench.scheduler.played == 4
+    assert bench.scheduler.duplicates == 2
     assert bench.boots == [7, 7, 7, 7, 7, 8]
 
 
 def test_without_latency_a_strike_sounds_at_once() -> None:
     bench = Bench()
-    bench.desk.take(message(1, NOW + OFFSET - 3 * MS), NOW)
+    bench.scheduler.take(message(1, NOW + OFFSET - 3 * MS), NOW)
     assert bench.onsets() == [0]
 
 
 def test_with_latency_a_strike_sounds_at_its_instant_on_our_clock() -> None:
     bench = Bench(latency_s=0.02)
-    bench.desk.take(message(1, NOW + OFFSET - 3 * MS), NOW)
+    bench.scheduler.take(message(1, NOW + OFFSET - 3 * MS), NOW)
     assert bench.onsets() == [NOW + 17 * MS]
 
 
@@ -70,31 +70,31 @@ def test_with_latency_a_strike_sounds_at_its_instant_on_our_clock() -> None:
 def test_more_than_fifty_milliseconds_late_is_too_late(latency_s: float) -> None:
     bench = Bench(latency_s)
     due = NOW + OFFSET - round(latency_s * 1e9)
-    bench.desk.take(message(1, due - 49 * MS), NOW)
-    bench.desk.take(message(2, due - 51 * MS), NOW)
-    assert (bench.desk.played, bench.desk.late) == (1, 1)
+    bench.scheduler.take(message(1, due - 49 * MS), NOW)
+    bench.scheduler.take(message(2, due - 51 * MS), NOW)
+    assert (bench.scheduler.played, bench.scheduler.late) == (1, 1)
     assert len(bench.onsets()) == 1
 
 
 def test_a_clock_of_another_boot_says_nothing_about_age() -> None:
     bench = Bench(latency_s=0.02)
-    bench.desk.take(message(1, 12, boot=8), NOW)
+    bench.scheduler.take(message(1, 12, boot=8), NOW)
     assert bench.onsets() == [0]
 
 
 def test_a_strike_from_the_far_future_does_not_wait_for_it() -> None:
     bench = Bench(latency_s=0.02)
-    bench.desk.take(message(1, NOW + OFFSET + 3_600_000 * MS), NOW)
-    bench.desk.take(message(2, 2**63), NOW)
+    bench.scheduler.take(message(1, NOW + OFFSET + 3_600_000 * MS), NOW)
+    bench.scheduler.take(message(2, 2**63), NOW)
     assert bench.onsets() == [0, 0]
 
 
 def test_a_full_ring_drops_and_says_so(caplog: pytest.LogCaptureFixture) -> None:
     bench = Bench()
     for seq in range(RING_SLOTS + 3):
-        bench.desk.take(message(seq), NOW)
-    assert bench.desk.played == RING_SLOTS
-    assert len(caplog.records) == 1  # the complaints' clock stands still
+        bench.scheduler.take(message(seq), NOW)
+    assert bench.scheduler.played == RING_SLOTS
+    assert len(caplog.records) == 1  # the limited_log' clock stands still
     assert "256 are waiting" in caplog.text
 
 
@@ -114,8 +114,8 @@ def test_a_full_ring_drops_and_says_so(caplog: pytest.LogCaptureFixture) -> None
 )
 def test_what_no_stick_can_do_is_refused(change: dict[str, float]) -> None:
     bench = Bench()
-    bench.desk.take(message(1, **change), NOW)
-    assert (bench.desk.bad, bench.desk.played, bench.onsets()) == (1, 0, [])
+    bench.scheduler.take(message(1, **change), NOW)
+    assert (bench.scheduler.bad, bench.scheduler.played, bench.onsets()) == (1, 0, [])
 
 
 @given(st.binary(max_size=200))
@@ -123,8 +123,8 @@ def test_no_bytes_stop_the_desk(payload: bytes) -> None:
     logging.disable()
     try:
         bench = Bench()
-        bench.desk.take(payload, NOW)
-        bench.desk.take(message(1), NOW)
+        bench.scheduler.take(payload, NOW)
+        bench.scheduler.take(message(1), NOW)
     finally:
         logging.disable(logging.NOTSET)
     assert len(bench.onsets()) >= 1
@@ -135,8 +135,8 @@ def test_no_array_stops_the_desk(items: list[object]) -> None:
     logging.disable()
     try:
         bench = Bench(latency_s=0.1)
-        bench.desk.take(msgspec.msgpack.encode([1, *items]), NOW)
-        bench.desk.take(message(1, boot=-7), NOW)
+        bench.scheduler.take(msgspec.msgpack.encode([1, *items]), NOW)
+        bench.scheduler.take(message(1, boot=-7), NOW)
     finally:
         logging.disable(logging.NOTSET)
     assert len(bench.onsets()) >= 1
@@ -157,9 +157,9 @@ def test_the_memory_of_strikes_is_bounded() -> None:
 
 def test_complaints_come_at_most_once_a_second(caplog: pytest.LogCaptureFixture) -> None:
     instants = [0, 1, 999_999_999, 1_000_000_000, 1_000_000_001]
-    complaints = Complaints(iter(instants).__next__)
+    limited_log = RateLimitedLog(iter(instants).__next__)
     for _ in instants:
-        complaints.complain("bad")
+        limited_log.warn("bad")
     assert [record.getMessage() for record in caplog.records] == ["bad", "bad (and 2 more)"]
 
 
@@ -167,10 +167,10 @@ def test_complaints_come_at_most_once_a_second(caplog: pytest.LogCaptureFixture)
 def test_how_long_strikes_took_to_come_is_told_whatever_they_sound_by(is_streamed: bool) -> None:
     bench = Bench()
     noted: list[Strike] = []
-    bench.desk.note = noted.append if is_streamed else None
+    bench.scheduler.note = noted.append if is_streamed else None
     for seq, took_ms in enumerate((2, 3, 4)):
-        bench.desk.take(message(seq, NOW + OFFSET - took_ms * MS), NOW)
-    told = bench.desk.punctuality.told()
+        bench.scheduler.take(message(seq, NOW + OFFSET - took_ms * MS), NOW)
+    told = bench.scheduler.arrivals.told()
     assert told.arrival_ms == pytest.approx(3.0)
     assert told.jitter_ms == pytest.approx(1.8)
     assert told.unpunctual == 0
@@ -180,9 +180,9 @@ def test_how_long_strikes_took_to_come_is_told_whatever_they_sound_by(is_streame
 def test_a_strike_that_comes_after_its_instant_is_unpunctual_though_it_sounds() -> None:
     bench = Bench(latency_s=0.02)
     for seq, took_ms in enumerate((19, 21)):
-        bench.desk.take(message(seq, NOW + OFFSET - took_ms * MS), NOW)
-    assert bench.desk.punctuality.told().unpunctual == 1
-    assert bench.desk.played == 2
+        bench.scheduler.take(message(seq, NOW + OFFSET - took_ms * MS), NOW)
+    assert bench.scheduler.arrivals.told().unpunctual == 1
+    assert bench.scheduler.played == 2
 
 
 MALLET = '[drum]\nexcitation = "mallet"\n'
@@ -190,14 +190,14 @@ MALLET = '[drum]\nexcitation = "mallet"\n'
 
 def test_only_a_mallet_asks_how_fast_the_strike_was() -> None:
     bench = Bench()
-    bench.desk.take(message(1, z_speed_m_per_s=1001.0), NOW)
-    bench.desk.scene = parse("", "no mallet")
-    bench.desk.take(message(2, z_speed_m_per_s=1001.0), NOW)
-    assert (bench.desk.played, bench.desk.bad) == (2, 0)
-    bench.desk.scene = parse(MALLET, "mallet")
-    bench.desk.take(message(3, z_speed_m_per_s=1001.0), NOW)
-    bench.desk.take(message(4, z_speed_m_per_s=999.0), NOW)
-    assert (bench.desk.played, bench.desk.bad) == (3, 1)
+    bench.scheduler.take(message(1, z_speed_m_per_s=1001.0), NOW)
+    bench.scheduler.scene = parse("", "no mallet")
+    bench.scheduler.take(message(2, z_speed_m_per_s=1001.0), NOW)
+    assert (bench.scheduler.played, bench.scheduler.bad) == (2, 0)
+    bench.scheduler.scene = parse(MALLET, "mallet")
+    bench.scheduler.take(message(3, z_speed_m_per_s=1001.0), NOW)
+    bench.scheduler.take(message(4, z_speed_m_per_s=999.0), NOW)
+    assert (bench.scheduler.played, bench.scheduler.bad) == (3, 1)
 
 
 @pytest.mark.parametrize(
@@ -206,8 +206,8 @@ def test_only_a_mallet_asks_how_fast_the_strike_was() -> None:
 )
 def test_a_mallets_stroke_is_what_the_level_stands_for(strike: str, level: float, speed: float) -> None:
     bench = Bench()
-    bench.desk.scene = parse(f"{MALLET}[strike]\n{strike}\n", "mallet")
-    bench.desk.take(message(1, level=level), NOW)
+    bench.scheduler.scene = parse(f"{MALLET}[strike]\n{strike}\n", "mallet")
+    bench.scheduler.take(message(1, level=level), NOW)
     out = np.zeros(RING_SLOTS, EVENT)
     events = out[: drain(bench.ring.cells, bench.ring.slots, out)]
     assert events["speed_m_per_s"].tolist() == [speed]

@@ -57,7 +57,8 @@ class Bench:
         self.asked: list[tuple[str, float, int | None]] = []
         self.refused: list[tuple[str, float, str]] = []
         changes = SimpleNamespace(
-            want_one=lambda *wish: self.asked.append(wish), refuse=lambda *wish: self.refused.append(wish)
+            want_one=lambda *request: self.asked.append(request),
+            refuse=lambda *request: self.refused.append(request),
         )
         self.control = Control(
             cast(viser.ViserServer, SimpleNamespace(gui=self.gui)),

@@ -5,7 +5,7 @@ import pytest
 
 from protocol.messages import Release, State, Strike
 from web_panel.rig.history import History
-from web_panel.rig.mirror import Mirror
+from web_panel.rig.rig_state import RigState
 
 
 def state(strikes: int, v_e: float, z_m: float = 0.01, boot: int = 1) -> State:
@@ -17,10 +17,10 @@ def state(strikes: int, v_e: float, z_m: float = 0.01, boot: int = 1) -> State:
 
 
 def told(*states: State, at: float = 0.0) -> History:
-    history, mirror = History(), Mirror()
+    history, rig_state = History(), RigState()
     for i, each in enumerate(states):
-        mirror.note_state(each, at + 0.01 * i)
-    history.take(mirror, at + 1.0)
+        rig_state.note_state(each, at + 0.01 * i)
+    history.take(rig_state, at + 1.0)
     return history
 
 
@@ -44,9 +44,9 @@ def test_a_new_start_counts_anew() -> None:
 
 
 def test_what_is_older_than_ten_seconds_is_gone() -> None:
-    history, mirror = History(), Mirror()
-    mirror.note_state(state(1, 0.3), 0.0)
-    mirror.new_releases.append(
+    history, rig_state = History(), RigState()
+    rig_state.note_state(state(1, 0.3), 0.0)
+    rig_state.new_releases.append(
         (
             0.0,
             Release(
@@ -54,25 +54,25 @@ def test_what_is_older_than_ten_seconds_is_gone() -> None:
             ),
         )
     )
-    history.take(mirror, 1.0)
+    history.take(rig_state, 1.0)
     assert history.roll(1.0)[0] == pytest.approx([-1.0])
     assert history.contacts(1.0) == pytest.approx(np.array([[-1.0], [4.0], [5.0]]))
     assert history.orbit(1.0, 3.0) == pytest.approx(np.array([[10.0], [0.1]]))
     assert history.orbit(1.0, 0.5).shape == (2, 0)
-    mirror.forget_news()
-    history.take(mirror, 10.5)
+    rig_state.forget_news()
+    history.take(rig_state, 10.5)
     assert history.roll(10.5).shape == (4, 0)
     assert history.contacts(10.5).shape == (3, 0)
     assert history.steps().shape == (2, 0)
 
 
 def test_strikes_are_kept_with_their_levels_for_ten_seconds() -> None:
-    history, mirror = History(), Mirror()
+    history, rig_state = History(), RigState()
     for seq, at in enumerate((0.0, 5.0, 12.0)):
         strike = Strike(
             boot=1, seq=seq, t_ns=0, x=0.0, y=0.0, z_speed_m_per_s=0.1 * at, level=0.05 * at, peak_estimate_N=1.0,
             contact_estimate_s=0.005,
         )  # fmt: skip
-        mirror.note_strike(strike, at)
-    history.take(mirror, 12.0)
+        rig_state.note_strike(strike, at)
+    history.take(rig_state, 12.0)
     assert pytest.approx(np.array([[0.5, 0.25], [1.2, 0.6]])) == history.strikes().T

@@ -3,20 +3,20 @@ import pytest
 from drumstick.parameters.scene import parse, shipped_names, shipped_text
 from drumstick.parameters.table import table_of
 from protocol.messages import State
-from web_panel.rig.mirror import Mirror
+from web_panel.rig.rig_state import RigState
 from web_panel.rig.scene_change import SceneChange
 
 
-def start(mirror: Mirror, boot: int, scene: str) -> None:
+def start(rig_state: RigState, boot: int, scene: str) -> None:
     """The servo starts and tells its scene."""
     state = State(
         boot=boot, t_ns=0, status="playing", z_m=0.0, v_m_per_s=0.0, force_N=0.0, x=0.0, y=0.0, roll_rate_Hz=0.0,
         v_e_m_per_s=0.0, strikes=0, ticks=0, overruns=0, lateness_p99_us=0.0, lateness_worst_us=0.0, ring_dropped=0,
         revision=0, pending=False,
     )  # fmt: skip
-    mirror.note_state(state, 0.0)
+    rig_state.note_state(state, 0.0)
     told = parse(shipped_text(scene), scene)
-    mirror.note_scene(told, table_of(told))
+    rig_state.note_scene(told, table_of(told))
 
 
 @pytest.mark.parametrize(
@@ -30,15 +30,15 @@ def start(mirror: Mirror, boot: int, scene: str) -> None:
 def test_what_became_of_it_is_told_once_by_the_next_start(
     asked: str, played: str, words: str, alarm: bool
 ) -> None:
-    mirror, change = Mirror(), SceneChange()
-    start(mirror, 1, "roll")
-    assert change.outcome(mirror) is None
-    change.begin(asked, mirror)
-    start(mirror, 1, "roll")  # the old servo is still there
-    assert change.outcome(mirror) is None
-    start(mirror, 2, played)
-    assert change.outcome(mirror) == (words, alarm)
-    assert change.outcome(mirror) is None
+    rig_state, change = RigState(), SceneChange()
+    start(rig_state, 1, "roll")
+    assert change.outcome(rig_state) is None
+    change.begin(asked, rig_state)
+    start(rig_state, 1, "roll")  # the old servo is still there
+    assert change.outcome(rig_state) is None
+    start(rig_state, 2, played)
+    assert change.outcome(rig_state) == (words, alarm)
+    assert change.outcome(rig_state) is None
 
 
 def test_a_shipped_scene_is_told_by_the_name_that_is_asked_for() -> None:

@@ -8,7 +8,7 @@ import zenoh
 
 from protocol.keys import Keys
 from protocol.messages import Cost, Membrane, Message, Release, Spectrum, Strike
-from web_panel.rig.mirror import METER_LIFE_S, Mirror
+from web_panel.rig.rig_state import METER_LIFE_S, RigState
 from web_panel.rig.watching import COST, MEMBRANE, RELEASES, SPECTRUM, STRIKES, Watching
 
 MEMBRANE_HEARD = Membrane(id="s", t_ns=0, rings=1, spokes=3, unit_m=1e-6, heights=bytes(8))
@@ -58,11 +58,13 @@ def hand_on(sample: Any, _: object, note: Callable[[str, Any], None]) -> bool:
     ("name", "message"), [(MEMBRANE, MEMBRANE_HEARD), (SPECTRUM, SPECTRUM_HEARD), (COST, COST_HEARD)]
 )
 def test_what_a_sound_server_said_last_is_forgotten_when_it_says_no_more(name: str, message: Message) -> None:
-    session, mirror, keys = Session(), Mirror(), Keys("main")
-    watching = Watching(cast(zenoh.Session, session), keys, mirror, hand_on)
+    session, rig_state, keys = Session(), RigState(), Keys("main")
+    watching = Watching(cast(zenoh.Session, session), keys, rig_state, hand_on)
 
     def shown() -> object:
-        return {MEMBRANE: mirror.membrane, SPECTRUM: mirror.spectrum, COST: mirror.costs.get("now")}[name]
+        return {MEMBRANE: rig_state.membrane, SPECTRUM: rig_state.spectrum, COST: rig_state.costs.get("now")}[
+            name
+        ]
 
     watching.want(frozenset({name}))
     (waiting,) = session.waiting.values()
@@ -81,8 +83,8 @@ def test_what_a_sound_server_said_last_is_forgotten_when_it_says_no_more(name: s
 
 
 def test_strikes_are_held_against_releases_while_somebody_looks_at_both() -> None:
-    session, mirror, keys = Session(), Mirror(), Keys("main")
-    watching = Watching(cast(zenoh.Session, session), keys, mirror, hand_on)
+    session, rig_state, keys = Session(), RigState(), Keys("main")
+    watching = Watching(cast(zenoh.Session, session), keys, rig_state, hand_on)
     watching.want(frozenset({STRIKES, RELEASES}))
     for seq in range(3):
         strike, release = contact(seq)
@@ -90,9 +92,9 @@ def test_strikes_are_held_against_releases_while_somebody_looks_at_both() -> Non
         watching.poll(1.0)  # before its strike
         session.waiting[keys.strike].append(strike)
         watching.poll(2.0)
-    told = mirror.announcements.report()
+    told = rig_state.announcements.report()
     assert told is not None
     assert (told.contacts, told.is_good) == (3, True)
-    assert [at for at, _ in mirror.new_releases] == [1.0, 1.0, 1.0]
+    assert [at for at, _ in rig_state.new_releases] == [1.0, 1.0, 1.0]
     watching.want(frozenset({STRIKES}))
-    assert mirror.announcements.report() is None
+    assert rig_state.announcements.report() is None

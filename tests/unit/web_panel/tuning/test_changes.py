@@ -13,10 +13,10 @@ from drumstick.parameters.table import table_of
 from protocol.messages import Readback
 from web_panel.controls.steps_row import sets_words, step_words
 from web_panel.rig.answer import Answer
-from web_panel.rig.mirror import Mirror
+from web_panel.rig.rig_state import RigState
 from web_panel.tuning.changes import Changes
 from web_panel.tuning.kept import Kept
-from web_panel.tuning.wishes import Wish
+from web_panel.tuning.set_queue import SetRequest
 
 SCENE = parse(shipped_text("roll"), "roll.toml")
 TABLE = table_of(SCENE)
@@ -24,31 +24,31 @@ HOLDER, OTHER = 1, 2
 
 
 class Rig:
-    """Accepts what is not refused; and the panel's mirror of it."""
+    """Accepts what is not refused; and the panel's rig_state of it."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self.values = {"dv_pls": 0.2, "k_coll": 5000.0, "z_ss": -0.02, "z_h0": -0.0126}
         self.revision = 0
         self.refusal = ""
-        self.asked: list[Wish] = []
+        self.asked: list[SetRequest] = []
         self.foreseen: list[dict[str, float]] = []
         self.now = 0.0
-        self.mirror = Mirror()
-        self.mirror.note_scene(SCENE, TABLE)
+        self.rig_state = RigState()
+        self.rig_state.note_scene(SCENE, TABLE)
         for name, value in self.values.items():
-            self.mirror.note_readback(name, Readback(value=value, revision=0))
+            self.rig_state.note_readback(name, Readback(value=value, revision=0))
         self.start_panel()
 
     def start_panel(self) -> None:
         """A panel as it starts, and the first that it hears."""
         self.changes = Changes(self.set, self.load, self.lease_of, self.foresee, Kept(self.path))
         self.changes.start()
-        self.changes.take_answers(self.mirror, self.now)
+        self.changes.take_answers(self.rig_state, self.now)
 
     def restart_panel(self) -> None:
         """As after a kill: nothing is said at the end."""
-        self.changes.take_answers(self.mirror, self.now + 5.0)
+        self.changes.take_answers(self.rig_state, self.now + 5.0)
         self.changes.close()
         self.start_panel()
 
@@ -58,16 +58,16 @@ class Rig:
     def lease_of(self, client: int | None) -> str:
         return "secret" if client == HOLDER else ""
 
-    def set(self, wish: Wish) -> Answer:
-        self.asked.append(wish)
+    def set(self, request: SetRequest) -> Answer:
+        self.asked.append(request)
         if self.refusal:
             return Answer(reason=self.refusal, refused=True)
-        self.values |= wish.values
+        self.values |= request.values
         self.revision += 1
-        return Answer({n: Readback(value=v, revision=self.revision) for n, v in wish.values.items()})
+        return Answer({n: Readback(value=v, revision=self.revision) for n, v in request.values.items()})
 
     def load(self, name: str, lease: str) -> Answer:
-        return self.set(Wish({"dv_pls": 0.9}, lease, "preset"))
+        return self.set(SetRequest({"dv_pls": 0.9}, lease, "preset"))
 
     def until(self, true: Callable[[], object]) -> None:
         """Take answers, each round five seconds later, until this is so."""
@@ -76,11 +76,11 @@ class Rig:
             assert time.monotonic() < end
             time.sleep(0.002)
             self.now += 5.0
-            self.changes.take_answers(self.mirror, self.now)
+            self.changes.take_answers(self.rig_state, self.now)
 
     def change(self, name: str, value: float) -> None:
         self.changes.want_one(name, value, OTHER)
-        self.until(lambda: self.mirror.readbacks[name].value == value)
+        self.until(lambda: self.rig_state.readbacks[name].value == value)
 
 
 @pytest.fixture
@@ -97,7 +97,7 @@ def test_changes_are_undone_one_by_one_and_done_again(rig: Rig) -> None:
     rig.until(lambda: len(rig.changes.history.back) == 1)
     assert (rig.values["dv_pls"], rig.values["k_coll"]) == (0.3, 5000.0)
     step = rig.changes.history.back[-1]
-    assert step_words(step.before, rig.mirror.standing(), TABLE) == "Δv_pls 0.3 → 0.2 m/s"
+    assert step_words(step.before, rig.rig_state.standing(), TABLE) == "Δv_pls 0.3 → 0.2 m/s"
     rig.changes.undo(OTHER)
     rig.until(lambda: not rig.changes.history.back)
     assert rig.values["dv_pls"] == 0.2
@@ -110,11 +110,11 @@ def test_changes_are_undone_one_by_one_and_done_again(rig: Rig) -> None:
 
 def test_undo_is_worded_from_what_holds_whoever_set_it(rig: Rig) -> None:
     rig.change("dv_pls", 0.3)
-    rig.mirror.note_readback("dv_pls", Readback(value=0.5, revision=9))  # by OSC, say
+    rig.rig_state.note_readback("dv_pls", Readback(value=0.5, revision=9))  # by OSC, say
     (step,) = rig.changes.history.back
-    assert step_words(step.before, rig.mirror.standing(), TABLE) == "Δv_pls 0.5 → 0.2 m/s"
-    rig.mirror.note_readback("dv_pls", Readback(value=0.2, revision=10))
-    assert step_words(step.before, rig.mirror.standing(), TABLE) == "changes nothing that holds"
+    assert step_words(step.before, rig.rig_state.standing(), TABLE) == "Δv_pls 0.5 → 0.2 m/s"
+    rig.rig_state.note_readback("dv_pls", Readback(value=0.2, revision=10))
+    assert step_words(step.before, rig.rig_state.standing(), TABLE) == "changes nothing that holds"
 
 
 def test_an_undo_that_is_refused_stays_to_be_undone_and_says_why(rig: Rig) -> None:
@@ -132,7 +132,7 @@ def test_an_undo_that_is_refused_stays_to_be_undone_and_says_why(rig: Rig) -> No
 
 def test_a_and_b_are_switched_as_one_set_and_undone_as_one(rig: Rig) -> None:
     def told() -> str:
-        return sets_words(rig.changes, rig.mirror.standing(), TABLE)
+        return sets_words(rig.changes, rig.rig_state.standing(), TABLE)
 
     assert told().startswith("A and B are empty")
     rig.changes.switch("A", OTHER)  # empty: nothing is asked
@@ -163,8 +163,8 @@ def test_a_loaded_preset_is_a_step(rig: Rig) -> None:
 def test_only_the_holders_wishes_carry_the_lease(rig: Rig) -> None:
     for client, value in ((HOLDER, 0.3), (OTHER, 0.4), (None, 0.5)):
         rig.changes.want_one("dv_pls", value, client)
-        rig.until(lambda value=value: rig.mirror.readbacks["dv_pls"].value == value)
-    assert [wish.lease for wish in rig.asked] == ["secret", "", ""]
+        rig.until(lambda value=value: rig.rig_state.readbacks["dv_pls"].value == value)
+    assert [request.lease for request in rig.asked] == ["secret", "", ""]
 
 
 def test_what_is_foreseen_is_the_whole_set_with_the_one_value(rig: Rig) -> None:
@@ -178,8 +178,8 @@ def test_another_scene_forgets_all_of_it(rig: Rig) -> None:
     rig.change("dv_pls", 0.3)
     rig.changes.store("A")
     paper = parse(shipped_text("paper-roll"), "paper-roll.toml")
-    rig.mirror.note_scene(paper, table_of(paper))
-    rig.changes.take_answers(rig.mirror, rig.now)
+    rig.rig_state.note_scene(paper, table_of(paper))
+    rig.changes.take_answers(rig.rig_state, rig.now)
     assert not rig.changes.history.back
     assert not rig.changes.compare.slots
 
@@ -193,7 +193,7 @@ def test_undo_redo_a_and_b_outlive_the_panel(rig: Rig) -> None:
     rig.until(lambda: rig.changes.history.forth)
     rig.restart_panel()
     assert [step.before for step in rig.changes.history.back] == [{"dv_pls": 0.2}]
-    assert sets_words(rig.changes, rig.mirror.standing(), TABLE).endswith("A and B differ in Δv_pls.")
+    assert sets_words(rig.changes, rig.rig_state.standing(), TABLE).endswith("A and B differ in Δv_pls.")
     rig.changes.redo(OTHER)
     rig.until(lambda: rig.values["dv_pls"] == 0.4)
     rig.changes.switch("A", OTHER)
@@ -211,8 +211,8 @@ def test_another_scene_begins_without_the_steps_of_this_one(rig: Rig) -> None:
     rig.changes.store("A")
     rig.restart_panel()
     assert rig.changes.history.back
-    rig.mirror.note_scene(dataclasses.replace(SCENE, name="another"), TABLE)
-    rig.changes.take_answers(rig.mirror, rig.now)
+    rig.rig_state.note_scene(dataclasses.replace(SCENE, name="another"), TABLE)
+    rig.changes.take_answers(rig.rig_state, rig.now)
     assert not rig.changes.history.back
     assert not rig.changes.compare.slots
 
@@ -248,7 +248,7 @@ def test_a_file_that_is_not_as_the_panel_wrote_it_is_as_none(
 def test_a_folder_that_takes_no_file_stops_nothing(rig: Rig, caplog: pytest.LogCaptureFixture) -> None:
     (rig.path.parent / f".{rig.path.name}").mkdir()
     rig.change("dv_pls", 0.3)
-    rig.changes.take_answers(rig.mirror, rig.now + 5.0)
+    rig.changes.take_answers(rig.rig_state, rig.now + 5.0)
     assert "cannot be written" in caplog.text
     rig.changes.undo(OTHER)
     rig.until(lambda: rig.values["dv_pls"] == 0.2)

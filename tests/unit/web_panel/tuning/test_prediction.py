@@ -18,7 +18,7 @@ from web_panel.rig.answer import Answer
 from web_panel.tuning.changes import Changes
 from web_panel.tuning.kept import Kept
 from web_panel.tuning.prediction import Prediction
-from web_panel.tuning.wishes import Wish
+from web_panel.tuning.set_queue import SetRequest
 
 ROLL = parse(shipped_text("roll"), "roll.toml")
 ECHO = """
@@ -64,9 +64,9 @@ def test_a_set_is_sent_while_its_prediction_is_still_computed(tmp_path: Path) ->
     prediction.show_for(ROLL, {})
     sent = threading.Event()
 
-    def set_(wish: Wish) -> Answer:
+    def set_(request: SetRequest) -> Answer:
         sent.set()
-        return Answer({name: Readback(value=value, revision=1) for name, value in wish.values.items()})
+        return Answer({name: Readback(value=value, revision=1) for name, value in request.values.items()})
 
     changes = Changes(
         set_, lambda _name, _lease: Answer(), lambda _client: "", prediction.ask, Kept(tmp_path / "kept")

@@ -8,7 +8,7 @@ import pytest
 
 from haptic_server.gateway.osc.front import OscFront
 from haptic_server.gateway.osc.targets import MOST_OF_A_HOST, MOST_SUBSCRIPTIONS, Targets
-from osc_bench import FakeDesk, Time, built, client, no_preset, opened_front, tell
+from osc_bench import FakeParameters, Time, built, client, no_preset, opened_front, tell
 from protocol import osc
 from stability.catalogue import shows
 
@@ -16,7 +16,7 @@ P = "/drumstick"
 
 
 def test_a_ping_brings_its_arguments_back_to_the_sender_alone() -> None:
-    with client() as a, client() as target, opened_front(FakeDesk(), target) as front:
+    with client() as a, client() as target, opened_front(FakeParameters(), target) as front:
         datagram = built(P + "/ping", 1, 0.5, "ab")
         assert tell(front, a, datagram) == [("/drumstick/pong", [1, 0.5, "ab"])]
         assert target.waiting() == []
@@ -24,16 +24,16 @@ def test_a_ping_brings_its_arguments_back_to_the_sender_alone() -> None:
 
 @pytest.mark.parametrize("args", [[], [1.0], ["now"], [math.nan]])
 def test_panic_is_never_refused(args: list[float | str]) -> None:
-    desk = FakeDesk()
-    with client() as a, opened_front(desk) as front:
+    parameters = FakeParameters()
+    with client() as a, opened_front(parameters) as front:
         assert tell(front, a, built(P + "/panic", *args)) == []
-        assert desk.panics == [f"osc {a.endpoint[0]}:{a.endpoint[1]}"]
+        assert parameters.panics == [f"osc {a.endpoint[0]}:{a.endpoint[1]}"]
 
 
 @pytest.mark.parametrize("as_kind", [int, float])
 def test_a_subscription_lasts_a_minute_and_can_be_renewed(as_kind: type) -> None:
     time = Time()
-    with client() as sender, client() as listener, opened_front(FakeDesk(), now=time) as front:
+    with client() as sender, client() as listener, opened_front(FakeParameters(), now=time) as front:
         subscribe = built(P + "/subscribe", as_kind(listener.endpoint[1]))
         assert tell(front, sender, subscribe) == []
         time.s += 59.0
@@ -50,7 +50,7 @@ def test_a_subscription_lasts_a_minute_and_can_be_renewed(as_kind: type) -> None
 
 
 def test_unsubscribing_one_port_or_all() -> None:
-    with client() as sender, client() as one, client() as two, opened_front(FakeDesk()) as front:
+    with client() as sender, client() as one, client() as two, opened_front(FakeParameters()) as front:
         ports = [one.endpoint[1], two.endpoint[1]]
 
         def subscribe() -> None:
@@ -76,7 +76,7 @@ def test_unsubscribing_one_port_or_all() -> None:
 
 
 def test_a_given_target_stays_whatever_is_unsubscribed() -> None:
-    with client() as target, opened_front(FakeDesk(), target) as front:
+    with client() as target, opened_front(FakeParameters(), target) as front:
         front.hear(built(P + "/subscribe", target.endpoint[1]), target.endpoint)
         front.hear(built(P + "/unsubscribe"), target.endpoint)
         front.alive("main", "ready", 0)
@@ -85,7 +85,7 @@ def test_a_given_target_stays_whatever_is_unsubscribed() -> None:
 
 def test_one_host_has_at_most_16_subscriptions_and_keeps_no_other_out() -> None:
     time = Time()
-    with client() as sender, client() as target, opened_front(FakeDesk(), target, now=time) as front:
+    with client() as sender, client() as target, opened_front(FakeParameters(), target, now=time) as front:
         ports = [p for p in range(20000, 20000 + MOST_OF_A_HOST + 2) if p != front.endpoint[1]]
         for port in ports[:MOST_OF_A_HOST]:
             assert tell(front, sender, built(P + "/subscribe", port)) == []
@@ -115,18 +115,23 @@ def test_there_are_at_most_64_subscriptions() -> None:
 
 
 def test_the_rigs_own_port_can_be_no_target() -> None:
-    with client() as a, opened_front(FakeDesk()) as front:
+    with client() as a, opened_front(FakeParameters()) as front:
         answers = tell(front, a, built(P + "/subscribe", front.endpoint[1]))
         assert answers == [("/drumstick/error", ["/drumstick/subscribe", "that is the rig's own port"])]
     with client() as probe:
         free = probe.endpoint
     with pytest.raises(ValueError, match="send to another port"):
-        OscFront(free, [free], P, FakeDesk(), no_preset)
+        OscFront(free, [free], P, FakeParameters(), no_preset)
 
 
 def test_errors_are_capped_for_each_source_but_ping_and_panic_never() -> None:
-    desk, time = FakeDesk(), Time()
-    with client() as bad, client() as good, client() as target, opened_front(desk, target, now=time) as front:
+    parameters, time = FakeParameters(), Time()
+    with (
+        client() as bad,
+        client() as good,
+        client() as target,
+        opened_front(parameters, target, now=time) as front,
+    ):
         wrong = built(P + "/nonsense")
         for _ in range(500):
             front.hear(wrong, bad.endpoint)
@@ -137,7 +142,7 @@ def test_errors_are_capped_for_each_source_but_ping_and_panic_never() -> None:
             assert tell(front, bad, built(P + "/ping")) == [("/drumstick/pong", [])]
         for _ in range(50):
             front.hear(built(P + "/panic"), bad.endpoint)
-        assert len(desk.panics) == 50
+        assert len(parameters.panics) == 50
         assert len(tell(front, good, wrong)) == 1  # another source has its own allowance
         time.s += 1.0
         assert len(tell(front, bad, wrong)) == 1
@@ -146,7 +151,7 @@ def test_errors_are_capped_for_each_source_but_ping_and_panic_never() -> None:
 @shows("flood of nonsense", "ours")
 def test_errors_to_many_sources_are_bounded_together() -> None:
     time = Time()
-    with client() as target, opened_front(FakeDesk(), target, now=time) as front:
+    with client() as target, opened_front(FakeParameters(), target, now=time) as front:
         heard = 0
         for port in range(30000, 32000):
             front.hear(b"/x\0\0", ("127.0.0.1", port))
@@ -156,7 +161,7 @@ def test_errors_to_many_sources_are_bounded_together() -> None:
 
 def test_answers_to_a_flood_of_questions_go_to_the_asker_only() -> None:
     time = Time()
-    with client() as a, client() as target, opened_front(FakeDesk(), target, now=time) as front:
+    with client() as a, client() as target, opened_front(FakeParameters(), target, now=time) as front:
         to_target = 0
         for _ in range(300):
             assert len(tell(front, a, built(P + "/param/tau"))) == 2
@@ -167,7 +172,7 @@ def test_answers_to_a_flood_of_questions_go_to_the_asker_only() -> None:
 @shows("flood of nonsense", "ours")
 def test_a_flood_writes_at_most_one_line_a_second(caplog: pytest.LogCaptureFixture) -> None:
     time = Time()
-    with client() as a, opened_front(FakeDesk(), now=time) as front, caplog.at_level(logging.WARNING):
+    with client() as a, opened_front(FakeParameters(), now=time) as front, caplog.at_level(logging.WARNING):
         for _ in range(3):
             for _ in range(100):
                 front.hear(b"junk", a.endpoint)
@@ -180,37 +185,37 @@ def test_a_flood_writes_at_most_one_line_a_second(caplog: pytest.LogCaptureFixtu
 
 
 def test_two_rigs_do_not_answer_each_others_errors() -> None:
-    with client() as a, opened_front(FakeDesk()) as front:
+    with client() as a, opened_front(FakeParameters()) as front:
         assert tell(front, a, osc.error(P, "/drumstick/strike", "no such address")) == []
         assert tell(front, a, osc.pong(P, [1])) == []
         assert front.counters["address"] == 2
 
 
 def test_only_allowed_sources_are_heard() -> None:
-    desk = FakeDesk()
-    with client() as a, opened_front(desk, allow=[ip_network("127.0.0.2/32")]) as front:
+    parameters = FakeParameters()
+    with client() as a, opened_front(parameters, allow=[ip_network("127.0.0.2/32")]) as front:
         assert tell(front, a, built(P + "/ping")) == []
         assert tell(front, a, built(P + "/panic")) == []
-        assert desk.panics == []
+        assert parameters.panics == []
         assert front.counters == {"source": 2}
         front.hear(built(P + "/panic"), ("127.0.0.2", 5000))
-        assert len(desk.panics) == 1
+        assert len(parameters.panics) == 1
 
 
 def test_loopback_alone_is_allowed_by_default() -> None:
-    desk = FakeDesk()
-    with opened_front(desk) as front:
+    parameters = FakeParameters()
+    with opened_front(parameters) as front:
         for host in ("192.168.1.4", "10.0.0.1", "8.8.8.8", "0.0.0.0"):
             front.hear(built(P + "/panic"), (host, 5000))
-        assert desk.panics == []
+        assert parameters.panics == []
         front.hear(built(P + "/panic"), ("127.3.2.1", 5000))
-        assert len(desk.panics) == 1
+        assert len(parameters.panics) == 1
 
 
 def test_a_fault_of_the_rig_is_told_and_does_not_deafen_it(caplog: pytest.LogCaptureFixture) -> None:
-    desk, time = FakeDesk(), Time()
-    with client() as a, opened_front(desk, now=time) as front:
-        desk.broken = True
+    parameters, time = FakeParameters(), Time()
+    with client() as a, opened_front(parameters, now=time) as front:
+        parameters.broken = True
         answers = tell(front, a, built(P + "/param/tau"))
         assert answers == [("/drumstick/error", ["/drumstick/param/tau", "a fault of the rig: see its log"])]
         assert front.counters["fault"] == 1
@@ -219,14 +224,14 @@ def test_a_fault_of_the_rig_is_told_and_does_not_deafen_it(caplog: pytest.LogCap
         assert sum(r.exc_info is not None for r in caplog.records) == 1
         assert "the block is gone" in caplog.text
         front.hear(built(P + "/panic"), a.endpoint)
-        assert len(desk.panics) == 1
+        assert len(parameters.panics) == 1
 
 
 def test_a_preset_is_loaded_as_one_set_or_refused() -> None:
-    desk = FakeDesk()
-    with client() as a, client() as target, opened_front(desk, target) as front:
+    parameters = FakeParameters()
+    with client() as a, client() as target, opened_front(parameters, target) as front:
         assert tell(front, a, built(P + "/preset/load", "slow")) == []
-        assert desk.asked == [{"dv_pls": 0.1, "k_hand": 20.0}]
+        assert parameters.asked == [{"dv_pls": 0.1, "k_hand": 20.0}]
         answers = tell(front, a, built(P + "/preset/load", "fast"))
         assert answers == [("/drumstick/error", ["/drumstick/preset/load", "no preset 'fast'"])]
         assert target.waiting() == answers
@@ -238,8 +243,8 @@ def test_a_preset_is_loaded_as_one_set_or_refused() -> None:
 
 
 def test_a_lease_belongs_to_the_port_that_took_it() -> None:
-    desk = FakeDesk()
-    with client() as a, client() as b, opened_front(desk) as front:
+    parameters = FakeParameters()
+    with client() as a, client() as b, opened_front(parameters) as front:
         assert tell(front, a, built(P + "/lease", "Ada")) == [("/drumstick/lease", ["Ada", 5.0])]
         for refused in (
             built(P + "/param/dv_pls", 0.5),
@@ -251,25 +256,25 @@ def test_a_lease_belongs_to_the_port_that_took_it() -> None:
             ((address, (_, why)),) = tell(front, b, refused)
             assert address == "/drumstick/error"
             assert "Ada is tuning" in str(why)
-        assert desk.sets == []
+        assert parameters.sets == []
         front.hear(built(P + "/param/dv_pls", 0.5), a.endpoint)
-        assert desk.sets[-1][0] == {"dv_pls": 0.5}
+        assert parameters.sets[-1][0] == {"dv_pls": 0.5}
         front.hear(built(P + "/panic"), b.endpoint)
-        assert desk.panics != []
+        assert parameters.panics != []
         assert tell(front, a, built(P + "/lease", "")) == [("/drumstick/lease", ["", 0.0])]
         front.hear(built(P + "/param/dv_pls", 0.625), b.endpoint)
-        assert desk.sets[-1][0] == {"dv_pls": 0.625}
+        assert parameters.sets[-1][0] == {"dv_pls": 0.625}
 
 
 def test_presets_are_capped_for_each_sender() -> None:
-    desk, time = FakeDesk(), Time()
-    with client() as a, client() as b, opened_front(desk, now=time) as front:
+    parameters, time = FakeParameters(), Time()
+    with client() as a, client() as b, opened_front(parameters, now=time) as front:
         for _ in range(50):
             front.hear(built(P + "/preset/load", "slow"), a.endpoint)
-        assert len(desk.asked) == 5
+        assert len(parameters.asked) == 5
         assert "more than 5 presets in a second" in str(a.waiting()[-1])
         front.hear(built(P + "/preset/load", "slow"), b.endpoint)
-        assert len(desk.asked) == 6
+        assert len(parameters.asked) == 6
         time.s += 1.0
         front.hear(built(P + "/preset/load", "slow"), a.endpoint)
-        assert len(desk.asked) == 7
+        assert len(parameters.asked) == 7

@@ -4,7 +4,7 @@ import pytest
 
 from haptic_server.gateway.osc.front import OscFront
 from haptic_server.pace import Pace, Verdict
-from osc_bench import Client, FakeDesk, Time, built, client, opened_front, tell
+from osc_bench import Client, FakeParameters, Time, built, client, opened_front, tell
 
 P = "/drumstick"
 ONE, OTHER = ("127.0.0.1", 5000), ("127.0.0.1", 5001)
@@ -58,23 +58,23 @@ def flood(front: OscFront, sender: Client, time: Time, seconds: float) -> None:
 
 
 def test_sets_of_a_flood_are_dropped_and_counted_but_not_its_panic_and_questions() -> None:
-    desk, time = FakeDesk(), Time()
-    with client() as a, client() as b, opened_front(desk, now=time) as front:
+    parameters, time = FakeParameters(), Time()
+    with client() as a, client() as b, opened_front(parameters, now=time) as front:
         flood(front, a, time, 2.1)
         errors = [args for address, args in a.waiting() if address == "/drumstick/error"]
         assert len(errors) == 1
         assert "500 sets a second" in str(errors[0][1])
-        taken, served = len(desk.sets), front.counters["served"]
+        taken, served = len(parameters.sets), front.counters["served"]
         flood(front, a, time, 0.5)
         assert a.waiting() == []
-        assert (len(desk.sets), front.counters["served"]) == (taken, served)
+        assert (len(parameters.sets), front.counters["served"]) == (taken, served)
         assert front.counters["held_back"] >= 500
         assert len(tell(front, a, built(P + "/param/dv_pls"))) == 2
         assert tell(front, a, built(P + "/ping")) == [("/drumstick/pong", [])]
         front.hear(built(P + "/panic"), a.endpoint)
-        assert len(desk.panics) == 1
+        assert len(parameters.panics) == 1
         front.hear(built(P + "/param/tau", 0.004), b.endpoint)
-        assert len(desk.sets) == taken + 1
+        assert len(parameters.sets) == taken + 1
         time.s += 1.1
         front.hear(built(P + "/param/tau", 0.005), a.endpoint)
-        assert len(desk.sets) == taken + 2
+        assert len(parameters.sets) == taken + 2

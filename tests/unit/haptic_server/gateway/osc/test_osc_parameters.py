@@ -7,7 +7,7 @@ import pytest
 
 from haptic_server.gateway.osc.echoes import MOST_WAITING, Echoes
 from haptic_server.gateway.osc.told import ANSWERS, Told
-from osc_bench import FakeDesk, Time, built, client, opened_front, tell
+from osc_bench import FakeParameters, Time, built, client, opened_front, tell
 from protocol import osc
 
 P = "/drumstick"
@@ -18,40 +18,40 @@ def near(value: float) -> object:
 
 
 def test_asking_tells_sender_and_targets_once_each() -> None:
-    desk = FakeDesk()
-    with client() as a, client() as target, opened_front(desk, target) as front:
+    parameters = FakeParameters()
+    with client() as a, client() as target, opened_front(parameters, target) as front:
         expected = [("/drumstick/param/dv_pls", [near(0.2)]), ("/drumstick/param/dv_pls/norm", [near(0.02)])]
         assert tell(front, a, built(P + "/param/dv_pls")) == expected
         assert target.waiting() == expected
         assert tell(front, target, built(P + "/param/dv_pls/norm")) == expected
-    assert desk.sets == []
+    assert parameters.sets == []
 
 
 @pytest.mark.parametrize("value", [0.5, 1])
 def test_setting_reaches_the_desk(value: float) -> None:
-    desk = FakeDesk()
-    with client() as a, client() as target, opened_front(desk, target) as front:
+    parameters = FakeParameters()
+    with client() as a, client() as target, opened_front(parameters, target) as front:
         front.hear(built(P + "/param/dv_pls", value), a.endpoint)
         host, port = a.endpoint
-        assert desk.sets == [({"dv_pls": float(value)}, f"osc {host}:{port}")]
+        assert parameters.sets == [({"dv_pls": float(value)}, f"osc {host}:{port}")]
         # Nothing is sent before the servo has it.
         assert a.waiting() == []
         assert target.waiting() == []
 
 
 def test_norm_sets_over_the_declared_range() -> None:
-    desk = FakeDesk()
-    with client() as a, opened_front(desk) as front:
+    parameters = FakeParameters()
+    with client() as a, opened_front(parameters) as front:
         front.hear(built(P + "/param/k_coll/norm", 0.5), a.endpoint)
-        assert desk.sets[0][0] == {"k_coll": pytest.approx(1000.0)}  # 1 .. 1e6, by logarithm
+        assert parameters.sets[0][0] == {"k_coll": pytest.approx(1000.0)}  # 1 .. 1e6, by logarithm
 
 
 @pytest.mark.parametrize(("name", "limit"), [("tau", 1e-6), ("m", 1e-4), ("k_coll", 1e6), ("z_h0", -1.0)])
 def test_a_limit_can_be_set_in_32_bits(name: str, limit: float) -> None:
-    desk = FakeDesk()
-    with client() as a, opened_front(desk) as front:
+    parameters = FakeParameters()
+    with client() as a, opened_front(parameters) as front:
         front.hear(built(f"{P}/param/{name}", limit), a.endpoint)
-        assert desk.asked == [{name: limit}]
+        assert parameters.asked == [{name: limit}]
 
 
 _BAD = {
@@ -88,46 +88,46 @@ _BAD = {
 @pytest.mark.parametrize("name", _BAD)
 def test_a_mistake_is_answered_and_changes_nothing(name: str) -> None:
     datagram, why = _BAD[name]
-    desk = FakeDesk()
-    with client() as a, client() as target, opened_front(desk, target) as front:
+    parameters = FakeParameters()
+    with client() as a, client() as target, opened_front(parameters, target) as front:
         answers = tell(front, a, datagram)
         assert [address for address, _ in answers] == ["/drumstick/error"]
         refused, reason = answers[0][1]
         assert why in str(reason)
         assert refused == "?" or str(refused).encode() in datagram
         assert target.waiting() == answers
-        assert desk.sets == []
+        assert parameters.sets == []
         assert "served" not in front.counters
         assert tell(front, target, datagram) == answers  # once, to a sender that is a target
 
 
 def test_z_h0_of_a_hand_without_stiffness_is_an_error_not_a_nan() -> None:
-    desk = FakeDesk()
-    desk.lose_z_h0()
-    with client() as a, opened_front(desk) as front:
+    parameters = FakeParameters()
+    parameters.lose_z_h0()
+    with client() as a, opened_front(parameters) as front:
         assert tell(front, a, built(P + "/param/z_h0")) == [
             ("/drumstick/error", ["/drumstick/param/z_h0", "z_h0 has no value at present"])
         ]
         synced = tell(front, a, built(P + "/sync"))
         assert ("/drumstick/error", ["/drumstick/param/z_h0", "z_h0 has no value at present"]) in synced
-        assert len(synced) == 2 * len(desk.table) - 1
+        assert len(synced) == 2 * len(parameters.table) - 1
 
 
 def test_sync_sends_everything_in_both_forms() -> None:
-    desk = FakeDesk()
-    with client() as a, client() as target, opened_front(desk, target) as front:
+    parameters = FakeParameters()
+    with client() as a, client() as target, opened_front(parameters, target) as front:
         synced = tell(front, a, built(P + "/sync"))
         assert synced == target.waiting()
-        expected = dict(desk.values())
+        expected = dict(parameters.values())
         assert {k: v[0] for k, v in synced} == {
             **{f"{P}/param/{n}": near(v) for n, v in expected.items()},
-            **{f"{P}/param/{n}/norm": near(desk.table[n].norm(v)) for n, v in expected.items()},
+            **{f"{P}/param/{n}/norm": near(parameters.table[n].norm(v)) for n, v in expected.items()},
         }
 
 
 def test_a_sync_cannot_multiply_a_flood() -> None:
-    desk, time = FakeDesk(), Time()
-    with client() as a, opened_front(desk, now=time) as front:
+    parameters, time = FakeParameters(), Time()
+    with client() as a, opened_front(parameters, now=time) as front:
         answered = [tell(front, a, built(P + "/sync")) for _ in range(30)]
         assert sum(len(each) > 1 for each in answered) == 5
         assert answered[5] == [
@@ -138,8 +138,8 @@ def test_a_sync_cannot_multiply_a_flood() -> None:
 
 
 def test_who_set_a_value_gets_its_readback_once() -> None:
-    desk, time = FakeDesk(), Time()
-    with client() as a, client() as target, opened_front(desk, target, now=time) as front:
+    parameters, time = FakeParameters(), Time()
+    with client() as a, client() as target, opened_front(parameters, target, now=time) as front:
         front.hear(built(P + "/param/dv_pls", 0.5), a.endpoint)
         time.s += 0.9
         front.readback("k_coll", 1000.0, 0.5)
@@ -155,7 +155,7 @@ def test_who_set_a_value_gets_its_readback_once() -> None:
 
 
 def test_a_moving_fader_gets_the_last_value_too() -> None:
-    with client() as a, opened_front(FakeDesk()) as front:
+    with client() as a, opened_front(FakeParameters()) as front:
         for value in (0.25, 0.5):
             front.hear(built(P + "/param/dv_pls", value), a.endpoint)
         for value in (0.25, 0.5, 0.75):
@@ -165,7 +165,7 @@ def test_a_moving_fader_gets_the_last_value_too() -> None:
 
 def test_an_echo_is_awaited_for_one_second() -> None:
     time = Time()
-    with client() as a, opened_front(FakeDesk(), now=time) as front:
+    with client() as a, opened_front(FakeParameters(), now=time) as front:
         front.hear(built(P + "/param/dv_pls", 0.5), a.endpoint)
         time.s += 1.0
         front.readback("dv_pls", 0.5, 0.05)
@@ -173,21 +173,21 @@ def test_an_echo_is_awaited_for_one_second() -> None:
 
 
 def test_a_sender_that_is_a_target_gets_the_readback_once() -> None:
-    with client() as target, opened_front(FakeDesk(), target) as front:
+    with client() as target, opened_front(FakeParameters(), target) as front:
         front.hear(built(P + "/param/dv_pls", 0.5), target.endpoint)
         front.readback("dv_pls", 0.5, 0.05)
         assert len(target.waiting()) == 2
 
 
 def test_a_refused_set_awaits_nothing() -> None:
-    with client() as a, opened_front(FakeDesk()) as front:
+    with client() as a, opened_front(FakeParameters()) as front:
         assert tell(front, a, built(P + "/param/dv_pls", 6.0))[0][0] == "/drumstick/error"
         front.readback("dv_pls", 0.5, 0.05)
         assert a.waiting() == []
 
 
 def test_a_refused_set_keeps_the_wait_for_the_one_before() -> None:
-    with client() as a, opened_front(FakeDesk()) as front:
+    with client() as a, opened_front(FakeParameters()) as front:
         front.hear(built(P + "/param/dv_pls", 0.5), a.endpoint)
         tell(front, a, built(P + "/param/dv_pls", 6.0))
         front.readback("dv_pls", 0.5, 0.05)
@@ -195,15 +195,15 @@ def test_a_refused_set_keeps_the_wait_for_the_one_before() -> None:
 
 
 def test_a_readback_that_comes_before_the_reply_is_not_lost() -> None:
-    desk = FakeDesk()
-    with client() as a, opened_front(desk) as front:
-        desk.after_set = front.readback
+    parameters = FakeParameters()
+    with client() as a, opened_front(parameters) as front:
+        parameters.after_set = front.readback
         assert len(tell(front, a, built(P + "/param/dv_pls", 0.5))) == 2
 
 
 def test_setting_what_is_already_so_is_echoed_at_once() -> None:
-    desk = FakeDesk()
-    with client() as a, opened_front(desk) as front:
+    parameters = FakeParameters()
+    with client() as a, opened_front(parameters) as front:
         for _ in range(2):
             answers = tell(front, a, built(P + "/param/dv_pls", 0.2))  # 0.2 in 32 bits, twice
             front.readback("dv_pls", 0.2, 0.02)
@@ -216,21 +216,21 @@ def test_setting_what_is_already_so_is_echoed_at_once() -> None:
 
 @pytest.mark.parametrize("form", ["", "/norm"])
 def test_setting_what_is_already_so_is_told_to_nobody_else(form: str) -> None:
-    desk = FakeDesk()
-    with client() as a, client() as sender, client() as b, opened_front(desk, a, sender, b) as front:
-        value = 0.2 if not form else desk.table["dv_pls"].norm(0.2)
+    parameters = FakeParameters()
+    with client() as a, client() as sender, client() as b, opened_front(parameters, a, sender, b) as front:
+        value = 0.2 if not form else parameters.table["dv_pls"].norm(0.2)
         answers = tell(front, sender, built(f"{P}/param/dv_pls{form}", value))
         assert answers == [
             ("/drumstick/param/dv_pls", [near(0.2)]),
             ("/drumstick/param/dv_pls/norm", [near(0.02)]),
         ]
         assert a.waiting() == b.waiting() == []
-        assert desk.sets == []
+        assert parameters.sets == []
 
 
 @pytest.mark.parametrize("name", ["k_coll", "z_ss", "z_h0", "tau", "m", "dv_pls"])
 def test_what_comes_back_from_a_rig_that_holds_32_bits_is_no_change(name: str) -> None:
-    ours, theirs = FakeDesk(), FakeDesk()
+    ours, theirs = FakeParameters(), FakeParameters()
     row = ours.table[name]
     with client() as a, opened_front(ours) as front, opened_front(theirs) as other:
         for share in range(1, 400):
@@ -246,16 +246,16 @@ def test_what_comes_back_from_a_rig_that_holds_32_bits_is_no_change(name: str) -
 
 @pytest.mark.parametrize("name", ["k_coll", "z_ss", "dv_pls"])
 def test_the_next_number_of_32_bits_is_a_change(name: str) -> None:
-    desk = FakeDesk()
-    with client() as a, opened_front(desk) as front:
-        following = float(np.nextafter(np.float32(desk.values()[name]), np.float32(math.inf)))
+    parameters = FakeParameters()
+    with client() as a, opened_front(parameters) as front:
+        following = float(np.nextafter(np.float32(parameters.values()[name]), np.float32(math.inf)))
         tell(front, a, built(f"{P}/param/{name}", following))
-        assert desk.sets[-1][0] == {name: following}
+        assert parameters.sets[-1][0] == {name: following}
 
 
 def test_what_a_target_was_told_anyway_is_not_told_again_when_it_sends_it_back() -> None:
     time = Time()
-    with client() as target, client() as plain, opened_front(FakeDesk(), target, now=time) as front:
+    with client() as target, client() as plain, opened_front(FakeParameters(), target, now=time) as front:
         back = built(P + "/param/dv_pls", 0.2)
         for tell_it in (
             lambda: front.readback("dv_pls", 0.2, 0.02),
@@ -273,7 +273,7 @@ def test_what_a_target_was_told_anyway_is_not_told_again_when_it_sends_it_back()
 
 def test_the_same_again_and_again_is_answered_a_few_times() -> None:
     time = Time()
-    with client() as a, client() as b, opened_front(FakeDesk(), now=time) as front:
+    with client() as a, client() as b, opened_front(FakeParameters(), now=time) as front:
         same = built(P + "/param/dv_pls", 0.2)
         assert sum(len(tell(front, a, same)) for _ in range(50)) == 2 * ANSWERS
         assert len(tell(front, b, same)) == 2
@@ -291,7 +291,7 @@ def test_a_crowd_that_is_told_is_not_remembered() -> None:
 
 
 def test_a_readback_with_another_last_digit_ends_the_wait() -> None:
-    with client() as a, opened_front(FakeDesk()) as front:
+    with client() as a, opened_front(FakeParameters()) as front:
         front.hear(built(P + "/param/z_h0", 0.01), a.endpoint)
         for value in (0.01 * (1 + 1e-9), 0.02):  # z_h0 comes back through z_ss
             front.readback("z_h0", value, 0.5)

@@ -1,4 +1,4 @@
-"""Rigs whose outputs and inputs meet: real desks on servos in virtual time, real sockets on loopback.
+"""Rigs whose outputs and inputs meet: real parameters on servos in virtual time, real sockets on loopback.
 
 One set goes round once and no further. What is counted are the sets that the rigs hear from each other.
 """
@@ -16,7 +16,7 @@ from haptic_server import block as blocks
 from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.osc.front import OscFront
 from haptic_server.gateway.osc.targets import Endpoint
-from haptic_server.gateway.settings import Echo, ParameterDesk
+from haptic_server.gateway.settings import Echo, Parameters
 from haptic_server.servo import loop, memory
 from osc_bench import Client, Time, built, client, no_preset
 
@@ -38,14 +38,14 @@ class Counting(OscFront):
 
 
 class Rig:
-    """A desk and its OSC front; the test is its relay and its servo's clock."""
+    """A parameters and its OSC front; the test is its relay and its servo's clock."""
 
     def __init__(self, folder: Path, host: str, now: Time) -> None:
         folder.mkdir()
         self.servo = memory.prepare(ROLL, blocks.create(folder, law_of(ROLL)))
         self.link = ServoLink(folder, law_of(ROLL))
-        self.desk = ParameterDesk(ROLL, self.link)
-        self.front = Counting((host, 0), [], P, self.desk, no_preset, now=now)
+        self.parameters = Parameters(ROLL, self.link)
+        self.front = Counting((host, 0), [], P, self.parameters, no_preset, now=now)
         self.port = self.front.endpoint[1]
         self.begun = self.tick = 0
 
@@ -67,7 +67,7 @@ class Rig:
         """The servo takes what it was offered, and its readback goes out."""
         self.tick = loop.run_virtual(self.servo, TICKS, self.tick)
         live = self.link.take_live()
-        echoes = [] if live is None else self.desk.latched(*live)
+        echoes = [] if live is None else self.parameters.latched(*live)
         for echo in echoes:
             self.front.readback(*echo)
         return echoes
@@ -113,12 +113,12 @@ def test_one_set_goes_round_once(
 ) -> None:
     with rigs(tmp_path, count) as (ring, who):
         joined(ring, who)
-        given = value if not form else ring[0].desk.table[name].norm(value)
+        given = value if not form else ring[0].parameters.table[name].norm(value)
         who.udp.sendto(built(f"{P}/param/{name}{form}", given), ("127.0.0.1", ring[0].port))
         values = 1 if name not in ("z_h0", "z_ss") else 3  # z_h0 and z_ss move each other, a rounding more
         assert until_quiet(ring, who) <= 1 + values * at_most
         for rig in ring:
-            assert rig.desk.values()[name] == pytest.approx(value, rel=1e-5)
+            assert rig.parameters.values()[name] == pytest.approx(value, rel=1e-5)
 
 
 @pytest.mark.parametrize("count", [2, 3])
@@ -126,10 +126,10 @@ def test_a_set_by_anybody_stays(tmp_path: Path, count: int) -> None:
     with rigs(tmp_path, count) as (ring, who):
         joined(ring, who)
         for i, value in enumerate((0.3, 0.1 + 0.2 / 3.0, 0.25)):
-            ring[i % count].desk.set({"dv_pls": value, "tau": 0.002 + 1e-4 * i}, "zenoh")
+            ring[i % count].parameters.set({"dv_pls": value, "tau": 0.002 + 1e-4 * i}, "zenoh")
             assert until_quiet(ring, who) < MANY
             for rig in ring:
-                assert rig.desk.values()["dv_pls"] == pytest.approx(value, rel=1e-7)
+                assert rig.parameters.values()["dv_pls"] == pytest.approx(value, rel=1e-7)
                 rig.begun += rig.heard
 
 
@@ -147,23 +147,23 @@ def test_a_fader_that_moves_ends_where_it_was_left(tmp_path: Path, count: int, e
             ring[0].step(who)
         assert until_quiet(ring, who, 10 * MANY) < 5 * MANY
         for rig in ring:
-            assert rig.desk.values()["dv_pls"] == pytest.approx(0.29, rel=1e-6)
+            assert rig.parameters.values()["dv_pls"] == pytest.approx(0.29, rel=1e-6)
 
 
 def test_two_who_set_at_once_do_not_chase_each_other(tmp_path: Path) -> None:
     with rigs(tmp_path, 2) as (ring, who):
         joined(ring, who)
         for rig, value in zip(ring, (0.3, 0.4), strict=True):
-            rig.desk.set({"dv_pls": value}, "zenoh")
+            rig.parameters.set({"dv_pls": value}, "zenoh")
         for rig in ring:  # both have told the other one before they hear it
             rig.latch()
         assert until_quiet(ring, who) < MANY
-        ring[0].desk.set({"dv_pls": 0.25}, "zenoh")
+        ring[0].parameters.set({"dv_pls": 0.25}, "zenoh")
         for rig in ring:
             rig.begun += rig.heard
         assert until_quiet(ring, who) < MANY
         for rig in ring:
-            assert rig.desk.values()["dv_pls"] == pytest.approx(0.25, rel=1e-7)
+            assert rig.parameters.values()["dv_pls"] == pytest.approx(0.25, rel=1e-7)
 
 
 def test_whoever_goes_back_to_what_he_set_himself_is_heard(tmp_path: Path) -> None:
@@ -172,7 +172,7 @@ def test_whoever_goes_back_to_what_he_set_himself_is_heard(tmp_path: Path) -> No
         for value in (0.3, 0.4, 0.3, 0.4, 0.3):
             who.udp.sendto(built(P + "/param/dv_pls", value), ("127.0.0.1", rig.port))
             rig.step(who)
-            assert rig.desk.values()["dv_pls"] == pytest.approx(value, rel=1e-6)
+            assert rig.parameters.values()["dv_pls"] == pytest.approx(value, rel=1e-6)
 
 
 def test_questions_and_sync_go_round_no_further(tmp_path: Path) -> None:
@@ -182,7 +182,7 @@ def test_questions_and_sync_go_round_no_further(tmp_path: Path) -> None:
             who.udp.sendto(built(P + question), ("127.0.0.1", ring[0].port))
             assert until_quiet(ring, who) < MANY
             for rig in ring:
-                assert rig.desk.revision == 0
+                assert rig.parameters.revision == 0
                 rig.begun += rig.heard
 
 
@@ -203,16 +203,16 @@ def test_a_rig_that_is_asked_to_send_to_itself_does_not(tmp_path: Path, host: st
         alone[0].subscribe(who, alone[0].port)
         who.udp.sendto(built(P + "/param/dv_pls", 0.3), ("127.0.0.1", alone[0].port))
         assert until_quiet(alone, who) == 2
-        assert alone[0].desk.values()["dv_pls"] == pytest.approx(0.3)
+        assert alone[0].parameters.values()["dv_pls"] == pytest.approx(0.3)
 
 
 def test_who_sets_every_change_back_beside_osc_ends_too(tmp_path: Path) -> None:
     with rigs(tmp_path, 1) as ((rig,), who):
-        rig.desk.set({"k_hand": 24.0, "m": 0.0151}, "zenoh")
+        rig.parameters.set({"k_hand": 24.0, "m": 0.0151}, "zenoh")
         for _ in range(5):
             for echo in rig.step(who):
                 try:
-                    rig.desk.set({echo.name: echo.value}, "zenoh that echoes")
+                    rig.parameters.set({echo.name: echo.value}, "zenoh that echoes")
                 except Refusal as refusal:
                     raise AssertionError(echo) from refusal
-        assert rig.desk.revision == 1
+        assert rig.parameters.revision == 1

@@ -10,16 +10,16 @@ from hypothesis import strategies as st
 from haptic_server.gateway.oscquery.pages import LONGEST_QUESTION, Page, page
 from haptic_server.gateway.oscquery.tree import ATTRIBUTES, NOT_OFFERED, tree_of
 from haptic_server.gateway.oscquery.values import Values
-from osc_bench import FakeDesk
+from osc_bench import FakeParameters
 from protocol import osc
 
-DESK = FakeDesk()
-ROOT = tree_of("/drumstick", DESK.table)
+PARAMETERS = FakeParameters()
+ROOT = tree_of("/drumstick", PARAMETERS.table)
 HOST = {"NAME": "drumstick main"}
 
 
 def ask(target: str, values: Values | None = None) -> Page:
-    return page(ROOT, (values or Values(DESK)).look(), target, HOST)
+    return page(ROOT, (values or Values(PARAMETERS)).look(), target, HOST)
 
 
 def told(target: str, values: Values | None = None) -> dict[str, object]:
@@ -35,7 +35,7 @@ def test_the_root_tells_the_whole_tree() -> None:
     param = told("/drumstick/param")
     contents = root["CONTENTS"]["drumstick"]["CONTENTS"]["param"]  # type: ignore[index]
     assert contents == param
-    assert list(param["CONTENTS"]) == list(DESK.table)  # type: ignore[call-overload]
+    assert list(param["CONTENTS"]) == list(PARAMETERS.table)  # type: ignore[call-overload]
 
 
 @pytest.mark.parametrize("target", ["/drumstick/param/", "/drumstick/param#x", "/%64rumstick/param"])
@@ -44,21 +44,21 @@ def test_other_ways_to_write_an_address(target: str) -> None:
 
 
 def test_values_are_the_desks_in_both_forms() -> None:
-    for name, value in DESK.values().items():
+    for name, value in PARAMETERS.values().items():
         assert told(f"/drumstick/param/{name}?VALUE") == {"VALUE": [value]}
-        norm = DESK.table[name].norm(value)
+        norm = PARAMETERS.table[name].norm(value)
         assert told(f"/drumstick/param/{name}/norm?VALUE") == {"VALUE": [pytest.approx(norm)]}
 
 
 def test_a_parameter_without_a_value_has_none() -> None:
-    desk = FakeDesk()
-    desk.lose_z_h0()
-    assert told("/drumstick/param/z_h0?VALUE", Values(desk)) == {}
-    assert "VALUE" not in told("/drumstick/param/z_h0", Values(desk))
+    parameters = FakeParameters()
+    parameters.lose_z_h0()
+    assert told("/drumstick/param/z_h0?VALUE", Values(parameters)) == {}
+    assert "VALUE" not in told("/drumstick/param/z_h0", Values(parameters))
 
 
 def test_what_was_sent_last_is_the_value() -> None:
-    values = Values(DESK)
+    values = Values(PARAMETERS)
     assert told("/drumstick/strike?VALUE", values) == {}
     assert values.note(osc.strike("/drumstick", 3, 0.5, -0.25, 1.5, 0.75, 12.5)) == "/drumstick/strike"
     assert told("/drumstick/strike?VALUE", values) == {"VALUE": [3, 0.5, -0.25, 1.5, 0.75, 12.5]}
@@ -67,7 +67,7 @@ def test_what_was_sent_last_is_the_value() -> None:
 
 def test_single_attributes() -> None:
     path = "/drumstick/param/tau"
-    quantity = DESK.table["tau"].quantity
+    quantity = PARAMETERS.table["tau"].quantity
     assert told(f"{path}?RANGE") == {"RANGE": [{"MIN": quantity.low, "MAX": quantity.high}]}
     assert told(f"{path}?TYPE") == {"TYPE": "f"}
     assert told(f"{path}?UNIT") == {"UNIT": ["time.second"]}

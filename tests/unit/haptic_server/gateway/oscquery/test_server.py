@@ -17,20 +17,20 @@ from haptic_server.gateway.oscquery import client as clients
 from haptic_server.gateway.oscquery import server as servers
 from haptic_server.gateway.oscquery.inlet import Inlet
 from haptic_server.gateway.oscquery.server import OscQuery
-from osc_bench import BOUND_S, FakeDesk, built, client
+from osc_bench import BOUND_S, FakeParameters, built, client
 from oscquery_bench import connected_deaf, frame, get, listening, served, told, until
 
 PATH = "/drumstick/param/dv_pls"
 
 
 @pytest.fixture
-def desk() -> FakeDesk:
-    return FakeDesk()
+def parameters() -> FakeParameters:
+    return FakeParameters()
 
 
 @pytest.fixture
-def both(desk: FakeDesk) -> Iterator[tuple[OscQuery, OscFront]]:
-    with served(desk) as opened:
+def both(parameters: FakeParameters) -> Iterator[tuple[OscQuery, OscFront]]:
+    with served(parameters) as opened:
         yield opened
 
 
@@ -77,8 +77,8 @@ def test_questions_over_http(port: int, front: OscFront) -> None:
     assert "content-length" not in headers
 
 
-def test_value_follows_the_desk(port: int, desk: FakeDesk) -> None:
-    desk.set({"dv_pls": 0.375}, "test")
+def test_value_follows_the_desk(port: int, parameters: FakeParameters) -> None:
+    parameters.set({"dv_pls": 0.375}, "test")
     assert told(port, f"{PATH}?VALUE") == {"VALUE": [0.375]}
 
 
@@ -98,32 +98,32 @@ def test_a_listener_gets_what_is_sent_to_its_address_and_nothing_else(port: int,
     assert told(port, "/drumstick/alive?VALUE") == {"VALUE": ["main", "ready", 5]}
 
 
-def test_what_is_written_is_heard_as_osc_is(port: int, desk: FakeDesk, query: OscQuery) -> None:
+def test_what_is_written_is_heard_as_osc_is(port: int, parameters: FakeParameters, query: OscQuery) -> None:
     with listening(port) as writer:
         writer.send(built(PATH, 0.5))
         writer.send(built("/drumstick/ping", 7))
         assert received(writer) == ("/drumstick/pong", [7])
-        assert desk.sets[-1][0] == {"dv_pls": 0.5}
-        assert desk.sets[-1][1].startswith("osc 127.0.0.1:")
+        assert parameters.sets[-1][0] == {"dv_pls": 0.5}
+        assert parameters.sets[-1][1].startswith("osc 127.0.0.1:")
         writer.send(built(PATH, 1e9))
         address, (refused, why) = received(writer)
         assert (address, refused) == ("/drumstick/error", PATH)
         assert "outside" in str(why)
         writer.send(built("/drumstick/panic"))
-        assert desk.panicked.wait(BOUND_S)
+        assert parameters.panicked.wait(BOUND_S)
 
 
-def test_each_writer_has_a_lease_of_its_own(port: int, desk: FakeDesk) -> None:
+def test_each_writer_has_a_lease_of_its_own(port: int, parameters: FakeParameters) -> None:
     with listening(port) as one, listening(port) as other:
         one.send(built("/drumstick/lease", "one"))
         assert received(one) == ("/drumstick/lease", ["one", 5.0])
         other.send(built(PATH, 0.5))
         assert "one is tuning" in str(received(other)[1][1])
-        assert not desk.sets
+        assert not parameters.sets
         one.send(built(PATH, 0.25))
         one.send(built("/drumstick/ping"))
         assert received(one)[0] == "/drumstick/pong"
-        assert desk.sets[-1][0] == {"dv_pls": 0.25}
+        assert parameters.sets[-1][0] == {"dv_pls": 0.25}
 
 
 @pytest.mark.parametrize(
@@ -190,10 +190,10 @@ def test_a_strangers_page_can_neither_read_nor_listen(
     assert get(port, "/", upgrade | headers)[0] == status
 
 
-def test_sources_that_are_not_allowed_get_no_answer(desk: FakeDesk) -> None:
+def test_sources_that_are_not_allowed_get_no_answer(parameters: FakeParameters) -> None:
     inlet = Inlet("127.0.0.1")
     with client() as there:
-        query = OscQuery(("127.0.0.1", 0), "main", "/drumstick", desk, there.endpoint, inlet, allow=())
+        query = OscQuery(("127.0.0.1", 0), "main", "/drumstick", parameters, there.endpoint, inlet, allow=())
         try:
             with pytest.raises(OSError):  # noqa: PT011  reset or closed, as the system has it
                 get(query.endpoint[1])
@@ -202,11 +202,11 @@ def test_sources_that_are_not_allowed_get_no_answer(desk: FakeDesk) -> None:
             query.close()
 
 
-def test_a_taken_port_is_an_error_and_closes_nothing_else(desk: FakeDesk, port: int) -> None:
+def test_a_taken_port_is_an_error_and_closes_nothing_else(parameters: FakeParameters, port: int) -> None:
     inlet = Inlet("127.0.0.1")
     try:
         with pytest.raises(OSError, match="in use"):
-            OscQuery(("127.0.0.1", port), "main", "/drumstick", desk, ("127.0.0.1", 9), inlet)
+            OscQuery(("127.0.0.1", port), "main", "/drumstick", parameters, ("127.0.0.1", 9), inlet)
     finally:
         inlet.close()
     assert told(port, "/?HOST_INFO")
@@ -237,9 +237,11 @@ def test_half_open_connections_are_bounded_and_leave_room_again(port: int, query
     assert told(port, "/?HOST_INFO")
 
 
-def test_a_connection_that_says_nothing_is_closed(desk: FakeDesk, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_connection_that_says_nothing_is_closed(
+    parameters: FakeParameters, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(servers, "_OPEN_WITHIN_S", 0.05)
-    with served(desk) as (query, _), socket.create_connection(query.endpoint) as idle:
+    with served(parameters) as (query, _), socket.create_connection(query.endpoint) as idle:
         idle.settimeout(BOUND_S)
         idle.sendall(b"GET / HTTP/1.1\r\n")
         assert idle.recv(1024) == b""
@@ -305,8 +307,8 @@ def test_a_slow_reader_is_dropped_and_the_others_served(port: int, query: OscQue
         pinged(listener)
 
 
-def test_close_ends_everything_and_may_be_called_twice(desk: FakeDesk) -> None:
-    with served(desk) as (query, _), listening(query.endpoint[1], PATH) as listener:
+def test_close_ends_everything_and_may_be_called_twice(parameters: FakeParameters) -> None:
+    with served(parameters) as (query, _), listening(query.endpoint[1], PATH) as listener:
         query.close()
         query.close()
         with pytest.raises(ConnectionClosed):
@@ -316,12 +318,12 @@ def test_close_ends_everything_and_may_be_called_twice(desk: FakeDesk) -> None:
 
 
 def test_a_fault_of_ours_is_told_once_and_answered(
-    port: int, desk: FakeDesk, caplog: pytest.LogCaptureFixture
+    port: int, parameters: FakeParameters, caplog: pytest.LogCaptureFixture
 ) -> None:
-    desk.broken = True
+    parameters.broken = True
     for _ in range(3):
         assert get(port, f"{PATH}?VALUE")[0] == 500
-    desk.broken = False
+    parameters.broken = False
     assert get(port, f"{PATH}?VALUE")[0] == 200
     told_lines = [record for record in caplog.records if "a fault in" in record.message]
     assert 1 <= len(told_lines) < 3
@@ -346,25 +348,29 @@ def test_no_message_ends_the_server(port: int, front: OscFront, messages: list[b
             pass
 
 
-def test_who_is_admitted_here_is_heard_whatever_the_front_allows_by_address(desk: FakeDesk) -> None:
+def test_who_is_admitted_here_is_heard_whatever_the_front_allows_by_address(
+    parameters: FakeParameters,
+) -> None:
     # All of it is on 127.0.0.1 here; the WebSocket client stands for one that came by another address.
     inlet = Inlet("127.0.0.1")
-    front = OscFront(("127.0.0.1", 0), [inlet.endpoint], "/drumstick", desk, desk.load_preset, allow=())
+    front = OscFront(
+        ("127.0.0.1", 0), [inlet.endpoint], "/drumstick", parameters, parameters.load_preset, allow=()
+    )
     query = OscQuery(
-        ("127.0.0.1", 0), "main", "/drumstick", desk, front.endpoint, inlet, insiders=front.insiders
+        ("127.0.0.1", 0), "main", "/drumstick", parameters, front.endpoint, inlet, insiders=front.insiders
     )
     try:
         with listening(query.endpoint[1]) as listener, client() as stranger:
             pinged(listener)
             listener.send(built("/drumstick/panic"))
-            until("the panic", lambda: bool(desk.panics))
+            until("the panic", lambda: bool(parameters.panics))
             listener.send(built("/drumstick/unsubscribe"))
             assert received(listener)[0] == "/drumstick/error"
             listener.send(built("/drumstick/subscribe", 9999))
             assert received(listener)[0] == "/drumstick/error"
             stranger.udp.sendto(built("/drumstick/panic"), front.endpoint)
             until("the refusal", lambda: front.counters.get("source", 0) == 1)
-            assert len(desk.panics) == 1
+            assert len(parameters.panics) == 1
         until("the end of the client", lambda: front.insiders == set())
     finally:
         query.close()

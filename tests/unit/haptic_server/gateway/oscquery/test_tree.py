@@ -3,22 +3,22 @@
 import pytest
 
 from haptic_server.gateway.oscquery.tree import ATTRIBUTES, READ, WRITE, tree_of
-from osc_bench import FakeDesk, opened_front
+from osc_bench import FakeParameters, opened_front
 from protocol import osc
 
-TABLE = FakeDesk().table
+TABLE = FakeParameters().table
 ROOT = tree_of("/drumstick", TABLE)
 PLAIN = [row for row in osc.SENT if "NAME" not in row.path]
 
 
 def test_every_address_that_is_sent_or_heard_is_there_and_no_other() -> None:
-    desk = FakeDesk()
-    with opened_front(desk) as front:
+    parameters = FakeParameters()
+    with opened_front(parameters) as front:
         heard = front.addresses
     sent = {
         osc.address("/drumstick", row, name)
         for row in osc.SENT
-        for name in (desk.table if "NAME" in row.path else [""])
+        for name in (parameters.table if "NAME" in row.path else [""])
     }
     methods = {node.path for node in ROOT.all() if "TYPE" in node.fixed or node.path.endswith("/pong")}
     assert methods == heard | sent

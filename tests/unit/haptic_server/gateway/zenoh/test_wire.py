@@ -16,8 +16,8 @@ from haptic_server import block as blocks
 from haptic_server import files, front
 from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.presets import Presets
-from haptic_server.gateway.settings import ParameterDesk
-from haptic_server.gateway.zenoh.scene_door import SceneDoor
+from haptic_server.gateway.settings import Parameters
+from haptic_server.gateway.zenoh.scene_request import SceneRequests
 from haptic_server.gateway.zenoh.wire import Wire
 from haptic_server.presets.store import PresetStore
 from ports import free_port
@@ -45,7 +45,7 @@ class Wired(NamedTuple):
 
     session: zenoh.Session
     wire: Wire
-    desk: ParameterDesk
+    parameters: Parameters
     presets: Presets
 
 
@@ -56,17 +56,19 @@ def wired(tmp_path: Path, panics: list[str], monkeypatch: pytest.MonkeyPatch) ->
     poke(mine.control, blocks.HEARTBEAT, time.monotonic_ns() + 3600 * 10**9)  # as if it ticked for an hour
     link = ServoLink(tmp_path, law_of(ROLL))
     session = open_router(endpoint)
-    desk = ParameterDesk(ROLL, link)
-    raise_panic = desk.panic
+    parameters = Parameters(ROLL, link)
+    raise_panic = parameters.panic
 
     def noted(source: str) -> None:
         panics.append(source)
         raise_panic(source)
 
-    monkeypatch.setattr(desk, "panic", noted)
-    presets = Presets(PresetStore(tmp_path / "state"), desk, "roll", desk.values())
-    wire = Wire(session, KEYS, desk, lambda: mine.boot, "{}", _no_health, presets, SceneDoor(tmp_path, True))
-    yield Wired(session, wire, desk, presets)
+    monkeypatch.setattr(parameters, "panic", noted)
+    presets = Presets(PresetStore(tmp_path / "state"), parameters, "roll", parameters.values())
+    wire = Wire(
+        session, KEYS, parameters, lambda: mine.boot, "{}", _no_health, presets, SceneRequests(tmp_path, True)
+    )
+    yield Wired(session, wire, parameters, presets)
     wire.close()
     session.close()
 
@@ -118,11 +120,16 @@ def wildcards_for(key: str) -> list[str]:
 def test_no_wildcard_changes_anything(wired: Wired, panics: list[str], tmp_path: Path, key: str) -> None:
     assert set(wired.wire.queryables.writing) == set(WRITES)  # every one of them is tried
     wired.presets.save("kept", "test")
-    wired.desk.set({"dv_pls": 0.1}, "test")
+    wired.parameters.set({"dv_pls": 0.1}, "test")
 
     def stands() -> tuple[object, ...]:
         names = [row.name for row in wired.presets.list()]
-        return wired.desk.revision, wired.desk.lease_holder(), names, (tmp_path / files.WANTED).exists()
+        return (
+            wired.parameters.revision,
+            wired.parameters.lease_holder(),
+            names,
+            (tmp_path / files.WANTED).exists(),
+        )
 
     before = stands()
     for pattern in wildcards_for(key):
@@ -171,4 +178,4 @@ def test_no_other_scene_in_the_place_of_a_servo_that_does_not_tick(
 
 def test_who_is_not_looked_after_says_so(tmp_path: Path) -> None:
     with pytest.raises(Refusal, match="not started by `drumstick`"):
-        SceneDoor(tmp_path, False).ask_for("tom")
+        SceneRequests(tmp_path, False).ask_for("tom")

@@ -11,7 +11,7 @@ from rig.fault import Stop
 from rig.identity.rig_file import load
 from rig.machine.finding import Finding
 from rig.network import remote
-from rig.supervision import settled
+from rig.supervision import resolved_options
 
 
 def rig_of(rig_file: Path | None, rig: str | None) -> str:
@@ -26,7 +26,7 @@ def rig_of(rig_file: Path | None, rig: str | None) -> str:
 def findings(rig_file: Path, rig: str | None) -> list[Finding]:
     """Of the rig file, and of the rig if it runs and answers. Talks to nobody but the file's own rig."""
     try:
-        warnings = settled.fitness(rig_file)
+        warnings = resolved_options.fitness(rig_file)
     except Stop as stop:
         return [
             Finding("rig file", False, True, str(stop), "docs/security.md says how keys are made and carried")
@@ -34,7 +34,7 @@ def findings(rig_file: Path, rig: str | None) -> list[Finding]:
     found = "; ".join(warnings) or f"{rig_file}: its certificate is good"
     own = Finding("rig file", not warnings, False, found)
     try:
-        gateway, public = remote.health(settled.far_end(rig_file, rig, None))
+        gateway, public = remote.health(resolved_options.far_end(rig_file, rig, None))
     except Stop as stop:
         return [own, Finding("rig", False, False, str(stop), "only a running rig tells whom it turned away")]
     return [own, *_told(gateway, public)]

@@ -1,4 +1,4 @@
-"""Presets on the desk: one set through the envelope, and what is restored at a start."""
+"""Presets on the parameters: one set through the envelope, and what is restored at a start."""
 
 import dataclasses
 import hashlib
@@ -13,7 +13,7 @@ from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.presets import Presets
-from haptic_server.gateway.settings import ParameterDesk
+from haptic_server.gateway.settings import Parameters
 from haptic_server.presets.preset import PresetError
 from haptic_server.presets.store import PresetStore
 from protocol.requests import ANYBODY, Claim
@@ -23,37 +23,37 @@ TOM = parse(shipped_text("cor-roll"), "cor-roll")
 
 
 class Bench:
-    """A gateway's desk and presets in a folder; `scene` may be another one than the last time."""
+    """A gateway's parameters and presets in a folder; `scene` may be another one than the last time."""
 
     def __init__(self, folder: Path, scene: Scene = ROLL) -> None:
         run = folder / f"run {scene.name}"
         run.mkdir(exist_ok=True)
         self.block = blocks.create(run, law_of(scene))
-        self.desk = ParameterDesk(scene, ServoLink(run, law_of(scene)))
+        self.parameters = Parameters(scene, ServoLink(run, law_of(scene)))
         self.store = PresetStore(folder / "state")
-        given = values_of(law_of(scene), self.desk.table)
-        self.presets = Presets(self.store, self.desk, scene.name, given, now=lambda: "now")
+        given = values_of(law_of(scene), self.parameters.table)
+        self.presets = Presets(self.store, self.parameters, scene.name, given, now=lambda: "now")
         self.news: list[tuple[str, str]] = []
         self.presets.on_news = lambda what, name: self.news.append((what, name))
 
     def keep(self, changes: Mapping[str, float]) -> None:
         """As if the servo had used these for a while."""
-        self.desk.set(changes, "test")
+        self.parameters.set(changes, "test")
         keeper = self.presets.keep_last()
-        keeper.note(self.desk.accepted_values(), 0)
+        keeper.note(self.parameters.accepted_values(), 0)
         keeper.close()
 
 
 def test_what_is_saved_is_what_was_accepted_last(tmp_path: Path) -> None:
     bench = Bench(tmp_path)
-    bench.desk.set({"dv_pls": 0.3, "k_hand": 30.0}, "test")
+    bench.parameters.set({"dv_pls": 0.3, "k_hand": 30.0}, "test")
     saved = bench.presets.save("slow", "test")
     assert (saved.values["dv_pls"], saved.values["k_hand"]) == (0.3, 30.0)
     assert "z_h0" not in saved.values
-    bench.desk.set({"dv_pls": 0.2, "k_hand": 20.0}, "test")
+    bench.parameters.set({"dv_pls": 0.2, "k_hand": 20.0}, "test")
     loaded = bench.presets.load("slow", "test", ANYBODY)
-    assert loaded.reply.revision == bench.desk.revision == 3
-    assert bench.desk.accepted_values()["dv_pls"] == 0.3
+    assert loaded.reply.revision == bench.parameters.revision == 3
+    assert bench.parameters.accepted_values()["dv_pls"] == 0.3
     assert bench.news == [("saved", "slow"), ("loaded", "slow")]
 
 
@@ -61,10 +61,10 @@ def test_a_preset_of_another_scene_is_refused_whole(tmp_path: Path) -> None:
     other = Bench(tmp_path, TOM)
     other.presets.save("cor", "test")
     bench = Bench(tmp_path)
-    before = bench.desk.accepted_values()
+    before = bench.parameters.accepted_values()
     with pytest.raises(Refusal, match=r"preset cor is of the scene cor-roll: .*gamma.* not in roll"):
         bench.presets.load("cor", "test", ANYBODY)
-    assert bench.desk.accepted_values() == before
+    assert bench.parameters.accepted_values() == before
     assert bench.news == []
 
 
@@ -75,7 +75,7 @@ def test_the_envelope_and_the_lease_hold_for_presets_too(tmp_path: Path) -> None
     with pytest.raises(Refusal, match="limit"):
         bench.presets.load("wild", "test", ANYBODY)
     bench.presets.save("tame", "test")
-    bench.desk.take_lease("mine", "Ada", 5.0)
+    bench.parameters.take_lease("mine", "Ada", 5.0)
     with pytest.raises(Refusal, match="Ada is tuning"):
         bench.presets.load("tame", "test", ANYBODY)
     assert bench.presets.load("tame", "test", Claim("mine")).note == ""
@@ -95,7 +95,7 @@ def test_the_last_good_set_is_taken_up_again(tmp_path: Path, caplog: pytest.LogC
     Bench(tmp_path).keep({"dv_pls": 0.3})
     again = Bench(tmp_path)
     again.presets.restore()
-    assert again.desk.accepted_values()["dv_pls"] == 0.3
+    assert again.parameters.accepted_values()["dv_pls"] == 0.3
     assert "as it was at now: dv_pls 0.3" in caplog.text
 
 
@@ -107,7 +107,7 @@ def test_what_nobody_changed_is_not_told(tmp_path: Path, caplog: pytest.LogCaptu
     bench.keep({"dv_pls": 0.2})
     again = Bench(tmp_path)
     again.presets.restore()
-    assert again.desk.revision == 0
+    assert again.parameters.revision == 0
     assert caplog.text == ""
 
 
@@ -120,7 +120,7 @@ def test_a_scene_that_was_changed_since_is_played_as_it_is_written(
     assert changed != ROLL
     again = Bench(tmp_path, changed)
     again.presets.restore()
-    assert again.desk.revision == 0
+    assert again.parameters.revision == 0
     assert "the scene was changed since" in caplog.text
 
 
@@ -128,7 +128,7 @@ def test_another_scenes_last_set_is_left_alone(tmp_path: Path) -> None:
     Bench(tmp_path).keep({"dv_pls": 0.3})
     other = Bench(tmp_path, TOM)
     other.presets.restore()
-    assert other.desk.revision == 0
+    assert other.parameters.revision == 0
 
 
 def test_a_last_set_with_a_number_of_thousands_of_digits_does_not_stop_the_start(
@@ -141,7 +141,7 @@ def test_a_last_set_with_a_number_of_thousands_of_digits_does_not_stop_the_start
     last.write_bytes(f"drumstick-preset 1 sha256={hashlib.sha256(body).hexdigest()}\n".encode() + body)
     again = Bench(tmp_path)
     again.presets.restore()
-    assert again.desk.revision == 0
+    assert again.parameters.revision == 0
     assert "the last good set cannot be" in caplog.text
     again.keep({"dv_pls": 0.4})  # nor does it keep the next one from being kept
     assert again.store.load_last() is not None
@@ -164,5 +164,5 @@ def test_one_that_is_damaged_or_no_longer_allowed_does_not_stop_the_start(
         bench.store.load_last()
     again = Bench(tmp_path)
     again.presets.restore()
-    assert again.desk.revision == 0
+    assert again.parameters.revision == 0
     assert "not a preset of this version" in caplog.text

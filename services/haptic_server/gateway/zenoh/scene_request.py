@@ -8,7 +8,7 @@ from drumstick.parameters.table import Refusal
 from haptic_server import files, front
 
 
-class SceneDoor:
+class SceneRequests:
     """`is_supervised`: whether somebody looks for the file that a wish leaves in the run folder."""
 
     def __init__(self, run_dir: Path, is_supervised: bool) -> None:

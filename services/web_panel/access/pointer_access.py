@@ -59,7 +59,7 @@ class Pad:
         return Pointer(source=self._source, seq=self._seq, held=frame.held, lift=frame.lift, x=frame.x, y=0.0)
 
 
-class PointerDoor:
+class PointerAccess:
     """Serves the pads of every page; `put` sends to the rig."""
 
     def __init__(self, put: Callable[[Pointer], None]) -> None:

@@ -28,7 +28,7 @@ FOLLOWERS = ("listener",)
 _ROLES_OF = {HAPTIC_PART: (HAPTIC,), SOUND: ("sound",), PANEL: ("panel",)}
 
 
-class Settled(NamedTuple):
+class ResolvedOptions(NamedTuple):
     """Where a rig listens, connects and sends, and as whom."""
 
     rig: str
@@ -50,7 +50,7 @@ def settle(
     listen: str | None = None,
     osc_in: int | None = None,
     osc_out: Sequence[str] | None = None,
-) -> Settled:
+) -> ResolvedOptions:
     """For the services in `parts`. Raises Stop; tells on stderr which certificates end soon, or have ended.
 
     No force waits for a network: what time can mend, a certificate or a clock, ends no start that the force loop or its
@@ -72,7 +72,7 @@ def settle(
         checks.target(target)
     if end is None and parts & {HAPTIC_PART, DOOR}:
         require_loopback(at)
-    return Settled(
+    return ResolvedOptions(
         name,
         end,
         at,

@@ -11,10 +11,10 @@ _WHOLE = "*"  # no parameter's name
 
 
 @dataclass(frozen=True)
-class Wish:
+class SetRequest:
     """Values to be set as one, SI units, by wire name.
 
-    `lease` is the secret of who wishes, if they hold the writer's lease; `purpose` names what asked for a whole set.
+    `lease` is the secret of who requests, if they hold the writer's lease; `purpose` names what asked for a whole set.
     `before`: what held when it was wished.
     """
 
@@ -25,22 +25,22 @@ class Wish:
 
     @property
     def place(self) -> tuple[str, str]:
-        """Where it waits, in the stead of an older one: for its parameter, or for whole sets, and for who wishes.
+        """Where it waits, in the stead of an older one: for its parameter, or for whole sets, and for who requests.
         Else one who is refused would take the place of who holds the lease.
         """
         return _WHOLE if self.purpose else next(iter(self.values)), self.lease
 
 
-class Wishes:
+class SetQueue:
     """One thread asks, so no two sets ever pass each other. `want` never blocks, any thread."""
 
-    def __init__(self, ask: Callable[[Wish], Answer]) -> None:
+    def __init__(self, ask: Callable[[SetRequest], Answer]) -> None:
         self._ask = ask
-        self._wanted: dict[tuple[str, str], Wish] = {}
+        self._wanted: dict[tuple[str, str], SetRequest] = {}
         self._changed = threading.Condition()
         self._ended = False
-        self.answers: queue.SimpleQueue[tuple[Wish, Answer]] = queue.SimpleQueue()
-        self._thread = threading.Thread(target=self._run, name="wishes", daemon=True)
+        self.answers: queue.SimpleQueue[tuple[SetRequest, Answer]] = queue.SimpleQueue()
+        self._thread = threading.Thread(target=self._run, name="requests", daemon=True)
 
     def start(self) -> None:
         """Begin to ask."""
@@ -53,23 +53,23 @@ class Wishes:
             self._changed.notify()
         self._thread.join()
 
-    def want(self, wish: Wish) -> None:
+    def want(self, request: SetRequest) -> None:
         """Ask for this as soon as possible; the answer comes by `answers`."""
         with self._changed:
-            if wish.purpose:
-                self._wanted.pop(wish.place, None)  # it comes after every value that was wished before it
-            self._wanted[wish.place] = wish
+            if request.purpose:
+                self._wanted.pop(request.place, None)  # it comes after every value that was wished before it
+            self._wanted[request.place] = request
             self._changed.notify()
 
-    def refuse(self, wish: Wish, reason: str) -> None:
-        """Answer a wish that need not be sent."""
-        self.answers.put((wish, Answer(reason=reason, refused=True)))
+    def refuse(self, request: SetRequest, reason: str) -> None:
+        """Answer a request that need not be sent."""
+        self.answers.put((request, Answer(reason=reason, refused=True)))
 
     def _run(self) -> None:
-        while (wish := self._next()) is not None:
-            self.answers.put((wish, self._ask(wish)))
+        while (request := self._next()) is not None:
+            self.answers.put((request, self._ask(request)))
 
-    def _next(self) -> Wish | None:
+    def _next(self) -> SetRequest | None:
         with self._changed:
             self._changed.wait_for(lambda: self._ended or self._wanted)
             if self._ended:

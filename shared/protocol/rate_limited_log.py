@@ -9,7 +9,7 @@ from protocol.foreign_text import shown
 _LONGEST = 300
 
 
-class Complaints:
+class RateLimitedLog:
     """Any thread; `clock` returns monotonic ns. What it keeps does not grow, whatever it is told."""
 
     def __init__(
@@ -26,7 +26,7 @@ class Complaints:
         self._next_ns = 0
         self._silenced = 0
 
-    def complain(self, words: str) -> None:
+    def warn(self, words: str) -> None:
         """Log `words` as a warning, escaped and cut, or count it when a line was written a moment ago."""
         with self._lock:
             now = self._clock()

@@ -7,7 +7,7 @@ from rig import folder
 
 
 @dataclass(frozen=True)
-class LaidOut:
+class SceneFiles:
     """A scene's name, its text, and that of its recorded gesture if it has one."""
 
     name: str

@@ -1,6 +1,6 @@
 """The writer's lease, held for one browser: taken, renewed while that browser is there, given back when it is not.
 
-Its claim goes with that browser's wishes alone, so the haptic server refuses every other one: also those of other
+Its claim goes with that browser's requests alone, so the haptic server refuses every other one: also those of other
 browsers at this panel. A thread of its own asks; all methods but `_run` return at once, any thread.
 """
 
@@ -22,7 +22,7 @@ class _Holder(NamedTuple):
     secret: str
 
 
-class LeaseDoor:
+class LeaseAccess:
     """`ask(secret, name, seconds)` asks the haptic server and waits for the answer."""
 
     def __init__(self, ask: Callable[[str, str, float], Answer], renew_s: float = _RENEW_S) -> None:
@@ -56,7 +56,7 @@ class LeaseDoor:
         return holder.name if holder is not None else ""
 
     def secret_of(self, client: int | None) -> str:
-        """The claim that goes with this browser's wishes; "" when it does not hold the lease."""
+        """The claim that goes with this browser's requests; "" when it does not hold the lease."""
         holder = self._holder
         return holder.secret if holder is not None and holder.client == client else ""
 

@@ -13,11 +13,11 @@ from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.excitation.timeline import PIECE, RING_SLOTS, stream_of
 from drumstick.parameters.scene import Scene
 from protocol.clock import HapticClock
-from protocol.complaints import Complaints
 from protocol.messages import Contact, Strike, encode
+from protocol.rate_limited_log import RateLimitedLog
 from realtime.ring import drain
-from sound_server.receiving.desk import ContactDesk
-from sound_server.receiving.strikes import StrikeDesk
+from sound_server.receiving.contacts import ContactScheduler
+from sound_server.receiving.strikes import StrikeScheduler
 from stability.catalogue import shows
 from streamed_engine import MS, streamed
 
@@ -37,14 +37,14 @@ def message(
 
 
 class Bench:
-    """A desk, its stream's ring, and the boots it heard."""
+    """A scheduler, its stream's ring, and the boots it heard."""
 
     def __init__(self, latency_s: float = 0.02) -> None:
         self.boots: list[int] = []
-        self.desk = ContactDesk(Complaints(lambda: 0), self.boots.append)
-        self.desk.clock = HapticClock(7, OFFSET, 0)
+        self.scheduler = ContactScheduler(RateLimitedLog(lambda: 0), self.boots.append)
+        self.scheduler.clock = HapticClock(7, OFFSET, 0)
         self.stream = stream_of(streamed(latency_s), 1.0 / 16000.0)
-        self.desk.play_on(self.stream, latency_s)
+        self.scheduler.play_on(self.stream, latency_s)
 
     def pieces(self) -> np.ndarray:
         out = np.zeros(RING_SLOTS, PIECE)
@@ -62,20 +62,20 @@ class Bench:
 
 def test_a_piece_sounds_its_latency_after_its_tick() -> None:
     bench = Bench(0.02)
-    bench.desk.take(message(4, [1.0, 2.0]), NOW + 7 * MS)
+    bench.scheduler.take(message(4, [1.0, 2.0]), NOW + 7 * MS)
     (piece,) = bench.pieces()
     assert piece["start_ns"] == NOW + 4 * MS + 20 * MS
     assert (piece["first"], piece["count"], piece["x"], piece["y"]) == (4, 2, 0.1, 0.2)
     assert piece["forces"][:2].tolist() == [1.0, 2.0]
-    assert (bench.desk.played, bench.boots) == (1, [7])
+    assert (bench.scheduler.played, bench.boots) == (1, [7])
 
 
 def test_without_a_latency_of_the_scenes_it_is_three_pieces_and_a_block() -> None:
     bench = Bench(0.0)
     bench.stream.state["block_ns"] = 2_666_667
-    assert bench.desk.delay_s == pytest.approx(0.006 + 0.002666667)
-    bench.desk.take(message(0, [1.0, 2.0]), NOW + 3 * MS)
-    bench.desk.take(message(2, [1.0, 0.0]), NOW + 5 * MS)
+    assert bench.scheduler.delay_s == pytest.approx(0.006 + 0.002666667)
+    bench.scheduler.take(message(0, [1.0, 2.0]), NOW + 3 * MS)
+    bench.scheduler.take(message(2, [1.0, 0.0]), NOW + 5 * MS)
     starts = bench.pieces()["start_ns"].tolist()
     assert starts == [NOW + 8_666_667, NOW + 10_666_667]
 
@@ -93,83 +93,83 @@ def test_loss_repetition_and_order_change_nothing_but_what_was_lost(random, size
     random.shuffle(arriving)
     bench = Bench(0.2)
     for first, forces in arriving:
-        bench.desk.take(message(first, forces), NOW)
-    assert bench.desk.duplicates == len(arriving) - len({first for first, _ in arriving})
+        bench.scheduler.take(message(first, forces), NOW)
+    assert bench.scheduler.duplicates == len(arriving) - len({first for first, _ in arriving})
     assert bench.ticks() == expected
 
 
 def test_what_overlaps_is_played_once() -> None:
     bench = Bench()
-    bench.desk.take(message(2, [1.0, 2.0]), NOW)
-    bench.desk.take(message(0, [9.0, 9.0, 9.0, 9.0, 9.0, 3.0]), NOW)
+    bench.scheduler.take(message(2, [1.0, 2.0]), NOW)
+    bench.scheduler.take(message(0, [9.0, 9.0, 9.0, 9.0, 9.0, 3.0]), NOW)
     assert bench.ticks() == {0: 9.0, 1: 9.0, 2: 1.0, 3: 2.0, 4: 9.0, 5: 3.0}
-    assert bench.desk.duplicates == 0
-    bench.desk.take(message(1, [7.0, 7.0]), NOW)
-    assert bench.desk.duplicates == 1
+    assert bench.scheduler.duplicates == 0
+    bench.scheduler.take(message(1, [7.0, 7.0]), NOW)
+    assert bench.scheduler.duplicates == 1
     # Two contacts that share a tick are two: their forces add up.
-    bench.desk.take(message(5, [4.0, 0.0], seq=2), NOW)
+    bench.scheduler.take(message(5, [4.0, 0.0], seq=2), NOW)
     assert bench.ticks() == {5: 4.0, 6: 0.0}
-    assert bench.desk.played == 2
+    assert bench.scheduler.played == 2
 
 
 def test_a_beginning_that_comes_late_sounds_as_soon_as_it_can_and_far_too_late_not_at_all() -> None:
     bench = Bench(0.01)
     bench.stream.state["block_ns"] = 2_000_000
     now = NOW + 40 * MS
-    bench.desk.take(message(0, [1.0]), now)
-    bench.desk.take(message(0, [1.0], seq=2), NOW + 61 * MS)
+    bench.scheduler.take(message(0, [1.0]), now)
+    bench.scheduler.take(message(0, [1.0], seq=2), NOW + 61 * MS)
     (piece,) = bench.pieces()
     assert piece["start_ns"] == now + 3 * MS  # a block, and a millisecond for the next piece
-    assert bench.desk.late == 1
+    assert bench.scheduler.late == 1
 
 
 def test_a_servo_that_restarted_leaves_the_one_before_behind() -> None:
     bench = Bench()
-    bench.desk.take(message(100, [1.0]), NOW)
-    bench.desk.take(message(0, [2.0], boot=8), NOW)
-    bench.desk.clock = HapticClock(8, OFFSET, 0)
-    bench.desk.take(message(101, [3.0]), NOW)  # of the old one, held up on the way
+    bench.scheduler.take(message(100, [1.0]), NOW)
+    bench.scheduler.take(message(0, [2.0], boot=8), NOW)
+    bench.scheduler.clock = HapticClock(8, OFFSET, 0)
+    bench.scheduler.take(message(101, [3.0]), NOW)  # of the old one, held up on the way
     assert bench.pieces()["epoch"].tolist() == [7, 8]
-    assert bench.desk.late == 1
+    assert bench.scheduler.late == 1
     assert bench.boots == [7, 8, 7]
 
 
 def test_a_stray_message_of_no_servo_mutes_nobody() -> None:
     bench = Bench()
     for first, boot in ((0, 7), (0, 1), (1, 7), (2, 7)):
-        bench.desk.take(message(first, [1.0], boot=boot), NOW)
+        bench.scheduler.take(message(first, [1.0], boot=boot), NOW)
     assert bench.pieces()["epoch"].tolist() == [7, 1, 7, 7]
 
 
 def test_without_a_clock_pieces_follow_each_other_from_the_first_ones_arrival() -> None:
     bench = Bench(0.02)
-    bench.desk.clock = None
+    bench.scheduler.clock = None
     arrivals = (0, 3, 3, 6)  # ms: jitter
     for k, at in enumerate(arrivals):
-        bench.desk.take(message(2 * k, [1.0, 1.0]), NOW + at * MS)
+        bench.scheduler.take(message(2 * k, [1.0, 1.0]), NOW + at * MS)
     assert np.diff(bench.pieces()["start_ns"]).tolist() == [2 * MS] * 3
-    bench.desk.take(message(5000, [1.0, 1.0]), NOW + 300 * MS)  # after a pause whose length nobody knows
+    bench.scheduler.take(message(5000, [1.0, 1.0]), NOW + 300 * MS)  # after a pause whose length nobody knows
     assert bench.pieces()["start_ns"].tolist() == [NOW + 320 * MS]
 
 
 def test_a_clock_that_is_wrong_by_an_hour_is_not_waited_for() -> None:
     bench = Bench(0.02)
-    bench.desk.take(message(0, [1.0], t_ns=NOW + OFFSET + 3_600_000 * MS), NOW)
-    bench.desk.take(message(1, [1.0], t_ns=2**62), NOW)
+    bench.scheduler.take(message(0, [1.0], t_ns=NOW + OFFSET + 3_600_000 * MS), NOW)
+    bench.scheduler.take(message(1, [1.0], t_ns=2**62), NOW)
     assert (bench.pieces()["start_ns"] <= NOW + 25 * MS).all()
 
 
 def test_a_piece_of_the_six_elements_is_where_its_strike_was() -> None:
     bench = Bench()
-    strikes = StrikeDesk(StrikeRing(), Complaints(lambda: 0), bench.boots.append)
-    strikes.note = bench.desk.note
+    strikes = StrikeScheduler(StrikeRing(), RateLimitedLog(lambda: 0), bench.boots.append)
+    strikes.note = bench.scheduler.note
     strike = Strike(
         boot=7, seq=3, t_ns=NOW + OFFSET, x=-0.4, y=0.3, z_speed_m_per_s=0.6, level=0.3, peak_estimate_N=5.0,
         contact_estimate_s=0.005,
     )  # fmt: skip
     strikes.take(encode(strike), NOW)
     six = msgspec.msgpack.encode([1, 7, 3, 40, 1000.0, np.float32([1.0, 2.0]).tobytes()])
-    bench.desk.take(six, NOW)
+    bench.scheduler.take(six, NOW)
     (piece,) = bench.pieces()
     assert (piece["x"], piece["y"]) == (-0.4, 0.3)
     assert strikes.played == 0
@@ -179,13 +179,13 @@ def test_a_strike_of_a_streamed_scene_starts_no_pulse() -> None:
     engine_ring = StrikeRing()
     engine = new_engine(streamed(), 48000, engine_ring)
     assert engine.stream is not None
-    desk = StrikeDesk(engine_ring, Complaints(lambda: 0), lambda _boot: None)
-    desk.note = ContactDesk(Complaints(lambda: 0), lambda _boot: None).note
+    scheduler = StrikeScheduler(engine_ring, RateLimitedLog(lambda: 0), lambda _boot: None)
+    scheduler.note = ContactScheduler(RateLimitedLog(lambda: 0), lambda _boot: None).note
     strike = Strike(
         boot=7, seq=3, t_ns=NOW, x=-0.4, y=0.3, z_speed_m_per_s=0.6, level=0.3, peak_estimate_N=5.0,
         contact_estimate_s=0.005,
     )  # fmt: skip
-    desk.take(encode(strike), NOW)
+    scheduler.take(encode(strike), NOW)
     assert engine_ring.cells[0] == 0
 
 
@@ -214,17 +214,17 @@ def test_what_no_stick_can_do_is_refused_whole_and_counted(
     forces: list[float] | bytes, changes: dict[str, object]
 ) -> None:
     bench = Bench()
-    bench.desk.take(message(1, forces, **changes), NOW)
-    assert (bench.desk.refused, bench.desk.played, bench.ticks()) == (1, 0, {})
-    bench.desk.take(message(1, [1.0]), NOW)
+    bench.scheduler.take(message(1, forces, **changes), NOW)
+    assert (bench.scheduler.refused, bench.scheduler.played, bench.ticks()) == (1, 0, {})
+    bench.scheduler.take(message(1, [1.0]), NOW)
     assert bench.ticks() == {1: 1.0}
 
 
 @pytest.mark.parametrize(("first", "boot"), [(-1, 7), (2**60, 7), (0, -1), (0, 2**63)])
 def test_numbers_that_no_servo_counts_to_are_refused(first: int, boot: int) -> None:
     bench = Bench()
-    bench.desk.take(message(first, [1.0], boot=boot, t_ns=NOW), NOW)
-    assert (bench.desk.refused, bench.ticks()) == (1, {})
+    bench.scheduler.take(message(first, [1.0], boot=boot, t_ns=NOW), NOW)
+    assert (bench.scheduler.refused, bench.ticks()) == (1, {})
 
 
 @given(
@@ -240,24 +240,24 @@ def test_no_bytes_stop_the_desk(payload: bytes) -> None:
     logging.disable()
     try:
         bench = Bench()
-        bench.desk.take(payload, NOW)
-        bench.desk.take(message(2**40, [1.0], boot=2**50), NOW)
+        bench.scheduler.take(payload, NOW)
+        bench.scheduler.take(message(2**40, [1.0], boot=2**50), NOW)
     finally:
         logging.disable(logging.NOTSET)
-    assert bench.desk.played + bench.desk.late >= 1
+    assert bench.scheduler.played + bench.scheduler.late >= 1
 
 
 def test_a_full_ring_drops_and_says_so(caplog: pytest.LogCaptureFixture) -> None:
     bench = Bench(0.5)
     for first in range(RING_SLOTS + 5):
-        bench.desk.take(message(first, [1.0]), NOW)
+        bench.scheduler.take(message(first, [1.0]), NOW)
     assert len(bench.pieces()) == RING_SLOTS
     assert "waiting for the audio" in caplog.text
 
 
 def test_without_a_stream_nothing_is_kept() -> None:
     bench = Bench()
-    bench.desk.play_on(None, 0.0)
-    bench.desk.take(message(0, [1.0]), NOW)
-    assert (bench.ticks(), bench.desk.underflows, bench.desk.played) == ({}, 0, 0)
+    bench.scheduler.play_on(None, 0.0)
+    bench.scheduler.take(message(0, [1.0]), NOW)
+    assert (bench.ticks(), bench.scheduler.underflows, bench.scheduler.played) == ({}, 0, 0)
     assert Scene("drum").drum.excitation == "analytic"

@@ -18,7 +18,7 @@ _LOG_STEP = 0.01
 
 
 @dataclass(frozen=True)
-class Travel:
+class SliderRange:
     """Values low .. high; positions are the values themselves, or their decimal logarithm."""
 
     low: float
@@ -62,12 +62,12 @@ class Travel:
             inside = [v for v in inside if math.log10(v) % 1.0 < 0.01 or math.log10(v) % 1.0 > 0.99]
         return tuple((self.position(v), _short(v)) for v in inside)
 
-    def including(self, value: float, quantity: Quantity) -> "Travel":
+    def including(self, value: float, quantity: Quantity) -> "SliderRange":
         """This travel, stretched so that `value` has room; never beyond the table's range."""
         if self.low <= value <= self.high or not math.isfinite(value):
             return self
-        other = travel_around(quantity, value)
-        return Travel(min(self.low, other.low), max(self.high, other.high), self.log)
+        other = range_around(quantity, value)
+        return SliderRange(min(self.low, other.low), max(self.high, other.high), self.log)
 
 
 def _short(value: float) -> str:
@@ -75,17 +75,17 @@ def _short(value: float) -> str:
     return f"{figure(value / 1000.0)}k" if abs(value) >= 1000.0 else figure(value)
 
 
-def travel_around(quantity: Quantity, value: float) -> Travel:
-    """Travel for a parameter whose scene says `value`; a value that is not finite counts as 0."""
+def range_around(quantity: Quantity, value: float) -> SliderRange:
+    """SliderRange for a parameter whose scene says `value`; a value that is not finite counts as 0."""
     low, high = quantity.low, quantity.high
     value = value if math.isfinite(value) else 0.0
     if quantity.scale == "log" and low > 0.0:
         value = min(max(value, low), high)
         factor = 10.0**_DECADES_EACH_WAY
-        return Travel(max(low, value / factor), min(high, value * factor), True)
+        return SliderRange(max(low, value / factor), min(high, value * factor), True)
     counts = abs(value) > _NOTHING * (high - low)
     reach = _round_up(_TIMES * abs(value)) if counts else (high - low) / 20.0
-    return Travel(max(low, -reach if low < 0.0 else 0.0), min(high, reach), False)
+    return SliderRange(max(low, -reach if low < 0.0 else 0.0), min(high, reach), False)
 
 
 def _round_up(value: float) -> float:

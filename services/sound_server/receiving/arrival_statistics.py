@@ -20,7 +20,7 @@ class Told(NamedTuple):
     unpunctual: int
 
 
-class Punctuality:
+class ArrivalStatistics:
     """Of one rig's strikes."""
 
     def __init__(self) -> None:

@@ -13,13 +13,13 @@ from web_panel.access.guard import control_id
 from web_panel.page import markup
 from web_panel.page.wording import chosen_elsewhere
 from web_panel.rig.answer import Answer
-from web_panel.rig.mirror import Mirror
+from web_panel.rig.rig_state import RigState
 
 _MOST_SHOWN = 40  # buttons; the command shows the rest
 _LONGEST_NAME = 60
 
 
-class Doors(NamedTuple):
+class PresetActions(NamedTuple):
     """What the haptic server is asked, on a thread that may wait: by a preset's name, and the browser that loads."""
 
     load: Callable[[str, int | None], Answer]
@@ -30,13 +30,18 @@ def _is_name(value: object) -> bool:
     return is_short_text(value, _LONGEST_NAME)
 
 
-class Shelf:
+class PresetPanel:
     """Made and shown by the main thread; `_load` and `_save` run in viser's event loop and wait on another."""
 
     def __init__(
-        self, server: viser.ViserServer, messages: ClientMessages, doors: Doors, rig: str, order: float
+        self,
+        server: viser.ViserServer,
+        messages: ClientMessages,
+        actions: PresetActions,
+        rig: str,
+        order: float,
     ) -> None:
-        self._server, self._messages, self._doors, self._rig = server, messages, doors, rig
+        self._server, self._messages, self._actions, self._rig = server, messages, actions, rig
         self._outcomes: queue.SimpleQueue[tuple[str, bool]] = queue.SimpleQueue()
         self._listed: tuple[str, ...] = ()
         self._names: viser.GuiButtonGroupHandle | None = None
@@ -66,22 +71,22 @@ class Shelf:
         if self._chosen_by != event.client_id:
             self._outcomes.put((chosen_elsewhere(name), True))
             return
-        answer = await asyncio.to_thread(self._doors.load, name, event.client_id)
+        answer = await asyncio.to_thread(self._actions.load, name, event.client_id)
         self._outcomes.put((answer.words or f"{name}: loaded", not answer.taken))
 
     async def _save(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
         name = self._name.value.strip()
-        answer = await asyncio.to_thread(self._doors.save, name)
+        answer = await asyncio.to_thread(self._actions.save, name)
         self._outcomes.put((answer.words or f"{name}: the present values are kept", not answer.taken))
 
-    def show(self, mirror: Mirror) -> None:
+    def show(self, rig_state: RigState) -> None:
         """Write what changed to the page."""
         while not self._outcomes.empty():
             words, alarm = self._outcomes.get()
             self._words.content = markup.line(words, "preset", alarm)
-        if mirror.presets != self._listed:
-            self._listed = mirror.presets
-            self._show_names(mirror.presets[:_MOST_SHOWN])
+        if rig_state.presets != self._listed:
+            self._listed = rig_state.presets
+            self._show_names(rig_state.presets[:_MOST_SHOWN])
         self._loading.disabled = self._chosen not in self._listed
 
     def _show_names(self, names: tuple[str, ...]) -> None:

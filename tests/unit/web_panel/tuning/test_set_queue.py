@@ -5,7 +5,7 @@ import pytest
 
 from protocol.messages import Readback
 from web_panel.rig.answer import Answer
-from web_panel.tuning.wishes import Wish, Wishes
+from web_panel.tuning.set_queue import SetQueue, SetRequest
 
 
 class Asked:
@@ -15,10 +15,10 @@ class Asked:
         self.seen: queue.SimpleQueue[dict[str, float]] = queue.SimpleQueue()
         self.go = threading.Semaphore(0)
 
-    def __call__(self, wish: Wish) -> Answer:
-        self.seen.put(wish.values)
+    def __call__(self, request: SetRequest) -> Answer:
+        self.seen.put(request.values)
         assert self.go.acquire(timeout=10)
-        return Answer({name: Readback(value=value, revision=1) for name, value in wish.values.items()})
+        return Answer({name: Readback(value=value, revision=1) for name, value in request.values.items()})
 
 
 @pytest.fixture
@@ -26,70 +26,70 @@ def asked() -> Asked:
     return Asked()
 
 
-def one(name: str, value: float) -> Wish:
-    return Wish({name: value})
+def one(name: str, value: float) -> SetRequest:
+    return SetRequest({name: value})
 
 
 def test_the_newest_value_wins_and_parameters_do_not_starve_each_other(asked: Asked) -> None:
-    wishes = Wishes(asked)
-    wishes.start()
-    wishes.want(one("dv_pls", 0.1))
+    requests = SetQueue(asked)
+    requests.start()
+    requests.want(one("dv_pls", 0.1))
     assert asked.seen.get(timeout=10) == {"dv_pls": 0.1}
     for value in (0.2, 0.3):
-        wishes.want(one("dv_pls", value))
-    wishes.want(one("k_coll", 1.0))
-    wishes.want(one("dv_pls", 0.4))
+        requests.want(one("dv_pls", value))
+    requests.want(one("k_coll", 1.0))
+    requests.want(one("dv_pls", 0.4))
     asked.go.release(3)
     assert asked.seen.get(timeout=10) == {"dv_pls": 0.4}
     assert asked.seen.get(timeout=10) == {"k_coll": 1.0}
-    answers = [wishes.answers.get(timeout=10)[0].values for _ in range(3)]
+    answers = [requests.answers.get(timeout=10)[0].values for _ in range(3)]
     assert answers == [{"dv_pls": 0.1}, {"dv_pls": 0.4}, {"k_coll": 1.0}]
-    wishes.close()
+    requests.close()
     assert asked.seen.empty()
 
 
 def test_a_whole_set_comes_after_what_was_wished_before_it(asked: Asked) -> None:
-    wishes = Wishes(asked)
-    wishes.start()
-    wishes.want(one("tau", 0.1))
+    requests = SetQueue(asked)
+    requests.start()
+    requests.want(one("tau", 0.1))
     assert asked.seen.get(timeout=10) == {"tau": 0.1}
-    wishes.want(Wish({"dv_pls": 0.1, "k_coll": 1.0}, purpose="A"))
-    wishes.want(one("dv_pls", 0.3))
-    wishes.want(Wish({"dv_pls": 0.2, "k_coll": 2.0}, purpose="B"))
+    requests.want(SetRequest({"dv_pls": 0.1, "k_coll": 1.0}, purpose="A"))
+    requests.want(one("dv_pls", 0.3))
+    requests.want(SetRequest({"dv_pls": 0.2, "k_coll": 2.0}, purpose="B"))
     asked.go.release(3)
     assert asked.seen.get(timeout=10) == {"dv_pls": 0.3}
     assert asked.seen.get(timeout=10) == {"dv_pls": 0.2, "k_coll": 2.0}
-    wishes.close()
+    requests.close()
     assert asked.seen.empty()
 
 
 def test_who_does_not_hold_the_lease_takes_no_place_of_who_does(asked: Asked) -> None:
-    wishes = Wishes(asked)
-    wishes.start()
-    wishes.want(one("tau", 0.1))
+    requests = SetQueue(asked)
+    requests.start()
+    requests.want(one("tau", 0.1))
     assert asked.seen.get(timeout=10) == {"tau": 0.1}
-    wishes.want(Wish({"dv_pls": 0.2}, lease="secret"))
-    wishes.want(Wish({"dv_pls": 0.9}))
-    wishes.want(Wish({"k_coll": 1.0}, lease="secret", purpose="A"))
-    wishes.want(Wish({"k_coll": 2.0}, purpose="B"))
+    requests.want(SetRequest({"dv_pls": 0.2}, lease="secret"))
+    requests.want(SetRequest({"dv_pls": 0.9}))
+    requests.want(SetRequest({"k_coll": 1.0}, lease="secret", purpose="A"))
+    requests.want(SetRequest({"k_coll": 2.0}, purpose="B"))
     asked.go.release(5)
     seen = [asked.seen.get(timeout=10) for _ in range(4)]
     assert seen == [{"dv_pls": 0.2}, {"dv_pls": 0.9}, {"k_coll": 1.0}, {"k_coll": 2.0}]
-    wishes.close()
+    requests.close()
 
 
 def test_it_ends_while_something_waits(asked: Asked) -> None:
-    wishes = Wishes(asked)
-    wishes.start()
-    wishes.want(one("dv_pls", 0.1))
+    requests = SetQueue(asked)
+    requests.start()
+    requests.want(one("dv_pls", 0.1))
     asked.seen.get(timeout=10)
-    wishes.want(one("dv_pls", 0.2))
+    requests.want(one("dv_pls", 0.2))
     threading.Timer(0.05, asked.go.release).start()
-    wishes.close()
+    requests.close()
     assert asked.seen.empty()
 
 
 def test_a_wish_refused_here_is_not_sent(asked: Asked) -> None:
-    wishes = Wishes(asked)
-    wishes.refuse(one("dv_pls", 99.0), "too much")
-    assert wishes.answers.get(timeout=1) == (one("dv_pls", 99.0), Answer(reason="too much", refused=True))
+    requests = SetQueue(asked)
+    requests.refuse(one("dv_pls", 99.0), "too much")
+    assert requests.answers.get(timeout=1) == (one("dv_pls", 99.0), Answer(reason="too much", refused=True))

@@ -23,7 +23,7 @@ _ROUNDING_CENTS = 1200.0 / math.log(2.0) * 0.5 * 2.0**-24  # over theta^2
 _BY_NAME: dict[str, Any] = {"rate_Hz": 0.0, "junctions_across": 0.0, "cpu_budget": Mesh().cpu_budget}
 
 
-class Outlook(NamedTuple):
+class Estimate(NamedTuple):
     """One accuracy. updates_per_s: of junctions; cents: rms error of the first twenty modes, the lowest in tune."""
 
     accuracy: str
@@ -46,7 +46,7 @@ def rms_cents(scheme: Scheme, across: float) -> float:
     return math.hypot(a / across**2 + b / across**3, _ROUNDING_CENTS / theta**2)
 
 
-def outlook(scene: Scene, rate_Hz: int) -> list[Outlook]:
+def estimates(scene: Scene, rate_Hz: int) -> list[Estimate]:
     """First of the scene's own mesh as "now", then of draft, standard and fine."""
     own = dataclasses.replace(scene, modal=None)
     tried = {"now": own} | {
@@ -65,11 +65,11 @@ def _squeezed(scene: Scene, step_s: float) -> Scheme:
     return scheme if scheme.tau > 0.0 else tiers.scheme_for(scene)
 
 
-def of(name: str, scene: Scene, rate_Hz: int) -> Outlook:
+def of(name: str, scene: Scene, rate_Hz: int) -> Estimate:
     """Of the scene's mesh, under this name."""
     divisor = tiers.divisor_for(scene, rate_Hz)
     scheme = _squeezed(scene, divisor / rate_Hz)
     narrower = math.sqrt(scheme.tau / tiers.scheme_for(scene).tau)  # effects take from the room for a wave
     across = narrower * tiers.across_of(scene, rate_Hz / divisor)
     updates_per_s = narrower**2 * tiers.updates_per_s(scene, rate_Hz, divisor)
-    return Outlook(name, rate_Hz / divisor, across, updates_per_s, rms_cents(scheme, across))
+    return Estimate(name, rate_Hz / divisor, across, updates_per_s, rms_cents(scheme, across))

@@ -4,7 +4,7 @@ What is heard of a tick is heard `delay_s` after it: the scene's latency, or thr
 device; and the room's. A piece is full after CONTACT_PIECE_S, the parabolas look two ticks ahead, a block is rendered
 before it sounds; the rest is for the network. A contact whose beginning comes too late for that sounds as soon as it
 can without gaps.
-`ContactDesk` is fed by the one thread that reads contacts; counters may be read from any.
+`ContactScheduler` is fed by the one thread that reads contacts; counters may be read from any.
 """
 
 from collections import OrderedDict
@@ -15,8 +15,8 @@ import numpy as np
 from drumstick.drum.excitation.feed import Feed, Forces
 from drumstick.drum.excitation.timeline import Stream
 from protocol.clock import HapticClock
-from protocol.complaints import Complaints
 from protocol.messages import CONTACT_PIECE_S, Contact, Strike, decode
+from protocol.rate_limited_log import RateLimitedLog
 from sound_server.receiving.strikes import Once
 
 _PIECES = 3
@@ -31,11 +31,11 @@ _RATES_HZ = (100.0, 48000.0)
 _MOST_TICKS = 2**53
 
 
-class ContactDesk:
+class ContactScheduler:
     """`on_boot` is called, on the reading thread, with the boot of every message."""
 
-    def __init__(self, complaints: Complaints, on_boot: Callable[[int], None]) -> None:
-        self._complaints = complaints
+    def __init__(self, limited_log: RateLimitedLog, on_boot: Callable[[int], None]) -> None:
+        self._log_limited = limited_log
         self._on_boot = on_boot
         self._feed: Feed | None = None
         self._ticks = Once(16384)
@@ -81,7 +81,7 @@ class ContactDesk:
             forces = checked_forces(contact)
         except ValueError as error:
             self.refused += 1
-            self._complaints.complain(f"contact ignored: {error}")
+            self._log_limited.warn(f"contact ignored: {error}")
             return
         self._on_boot(contact.boot)
         feed = self._feed
@@ -144,7 +144,7 @@ class ContactDesk:
         for begin, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
             first, instant_ns = contact.first_tick + begin, start_ns + round(begin * period_ns)
             if not feed.push(contact.boot, first, instant_ns, period_ns, x, y, forces[begin:end]):
-                self._complaints.complain("contact dropped: 256 pieces are waiting for the audio already")
+                self._log_limited.warn("contact dropped: 256 pieces are waiting for the audio already")
 
 
 def checked_forces(contact: Contact) -> Forces:

@@ -12,7 +12,7 @@ from protocol.keys import DEFAULT_ROUTER
 from rig.fault import GIVEN, LACKING, Stop
 from rig.identity import certificates
 from rig.supervision.plan import Options, commands
-from rig.supervision.settled import FOLLOWERS, READERS, Settled, far_end, settle
+from rig.supervision.resolved_options import FOLLOWERS, READERS, ResolvedOptions, far_end, settle
 
 ALL = frozenset({"haptic", "door", "sound", "panel"})
 
@@ -34,7 +34,7 @@ def rig_file(folder: Path, ring: Keyring, role: str, more: str = "", mine: Ident
     return path
 
 
-def plan_of(ends: Settled, parts: frozenset[str]) -> dict[str, list[str]]:
+def plan_of(ends: ResolvedOptions, parts: frozenset[str]) -> dict[str, list[str]]:
     host, port = ends.osc_bind
     return commands(
         Options(
@@ -47,7 +47,7 @@ def plan_of(ends: Settled, parts: frozenset[str]) -> dict[str, list[str]]:
 
 def test_without_anything_all_is_loopback() -> None:
     ends = settle(ALL, None)
-    assert ends == Settled(
+    assert ends == ResolvedOptions(
         "main", None, DEFAULT_ROUTER, None, None, ("127.0.0.1", 9100), ("127.0.0.1:9101",), ()
     )
     words = [word for command in plan_of(ends, ALL).values() for word in command]
@@ -195,12 +195,12 @@ def test_an_end_that_is_near_is_told_on_stderr(
 
 @pytest.mark.parametrize("listen", ["tcp/0.0.0.0:7447", "tcp/192.168.1.10:7447", "tls/127.0.0.1:7447"])
 def test_a_router_without_rules_is_for_this_machine_only(listen: str) -> None:
-    from rig.replaying.replay import Wishes, checked
+    from rig.replaying.replay import ReplayOptions, checked
 
     with pytest.raises(Stop, match="must be a loopback address over TCP"):
         settle(ALL, None, listen=listen)
     with pytest.raises(Stop, match="must be a loopback address over TCP"):
-        checked(Wishes(Path("x.mcap"), 1.0, False, False, listen, None, (), "/drumstick", 3600.0))
+        checked(ReplayOptions(Path("x.mcap"), 1.0, False, False, listen, None, (), "/drumstick", 3600.0))
 
 
 def test_tls_without_a_certificate_is_told_at_once() -> None:

@@ -9,8 +9,8 @@ from protocol.messages import SetReply
 from protocol.requests import ANYBODY, Claim
 
 
-class Desk(Protocol):
-    """One desk serves every front (OSC, Zenoh); any thread may call it."""
+class ParameterAccess(Protocol):
+    """One object serves every front (OSC, Zenoh); any thread may call it."""
 
     @property
     def table(self) -> Mapping[str, Parameter]:

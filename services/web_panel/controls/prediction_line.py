@@ -5,14 +5,14 @@ import viser
 from web_panel.computing.questions import Trouble
 from web_panel.page import markup
 from web_panel.page.wording import foreseen_words
-from web_panel.rig.mirror import Mirror
+from web_panel.rig.rig_state import RigState
 from web_panel.tuning.compare import settable
 from web_panel.tuning.prediction import Newest, Prediction
 
 _WISH_STANDS_S = 2.0  # one that was refused stays to be looked at for so long
 
 
-class Foresight:
+class PredictionLine:
     """Made and shown by the main thread. Nothing is computed while nobody looks."""
 
     def __init__(self, server: viser.ViserServer, prediction: Prediction, order: float) -> None:
@@ -20,22 +20,22 @@ class Foresight:
         self._handle = server.gui.add_html("", order=order)
         self._content = ""
 
-    def show(self, mirror: Mirror, is_seen: bool, now: float) -> None:
+    def show(self, rig_state: RigState, is_seen: bool, now: float) -> None:
         """Ask about what holds when nobody has wished anything lately, and write the newest answer."""
-        if mirror.scene is not None and is_seen:
-            self._prediction.show_for(mirror.scene, mirror.limits)
-            standing = settable(mirror.standing())
+        if rig_state.scene is not None and is_seen:
+            self._prediction.show_for(rig_state.scene, rig_state.limits)
+            standing = settable(rig_state.standing())
             asked = self._prediction.asked
             if standing and (
                 asked is None or (asked != standing and now - self._prediction.asked_at > _WISH_STANDS_S)
             ):
                 self._prediction.ask(standing)
         newest = self._prediction.newest
-        content = self._words(mirror, newest)
+        content = self._words(rig_state, newest)
         if content != self._content:
             self._content = self._handle.content = content
 
-    def _words(self, mirror: Mirror, newest: Newest | None) -> str:
+    def _words(self, rig_state: RigState, newest: Newest | None) -> str:
         if self._prediction.asked is None:
             return ""
         if newest is None:
@@ -43,6 +43,6 @@ class Foresight:
         values, foreseen = newest
         if isinstance(foreseen, Trouble):
             return markup.line(f"No prediction: {foreseen.why}.", "prediction", alarm=True)
-        used = {name: readback.value for name, readback in mirror.readbacks.items()}
+        used = {name: readback.value for name, readback in rig_state.readbacks.items()}
         other = {n: v for n, v in values.items() if n in used and v != used[n]}
-        return markup.prediction(foreseen_words(foreseen, other, mirror.table))
+        return markup.prediction(foreseen_words(foreseen, other, rig_state.table))

@@ -35,7 +35,7 @@ def versions() -> dict[str, str]:
     return {**found, "python": platform.python_version(), "wire": str(VERSION), "format": FORMAT}
 
 
-class Filing:
+class McapWriter:
     """One recording. `about`: text by name for the metadata at its start. OSError from every method: the disk is full.
 
     `unit_of`: the unit of a parameter, "" where nobody knows. A chunk is on the disk when the call that

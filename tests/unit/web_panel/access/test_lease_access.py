@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from web_panel.access.lease_door import LEASE_S, LeaseDoor
+from web_panel.access.lease_access import LEASE_S, LeaseAccess
 from web_panel.rig.answer import Answer
 
 
@@ -30,14 +30,14 @@ def gateway() -> Gateway:
 
 
 @pytest.fixture
-def door(gateway: Gateway) -> Iterator[LeaseDoor]:
-    made = LeaseDoor(gateway, renew_s=0.02)
+def door(gateway: Gateway) -> Iterator[LeaseAccess]:
+    made = LeaseAccess(gateway, renew_s=0.02)
     made.start()
     yield made
     made.close()
 
 
-def test_it_is_renewed_while_held_and_given_back(gateway: Gateway, door: LeaseDoor) -> None:
+def test_it_is_renewed_while_held_and_given_back(gateway: Gateway, door: LeaseAccess) -> None:
     door.take(1, "Ada")
     secret, name, seconds = gateway.next()
     assert (name, seconds) == ("Ada", LEASE_S)
@@ -53,7 +53,7 @@ def test_it_is_renewed_while_held_and_given_back(gateway: Gateway, door: LeaseDo
     assert (door.name, door.secret_of(1)) == ("", "")
 
 
-def test_another_browser_of_the_same_panel_does_not_get_it(gateway: Gateway, door: LeaseDoor) -> None:
+def test_another_browser_of_the_same_panel_does_not_get_it(gateway: Gateway, door: LeaseAccess) -> None:
     door.take(1, "Ada")
     gateway.next()
     door.take(2, "Bob")
@@ -62,7 +62,7 @@ def test_another_browser_of_the_same_panel_does_not_get_it(gateway: Gateway, doo
     assert ("Refused: Ada tunes alone: agree with them", True) in said
 
 
-def test_a_refusal_ends_it_and_silence_does_not(gateway: Gateway, door: LeaseDoor) -> None:
+def test_a_refusal_ends_it_and_silence_does_not(gateway: Gateway, door: LeaseAccess) -> None:
     gateway.answer = Answer(reason="nobody answers")
     door.take(1, "Ada")
     gateway.next()
@@ -80,7 +80,7 @@ def test_a_refusal_ends_it_and_silence_does_not(gateway: Gateway, door: LeaseDoo
 
 
 def test_it_is_given_back_at_the_end(gateway: Gateway) -> None:
-    door = LeaseDoor(gateway, renew_s=60.0)
+    door = LeaseAccess(gateway, renew_s=60.0)
     door.start()
     door.take(1, "Ada")
     secret = gateway.next()[0]

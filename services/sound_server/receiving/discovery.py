@@ -46,7 +46,7 @@ class Presences:
         return list(self._servers)
 
 
-class Lookout:
+class Discovery:
     """Looks over `session` for rigs by `patterns`. `rigs` belongs to one thread and never waits."""
 
     def __init__(self, session: zenoh.Session, patterns: Sequence[str]) -> None:

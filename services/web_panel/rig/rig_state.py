@@ -15,7 +15,7 @@ _MOST = 1000  # names of any kind: whoever may publish could make up any number
 
 
 @dataclass
-class Mirror:
+class RigState:
     """The last of everything. Times are seconds of one monotonic clock."""
 
     connected: bool = False

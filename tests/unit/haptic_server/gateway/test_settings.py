@@ -1,4 +1,4 @@
-"""The desk: whole sets through the envelope, readbacks from the servo, nothing acknowledged ever lost."""
+"""The parameters: whole sets through the envelope, readbacks from the servo, nothing acknowledged ever lost."""
 
 import math
 from pathlib import Path
@@ -12,7 +12,7 @@ from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server import files
 from haptic_server.gateway.link import ServoLink
-from haptic_server.gateway.settings import ParameterDesk
+from haptic_server.gateway.settings import Parameters
 from haptic_server.servo import loop, memory
 from protocol.requests import ANYBODY, Claim
 from realtime.atomics import poke
@@ -21,7 +21,7 @@ ROLL = parse(shipped_text("roll"), "roll")
 
 
 class Bench:
-    """A servo in virtual time and a desk on the same block."""
+    """A servo in virtual time and a parameters on the same block."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -34,14 +34,14 @@ class Bench:
 
     def start_gateway(self) -> None:
         self.link = ServoLink(self.folder, law_of(ROLL))
-        self.desk = ParameterDesk(ROLL, self.link, rig="left")
+        self.parameters = Parameters(ROLL, self.link, rig="left")
 
     def tick(self, count: int) -> None:
         self.now = loop.run_virtual(self.servo, count, self.now)
 
     def echoes(self) -> dict[str, float]:
         live = self.link.take_live()
-        return {} if live is None else {e.name: e.value for e in self.desk.latched(*live)}
+        return {} if live is None else {e.name: e.value for e in self.parameters.latched(*live)}
 
 
 @pytest.fixture
@@ -50,77 +50,77 @@ def bench(tmp_path: Path) -> Bench:
 
 
 def test_what_is_shown_is_the_servos(bench: Bench) -> None:
-    reply = bench.desk.set({"dv_pls": 0.3}, "test")
+    reply = bench.parameters.set({"dv_pls": 0.3}, "test")
     assert reply.values == {"dv_pls": 0.3}
-    assert bench.desk.values()["dv_pls"] == 0.2
-    assert bench.desk.pending
+    assert bench.parameters.values()["dv_pls"] == 0.2
+    assert bench.parameters.pending
     bench.tick(200)
     assert bench.echoes() == {"dv_pls": 0.3}
-    assert bench.desk.values()["dv_pls"] == 0.3
-    assert not bench.desk.pending
+    assert bench.parameters.values()["dv_pls"] == 0.3
+    assert not bench.parameters.pending
 
 
 @pytest.mark.parametrize("value", [0.002, 0.002 * (1 + 1e-9), float(np.float32(0.002))])
 def test_a_set_that_changes_nothing_makes_no_revision_and_no_echo(bench: Bench, value: float) -> None:
-    reply = bench.desk.set({"tau": value, "dv_pls": 0.2}, "test")
+    reply = bench.parameters.set({"tau": value, "dv_pls": 0.2}, "test")
     assert (reply.values, reply.revision, reply.pending) == ({"tau": 0.002, "dv_pls": 0.2}, 0, False)
-    assert (bench.desk.revision, bench.desk.pending) == (0, False)
+    assert (bench.parameters.revision, bench.parameters.pending) == (0, False)
     bench.tick(200)
     assert bench.echoes() == {}
 
 
 def test_what_is_compared_is_the_newest_accepted_set_though_it_waits(bench: Bench) -> None:
-    first = bench.desk.set({"dv_pls": 0.3}, "test")
-    again = bench.desk.set({"dv_pls": 0.3}, "another")
+    first = bench.parameters.set({"dv_pls": 0.3}, "test")
+    again = bench.parameters.set({"dv_pls": 0.3}, "another")
     assert (again.values, again.revision, again.pending) == ({"dv_pls": 0.3}, first.revision, True)
-    other = bench.desk.set({"tau": 0.002}, "another")  # is so already, whatever waits beside it
+    other = bench.parameters.set({"tau": 0.002}, "another")  # is so already, whatever waits beside it
     assert (other.revision, other.pending) == (0, False)
-    bench.desk.set({"dv_pls": 0.2}, "back")  # what the servo uses, but not what was accepted
-    assert bench.desk.revision == first.revision + 1
-    assert bench.desk.set({"dv_pls": 0.2}, "back").pending
+    bench.parameters.set({"dv_pls": 0.2}, "back")  # what the servo uses, but not what was accepted
+    assert bench.parameters.revision == first.revision + 1
+    assert bench.parameters.set({"dv_pls": 0.2}, "back").pending
     bench.tick(200)
     assert bench.echoes() == {"dv_pls": 0.2}
 
 
 def test_one_value_that_differs_makes_a_change_and_the_others_keep_their_last_digit(bench: Bench) -> None:
-    before = bench.desk.values()
+    before = bench.parameters.values()
     given = {name: float(np.float32(value)) for name, value in before.items() if name != "z_h0"}
-    reply = bench.desk.set({**given, "dv_pls": 0.3}, "test")
+    reply = bench.parameters.set({**given, "dv_pls": 0.3}, "test")
     assert (reply.revision, reply.pending) == (1, True)
     bench.tick(200)
     assert bench.echoes().keys() == given.keys()
-    after = bench.desk.values()
+    after = bench.parameters.values()
     assert {n: v for n, v in after.items() if n != "dv_pls"} == {
         n: v for n, v in before.items() if n != "dv_pls"
     }
 
 
 def test_z_h0_in_a_batch_holds_although_it_is_so_already(bench: Bench) -> None:
-    before = bench.desk.values()
-    bench.desk.set({"k_hand": 40.0, "z_h0": before["z_h0"]}, "test")
-    assert bench.desk.accepted_values()["z_h0"] == pytest.approx(before["z_h0"], abs=1e-12)
-    assert bench.desk.accepted_values()["z_ss"] != before["z_ss"]
+    before = bench.parameters.values()
+    bench.parameters.set({"k_hand": 40.0, "z_h0": before["z_h0"]}, "test")
+    assert bench.parameters.accepted_values()["z_h0"] == pytest.approx(before["z_h0"], abs=1e-12)
+    assert bench.parameters.accepted_values()["z_ss"] != before["z_ss"]
 
 
 def test_what_changes_nothing_is_refused_beside_a_lease_and_by_an_old_revision(bench: Bench) -> None:
-    bench.desk.set({"dv_pls": 0.3}, "test")
+    bench.parameters.set({"dv_pls": 0.3}, "test")
     with pytest.raises(Refusal, match="for revision 0"):
-        bench.desk.set({"dv_pls": 0.3}, "test", Claim(revision=0))
-    bench.desk.take_lease("hers", "Ada", 5.0)
+        bench.parameters.set({"dv_pls": 0.3}, "test", Claim(revision=0))
+    bench.parameters.take_lease("hers", "Ada", 5.0)
     with pytest.raises(Refusal, match="Ada is tuning"):
-        bench.desk.set({"dv_pls": 0.3}, "test")
+        bench.parameters.set({"dv_pls": 0.3}, "test")
 
 
 def test_z_h0_is_echoed_when_the_mass_moves_it(bench: Bench) -> None:
-    bench.desk.set({"m": 0.02}, "test")
+    bench.parameters.set({"m": 0.02}, "test")
     bench.tick(200)
     echoes = bench.echoes()
     assert set(echoes) == {"m", "z_h0"}
 
 
 def test_sets_build_on_what_was_accepted_before(bench: Bench) -> None:
-    bench.desk.set({"dv_pls": 0.3}, "one")
-    bench.desk.set({"k_hand": 40.0}, "another")
+    bench.parameters.set({"dv_pls": 0.3}, "one")
+    bench.parameters.set({"k_hand": 40.0}, "another")
     bench.tick(200)
     assert bench.echoes().keys() >= {"dv_pls", "k_hand"}
     assert bench.servo.law["pulse"]["dv_pls"][0] == 0.3
@@ -143,46 +143,46 @@ def test_sets_build_on_what_was_accepted_before(bench: Bench) -> None:
     ],
 )
 def test_a_refused_set_leaves_everything_as_it_was(bench: Bench, changes: dict[str, float], why: str) -> None:
-    before = bench.desk.values()
+    before = bench.parameters.values()
     with pytest.raises(Refusal, match=why):
-        bench.desk.set(changes, "test")
+        bench.parameters.set(changes, "test")
     bench.tick(200)
-    assert bench.desk.values() == before
-    assert not bench.desk.pending
+    assert bench.parameters.values() == before
+    assert not bench.parameters.pending
 
 
 def test_a_new_gateway_finds_what_the_last_one_acknowledged(bench: Bench) -> None:
-    bench.desk.set({"dv_pls": 0.3}, "test")
+    bench.parameters.set({"dv_pls": 0.3}, "test")
     bench.tick(200)
-    bench.desk.set({"k_hand": 40.0}, "test")  # not taken by the servo yet when the gateway dies
+    bench.parameters.set({"k_hand": 40.0}, "test")  # not taken by the servo yet when the gateway dies
     bench.start_gateway()
-    assert bench.desk.values()["dv_pls"] == 0.3
-    bench.desk.set({"tau": 0.003}, "test")
+    assert bench.parameters.values()["dv_pls"] == 0.3
+    bench.parameters.set({"tau": 0.003}, "test")
     bench.tick(200)
     bench.echoes()
-    values = bench.desk.values()
+    values = bench.parameters.values()
     assert (values["dv_pls"], values["k_hand"], values["tau"]) == (0.3, 40.0, 0.003)
 
 
 def test_a_new_servo_gets_the_accepted_set_and_the_panic(bench: Bench) -> None:
-    bench.desk.set({"dv_pls": 0.3}, "test")
+    bench.parameters.set({"dv_pls": 0.3}, "test")
     bench.tick(200)
     bench.echoes()
-    bench.desk.panic("test")
+    bench.parameters.panic("test")
     bench.tick(1)
     (
         bench.folder / files.BLOCK
     ).unlink()  # somebody emptied the run folder: only the gateway knows of the panic
     bench.start_servo()
     assert bench.link.refresh()
-    bench.desk.servo_restarted()
+    bench.parameters.servo_restarted()
     bench.tick(200)
     assert bench.echoes()["dv_pls"] == 0.3
     assert bench.servo.player["panicked"][0] == 1
 
 
 def test_a_panic_that_the_old_servo_never_saw_reaches_the_new_one(bench: Bench) -> None:
-    bench.desk.panic("test")  # the old servo is dead: no tick takes it
+    bench.parameters.panic("test")  # the old servo is dead: no tick takes it
     bench.start_servo()
     bench.tick(1)  # before the gateway has noticed
     assert bench.servo.player["panicked"][0] == 1
@@ -191,7 +191,7 @@ def test_a_panic_that_the_old_servo_never_saw_reaches_the_new_one(bench: Bench) 
 def test_a_panic_before_the_gateway_has_noticed_a_new_servo_reaches_that_one(bench: Bench) -> None:
     bench.start_servo()
     bench.tick(1)
-    bench.desk.panic("test")
+    bench.parameters.panic("test")
     bench.start_gateway()  # the one that raised it was killed
     bench.tick(1)
     assert bench.servo.player["panicked"][0] == 1
@@ -199,45 +199,45 @@ def test_a_panic_before_the_gateway_has_noticed_a_new_servo_reaches_that_one(ben
 
 def test_an_arm_is_known_at_once_whatever_came_between_two_looks(bench: Bench) -> None:
     for fault in (False, True):
-        bench.desk.panic("test")
+        bench.parameters.panic("test")
         if fault:
             bench.servo.motion["v"] = math.nan  # hides the panic in the status
         bench.tick(1)
         with pytest.raises(Refusal, match="drumstick arm --rig left"):
-            bench.desk.require_quiet(ANYBODY)
+            bench.parameters.require_quiet(ANYBODY)
         poke(bench.servo.block.control, blocks.ARM, 1)
         bench.tick(1)
-        bench.desk.require_quiet(ANYBODY)
+        bench.parameters.require_quiet(ANYBODY)
 
 
 def test_a_panic_that_was_cleared_does_not_come_back_with_a_new_servo(bench: Bench) -> None:
-    bench.desk.panic("test")
+    bench.parameters.panic("test")
     bench.tick(1)
     poke(bench.servo.block.control, blocks.ARM, 1)
     bench.tick(1)
     bench.start_servo()
     assert bench.link.refresh()
-    bench.desk.servo_restarted()
+    bench.parameters.servo_restarted()
     bench.tick(1)
     assert bench.servo.player["panicked"][0] == 0
 
 
 def test_what_the_servo_refuses_is_no_longer_claimed(bench: Bench) -> None:
-    bench.desk.set({"dv_pls": 0.3}, "test")
-    bench.desk.refused_by_servo(bench.desk.revision)
-    assert not bench.desk.pending
-    bench.desk.set({"tau": 0.003}, "test")
+    bench.parameters.set({"dv_pls": 0.3}, "test")
+    bench.parameters.refused_by_servo(bench.parameters.revision)
+    assert not bench.parameters.pending
+    bench.parameters.set({"tau": 0.003}, "test")
     bench.tick(200)
     bench.echoes()
-    assert bench.desk.values()["dv_pls"] == 0.2
+    assert bench.parameters.values()["dv_pls"] == 0.2
 
 
 def test_a_flood_of_panics_is_one_line_in_the_log(bench: Bench, caplog: pytest.LogCaptureFixture) -> None:
     for _ in range(1000):
-        bench.desk.panic("a flood")
+        bench.parameters.panic("a flood")
     assert caplog.text.count("panic from a flood; clear it with: drumstick arm --rig left") == 1
     bench.tick(1)
     poke(bench.servo.block.control, blocks.ARM, 1)
     bench.tick(1)
-    bench.desk.panic("another")
+    bench.parameters.panic("another")
     assert caplog.text.count("panic from") == 2

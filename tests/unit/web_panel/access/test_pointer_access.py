@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from web_panel.access.pointer_door import Frame, Pad, frame_of
+from web_panel.access.pointer_access import Frame, Pad, frame_of
 from web_panel.page.pad import pad
 
 
