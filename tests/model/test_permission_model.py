@@ -72,6 +72,7 @@ def test_no_state_has_force_after_panic_or_fault_without_an_arm(tmp_path: Path) 
     assert set(unreached) == {"-end-"}, unreached
 
 
+@pytest.mark.long
 def test_there_is_force_to_be_had(tmp_path: Path) -> None:
     text = model()
     assert text.count(PROPERTY) == 1

@@ -46,6 +46,7 @@ def test_it_plays_and_reports_load(audio: str, jack: Jack, side: HapticSide, tmp
     assert not any("Python" in line for line in sound.lines)  # the compiled callback, not the fallback
 
 
+@pytest.mark.long
 def test_a_stalled_process_is_counted_as_xruns(jack: Jack, side: HapticSide, tmp_path: Path) -> None:
     with sounding(side.endpoint, "auto", tmp_path, jack.environment) as sound:
         before = side.meter("JACK", lambda m: "JACK" in m.sink).xruns

@@ -129,6 +129,7 @@ class PureData:
             udp.sendto(f"drum-{name} {what};\n".encode(), ("127.0.0.1", self._port))
 
 
+@pytest.mark.long
 @pytest.mark.needs("pd")
 def test_the_patch_of_pure_data(rig: Rig, session: zenoh.Session, tmp_path: Path) -> None:
     port = free_port()

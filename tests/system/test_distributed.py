@@ -66,6 +66,7 @@ def played(meters: "Listener[Meter]") -> int:
     return meters.got[-1].played if meters.got else 0
 
 
+@pytest.mark.long
 def test_a_rig_that_appears_later_is_listed_and_played(venue: Venue, session: zenoh.Session) -> None:
     left, right = (Listener(session, rig.keys.meter, Meter) for rig in (venue.left, venue.right))
     try:
@@ -115,6 +116,7 @@ def test_one_more_than_the_most_is_said_and_one_that_dies_makes_room(
     token.undeclare()
 
 
+@pytest.mark.long
 def test_watching_tells_what_comes_and_goes(venue: Venue, session: zenoh.Session) -> None:
     words = [*DRUMSTICK, "rigs", "--connect", venue.router.endpoint, "--watch"]
     with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as watching:

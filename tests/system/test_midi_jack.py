@@ -90,6 +90,7 @@ def playing(jack: Jack, monkeypatch: pytest.MonkeyPatch, *options: str) -> Itera
         yield rig
 
 
+@pytest.mark.long
 def test_notes_follow_strikes(jack: Jack, monkeypatch: pytest.MonkeyPatch) -> None:
     with (
         listening(jack) as heard,

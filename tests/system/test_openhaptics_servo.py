@@ -93,6 +93,7 @@ def test_it_plays(tmp_path: Path, stand_in: Path) -> None:
     assert "PHANTOM Premium 1.5" in said
 
 
+@pytest.mark.long
 def test_it_ends_in_good_order_when_asked(tmp_path: Path, stand_in: Path) -> None:
     servo = Servo(tmp_path, stand_in)
     servo.wait("ticks", lambda status: bool(status["tick"] > 0))
@@ -114,6 +115,7 @@ def test_a_device_that_goes_ends_the_process_and_leaves_the_fault_in_the_block(
     assert (status["status"], status["fault"], status["force_N"]) == (FAULT, UNPLUGGED, 0.0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("environment", "words"),
     [

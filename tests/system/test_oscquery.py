@@ -271,6 +271,7 @@ def test_what_is_given_wrong_is_said(given: list[str], status: int, words: str) 
     assert len(done.stderr.splitlines()) == 1
 
 
+@pytest.mark.long
 def test_a_taken_port_is_said() -> None:
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))

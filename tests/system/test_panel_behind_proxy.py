@@ -147,17 +147,20 @@ def site(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
         yield made
 
 
+@pytest.mark.daily("nginx")
 def test_nobody_gets_in_without_the_login_whatever_token_he_has(site: Site) -> None:
     for headers in ({}, {"Authorization": "Basic " + base64.b64encode(b"technician:guess").decode()}):
         assert site.get(f"/?token={site.inner.token}", headers)[0] == 401
         assert site.websocket({"Cookie": site.inner.cookie, **headers}, site.origin) == (401, b"")
 
 
+@pytest.mark.daily("nginx")
 def test_the_login_alone_is_not_the_token(site: Site) -> None:
     assert site.get("/", {"Authorization": LOGIN})[0] == 401
     assert site.websocket({"Authorization": LOGIN}, site.origin) == (401, b"")
 
 
+@pytest.mark.daily("nginx")
 def test_both_give_the_page_and_its_websocket(site: Site) -> None:
     status, cookie = site.get(f"/?token={site.inner.token}", {"Authorization": LOGIN})
     assert status == 200
@@ -167,6 +170,7 @@ def test_both_give_the_page_and_its_websocket(site: Site) -> None:
     assert frame
 
 
+@pytest.mark.daily("nginx")
 def test_another_sites_page_stays_out(site: Site) -> None:
     allowed = {"Authorization": LOGIN, "Cookie": site.inner.cookie}
     near = f"http://127.0.0.1:{site.inner.port}"

@@ -218,6 +218,7 @@ def pour(visitor: Visitor, uuid: str) -> None:
         visitor.read()
 
 
+@pytest.mark.long
 def test_floods_and_giants_leave_the_honest_user_his_page(rig: FakeRig, served: PanelProcess) -> None:
     """A megabyte in one frame, and ten thousand messages at once, end their own connection only."""
     own = f"http://127.0.0.1:{served.port}"
@@ -256,6 +257,7 @@ def test_a_wrong_argument_is_status_2(tmp_path: Path, wrong: list[str]) -> None:
     assert subprocess.run(command, capture_output=True, timeout=60).returncode == 2
 
 
+@pytest.mark.long
 def test_a_restart_keeps_the_address(rig: FakeRig, tmp_path: Path, free_port: Callable[[], int]) -> None:
     port = free_port()
     with panel(rig.endpoint, port, tmp_path / "token") as first:

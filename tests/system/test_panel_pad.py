@@ -33,6 +33,7 @@ def pad_sockets(page: Page) -> list[WebSocket]:
     return opened
 
 
+@pytest.mark.long
 def test_there_is_no_pad_for_a_stick_that_follows_no_pointer(page: Page) -> None:
     assert part(page, "pad").count() == 0
 

@@ -83,6 +83,7 @@ def name_field(page: Page) -> Locator:
     return page.get_by_role("textbox", name="Name", exact=True)
 
 
+@pytest.mark.long
 def test_presets_are_kept_and_loaded(page: Page, rig: FakeRig) -> None:
     page.get_by_text("Presets", exact=True).click()
     see(page, "presets", "None was saved yet.")
@@ -121,6 +122,7 @@ def test_who_holds_the_lease_is_shown(page: Page, rig: FakeRig) -> None:
     expect(part(page, "lease")).to_have_count(0, timeout=PATIENCE_MS)
 
 
+@pytest.mark.long
 def test_while_dragging_the_newest_value_wins(page: Page, rig: FakeRig) -> None:
     x, y = grasp(page, "dv_pls")
     page.mouse.move(x + 120, y, steps=40)
@@ -162,6 +164,7 @@ def test_a_refusal_goes_when_something_else_is_accepted(page: Page, rig: FakeRig
     expect(note(page, "k_coll")).to_have_text("waits until the stick is above the head", timeout=PATIENCE_MS)
 
 
+@pytest.mark.long
 def test_a_pending_value_says_what_it_waits_for(page: Page, rig: FakeRig) -> None:
     rig.latching = True
     thumb = slider(page, "dv_pls")

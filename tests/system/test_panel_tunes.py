@@ -165,6 +165,7 @@ def test_what_is_computed_is_what_is_then_played(page: Page, rig: Rig, session: 
     )
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("start")
 def test_undo_and_a_and_b_set_the_servo(page: Page, rig: Rig, session: zenoh.Session) -> None:
     see(page, "dv_pls", "0.2m/s")
@@ -238,6 +239,7 @@ def test_whoever_tunes_alone_is_the_only_one_until_the_page_closes(
     see(page, "dv_pls", "1m/s")
 
 
+@pytest.mark.long
 def test_what_the_envelope_refuses_is_foreseen_and_explained(page: Page, rig: Rig) -> None:
     opened(page, "More")
     page.get_by_role("button", name="dv_pls", exact=True).click()

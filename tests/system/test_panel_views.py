@@ -89,6 +89,7 @@ def there(column: list[float | None]) -> list[float]:
     return [value for value in column if value is not None and value == value]
 
 
+@pytest.mark.long
 def test_nothing_is_asked_for_before_anybody_looks(rig: FakeRig, served: PanelProcess) -> None:
     wait_until(lambda: rig.strikes > 60, "two seconds")
     assert rig.watched() == set()

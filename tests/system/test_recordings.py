@@ -153,6 +153,7 @@ def test_what_was_recorded_is_rendered_by_its_forces_or_by_its_strikes(rig: Rig,
     assert by_strikes > 0.005
 
 
+@pytest.mark.long
 def test_without_force_the_rig_streams_nothing_and_the_recorder_is_seen_to_hear_the_rest(
     rig: Rig, session: zenoh.Session, tmp_path: Path
 ) -> None:
@@ -390,6 +391,7 @@ def test_a_full_disk_is_said_once_and_the_rig_plays_on(tmp_path: Path) -> None:
     assert not out.with_name("full-2.mcap").exists()
 
 
+@pytest.mark.long
 def test_up_refuses_a_file_that_is_there_before_anything_starts(tmp_path: Path) -> None:
     there = tmp_path / "there.mcap"
     there.write_text("mine")

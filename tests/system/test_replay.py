@@ -220,6 +220,7 @@ def _osc(receiver: socket.socket, until: Callable[[], bool]) -> list[tuple[str, 
     return found
 
 
+@pytest.mark.long
 def test_its_osc_is_the_live_rigs(free_port: Callable[[], int], tmp_path: Path) -> None:
     recorded = a_roll(tmp_path / "a.mcap", drum())
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver:

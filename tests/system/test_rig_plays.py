@@ -225,6 +225,7 @@ def test_wrong_words_are_one_line_and_status_2(words: list[str], says: str) -> N
     assert ended.stdout == ""
 
 
+@pytest.mark.long
 def test_a_broken_scene_file_names_line_key_limit_and_unit(tmp_path: Path) -> None:
     broken = tmp_path / "broken.toml"
     broken.write_text('name = "x"\n[stick]\nm_kg = 0.0\nstiffness = 3\n')

@@ -28,6 +28,7 @@ def session(rig: Rig) -> Iterator[zenoh.Session]:
     opened.close()
 
 
+@pytest.mark.long
 def test_what_the_device_cannot_play_gives_way_to_the_scene_before(rig: Rig, session: zenoh.Session) -> None:
     states = Listener(session, rig.keys.state, State)
     wait_for("a tick", lambda: states.got and states.got[-1].ticks > 0)

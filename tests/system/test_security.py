@@ -420,6 +420,7 @@ def test_only_the_public_listener_is_added_to_the_sockets(stage: Stage, local: z
     assert len([port for port in ports if port != f"{stage.port:04X}"]) == 1
 
 
+@pytest.mark.long
 def test_a_second_rig_at_the_same_public_listener_says_so(stage: Stage, local: zenoh.Session) -> None:
     wait_for("the first one's listener", lambda: stage.door(local)["is_open"])
     other = [*DRUMSTICK, "haptic", "--rig-file", str(stage.file("haptic")), "--rig", f"{stage.rig.name}-2"]

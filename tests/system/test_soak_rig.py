@@ -43,6 +43,7 @@ def test_the_whole_rig_is_watched_at_twenty_times_the_strikes(tmp_path: Path) ->
     assert (tmp_path / "soak.png").stat().st_size > 10_000
 
 
+@pytest.mark.long
 @pytest.mark.timeout(120)
 def test_a_soak_that_is_stopped_leaves_no_process_behind(tmp_path: Path) -> None:
     soaking = subprocess.Popen(

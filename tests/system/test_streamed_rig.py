@@ -99,6 +99,7 @@ def test_nonsense_on_its_key_is_counted_and_the_roll_goes_on(rig: Rig, session: 
     assert meters.got[-1].peak_left > 0.01
 
 
+@pytest.mark.long
 def test_a_killed_gateway_comes_back_and_so_does_the_sound(rig: Rig, session: zenoh.Session) -> None:
     old = rig.children()["haptic_server.gateway"]
     os.kill(old, signal.SIGKILL)

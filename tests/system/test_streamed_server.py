@@ -79,6 +79,7 @@ def test_contacts_sound_once_and_a_scene_without_a_stream_ends_the_subscription(
         assert sound.stop(signal.SIGTERM) == 0
 
 
+@pytest.mark.long
 def test_it_ends_while_contacts_come(side: HapticSide, tmp_path: Path) -> None:
     with sounding(side.endpoint, "null", tmp_path) as sound:
         to = publisher(side)

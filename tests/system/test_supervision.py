@@ -67,6 +67,7 @@ def test_the_force_loop_is_fed_while_it_ticks_and_only_then(servo: Supervised) -
     assert servo.count("READY=1") == 1
 
 
+@pytest.mark.long
 def test_the_gateway_is_fed(gateway: Supervised) -> None:
     gateway.fed(2)
     assert gateway.told[-1][2].startswith(("playing", "ready", "fault"))
@@ -97,6 +98,7 @@ def test_another_scene_is_taken_up_at_the_next_start(
         assert 'name = "phantom"' in (run / files.SCENE).read_text()
 
 
+@pytest.mark.long
 def test_sound_is_ready_and_fed_though_there_is_no_router_yet(place: Path) -> None:
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     with supervised(place, "sound", "--audio", "null", "--connect", endpoint) as sound:

@@ -16,6 +16,7 @@ def _mean(k_coll: float, rate_hz: int, delay: int, predictor: str) -> float:
     return float(np.mean(rebounds(Sampled(k_coll, rate_hz, delay, predictor).scene(), guarded=False)))
 
 
+@pytest.mark.daily("1000-*")
 @pytest.mark.parametrize("k_coll", STIFFNESSES)
 @pytest.mark.parametrize("delay", DELAYS)
 @pytest.mark.parametrize("rate_hz", RATES_HZ)

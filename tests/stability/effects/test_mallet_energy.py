@@ -88,6 +88,7 @@ def test_nor_on_a_square_mesh_nor_to_the_fourth_order(mesh: dict[str, object]) -
     assert _most_growth(_drum((), "wood", mesh), 40) <= ROUNDING
 
 
+@pytest.mark.long
 @shows("mallet on the head", "ours")
 def test_nor_on_a_square_mesh_under_tension() -> None:
     assert _most_growth(_drum(("tension",), "wood", {"topology": "rectilinear"}), 40) <= ROUNDING
@@ -104,6 +105,7 @@ MODES: dict[str, tuple[float, float, dict[str, object]]] = {
 }
 
 
+@pytest.mark.daily("felt")
 @shows("mallet on the head", "ours")
 @pytest.mark.parametrize("tip", TIPS)
 @pytest.mark.parametrize("bank", MODES)

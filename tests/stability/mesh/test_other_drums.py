@@ -3,6 +3,7 @@
 import dataclasses
 
 import numpy as np
+import pytest
 
 from drumstick.drum.calibrate import build
 from drumstick.drum.engine import Engine
@@ -47,6 +48,7 @@ def _jumps(sound: np.ndarray) -> np.ndarray:
     return np.array([rough[at - 4 : at + 1].max() for at in range(2 * BLOCK, len(sound), BLOCK)])
 
 
+@pytest.mark.long
 @shows("another drum in every block")
 def test_another_drum_in_every_block_neither_clicks_nor_overflows() -> None:
     """Dropping the one before in mid-sound is heard as a click with each of them."""

@@ -43,6 +43,7 @@ def _through_a_ring(slots: int, wait: bool, seed: int, count: int) -> tuple[int,
     return pushed[0], [int(x) for x in seen], peek(cells, ring.DROPPED)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", RECORDS)
 @pytest.mark.parametrize("slots", [5, 1024])
 def test_a_ring_whose_writer_waits_loses_nothing(slots: int, seed: int) -> None:

@@ -232,6 +232,7 @@ def _times(table: Any, factor: float, keys: tuple[str, ...]) -> Any:
     return dataclasses.replace(table, **{key: factor * getattr(table, key) for key in keys})
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("combination", ["none", "pulse", "head"])
 @settings(max_examples=60)
 @given(data=st.data(), v0=st.floats(0.01, 5.0))

@@ -163,6 +163,7 @@ print(_player_of(Handed((engine, stage.boards.begun[:1])).kind).was_stored)
 """
 
 
+@pytest.mark.long
 def test_another_process_plays_a_drum_without_compiling() -> None:
     """A sound server that was killed is back before its player would be compiled."""
     found = [

@@ -114,6 +114,7 @@ def test_it_pushes_as_the_equations_say(
     np.testing.assert_allclose(found, exact, atol=finely * exact.max())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("material", ["wood", "felt"])
 def test_modes_and_mesh_throw_it_back_alike(material: str) -> None:
     """On the drum of `roll`, whose mesh ends where the modes do: impulse and contact time of one blow."""

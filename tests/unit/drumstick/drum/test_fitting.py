@@ -139,6 +139,7 @@ def test_a_folder_that_cannot_be_written_only_costs_another_trial(
         assert tried == [2, 4, 2, 4]
 
 
+@pytest.mark.long
 def test_the_trial_itself_finds_that_more_junctions_cost_more(kept: Path) -> None:
     small, large = (fitted(scene(cpu_budget=budget), RATE_HZ) for budget in (0.02, 0.6))
     assert (

@@ -114,6 +114,7 @@ def test_a_snares_cost_is_with_the_head_that_it_needs(shipped: dict[str, Any]) -
     assert "[drum.effects.cavity]" in snare.choose
 
 
+@pytest.mark.long
 def test_a_part_run_for_real_is_json(monkeypatch: pytest.MonkeyPatch) -> None:
     found = begun(True, ("servo",))
     fill(found)

@@ -62,6 +62,7 @@ def test_no_effects_cost_no_effects_by_the_stored_result() -> None:
     assert 0.9 < shipped()["effects"]["none"]["over_by_hand"] <= by_hand.GOAL
 
 
+@pytest.mark.long
 def test_no_effects_cost_no_effects() -> None:
     """The median of pairs taken one after the other; more than the goal allows, for a busy machine."""
     race = Race(drum_effects.drum_with())

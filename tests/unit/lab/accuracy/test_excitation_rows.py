@@ -29,6 +29,7 @@ def found(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     return result
 
 
+@pytest.mark.long
 def test_rows_are_complete_and_json(found: dict[str, Any]) -> None:
     assert json.loads(json.dumps(found, allow_nan=False)) == found
     assert all(set(row) == KEYS for row in found["rows"])

@@ -367,6 +367,7 @@ def test_what_is_longer_than_a_message_may_be_is_not_taken_and_disturbs_nobody(
         assert list(local.get(key("clock"), timeout=2.0))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("mode", ["router", "peer"])
 @pytest.mark.parametrize("name", ["listener", "sound", "stranger"])
 def test_who_says_to_be_a_router_or_a_peer_may_do_no_more(

@@ -141,6 +141,7 @@ def test_a_listeners_certificate_that_has_ended(keyring: Keyring, tmp_path: Path
         assert "its certificate is out of date" in words_of(f"tls/127.0.0.1:{port}", mine)
 
 
+@pytest.mark.long
 def test_a_link_ends_when_its_certificate_does(router: zenoh.Session, keyring: Keyring, port: int) -> None:
     short = keyring.identity("sound", days=8.0 / 86400.0)
     lost = threading.Event()
@@ -169,6 +170,7 @@ def test_a_silent_or_absent_listener_is_told_as_such(keyring: Keyring) -> None:
     assert "our own certificate, key or authority cannot be used" in refused.words
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("router")
 def test_who_is_refused_hears_why_once_and_can_stop_waiting(
     keyring: Keyring, foreign: Keyring, port: int

@@ -89,6 +89,7 @@ def _run(folder: Path, which: str) -> tuple[float, int]:
     return value, hits
 
 
+@pytest.mark.long
 def test_what_is_stored_without_a_wrapper_is_none_for_python(tmp_path: Path) -> None:
     value, hits = _run(tmp_path, "outer")
     assert hits == 0

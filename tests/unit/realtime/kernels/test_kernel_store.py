@@ -92,6 +92,7 @@ def test_a_list_that_names_types_of_another_release_is_begun_anew(tmp_path: Path
     assert hits == 1
 
 
+@pytest.mark.long
 def test_a_folder_in_whose_place_a_file_stands(tmp_path: Path) -> None:
     """No folder can be made: everything compiles, without a cache."""
     (tmp_path / "cache").write_text("not a folder", encoding="utf-8")
@@ -100,6 +101,7 @@ def test_a_folder_in_whose_place_a_file_stands(tmp_path: Path) -> None:
     assert hits == 0
 
 
+@pytest.mark.long
 def test_a_read_only_folder(tmp_path: Path) -> None:
     """/proc takes no files, from root neither; a read-only installation looks the same."""
     folder, hits, _ = _run(Path("/proc"), tmp_path / "program.py")
@@ -113,6 +115,7 @@ def _copied(to: Path) -> Path:
     return to
 
 
+@pytest.mark.long
 def test_the_same_sources_elsewhere_compile_nothing(tmp_path: Path) -> None:
     """As an installed release does, beside the one before it."""
     folder, _, _ = _run(tmp_path / "cache", tmp_path / "program.py")
@@ -175,6 +178,7 @@ print(json.dumps(sorted(loaded - seen)))
         assert (done.returncode, done.stdout) == (0, "[]\n"), done.stderr
 
 
+@pytest.mark.long
 def test_old_folders_are_cleared_away(tmp_path: Path) -> None:
     root = tmp_path / "cache" / "haptic-drumstick" / "kernels"
     for age in range(10):

@@ -61,6 +61,7 @@ def test_strikes_from_a_table(tmp_path: Path) -> None:
     assert frames[4800:6000].any()
 
 
+@pytest.mark.long
 def test_a_roll_of_the_scenes_own_stick(tmp_path: Path) -> None:
     out = tmp_path / "roll.wav"
     done = drumstick("roll", "--out", str(out), "--duration", "1", "--roll", "--json")
@@ -95,6 +96,7 @@ def test_where_nothing_can_be_written(tmp_path: Path) -> None:
     assert drumstick("bare-drum", "--out", "x.wav", "--strikes", str(tmp_path / "none.csv")).returncode == 2
 
 
+@pytest.mark.long
 def test_pictures_and_the_table_of_modes(tmp_path: Path) -> None:
     out, drawn, modes = tmp_path / "a.wav", tmp_path / "a.png", tmp_path / "modes.svg"
     done = drumstick(

@@ -40,6 +40,7 @@ def test_json_names_every_effect_method_and_tier(capsys: pytest.CaptureFixture[s
     assert all(math.isfinite(row["ns_per_tick"]) for row in found["methods"])
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("quick")
 def test_table_marks_what_the_scene_asks_for(capsys: pytest.CaptureFixture[str]) -> None:
     scene_cost.cost("bare-drum", as_json=False)
@@ -68,6 +69,7 @@ def test_what_an_effect_is_compared_with_has_the_same_order_and_rate(
     assert tried == [(*whole, effects) for _ in range(scene_cost._REPEATS) for effects in ((effect,), ())]
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("quick")
 def test_a_tier_that_cannot_be_is_told_and_the_others_measured(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

@@ -105,6 +105,7 @@ def test_the_process_ends_when_its_input_does() -> None:
         assert process.returncode == 0
 
 
+@pytest.mark.long
 def test_a_process_that_cannot_be_started_is_told_and_tried_again() -> None:
     computer = Computer(["/nowhere/at-all"])
     try:

@@ -101,6 +101,7 @@ def test_an_engine_of_modes_has_nothing_of_a_mesh() -> None:
     assert words(engine) == f"bank of {size_of(engine)} modes at 9600 Hz"
 
 
+@pytest.mark.long
 def test_a_low_drum_has_as_many_modes_as_there_is_room_for() -> None:
     engine = new_engine(scene(top_Hz=20_000.0, f01_Hz=60.0), RATE, StrikeRing())
     assert engine.modal is not None

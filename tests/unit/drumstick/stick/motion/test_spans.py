@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
@@ -87,6 +88,7 @@ SIGNED = st.sampled_from([-1.0, 0.0, 1.0]).flatmap(lambda sign: _decades(1e-6, 1
 PULSES = st.lists(st.tuples(st.floats(-1e4, 1e4), _decades(1.0, 1e6)), max_size=2).map(tuple)
 
 
+@pytest.mark.long
 @settings(max_examples=500)
 @given(REGIMES, STARTS, PULSES, st.floats(0.5, 20.0))
 @example((43.3, 3.3e5), (0.0, -0.5, -27.0), ((500.0, 500.0),), 5.0)

@@ -130,6 +130,7 @@ def count(play: Stepped) -> int:
     return play.arm.sent()[0].size
 
 
+@pytest.mark.daily("6")
 @pytest.mark.parametrize("stall_ms", [6, 10, 19])
 @pytest.mark.needs("cc")
 def test_a_short_stall_is_no_force_until_it_was_above_and_then_a_ramp(play: Stepped, stall_ms: int) -> None:

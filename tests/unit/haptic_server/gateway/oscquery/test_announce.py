@@ -34,6 +34,7 @@ def test_what_others_can_reach_is_announced(query: str, osc: str, expected: dict
     assert {service.name for service in services} == {f"drumstick main.{kind}" for kind in expected}
 
 
+@pytest.mark.long
 def test_it_is_seen_and_taken_back() -> None:
     made = Announcement("seen", (HERE, 9102), (HERE, 9100))
     try:
