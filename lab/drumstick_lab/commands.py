@@ -44,7 +44,7 @@ def soak_command(
         Path | None, typer.Option(help="Also write soak.json, soak.csv and a figure into this folder.")
     ] = None,
 ) -> None:
-    """Does anything grow, wrap or drift while it plays for long: memory, descriptors, threads, counters, clocks."""
+    """Endurance test: look for leaks and drift in memory, descriptors, threads, counters and clocks."""
     from rig import checks
 
     if duration is not None:

@@ -26,10 +26,10 @@ _RIG_FILE = typer.Option(
 _DURATION = typer.Option(help="Stop after this many seconds of play.")
 _JSON = typer.Option("--json", help="Print one JSON object and nothing else on stdout.")
 _AUDIO = typer.Option(help="auto, null, wav:FILE, or part of an audio device's name.")
-_AUDIO_RATE = typer.Option(
-    help="Frames a second, 22050 to 192000; a device that has only one rate keeps its own."
+_AUDIO_RATE = typer.Option(help="Sample rate, 22050 to 192000 Hz; a device with only one rate keeps its own.")
+_AUDIO_BLOCK = typer.Option(
+    help="Frames per audio block, 16 to 8192. Smaller: lower latency, more risk of dropouts."
 )
-_AUDIO_BLOCK = typer.Option(help="Frames a block, 16 to 8192: shorter is sooner heard and sooner late.")
 _PANEL_PORT = typer.Option(help="TCP port of the technician's page, on 127.0.0.1.")
 _OSC_IN_WORDS = "UDP port to hear OSC at, on 127.0.0.1 or where the rig file says."
 _OSC_OUT = typer.Option(help="host:port that gets the strikes as OSC; may be repeated.")
@@ -53,8 +53,12 @@ _SWEEP = typer.Option(
     help="NAME=LOW:HIGH:COUNT[:log], with --out: sweep this parameter instead of the usual ones; twice: a plane."
 )
 _RECORD = typer.Option(help="Also record what the rig does into this new MCAP file.")
-_RECORD_FORCE = typer.Option("--record-force", help="Also the contacts' force, of a scene that streams it.")
-_POSE = "You hold a real arm in its neutral pose now, so that its encoders may be reset (docs/phantom.md)."
+_RECORD_FORCE = typer.Option(
+    "--record-force", help='Record contact force too (only for scenes with excitation = "streamed").'
+)
+_POSE = (
+    "Confirms that the arm is in its neutral pose: its encoders are zeroed at the start (docs/phantom.md)."
+)
 _DEVICE = typer.Option(
     help="simulated, pointer (mouse or touch on the panel), openhaptics, or replay:FILE (CSV with t_s and z_m)."
 )
@@ -104,12 +108,8 @@ MostRigs = Annotated[
     int,
     typer.Option(help="How many rigs to play at once, 1 to 8: each drum takes computing time and memory."),
 ]
-RoomLatency = Annotated[
-    float, typer.Option(metavar="MS", help="Sound so much later than the scene says, 0 to 500 ms.")
-]
-RoomLevel = Annotated[
-    float, typer.Option(metavar="DB", help="Sound so much louder than the scene says, -60 to 12 dB.")
-]
+RoomLatency = Annotated[float, typer.Option(metavar="MS", help="Extra delay for this room, 0 to 500 ms.")]
+RoomLevel = Annotated[float, typer.Option(metavar="DB", help="Output gain for this room, -60 to 12 dB.")]
 Listen = Annotated[str, typer.Option(help=_LISTEN_WORDS)]
 Figures = Annotated[Path | None, _OUT]
 Sweeps = Annotated[list[str] | None, _SWEEP]

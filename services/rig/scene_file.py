@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from difflib import get_close_matches
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -31,7 +32,9 @@ def read(scene: str) -> SceneText:
         return SceneText(shipped_text(scene), scene)
     path = Path(scene)
     if not (scene.endswith(".toml") or "/" in scene or path.is_file()):
-        wrong(f"no scene {scene!r}; shipped: {', '.join(shipped_names())}; or give a .toml file")
+        near = get_close_matches(scene, shipped_names(), 1)
+        meant = f" (did you mean {near[0]!r}?)" if near else ""
+        wrong(f"no scene {scene!r}{meant}; shipped: {', '.join(shipped_names())}; or give a .toml file")
     try:
         return SceneText(read_text(path, LARGEST_BYTES), str(path))
     except UnicodeDecodeError as error:

@@ -107,7 +107,10 @@ class Drum:
             and self._silent_after is not None
             and time.monotonic() > self._silent_after
         ):
-            logging.info("rig %s does not answer; waiting for it", self._link.keys.rig)
+            logging.info(
+                "rig %s: waiting for the force loop; a first start compiles it, which takes a minute",
+                self._link.keys.rig,
+            )
             self._silent_after = None
         return False
 

@@ -104,7 +104,7 @@ class Keys:
 
     @property
     def panic(self) -> str:
-        """Zero force at once, latched; cleared only on the haptic machine."""
+        """Cut all force now; it stays off until `drumstick arm` on the haptic machine."""
         return self._key("panic")
 
     @property

@@ -86,17 +86,17 @@ def name_field(page: Page) -> Locator:
 @pytest.mark.long
 def test_presets_are_kept_and_loaded(page: Page, rig: FakeRig) -> None:
     page.get_by_text("Presets", exact=True).click()
-    see(page, "presets", "None was saved yet.")
-    expect(page.get_by_role("button", name="Load this preset")).to_be_disabled()
+    see(page, "presets", "No presets yet.")
+    expect(page.get_by_role("button", name="Load preset")).to_be_disabled()
     name_field(page).fill("slow roll")
-    page.get_by_role("button", name="Keep the present values").click()
-    see(page, "preset", "slow roll: the present values are kept")
+    page.get_by_role("button", name="Save preset").click()
+    see(page, "preset", "slow roll: saved")
     assert rig.presets == {"slow roll": {"dv_pls": 0.2, "k_coll": 5000.0}}
     rig.set_elsewhere("dv_pls", 0.4)
     expect(readback(page, "dv_pls")).to_have_text("0.4m/s", timeout=PATIENCE_MS)
     page.get_by_role("button", name="slow roll").click(timeout=PATIENCE_MS)
     see(page, "preset", "slow roll: chosen, not loaded yet")
-    page.get_by_role("button", name="Load this preset").click()
+    page.get_by_role("button", name="Load preset").click()
     see(page, "preset", "slow roll: loaded")
     expect(readback(page, "dv_pls")).to_have_text("0.2m/s", timeout=PATIENCE_MS)
 
@@ -106,11 +106,11 @@ def test_a_preset_that_is_refused_says_why(page: Page, rig: FakeRig) -> None:
     rig.presets["gone"] = {"dv_pls": 0.3}
     page.get_by_text("Presets", exact=True).click()
     name_field(page).fill("another")
-    page.get_by_role("button", name="Keep the present values").click()
+    page.get_by_role("button", name="Save preset").click()
     page.get_by_role("button", name="gone").click(timeout=PATIENCE_MS)
     see(page, "preset", "gone: chosen")
     del rig.presets["gone"]
-    page.get_by_role("button", name="Load this preset").click()
+    page.get_by_role("button", name="Load preset").click()
     see(page, "preset", "Refused: no preset 'gone'")
 
 
@@ -196,21 +196,21 @@ def test_values_set_elsewhere_move_the_slider_and_stretch_it(page: Page, rig: Fa
 @pytest.mark.long
 def test_an_exact_value_is_sent_by_its_button_only(page: Page, rig: FakeRig) -> None:
     page.get_by_text("More", exact=True).click()
-    page.get_by_role("button", name="Set this value").hover()  # waits for the folder to have unfolded
+    page.get_by_role("button", name="Set").hover()  # waits for the folder to have unfolded
     page.get_by_role("button", name="k_coll", exact=True).click()
     see(page, "exact", "k_coll: 1 .. 1000000 N/m")
     field = page.get_by_role("textbox", name="Value", exact=True)
     field.fill("12345.5")
     field.press("Tab")
     assert rig.sets == []
-    page.get_by_role("button", name="Set this value").click()
+    page.get_by_role("button", name="Set").click()
     wait_until(lambda: rig.sets, "a set query")
     assert rig.sets == [("k_coll", 12345.5)]
     field.fill("-3")
-    page.get_by_role("button", name="Set this value").click()
+    page.get_by_role("button", name="Set").click()
     see(page, "exact", "outside 1 .. 1e+06 N/m")
     field.fill("nan")
-    page.get_by_role("button", name="Set this value").click()
+    page.get_by_role("button", name="Set").click()
     see(page, "exact", "not a finite number")
     assert len(rig.sets) == 1
 
@@ -256,7 +256,7 @@ def test_panic_is_not_lost_between_two_moves_of_a_slider(page: Page, rig: FakeRi
 
 @pytest.mark.long
 def test_every_control_has_a_role_and_a_name_and_is_reached_by_tab(page: Page, rig: FakeRig) -> None:
-    folders = ("Presets", "Tune alone", "Scene", "More")
+    folders = ("Presets", "Lock tuning", "Scene", "More")
     for name in folders:
         folder = page.get_by_role("button", name=name, exact=True)
         folder.focus()
@@ -277,10 +277,10 @@ def test_every_control_has_a_role_and_a_name_and_is_reached_by_tab(page: Page, r
         "B",
         "Store in A",
         "Store in B",
-        "Load this preset",
-        "Keep the present values",
+        "Load preset",
+        "Save preset",
     ]
-    buttons += ["Take the tuning", "Give it back", "Set this value", "PANIC"]
+    buttons += ["Lock to me", "Unlock", "Set", "PANIC"]
     for name in buttons:
         expect(page.get_by_role("button", name=name, exact=name != "PANIC")).to_have_count(1)
     for name in ("Name", "Your name", "Value"):
@@ -298,16 +298,16 @@ def test_every_control_has_a_role_and_a_name_and_is_reached_by_tab(page: Page, r
         )
         if role != "BUTTON" or name not in rig.table:  # those choose what is typed
             reached.append(name)
-        if "Set this value" in reached:
+        if "Set" in reached:
             break
     wanted = ["Δv_pls", "K_coll", "Undo", "Redo", "A", "B", "Store in A", "Store in B", "Presets"]
     wanted += [
         "Name",
-        "Keep the present values",
-        "Tune alone",
+        "Save preset",
+        "Lock tuning",
         "Your name",
-        "Take the tuning",
-        "Give it back",
+        "Lock to me",
+        "Unlock",
     ]
     wanted += [
         "Scene",
@@ -315,7 +315,7 @@ def test_every_control_has_a_role_and_a_name_and_is_reached_by_tab(page: Page, r
         "More",
         *(s for s in symbols if s not in ("Δv_pls", "K_coll")),
         "Value",
-        "Set this value",
+        "Set",
     ]
     assert [name for name in reached if name in wanted] == wanted
 
@@ -323,7 +323,7 @@ def test_every_control_has_a_role_and_a_name_and_is_reached_by_tab(page: Page, r
 @pytest.mark.long
 def test_panic_stays_in_sight(page: Page) -> None:
     page.get_by_text("More", exact=True).click()
-    page.get_by_role("button", name="Set this value").scroll_into_view_if_needed()
+    page.get_by_role("button", name="Set").scroll_into_view_if_needed()
     expect(page.get_by_role("button", name="PANIC")).to_be_in_viewport(ratio=0.9)
 
 

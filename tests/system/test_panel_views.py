@@ -196,7 +196,7 @@ def test_health_tells_who_is_there_and_how_late_the_ticks_are(page: Page, rig: F
         "peak force announced +0.0 dB (worst +0.0 dB), impulse +0.0 dB", timeout=PATIENCE_MS
     )
     assert "release" in rig.watched()
-    late = plotted(page, "ticks so late", lambda column: len(column) == 4)
+    late = plotted(page, "lateness histogram", lambda column: len(column) == 4)
     assert there(late) == [5000.0, 700.0, 3.0]
 
 

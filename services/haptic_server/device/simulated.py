@@ -80,7 +80,7 @@ class Simulated:
     def info(self) -> Info:
         """The exact stick, or the arm that it stands for."""
         if not self._sampled:
-            return Info(EXACT_STICK, ("the paper's stick itself, advanced exactly",))
+            return Info(EXACT_STICK, ("simulated stick (no haptic arm)",))
         does = self._scene.hand.gesture
         if self._path is not None:
             does = f"{does}, {self._scene.hand.gesture_file}, {self._path[-1, 0]:g} s, again and again"

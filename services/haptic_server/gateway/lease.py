@@ -46,5 +46,6 @@ class Lease:
     def require(self, who: str, now_s: float) -> None:
         """Raise Refusal when somebody else than `who` holds it."""
         if now_s < self._until_s and who != self._id:
-            left_s = self._until_s - now_s
-            raise Refusal(f"{self._name} is tuning: ask again in {left_s:.1f} s, or agree with them")
+            raise Refusal(
+                f"{self._name} is tuning and holds the lock: ask them to unlock it (PANIC works all the same)"
+            )

@@ -5,7 +5,7 @@ import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import NoReturn
+from typing import Annotated, NoReturn
 
 import typer
 
@@ -18,6 +18,7 @@ app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
     help="The haptic drumstick: play it, hear it, tune it, send its strikes as OSC.",
 )
 _Commands = tuple[tuple[str, Callable[..., None]], ...]
@@ -94,6 +95,25 @@ _GROUPS: tuple[tuple[str, str, _Commands], ...] = (
         ),
     ),
 )
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        print(f"drumstick {version('haptic-drumstick')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _before_any_command(  # pyright: ignore[reportUnusedFunction]
+    version: Annotated[
+        bool,
+        typer.Option("--version", help="Print the version and exit.", callback=_print_version, is_eager=True),
+    ] = False,
+) -> None:
+    pass
+
 
 for _name, _command in _COMMANDS:
     app.command(_name)(_command)

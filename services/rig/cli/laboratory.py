@@ -29,7 +29,7 @@ def accuracy_command(context: typer.Context) -> None:
 
 
 def soak_command(context: typer.Context) -> None:
-    """Does anything grow, wrap or drift while it plays for long: memory, descriptors, threads, counters, clocks."""
+    """Endurance test: look for leaks and drift in memory, descriptors, threads, counters and clocks."""
     _run(context)
 
 

@@ -13,7 +13,7 @@ def servo_test_command(
     seconds: Annotated[float, typer.Option(help="How long to watch the loop.")] = 10.0,
     as_json: Json = False,
 ) -> None:
-    """Ten seconds of the force loop: how late it is, and whether this machine is fit for it."""
+    """Measure force-loop jitter for 10 s and say whether this machine is good enough."""
     from rig import checks
     from rig.machine.servo_test import servo_test
 
@@ -22,14 +22,16 @@ def servo_test_command(
 
 
 def doctor_command(rig: RigNameOrFile = None, rig_file: RigFile = None, as_json: Json = False) -> None:
-    """What this machine has and lacks for playing; the rig's last fault here, drawn; whom it turned away."""
+    """Check this machine; show the last fault as a plot and recently rejected connections."""
     from rig.machine.doctor import doctor
 
     raise typer.Exit(doctor(as_json, rig, rig_file))
 
 
 def keys_make(
-    out: Annotated[Path, typer.Option(help="A new folder; it gets one folder for each machine to carry.")],
+    out: Annotated[
+        Path, typer.Option(help="Output folder, which must not exist; it gets one subfolder per machine.")
+    ],
     rig: RigNameOrFile = None,
     host: Annotated[
         list[str] | None,
@@ -47,7 +49,7 @@ def keys_make(
         str | None, typer.Option(help="Make only this role's certificate anew, by the authority in --out.")
     ] = None,
 ) -> None:
-    """A small authority, and a certificate for each role: haptic, sound, panel, technician, listener."""
+    """Create a private CA and one certificate per role: haptic, sound, panel, technician, listener."""
     from rig import checks
     from rig.identity import keys as rig_keys
 

@@ -69,7 +69,7 @@ def analyse_command(
     sweep: Sweeps = None,
     as_json: Json = False,
 ) -> None:
-    """Restitution, capture, fixed points and their stability; the paper's v_lc beside the exact one."""
+    """Analyse a scene: its roll's rate and speed, how fast it settles, whether it is stable; beside equation (7)."""
     from rig.offline.analyse import analyse
 
     analyse(scene, as_json, out, sweep or [])

@@ -25,7 +25,10 @@ from rig.options import (
 def record_command(
     out: Annotated[Path, typer.Option(help="The new MCAP file; one that exists is never overwritten.")],
     force: Annotated[
-        bool, typer.Option("--force", help="Also the contacts' force, of a scene that streams it.")
+        bool,
+        typer.Option(
+            "--force", help='Record contact force too (only for scenes with excitation = "streamed").'
+        ),
     ] = False,
     duration: Annotated[float | None, typer.Option(help="Stop after this many seconds.")] = None,
     rig: RigNameOrFile = None,
@@ -108,7 +111,7 @@ def monitor_command(
 
 
 def panic_command(rig: RigNameOrFile = None, rig_file: RigFile = None, connect: Connect = None) -> None:
-    """Zero force at once, latched."""
+    """Cut all force now. It stays off until `drumstick arm`."""
     from rig.network import remote
     from rig.supervision.resolved_options import far_end
 
@@ -116,7 +119,7 @@ def panic_command(rig: RigNameOrFile = None, rig_file: RigFile = None, connect: 
 
 
 def arm_command(rig: RigName = "main") -> None:
-    """Clear a panic or a fault; only on the haptic machine."""
+    """Restore force after a panic or fault. Run it on the machine with the stick, hands clear."""
     from rig import checks
     from rig.supervision import arm
 
@@ -125,7 +128,9 @@ def arm_command(rig: RigName = "main") -> None:
 
 
 def params_get(
-    names: Annotated[list[str] | None, typer.Argument(help="Wire names; none means all.")] = None,
+    names: Annotated[
+        list[str] | None, typer.Argument(help="Parameter names, e.g. dv_pls k_coll. Default: all.")
+    ] = None,
     rig: RigNameOrFile = None,
     rig_file: RigFile = None,
     connect: Connect = None,

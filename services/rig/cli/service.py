@@ -22,7 +22,7 @@ from rig.options import (
 
 @grouped
 def servo_command(*, scene: Scene = "roll", arm: Arm, rig: RigName = "main") -> None:
-    """Become the force loop, for the scene that is due; the scene is for the gateway too. No rig file: no network."""
+    """Run the force loop in the foreground, for systemd. Without a rig file it stays off the network."""
     from rig.supervision.chosen import chosen
     from rig.supervision.plan import HAPTIC
     from rig.supervision.service import become_servo

@@ -44,7 +44,7 @@ class RenderOptions(NamedTuple):
 
 
 class Written(NamedTuple):
-    """Of a rendering: its largest sample, how many times faster than it sounds, and the sound if it is to be drawn."""
+    """Of a rendering: its largest sample, how many times faster than real time, and the sound if it is to be drawn."""
 
     peak: float
     times_real_time: float
@@ -259,6 +259,10 @@ def _draw(
     return rows
 
 
+def _decibels(peak: float) -> str:
+    return f"{20.0 * math.log10(peak):.1f} dBFS" if peak > 0.0 else "silent"
+
+
 def render(scene: str, options: RenderOptions, as_json: bool, whole: bool = False) -> None:
     """Write the file and say what is in it; `whole`: a recording from end to end. Raises Stop."""
     loaded = scene_file.load(scene)
@@ -289,6 +293,6 @@ def render(scene: str, options: RenderOptions, as_json: bool, whole: bool = Fals
         print(json.dumps(found))
         return
     print(
-        f"{options.out}: {options.duration_s:g} s of {loaded.name}, {strikes} strikes, peak {written.peak:.3f}, "
-        f"{written.times_real_time:.0f} times faster than it sounds"
+        f"{options.out}: {options.duration_s:g} s of {loaded.name}, {strikes} strike{'' if strikes == 1 else 's'}, "
+        f"peak {_decibels(written.peak)}, rendered at {written.times_real_time:.0f}x real time"
     )

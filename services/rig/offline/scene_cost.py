@@ -246,7 +246,7 @@ def _shown(found: dict[str, Any]) -> Iterator[str]:
             error = "none but rounding, about 1e-15 of the time"
         yield f"  {row['method'] + ' ' + dt + events:40s} {row['ns_per_tick']:12.0f}   {error}"
     yield ""
-    yield f"drum at {sound['device_rate_Hz']} Hz          ns a sample   of a core   junctions   error of the pitch"
+    yield f"drum at {sound['device_rate_Hz']} Hz       ns per sample   of a core   junctions   error of the pitch"
     for accuracy, row in sound["tiers"].items():
         mark = "*" if accuracy == sound["accuracy"] else " "
         if "unplayable" in row:
@@ -260,7 +260,7 @@ def _shown(found: dict[str, Any]) -> Iterator[str]:
     if sound["chosen"]:
         yield f"  {sound['chosen']}"
     for name, row in sound["effects"].items():
-        yield f"  {name:20s} {row['ns_per_sample']:+12.0f} ns a sample"
+        yield f"  {name:20s} {row['ns_per_sample']:+12.0f} ns per sample"
 
 
 def cost(scene: str, as_json: bool) -> None:

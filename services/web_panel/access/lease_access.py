@@ -64,7 +64,7 @@ class LeaseAccess:
         """This browser wants to tune alone."""
         with self._changed:
             if self._holder is not None and self._holder.client != client:
-                self.outcomes.put((f"Refused: {self._holder.name} tunes alone: agree with them", True))
+                self.outcomes.put((f"Refused: locked by {self._holder.name}: ask them to unlock it", True))
                 return
             secret = self._holder.secret if self._holder is not None else secrets.token_hex(16)
             self._holder = _Holder(client, name, secret)

@@ -33,16 +33,14 @@ class ExactEntry:
         self._chosen_row = next(iter(table.values()))
         self._chosen_by: int | None = None  # a browser's id
         with folder:
-            server.gui.add_html(
-                markup.line("To type a value, over the whole range of the table:", "exact-title")
-            )
+            server.gui.add_html(markup.line("Exact value, over the whole range:", "exact-title"))
             # Not a drop-down: on a touch screen, opening one scrolls the whole panel to its top.
-            self._names = server.gui.add_button_group("Of", tuple(table), hint="By its wire name")
+            self._names = server.gui.add_button_group("Parameter", tuple(table), hint="By its wire name")
             self._text = server.gui.add_text(
                 "Value", "", hint="A number in the unit shown; decimal point, no unit"
             )
             self._words = server.gui.add_html("")
-            self._button = server.gui.add_button("Set this value")
+            self._button = server.gui.add_button("Set")
         messages.controls[control_id(self._names)] = lambda value: isinstance(value, str) and value in table
         messages.controls[control_id(self._text)] = _is_entry
         messages.controls[control_id(self._button)] = is_click

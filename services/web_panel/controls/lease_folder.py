@@ -1,4 +1,4 @@
-"""Tuning alone, on the page: take the writer's lease for this browser, or give it back."""
+"""The lock of the tuning on the page: take the writer's lease for this browser, or release it."""
 
 import viser
 
@@ -9,8 +9,8 @@ from web_panel.page import markup
 
 _LONGEST_NAME = 40
 _WORDS = (
-    "While you tune alone, sets from anywhere else are refused: other browsers, OSC, commands. PANIC works for "
-    "everybody. It ends when you give it back or this page closes."
+    "While tuning is locked to you, changes from anywhere else are refused: other browsers, OSC, commands. "
+    "PANIC works for everybody. The lock ends when you unlock it or close this page."
 )
 
 
@@ -26,11 +26,11 @@ class LeaseFolder:
     ) -> None:
         self._door = door
         gui = server.gui
-        with gui.add_folder("Tune alone", order=order, expand_by_default=False):
+        with gui.add_folder("Lock tuning", order=order, expand_by_default=False):
             gui.add_html(markup.line(_WORDS, "lease-help"))
             self._name = gui.add_text("Your name", "technician", hint="Shown to everybody who is refused")
-            take = gui.add_button("Take the tuning")
-            give = gui.add_button("Give it back")
+            take = gui.add_button("Lock to me")
+            give = gui.add_button("Unlock")
             self._words = gui.add_html("")
         messages.controls[control_id(self._name)] = _is_name
         for button, act in ((take, self._take), (give, self._give)):
@@ -63,6 +63,5 @@ class LeaseFolder:
         if not lease_of:
             return ""
         if lease_of == self._door.name:
-            who = f"{lease_of} tunes alone, from a browser at this panel"
-            return f"{who}: all others are refused until it is given back."
-        return f"{lease_of} is tuning: until they stop, the values are theirs to set."
+            return f"Locked by {lease_of}, from a browser at this panel: all others are refused until it is unlocked."
+        return f"Locked by {lease_of}: all others are refused until it is unlocked."

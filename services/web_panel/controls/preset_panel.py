@@ -49,12 +49,12 @@ class PresetPanel:
         self._chosen_by: int | None = None  # a browser's id
         self._folder = server.gui.add_folder("Presets", order=order, expand_by_default=False)
         with self._folder:
-            self._title = server.gui.add_html(markup.line("None was saved yet.", "presets"), order=1.0)
-            self._loading = server.gui.add_button("Load this preset", order=3.0, disabled=True)
+            self._title = server.gui.add_html(markup.line("No presets yet.", "presets"), order=1.0)
+            self._loading = server.gui.add_button("Load preset", order=3.0, disabled=True)
             self._name = server.gui.add_text(
                 "Name", "", hint="1 to 60 letters, digits, spaces, _ . or -", order=4.0
             )
-            self._saving = server.gui.add_button("Keep the present values", order=5.0)
+            self._saving = server.gui.add_button("Save preset", order=5.0)
             self._words = server.gui.add_html("", order=6.0)
         messages.controls[control_id(self._loading)] = is_click
         messages.controls[control_id(self._name)] = _is_name
@@ -77,7 +77,7 @@ class PresetPanel:
     async def _save(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
         name = self._name.value.strip()
         answer = await asyncio.to_thread(self._actions.save, name)
-        self._outcomes.put((answer.words or f"{name}: the present values are kept", not answer.taken))
+        self._outcomes.put((answer.words or f"{name}: saved", not answer.taken))
 
     def show(self, rig_state: RigState) -> None:
         """Write what changed to the page."""
@@ -96,7 +96,7 @@ class PresetPanel:
             self._names = None
         more = len(self._listed) - len(names)
         hidden = f" {more} more: {command('preset list', self._rig)}" if more else ""
-        self._title.content = markup.line(hidden if names else "None was saved yet.", "presets")
+        self._title.content = markup.line(hidden if names else "No presets yet.", "presets")
         if not names:
             return
         with self._folder:

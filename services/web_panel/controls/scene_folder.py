@@ -16,8 +16,8 @@ from web_panel.rig.rig_state import RigState
 from web_panel.rig.scene_change import SceneChange
 
 _WORDS = (
-    "Another scene stops the force, starts the servo anew and lets the stick in as at the beginning, with the values "
-    "that were used last in that scene. It takes some seconds, on a busy machine up to half a minute."
+    "Changing the scene cuts force and sound for some seconds, up to 30 s on a busy machine. Your last values for that "
+    "scene are kept."
 )
 
 
@@ -62,7 +62,7 @@ class SceneFolder:
         answer = await asyncio.to_thread(self._load, name, event.client_id)
         if answer.taken:
             self._agreed.put(name)
-        self._outcomes.put((answer.words or f"{name}: the rig starts anew with it", not answer.taken))
+        self._outcomes.put((answer.words or f"{name}: the rig restarts with it", not answer.taken))
 
     def show(self, rig_state: RigState) -> None:
         """Write what changed to the page."""

@@ -92,7 +92,7 @@ class StepsRow:
         parts: list[str] = []
         if history.back:
             told = step_words(history.back[-1].before, values, table)
-            parts.append(f"{_UNDO}: {told} (of {len(history.back)})")
+            parts.append(f"{_UNDO} ({len(history.back)} left): {told}")
         if history.forth:
             parts.append(f"{_REDO}: {step_words(history.forth[-1].after, values, table)}")
         words, alarm = " · ".join(parts) or "Nothing was changed on this page yet.", False

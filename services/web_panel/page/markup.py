@@ -112,7 +112,7 @@ def prediction(forecast: Forecast) -> str:
         refused = f'<div class="dr-alarm">The envelope would refuse this: {escape(forecast.refusal)}</div>'
     return (
         f'<div class="dr" data-part="prediction"><div class="dr-fore{" dr-out" if refused else ""}">'
-        f"<i>{escape(forecast.about)}, computed:</i>{numbers}<u>{escape(forecast.verdict)}</u>{refused}</div></div>"
+        f"<i>{escape(forecast.about)}:</i>{numbers}<u>{escape(forecast.verdict)}</u>{refused}</div></div>"
     )
 
 

@@ -71,7 +71,15 @@ class Page:
         button = gui.add_button("PANIC", color="red", hint=_PANIC_HINT)
         messages.controls[control_id(button)] = is_click
         button.on_click(self._panic.press)
-        add_key(server, messages, "Panic", "Zero force at once, latched", "escape", None, self._panic.press)
+        add_key(
+            server,
+            messages,
+            "Panic",
+            "Cut all force now; it stays off until `drumstick arm`",
+            "escape",
+            None,
+            self._panic.press,
+        )
         self._panic_line = Text(gui.add_html(""))
         self._tiles = Text(gui.add_html(""))
         self._pad = Text(gui.add_html("", order=_ORDER_PAD))

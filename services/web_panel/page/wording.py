@@ -159,7 +159,7 @@ def foreseen_words(foreseen: Foreseen, other: dict[str, float], table: dict[str,
     told = [
         f"{table[n].quantity.symbol or n} {measured(v, table[n].quantity.unit)}" for n, v in other.items()
     ]
-    about = f"With {', '.join(told)}" if told else "These values"
+    about = f"Predicted with {', '.join(told)}" if told else "Predicted"
     rate, speed, multiplier = foreseen.rate_Hz, foreseen.v_lc_m_per_s, foreseen.multiplier
     if rate is None or speed is None or multiplier is None:
         return Forecast(about, (), _ENDS[foreseen.end], foreseen.refusal)
@@ -174,4 +174,4 @@ def _stability(multiplier: float, period: int) -> str:
         1 if multiplier == 0.0 else max(1, math.ceil(math.log(0.1) / math.log(abs(multiplier)))) * period
     )
     kinds = "" if period == 1 else f"{period} strokes by turns, "
-    return f"{kinds}stable, a disturbance falls to a tenth in {strokes} stroke{'s' if strokes > 1 else ''}"
+    return f"{kinds}stable, recovers in {strokes} stroke{'s' if strokes > 1 else ''}"

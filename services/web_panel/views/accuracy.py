@@ -30,8 +30,12 @@ class AccuracyView:
         self._looked_at = float("-inf")
         self._made: int | None = None
         self._html = gui.add_html("", order=order)
-        self._pitch = _plot(gui, order + 0.01, "ns a sample of the drum", "first twenty modes, rms cents")
-        self._stick = _plot(gui, order + 0.02, "ns for a second of the stick", "first ten contacts, relative")
+        self._pitch = _plot(
+            gui, order + 0.01, "CPU time per sample of the drum (ns)", "first twenty modes, rms cents"
+        )
+        self._stick = _plot(
+            gui, order + 0.02, "CPU time per second of the stick (ns)", "first ten contacts, relative"
+        )
         self._draw(None, _HOW)
 
     def show(self, rig_state: RigState, history: History, now: float) -> None:

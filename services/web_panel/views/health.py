@@ -51,10 +51,10 @@ class HealthView:
             gui,
             (
                 viser.uplot.Series(label="lateness, µs"),
-                viser.uplot.Series(label="ticks so late", scale="ticks", stroke=BLUE, width=2, fill=_FILL),
+                viser.uplot.Series(label="lateness histogram", scale="ticks", stroke=BLUE, width=2, fill=_FILL),
             ),
             scales={"x": viser.uplot.Scale(time=False), "ticks": viser.uplot.Scale(distr=3)},
-            axes=(axis("x", 2, GREY, "lateness of a tick, µs"), axis("ticks", 3, GREY, "ticks since the start")),
+            axes=(axis("x", 2, GREY, "lateness of a tick, µs"), axis("ticks", 3, GREY, "number of ticks (log)")),
             order=order + 0.1,
             height=220,
         )  # fmt: skip

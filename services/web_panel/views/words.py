@@ -120,7 +120,7 @@ def _servo(doctor: Mapping[str, Any] | None, state: State | None) -> str:
         words = [
             f"Servo: {state.overruns} ticks missed of {state.ticks}",
             f"99 % less than {microseconds(state.lateness_p99_us)} late",
-            f"the latest {microseconds(state.lateness_worst_us)}",
+            f"the worst {microseconds(state.lateness_worst_us)}",
         ]
     if doctor is None:
         words.append("the haptic server does not answer “doctor”")

@@ -84,8 +84,8 @@ def moves(page: Page, heard: Heard, count: int) -> dict[str, list[float]]:
                  const isOwn = () => {
                    const value = Number((10 ** Number(thumb.getAttribute('aria-valuenow'))).toPrecision(3));
                    const words = text('[data-part=prediction]') ?? '';
-                   return words.startsWith(`With K_coll ${value} N/m,`) ||
-                     (words.startsWith('These values,') && readback() !== before);
+                   return words.startsWith(`Predicted with K_coll ${value} N/m:`) ||
+                     (words.startsWith('Predicted:') && readback() !== before);
                  };
                  const before = readback();
                  let begun = null, own = null;
@@ -217,7 +217,7 @@ def measured(count: int) -> dict[str, Any]:
         page = visitor(browser, DESKTOP).new_page()
         page.goto(where)
         expect(readback(page, "k_coll")).to_have_text("5000N/m", timeout=PATIENCE_MS)
-        expect(part(page, "prediction")).to_contain_text("computed", timeout=PATIENCE_MS)
+        expect(part(page, "prediction")).to_contain_text("Predicted:", timeout=PATIENCE_MS)
         pids["computing"] = children(pids["panel"])[0]
         looking = shares(pids, time.sleep)
         times = {"desktop": moves(page, heard, count)}
@@ -226,7 +226,7 @@ def measured(count: int) -> dict[str, Any]:
         ask(session, rig.keys.set_many, {"dv_pls": 0.2})
         page = visitor(browser, PHONE).new_page()
         page.goto(where)
-        expect(part(page, "prediction")).to_contain_text("computed", timeout=PATIENCE_MS)
+        expect(part(page, "prediction")).to_contain_text("Predicted:", timeout=PATIENCE_MS)
         times["phone"] = moves(page, heard, count)
         memory = {name: resident(pid) for name, pid in pids.items()}
         ask(session, rig.keys.set_many, {"k_coll": 5000.0})

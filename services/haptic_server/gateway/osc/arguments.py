@@ -22,7 +22,7 @@ class Refused(Exception):
 def number(args: Sequence[Argument]) -> float:
     """The one number."""
     if len(args) != 1 or isinstance(args[0], str):
-        raise Refused("arguments", "send one number to set, nothing to ask")
+        raise Refused("arguments", "expects one number (to set it) or no argument (to query it)")
     return float(args[0])
 
 

@@ -84,9 +84,9 @@ def test_a_set_is_sent_while_its_prediction_is_still_computed(tmp_path: Path) ->
 def test_it_is_worded_with_its_verdict() -> None:
     table = table_of(ROLL)
     forecast = foreseen_words(Foreseen("cycle", 0.628, 23.05, 0.694, 1), {"dv_pls": 0.3}, table)
-    assert forecast.about == "With Δv_pls 0.3 m/s"
+    assert forecast.about == "Predicted with Δv_pls 0.3 m/s"
     assert forecast.numbers == (("roll", "23.1", "Hz"), ("v_lc", "0.63", "m/s"))
-    assert forecast.verdict == "stable, a disturbance falls to a tenth in 7 strokes"
+    assert forecast.verdict == "stable, recovers in 7 strokes"
     assert "grows" in foreseen_words(Foreseen("cycle", 0.6, 23.0, -1.2, 1), {}, table).verdict
     assert "2 strokes by turns" in foreseen_words(Foreseen("cycle", 0.6, 23.0, 0.5, 2), {}, table).verdict
     assert "comes to rest" in foreseen_words(Foreseen("captured"), {}, table).verdict

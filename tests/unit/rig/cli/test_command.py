@@ -1,0 +1,35 @@
+"""What the command line says before it does anything."""
+
+from importlib.metadata import version
+
+import pytest
+from typer.testing import CliRunner
+
+from rig import scene_file
+from rig.cli.command import app
+from rig.fault import Stop
+
+
+@pytest.mark.parametrize("words", [("-h",), ("scene", "-h"), ("up", "-h")], ids=" ".join)
+def test_the_short_form_of_help(words: tuple[str, ...]) -> None:
+    done = CliRunner().invoke(app, [*words])
+    assert done.exit_code == 0
+    assert done.stdout.startswith("Usage: ")
+
+
+def test_its_version() -> None:
+    done = CliRunner().invoke(app, ["--version"])
+    assert (done.exit_code, done.stdout.split()) == (0, ["drumstick", version("haptic-drumstick")])
+
+
+def test_a_command_that_is_nearly_one() -> None:
+    done = CliRunner().invoke(app, ["simulte"])
+    assert done.exit_code == 2
+    assert "Did you mean 'simulate'?" in done.stderr
+
+
+def test_a_scene_that_is_nearly_one() -> None:
+    with pytest.raises(Stop, match=r"no scene 'rol' \(did you mean 'roll'\?\); shipped: accents"):
+        scene_file.read("rol")
+    with pytest.raises(Stop, match=r"no scene 'zzz'; shipped: accents"):
+        scene_file.read("zzz")
