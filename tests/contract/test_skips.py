@@ -90,11 +90,13 @@ def test_a_skip_fails_in_ci_and_only_there(
     assert reason in elsewhere[name]
 
 
+@pytest.mark.long
 def test_what_is_no_skip_stays_as_it_is(in_ci: dict[str, str]) -> None:
     assert in_ci["test_expected"].startswith("skipped"), in_ci
     assert in_ci["test_good"] == "passed "
 
 
+@pytest.mark.long
 def test_system_tests_come_last(elsewhere: dict[str, str]) -> None:
     assert len(elsewhere) > 5
     assert elsewhere["order"].split()[-1] == "system.test_last"

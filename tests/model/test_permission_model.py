@@ -84,7 +84,7 @@ def test_there_is_force_to_be_had(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("what", FORGOTTEN)
-@pytest.mark.daily("a panic in a fault clears it", "an arm given before a fault clears it")
+@pytest.mark.daily("a panic in a fault clears it")
 def test_whatever_is_forgotten_is_found(what: str, tmp_path: Path) -> None:
     text = model()
     for line, instead in FORGOTTEN[what].items():

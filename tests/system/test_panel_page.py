@@ -344,7 +344,7 @@ def test_a_panic_that_nobody_confirms_is_said_until_somebody_hears_it(
 
 
 @pytest.mark.parametrize("size", [DESKTOP, PHONE])
-@pytest.mark.daily("size1")
+@pytest.mark.long
 def test_nothing_is_cut_off(
     browser: Browser, rig: FakeRig, served: PanelProcess, size: tuple[int, int]
 ) -> None:

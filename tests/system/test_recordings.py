@@ -178,7 +178,7 @@ def test_without_force_the_rig_streams_nothing_and_the_recorder_is_seen_to_hear_
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
-@pytest.mark.daily("15")
+@pytest.mark.long
 @pytest.mark.usefixtures("session")
 def test_a_signal_finishes_the_file(rig: Rig, tmp_path: Path, number: signal.Signals) -> None:
     recorder = Recorder(rig, tmp_path / "a.mcap", "--json")

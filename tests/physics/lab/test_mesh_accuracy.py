@@ -46,7 +46,7 @@ def test_waves_are_late_by_the_declared_order(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", SCHEMES)
-@pytest.mark.daily("limit", "fourth")
+@pytest.mark.daily("limit")
 def test_the_modes_error_falls_with_the_declared_order(name: str) -> None:
     """From a fourth of the device's samples a step to an eighth and a half: between the order less 0.2 and plus 0.7."""
     found = [rms_cents(name, divisor) for divisor in (8, 4, 2)]
@@ -57,7 +57,7 @@ def test_the_modes_error_falls_with_the_declared_order(name: str) -> None:
 
 @pytest.mark.parametrize("name", SCHEMES)
 @pytest.mark.parametrize("divisor", [2, 6])
-@pytest.mark.daily("2-*")
+@pytest.mark.daily("2-limit")
 def test_float32_differs_from_float64_by_rounding(name: str, divisor: int) -> None:
     """A coefficient is off by 2^-25 of itself at most; some of them together move q = theta^2 by 2^-23."""
     head = head_at(name, "weights", divisor)

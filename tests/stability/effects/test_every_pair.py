@@ -112,6 +112,7 @@ def test_all_effects_at_their_weakest_give_no_energy_for_long(scheme: str) -> No
     assert _most_growth(_struck(scheme, WEAKEST), LONG) <= ROUNDING
 
 
+@pytest.mark.long
 @shows("effects that meet", "ours")
 @pytest.mark.parametrize(
     "names",

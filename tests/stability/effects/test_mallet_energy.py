@@ -76,14 +76,14 @@ def _most_growth(engine: Engine, strikes: int, seed: int = 3) -> float:
 @shows("mallet on the head", "ours")
 @pytest.mark.parametrize("tip", TIPS)
 @pytest.mark.parametrize("names", DRUMS)
-@pytest.mark.daily("plain-wood", "all-felt")
+@pytest.mark.daily("all-felt")
 def test_no_step_of_a_mallet_on_a_drum_makes_energy(names: str, tip: str) -> None:
     assert _most_growth(_drum(DRUMS[names], tip), 40) <= ROUNDING
 
 
 @shows("mallet on the head", "ours")
 @pytest.mark.parametrize("mesh", [{"topology": "rectilinear"}, {"accuracy": "fine"}], ids=str)
-@pytest.mark.daily("*fine*")
+@pytest.mark.long
 def test_nor_on_a_square_mesh_nor_to_the_fourth_order(mesh: dict[str, object]) -> None:
     assert _most_growth(_drum((), "wood", mesh), 40) <= ROUNDING
 

@@ -63,6 +63,7 @@ def _naive(scene: Scene) -> tuple[arm_witness.Verdict, int]:
     return arm_witness.verdict(servo, seen), entries
 
 
+@pytest.mark.daily("a tick of delay")
 @shows("too much rendered damping", "naive")
 @pytest.mark.parametrize("name", KNOWN)
 def test_a_damper_bounded_from_below_only_hammers_for_ever(name: str) -> None:
@@ -170,6 +171,7 @@ def test_a_slow_blow_does_not_grow(values: tuple[float | str, ...]) -> None:
         assert found.late_m_per_s <= arm_witness.SLOW_M_PER_S, changes
 
 
+@pytest.mark.daily("0")
 @pytest.mark.parametrize("seed", range(4))
 def test_the_motors_give_no_more_than_what_is_stored_and_the_pulses(seed: int) -> None:
     rng = np.random.default_rng(2000 + seed)

@@ -55,6 +55,7 @@ def test_a_ring_whose_writer_waits_loses_nothing(slots: int, seed: int) -> None:
     assert (seen[TORN], seen[DISORDERED], seen[GAPS]) == (0, 0, 0)
 
 
+@pytest.mark.daily("16-0")
 @shows("reader that stands still", "ours")
 @pytest.mark.parametrize("seed", RECORDS)
 @pytest.mark.parametrize("slots", [16, blocks.RING_SLOTS])
@@ -95,6 +96,7 @@ def _block(folder: Path) -> blocks.Block:
     return block
 
 
+@pytest.mark.daily("0")
 @pytest.mark.parametrize("seed", RECORDS)
 def test_events_reach_another_process(tmp_path: Path, seed: int) -> None:
     block = _block(tmp_path)
@@ -107,6 +109,7 @@ def test_events_reach_another_process(tmp_path: Path, seed: int) -> None:
     assert (seen[TORN], seen[DISORDERED], seen[GAPS]) == (0, 0, 0)
 
 
+@pytest.mark.daily("0")
 @shows("set of another thread", "ours")
 @pytest.mark.parametrize("seed", RECORDS)
 def test_sets_of_another_process_come_whole(tmp_path: Path, seed: int) -> None:

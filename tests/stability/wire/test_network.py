@@ -118,6 +118,7 @@ class Line:
                 self.scheduler.take(payload, now_ns)
 
 
+@pytest.mark.daily("*-0.0")
 @shows("clocks that drift apart", "ours")
 @shows("strikes late, lost and doubled", "ours")
 @pytest.mark.parametrize("drift", [0.0, 100e-6, -100e-6])

@@ -69,7 +69,7 @@ def drawn(figure: Figure, folder: Path) -> int:
 
 
 @EVERY
-@pytest.mark.daily("roll", "no hand")
+@pytest.mark.daily("roll")
 def test_the_phase_plane_and_the_return_map_of_any_scene(played: Scene, tmp_path: Path):
     cycles = analyse(played).cycles
     assert drawn(phase_plane(played, cycles, (0.02, 0.4, 1.1)), tmp_path) > 50
@@ -160,7 +160,7 @@ def test_lines_join_only_cycles_that_belong_together():
 
 
 @EVERY
-@pytest.mark.daily("roll", "overdamped", "no hand")
+@pytest.mark.daily("roll")
 def test_a_line_and_its_table(played: Scene, tmp_path: Path):
     done = last_of(
         played, [few(usual.line(played)) if usual.line(played) else Axis("r_in", np.linspace(0.5, 40.0, 6))]
@@ -187,7 +187,7 @@ def test_a_line_and_its_table(played: Scene, tmp_path: Path):
 
 
 @EVERY
-@pytest.mark.daily("roll", "overdamped")
+@pytest.mark.daily("roll")
 def test_planes_and_their_tables(played: Scene, tmp_path: Path):
     for across, up in usual.planes(played):
         done = last_of(played, [few(across, 5), few(up, 4)])

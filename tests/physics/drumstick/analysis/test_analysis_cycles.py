@@ -63,6 +63,7 @@ def test_reference_case(case: str) -> None:
     assert not found.overdamped
 
 
+@pytest.mark.daily("[AC]*")
 @pytest.mark.parametrize("case", [c for c in BY_CASE if BY_CASE[c]["kappa=(v_E-beta|v_in|)/dv"]])
 def test_kappa_of_the_cycle_itself(case: str) -> None:
     """v_E = beta |v_in| + kappa dv, with the reference's own kappa of the cycle."""

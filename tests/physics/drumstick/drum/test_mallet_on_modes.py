@@ -92,6 +92,7 @@ def _in_continuous_time(scene: Scene, t_s: np.ndarray) -> np.ndarray:
     return np.array([push(state) for state in found.y.T])
 
 
+@pytest.mark.daily("felt*")
 @pytest.mark.parametrize(("material", "close", "finely"), [("wood", 5e-3, 5e-3), ("felt", 1e-3, 2e-4)])
 def test_it_pushes_as_the_equations_say(
     material: str, close: float, finely: float, monkeypatch: pytest.MonkeyPatch

@@ -40,6 +40,7 @@ def test_the_instrument_carries_the_summary_of_this_result(shipped: dict[str, An
     )
 
 
+@pytest.mark.long
 def test_every_part_has_its_figures_and_its_choices(shipped: dict[str, Any], tmp_path: Path) -> None:
     written = write(shipped, tmp_path)
     assert written == [f"{name}.png" for name, _, _ in FIGURES]
@@ -125,7 +126,7 @@ def test_a_part_run_for_real_is_json(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("as_json", [False, True])
-@pytest.mark.daily("True")
+@pytest.mark.long
 def test_the_command_keeps_the_result_where_the_panel_looks(
     shipped: dict[str, Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, as_json: bool
 ) -> None:

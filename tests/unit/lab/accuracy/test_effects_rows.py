@@ -70,6 +70,7 @@ def test_no_effects_cost_no_effects() -> None:
     assert statistics.median(ratios) < SLACK
 
 
+@pytest.mark.long
 def test_an_effect_that_nobody_named_would_be_noticed() -> None:
     """The same race with a drum whose step has one: a sixth of a step more is not within the slack."""
     race, burdened = Race(drum_effects.drum_with()), Race(drum_effects.drum_with("tension"))

@@ -58,7 +58,7 @@ def test_the_second_start_compiles_nothing(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("damage", ["truncated", "emptied", "garbage"])
-@pytest.mark.daily("garbage")
+@pytest.mark.long
 def test_damaged_files_are_compiled_over(tmp_path: Path, damage: str) -> None:
     folder, _, _ = _run(tmp_path / "cache", tmp_path / "program.py")
     assert folder is not None

@@ -89,6 +89,7 @@ def test_wrong_strikes_are_named(tmp_path: Path, text: str, words: str) -> None:
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.long
 def test_where_nothing_can_be_written(tmp_path: Path) -> None:
     done = drumstick("bare-drum", "--out", str(tmp_path / "nowhere" / "x.wav"))
     assert done.returncode == 3
@@ -129,7 +130,7 @@ def test_pictures_and_the_table_of_modes(tmp_path: Path) -> None:
         (("--spectrogram", "a.png", "--duration", "500"), "500 s are more than the 120 s that it draws"),
     ],
 )
-@pytest.mark.daily("options2*")
+@pytest.mark.long
 def test_pictures_that_cannot_be_drawn(options: tuple[str, ...], words: str, tmp_path: Path) -> None:
     done = drumstick("bare-drum", "--out", str(tmp_path / "a.wav"), *options)
     assert done.returncode == 2
@@ -144,6 +145,7 @@ def below(sound: np.ndarray, top_Hz: float) -> np.ndarray:
     return np.fft.irfft(spectrum, len(sound))
 
 
+@pytest.mark.long
 def test_a_roll_of_a_scene_that_streams_is_rendered_by_its_forces(tmp_path: Path) -> None:
     scene = tmp_path / "streamed.toml"
     scene.write_text(streamed_text())

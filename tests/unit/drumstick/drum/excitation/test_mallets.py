@@ -38,6 +38,7 @@ def under(engine: Engine, slot: int = 0) -> tuple[np.ndarray, np.ndarray]:
     return places.ravel(), patches.shares[slot, :rows].ravel().astype(float)
 
 
+@pytest.mark.daily("place1-*")
 @pytest.mark.parametrize("mesh", [{}, {"topology": "rectilinear"}], ids=str)
 @pytest.mark.parametrize("radius_m", [0.0005, 0.01, 0.1])
 @pytest.mark.parametrize("place", [(0.0, 0.0), (0.31, -0.17), (0.9, 0.2), (-1.0, 0.0), (3.0, 3.0)])

@@ -43,6 +43,7 @@ def filled(head: Head) -> Head:
     return head
 
 
+@pytest.mark.daily("23.7")
 @pytest.mark.parametrize("across", [5.0, 23.7, 64.2])
 def test_every_width_gives_the_same_bits(across: float) -> None:
     lattice = lattice_of(2.0 / across)
