@@ -1,4 +1,4 @@
-"""What lies in the run folder of a rig's haptic machine."""
+"""Names of the files in the run folder of a rig's haptic machine."""
 
 BLOCK = "servo.block"  # shared by servo and gateway; the servo makes it
 SCENE = "scene.toml"  # the text that both processes read; whoever starts them puts it there

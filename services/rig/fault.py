@@ -1,4 +1,4 @@
-"""How a command ends: 0 done, 2 what was given is wrong, 3 the machine lacks something, 1 a fault of ours."""
+"""Exit statuses of a command: 0 done, 2 what was given is wrong, 3 the machine lacks something, 1 a fault of ours."""
 
 from typing import NoReturn
 

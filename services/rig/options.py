@@ -1,4 +1,4 @@
-"""What the commands may be given: each option once, with its type, default and words; those of one thing in a group.
+"""Options of the commands: each once, with its type, default and help; those that belong together in a group.
 
 A group is a dataclass: `rig.cli.grouped` makes a command's options of its fields, `rig.supervision.plan` processes.
 """
@@ -121,7 +121,7 @@ ExitStatus = Annotated[
 
 @dataclass(frozen=True, kw_only=True)
 class Ends:
-    """Who the rig is and where it meets others; what is not given is as the rig file says."""
+    """Name of the rig and its network; what is not given is as the rig file says."""
 
     rig: RigNameOrFile = None
     rig_file: RigFile = None
@@ -130,7 +130,7 @@ class Ends:
 
 @dataclass(frozen=True, kw_only=True)
 class Arm:
-    """What the servo plays on."""
+    """Device of the servo."""
 
     device: Device = "simulated"
     pose_is_held: PoseIsHeld = False
@@ -138,7 +138,7 @@ class Arm:
 
 @dataclass(frozen=True, kw_only=True)
 class Doors:
-    """Where others come in and what goes out to them; what is not given is as the rig file says."""
+    """Network endpoints: where others connect and where strikes go; what is not given is as the rig file says."""
 
     listen: ListenOrFile = None
     osc_in: OscInOrFile = None
@@ -147,7 +147,7 @@ class Doors:
 
 @dataclass(frozen=True, kw_only=True)
 class Outlets:
-    """What a gateway has besides: memory of the last set, OSCQuery, MIDI."""
+    """Optional parts of a gateway: memory of the last set, OSCQuery, MIDI."""
 
     prefix: Prefix = "/drumstick"
     fresh: Fresh = False
@@ -170,7 +170,7 @@ class Haptic(Gateway, Arm):
 
 @dataclass(frozen=True, kw_only=True)
 class Speaker:
-    """Where the sound goes, and in which pieces."""
+    """Audio output."""
 
     audio: Audio = "auto"
     audio_rate: AudioRate = 48000  # Hz
@@ -179,7 +179,7 @@ class Speaker:
 
 @dataclass(frozen=True, kw_only=True)
 class Hall:
-    """Whose drums a sound server plays, and what its room adds to their scenes."""
+    """Rigs that a sound server plays, and its room's delay and gain."""
 
     also: Also = None
     most_rigs: MostRigs = 8

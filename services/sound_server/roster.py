@@ -1,4 +1,4 @@
-"""Whose drums are played: the rigs that were named, and those that came by a pattern while there is a seat.
+"""Rigs whose drums are played: those named, and those that came by a pattern while there is a seat.
 
 Each rig has a seat: a Zenoh session, a drum and a thread of its own, so that one that hangs, goes or comes back
 touches no other. All methods belong to the main thread.

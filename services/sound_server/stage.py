@@ -1,4 +1,4 @@
-"""All that sounds at once: drums side by side, and drums on their way out. Every sink plays a stage.
+"""Mixer of all sounding drums, side by side and on their way out. Every sink plays a stage.
 
 A place holds one engine. Engines of different scenes are of different types: with each comes the address of the
 function that was compiled for it. Who may change a place's state is known from the state itself, so nobody waits:

@@ -58,7 +58,7 @@ class _Drum(NamedTuple):
 
 
 class Viewing:
-    """Of one rig's drum. `show` belongs to the drum's thread; `run` is the body of the viewing thread."""
+    """Display of one rig's drum. `show` belongs to the drum's thread; `run` is the body of the viewing thread."""
 
     def __init__(
         self, publisher: Callable[[str], zenoh.Publisher], keys: Keys, ident: str, clock: Callable[[int], int]

@@ -1,4 +1,4 @@
-"""What `drumstick accuracy` found: the result that comes with the package, and this machine's own. Reads files."""
+"""Results of `drumstick accuracy`: the one that comes with the package, and this machine's own. Reads files."""
 
 import json
 import math

@@ -1,1 +1,1 @@
-"""What crosses a wire, and nothing else: messages, keys, addresses, codecs, Zenoh session settings."""
+"""Everything that crosses a wire, and nothing else: messages, keys, addresses, codecs, Zenoh session settings."""

@@ -1,4 +1,4 @@
-"""How near contacts come to what their strikes announced: peak force and impulse, in dB.
+"""Agreement of contacts with what their strikes announced: peak force and impulse, in dB.
 
 A strike and its release are found together by servo start and number, in whichever order they come, however many are
 lost, and once even if they come again. One thread; bounded memory.
@@ -31,7 +31,7 @@ class Off(NamedTuple):
 
 
 class Report(NamedTuple):
-    """Of the newest contacts, `contacts` of them."""
+    """Report on the newest contacts, `contacts` of them."""
 
     contacts: int
     peak: Off
@@ -64,7 +64,7 @@ class _Pair:
 
 
 class Announcements:
-    """Of one rig."""
+    """Announcements and contacts of one rig, compared."""
 
     def __init__(self) -> None:
         self._pairs: OrderedDict[tuple[int, int], _Pair] = OrderedDict()

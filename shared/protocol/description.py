@@ -1,4 +1,4 @@
-"""What crosses the wires, as one table for programs: the reference pages, the JSON description and OSCQuery follow it.
+"""Description of the wires as one table for programs: the reference pages, the JSON and OSCQuery follow it.
 
 The OSC half is `protocol.osc`; the words of a Zenoh key are its docstring in `protocol.keys`. Any thread.
 """

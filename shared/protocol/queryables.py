@@ -18,7 +18,7 @@ Receive = Callable[["zenoh.Query"], None]
 
 
 class Queryables:
-    """Of one session. Declared by any ordinary thread; `receive` is called on Zenoh's threads, and must not wait."""
+    """Queryables of one session. Declared by any thread; `receive` runs on Zenoh's threads, and must not wait."""
 
     def __init__(self, session: zenoh.Session) -> None:
         self._session = session

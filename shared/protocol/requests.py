@@ -1,4 +1,4 @@
-"""What may be asked in the payload of a query: [1, value] or [1, value, claim] in msgpack, or plain JSON.
+"""Payloads of queries: [1, value] or [1, value, claim] in msgpack, or plain JSON.
 
 JSON is for people who type at a Zenoh shell. The two never look alike: a msgpack array of two starts with
 0x92, one of three with 0x93, which no JSON text does. Any thread.

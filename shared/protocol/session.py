@@ -1,4 +1,4 @@
-"""How a Zenoh session is configured: fixed endpoints, no scouting, no gossip; one router, else clients.
+"""Settings of a Zenoh session: fixed endpoints, no scouting, no gossip; one router, else clients.
 
 zenoh's default configuration opens multicast and listens on every interface; none of that is wanted on a
 stage. A router listens on a loopback address for this machine's processes; on a public one only over TLS, for

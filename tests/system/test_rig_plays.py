@@ -107,7 +107,7 @@ def test_the_browser_changes_the_roll_and_shows_the_servos_value(
 def test_a_killed_service_comes_back_and_the_servo_misses_nothing(
     rig: Rig, session: zenoh.Session, page_address: str, module: str
 ) -> None:
-    # ResolvedOptions: after a louder roll the rate climbs back for a second.
+    # Settled: after a louder roll the rate climbs back for a second.
     before = latest(session, rig, lambda s: not s.pending and abs(s.v_e_m_per_s - 0.6278) < 1e-3)
     servo = rig.children()["haptic_server.servo"]
     meters = Listener(session, rig.keys.meter, Meter)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from drumstick.analysis.cycles.lap import scratch_of
-from drumstick.analysis.cycles.settling import ResolvedOptions, settle
+from drumstick.analysis.cycles.settling import Settled, settle
 from drumstick.analysis.cycles.sweep import BUZZ_HZ
 from drumstick.analysis.findings import Findings, analyse
 from drumstick.analysis.flight import flight
@@ -117,7 +117,7 @@ def _alphas() -> list[str]:
     return rows
 
 
-def _boundary(scene: Scene, low: float, high: float, good: Callable[[ResolvedOptions], bool]) -> float:
+def _boundary(scene: Scene, low: float, high: float, good: Callable[[Settled], bool]) -> float:
     """The dv in m/s from which on what a throw ends in is `good`, to four digits."""
     while high / low > 1.0001:
         middle = float(np.sqrt(low * high))
@@ -127,11 +127,11 @@ def _boundary(scene: Scene, low: float, high: float, good: Callable[[ResolvedOpt
     return high
 
 
-def _plays(ends: ResolvedOptions) -> bool:
+def _plays(ends: Settled) -> bool:
     return ends.end != "captured"
 
 
-def _evenly(ends: ResolvedOptions) -> bool:
+def _evenly(ends: Settled) -> bool:
     return ends.cycle is not None and ends.cycle.period == 1
 
 

@@ -1,4 +1,4 @@
-"""What Zenoh turned away at the public listener, counted from its own log: it keeps no such numbers itself.
+"""Counts of handshakes refused at the public listener, read from Zenoh's log: Zenoh keeps no such numbers itself.
 
 Three kinds are told there: handshakes that failed (no certificate, another authority's, out of date, no TLS at all),
 certificates of no admitted role, and messages beyond the sender's role. What a session does within its role is counted

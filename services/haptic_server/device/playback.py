@@ -1,4 +1,4 @@
-"""Where a recording is at a tick. Tick thread: no allocation, no locks, no Python, no exceptions."""
+"""Position of a recording at a tick. Tick thread: no allocation, no locks, no Python, no exceptions."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What every device is to the servo: a real arm, a simulated one or a recording.
+"""The Device protocol: the servo's view of a real arm, a simulated one or a recording.
 
 A device owns its loop: `run` paces the ticks, gives the law a reading at each and carries out the force it answers.
 """

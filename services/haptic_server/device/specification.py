@@ -1,4 +1,4 @@
-"""What a device can do: the numbers that its guard may tighten and never raise. Any thread."""
+"""Limits of a device, which its guard may tighten and never raise. Any thread."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""What a gateway has only when asked for it: OSCQuery, MIDI. Without that nothing of it is imported or opened."""
+"""Optional parts of a gateway: OSCQuery, MIDI. Without them nothing of theirs is imported or opened."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Lacking(OSError):
 
 
 class Extras:
-    """Of the options of one gateway. The constructor and `open` raise Lacking. Main thread."""
+    """Optional parts of one gateway. The constructor and `open` raise Lacking. Main thread."""
 
     def __init__(self, given: argparse.Namespace) -> None:
         self._given = given

@@ -1,4 +1,4 @@
-"""What a network front may ask of the rig: read the parameters, set them, stop the forces."""
+"""Interface of the network fronts to the rig: read the parameters, set them, stop the forces."""
 
 from collections.abc import Mapping
 from typing import Protocol

@@ -31,7 +31,7 @@ def _utc() -> str:
 
 
 class Presets:
-    """Of one scene. `scene_values`: the parameters as the scene gives them, before anybody set anything.
+    """Presets of one scene. `scene_values`: the parameters as the scene gives them, before anybody set anything.
 
     `on_news(what, name)` is called after a preset was "saved" or "loaded", on the thread that did it.
     """

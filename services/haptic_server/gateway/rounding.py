@@ -1,4 +1,4 @@
-"""What is the same number after a way over 32 bits: a value that comes back from OSC must not count as another one.
+"""Equality after a round trip through 32 bits: a value that comes back from OSC must not count as another one.
 
 Pure; any thread.
 """

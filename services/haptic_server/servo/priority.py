@@ -1,4 +1,4 @@
-"""What a servo thread asks of Linux: SCHED_FIFO, locked memory, no timer slack. Best effort, and told plainly.
+"""Real-time settings of the servo thread on Linux: SCHED_FIFO, locked memory, no timer slack. Best effort, reported.
 
 Call `claim` from the very thread that will run the loop, before it does.
 """

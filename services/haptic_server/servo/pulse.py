@@ -1,4 +1,4 @@
-"""Whether the loop ticks, told to whoever supervises the process. Main thread; the loop knows nothing of it."""
+"""Watchdog messages to the supervisor while the loop ticks. Main thread; the loop knows nothing of it."""
 
 from haptic_server.records import FAULT, FAULT_WORDS, STATUS_WORDS
 from haptic_server.servo.memory import Servo

@@ -1,4 +1,4 @@
-"""What the servo tells: strikes and releases into the ring, its status after each tick.
+"""Output of the servo: strikes and releases into the ring, its status after each tick.
 
 Tick thread: no allocation, no locks, no Python, no exceptions.
 """

@@ -1,1 +1,1 @@
-"""What each command of `drumstick` is given and calls. Nothing heavy is imported before a command runs."""
+"""Arguments and calls of each `drumstick` command. Nothing heavy is imported before a command runs."""

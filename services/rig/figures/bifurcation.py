@@ -1,4 +1,4 @@
-"""Where the roll ends up over one parameter: one point for a steady roll, a few or a cloud for a buzz; and its rate."""
+"""Bifurcation diagram of a roll over one parameter, and its rate: one point if steady, a few or a cloud for a buzz."""
 
 import numpy as np
 from matplotlib.axes import Axes

@@ -1,4 +1,4 @@
-"""What stands above and beside a figure: the scene, what its pulse does, and parameters by their own declarations."""
+"""Headings and captions of figures: the scene, what its pulse does, and parameters by their own declarations."""
 
 from collections.abc import Collection
 

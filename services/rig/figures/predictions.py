@@ -1,4 +1,4 @@
-"""What the roll's speed should be and what it is, over the pulse: equation (7), the kappa prediction, the cycles."""
+"""Speed of the roll over the pulse: equation (7), the kappa prediction, and the cycles found."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace

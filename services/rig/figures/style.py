@@ -1,4 +1,4 @@
-"""How every figure looks: sizes, type, colours. No pyplot and no lasting global state.
+"""Style of all figures: sizes, type, colours. No pyplot and no lasting global state.
 
 The colours are Okabe and Ito's, which readers with any colour vision can tell apart; nothing is said by colour
 alone. `styled` must be around drawing and around saving, because ticks are made as late as that.

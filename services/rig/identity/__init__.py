@@ -1,1 +1,1 @@
-"""Who a machine is: keys, certificates, rig files, router files."""
+"""Identity of a machine on the network: keys, certificates, rig files, router files."""

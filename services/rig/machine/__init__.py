@@ -1,1 +1,1 @@
-"""What this machine has and lacks: doctor, real time, ports, the last fault."""
+"""Checks of this machine: doctor, real time, ports, the last fault."""

@@ -1,4 +1,4 @@
-"""What `drumstick doctor --rig-file` finds: this machine's certificate, and what the running rig turned away."""
+"""Findings of `drumstick doctor --rig-file`: this machine's certificate, and connections the running rig rejected."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def rig_of(rig_file: Path | None, rig: str | None) -> str:
 
 
 def findings(rig_file: Path, rig: str | None) -> list[Finding]:
-    """Of the rig file, and of the rig if it runs and answers. Talks to nobody but the file's own rig."""
+    """Findings about the rig file, and about its rig if that runs. Talks to nobody but the file's own rig."""
     try:
         warnings = resolved_options.fitness(rig_file)
     except Stop as stop:

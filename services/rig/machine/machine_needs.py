@@ -1,4 +1,4 @@
-"""What a rig needs of the machine before anything starts: open files, memory, a loopback network. Control thread.
+"""Preconditions of a rig, checked before anything starts: open files, memory, a loopback network. Control thread.
 
 Without them services would hang or be started again for ever, each for a reason of its own; here is one clear line.
 """

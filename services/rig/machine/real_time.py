@@ -1,4 +1,4 @@
-"""What the machine's kernel and limits mean for a force loop; looked at, never changed. Linux."""
+"""Fitness of the machine's kernel and limits for a force loop; read, never changed. Linux."""
 
 import contextlib
 import os

@@ -1,4 +1,4 @@
-"""What a result was measured on: every stored result carries it."""
+"""Description of this machine, which every stored result carries."""
 
 import datetime
 import os

@@ -1,4 +1,4 @@
-"""What rigs there are on a network of routers: their tokens, their newest states, and how soon they answer."""
+"""Discovery of the rigs on a network of routers: their tokens, newest states, and answer times."""
 
 from __future__ import annotations
 

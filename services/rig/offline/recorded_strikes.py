@@ -1,4 +1,4 @@
-"""What the offline renderer plays of a recording: as the live sound server would, but without a network's delay.
+"""Strikes of a recording for the offline renderer: as the live sound server plays them, without a network's delay.
 
 Strikes go by their estimates of peak and contact time; in a scene that streams, contacts go by their recorded forces.
 The first of them falls 0.05 s into the sound. Each strike and each tick is played once, and what no stick can do is

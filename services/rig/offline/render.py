@@ -44,7 +44,7 @@ class RenderOptions(NamedTuple):
 
 
 class Written(NamedTuple):
-    """Of a rendering: its largest sample, how many times faster than real time, and the sound if it is to be drawn."""
+    """Result of a rendering: its largest sample, its speed in times real time, and the sound if it is to be drawn."""
 
     peak: float
     times_real_time: float

@@ -1,4 +1,4 @@
-"""What a scene's own servo would stream: its simulated device in virtual time, as forces for the offline renderer.
+"""Forces that a scene's servo would stream, from its simulated device in virtual time, for the offline renderer.
 
 The forces come by the messages that the gateway would send, so that what is rendered is what the wire carries, rounding
 and places included.

@@ -1,4 +1,4 @@
-"""What a recording's channels hold: the wire's messages as JSON objects, and the JSON schema of each.
+"""Channels of a recording: the wire's messages as JSON objects, and the JSON schema of each.
 
 One table, `CHANNELS`; writer, reader and docs/recordings.md follow it. A JSON object has the fields of its message, but
 for the version, under their names; `forces` of a contact are numbers, `forces_N`. Fields that are None are left out.

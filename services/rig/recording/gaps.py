@@ -1,4 +1,4 @@
-"""What never came: strikes, releases and forces that the numbers of others tell of. The writing thread only."""
+"""Detection of lost messages: strikes, releases and forces missing from the sequence. The writing thread only."""
 
 from collections import Counter
 

@@ -62,7 +62,7 @@ Item = Heard | Came | NewClock | NewScene
 
 
 class Listening:
-    """Of one rig. `open` and `close` belong to the main thread, and so do the questions; `items` to the writing one."""
+    """Subscriptions to one rig. `open`, `close`, questions: the main thread; `items`: the writing one."""
 
     def __init__(self, end: FarEnd) -> None:
         self._end = end

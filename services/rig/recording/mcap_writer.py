@@ -30,7 +30,7 @@ SCENE_ATTACHMENT = "scene.json"
 
 
 def versions() -> dict[str, str]:
-    """Of what made the recording."""
+    """Versions of the software that made the recording."""
     found = {name: importlib.metadata.version(name) for name in ("haptic-drumstick", "mcap", "eclipse-zenoh")}
     return {**found, "python": platform.python_version(), "wire": str(VERSION), "format": FORMAT}
 

@@ -27,7 +27,7 @@ from rig.recording.times import TimeLine, wall_minus_monotonic_ns
 from rig.supervision.resolved_options import FarEnd
 
 _TURN_S = 0.1
-_QUIET_S = 1.0  # between limited_log
+_QUIET_S = 1.0  # between warnings
 _CLOCK_EVERY_S = 10.0
 _BOOT_EVERY_S = 0.5
 _ASK_AGAIN_S = 0.2  # a rig that is not there is said so at once

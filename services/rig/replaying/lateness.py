@@ -1,4 +1,4 @@
-"""How late messages went out: counted in bins, so that a loop may run for days. The playing thread only."""
+"""Lateness of replayed messages, counted in bins so that a loop may run for days. The playing thread only."""
 
 _BIN_NS = 50_000
 _BINS = 2000
@@ -6,7 +6,7 @@ LATE_NS = 2_000_000  # what is later counts as late
 
 
 class Lateness:
-    """Of absolute deadlines."""
+    """Histogram of lateness behind absolute deadlines."""
 
     def __init__(self) -> None:
         self._bins = [0] * _BINS

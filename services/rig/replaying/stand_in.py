@@ -35,7 +35,7 @@ def present(session: zenoh.Session, key: str) -> list[str]:
 
 
 class StandIn:
-    """Of one rig. `scene`: JSON; `what`: said to who would set something; `on_panic` is called on the worker."""
+    """Stand-in for one rig. `scene`: JSON; `what`: reason for refusing a set; `on_panic` is called on the worker."""
 
     def __init__(
         self,

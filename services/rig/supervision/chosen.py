@@ -1,4 +1,4 @@
-"""What the command line and the rig file say together, checked: the options of one rig's processes."""
+"""Checked options of one rig's processes, from the command line and the rig file."""
 
 import dataclasses
 from typing import Any

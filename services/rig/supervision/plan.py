@@ -1,4 +1,4 @@
-"""Which processes a rig consists of, and the command line of each. Services are started, never imported."""
+"""Processes of a rig, and the command line of each. Services are started, never imported."""
 
 import sys
 from dataclasses import dataclass, field

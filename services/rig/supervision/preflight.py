@@ -1,4 +1,4 @@
-"""Whether a scene can be played at all, though each of its values is in range.
+"""Checks whether a scene can be played at all, though each of its values is in range.
 
 Its drum: effects may leave a wave no room together. Its stick: the servo starts with no set outside the envelope.
 """

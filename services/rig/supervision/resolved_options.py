@@ -1,4 +1,4 @@
-"""What the command line and the rig file say together. The command line wins; what neither says stays on loopback."""
+"""Options from command line and rig file together. The command line wins; what neither says stays on loopback."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ class FarEnd(NamedTuple):
 def far_end(
     rig_file: Path | None, rig: str | None, connect: str | None, *, roles: tuple[str, ...] = SETTERS
 ) -> FarEnd:
-    """Of a command that talks to a running rig, for which a certificate of these roles is good. Raises Stop."""
+    """Options of a command that talks to a running rig, with a certificate of one of these roles. Raises Stop."""
     file = RigFile() if rig_file is None else load(rig_file)
     end = checks.endpoint(connect or file.connect)
     _require_identity(end, file)

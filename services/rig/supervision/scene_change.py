@@ -1,4 +1,4 @@
-"""Which scene the next servo plays, where no `drumstick up` remembers: systemd starts it, and knows of no scenes.
+"""Scene of the next servo where no `drumstick up` remembers it: systemd starts it, and knows of no scenes.
 
 Everything lies in the run folder, which the caller has claimed: no servo runs.
 """

@@ -1,4 +1,4 @@
-"""How long strikes take to come, and how evenly: from the contact to their arrival here, by the mapped clock.
+"""Delay and jitter of arriving strikes: from the contact to their arrival here, by the mapped clock.
 
 `note` is for the one thread that reads strikes; `told` for any.
 """
@@ -11,8 +11,8 @@ _KEPT = 256
 
 
 class Told(NamedTuple):
-    """Of the newest 256 strikes: the median time from contact to arrival, and how far the slowest twentieth is from
-    the quickest, ms; and how many strikes ever came after the instant at which they should have sounded.
+    """Statistics of the newest 256 strikes: the median time from contact to arrival, and the slowest twentieth's lag
+    behind the quickest, ms; and how many strikes ever came after the instant at which they should have sounded.
     """
 
     arrival_ms: float
@@ -21,7 +21,7 @@ class Told(NamedTuple):
 
 
 class ArrivalStatistics:
-    """Of one rig's strikes."""
+    """Arrival statistics of one rig's strikes."""
 
     def __init__(self) -> None:
         self._took_ns = np.zeros(_KEPT, np.int64)

@@ -1,4 +1,4 @@
-"""What becomes of a Contact message: checked, each tick's sample played once, at its instant, or dropped and counted.
+"""Scheduling of Contact messages: checked, each tick's sample played once, at its instant, or dropped and counted.
 
 What is heard of a tick is heard `delay_s` after it: the scene's latency, or three pieces and one block of the audio
 device; and the room's. A piece is full after CONTACT_PIECE_S, the parabolas look two ticks ahead, a block is rendered

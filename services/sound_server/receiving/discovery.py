@@ -1,4 +1,4 @@
-"""Which rigs there are of those that patterns stand for, as their haptic servers' tokens come and go."""
+"""Discovery of the rigs that patterns stand for, as their haptic servers' tokens come and go."""
 
 import time
 from collections import defaultdict

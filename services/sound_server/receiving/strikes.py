@@ -1,4 +1,4 @@
-"""What becomes of a strike message: checked, played once, at its instant, or dropped and counted.
+"""Scheduling of strike messages: checked, played once, at their instants, or dropped and counted.
 
 `StrikeScheduler` is fed by the one thread that reads strikes; its counters may be read, and its clock, latency and ring
 replaced, from any thread.

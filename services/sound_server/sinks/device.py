@@ -98,7 +98,7 @@ class DeviceSink:
 
 
 def ask_for_real_time(stream: Any) -> None:
-    """Of an ALSA stream that has not started: its thread asks for SCHED_FIFO, and goes on without where it may not.
+    """Ask for SCHED_FIFO for the thread of an ALSA stream that has not started; go on without where it may not.
 
     PortAudio's ALSA side asks only when told; JACK gives its clients real time itself. Not for streams of
     another host API, whose memory it would write into.

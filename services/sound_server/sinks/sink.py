@@ -1,4 +1,4 @@
-"""What every sink can do, and what it counts while it plays."""
+"""Interface and counters of every sink."""
 
 from typing import Annotated, Protocol
 

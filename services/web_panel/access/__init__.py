@@ -1,1 +1,1 @@
-"""Who may use the page and what a browser may send."""
+"""Access to the page, and checks of all that a browser sends."""

@@ -1,4 +1,4 @@
-"""Who may see the page. Pure: headers and path in, a verdict out. Any thread.
+"""Admission to the page. Pure: headers and path in, a verdict out. Any thread.
 
 Three checks, in this order: the Host must be this machine's own name (a foreign name that resolves to 127.0.0.1 is
 DNS rebinding), the Origin, when a browser sends one, must be the page itself, and the visitor must know the token, from

@@ -1,4 +1,4 @@
-"""What a browser may send over the websocket: a new value for one of our own controls, one of our keys, and where its
+"""Browser messages that are let through: a new value for one of our own controls, one of our keys, and where its
 camera is.
 
 viser itself would let a client overwrite any attribute of any control (`update_cb: []` removes it for everyone), send

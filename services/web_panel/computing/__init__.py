@@ -1,1 +1,1 @@
-"""What takes a while to compute, in a process beside the page: compiling holds Python's lock for seconds."""
+"""Slow computations, in a process beside the page: compiling holds Python's lock for seconds."""

@@ -1,4 +1,4 @@
-"""What a set of values would do to the roll, and whether the envelope would take them. Pure."""
+"""Predicted roll of a set of values, and the envelope's verdict on it. Pure."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -1,4 +1,4 @@
-"""What the panel asks the process that computes, and what that answers: one JSON object a line, `type` says which."""
+"""Messages between the panel and the process that computes: one JSON object a line, `type` says which."""
 
 from typing import Any, Literal
 

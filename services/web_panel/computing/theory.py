@@ -1,4 +1,4 @@
-"""What theory says of the roll that is played: its cycle in the phase plane, its return map. Pure; blocks for a second.
+"""Theory of the roll that is played: its cycle in the phase plane, its return map. Pure; blocks for a second.
 
 Everything is of the exact motion, with the values that the servo uses now.
 """
@@ -38,7 +38,7 @@ def _in_order(z_mm: Numbers, v: Numbers) -> Curve:
 
 
 def theory_of(scene: Scene, values: Mapping[str, float]) -> Theory:
-    """Of the scene with these values, by wire names, in SI. Raises Refusal, or ValueError where nothing repeats."""
+    """Compute the theory of the scene with these values (SI). Raises Refusal, or ValueError if nothing repeats."""
     wild = [name for name in NEVER_REPEATING if name in scene.effects]
     if wild:
         raise ValueError(f"with {', '.join(wild)} the motion never repeats")

@@ -1,4 +1,4 @@
-"""What a tick costs here with each effect and without it. Blocks for a second, and compiles the first time."""
+"""Cost of a tick on this machine with each effect and without it. Blocks for a second; compiles the first time."""
 
 import dataclasses
 
@@ -10,7 +10,7 @@ _TICKS, _REPEATS = 4000, 5
 
 
 def ticks_of(scene: Scene) -> Ticks:
-    """Of the quickest of five runs of 4000 ticks each."""
+    """Time the tick: the quickest of five runs of 4000 ticks each."""
     variants = {"all": scene} | {name: cost.without(scene, name) for name in scene.effects}
     variants["none"] = dataclasses.replace(scene, effects={})
     ns = {

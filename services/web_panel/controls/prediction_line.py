@@ -1,4 +1,4 @@
-"""What the value under the thumb would do, on the page: above the sliders, where no hand hides it."""
+"""Prediction for the value under the thumb, shown above the sliders, where no hand hides it."""
 
 import viser
 

@@ -1,4 +1,4 @@
-"""Where the stick struck: marks on the head that fade. Main thread."""
+"""Marks on the head where the stick struck, which fade. Main thread."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass

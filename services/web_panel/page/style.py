@@ -1,4 +1,4 @@
-"""How the page looks: large on dark. Everything is inside the page; nothing is fetched.
+"""Style sheet of the page: large on dark. Everything is inside the page; nothing is fetched.
 
 viser draws its own controls small, for a desk. The technician stands at the mixing desk, three metres away.
 """

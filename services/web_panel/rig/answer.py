@@ -1,4 +1,4 @@
-"""What the haptic server says to a request: taken, refused, or nothing at all."""
+"""Answer of the haptic server to a request: taken, refused, or none at all."""
 
 from dataclasses import dataclass, field
 

@@ -45,7 +45,7 @@ class _Health(msgspec.Struct):
 
 
 class Listener:
-    """Of one session. Made by any thread; `poll` belongs to the main thread."""
+    """Subscriptions of one session. Made by any thread; `poll` belongs to the main thread."""
 
     def __init__(self, session: zenoh.Session, keys: Keys, rig_state: RigState) -> None:
         self._session = session

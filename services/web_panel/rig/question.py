@@ -8,7 +8,7 @@ _TIMEOUT_S = 1.0
 
 
 class Question:
-    """Of one key, `heard` grows until it has ended. Main thread."""
+    """Query of one key; `heard` grows until it has ended. Main thread."""
 
     def __init__(self, session: zenoh.Session, key: str) -> None:
         # With a ring channel zenoh drops replies that were not fetched when the query ends.
@@ -27,7 +27,7 @@ class Question:
 
 
 class Asking:
-    """Of one key while `stale`, until an answer is read: it can get lost. `read` takes each answer of a question, and
+    """Repeated query of one key while `stale`, until an answer is read: it can get lost. `read` takes each answer, and
     says whether it could be read. Times are seconds of one clock. Main thread."""
 
     def __init__(

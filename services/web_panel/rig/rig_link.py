@@ -76,7 +76,7 @@ class RigLink:
             self._session.close()  # pyright: ignore[reportUnknownMemberType]
 
     def poll(self, now: float) -> None:
-        """Bring the rig_state up to date. Never blocks."""
+        """Bring the state up to date. Never blocks."""
         if self._listener is not None:
             self._listener.poll(now)
 

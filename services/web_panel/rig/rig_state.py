@@ -1,4 +1,4 @@
-"""What the panel knows of the rig, and since when. Written and read by the main thread only."""
+"""State of the rig as the panel knows it, with its age. Written and read by the main thread only."""
 
 from collections import deque
 from dataclasses import dataclass, field
@@ -121,7 +121,7 @@ class RigState:
             self.setpoints[name] = readback
 
     def newest_revision(self) -> int:
-        """Of all that was accepted, as far as this panel knows; -1 of nothing."""
+        """Newest revision accepted, as far as this panel knows; -1 if none."""
         known = (*self.readbacks.values(), *self.setpoints.values())
         return max((readback.revision for readback in known), default=-1)
 

@@ -1,4 +1,4 @@
-"""What became of the scene that was asked for. Pure; the main thread's."""
+"""Progress of a requested change of scene. Pure; the main thread's."""
 
 from web_panel.rig.rig_state import RigState
 

@@ -1,4 +1,4 @@
-"""What the sound server tells of its drum, as numbers to draw: its spectrum. Pure."""
+"""Spectrum of the sound server's drum, as numbers to draw. Pure."""
 
 import numpy as np
 import numpy.typing as npt

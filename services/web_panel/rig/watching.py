@@ -1,4 +1,4 @@
-"""What is heard only while somebody looks at it. The sound server puts such things only while somebody subscribes.
+"""Subscriptions held only while somebody looks. The sound server publishes such things only while somebody subscribes.
 
 Main thread; never blocks.
 """
@@ -32,7 +32,7 @@ Read = Callable[[zenoh.Sample, type[Any], Callable[[str, Any], None]], bool]
 
 
 class Watching:
-    """Of one session. `want` says what is looked at; `read` decodes a sample and hands it on.
+    """Optional subscriptions of one session. `want` says what is looked at; `read` decodes a sample and hands it on.
 
     Surface, spectrum and costs come at least once a second; like meters, those of long ago are forgotten.
     """

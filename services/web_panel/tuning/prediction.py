@@ -20,7 +20,7 @@ class Newest(NamedTuple):
 
 
 class Prediction:
-    """Of one rig's scene; `asked` is the newest question's values, `asked_at` when (monotonic)."""
+    """Prediction for one rig's scene; `asked` is the newest question's values, `asked_at` when (monotonic)."""
 
     def __init__(self, computer: Computer) -> None:
         self._computer = computer

@@ -1,4 +1,4 @@
-"""What technicians want set, one after another: of each parameter the newest value wins while an older one waits."""
+"""Queue of the sets that technicians request: the newest value of each parameter replaces one that still waits."""
 
 import queue
 import threading

@@ -1,4 +1,4 @@
-"""How far a slider travels, and what its positions mean. Pure.
+"""Range of a slider, and the values of its positions. Pure.
 
 The table's ranges are what physics allows (K_coll 1 .. 1e6 N/m); a slider over all of that would tune nothing. It
 travels around the scene's own value instead, and further when the servo uses a value outside.

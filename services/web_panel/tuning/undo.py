@@ -1,4 +1,4 @@
-"""What was changed, step by step, and the way back. Pure; the main thread's.
+"""Undo and redo of changes, step by step. Pure; the main thread's.
 
 A drag is accepted many times a second and is one step: a change of the same value that follows within a second belongs
 to the step before it, if it sets out from a value that this step has held. What somebody else set in between is a start

@@ -1,1 +1,1 @@
-"""What one may look at besides the controls, one view at a time for each browser."""
+"""Views beside the controls, one at a time for each browser."""

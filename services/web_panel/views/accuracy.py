@@ -1,4 +1,4 @@
-"""What accuracy costs: the result that comes with the package beside this machine's own. Main thread."""
+"""Cost of accuracy: the result that comes with the package beside this machine's own. Main thread."""
 
 from html import escape
 from pathlib import Path

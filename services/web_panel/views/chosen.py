@@ -1,4 +1,4 @@
-"""What each browser looks at besides the controls: one view at a time, chosen by a row of buttons.
+"""Choice of view for each browser: one at a time, by a row of buttons.
 
 viser does not tell which folders a browser has open. So each browser has its own choice, and only what it looks at is
 asked for, computed and sent. Main thread, but for `_choose`, which runs in viser's and only notes the choice.
@@ -87,7 +87,7 @@ class Looking:
 
 
 class Views:
-    """Of all browsers."""
+    """Views of all browsers."""
 
     def __init__(
         self, server: viser.ViserServer, messages: ClientMessages, sources: Sources, order: float

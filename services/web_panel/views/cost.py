@@ -1,4 +1,4 @@
-"""What the stick, its effects and the drum's mesh cost now, and what another mesh would cost."""
+"""Cost of the stick, its effects and the drum's mesh now, and of another mesh."""
 
 import statistics
 from collections import deque

@@ -1,4 +1,4 @@
-"""Who is connected, what the network does to strikes, how true they are, and how late the force loop's ticks come."""
+"""Health of the rig: connections, effect of the network on strikes, their accuracy, lateness of the force loop."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, cast

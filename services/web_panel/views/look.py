@@ -1,4 +1,4 @@
-"""How plots look, and what a view is."""
+"""Style of plots, and the interface of a view."""
 
 from typing import Any, Literal, Protocol
 

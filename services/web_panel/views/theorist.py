@@ -51,7 +51,7 @@ class Theorist:
         self._ticks: tuple[int, Ticks | Trouble] | None = None
 
     def theory(self, rig_state: RigState) -> Theory | None:
-        """Of what the servo uses now; None while it is not known."""
+        """Theory of the values in use now; None while it is not known."""
         if rig_state.scene is None or len(rig_state.readbacks) < len(rig_state.table):
             return None
         used = {name: readback.value for name, readback in rig_state.readbacks.items()}

@@ -1,4 +1,4 @@
-"""What the exact motion of a scene does in the long run, beside what the paper's equations predict.
+"""Long-run behaviour of a scene's exact motion, beside the predictions of the paper's equations.
 
 | file | noun |
 |---|---|

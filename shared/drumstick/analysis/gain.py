@@ -1,4 +1,4 @@
-"""What a small pulse adds to the speed after the contact: v_E = beta |v_in| + kappa dv, kappa in closed form.
+"""Gain of a small pulse in the speed after the contact: v_E = beta |v_in| + kappa dv, kappa in closed form.
 
 Equation (7) says kappa = beta, without a word about when the pulse comes and which way it pushes. To first order in
 dv and without the hand, a pulse that fires T seconds before the contact ends adds

@@ -1,4 +1,4 @@
-"""What a drum costs to compute and how true its pitch is: for `drumstick scene cost` and the benchmark.
+"""Cost and pitch error of a drum, for `drumstick scene cost` and the benchmark.
 
 Any thread; blocks while it computes.
 """

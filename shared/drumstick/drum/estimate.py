@@ -1,4 +1,4 @@
-"""What the scene's drum would cost and how true it would be at each accuracy, without trying. Any thread; quick."""
+"""Estimated cost and accuracy of the scene's drum at each accuracy, without a trial. Any thread; quick."""
 
 import dataclasses
 import math
@@ -66,7 +66,7 @@ def _squeezed(scene: Scene, step_s: float) -> Scheme:
 
 
 def of(name: str, scene: Scene, rate_Hz: int) -> Estimate:
-    """Of the scene's mesh, under this name."""
+    """Estimate the scene's mesh, under this name."""
     divisor = tiers.divisor_for(scene, rate_Hz)
     scheme = _squeezed(scene, divisor / rate_Hz)
     narrower = math.sqrt(scheme.tau / tiers.scheme_for(scene).tau)  # effects take from the room for a wave

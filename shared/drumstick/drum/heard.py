@@ -1,4 +1,4 @@
-"""What modes a drum is heard to have: pitch, error and level of each, measured in its rendered sound.
+"""Modes measured in a drum's rendered sound: pitch, error and level of each.
 
 Any thread; blocks while it renders.
 """

@@ -1,4 +1,4 @@
-"""What one step of the head is made of: its scheme, its losses, and what is baked into the weights. Any thread."""
+"""Numbers of one step of the head: its scheme, its losses, and what is baked into the weights. Any thread."""
 
 import numpy as np
 
@@ -32,7 +32,7 @@ def _air_spring(table: CavityTable, step_s: float) -> float:
 
 
 class Numbers:
-    """Of the first head, with a step every `step_s`."""
+    """Numbers of the first head, with a step every `step_s`."""
 
     def __init__(self, scene: Scene, step_s: float) -> None:
         drum = scene.drum

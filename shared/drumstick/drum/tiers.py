@@ -1,4 +1,4 @@
-"""How finely a scene's head is computed: the order of its scheme, and how often a step is taken. Any thread."""
+"""Tiers of accuracy: the order of the head's scheme, and how often a step is taken. Any thread."""
 
 import math
 
@@ -17,7 +17,7 @@ _SECOND_ORDER_ONLY = ("internal_loss", "tension", "cavity")
 
 
 def order_of(scene: Scene) -> int:
-    """Of the scheme in space and time: 4 for `fine`, where the drum's effects allow it."""
+    """Order of the scheme in space and time: 4 for `fine`, where the drum's effects allow it."""
     fourth = scene.mesh.accuracy == "fine" and scene.mesh.topology == "triangular"
     return 4 if fourth and not any(name in scene.drum.effects for name in _SECOND_ORDER_ONLY) else 2
 

@@ -1,4 +1,4 @@
-"""What a drum can have besides its head: `[drum.effects.NAME]`. Absent unless named; declared with each effect."""
+"""Tables of the drum's effects: `[drum.effects.NAME]`. Absent unless named; declared with each effect."""
 
 from drumstick.drum.effects.air_loss import AirLossTable as AirLoss
 from drumstick.drum.effects.cavity import CavityTable as Cavity

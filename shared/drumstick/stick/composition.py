@@ -1,4 +1,4 @@
-"""What all of a scene's effects do together, folded in the order of the registry, which is part of the contract.
+"""Composition of a scene's effects, folded in the order of the registry, which is part of the contract.
 
 Each function here calls the function of its name of every effect that the scene names and that has one; its own body
 is what remains without any. Kernels: tick thread; no allocation.

@@ -1,4 +1,4 @@
-"""What a scene's stick costs a tick on this machine, and what a stepper's step buys.
+"""Cost of a scene's stick a tick on this machine, and the accuracy that a stepper's step buys.
 
 Any thread; blocks while it computes. Times are CPU time of the calling thread.
 """

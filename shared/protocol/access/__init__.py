@@ -1,1 +1,1 @@
-"""Who may do what on the network: roles, the routers' rules made from them, certificates, and refusals in words."""
+"""Permissions on the network: roles, the routers' rules made from them, certificates, and refusals in words."""

@@ -1,4 +1,4 @@
-"""Who a process is on the network: its certificate, its private key, and the authority that it trusts.
+"""Identity of a process on the network: its certificate, its private key, and the authority that it trusts.
 
 Only paths are handled here; Zenoh reads the files. Any thread.
 """

@@ -1,4 +1,4 @@
-"""Who may do what over the network: one table, by the common name of a certificate.
+"""Roles on the network and their permissions: one table, by the common name of a certificate.
 
 The router's access rules, the certificates that `drumstick keys make` makes, the page docs/security.md and the tests
 are derived from it. What is not in a role's row is refused. Names of keys are those below `drumstick/<rig>/`.

@@ -160,7 +160,7 @@ def test_an_hour_and_a_half_across_every_limit_keeps_the_rate_and_the_memory() -
     servo.status["tick"] = 2**31 - minutes // 2 * MINUTE
     servo.player["seq"] = seq = 2**32 - minutes // 2 * 1383
     now = 2**53 // PERIOD_NS * PERIOD_NS - minutes // 2 * MINUTE * PERIOD_NS
-    # ResolvedOptions after a minute: the slowest that dies away shrinks to 0.6 a strike.
+    # Settled after a minute: the slowest that dies away shrinks to 0.6 a strike.
     comb = ticks.Comb(ticks.ROLL_HZ)
     off, allocated, pages = 0.0, set[int](), list[int]()
     out, newest = ticks.room(), seq

@@ -1,4 +1,4 @@
-"""What an open PHANTOM tells of itself, in SI units and the paper's frame. Control thread.
+"""Facts about an open PHANTOM, in SI units and the paper's frame. Control thread.
 
 The driver's units for stiffness and damping are not documented with certainty, and position resolution cannot be asked
 for. Where a number has to be interpreted, the words say what was read and how it was taken.

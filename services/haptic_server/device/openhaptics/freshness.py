@@ -1,4 +1,4 @@
-"""Whether the driver tells where the arm is, or where it was: it has no count of readings that could tell.
+"""Detection of stale positions: the driver has no count of readings that could tell them from new ones.
 
 An arm that lies still is told in the same place for ever, to the last bit, and that is no fault. But a mass does not
 stop from one tick to the next, and no hand presses for long without trembling by one count of an encoder: a place that

@@ -52,7 +52,7 @@ class Report(NamedTuple):
 
 
 class Carrier:
-    """Of the port whose name has `wanted` in it (letters in any case), or of a virtual port named `client`."""
+    """Connection to the port whose name contains `wanted` (in any case), or to a virtual port named `client`."""
 
     def __init__(self, wanted: str, client: str, library: Library) -> None:
         self._wanted = wanted

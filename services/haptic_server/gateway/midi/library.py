@@ -30,7 +30,7 @@ class RtMidi:
         return [self._rtmidi.MidiOut(self._client, api=api) for api in self._systems()]
 
     def names(self) -> list[str]:
-        """Of every port that can be opened now."""
+        """List every port that can be opened now."""
         return [name for output in self.outputs() for name in output.ports]
 
     def _systems(self) -> list[int]:

@@ -48,7 +48,7 @@ class _Event(NamedTuple):
 
 
 class MidiSender:
-    """Of one port. `strike`, `release` and `status` never wait; `now` gives seconds and stands for the clock."""
+    """Sender to one port. `strike`, `release` and `status` never wait; `now` gives seconds and stands for the clock."""
 
     def __init__(self, voice: Voice, port: Port, now: Callable[[], float] = time.monotonic) -> None:
         self._voice = voice

@@ -1,4 +1,4 @@
-"""How much one source may cause in a second: replies to a flood are dropped, replies to a mistake are not."""
+"""Rate limit per source: replies to a flood are dropped, replies to a mistake are not."""
 
 import math
 from collections.abc import Hashable

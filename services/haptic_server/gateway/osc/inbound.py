@@ -1,4 +1,4 @@
-"""What the rig does with each OSC message that it hears: an exact dictionary of addresses, no patterns.
+"""Handlers of incoming OSC messages: an exact dictionary of addresses, no patterns.
 
 Everything here runs on the OSC receive thread. A mistake is answered with /error, to the sender and to every
 target, and changes nothing; a flood of mistakes is counted, but answered only 20 times a second.

@@ -1,4 +1,4 @@
-"""Which socket addresses are the front's own: it must neither send there nor hear itself."""
+"""The front's own socket addresses: it must neither send there nor hear itself."""
 
 import socket
 from ipaddress import ip_address

@@ -1,4 +1,4 @@
-"""How often what was refused, counted by reason, and told in at most one line a second."""
+"""Counts of refused messages by reason, logged in at most one line a second."""
 
 import logging
 import threading

@@ -1,4 +1,4 @@
-"""Who is sent what happens: the targets given at start, and ports that subscribed for a minute."""
+"""Destinations of outgoing OSC: targets given at the start, and ports that subscribed for a minute."""
 
 import threading
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Which values were told of late, and to whom: what comes back of them is no wish, or two rigs would set for ever.
+"""Values published of late, and to whom: what comes back of them is no request, or two rigs would set for ever.
 
 An answer to a set looks like a set: what one rig answers, another one hears as a wish. And while a fader moves, what
 comes back is where it was a moment ago.

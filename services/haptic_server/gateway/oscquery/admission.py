@@ -1,4 +1,4 @@
-"""Who may read, listen and write. Pure: addresses and headers in, a verdict out. Any thread.
+"""Access rules of OSCQuery: reading, listening, writing. Pure: addresses and headers in, a verdict out. Any thread.
 
 The source must be allowed as for OSC. The Host must be this machine's own name or address (a foreign name that resolves
 to it is DNS rebinding). The Origin, when a browser sends one, must be this server's own: no page is served here, so the

@@ -12,7 +12,7 @@ from protocol.osc import Argument
 
 
 class Values:
-    """Of one rig."""
+    """Values of one rig."""
 
     def __init__(self, parameters: ParameterAccess) -> None:
         self._parameters = parameters

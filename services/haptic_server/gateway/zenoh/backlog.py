@@ -1,4 +1,4 @@
-"""What is published before the subscribers are back: held for a moment after the gateway has opened its router.
+"""Messages held back after the gateway has opened its router, until the subscribers are back.
 
 Whoever listens on this machine is connected to the gateway itself, and connects again when another one starts. What
 the servo did in the meantime waits in the block; published at once, it would reach nobody. The relay's thread.

@@ -31,7 +31,7 @@ _AT_ONCE = 256
 
 
 class Contacts:
-    """Of one session and one servo, across the servo's restarts. `folder` holds the contact file."""
+    """Contacts of one servo on one session, across the servo's restarts. `folder` holds the contact file."""
 
     def __init__(
         self, session: zenoh.Session, key: str, folder: Path, rate_Hz: float, boot: Callable[[], int]

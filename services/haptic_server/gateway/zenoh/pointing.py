@@ -62,7 +62,7 @@ class Holder:
 
 
 class Pointing:
-    """Of one session and one servo, across the servo's restarts."""
+    """Pointers of one session for one servo, across the servo's restarts."""
 
     def __init__(self, session: zenoh.Session, keys: Keys, link: Pointable) -> None:
         self._session, self._keys, self._link = session, keys, link

@@ -1,1 +1,1 @@
-"""What one tick computes: latch, law, guard, velocity estimate; no allocation, no locks, no Python."""
+"""Computations of one tick: latch, law, guard, velocity estimate; no allocation, no locks, no Python."""

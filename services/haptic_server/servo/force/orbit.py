@@ -1,4 +1,4 @@
-"""Where over the head the simulated hand strikes: on a circle, so that every strike sounds a little different.
+"""Position of the simulated hand's strikes: on a circle, so that every strike sounds a little different.
 
 Tick thread: no allocation, no locks, no Python, no exceptions.
 """

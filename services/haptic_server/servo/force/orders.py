@@ -1,4 +1,4 @@
-"""What the tick does about orders from outside: the table of `permission`, compiled, for every plant.
+"""The tick's response to orders from outside: the table of `permission`, compiled, for every plant.
 
 Tick thread: no allocation, no locks, no Python, no exceptions.
 """

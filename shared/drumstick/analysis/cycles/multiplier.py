@@ -1,4 +1,4 @@
-"""How a small departure from a cycle grows or shrinks in one round: its multiplier.
+"""Multiplier of a cycle: growth of a small departure in one round.
 
 The Jacobian of the whole lap, all components of the state, by central differences that are extrapolated to a step of
 zero (Ridders, "Accurate computation of F'(x)", 1982). Any thread; blocks for under a millisecond.

@@ -1,4 +1,4 @@
-"""Where the return map meets itself: every speed v_out that one lap, or two, bring back.
+"""Fixed points of the return map: every speed v_out that one lap, or two, bring back.
 
 The mismatch is scanned over v_out on a logarithmic grid. A change of sign between two nodes, a dip of its modulus that
 reaches through zero, and the last speed before laps end otherwise (capture, flight without return) each give a bracket,

@@ -1,4 +1,4 @@
-"""What a throw ends in: a cycle, rest in the head, flight without return, or nothing that repeats.
+"""End of a throw: a cycle, rest in the head, flight without return, or nothing that repeats.
 
 Any thread; blocks for at most some tenths of a second.
 """
@@ -23,7 +23,7 @@ _NEAR = 1e-2
 End = Literal["cycle", "captured", "left", "unsettled"]
 
 
-class ResolvedOptions(NamedTuple):
+class Settled(NamedTuple):
     """How the throw ends, and the cycle if it is one."""
 
     end: End
@@ -45,7 +45,7 @@ def _period_of(states: Numbers) -> int:
     return 0
 
 
-def settle(law: Records, scratch: Records, throw_m_per_s: float) -> ResolvedOptions:
+def settle(law: Records, scratch: Records, throw_m_per_s: float) -> Settled:
     """Throw the stick from z = 0 and play up to some thousand contacts."""
     states, told = np.zeros((_AT_ONCE, lap.STATE_SIZE)), np.zeros((_AT_ONCE, lap.TOLD_SIZE))
     scratch[0] = scratch[1]
@@ -54,9 +54,9 @@ def settle(law: Records, scratch: Records, throw_m_per_s: float) -> ResolvedOpti
     for _ in range(_MOST_LAPS // _AT_ONCE):
         fate = lap.laps(law[0], scratch[0], states, lap.PATIENCE, told)
         if fate == exact.LEFT:
-            return ResolvedOptions("left", None)
+            return Settled("left", None)
         if fate != exact.MOVING:  # held down for thousands of oscillations is rest in the head, too
-            return ResolvedOptions("captured", None)
+            return Settled("captured", None)
         period = _period_of(states[-_COMPARED:])
         if period > 0 or told[:, lap.EFFORT].sum() > _MOST_EFFORT:
             break
@@ -65,8 +65,8 @@ def settle(law: Records, scratch: Records, throw_m_per_s: float) -> ResolvedOpti
     for candidate in range(1, (period or LONGEST_PERIOD) + 1):
         cycle = close(law, scratch, last, candidate)
         if cycle is not None and _near(cycle, last) and (cycle.stable or candidate == period):
-            return ResolvedOptions("cycle", cycle)
-    return ResolvedOptions("unsettled", None)
+            return Settled("cycle", cycle)
+    return Settled("unsettled", None)
 
 
 def _near(cycle: Cycle, state: Numbers) -> bool:

@@ -1,4 +1,4 @@
-"""What a scene's stick does over one or two of its parameters: rolls, buzzes, rests in the head, or flies away.
+"""Sweep of one or two parameters: rolls, buzzes, rests in the head, or flies away.
 
     for swept in sweep(scene, [Axis("dv_pls", np.linspace(0.05, 2.0, 100)), Axis("k_hand", ...)]):
         show(swept.done / swept.total)

@@ -1,1 +1,1 @@
-"""What excites the head: analytic pulses of strikes, streamed forces, and mallets."""
+"""Excitations of the head: analytic pulses of strikes, streamed forces, and mallets."""

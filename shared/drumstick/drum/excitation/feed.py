@@ -11,7 +11,7 @@ Forces = npt.NDArray[np.float32]
 
 
 class Feed:
-    """Of one stream."""
+    """Writer of one stream."""
 
     def __init__(self, stream: Stream) -> None:
         self.stream = stream

@@ -33,7 +33,7 @@ Floats = npt.NDArray[np.float32]
 
 
 class Patches(NamedTuple):
-    """Of a pool of P tips, shapes (P, ROWS, 8) unless said: shares g; free, g less what a muffle holds; steps, how far
+    """Patches of P tips, shapes (P, ROWS, 8) unless said: shares g; free, g less what a muffle holds; steps, how far
     a newton moves each junction; starts (P, ROWS), the flat index of a row's first lane; rows (P,), how many there
     are."""
 

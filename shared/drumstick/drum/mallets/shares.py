@@ -29,7 +29,7 @@ Floats = npt.NDArray[np.float32]
 
 
 class Shares(NamedTuple):
-    """Of a pool of P tips on M oscillators: still and moving (P, M), what q and d come to under a tip after a step;
+    """Shares of P tips on M oscillators: still and moving (P, M), what q and d come to under a tip after a step;
     gives (P, P), how far a newton at one moves the head under another in a step."""
 
     still: Floats

@@ -28,7 +28,7 @@ from realtime.records import Record, dtype_of
 
 
 class Tip(Record):
-    """Of a mallet: its law in newtons and metres; `halves` = 2 p where that is whole, else 0; `kept` = 1/(p + 1);
+    """Law of a mallet in newtons and metres; `halves` = 2 p where that is whole, else 0; `kept` = 1/(p + 1);
     `rate` = lambda/2T; all that gives; depth, V and V' now and a step before; where to look first for the depth to
     come.
     """

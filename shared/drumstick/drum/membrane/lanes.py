@@ -23,7 +23,7 @@ def widest(features: dict[str, bool]) -> int:
 
 
 def features() -> dict[str, bool]:
-    """Of the processor that is compiled for: this one, unless NUMBA_CPU_FEATURES ("+avx2,-avx512f") says another."""
+    """Features of the processor compiled for: this one, unless NUMBA_CPU_FEATURES ("+avx2,-avx512f") says another."""
     if numba.config.CPU_FEATURES is None:
         return dict(llvm.get_host_cpu_features())
     return {word[1:]: word[0] == "+" for word in numba.config.CPU_FEATURES.split(",") if word}
@@ -104,7 +104,7 @@ class Lanes:
         return self.builder.fneg(a, flags=_FLAGS)
 
     def sum(self, vector):
-        """Of its lanes, halves to halves: the same order on every machine of this width."""
+        """Sum the lanes, halves to halves: the same order on every machine of this width."""
         width = self.width
         while width > 1:
             width //= 2

@@ -1,4 +1,4 @@
-"""Where the junctions of a mesh lie, and how the rim weighs on them.
+"""Places of a mesh's junctions, and the rim's weight on them.
 
 Triangular rows are stored as in a brick wall: odd rows (counted from the centre's row) are shifted by half a spacing;
 square rows lie straight. Around every row is room that stays exactly 0, and rows are whole numbers of 16 lanes, so the

@@ -41,7 +41,7 @@ class Places(NamedTuple):
 
 
 def on_mesh(head: Head) -> Places:
-    """Of a mesh."""
+    """Places on a mesh."""
     spacing = float(head.grid["spacing"][0])
     x, y = rings()
     places, shares = np.zeros((len(x), CORNERS), np.int64), np.zeros((len(x), CORNERS), np.float32)
@@ -54,7 +54,7 @@ def on_mesh(head: Head) -> Places:
 
 
 def of_modes(highest_zero: float) -> Places:
-    """Of a bank of modes up to this zero: its lowest ones, those of cos(m phi), then those of sin(m phi)."""
+    """Places on a bank of modes up to this zero: its lowest ones, those of cos(m phi), then those of sin(m phi)."""
     from drumstick.drum.modal.modes import modes_below, shapes_at
 
     all_of_them = len(modes_below(highest_zero).zeros)

@@ -1,4 +1,4 @@
-"""What is shown of a drum while somebody looks: its surface 30 times a second, and what it sounded last.
+"""Display data of a drum while somebody looks: its surface 30 times a second, and its latest sound.
 
 The audio thread leaves copies, the network's thread takes them; neither waits for the other. While nobody looks the
 audio thread reads one cell a block for each, and copies nothing.

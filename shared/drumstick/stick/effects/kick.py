@@ -1,4 +1,4 @@
-"""What `pulse` and `cor_pulse` share: a push that starts at once and fades, h(t) = (m dv / tau) exp(-t / tau), (4).
+"""Common part of `pulse` and `cor_pulse`: a push that starts at once and fades, h(t) = (m dv / tau) exp(-t / tau), (4).
 
 `given` is the effect's part of the law, `state` its part of the motion. The push is kept as an acceleration,
 h/m, so a change of m above the head leaves the speed it still has to give unchanged. Kernels: tick thread; no

@@ -1,4 +1,4 @@
-"""Where a weighted sum of z and its derivatives is zero: every event is one.
+"""Zero crossings of a weighted sum of z and its derivatives: every event is one.
 
 Kernels: any thread; no allocation, no exceptions.
 """

@@ -94,7 +94,7 @@ def test_a_full_ring_drops_and_says_so(caplog: pytest.LogCaptureFixture) -> None
     for seq in range(RING_SLOTS + 3):
         bench.scheduler.take(message(seq), NOW)
     assert bench.scheduler.played == RING_SLOTS
-    assert len(caplog.records) == 1  # the limited_log' clock stands still
+    assert len(caplog.records) == 1  # the log's clock stands still
     assert "256 are waiting" in caplog.text
 
 

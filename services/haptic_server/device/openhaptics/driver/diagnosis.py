@@ -1,4 +1,4 @@
-"""What a machine lacks for a PHANTOM, in words. Nothing is loaded or opened. Any thread; reads a few folders."""
+"""Diagnosis of a machine without a working PHANTOM, in words. Nothing is loaded. Any thread; reads a few folders."""
 
 import os
 from collections.abc import Iterable

@@ -61,7 +61,7 @@ def is_hard(fault: int) -> bool:
 
 @njit()
 def worse(first: int, second: int) -> int:
-    """Of two faults the one to report: a hard one first, else the earlier. Tick thread."""
+    """Choose the fault to report of two: a hard one first, else the earlier. Tick thread."""
     if first == NO_FAULT or (is_hard(second) and not is_hard(first)):
         return second
     return first
