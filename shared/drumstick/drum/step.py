@@ -14,7 +14,8 @@ from drumstick.drum.engine import Control, Engine
 from drumstick.drum.excitation.analytic import press
 from drumstick.drum.excitation.push import JunctionForce
 from drumstick.drum.mallets import mallet, on_mesh, on_modes, under_tension
-from drumstick.drum.membrane.sweep import largest, sweep
+from drumstick.drum.membrane.rows import Terms
+from drumstick.drum.membrane.sweep import bare, largest, sweep
 from drumstick.drum.modal import bank
 from drumstick.drum.output import microphones
 from realtime.kernels.folding import added, each, folded
@@ -78,11 +79,20 @@ def _is_fourth(engine: Engine) -> bool:
 def _swept_fourth(engine: Engine, now: Floats, then: Floats) -> None:
     control, bend = engine.control[0], engine.bend
     less, none = np.float32(-1.0), np.float32(0.0)
-    sweep(engine.head, now, bend, less, none, None, None, None, None, None, None, None, None)
-    sweep(
-        engine.head, bend, then, control.order_2, control.then_gain, control.order_4, None, None, None, None,
-        now, control.now_gain, None,
-    )  # fmt: skip
+    sweep(engine.head, now, bend, bare(less, none))
+    terms = Terms(
+        now_gain=control.order_2,
+        then_gain=control.then_gain,
+        ring_gain=control.order_4,
+        push=None,
+        momentum=None,
+        kept=None,
+        brake=None,
+        plane=now,
+        plane_gain=control.now_gain,
+        total=None,
+    )
+    sweep(engine.head, bend, then, terms)
 
 
 @njit()
@@ -91,21 +101,19 @@ def _swept(engine: Engine, now: Floats, then: Floats) -> float:
     control: Control = engine.control[0]
     push = _push(engine)
     q = tension.tightened(engine, now, then, push) + under_tension.more(engine, now, then, push)
-    return sweep(
-        engine.head,
-        now,
-        then,
-        np.float32(control.now_gain - _own_loss(engine, q)),
-        control.then_gain,
-        _ring_gain(engine, q),
-        cavity.push(engine),
-        internal_loss.momentum(engine),
-        internal_loss.rho(engine),
-        internal_loss.eta(engine),
-        None,
-        None,
-        _summed(engine),
+    terms = Terms(
+        now_gain=np.float32(control.now_gain - _own_loss(engine, q)),
+        then_gain=control.then_gain,
+        ring_gain=_ring_gain(engine, q),
+        push=cavity.push(engine),
+        momentum=internal_loss.momentum(engine),
+        kept=internal_loss.rho(engine),
+        brake=internal_loss.eta(engine),
+        plane=None,
+        plane_gain=None,
+        total=_summed(engine),
     )
+    return sweep(engine.head, now, then, terms)
 
 
 @njit()

@@ -19,8 +19,9 @@ from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.membrane.heads import aligned
 from drumstick.drum.membrane.lanes import WIDTH
 from drumstick.drum.membrane.places import corners_of
-from drumstick.drum.membrane.rows import step_of
+from drumstick.drum.membrane.rows import Place, step_of
 from drumstick.drum.membrane.strip import LEFT
+from drumstick.drum.membrane.sweep import bare
 from drumstick.drum.step import step
 from drumstick.parameters.scene import Scene
 from drumstick_lab.accuracy.drums.heads import DEVICE_RATE_Hz
@@ -63,10 +64,10 @@ def by_hand(drum: Drum, out: Floats) -> None:
     for at in range(out.shape[0]):
         now, then = planes[at & 1], planes[1 - (at & 1)]
         for k in range(drum.strips.shape[0]):
-            _strip(
-                now, then, drum.weights, drum.stride, drum.strips[k, 0], drum.strips[k, 1], drum.strips[k, 2],
-                drum.strips[k, 3], drum.now_gain, drum.then_gain, None, None, None, None, None, None, None, None,
-            )  # fmt: skip
+            place = Place(
+                drum.stride, drum.strips[k, 0], drum.strips[k, 1], drum.strips[k, 2], drum.strips[k, 3]
+            )
+            _strip(now, then, drum.weights, place, bare(drum.now_gain, drum.then_gain))
         for k in range(drum.blows.shape[0]):
             blow: ContactPulse = drum.blows[k]
             if blow.age < blow.duration:

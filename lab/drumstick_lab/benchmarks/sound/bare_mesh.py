@@ -8,7 +8,7 @@ import numpy as np
 from drumstick.drum.membrane.heads import head_of
 from drumstick.drum.membrane.lattice import TOPOLOGIES, lattice_of
 from drumstick.drum.membrane.scheme import even_losses, scheme_of
-from drumstick.drum.membrane.sweep import Head, sweep
+from drumstick.drum.membrane.sweep import Head, bare, sweep
 from realtime.kernels.float_mode import flush_denormals, restore
 from realtime.kernels.jit import njit
 
@@ -20,7 +20,7 @@ def _sweeps(head: Head, now_gain: np.float32, then_gain: np.float32, steps: int)
     mode = flush_denormals()
     one, other = head.planes[0], head.planes[1]
     for _ in range(steps):
-        sweep(head, one, other, now_gain, then_gain, None, None, None, None, None, None, None, None)
+        sweep(head, one, other, bare(now_gain, then_gain))
         one, other = other, one
     restore(mode)
 

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from drumstick.drum.effects import snare
 from drumstick.drum.membrane.heads import ears_on, head_of
+from drumstick.drum.membrane.rows import Terms
 from drumstick.drum.membrane.scheme import even_losses, scheme_of, tuned
 from drumstick.drum.membrane.sweep import Head, sweep
 from drumstick.parameters.declare import number
@@ -101,10 +102,19 @@ def step(engine: "Engine", plane: int, sum_1: float) -> None:
     state = cavity.state[0]
     difference = state.per_area_1 * state.sum_1 - state.per_area_2 * state.sum_2
     planes = cavity.head.planes
-    state.sum_2 = sweep(
-        cavity.head, planes[plane], planes[1 - plane], state.now_gain, state.then_gain, None,
-        np.float32(state.push_2 * difference), None, None, None, None, None, 1,
-    )  # fmt: skip
+    terms = Terms(
+        now_gain=state.now_gain,
+        then_gain=state.then_gain,
+        ring_gain=None,
+        push=np.float32(state.push_2 * difference),
+        momentum=None,
+        kept=None,
+        brake=None,
+        plane=None,
+        plane_gain=None,
+        total=1,
+    )
+    state.sum_2 = sweep(cavity.head, planes[plane], planes[1 - plane], terms)
     state.sum_2 += snare.rattle(engine, planes[1 - plane])
     state.sum_1 = sum_1
 

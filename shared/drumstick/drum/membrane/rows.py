@@ -24,8 +24,33 @@ from numba.extending import intrinsic
 from drumstick.drum.membrane.lanes import FLOAT, Lanes
 from drumstick.drum.membrane.strip import Strip, walk
 
-# Where a strip begins and ends, as in `Strip`: stride, start, inner, outer, stop.
-_PLACES = (types.int64,) * 5
+
+class Place(NamedTuple):
+    """Where a strip begins and ends, as in `Strip`; int64."""
+
+    stride: int
+    start: int
+    inner: int
+    outer: int
+    stop: int
+
+
+class Terms(NamedTuple):
+    """Terms of a step, by the forms above: gains float32, arrays float32 of shape (J,). None is not computed.
+
+    `total`: anything but None asks for the sum of u+. Compiled code names every one of them.
+    """
+
+    now_gain: Any
+    then_gain: Any
+    ring_gain: Any
+    push: Any
+    momentum: Any
+    kept: Any
+    brake: Any
+    plane: Any
+    plane_gain: Any
+    total: Any
 
 
 class _Given:
@@ -38,42 +63,34 @@ class _Given:
         self._args = args
 
     def array(self, at):
-        kind = self._kinds[at]
-        if _is_absent(kind):
+        return self._pointer(self._kinds[at], self._args[at])
+
+    def _pointer(self, kind, value):
+        return self._context.make_array(kind)(self._context, self._builder, value).data
+
+    def _parts(self, at):
+        kinds = self._kinds[at].types
+        return [(kind, self._builder.extract_value(self._args[at], k)) for k, kind in enumerate(kinds)]
+
+    def terms(self, at) -> Terms:
+        return Terms(*(self._term(kind, value) for kind, value in self._parts(at)))
+
+    def _term(self, kind, value):
+        if isinstance(kind, types.NoneType):
             return None
-        return self._context.make_array(kind)(self._context, self._builder, self._args[at]).data
+        if isinstance(kind, types.Array):
+            return self._pointer(kind, value)
+        return self._lanes.everywhere(self._context.cast(self._builder, value, kind, types.float32))
 
-    def gain(self, at):
-        return None if _is_absent(self._kinds[at]) else self._lanes.everywhere(self._args[at])
-
-    def strip(self, weights, places, side: int) -> Strip:
+    def strip(self, weights, place, side: int) -> Strip:
         # `now` is the first argument.
-        return Strip(self.array(0), self.array(weights), *self._args[places : places + len(_PLACES)], side)
+        bounds = (
+            self._context.cast(self._builder, value, kind, types.int64) for kind, value in self._parts(place)
+        )
+        return Strip(self.array(0), self.array(weights), *bounds, side)
 
 
-def _is_absent(kind) -> bool:
-    return isinstance(kind, types.NoneType | types.Omitted)
-
-
-def _float(kind):
-    return kind if _is_absent(kind) else types.float32
-
-
-class _Step(NamedTuple):
-    # What a step works on; optional things are None.
-    then: Any
-    now_gain: Any
-    then_gain: Any
-    ring_gain: Any
-    push: Any
-    momentum: Any
-    kept: Any
-    brake: Any
-    plane: Any
-    plane_gain: Any
-
-
-def _plain(lanes, step: _Step, i, centre, ring, weight):
+def _plain(lanes, step: Terms, then, i, centre, ring, weight):
     if step.ring_gain is not None:
         ring = lanes.times(step.ring_gain, ring)
     if step.push is not None:
@@ -82,10 +99,10 @@ def _plain(lanes, step: _Step, i, centre, ring, weight):
     if step.plane is not None:
         coming = lanes.sum_with_product(step.plane_gain, lanes.load(step.plane, i), coming)
     # u- last: rounded with it before, smooth waves lose a hundred times as much to rounding, always in one sense.
-    return lanes.sum_with_product(lanes.negative(step.then_gain), lanes.load(step.then, i), coming)
+    return lanes.sum_with_product(lanes.negative(step.then_gain), lanes.load(then, i), coming)
 
 
-def _with_momentum(lanes, step: _Step, i, centre, ring, weight):
+def _with_momentum(lanes, step: Terms, then, i, centre, ring, weight):
     pulled = lanes.sum_with_product(weight, ring, lanes.negative(lanes.times(step.now_gain, centre)))
     driven = pulled if step.ring_gain is None else lanes.times(step.ring_gain, pulled)
     if step.push is not None:
@@ -98,56 +115,28 @@ def _with_momentum(lanes, step: _Step, i, centre, ring, weight):
 def step_of(width: int, side: int) -> Any:
     """The intrinsic that takes a strip a step on, `width` lanes at a time; for compiled code.
 
-    step(now, then, weights, stride, start, inner, outer, stop, now_gain, then_gain, ring_gain, push, momentum, kept,
-    brake, plane, plane_gain, total) -> float32: the sum of the strip's u+ when `total` is not None, else 0. Arrays
-    float32, shape (J,); `side` is the first row's.
+    step(now, then, weights, place, terms) -> float32: the sum of the strip's u+ when `terms.total` is not None, else 0.
+    Arrays float32, shape (J,); `place`: Place, `terms`: Terms; `side` is the first row's.
     """
 
     @intrinsic
-    def step(
-        typingctx,
-        now,
-        then,
-        weights,
-        stride,
-        start,
-        inner,
-        outer,
-        stop,
-        now_gain,
-        then_gain,
-        ring_gain,
-        push,
-        momentum,
-        kept,
-        brake,
-        plane,
-        plane_gain,
-        total,
-    ):
-        gains = [_float(kind) for kind in (now_gain, then_gain, ring_gain, push)]
-        optional = (momentum, _float(kept), _float(brake), plane, _float(plane_gain), total)
-        signature = types.float32(now, then, weights, *_PLACES, *gains, *optional)
-
+    def step(typingctx, now, then, weights, place, terms):
         def codegen(context, builder, signature, args):
             lanes = Lanes(builder, width)
             given = _Given(lanes, context, builder, signature, args)
-            work = _Step(
-                *(given.array(1), *(given.gain(at) for at in (8, 9, 10, 11))),
-                *(given.array(12), given.gain(13), given.gain(14), given.array(15), given.gain(16)),
-            )
-            form = _plain if work.momentum is None else _with_momentum
-            summed = 0 if _is_absent(signature.args[17]) else 1
+            step, then = given.terms(4), given.array(1)
+            form = _plain if step.momentum is None else _with_momentum
+            summed = 0 if step.total is None else 1
 
             def turn(i, centre, ring, weight, so_far):
-                result = form(lanes, work, i, centre, ring, weight)
-                lanes.store(result, work.then, i)
+                result = form(lanes, step, then, i, centre, ring, weight)
+                lanes.store(result, then, i)
                 return [lanes.plus(so_far[0], result)] if summed else []
 
             sums = walk(lanes, given.strip(2, 3, side), summed, turn)
             return lanes.sum(sums[0]) if summed else ir.Constant(FLOAT, 0.0)
 
-        return signature, codegen
+        return types.float32(now, then, weights, place, terms), codegen
 
     return step
 
@@ -155,31 +144,28 @@ def step_of(width: int, side: int) -> Any:
 def stretch_of(width: int, side: int) -> Any:
     """The intrinsic for what a pitch glide must know of a strip: how it is stretched, how fast; for compiled code.
 
-    stretch(now, then, weights, share, stride, start, inner, outer, stop, now_gain, momentum, kept) -> (P, Q, R, T),
-    float32. With d = w ring - now_gain u: P = sum share d x, Q = sum share d d, R = sum share d w and T = sum share
-    d u-, where x = u - u-, and with momentum + rho p.
+    stretch(now, then, weights, share, place, terms) -> (P, Q, R, T), float32. With d = w ring - now_gain u: P = sum
+    share d x, Q = sum share d d, R = sum share d w and T = sum share d u-, where x = u - u-, and with momentum + rho p.
     """
 
     @intrinsic
-    def stretch(
-        typingctx, now, then, weights, share, stride, start, inner, outer, stop, now_gain, momentum, kept
-    ):
-        returned = types.UniTuple(types.float32, 4)
-        signature = returned(now, then, weights, share, *_PLACES, types.float32, momentum, _float(kept))
+    def stretch(typingctx, now, then, weights, share, place, terms):
+        signature = types.UniTuple(types.float32, 4)(now, then, weights, share, place, terms)
 
         def codegen(context, builder, signature, args):
             lanes = Lanes(builder, width)
             given = _Given(lanes, context, builder, signature, args)
-            then_p, share_p = given.array(1), given.array(3)
-            own, momentum_p, rho = given.gain(9), given.array(10), given.gain(11)
+            then_p, share_p, step = given.array(1), given.array(3), given.terms(5)
 
             def turn(i, centre, ring, weight, so_far):
-                pulled = lanes.sum_with_product(weight, ring, lanes.negative(lanes.times(own, centre)))
+                pulled = lanes.sum_with_product(
+                    weight, ring, lanes.negative(lanes.times(step.now_gain, centre))
+                )
                 weighed = lanes.times(lanes.load(share_p, i), pulled)
                 gone = lanes.load(then_p, i)
                 moved = lanes.minus(centre, gone)
-                if momentum_p is not None:
-                    moved = lanes.sum_with_product(rho, lanes.load(momentum_p, i), moved)
+                if step.momentum is not None:
+                    moved = lanes.sum_with_product(step.kept, lanes.load(step.momentum, i), moved)
                 factors = (moved, pulled, weight, gone)
                 return [
                     lanes.sum_with_product(weighed, factor, sum_)

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from drumstick.drum.membrane import rows
 from drumstick.drum.membrane.lanes import WIDTH
+from drumstick.drum.membrane.rows import Place, Terms
 from drumstick.drum.membrane.strip import LEFT, LEVEL
 from realtime.kernels.jit import ArgumentType, array_has, njit, overload
 from realtime.records import Record, Rows, dtype_of
@@ -70,36 +71,37 @@ _shifted_stretch = rows.stretch_of(WIDTH, LEFT)
 
 
 @njit()
-def sweep(
-    head: Head,
-    now: Floats,
-    then: Floats,
-    now_gain: np.float32,
-    then_gain: np.float32,
-    ring_gain: Any,
-    push: Any,
-    momentum: Any,
-    kept: Any,
-    brake: Any,
-    plane: Any,
-    plane_gain: Any,
-    total: Any,
-) -> float:
-    """One step, by the forms of `rows`: `then` holds u- and receives u+. Returns the sum of u+ if `total` is given."""
-    stride, strips = head.grid[0].stride, head.strips
+def bare(now_gain: np.float32, then_gain: np.float32) -> Terms:
+    """The terms of a head with nothing beside it."""
+    return Terms(
+        now_gain=now_gain,
+        then_gain=then_gain,
+        ring_gain=None,
+        push=None,
+        momentum=None,
+        kept=None,
+        brake=None,
+        plane=None,
+        plane_gain=None,
+        total=None,
+    )
+
+
+@njit()
+def _place(head: Head, at: int) -> Place:
+    strips = head.strips
+    return Place(head.grid[0].stride, strips[at, 0], strips[at, 1], strips[at, 2], strips[at, 3])
+
+
+@njit()
+def sweep(head: Head, now: Floats, then: Floats, terms: Terms) -> float:
+    """One step, by the forms of `rows`: `then` holds u- and receives u+. Returns the sum of u+ if `terms.total`."""
     found = 0.0
-    for at in range(strips.shape[0]):
-        start, inner, outer, stop = strips[at, 0], strips[at, 1], strips[at, 2], strips[at, 3]
+    for at in range(head.strips.shape[0]):
         if is_triangular(head):
-            found += _shifted(
-                now, then, head.weights, stride, start, inner, outer, stop, now_gain, then_gain, ring_gain, push,
-                momentum, kept, brake, plane, plane_gain, total,
-            )  # fmt: skip
+            found += _shifted(now, then, head.weights, _place(head, at), terms)
         else:
-            found += _level(
-                now, then, head.weights, stride, start, inner, outer, stop, now_gain, then_gain, ring_gain, push,
-                momentum, kept, brake, plane, plane_gain, total,
-            )  # fmt: skip
+            found += _level(now, then, head.weights, _place(head, at), terms)
     return found
 
 
@@ -108,18 +110,24 @@ def stretched(
     head: Head, now: Floats, then: Floats, share: Floats, now_gain: np.float32, momentum: Any, kept: Any
 ) -> tuple[float, float, float, float]:
     """P, Q, R and T of `rows.stretch_of`, over the whole mesh."""
-    stride, strips = head.grid[0].stride, head.strips
+    terms = Terms(
+        now_gain=now_gain,
+        then_gain=None,
+        ring_gain=None,
+        push=None,
+        momentum=momentum,
+        kept=kept,
+        brake=None,
+        plane=None,
+        plane_gain=None,
+        total=None,
+    )
     p, q, r, t = 0.0, 0.0, 0.0, 0.0
-    for at in range(strips.shape[0]):
-        start, inner, outer, stop = strips[at, 0], strips[at, 1], strips[at, 2], strips[at, 3]
+    for at in range(head.strips.shape[0]):
         if is_triangular(head):
-            found = _shifted_stretch(
-                now, then, head.weights, share, stride, start, inner, outer, stop, now_gain, momentum, kept
-            )
+            found = _shifted_stretch(now, then, head.weights, share, _place(head, at), terms)
         else:
-            found = _level_stretch(
-                now, then, head.weights, share, stride, start, inner, outer, stop, now_gain, momentum, kept
-            )
+            found = _level_stretch(now, then, head.weights, share, _place(head, at), terms)
         p += found[0]
         q += found[1]
         r += found[2]

@@ -5,7 +5,7 @@ import pytest
 
 from drumstick.drum.membrane.heads import head_of
 from drumstick.drum.membrane.lattice import TOPOLOGIES, lattice_of
-from drumstick.drum.membrane.sweep import Head, sweep
+from drumstick.drum.membrane.sweep import Head, bare, sweep
 from realtime.kernels.jit import njit
 from scattering import Scattering
 
@@ -14,10 +14,7 @@ STEPS = 400
 
 @njit()
 def take_step(head: Head, at: int, now_gain: np.float32, then_gain: np.float32) -> None:
-    sweep(
-        head, head.planes[at], head.planes[1 - at], now_gain, then_gain,
-        None, None, None, None, None, None, None, None,
-    )  # fmt: skip
+    sweep(head, head.planes[at], head.planes[1 - at], bare(now_gain, then_gain))
 
 
 @pytest.mark.parametrize(

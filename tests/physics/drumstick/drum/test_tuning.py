@@ -11,7 +11,7 @@ from drumstick.drum.estimate import rms_cents
 from drumstick.drum.membrane.heads import head_of
 from drumstick.drum.membrane.lattice import J01, TOPOLOGIES, Lattice
 from drumstick.drum.membrane.scheme import Scheme, even_losses, rising_losses, scheme_of, tuned
-from drumstick.drum.membrane.sweep import Head, sweep
+from drumstick.drum.membrane.sweep import Head, bare, sweep
 from realtime.kernels.jit import njit
 
 # The first twenty modes of the ideal membrane: zeros of the Bessel functions J_m, twice for m > 0 (cosine and sine).
@@ -30,7 +30,7 @@ KINDS = {
 def bent(head: Head, u: npt.NDArray[np.float32], out: npt.NDArray[np.float32]) -> None:
     """A u, by the sweep."""
     zero = np.float32(0.0)
-    sweep(head, u, out, np.float32(-1.0), zero, None, None, None, None, None, None, None, None)
+    sweep(head, u, out, bare(np.float32(-1.0), zero))
 
 
 def bends(lattice: Lattice) -> npt.NDArray[np.float64]:

@@ -9,9 +9,9 @@ import pytest
 from drumstick.drum.membrane.heads import aligned, head_of
 from drumstick.drum.membrane.lanes import WIDTH, widest
 from drumstick.drum.membrane.lattice import TOPOLOGIES, lattice_of
-from drumstick.drum.membrane.rows import step_of
+from drumstick.drum.membrane.rows import Place, Terms, step_of
 from drumstick.drum.membrane.strip import LEFT
-from drumstick.drum.membrane.sweep import Head, stretched, sweep
+from drumstick.drum.membrane.sweep import Head, bare, stretched, sweep
 from membranes import Membrane
 from realtime.kernels.jit import njit
 
@@ -27,10 +27,8 @@ def plain_sweep(width: int) -> Any:
         stride, strips = head.grid[0].stride, head.strips
         total = 0.0
         for at in range(strips.shape[0]):
-            total += step(
-                now, then, head.weights, stride, strips[at, 0], strips[at, 1], strips[at, 2], strips[at, 3],
-                NOW_GAIN, THEN_GAIN, None, None, None, None, None, None, None, None,
-            )  # fmt: skip
+            place = Place(stride, strips[at, 0], strips[at, 1], strips[at, 2], strips[at, 3])
+            total += step(now, then, head.weights, place, bare(NOW_GAIN, THEN_GAIN))
         return total
 
     return run
@@ -65,10 +63,19 @@ def test_a_step_is_what_the_equation_says(kind: str) -> None:
     pulled = 2.6 * membrane.bend(u)
     moving = 0.99 * momentum.astype(float) + 1.3 * pulled + 2.6 * membrane.weights * 0.25
     wanted = np.where(membrane.weights > 0.0, u + moving + 0.02 * pulled, 0.0)
-    total = sweep(
-        head, head.planes[0], head.planes[1], np.float32(2.6), THEN_GAIN, np.float32(1.3), np.float32(0.25), momentum,
-        np.float32(0.99), np.float32(0.02), None, None, 1,
-    )  # fmt: skip
+    terms = Terms(
+        now_gain=np.float32(2.6),
+        then_gain=THEN_GAIN,
+        ring_gain=np.float32(1.3),
+        push=np.float32(0.25),
+        momentum=momentum,
+        kept=np.float32(0.99),
+        brake=np.float32(0.02),
+        plane=None,
+        plane_gain=None,
+        total=1,
+    )
+    total = sweep(head, head.planes[0], head.planes[1], terms)
     np.testing.assert_allclose(head.planes[1], wanted, atol=2e-5)
     assert total == pytest.approx(float(np.sum(wanted)), abs=1e-2)
 
