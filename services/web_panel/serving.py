@@ -15,7 +15,8 @@ from web_panel.access.pointer_access import PointerAccess
 from web_panel.accuracy_results import NO_FILES, Files
 from web_panel.computing.computer import Computer
 from web_panel.controls.preset_panel import PresetActions
-from web_panel.page.page import Page
+from web_panel.page.page import Page, RigActions
+from web_panel.rig.answer import Answer
 from web_panel.rig.rig_link import RigLink
 from web_panel.rig.rig_state import RigState
 from web_panel.tuning.changes import Changes
@@ -50,15 +51,17 @@ def serve(
     for_prediction, for_plots = Computer(), Computer()
     prediction = Prediction(for_prediction)
     changes = Changes(link.set, link.load_preset, lease.secret_of, prediction.ask, kept)
+
+    def load_scene(name: str, client: int | None) -> Answer:
+        return link.load_scene(name, lease.secret_of(client))
+
     try:
         presets = PresetActions(changes.load, link.save_preset)
         page = Page(
             server,
             messages,
             changes,
-            link.panic,
-            presets,
-            lambda name, client: link.load_scene(name, lease.secret_of(client)),
+            RigActions(link.panic, presets, load_scene),
             lease,
             prediction,
             Sources(for_plots, accuracy),

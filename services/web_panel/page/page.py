@@ -1,6 +1,7 @@
 """The whole page, from top to bottom: condition, PANIC, three numbers, the two main controls, the rest, a view."""
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import viser
 
@@ -31,29 +32,35 @@ _ORDER_PAD, _ORDER_PREDICTION = 9.0, 9.5
 _ORDER_TUNING, _ORDER_STEPS, _ORDER_PRESETS, _ORDER_LEASE, _ORDER_SCENE = 10.0, 12.0, 15.0, 16.0, 17.0
 _ORDER_HEALTH, _ORDER_MORE, _ORDER_VIEWS = 30.0, 40.0, 50.0
 _PANIC_HINT = (
-    "Zero force at once, until it is cleared at the haptic machine. A network and a browser stand between this "
+    "Cuts all force now, until `drumstick arm` at the haptic machine. A network and a browser stand between this "
     "button and the stick: it is no substitute for the switch at the device."
 )
 
 
+class RigActions(NamedTuple):
+    """Requests to the rig by buttons; each waits for its answer, on a thread that it may block."""
+
+    panic: Callable[[], Answer]
+    presets: PresetActions
+    load_scene: Callable[[str, int | None], Answer]
+
+
 class Page:
-    """Made and shown by the main thread; `panic` is called on a thread that it may block."""
+    """Made and shown by the main thread."""
 
     def __init__(
         self,
         server: viser.ViserServer,
         messages: ClientMessages,
         changes: Changes,
-        panic: Callable[[], Answer],
-        presets: PresetActions,
-        load_scene: Callable[[str, int | None], Answer],
+        actions: RigActions,
         lease: LeaseAccess,
         prediction: Prediction,
         sources: Sources,
         rig: str,
     ) -> None:
         self._server, self._messages, self._changes = server, messages, changes
-        self._panic = Panic(panic)
+        self._panic = Panic(actions.panic)
         self._rig = rig
         self._scene_shown = 0
         self._tuning: Tuning | None = None
@@ -86,9 +93,9 @@ class Page:
         self._absent = Text(gui.add_html("", order=_ORDER_TUNING))
         self._lease = Text(gui.add_html("", order=_ORDER_TUNING))
         self._steps = StepsRow(server, messages, changes, _ORDER_STEPS)
-        self._preset_panel = PresetPanel(server, messages, presets, rig, _ORDER_PRESETS)
+        self._preset_panel = PresetPanel(server, messages, actions.presets, rig, _ORDER_PRESETS)
         self._lease_folder = LeaseFolder(server, messages, lease, _ORDER_LEASE)
-        self._scene_folder = SceneFolder(server, messages, load_scene, _ORDER_SCENE)
+        self._scene_folder = SceneFolder(server, messages, actions.load_scene, _ORDER_SCENE)
         self._prediction_line = PredictionLine(server, prediction, _ORDER_PREDICTION)
         self._health = Text(gui.add_html("", order=_ORDER_HEALTH))
         self._drum = DrumView(server)

@@ -7,7 +7,7 @@ names and the panel's controls are all derived from these declarations.
 
 import dataclasses
 from dataclasses import dataclass, field
-from typing import Any, Literal, cast
+from typing import Any, Literal, TypedDict, Unpack, cast
 
 Scale = Literal["linear", "log"]
 
@@ -35,20 +35,17 @@ class Quantity:
     fewest: int = 1
 
 
-def number(
-    default: float,
-    low: float,
-    high: float,
-    unit: str,
-    words: str,
-    *,
-    symbol: str = "",
-    equation: str = "",
-    wire: str | None = None,
-    scale: Scale = "linear",
-) -> Any:
-    """A finite real number, low <= value <= high."""
-    quantity = Quantity(float, low, high, unit, words, symbol, equation, wire, scale)
+class _More(TypedDict, total=False):
+    # What a number may have besides, as in Quantity.
+    symbol: str
+    equation: str
+    wire: str
+    scale: Scale
+
+
+def number(default: float, low: float, high: float, unit: str, words: str, **more: Unpack[_More]) -> Any:
+    """A finite real number, low <= value <= high; by name also its symbol, equation, wire name and scale."""
+    quantity = Quantity(float, low, high, unit, words, **more)
     return field(default=default, metadata={"quantity": quantity})
 
 

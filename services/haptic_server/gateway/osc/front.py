@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from ipaddress import ip_network
 
 from haptic_server.gateway.osc.echoes import Echoes
-from haptic_server.gateway.osc.inbound import Inbound, LoadPreset, Network
+from haptic_server.gateway.osc.inbound import Inbound, LoadPreset, Network, Outbound
 from haptic_server.gateway.osc.naming import find, numeric, split
 from haptic_server.gateway.osc.outlet import Outlet
 from haptic_server.gateway.osc.own import OwnAddress
@@ -67,18 +67,8 @@ class OscFront:
             raise
         self._targets = Targets(known)
         self._outlet = Outlet(self._udp, self._tally)
-        self._inbound = Inbound(
-            self._prefix,
-            parameters,
-            load_preset,
-            allow,
-            self._own,
-            self._outlet,
-            self._targets,
-            self._echoes,
-            self._told,
-            self._tally,
-        )
+        outbound = Outbound(self._own, self._outlet, self._targets, self._echoes, self._told, self._tally)
+        self._inbound = Inbound(self._prefix, parameters, load_preset, allow, outbound)
         self._closing = threading.Event()
         find(names, self._found, self._closing)
         self._wake, self._woken = socket.socketpair()

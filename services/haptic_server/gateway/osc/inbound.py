@@ -10,6 +10,7 @@ import secrets
 from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache, partial
 from ipaddress import IPv4Network, IPv6Network, ip_address
+from typing import NamedTuple
 
 from drumstick.parameters.table import Parameter, Refusal
 from haptic_server.gateway.lease import LONGEST_S
@@ -48,11 +49,19 @@ def _named(sender: Endpoint) -> str:
     return f"osc {sender[0]}:{sender[1]}"
 
 
-class Inbound:
-    """Hears datagrams. `own` is the front's own socket, which is never heard and never becomes a target.
+class Outbound(NamedTuple):
+    """The sending side of a front. `own` is its own socket, which is never heard and never becomes a target."""
 
-    `load_preset(name, source, claim)` raises PresetError or Refusal.
-    """
+    own: OwnAddress
+    outlet: Outlet
+    targets: Targets
+    echoes: Echoes
+    told: Told
+    tally: Tally
+
+
+class Inbound:
+    """Receiver of datagrams. `load_preset(name, source, claim)` raises PresetError or Refusal."""
 
     def __init__(
         self,
@@ -60,25 +69,16 @@ class Inbound:
         parameters: ParameterAccess,
         load_preset: LoadPreset,
         allow: Sequence[Network],
-        own: OwnAddress,
-        outlet: Outlet,
-        targets: Targets,
-        echoes: Echoes,
-        told: Told,
-        tally: Tally,
+        outbound: Outbound,
     ) -> None:
         self._prefix = prefix
         self._parameters = parameters
         self._load_preset = load_preset
         self._secret = secrets.token_hex(8)  # a sender's lease is its address here, and nobody's elsewhere
-        self._own = own
-        self._outlet = outlet
-        self._targets = targets
-        self._echoes = echoes
-        self._told = told
+        self._own, self._outlet, self._targets = outbound.own, outbound.outlet, outbound.targets
+        self._echoes, self._told, self._tally = outbound.echoes, outbound.told, outbound.tally
         self._pace = Pace()
         self._heard_itself = False
-        self._tally = tally
         self._errors = Allowance(*ERRORS_A_SECOND)
         self._syncs = Allowance(*SYNCS_A_SECOND)
         self._loads = Allowance(*PRESETS_A_SECOND)
