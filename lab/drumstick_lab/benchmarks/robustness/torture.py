@@ -17,7 +17,9 @@ import contextlib
 import json
 import os
 import shutil
+import signal
 import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Iterator
@@ -215,6 +217,9 @@ def main() -> None:
     parser.add_argument("--minutes", type=float, default=30.0)
     parser.add_argument("--seed", type=int, help="of the first rig; else it goes on from the stored result")
     args = parser.parse_args()
+    # Ended from outside, even in a shell's background, it ends its rig as well.
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: sys.exit(130))
     result = json.loads(RESULT.read_text(encoding="utf-8")) if RESULT.exists() else empty()
     result["next_seed"] = args.seed or result["next_seed"]
     until = time.monotonic() + 60.0 * args.minutes

@@ -1,0 +1,47 @@
+"""Form that the product keeps: short argument lists, and docstrings whose first line stands alone."""
+
+import ast
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+MOST_ARGUMENTS = 8
+# Headless clauses and genitive fragments: "What the servo tells", "Of one stream".
+HEADLESS = ("What", "How", "Who", "Whose", "Which", "Where", "Whether", "Of", "As", "All that", "Those")
+
+
+def product() -> list[Path]:
+    return [path for folder in ("shared", "services") for path in sorted((ROOT / folder).rglob("*.py"))]
+
+
+def long_argument_lists(tree: ast.Module) -> list[str]:
+    """Functions that take more arguments than anybody can keep in mind, self and cls not counted."""
+    found: list[str] = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            taken = [a.arg for a in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs)]
+            if len([name for name in taken if name not in ("self", "cls")]) > MOST_ARGUMENTS:
+                found.append(node.name)
+    return found
+
+
+def is_headless(docstring: str) -> bool:
+    return docstring.startswith(tuple(f"{word} " for word in HEADLESS))
+
+
+def test_no_function_takes_more_than_eight_arguments() -> None:
+    found = {
+        path.name: long_argument_lists(ast.parse(path.read_text(encoding="utf-8"))) for path in product()
+    }
+    assert {name: functions for name, functions in found.items() if functions} == {}
+    nine = ast.parse("def f(self, a, b, c, d, *, e, g, h, i, j): ...")
+    assert long_argument_lists(nine) == ["f"]
+
+
+def test_a_modules_docstring_begins_with_a_noun_or_a_verb() -> None:
+    found = [
+        path.relative_to(ROOT).as_posix()
+        for path in product()
+        if is_headless(ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or "")
+    ]
+    assert found == []
+    assert is_headless("What the servo tells: strikes and releases.")
