@@ -1,4 +1,4 @@
-"""Presets on the page: choose one and load it, or keep the present values under a name."""
+"""Presets on the page: choose one and load it, or save the present values under a name."""
 
 import asyncio
 import queue
