@@ -10,22 +10,23 @@ _INTRODUCTION = """\
 
 Made by `drumstick lab permission-page` from the table in `services/haptic_server/permission.py`; do not edit.
 
-A motor pushes somebody's hand only while the servo is *free*. A panic or a fault takes the permission away on that tick;
+A motor pushes somebody's hand only while the servo is *free*. A panic or a fault takes the permission away from the next tick on (a fault that the tick itself finds: on that tick);
 only a person at the haptic machine gives it back, with `drumstick arm`.
 """
 
 _REST = """\
-A state in italics is the one before: nothing changes. A set is taken whatever the state, and nothing moves.
+A state in italics is the one before: nothing changes. Sets of parameters are accepted in every
+state; without permission no force results.
 
 A panic is counted, so it is never lost to an arm that came before it; where both meet in one tick, panic wins. A fault
-forgets an arm that was given before it was told. Whoever types `drumstick up` starts a rig anew, and free; so does
-a machine that was booted.
+discards any `arm` command given before the fault was reported. **Whoever types `drumstick up` starts a new rig, which is free; so
+is a rig after its machine was booted.**
 
 ## Over restarts
 
-The servo says in its block (a file in memory) whether it is held, before it says that it has seen a panic. A new servo's
-block is held from the first; only when it lies in place, and nobody finds the old one any more, the old one's last word
-decides. A gateway that has raised a panic looks whether the block is still the one in place, and if not raises it there
+The servo writes into its block (a file in memory) whether it is held (by a panic or a fault), before it writes that it has seen a
+panic. A new servo starts held. Once its block has replaced the old one under the same name, it takes over the state last written in the
+old one. A gateway that has raised a panic looks whether the block is still the one in place, and if not raises it there
 too. So one of the two sees the other, and whichever is killed, at whatever instant, nothing is lost. The part of the
 block that this takes is the same in every version and for every scene; what is damaged counts as held.
 
@@ -35,12 +36,12 @@ block that this takes is the same in every version and for every scene; what is 
 `spin` goes through all of its states, with every process killed before each of its steps as often as one likes: in none
 is there force in a tick that began after a panic or a fault, without an arm since. The same search finds the mistake when
 any one precaution is taken out of the model (`tests/model/test_permission_model.py`). Every cell of the table is tried on the
-compiled tick of both plants (`tests/unit/haptic_server/test_permission.py`), and on real processes that are stopped and
+compiled tick, for the simulated stick and for a sampled device (`tests/unit/haptic_server/test_permission.py`), and on real processes that are stopped and
 killed (`tests/system/test_permission_holds.py`).
 
 A panic has happened when the gateway has written it down, a fault when the servo has. A packet that the gateway has not
 read when it is killed, or a fault in the very microsecond in which the servo dies, was told to nobody. A panic takes
-effect with the next tick.
+effect with the first tick that begins after it was written.
 """
 
 

@@ -92,7 +92,7 @@ def before() -> str:
                 _tests(f"{RENDERING}::test_the_servos_fence_knows_the_device"),
             ),
             (
-                "damping that the late force eats up, on an arm",
+                "negative damping by the late force, on an arm",
                 "`r_in` above `k_coll` times the mean delay of the force (half a tick and `[device] delay_ticks`)",
                 both,
                 "the same",
@@ -103,7 +103,8 @@ def before() -> str:
             (
                 "an arm that would keep moving in the head by itself",
                 "it comes to rest: the poles of the sampled loop lie inside the unit circle, without a hand and in the firmest grip. Every blow in that"
-                f" grip comes back at less than {sampled_contact.MOST_REBOUND:g} of its speed, at {told(sampled_contact, '_PHASES')} phases of the tick."
+                f" grip comes back at less than {sampled_contact.MOST_REBOUND:g} of its speed, or, where the ideal head itself returns more, {told(sampled_contact, '_LIVELY'):g}"
+                f" times that and {told(sampled_contact, '_MOST_OWN'):g} at most, at {told(sampled_contact, '_PHASES')} phases of the tick."
                 " For the lightest and the heaviest arm that the device declares",
                 both,
                 "the same",
@@ -174,7 +175,7 @@ def always() -> str:
                 "change of force",
                 _key("max_slew_N_per_s"),
                 f"{servo}; the driver's own impulse limit, if it came on",
-                "the force follows more slowly. What the energy account, a fault or a panic takes away goes at once",
+                "the force follows more slowly (20000 N/s at 1 kHz are 20 N a tick: below a force limit of 10 N that never acts). What the energy account, a fault or a panic takes away goes at once",
                 _tests(
                     f"{RENDERING}::test_force_and_slew_stay_within_the_limits",
                     f"{LIVE}::test_an_arm_is_never_given_more_than_its_account",
@@ -205,7 +206,7 @@ def always() -> str:
             ),
             (
                 "a head that drives the arm by itself",
-                f"a debt above the energy at {most_owed:g} m/s and above {told(guard, '_MOST_OWED_SHARE'):.0%} of the blow; or more than {contacts}"
+                f"a debt above the energy at {most_owed:g} m/s and above {told(guard, '_MOST_OWED_SHARE'):.0%} of the contact's incoming energy; or more than {contacts}"
                 f" contacts in a row that begin with a debt above the energy at {owed:g} m/s; or more than {contacts} in a row without a pulse that"
                 f" reach {told(guard, '_AT_THE_LIMIT'):.0%} of the force limit, each within {told(guard, '_FASTEST_HAND_NS') * 1e-6:g} ms and at"
                 f" more than {told(guard, '_UNTIRED'):.0%} of the first one's speed",
@@ -221,7 +222,7 @@ def always() -> str:
                 _tests(LATCHED),
             ),
             (
-                "place up or down",
+                "vertical position",
                 f"{_key('lowest_m')}. {_key('highest_m')}",
                 servo,
                 f"the force of the head fades over the last {told(guard, '_SOFT_M') * 1e3:g} mm above the lowest place; outside there is none,"
@@ -241,8 +242,8 @@ def always() -> str:
             ),
             (
                 "old positions",
-                f"{guard.STALE_S * 1e3:g} ms. A place is old if it comes again to the last bit after more than {freshness.MOVING_M_PER_S:g} m/s, or for"
-                f" {freshness.PRESSING_S:g} s against more than {freshness.PRESSING_N:g} N",
+                f"{guard.STALE_S * 1e3:g} ms. A position is stale if it repeats bit for bit right after motion faster than {freshness.MOVING_M_PER_S:g} m/s, or stays"
+                f" identical for {freshness.PRESSING_S:g} s while the force exceeds {freshness.PRESSING_N:g} N",
                 f"device's part (`openhaptics/freshness.py`) and {servo}",
                 "latched fault",
                 _tests(

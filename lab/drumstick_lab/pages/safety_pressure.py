@@ -49,8 +49,8 @@ def least_radius_m(force_N: float, pressure_N_per_cm2: float, peak: float = 1.0)
 
 
 def depth_m(ball_m: float, radius_m: float) -> float:
-    """How deep a ball must sink in until its area of contact has that radius."""
-    return ball_m - math.sqrt(ball_m**2 - radius_m**2)
+    """Indentation at which a ball's area of contact has that radius: a^2 / R (Hertz), as its pressure is reckoned too."""
+    return radius_m**2 / ball_m
 
 
 def impact_force(speed_m_per_s: float, arm_kg: float, body: tuple[float, float]) -> float:
