@@ -149,10 +149,10 @@ def readers_stopped(stage: Stage) -> Iterator[None]:
     with tempfile.TemporaryDirectory(prefix="drumstick-torture-") as folder, contextlib.ExitStack() as stack:
         take = Path(folder) / "take.mcap"
         for words in (["record", "--out", str(take)], ["monitor"]):
-            reader = subprocess.Popen(
-                [*DRUMSTICK, *words, *wire], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+            command = [*DRUMSTICK, *words, *wire]
+            reader = stack.enter_context(
+                subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
             )
-            stack.callback(reader.wait)
             stack.callback(reader.kill)
             if words == ["monitor"] and reader.stdout:
                 reader.stdout.readline()
