@@ -1,4 +1,4 @@
-"""What the OSC tests stand on: a parameters without a servo, time that a test moves, clients on loopback."""
+"""Fixtures of the OSC tests: parameters without a servo, time that a test moves, clients on loopback."""
 
 import math
 import socket

@@ -69,7 +69,7 @@ class Virtual:
 
     def _fill(self) -> None:
         # What is bounded is filled before anything is watched, or it would look like growth: the pages of the block,
-        # which this process has mapped twice; the strikes that the parameters remembers; two minutes of clock comparisons.
+        # which this process has mapped twice; the strikes that the scheduler remembers; two minutes of clock comparisons.
         for block in (self._servo.block, self._gateway.link.block):
             block.events.copy()
         self._sound.fill()

@@ -9,7 +9,7 @@ from web_panel.rig.rig_state import RigState
 from web_panel.tuning.compare import settable
 from web_panel.tuning.prediction import Newest, Prediction
 
-_WISH_STANDS_S = 2.0  # one that was refused stays to be looked at for so long
+_REQUEST_SHOWN_S = 2.0  # one that was refused stays to be looked at for so long
 
 
 class PredictionLine:
@@ -21,13 +21,13 @@ class PredictionLine:
         self._content = ""
 
     def show(self, rig_state: RigState, is_seen: bool, now: float) -> None:
-        """Ask about what holds when nobody has wished anything lately, and write the newest answer."""
+        """Ask about what holds when nobody has requested anything lately, and write the newest answer."""
         if rig_state.scene is not None and is_seen:
             self._prediction.show_for(rig_state.scene, rig_state.limits)
             standing = settable(rig_state.standing())
             asked = self._prediction.asked
             if standing and (
-                asked is None or (asked != standing and now - self._prediction.asked_at > _WISH_STANDS_S)
+                asked is None or (asked != standing and now - self._prediction.asked_at > _REQUEST_SHOWN_S)
             ):
                 self._prediction.ask(standing)
         newest = self._prediction.newest

@@ -29,7 +29,7 @@ class _Contact(NamedTuple):
 
 
 class History:
-    """What was heard of the play. `now` is the clock of the state's times, s."""
+    """Recent strikes, releases and states, for the plots. `now` is the clock of the state's times, s."""
 
     def __init__(self) -> None:
         self._samples: deque[_Sample] = deque()

@@ -14,8 +14,8 @@ _WHOLE = "*"  # no parameter's name
 class SetRequest:
     """Values to be set as one, SI units, by wire name.
 
-    `lease` is the secret of who requests, if they hold the writer's lease; `purpose` names what asked for a whole set.
-    `before`: what held when it was wished.
+    `lease`: the requesting browser's secret, if it holds the writer's lease; `purpose`: what asked for a whole set.
+    `before`: the values that held when it was requested.
     """
 
     values: dict[str, float]
@@ -25,8 +25,8 @@ class SetRequest:
 
     @property
     def place(self) -> tuple[str, str]:
-        """Where it waits, in the stead of an older one: for its parameter, or for whole sets, and for who requests.
-        Else one who is refused would take the place of who holds the lease.
+        """Key in the queue, where it replaces an older one: its parameter, or whole sets, and whose request it is.
+        Else a refused browser's request would replace that of the one who holds the lease.
         """
         return _WHOLE if self.purpose else next(iter(self.values)), self.lease
 
@@ -57,7 +57,9 @@ class SetQueue:
         """Ask for this as soon as possible; the answer comes by `answers`."""
         with self._changed:
             if request.purpose:
-                self._wanted.pop(request.place, None)  # it comes after every value that was wished before it
+                self._wanted.pop(
+                    request.place, None
+                )  # it comes after every value that was requested before it
             self._wanted[request.place] = request
             self._changed.notify()
 

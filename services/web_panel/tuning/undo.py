@@ -38,7 +38,7 @@ class History:
             and last is not None
             and last.after.keys() == set(names)
             and now - self._noted_at < _SAME_GESTURE_S
-            # Not `last.after` alone: a drag requests for the next value before the one under way was answered.
+            # Not `last.after` alone: a drag asks for the next value before the one under way was answered.
             and before[names[0]] in self._passed
         )
         self._noted_at = now

@@ -55,7 +55,7 @@ def test_a_blow_of_a_million_newtons_is_refused_limited_and_forgotten() -> None:
         return sound
 
     before = stroke(usual.peak_N)
-    hard = stroke(1e6)  # past the scheduler
+    hard = stroke(1e6)  # past the sound server's checks
     assert np.isfinite(hard).all()
     assert 0.99 < np.abs(hard).max() <= 1.0
     # What is left of a blow 100 dB louder, after three more of its decays, is below one bit of 24.

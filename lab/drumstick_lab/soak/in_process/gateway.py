@@ -1,4 +1,4 @@
-"""A whole gateway on a servo in virtual time: relay, parameters, wire, OSC front and presets. Only Zenoh is stood in for."""
+"""A whole gateway on a servo in virtual time: relay, settings, wire, OSC front and presets. Only Zenoh is stood in for."""
 
 import json
 import socket

@@ -1,4 +1,4 @@
-"""Who hears the strikes of the virtual form: a sound scheduler, a recorder, a clock map. Their own code, no wire."""
+"""Subscribers of the virtual form: the sound server's scheduler, a recorder, a clock map. Their own code, no wire."""
 
 import json
 import random

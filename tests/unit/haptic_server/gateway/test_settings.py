@@ -1,4 +1,4 @@
-"""The parameters: whole sets through the envelope, readbacks from the servo, nothing acknowledged ever lost."""
+"""Parameters of the gateway: sets whole through the envelope, readbacks from the servo, nothing accepted lost."""
 
 import math
 from pathlib import Path
@@ -21,7 +21,7 @@ ROLL = parse(shipped_text("roll"), "roll")
 
 
 class Bench:
-    """A servo in virtual time and a parameters on the same block."""
+    """A servo in virtual time, and a gateway's parameters on the same block."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder

@@ -24,7 +24,7 @@ HOLDER, OTHER = 1, 2
 
 
 class Rig:
-    """Accepts what is not refused; and the panel's rig_state of it."""
+    """Accepts what is not refused; and the panel's view of it."""
 
     def __init__(self, path: Path) -> None:
         self.path = path

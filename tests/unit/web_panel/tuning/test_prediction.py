@@ -59,7 +59,7 @@ def test_it_is_about_the_rig_that_is_shown_and_its_limits(prediction: Prediction
 
 def test_a_set_is_sent_while_its_prediction_is_still_computed(tmp_path: Path) -> None:
     """A process that never answers: the value goes to the rig all the same."""
-    silent = Computer([sys.executable, "-c", "import time; time.sleep(60)"])
+    silent = Computer([sys.executable, "-c", "import sys; sys.stdin.read()"])
     prediction = Prediction(silent)
     prediction.show_for(ROLL, {})
     sent = threading.Event()

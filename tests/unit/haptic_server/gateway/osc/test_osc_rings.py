@@ -38,7 +38,7 @@ class Counting(OscFront):
 
 
 class Rig:
-    """A parameters and its OSC front; the test is its relay and its servo's clock."""
+    """A gateway's parameters and their OSC front; the test is its relay and its servo's clock."""
 
     def __init__(self, folder: Path, host: str, now: Time) -> None:
         folder.mkdir()
