@@ -173,6 +173,7 @@ def one_rig(result: dict[str, Any], seconds: float) -> None:
         running("up", state=state) as rig,
         contextlib.closing(Link(rig.zenoh_port)) as link,
         contextlib.closing(rig.client()) as session,
+        contextlib.closing(rig.client()) as flooder,
         running("sound", "--connect", f"tcp/127.0.0.1:{link.port}", "--audio", "null", name=rig.name),
     ):
         harms = all_harms(offset)
@@ -181,7 +182,7 @@ def one_rig(result: dict[str, Any], seconds: float) -> None:
             del harms["disk full"]
             missing.append("disk full: no root")
         result["not_tried"] = missing
-        stage = Stage(rig, session, state, link, result["next_seed"])
+        stage = Stage(rig, session, flooder, state, link, result["next_seed"])
         watch = Watch(stage)
         wait_for("strikes", lambda: watch.strikes.got)
         begun = time.monotonic()

@@ -29,10 +29,15 @@ _MEANT = (b"/panic", b"/lease", b"/preset")
 
 
 class Stage:
-    """The rig under torture, and what stands around it."""
+    """The rig under torture, and what stands around it.
 
-    def __init__(self, rig: Rig, session: zenoh.Session, state: Path, link: Link, seed: int) -> None:
-        self.rig, self.session, self.state, self.link = rig, session, state, link
+    session: what listens. flooder: another, since a router that stands may close the link of whoever floods it.
+    """
+
+    def __init__(
+        self, rig: Rig, session: zenoh.Session, flooder: zenoh.Session, state: Path, link: Link, seed: int
+    ) -> None:
+        self.rig, self.session, self.flooder, self.state, self.link = rig, session, flooder, state, link
         self.chance = random.Random(seed)
 
     def pid(self, module: str) -> int:
@@ -102,16 +107,16 @@ def osc_flood(stage: Stage) -> Iterator[None]:
 
 @contextlib.contextmanager
 def zenoh_flood(stage: Stage) -> Iterator[None]:
-    """Nonsense to the rig's keys and to keys that nobody knows, with a session of its own."""
+    """Nonsense to the rig's keys and to keys that nobody knows, from a session that does not listen."""
     chance = random.Random(stage.chance.random())
     keys = stage.rig.keys
 
     def work(over: threading.Event) -> None:
         while not over.wait(0.01):
             for key in (keys.pointer, keys.strike + "/x", keys.state + f"/{chance.randrange(10**6)}"):
-                stage.session.put(key, chance.randbytes(chance.choice((0, 7, 300, 20000))))
+                stage.flooder.put(key, chance.randbytes(chance.choice((0, 7, 300, 20000))))
             for key in (keys.set_many, keys.set_one("k_coll"), keys.preset_save, keys.lease):
-                stage.session.get(
+                stage.flooder.get(
                     key, lambda _reply: None, payload=chance.randbytes(chance.randrange(60)), timeout=0.5
                 )
 
