@@ -22,9 +22,9 @@ import numpy.typing as npt
 
 from haptic_server.device.phantom import Plant
 from haptic_server.servo import loop, memory
-from haptic_server.servo.telling import tell
+from haptic_server.servo.event_output import tell
+from realtime.kernels.borrowed_view import lend
 from realtime.kernels.jit import njit
-from realtime.kernels.lent import lend
 
 SLOW_M_PER_S = 0.01
 LAST_S = 0.3  # the end of a run, over which the arm must be still

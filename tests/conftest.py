@@ -109,7 +109,7 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
     """A failure during a stall of the host becomes HostStoodStill."""
     if not _is_on_real_clock(item):
         return (yield)
-    from haptic_server.servo.witness import Witnesses
+    from haptic_server.servo.stall_detector import Witnesses
 
     witnesses = Witnesses()
     try:

@@ -22,7 +22,7 @@ from haptic_server.servo import memory
 from haptic_server.servo.force.rendering import render
 from haptic_server.servo.memory import Servo
 from hd_stand_in import CENTRE_MM, StandIn
-from realtime import triple
+from realtime import triple_buffer
 
 
 def _nothing(servo: Servo) -> None:
@@ -80,7 +80,7 @@ def _point_down(servo: Servo) -> None:
     record = np.zeros(1, POINTER)
     record["t_ns"] = time.monotonic_ns()
     record["held"], record["lift"] = 1, 0.0
-    triple.publish(servo.block.pointer_cells, servo.block.pointer, record[0])
+    triple_buffer.publish(servo.block.pointer_cells, servo.block.pointer, record[0])
 
 
 def pointer_stick(folder: Path) -> Case:

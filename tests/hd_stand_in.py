@@ -21,9 +21,9 @@ from haptic_server.device.openhaptics.driver import calls, opening
 from haptic_server.device.openhaptics.driver.hd import Hd
 from haptic_server.device.openhaptics.tick import begin_at, finish
 from haptic_server.servo.memory import Servo
+from realtime.kernels.borrowed_view import lend
 from realtime.kernels.handover import Handed, take_up
 from realtime.kernels.jit import CFunction, cfunction
-from realtime.kernels.lent import lend
 from realtime.stop import StopRequest
 
 SOURCE = Path(__file__).parent / "unit" / "haptic_server" / "device" / "openhaptics" / "stand_in.c"

@@ -21,7 +21,7 @@ from haptic_server.device.simulated import Simulated
 from haptic_server.limits import limits_of
 from haptic_server.records import set_type
 from haptic_server.servo import loop, memory
-from realtime import triple
+from realtime import triple_buffer
 from realtime.kernels.jit import njit
 
 PERIOD_NS, T = sampled_arm.PERIOD_NS, 1e-3
@@ -80,7 +80,7 @@ def offer(servo: memory.Servo, revision: int, law: Records) -> None:
     """Put a set into the block as a gateway without a fence would."""
     wanted = np.zeros(1, set_type(servo.law.dtype))
     wanted["revision"], wanted["law"] = revision, law
-    triple.publish(servo.block.wanted_cells, servo.block.wanted, wanted[0])
+    triple_buffer.publish(servo.block.wanted_cells, servo.block.wanted, wanted[0])
 
 
 def gateway_takes(law: Records, played: Scene, changes: dict[str, float]) -> bool:

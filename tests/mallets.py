@@ -14,8 +14,8 @@ from drumstick.drum.modal.bank import Bank
 from drumstick.parameters.mallet import Mallet
 from drumstick.parameters.scene import Scene
 from membranes import energy, is_triangular
+from realtime.kernels.borrowed_view import lend
 from realtime.kernels.jit import njit
-from realtime.kernels.lent import lend
 from realtime.records import Records
 
 

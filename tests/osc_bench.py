@@ -15,7 +15,7 @@ from drumstick.parameters.scene import parse
 from drumstick.parameters.table import Refusal, table_of, values_of, with_changes
 from drumstick.stick.law import law_of
 from haptic_server.gateway.lease import Holder, Lease
-from haptic_server.gateway.osc.front import OscFront
+from haptic_server.gateway.osc.osc_server import OscFront
 from haptic_server.gateway.rounding import is_same
 from haptic_server.presets.preset import PresetError
 from protocol.messages import Release, SetReply, Strike

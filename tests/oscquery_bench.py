@@ -11,8 +11,8 @@ from typing import Any
 
 from websockets.sync.client import ClientConnection, connect
 
-from haptic_server.gateway.osc.front import OscFront
-from haptic_server.gateway.oscquery.inlet import Inlet
+from haptic_server.gateway.osc.osc_server import OscFront
+from haptic_server.gateway.oscquery.osc_bridge import Inlet
 from haptic_server.gateway.oscquery.server import OscQuery
 from osc_bench import BOUND_S, Client, FakeParameters
 

@@ -10,8 +10,8 @@ from haptic_server.records import EVENT, Reading
 from haptic_server.servo import memory
 from haptic_server.servo.force.rendering import ask, render, see
 from realtime import ring
+from realtime.kernels.borrowed_view import lend
 from realtime.kernels.jit import njit
-from realtime.kernels.lent import lend
 
 PERIOD_NS = 1_000_000
 

@@ -18,7 +18,7 @@ from drumstick.parameters.scene import parse, shipped_text
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server.records import EVENT, Event, set_type
-from realtime import ring, triple
+from realtime import ring, triple_buffer
 from realtime.atomics import load_acquire, poke, store_release
 from realtime.kernels.jit import njit
 from realtime.records import Records
@@ -173,7 +173,7 @@ def publish_all(cells: Cells, slots: Records, scratch: Records, count: int, gate
     record, state = scratch[0], seed
     for n in range(1, count + 1):
         fill_set(record, n)
-        triple.publish(cells, slots, record)
+        triple_buffer.publish(cells, slots, record)
         state = pause(gate, state)
     store_release(gate, DONE, 1)
 
@@ -186,8 +186,8 @@ def take_all(cells: Cells, slots: Records, gate: Cells, seed: int, seen: Cells) 
     last, state = 0, seed
     while True:
         done = load_acquire(gate, DONE)
-        fresh = triple.has_fresh(cells)
-        record = slots[triple.take(cells, slots)]
+        fresh = triple_buffer.has_fresh(cells)
+        record = slots[triple_buffer.take(cells, slots)]
         n = record.revision
         seen[TORN] += not whole_set(record)
         seen[DISORDERED] += n < last or (fresh and n == last)

@@ -63,7 +63,7 @@ def lab_command(
 ) -> None:
     """Run one of the laboratory's programs, or list them: benchmarks, torture, fuzzing, mutation, made pages."""
     from drumstick_lab.programs import module_of, programs
-    from rig.fault import wrong
+    from rig.exit_status import wrong
 
     if program is None:
         for name, words in programs().items():

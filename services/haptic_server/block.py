@@ -18,9 +18,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from haptic_server.files import BLOCK
-from haptic_server.front import ARM as ARM
-from haptic_server.front import (
+from haptic_server.block_header import ARM as ARM
+from haptic_server.block_header import (
     BOOT_CELL,
     CONTROL_CELLS,
     DISOWNED,
@@ -36,12 +35,13 @@ from haptic_server.front import (
     front,
     is_held,
 )
-from haptic_server.front import HEARTBEAT as HEARTBEAT
-from haptic_server.front import PANIC as PANIC
-from haptic_server.front import PANICS_SEEN as PANICS_SEEN
-from haptic_server.front import STOP as STOP
+from haptic_server.block_header import HEARTBEAT as HEARTBEAT
+from haptic_server.block_header import PANIC as PANIC
+from haptic_server.block_header import PANICS_SEEN as PANICS_SEEN
+from haptic_server.block_header import STOP as STOP
+from haptic_server.files import BLOCK
 from haptic_server.records import EVENT, POINTER, STATUS, set_type
-from realtime import ring, triple
+from realtime import ring, triple_buffer
 from realtime.atomics import peek, poke
 
 RING_SLOTS = 16384  # three minutes of a roll at 45 Hz, two events a contact
@@ -115,10 +115,10 @@ def _layout(law: np.dtype[Any]) -> list[tuple[str, np.dtype[Any], int]]:
         ("header", cells, HEADER_CELLS),
         ("control", cells, CONTROL_CELLS),
         ("ring_cells", cells, ring.CELLS),
-        ("wanted_cells", cells, triple.CELLS),
-        ("live_cells", cells, triple.CELLS),
-        ("status_cells", cells, triple.CELLS),
-        ("pointer_cells", cells, triple.CELLS),
+        ("wanted_cells", cells, triple_buffer.CELLS),
+        ("live_cells", cells, triple_buffer.CELLS),
+        ("status_cells", cells, triple_buffer.CELLS),
+        ("pointer_cells", cells, triple_buffer.CELLS),
         ("lateness", cells, LATENESS_BINS),
         ("wanted", sets, 3),
         ("live", sets, 3),
@@ -162,10 +162,10 @@ def _start(block: Block, law: npt.NDArray[np.void], revision: int = 0) -> None:
     first = np.zeros(1, set_type(law.dtype))
     first["law"] = law
     first["revision"] = revision
-    triple.clear(block.wanted_cells, block.wanted, first[0])
-    triple.clear(block.live_cells, block.live, first[0])
-    triple.clear(block.status_cells, block.status, np.zeros(1, STATUS)[0])
-    triple.clear(block.pointer_cells, block.pointer, np.zeros(1, POINTER)[0])
+    triple_buffer.clear(block.wanted_cells, block.wanted, first[0])
+    triple_buffer.clear(block.live_cells, block.live, first[0])
+    triple_buffer.clear(block.status_cells, block.status, np.zeros(1, STATUS)[0])
+    triple_buffer.clear(block.pointer_cells, block.pointer, np.zeros(1, POINTER)[0])
     # 40 bits of time and randomness: a new start is told from an old one, and fits every JSON number.
     block.header[:4] = (
         MAGIC,
@@ -185,9 +185,9 @@ def legacy(folder: Path, law: np.dtype[Any]) -> Legacy | None:
     except (FileNotFoundError, BlockError):
         return None
     newest = np.zeros(1, set_type(law))
-    while not triple.recover(old.wanted_cells, triple.READER, triple.WRITER):
+    while not triple_buffer.recover(old.wanted_cells, triple_buffer.READER, triple_buffer.WRITER):
         time.sleep(0)
-    triple.read_into(old.wanted_cells, old.wanted, newest)
+    triple_buffer.read_into(old.wanted_cells, old.wanted, newest)
     return Legacy(int(newest["revision"][0]), newest["law"].copy())
 
 
@@ -248,12 +248,12 @@ def attach(folder: Path, law: np.dtype[Any]) -> Block:
 def claim(block: Block) -> None:
     """Take up the gateway's side after an earlier gateway died, at whatever instruction."""
     for cells, own, other in (
-        (block.wanted_cells, triple.WRITER, triple.READER),
-        (block.live_cells, triple.READER, triple.WRITER),
-        (block.status_cells, triple.READER, triple.WRITER),
-        (block.pointer_cells, triple.WRITER, triple.READER),
+        (block.wanted_cells, triple_buffer.WRITER, triple_buffer.READER),
+        (block.live_cells, triple_buffer.READER, triple_buffer.WRITER),
+        (block.status_cells, triple_buffer.READER, triple_buffer.WRITER),
+        (block.pointer_cells, triple_buffer.WRITER, triple_buffer.READER),
     ):
-        while not triple.recover(cells, own, other):
+        while not triple_buffer.recover(cells, own, other):
             time.sleep(0)
 
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from protocol.keys import DEFAULT_ROUTER, Keys, checked_rig
-from rig.fault import lacking, wrong
+from rig.exit_status import lacking, wrong
 
 
 def rig_name(name: str) -> None:

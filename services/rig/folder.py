@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import IO
 
-from rig.fault import lacking
+from rig.exit_status import lacking
 
 
 def _places(rig: str) -> Iterator[Path]:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from realtime.regular_file import read_text
-from rig.fault import wrong
+from rig.exit_status import wrong
 from rig.supervision.scene_files import SceneFiles
 
 if TYPE_CHECKING:

@@ -20,12 +20,12 @@ from protocol.messages import Meter, State, decode
 from protocol.rate_limited_log import RateLimitedLog
 from realtime.records import is_there
 from realtime.stop import StopRequest
+from sound_server.display import Viewing
 from sound_server.receiving.contacts import ContactScheduler
 from sound_server.receiving.link import Link
 from sound_server.receiving.strikes import StrikeScheduler
 from sound_server.room import Room
 from sound_server.sinks.sink import Sink
-from sound_server.viewing import Viewing
 
 _PATIENCE_S = 2.0
 _RETRY_S = 0.25

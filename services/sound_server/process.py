@@ -25,19 +25,19 @@ def main() -> int:
         signal.signal(number, end)
     from realtime.notify import Supervisor
     from sound_server.server import DeviceLost, Server
-    from sound_server.sinks import awaited
-    from sound_server.sinks.choose import open_sink
+    from sound_server.sinks import reconnecting
+    from sound_server.sinks.selection import open_sink
     from sound_server.sinks.sink import SinkError
 
-    device_watch: awaited.DeviceWatch | None = None
+    device_watch: reconnecting.DeviceWatch | None = None
     try:
         sink = open_sink(wanted.audio, wanted.rate, wanted.block, wanted.awaited)
     except SinkError as error:
         if not wanted.awaited or error.status != 3:
             logging.error("%s", error)
             return error.status
-        sink = awaited.stand_in(wanted.audio, error, wanted.rate, wanted.block)
-        device_watch = awaited.DeviceWatch(wanted.audio, stop)
+        sink = reconnecting.stand_in(wanted.audio, error, wanted.rate, wanted.block)
+        device_watch = reconnecting.DeviceWatch(wanted.audio, stop)
     try:
         told = Supervisor()
         Server(wanted.rigs, wanted.connect, sink, stop, wanted.identity, wanted.most, wanted.room, told).run()

@@ -25,10 +25,10 @@ from drumstick.drum.block import render_block
 from drumstick.drum.engine import Engine
 from drumstick.drum.output.limiter import limit
 from realtime.atomics import load_acquire, peek, poke, store_release
+from realtime.kernels.borrowed_view import lend
 from realtime.kernels.foreign import call_block
 from realtime.kernels.handover import Handed, take_up_typed, typed_callback
 from realtime.kernels.jit import CFunction, njit
-from realtime.kernels.lent import lend
 from realtime.records import Record, Rows, dtype_of
 
 PLACES = 16

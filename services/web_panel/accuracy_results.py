@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from realtime.regular_file import read_text
-from web_panel.views.joined import Pair
+from web_panel.views.plot_data import Pair
 
 _MOST_BYTES = 20_000_000
 _ROUNDING = 2.0**-52  # an exact method errs by no less; on a logarithmic scale it needs a place

@@ -63,7 +63,7 @@ def main() -> int:
     try:
         from web_panel.accuracy_results import Files
         from web_panel.serving import GuardError, serve
-        from web_panel.tuning.kept import Kept
+        from web_panel.tuning.undo_file import Kept
     except ImportError as error:
         return _end(3, f"{error}; install haptic-drumstick[panel]")
     supervisor = Supervisor()

@@ -8,10 +8,10 @@ from collections.abc import Callable
 from protocol.access.identity import Identity
 from web_panel.access.admission import Admission
 from web_panel.access.client_message import ClientMessages
-from web_panel.access.guard import GuardError as GuardError
-from web_panel.access.guard import start
 from web_panel.access.lease_access import LeaseAccess
 from web_panel.access.pointer_access import PointerAccess
+from web_panel.access.viser_access import GuardError as GuardError
+from web_panel.access.viser_access import start
 from web_panel.accuracy_results import NO_FILES, Files
 from web_panel.computing.computer import Computer
 from web_panel.controls.preset_panel import PresetActions
@@ -20,9 +20,9 @@ from web_panel.rig.answer import Answer
 from web_panel.rig.rig_link import RigLink
 from web_panel.rig.rig_state import RigState
 from web_panel.tuning.changes import Changes
-from web_panel.tuning.kept import Kept
 from web_panel.tuning.prediction import Prediction
-from web_panel.views.chosen import Sources
+from web_panel.tuning.undo_file import Kept
+from web_panel.views.view_choice import Sources
 
 _log = logging.getLogger("panel")
 _PICTURE_S = 1.0 / 30.0

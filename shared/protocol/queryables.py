@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from protocol.questions import refuse
+from protocol.query_thread import refuse
 
 if TYPE_CHECKING:
     import zenoh

@@ -24,7 +24,7 @@ from haptic_server import files
 from haptic_server.device.recording import RecordingError, recording_of
 from haptic_server.presets.preset import PresetError, from_bytes
 from recordings import a_release, a_state, a_strike
-from rig.fault import Stop
+from rig.exit_status import Stop
 from rig.identity.rig_file import RigFileError
 from rig.identity.rig_file import parse as parse_rig_file
 from rig.machine import last_fault

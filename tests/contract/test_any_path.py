@@ -21,7 +21,7 @@ from haptic_server.presets.preset import PresetError
 from haptic_server.presets.store import PresetStore
 from protocol.access.identity import Identity
 from rig import scene_file
-from rig.fault import Stop
+from rig.exit_status import Stop
 from rig.identity import identity_check, keys, rig_file
 from rig.machine import last_fault
 from rig.offline import render

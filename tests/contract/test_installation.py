@@ -16,7 +16,7 @@ import pytest
 from typer.testing import CliRunner
 
 from rig.cli.command import app
-from rig.fault import Stop
+from rig.exit_status import Stop
 
 ROOT = Path(__file__).resolve().parents[2]
 DEPLOY = ROOT / "deploy"

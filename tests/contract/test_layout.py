@@ -31,7 +31,7 @@ I_O = {"asyncio", "io", "logging", "os", "pathlib", "select", "shutil", "socket"
     "pythonosc", "rtmidi2", "sounddevice", "viser", "websockets", "zenoh", "zeroconf"
 }  # fmt: skip
 # Beside their kernels they ask the system for a thread's priority and processor.
-THREADS = {"haptic_server/device/openhaptics/thread.py", "haptic_server/servo/witness.py"}
+THREADS = {"haptic_server/device/openhaptics/thread.py", "haptic_server/servo/stall_detector.py"}
 DECORATORS = {"njit", "only_with", "cfunc"}
 
 

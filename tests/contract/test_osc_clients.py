@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from haptic_server.gateway.osc.front import OscFront
+from haptic_server.gateway.osc.osc_server import OscFront
 from osc_bench import BOUND_S, RELEASE, STRIKE, Client, FakeParameters, client
 
 pytestmark = [pytest.mark.needs("oscdump", "oscsend"), pytest.mark.timeout(60)]

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from haptic_server.gateway.osc.front import OscFront
+from haptic_server.gateway.osc.osc_server import OscFront
 from osc_bench import RELEASE, STRIKE, FakeParameters, client
 from patching import PD, headless, listening
 

@@ -9,7 +9,7 @@ import pytest
 
 from haptic_server import files
 from haptic_server.servo.priority import FIFO_PRIORITY
-from rig.fault import GIVEN
+from rig.exit_status import GIVEN
 from rig.supervision.service import SERVICES
 
 ROOT = Path(__file__).resolve().parents[2]

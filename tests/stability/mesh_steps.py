@@ -11,9 +11,9 @@ from drumstick.drum.excitation.analytic import begin
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.step import step
 from drumstick.parameters.scene import Scene
+from realtime.kernels.borrowed_view import lend
 from realtime.kernels.float_mode import flush_denormals, restore
 from realtime.kernels.jit import njit
-from realtime.kernels.lent import lend
 
 RATE = 48_000
 

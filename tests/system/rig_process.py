@@ -19,7 +19,7 @@ from typing import Any, Generic, TypeVar
 import msgspec
 import zenoh
 
-from haptic_server.servo.witness import Witnesses
+from haptic_server.servo.stall_detector import Witnesses
 from ports import free_port
 from protocol.keys import Keys
 from protocol.messages import Message, RefusalReply, State, decode

@@ -17,7 +17,7 @@ from osc_port import receive, send
 from pythonosc.osc_message import OscMessage
 from rig_process import DRUMSTICK, Listener, Rig, ask, free_port, running, wait_for
 
-from haptic_server.gateway.osc.told import ECHO_S
+from haptic_server.gateway.osc.echo_filter import ECHO_S
 from osc_bench import built
 from patching import PD, headless, listening
 from protocol import osc as wire

@@ -17,7 +17,7 @@ from haptic_server import block, files
 from haptic_server.device.openhaptics.driver import library
 from haptic_server.records import FAULT, READY, STATUS, UNPLUGGED
 from hd_stand_in import CENTRE_MM, build
-from realtime import triple
+from realtime import triple_buffer
 
 pytestmark = [pytest.mark.needs("cc"), pytest.mark.real_clock, pytest.mark.timeout(180)]
 SCENE = shipped_text("phantom")
@@ -59,7 +59,7 @@ class Servo:
         except FileNotFoundError:
             return None
         out = np.zeros(1, STATUS)
-        triple.read_into(seen.status_cells, seen.status, out)
+        triple_buffer.read_into(seen.status_cells, seen.status, out)
         return out[0]
 
     def wait(self, what: str, test: Callable[[np.void], bool]) -> np.void:

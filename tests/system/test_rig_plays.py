@@ -31,7 +31,7 @@ from rig_process import (
     wait_for,
 )
 
-from haptic_server.servo.witness import Witnesses
+from haptic_server.servo.stall_detector import Witnesses
 from protocol.messages import Meter, Readback, State, Strike, decode
 
 pytestmark = pytest.mark.system

@@ -7,7 +7,7 @@ import pytest
 from lone_router import LoneRouter, lone_router
 from rig_process import PATIENCE_S, Listener, Rig, assert_steady, running, stood_still_s, wait_for
 
-from haptic_server.servo.witness import Witnesses
+from haptic_server.servo.stall_detector import Witnesses
 from protocol.messages import Meter, State, Strike
 from protocol.session import open_client
 

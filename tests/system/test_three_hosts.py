@@ -23,7 +23,7 @@ from three_hosts import AHEAD_S, HAPTIC, Probe, Running, ThreeHosts, seconds
 from wav_heard import RATE, sound_in
 
 from drumstick.parameters.scene import shipped_text
-from haptic_server.servo.witness import Witnesses
+from haptic_server.servo.stall_detector import Witnesses
 from protocol.messages import Meter, State, Strike
 
 pytestmark = [pytest.mark.system, pytest.mark.long, pytest.mark.real_clock, pytest.mark.timeout(300)]

@@ -13,8 +13,8 @@ from drumstick_lab.accuracy import store
 from drumstick_lab.accuracy.choices import choices
 from drumstick_lab.accuracy.run import begun, fill
 from rig import folder
-from rig.fault import lacking
-from rig.figures import ready
+from rig.exit_status import lacking
+from rig.figures import requirements
 
 
 def accuracy(quick: bool, as_json: bool, out: Path | None) -> None:
@@ -27,7 +27,7 @@ def accuracy(quick: bool, as_json: bool, out: Path | None) -> None:
     where = folder.accuracy_folder() if out is None else out
     if quick and store.is_full(where):
         where /= "quick"
-    ready.require_folder(where)
+    requirements.require_folder(where)
     found = begun(quick)
     try:
         fill(found)
@@ -38,7 +38,7 @@ def accuracy(quick: bool, as_json: bool, out: Path | None) -> None:
     store.keep(found, where)
     (where / store.UNFINISHED).unlink(missing_ok=True)
     written = [store.FILE]
-    if line := ready.missing_matplotlib():
+    if line := requirements.missing_matplotlib():
         print(f"no figures: they need matplotlib; type: {line}", file=sys.stderr)
     else:
         from drumstick_lab.figures.accuracy import write

@@ -8,7 +8,7 @@ from typing import Any
 from drumstick_lab.checkout import RESULTS
 from realtime.regular_file import read_text
 from rig.accuracy_files import FILE
-from rig.fault import lacking
+from rig.exit_status import lacking
 
 UNFINISHED = "accuracy-unfinished.json"  # of a run that was stopped or failed
 _LARGEST_BYTES = 20_000_000

@@ -11,8 +11,8 @@ from drumstick_lab.soak.result import Result
 from drumstick_lab.soak.samples import Samples
 from realtime.stop import StopRequest, on_stop_signals
 from rig import scene_file
-from rig.fault import OURS, Stop, lacking
-from rig.figures import ready
+from rig.exit_status import OURS, Stop, lacking
+from rig.figures import requirements
 from rig.supervision.terminal import Terminal
 
 VIRTUAL_S, REAL_S, REAL_SPEED = 3600.0, 1800.0, 20.0
@@ -33,8 +33,8 @@ def soak(
     scene_file.load(scene)
     text = quicker(found.text, found.source, rate)
     if out is not None:
-        ready.require_matplotlib()
-        ready.require_folder(out)
+        requirements.require_matplotlib()
+        requirements.require_folder(out)
     stop, terminal = StopRequest(), Terminal()
     on_stop_signals(stop.ask)
     samples = Samples(None if out is None else out / CSV)

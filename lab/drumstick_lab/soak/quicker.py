@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from typing import Any, cast
 
 from drumstick.parameters.scene import Scene, as_tables, parse
-from rig.fault import wrong
+from rig.exit_status import wrong
 
 MOST = 100.0
 # Of each unit that ends a key: how often mass, length and time stand in it, together.

@@ -12,7 +12,7 @@ from drumstick_lab.soak.result import Result
 from drumstick_lab.soak.samples import Samples
 from drumstick_lab.soak.verdict import BREATH_KB, WARM_UP, Verdict, of_count, of_growth, told
 from realtime.stop import StopRequest
-from rig.fault import OURS, Stop, lacking
+from rig.exit_status import OURS, Stop, lacking
 
 _READY_WITHIN_S = 600.0  # the very first start compiles every kernel
 _LONGEST_PAUSE_S, _SHORTEST_PAUSE_S, _SAMPLES = 5.0, 0.5, 200

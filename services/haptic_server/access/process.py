@@ -10,10 +10,10 @@ import json
 import signal
 from functools import partial
 
-from haptic_server.access.cutter import Cutter
+from haptic_server.access.disconnection import Cutter
 from haptic_server.access.refusals import Refusals
+from haptic_server.access.report import told
 from haptic_server.access.sockets import hold_silent
-from haptic_server.access.told import told
 from protocol.access.identity import add_options, identity_of
 from protocol.access.roles import ROLES, checked_roles
 from protocol.endpoint import host_and_port

@@ -19,8 +19,8 @@ import time
 from collections import Counter
 from collections.abc import Callable
 
-from haptic_server.access.allowances import Allowances
-from haptic_server.access.cutter import TURNED_BACK_S
+from haptic_server.access.disconnection import TURNED_BACK_S
+from haptic_server.access.session_limits import Allowances
 from protocol.foreign_text import shown
 
 _log = logging.getLogger("door")

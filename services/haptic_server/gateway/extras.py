@@ -11,7 +11,7 @@ from haptic_server.gateway.osc.targets import Endpoint
 from haptic_server.gateway.parameter_access import ParameterAccess
 
 if TYPE_CHECKING:
-    from haptic_server.gateway.oscquery.inlet import Inlet
+    from haptic_server.gateway.oscquery.osc_bridge import Inlet
 
 
 class Lacking(OSError):
@@ -68,7 +68,7 @@ class Extras:
                 f"OSCQuery port {host}:{port} cannot be opened: {error.strerror}; choose another with --oscquery"
             ) from None
         if given.oscquery_announce or not self._query.is_on_loopback:
-            from haptic_server.gateway.oscquery.announce import Announcement
+            from haptic_server.gateway.oscquery.mdns import Announcement
 
             try:
                 self._announcement = Announcement(given.rig, self._query.endpoint, front)

@@ -16,9 +16,9 @@ import numpy.typing as npt
 from drumstick.safety import envelope
 from drumstick.stick.law import Records
 from haptic_server import block as blocks
-from haptic_server.front import is_about_to_tick, is_alive, is_held, raise_panic
+from haptic_server.block_header import is_about_to_tick, is_alive, is_held, raise_panic
 from haptic_server.records import EVENT, POINTER, STATUS, set_type
-from realtime import ring, triple
+from realtime import ring, triple_buffer
 from realtime.atomics import add_to, peek
 from realtime.stop import StopRequest
 
@@ -86,7 +86,7 @@ class ServoLink:
 
     def take_live(self) -> tuple[int, Records] | None:
         """The set that the servo uses now, if it is one not seen before: revision and law, shape (1,)."""
-        if not triple.read_into(self.block.live_cells, self.block.live, self._live):
+        if not triple_buffer.read_into(self.block.live_cells, self.block.live, self._live):
             return None
         return self.live()
 
@@ -96,20 +96,20 @@ class ServoLink:
 
     def first_live(self) -> tuple[int, Records]:
         """The set in use when the gateway starts."""
-        triple.read_into(self.block.live_cells, self.block.live, self._live)
+        triple_buffer.read_into(self.block.live_cells, self.block.live, self._live)
         return self.live()
 
     def waiting(self) -> tuple[int, Records] | None:
         """A set that an earlier gateway offered and the servo has not taken yet."""
-        between = peek(self.block.wanted_cells, triple.BETWEEN)
-        if between < triple.FRESH:
+        between = peek(self.block.wanted_cells, triple_buffer.BETWEEN)
+        if between < triple_buffer.FRESH:
             return None
-        offered = self.block.wanted[between % triple.FRESH : between % triple.FRESH + 1].copy()
+        offered = self.block.wanted[between % triple_buffer.FRESH : between % triple_buffer.FRESH + 1].copy()
         return int(offered["revision"][0]), offered["law"].copy()
 
     def status(self) -> Any:
         """The servo's latest STATUS record."""
-        triple.read_into(self.block.status_cells, self.block.status, self._status)
+        triple_buffer.read_into(self.block.status_cells, self.block.status, self._status)
         return self._status[0]
 
     def lateness(self) -> dict[str, object]:
@@ -130,7 +130,7 @@ class ServoLink:
         """Give the servo a whole set; it takes the newest one when the stick is above the head."""
         self._offer["revision"] = revision
         self._offer["law"] = law
-        triple.publish(self.block.wanted_cells, self.block.wanted, self._offer[0])
+        triple_buffer.publish(self.block.wanted_cells, self.block.wanted, self._offer[0])
 
     @property
     def is_pointed(self) -> bool:
@@ -142,7 +142,7 @@ class ServoLink:
         self._pointer["t_ns"] = time.monotonic_ns()
         self._pointer["held"] = held
         self._pointer["lift"], self._pointer["x"], self._pointer["y"] = lift, x, y
-        triple.publish(self.block.pointer_cells, self.block.pointer, self._pointer[0])
+        triple_buffer.publish(self.block.pointer_cells, self.block.pointer, self._pointer[0])
 
     def raise_panic(self) -> None:
         """Zero force from the next tick on, also of a servo whose block was not taken up yet."""
@@ -161,10 +161,10 @@ def rehearse(law: Records) -> None:
     blocks.claim(block)
     ring.drain(block.ring_cells, block.events, np.zeros(1, EVENT))
     ring.await_written(block.ring_cells, np.zeros(2, np.int64), _LOOK_NS, 0)
-    triple.publish(block.wanted_cells, block.wanted, offered[0])
-    triple.publish(block.pointer_cells, block.pointer, np.zeros(1, POINTER)[0])
-    triple.read_into(block.live_cells, block.live, offered)
-    triple.read_into(block.status_cells, block.status, np.zeros(1, STATUS))
+    triple_buffer.publish(block.wanted_cells, block.wanted, offered[0])
+    triple_buffer.publish(block.pointer_cells, block.pointer, np.zeros(1, POINTER)[0])
+    triple_buffer.read_into(block.live_cells, block.live, offered)
+    triple_buffer.read_into(block.status_cells, block.status, np.zeros(1, STATUS))
     add_to(block.control, blocks.PANIC, 1)
     peek(block.control, blocks.HEARTBEAT)
     envelope.judge(law[0], envelope.Limits(1.0, 1.0).record()[0], envelope.new_room())

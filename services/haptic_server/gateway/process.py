@@ -17,12 +17,12 @@ from haptic_server import files, limits
 from haptic_server.gateway import options
 from haptic_server.gateway.extras import Extras, Lacking
 from haptic_server.gateway.link import ServoLink, rehearse, wait_for_servo
-from haptic_server.gateway.osc.front import LOOPBACK, OscFront
+from haptic_server.gateway.osc.osc_server import LOOPBACK, OscFront
 from haptic_server.gateway.presets import Presets
 from haptic_server.gateway.relay import Relay, Wires
 from haptic_server.gateway.settings import Parameters
 from haptic_server.gateway.zenoh.contacts import contacts_of
-from haptic_server.gateway.zenoh.pointing import Pointing
+from haptic_server.gateway.zenoh.pointer_input import Pointing
 from haptic_server.gateway.zenoh.scene_request import SceneRequests
 from haptic_server.gateway.zenoh.wire import Wire
 from haptic_server.presets.store import PresetStore

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.settings import Echo, Parameters
 from haptic_server.gateway.zenoh.contacts import Contacts
-from haptic_server.gateway.zenoh.pointing import Pointing
+from haptic_server.gateway.zenoh.pointer_input import Pointing
 from haptic_server.gateway.zenoh.wire import Wire
 from haptic_server.presets.last_good import LastGood
 from haptic_server.records import FAULT, FAULT_WORDS, NO_FAULT, STATUS_WORDS, STRIKE
@@ -25,7 +25,7 @@ from realtime.stop import StopRequest
 
 if TYPE_CHECKING:
     from haptic_server.gateway.midi.sender import MidiSender
-    from haptic_server.gateway.osc.front import OscFront
+    from haptic_server.gateway.osc.osc_server import OscFront
 
 _log = logging.getLogger("gateway")
 _ROUND_NS = 2_000_000

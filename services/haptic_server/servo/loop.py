@@ -11,16 +11,16 @@ import numpy as np
 import numpy.typing as npt
 
 from haptic_server.block import LATENESS_BIN_NS, LATENESS_BINS, STOP
+from haptic_server.servo.event_output import tell
 from haptic_server.servo.force.pointed import pointed_arm_tick, pointed_stick_tick
 from haptic_server.servo.force.sampled import replayed_tick, sampled_tick
 from haptic_server.servo.force.tick import tick
 from haptic_server.servo.memory import Servo
-from haptic_server.servo.telling import tell
 from haptic_server.servo.trace import note
 from realtime.atomics import load_acquire, poke
 from realtime.clock import now_ns, wait_until
+from realtime.kernels.borrowed_view import lend
 from realtime.kernels.jit import ArgumentType, array_has, is_none, njit, overload
-from realtime.kernels.lent import lend
 
 _WARM_TICKS = 100  # lateness before this is the machine getting started, not the loop
 _FOR_EVER = 2**62  # ticks

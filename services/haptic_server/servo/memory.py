@@ -34,7 +34,7 @@ from haptic_server.records import (
     set_type,
 )
 from haptic_server.servo.force.guard import ALLOWED, GUARD, Allowed, GuardState, may_add
-from haptic_server.servo.force.pull import HandPull, new_hand
+from haptic_server.servo.force.hand_estimate import HandPull, new_hand
 from haptic_server.servo.force.velocity import Track, new_track
 from haptic_server.servo.streaming import Stream, stream_to
 from haptic_server.servo.trace import TICKS, TRACE, Trace

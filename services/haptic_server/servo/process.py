@@ -16,16 +16,16 @@ from drumstick.parameters.table import Refusal
 from drumstick.safety import envelope
 from drumstick.stick.law import law_of
 from haptic_server import block, contacts, files
-from haptic_server.device.chosen import KINDS, chosen
 from haptic_server.device.protocol import Device, DeviceError
+from haptic_server.device.selection import KINDS, chosen
 from haptic_server.device.specification import Specification
 from haptic_server.limits import limits_of
 from haptic_server.limits import write as write_limits
 from haptic_server.records import FAULT_WORDS, NO_FAULT
 from haptic_server.servo import memory, priority, trace
 from haptic_server.servo.force.latch import passes
-from haptic_server.servo.pulse import Pulse
 from haptic_server.servo.streaming import stream_to
+from haptic_server.servo.watchdog import Pulse
 from realtime.atomics import poke
 from realtime.log import open_log
 from realtime.notify import Supervisor

@@ -19,7 +19,7 @@ from haptic_server import block
 from haptic_server.servo import loop, memory, priority
 from haptic_server.servo.loop import Log, Times
 from haptic_server.servo.memory import Servo
-from haptic_server.servo.witness import Witnesses, excused
+from haptic_server.servo.stall_detector import Witnesses, excused
 
 # The promise: discounted by what witnesses saw, at 1 kHz with SCHED_FIFO.
 P9999_NS, WORST_NS = 300_000, 500_000

@@ -11,7 +11,7 @@ import typer
 
 from realtime.log import say
 from rig.cli import laboratory, machine, offline, play, running, service
-from rig.fault import LACKING, Stop
+from rig.exit_status import LACKING, Stop
 
 app = typer.Typer(
     add_completion=False,

@@ -4,7 +4,7 @@ from importlib.metadata import entry_points
 
 import typer
 
-from rig.fault import lacking
+from rig.exit_status import lacking
 
 _GROUP = "drumstick.laboratory"
 # The laboratory reads what follows, --help too.

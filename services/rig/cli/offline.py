@@ -77,23 +77,23 @@ def analyse_command(
 
 def scene_list(as_json: Json = False) -> None:
     """The shipped scenes."""
-    from rig.offline import scenes_shown
+    from rig.offline import scene_commands
 
-    scenes_shown.show_list(as_json)
+    scene_commands.show_list(as_json)
 
 
 def scene_show(scene: SceneName, as_json: Json = False) -> None:
     """A scene with every default written out (--json), or its text."""
-    from rig.offline import scenes_shown
+    from rig.offline import scene_commands
 
-    scenes_shown.show(scene, as_json)
+    scene_commands.show(scene, as_json)
 
 
 def scene_check(scene: SceneName) -> None:
     """Say everything that is wrong with a scene."""
-    from rig.offline import scenes_shown
+    from rig.offline import scene_commands
 
-    scenes_shown.check(scene)
+    scene_commands.check(scene)
 
 
 def scene_cost(scene: SceneName, as_json: Json = False) -> None:

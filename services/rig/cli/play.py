@@ -29,8 +29,8 @@ def up_command(
     as_json: Json = False,
 ) -> None:
     """Play: force loop, sound and panel together, until Ctrl-C."""
-    from rig.supervision.chosen import chosen
     from rig.supervision.plan import DOOR, HAPTIC, PANEL, SOUND
+    from rig.supervision.rig_options import chosen
     from rig.supervision.up import up
 
     if not _ports_listed(haptic, as_json):
@@ -49,8 +49,8 @@ def haptic_command(
     as_json: Json = False,
 ) -> None:
     """Only the force loop and its gateway."""
-    from rig.supervision.chosen import chosen
     from rig.supervision.plan import DOOR, HAPTIC
+    from rig.supervision.rig_options import chosen
     from rig.supervision.up import up
 
     if not _ports_listed(haptic, as_json):
@@ -62,8 +62,8 @@ def sound_command(
     *, speaker: Speaker, duration: Duration = None, ends: Ends, hall: Hall, as_json: Json = False
 ) -> None:
     """Only the sound server; each rig's scene comes from its haptic server."""
-    from rig.supervision.chosen import chosen
     from rig.supervision.plan import SOUND
+    from rig.supervision.rig_options import chosen
     from rig.supervision.up import up
 
     up(chosen(frozenset({SOUND}), ends, speaker, hall), "roll", duration, as_json)
@@ -72,8 +72,8 @@ def sound_command(
 @grouped
 def panel_command(*, page: Page, duration: Duration = None, ends: Ends, as_json: Json = False) -> None:
     """Only the technician's page."""
-    from rig.supervision.chosen import chosen
     from rig.supervision.plan import PANEL
+    from rig.supervision.rig_options import chosen
     from rig.supervision.up import up
 
     up(chosen(frozenset({PANEL}), ends, page), "roll", duration, as_json)

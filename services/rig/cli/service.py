@@ -23,8 +23,8 @@ from rig.options import (
 @grouped
 def servo_command(*, scene: Scene = "roll", arm: Arm, rig: RigName = "main") -> None:
     """Run the force loop in the foreground, for systemd. Without a rig file it stays off the network."""
-    from rig.supervision.chosen import chosen
     from rig.supervision.plan import HAPTIC
+    from rig.supervision.rig_options import chosen
     from rig.supervision.service import become_servo
 
     become_servo(chosen(frozenset({HAPTIC}), Ends(rig=rig), arm), scene)
@@ -33,8 +33,8 @@ def servo_command(*, scene: Scene = "roll", arm: Arm, rig: RigName = "main") -> 
 @grouped
 def gateway_command(*, ends: Ends, gateway: Gateway) -> None:
     """Become the gateway between a force loop and the network."""
-    from rig.supervision.chosen import chosen
     from rig.supervision.plan import HAPTIC
+    from rig.supervision.rig_options import chosen
     from rig.supervision.service import become_gateway
 
     become_gateway(chosen(frozenset({HAPTIC}), ends, gateway))
@@ -47,8 +47,8 @@ def door_command(
 ) -> None:
     """Become the public listener that the rig file describes, beside the gateway."""
     from rig.options import Doors
-    from rig.supervision.chosen import chosen
     from rig.supervision.plan import DOOR
+    from rig.supervision.rig_options import chosen
     from rig.supervision.service import become
 
     become(DOOR, chosen(frozenset({DOOR}), Ends(rig=rig, rig_file=rig_file), Doors(listen=listen)))
@@ -57,8 +57,8 @@ def door_command(
 @grouped
 def sound_command(*, speaker: Speaker, ends: Ends, hall: Hall) -> None:
     """Become the sound server, which waits for its device."""
-    from rig.supervision.chosen import chosen
     from rig.supervision.plan import SOUND
+    from rig.supervision.rig_options import chosen
     from rig.supervision.service import become
 
     become(SOUND, replace(chosen(frozenset({SOUND}), ends, speaker, hall), audio_awaited=True))
@@ -67,8 +67,8 @@ def sound_command(*, speaker: Speaker, ends: Ends, hall: Hall) -> None:
 @grouped
 def panel_command(*, page: Page, ends: Ends) -> None:
     """Become the technician's page."""
-    from rig.supervision.chosen import chosen
     from rig.supervision.plan import PANEL
+    from rig.supervision.rig_options import chosen
     from rig.supervision.service import become
 
     become(PANEL, chosen(frozenset({PANEL}), ends, page))

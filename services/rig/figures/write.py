@@ -1,6 +1,6 @@
 """`drumstick analyse SCENE --out DIR`: every figure as PNG and SVG, every sweep as CSV, and analysis.json.
 
-Needs matplotlib: rig.figures.ready is asked first.
+Needs matplotlib: rig.figures.requirements is asked first.
 """
 
 import json
@@ -16,7 +16,7 @@ from drumstick.analysis.cycles.sweep import STABLE, Axis, Swept, sweep
 from drumstick.analysis.findings import Findings
 from drumstick.analysis.unpulsed import NEVER_REPEATING
 from drumstick.parameters.scene import Scene
-from rig.figures import tables, usual
+from rig.figures import default_sweeps, tables
 from rig.figures.bifurcation import bifurcation
 from rig.figures.phase_plane import phase_plane
 from rig.figures.plane import kinds, rates
@@ -91,7 +91,7 @@ def _write_sweep(scene: Scene, axes: Sequence[Axis], folder: Folder, told: Told)
 
 
 def _write_predictions(scene: Scene, folder: Folder, told: Told) -> None:
-    line = usual.line(scene, usual.FORECAST_POINTS)
+    line = default_sweeps.line(scene, default_sweeps.FORECAST_POINTS)
     if line is None or "pulse" not in scene.effects or any(name in scene.effects for name in NEVER_REPEATING):
         return  # equation (7) has nothing to say
     speeds = open_forecast(scene, line.values)
@@ -122,7 +122,7 @@ def write(scene: Scene, found: Findings, out: Path, asked: Sequence[Axis], quiet
         folder.figure("phase-plane", phase_plane(scene, found.cycles, throws_of(scene, found)))
         _write_map(scene, found, folder)
         _write_predictions(scene, folder, told)
-        line = usual.line(scene)
-        for axes in ([] if line is None else [(line,)]) + usual.planes(scene):
+        line = default_sweeps.line(scene)
+        for axes in ([] if line is None else [(line,)]) + default_sweeps.planes(scene):
             _write_sweep(scene, axes, folder, told)
     return folder.written

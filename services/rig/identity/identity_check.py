@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from protocol.access.identity import Identity
 from protocol.access.roles import HAPTIC, ROLES
 from realtime.regular_file import read_bytes
-from rig.fault import lacking, wrong
+from rig.exit_status import lacking, wrong
 
 if TYPE_CHECKING:
     from cryptography import x509

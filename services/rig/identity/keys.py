@@ -21,7 +21,7 @@ from protocol.access.roles import HAPTIC, ROLES
 from protocol.access.router import ROUTER
 from protocol.keys import DEFAULT_RIG, checked_rig
 from realtime.regular_file import read_bytes
-from rig.fault import lacking, wrong
+from rig.exit_status import lacking, wrong
 from rig.identity.rig_template import rig_file_text
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from protocol.access.roles import ROLES, checked_roles
 from protocol.endpoint import host_and_port, is_loopback, is_tls
 from protocol.keys import checked_rig
 from realtime.regular_file import read_text
-from rig.fault import wrong
+from rig.exit_status import wrong
 
 LARGEST_BYTES = 100_000
 _MOST_ITEMS = 64

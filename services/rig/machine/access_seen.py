@@ -7,7 +7,7 @@ from typing import Any
 
 from protocol.foreign_text import shown
 from protocol.keys import DEFAULT_RIG
-from rig.fault import Stop
+from rig.exit_status import Stop
 from rig.identity.rig_file import load
 from rig.machine.finding import Finding
 from rig.network import remote

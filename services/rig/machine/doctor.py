@@ -13,7 +13,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rig.fault import LACKING, Stop
+from rig.exit_status import LACKING, Stop
 from rig.machine.finding import Finding
 from rig.machine.ports import require_free_tcp, require_free_udp
 
@@ -99,9 +99,9 @@ def openhaptics() -> Finding:
 
 
 def _matplotlib() -> Finding:
-    from rig.figures import ready
+    from rig.figures import requirements
 
-    line = ready.missing_matplotlib()
+    line = requirements.missing_matplotlib()
     return Finding(
         "matplotlib", not line, False, "not installed" if line else "there", f"for figures, type: {line}"
     )
@@ -119,9 +119,9 @@ class Fault:
 
 
 def _picture(last: "LastFault") -> tuple[str | None, str]:
-    from rig.figures import ready
+    from rig.figures import requirements
 
-    if line := ready.missing_matplotlib():
+    if line := requirements.missing_matplotlib():
         return None, f"to see its ticks drawn, type: {line}; then drumstick doctor again"
     from rig.figures.fault import fault
     from rig.figures.style import save

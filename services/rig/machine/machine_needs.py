@@ -6,7 +6,7 @@ Without them services would hang or be started again for ever, each for a reason
 import resource
 import socket
 
-from rig.fault import lacking
+from rig.exit_status import lacking
 
 FILES = 256  # of one process: some thirty of its own, and one for each that connects
 MEMORY_BYTES = 2 << 30  # of addresses, not of memory in use: the gateway takes up 1.6 GiB

@@ -4,7 +4,7 @@ import json
 import subprocess
 import sys
 
-from rig.fault import lacking
+from rig.exit_status import lacking
 
 _ANSWER_WITHIN_S = 20.0
 

@@ -2,7 +2,7 @@
 
 import socket
 
-from rig.fault import lacking
+from rig.exit_status import lacking
 
 
 def _require_free(kind: socket.SocketKind, host: str, port: int, what: str, option: str) -> None:

@@ -6,7 +6,7 @@ import sys
 from typing import Any
 
 from rig import scene_file
-from rig.fault import OURS, Stop
+from rig.exit_status import OURS, Stop
 
 _LIMITS = "fit means SCHED_FIFO, and without host stalls 99.99 % of ticks within 300 us and all within 500 us"
 

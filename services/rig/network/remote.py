@@ -14,7 +14,7 @@ from protocol.foreign_text import shown
 from protocol.keys import command
 from protocol.messages import PresetNews, PresetReply, Readback, RefusalReply, SetReply, decode
 from protocol.session import client_config
-from rig.fault import lacking, wrong
+from rig.exit_status import lacking, wrong
 from rig.machine.ports import listens
 from rig.supervision.resolved_options import FarEnd
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rig import scene_file
-from rig.fault import wrong
+from rig.exit_status import wrong
 
 if TYPE_CHECKING:
     from drumstick.analysis.cycles.cycle import Cycle
@@ -49,11 +49,11 @@ def analyse(scene: str, as_json: bool, out: Path | None = None, sweeps: Sequence
 
 def _ready(scene: "Scene", out: Path, sweeps: Sequence[str]) -> "list[Axis]":
     # Everything that can be wrong with --out and --sweep is said before the long work begins.
-    from rig.figures import asked, ready
+    from rig.figures import requirements, sweep_option
 
-    ready.require_matplotlib()
-    axes = asked.axes(scene, sweeps)
-    ready.require_folder(out)
+    requirements.require_matplotlib()
+    axes = sweep_option.axes(scene, sweeps)
+    requirements.require_folder(out)
     return axes
 
 

@@ -17,7 +17,7 @@ from drumstick.drum.excitation.offline import Press
 from drumstick.drum.excitation.strikes import Blow
 from drumstick.parameters.scene import Scene
 from protocol.messages import Contact, Strike, decode
-from rig.fault import wrong
+from rig.exit_status import wrong
 from rig.recording import channels
 from rig.recording.reading import Event, Recording, RecordingError, read
 from sound_server.receiving.contacts import checked_forces

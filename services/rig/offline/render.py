@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from realtime.regular_file import read_lines
 from rig import scene_file
-from rig.fault import lacking, wrong
+from rig.exit_status import lacking, wrong
 from rig.recording.record import SUFFIX
 from rig.supervision.preflight import playable
 
@@ -219,7 +219,7 @@ def _whole(options: RenderOptions, length_s: float) -> RenderOptions:
 
 
 def _check_pictures(options: RenderOptions) -> None:
-    from rig.figures.ready import require_matplotlib
+    from rig.figures.requirements import require_matplotlib
 
     for option, path in (("--spectrogram", options.spectrogram), ("--modes", options.modes)):
         if path is None:
@@ -248,7 +248,7 @@ def _draw(
 
             save(spectrogram(sound, options.rate_Hz, scene.drum.f01_Hz, scene.name), options.spectrogram)
         if options.modes is not None:
-            from drumstick.drum.heard import heard_modes
+            from drumstick.drum.mode_measurement import heard_modes
             from rig.figures.sounds.modes import modes
 
             heard = heard_modes(scene, options.rate_Hz)

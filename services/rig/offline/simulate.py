@@ -4,7 +4,7 @@ import json
 from typing import Any
 
 from rig import scene_file
-from rig.fault import wrong
+from rig.exit_status import wrong
 
 DEFAULT_DT_S = 1e-5
 _MOST_CONTACTS = 1_000_000  # half a day of a roll, and half a gigabyte until they are written

@@ -53,7 +53,7 @@ def contacts(scene: "Scene", duration_s: float, gesture: str | None = None) -> "
     import numpy as np
 
     from haptic_server.contacts import SAMPLE, SLOTS
-    from haptic_server.gateway.zenoh.pieces import Pieces
+    from haptic_server.gateway.zenoh.contact_pieces import Pieces
     from haptic_server.servo import loop
     from realtime import ring
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from protocol.access.identity import add_options, identity_of
 from protocol.keys import Keys
 from realtime.log import open_log
-from rig.fault import Stop, lacking
+from rig.exit_status import Stop, lacking
 from rig.recording.record import recorded, words
 from rig.supervision.resolved_options import FarEnd
 

@@ -20,7 +20,7 @@ from rig.recording.channels import (
     schema,
     schema_name,
 )
-from rig.recording.durable import DurableFile
+from rig.recording.durable_file import DurableFile
 from rig.recording.index import IndexOnDisk, keep_on_disk
 
 CHUNK_BYTES = 256 * 1024  # a chunk ends when there is so much in it, before compression

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from realtime.stop import StopRequest, on_stop_signals
-from rig.fault import lacking, wrong
+from rig.exit_status import lacking, wrong
 from rig.supervision.resolved_options import FarEnd
 
 if TYPE_CHECKING:

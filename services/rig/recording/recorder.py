@@ -20,9 +20,9 @@ from protocol.rate_limited_log import RateLimitedLog
 from realtime.log import say
 from realtime.stop import StopRequest
 from rig.recording import channels
-from rig.recording.gaps import Gaps
-from rig.recording.listening import Came, Heard, Item, Listening, NewClock, NewScene
+from rig.recording.lost_messages import Gaps
 from rig.recording.mcap_writer import CLOCK_METADATA, SCENE_ATTACHMENT, McapWriter
+from rig.recording.recorder_session import Came, Heard, Item, Listening, NewClock, NewScene
 from rig.recording.times import TimeLine, wall_minus_monotonic_ns
 from rig.supervision.resolved_options import FarEnd
 

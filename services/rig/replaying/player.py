@@ -12,7 +12,7 @@ from rig.recording import channels
 from rig.replaying.cues import Cue, Retelling, pass_ns
 from rig.replaying.lateness import Lateness
 from rig.replaying.osc_out import OscOut
-from rig.replaying.stand_in import StandIn
+from rig.replaying.replay_server import StandIn
 
 _LONGEST_SLEEP_S = 0.02  # so that a stop is heard
 _ALIVE_EVERY_NS = 1_000_000_000

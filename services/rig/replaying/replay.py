@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from protocol.keys import Keys
 from realtime.log import say
 from realtime.stop import StopRequest, on_stop_signals
-from rig.fault import lacking, wrong
+from rig.exit_status import lacking, wrong
 from rig.machine import ports
 from rig.supervision.watch import host_and_port
 
@@ -86,7 +86,7 @@ def _session(keys: Keys, options: ReplayOptions) -> "Generator[zenoh.Session]":
     import zenoh
 
     from protocol.session import client_config, open_router
-    from rig.replaying.stand_in import present
+    from rig.replaying.replay_server import present
 
     try:
         if options.connect is None:
@@ -111,7 +111,7 @@ def _say(words: str) -> None:
 
 
 def _await_sound(session: "zenoh.Session", keys: Keys, enough: Callable[[], bool]) -> None:
-    from rig.replaying.stand_in import present
+    from rig.replaying.replay_server import present
 
     _say(f"waiting for a sound server of rig {keys.rig!r}")
     while not enough() and not present(session, keys.alive("sound", "*")):
@@ -148,7 +148,7 @@ def _played(
     from rig.replaying.cues import Retelling, numbers_of
     from rig.replaying.osc_out import OscOut
     from rig.replaying.player import Player
-    from rig.replaying.stand_in import StandIn, new_boot
+    from rig.replaying.replay_server import StandIn, new_boot
 
     boot, panic = new_boot(), StopRequest()
     what = f"a replay of {options.file.name}"

@@ -9,7 +9,7 @@ from collections.abc import Generator
 from contextlib import contextmanager
 
 from drumstick.parameters.scene import Scene
-from rig.fault import wrong
+from rig.exit_status import wrong
 
 _DEVICE_RATE_Hz = 48_000
 

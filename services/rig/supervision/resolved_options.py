@@ -14,7 +14,7 @@ from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, Keys
 from protocol.session import Public
 from realtime.log import say
 from rig import checks
-from rig.fault import LACKING, Stop, wrong
+from rig.exit_status import LACKING, Stop, wrong
 from rig.identity import identity_check
 from rig.identity.rig_file import RigFile, load
 from rig.supervision.plan import DOOR, PANEL, SOUND

@@ -11,8 +11,8 @@ from pathlib import Path
 
 from protocol.keys import DEFAULT_RIG, command
 from realtime.regular_file import read_text
-from rig import folder, scene_file, wanted_scene
-from rig.fault import GIVEN, LACKING, Stop
+from rig import folder, requested_scene, scene_file
+from rig.exit_status import GIVEN, LACKING, Stop
 from rig.supervision.scene_files import SceneFiles
 
 CONFIGURED = "scene.configured"  # hash of the scene that was laid out because the options name it
@@ -54,14 +54,14 @@ def lay_out(run: Path, configured: str, say: Say, rig: str = DEFAULT_RIG) -> Non
     whatever is asked for. The configured scene is put where none lies, and where the options changed. `rig`: as the
     words of it name it. Raises Stop.
     """
-    from haptic_server import front
+    from haptic_server import block_header
 
-    lying, wanted = _lying(run), wanted_scene.take(run, say)
+    lying, wanted = _lying(run), requested_scene.take(run, say)
     first = scene_file.scene_files(configured)
     is_new = _read(run / CONFIGURED) != _mark(first)
     if lying is not None and wanted is None and not is_new:
         return
-    if lying is not None and front.was_held(run):
+    if lying is not None and block_header.was_held(run):
         say(f"a panic or a fault is latched: the scene stays; {command('arm', rig)} first")
     elif wanted is not None and lying is not None and not is_new:
         say(f"another scene: {wanted.name}")

@@ -16,9 +16,9 @@ class SceneFiles:
 
     def put(self, run: Path) -> None:
         """Into the run folder, whose servo must not run; what it had made of another scene goes. Raises Stop."""
-        from haptic_server import files, front
+        from haptic_server import block_header, files
 
-        front.disown(run)  # whoever made it is dead: we hold the lock
+        block_header.disown(run)  # whoever made it is dead: we hold the lock
         folder.put_text(run / files.SCENE, self.text)
         if self.gesture is not None:
             folder.put_text(run / files.GESTURE, self.gesture)

@@ -7,9 +7,9 @@ from typing import NoReturn
 
 from realtime.log import say
 from rig import checks, folder
-from rig.fault import lacking, wrong
-from rig.supervision.admission import require_admission
+from rig.exit_status import lacking, wrong
 from rig.supervision.plan import Options, commands
+from rig.supervision.router_check import require_admission
 
 SERVICES = ("servo", "gateway", "door", "sound", "panel")
 

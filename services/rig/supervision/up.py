@@ -6,19 +6,19 @@ import time
 from contextlib import ExitStack
 from typing import Any
 
-from haptic_server import files, front
+from haptic_server import block_header, files
 from protocol.endpoint import host_and_port
 from protocol.foreign_text import shown
 from protocol.keys import Keys, command
 from realtime.stop import on_stop_signals
-from rig import folder, scene_file, wanted_scene
-from rig.fault import OURS, Stop, wrong
+from rig import folder, requested_scene, scene_file
+from rig.exit_status import OURS, Stop, wrong
 from rig.machine import ports
 from rig.machine.machine_needs import require_machine
 from rig.recording.record import check_out
-from rig.supervision.admission import require_admission
 from rig.supervision.plan import HAPTIC, NOT_ESSENTIAL, PANEL, SOUND, Options, commands
 from rig.supervision.process import Service
+from rig.supervision.router_check import require_admission
 from rig.supervision.scene_files import SceneFiles
 from rig.supervision.terminal import Terminal
 from rig.supervision.watch import Watch
@@ -99,10 +99,10 @@ class Rig:
         # Somebody asked the gateway for another scene.
         if HAPTIC not in self._options.parts:
             return
-        wanted = wanted_scene.take(self._options.folder, self._terminal.say)
+        wanted = requested_scene.take(self._options.folder, self._terminal.say)
         if wanted is None:
             return
-        if front.was_held(self._options.folder):
+        if block_header.was_held(self._options.folder):
             self._tell_held()  # and nothing stops: a servo that starts anew has forgotten which fault it was
             return
         self._terminal.say(f"another scene: {wanted.name}")
@@ -116,7 +116,7 @@ class Rig:
         for service in reversed(haptic):
             service.ask_to_stop()
             service.wait_stopped(time.monotonic() + _STOP_WITHIN_S)
-        if front.was_held(self._options.folder):
+        if block_header.was_held(self._options.folder):
             self._tell_held()
         else:
             self._scene = scene

@@ -18,7 +18,7 @@ from protocol.clock import ClockMap, HapticClock, asked_clock
 from protocol.keys import Keys
 from protocol.messages import ENCODING, Meter, encode
 from protocol.rate_limited_log import RateLimitedLog
-from sound_server.receiving.hearing import Hearing
+from sound_server.receiving.subscription import Hearing
 
 _RING = 256
 _QUERY_S = 0.5

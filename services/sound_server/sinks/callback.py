@@ -10,13 +10,13 @@ import numpy.typing as npt
 from numba.np.numpy_support import carray
 
 from realtime.clock import now_ns
+from realtime.kernels.borrowed_view import lend
 from realtime.kernels.float_mode import flush_denormals, restore
 from realtime.kernels.handover import Handed, take_up
 from realtime.kernels.jit import cfunction, njit
-from realtime.kernels.lent import lend
 from realtime.records import Records
+from sound_server.sinks.load_meter import timed_block
 from sound_server.sinks.sink import SINK_COUNTERS, SinkCounters
-from sound_server.sinks.timed import timed_block
 from sound_server.stage import Boards, Stage
 
 _array: Any = carray  # numba knows it by value; its own annotations do not fit addresses

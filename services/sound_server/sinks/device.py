@@ -14,8 +14,8 @@ import sounddevice
 
 from realtime.records import Records
 from sound_server.sinks import callback
+from sound_server.sinks.load_meter import noted
 from sound_server.sinks.sink import SINK_COUNTERS, SinkError
-from sound_server.sinks.timed import noted
 from sound_server.stage import Stage
 
 LOWEST_RATE_HZ = 22_050

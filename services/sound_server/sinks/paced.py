@@ -12,12 +12,12 @@ import numpy as np
 import numpy.typing as npt
 
 from realtime.clock import now_ns, sleep_until
+from realtime.kernels.borrowed_view import lend
 from realtime.kernels.float_mode import flush_denormals, restore
 from realtime.kernels.jit import njit
-from realtime.kernels.lent import lend
 from realtime.records import Records
+from sound_server.sinks.load_meter import timed_block
 from sound_server.sinks.sink import SINK_COUNTERS, SinkCounters
-from sound_server.sinks.timed import timed_block
 from sound_server.stage import Boards, Stage
 
 _CHUNK_S = 0.05

@@ -14,7 +14,7 @@ import websockets.asyncio.server as websocket_server
 from websockets.exceptions import ConnectionClosed
 
 from protocol.messages import Pointer
-from web_panel.access.pace import Pace
+from web_panel.access.message_rate_limit import Pace
 
 PATH = "/pointer"
 _MOST_PADS = 16

@@ -10,7 +10,7 @@ import msgspec
 
 from drumstick.parameters.scene import from_tables
 from drumstick.parameters.table import Refusal
-from web_panel.computing.questions import Answer, FindTheory, Foresee, Question, Trouble
+from web_panel.computing.computing_messages import Answer, FindTheory, Foresee, Question, Trouble
 
 _NICENESS = (
     5  # behind everything else that runs; much more, and a busy machine would not get to it for minutes
@@ -22,14 +22,14 @@ def answer(question: Question) -> Answer:
     try:
         scene = from_tables(question.scene)
         if isinstance(question, Foresee):
-            from web_panel.computing.foresee import foresee
+            from web_panel.computing.predicted_roll import foresee
 
             return foresee(scene, question.values, question.limits)
         if isinstance(question, FindTheory):
             from web_panel.computing.theory import theory_of
 
             return theory_of(scene, question.values)
-        from web_panel.computing.ticks import ticks_of
+        from web_panel.computing.tick_costs import ticks_of
 
         return ticks_of(scene)
     except (Refusal, ArithmeticError, ValueError) as error:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import msgspec
 
-from web_panel.computing.questions import Answer, Question, Trouble
+from web_panel.computing.computing_messages import Answer, Question, Trouble
 
 COMMAND = (sys.executable, "-m", "web_panel.computing")
 _AGAIN_AFTER_S = 2.0

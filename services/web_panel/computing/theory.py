@@ -17,7 +17,7 @@ from drumstick.parameters.scene import Scene
 from drumstick.parameters.table import Z_H0, table_of, with_changes
 from drumstick.stick.law import Records, law_of
 from drumstick.stick.trajectory import onward
-from web_panel.computing.questions import Curve, Theory
+from web_panel.computing.computing_messages import Curve, Theory
 
 Numbers = npt.NDArray[np.float64]
 

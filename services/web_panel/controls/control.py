@@ -11,7 +11,7 @@ import viser
 from drumstick.parameters.table import Parameter, Refusal
 from protocol.messages import Readback
 from web_panel.access.client_message import ClientMessages, is_number, sent_to
-from web_panel.access.guard import control_id
+from web_panel.access.viser_access import control_id
 from web_panel.page import markup
 from web_panel.page.wording import hint_of, measured
 from web_panel.rig.answer import Answer

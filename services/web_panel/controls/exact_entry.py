@@ -4,7 +4,7 @@ import viser
 
 from drumstick.parameters.table import Parameter, Refusal
 from web_panel.access.client_message import ClientMessages, is_click, is_short_text
-from web_panel.access.guard import control_id
+from web_panel.access.viser_access import control_id
 from web_panel.page import markup
 from web_panel.page.wording import chosen_elsewhere, measured, range_of
 from web_panel.tuning.changes import Changes

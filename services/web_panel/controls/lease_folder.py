@@ -3,8 +3,8 @@
 import viser
 
 from web_panel.access.client_message import ClientMessages, is_click, is_short_text
-from web_panel.access.guard import control_id
 from web_panel.access.lease_access import LeaseAccess
+from web_panel.access.viser_access import control_id
 from web_panel.page import markup
 
 _LONGEST_NAME = 40

@@ -2,7 +2,7 @@
 
 import viser
 
-from web_panel.computing.questions import Trouble
+from web_panel.computing.computing_messages import Trouble
 from web_panel.page import markup
 from web_panel.page.wording import foreseen_words
 from web_panel.rig.rig_state import RigState

@@ -8,7 +8,7 @@ import viser
 
 from drumstick.parameters.scene import shipped_names
 from web_panel.access.client_message import ClientMessages, is_click
-from web_panel.access.guard import control_id
+from web_panel.access.viser_access import control_id
 from web_panel.page import markup
 from web_panel.page.wording import chosen_elsewhere
 from web_panel.rig.answer import Answer

@@ -6,7 +6,7 @@ import viser
 
 from drumstick.parameters.table import Parameter
 from web_panel.access.client_message import ClientMessages
-from web_panel.access.guard import control_id
+from web_panel.access.viser_access import control_id
 from web_panel.page import markup
 from web_panel.page.keyboard import add_key
 from web_panel.page.wording import measured

@@ -11,10 +11,10 @@ import viser
 
 from drumstick.parameters.scene import Scene
 from protocol.messages import Membrane, State
-from web_panel.page.spots import Spots
+from web_panel.page.strike_marks import Spots
 from web_panel.page.wording import figure
 from web_panel.rig.rig_state import RigState
-from web_panel.rig.surface import Corners, Exaggeration, disc, heights_of, hoop, tallness
+from web_panel.rig.surface_mesh import Corners, Exaggeration, disc, heights_of, hoop, tallness
 
 # From the tip towards the player's right hand: a unit vector, and the turn that takes +z there.
 _AIM = np.array((0.62, -0.55, 0.56)) / math.hypot(0.62, -0.55, 0.56)

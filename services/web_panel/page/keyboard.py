@@ -6,7 +6,7 @@ from typing import Any
 import viser
 
 from web_panel.access.client_message import ClientMessages
-from web_panel.access.guard import key_id
+from web_panel.access.viser_access import key_id
 
 
 def add_key(

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import viser
 
 from web_panel.access.client_message import ClientMessages, is_click
-from web_panel.access.guard import control_id
 from web_panel.access.lease_access import LeaseAccess
+from web_panel.access.viser_access import control_id
 from web_panel.controls.lease_folder import LeaseFolder
 from web_panel.controls.prediction_line import PredictionLine
 from web_panel.controls.preset_panel import PresetActions, PresetPanel
@@ -25,7 +25,7 @@ from web_panel.rig.rig_state import RigState
 from web_panel.tuning.changes import Changes
 from web_panel.tuning.panic import Panic
 from web_panel.tuning.prediction import Prediction
-from web_panel.views.chosen import Sources, Views
+from web_panel.views.view_choice import Sources, Views
 
 _WIDTH_PX = 600.0
 _ORDER_PAD, _ORDER_PREDICTION = 9.0, 9.5

@@ -8,7 +8,7 @@ from drumstick.parameters.declare import Quantity
 from drumstick.parameters.table import Parameter
 from protocol.keys import command
 from protocol.messages import Meter, Readback, State
-from web_panel.computing.questions import Foreseen
+from web_panel.computing.computing_messages import Foreseen
 
 Mood = Literal["wait", "good", "busy", "bad"]
 

@@ -23,9 +23,9 @@ from protocol.foreign_text import shown
 from protocol.keys import Keys
 from protocol.messages import Lease, Message, Meter, PresetNews, Readback, State, decode
 from protocol.rate_limited_log import RateLimitedLog
-from web_panel.rig.question import Asking
+from web_panel.rig.query import Asking
 from web_panel.rig.rig_state import SILENT_AFTER_S, RigState
-from web_panel.rig.watching import Watching
+from web_panel.rig.view_subscriptions import Watching
 
 _log = logging.getLogger("panel")
 _M = TypeVar("_M", bound=Message)

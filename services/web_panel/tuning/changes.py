@@ -9,9 +9,9 @@ from drumstick.parameters.table import Z_H0
 from web_panel.rig.answer import Answer
 from web_panel.rig.rig_state import RigState
 from web_panel.tuning.compare import SLOTS, Compare, settable
-from web_panel.tuning.kept import Kept
 from web_panel.tuning.set_queue import SetQueue, SetRequest
 from web_panel.tuning.undo import History
+from web_panel.tuning.undo_file import Kept
 
 UNDO, REDO, PRESET = "undo", "redo", "preset"
 _WRITE_EVERY_S = 0.5

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from drumstick.parameters.scene import Scene, as_tables
 from web_panel.computing.computer import Computer
-from web_panel.computing.questions import Foresee, Foreseen, Trouble
+from web_panel.computing.computing_messages import Foresee, Foreseen, Trouble
 
 
 class Newest(NamedTuple):

@@ -10,8 +10,8 @@ import viser.uplot
 from web_panel.accuracy_results import Files, Result, read
 from web_panel.rig.history import History
 from web_panel.rig.rig_state import RigState
-from web_panel.views.joined import Pair, joined
-from web_panel.views.look import AMBER, BLUE, GREY, axis, dots, plot
+from web_panel.views.plot_data import Pair, joined
+from web_panel.views.plot_style import AMBER, BLUE, GREY, axis, dots, plot
 
 _AGAIN_S = 5.0
 _NONE: Pair = (np.empty(0), np.empty(0))

@@ -8,9 +8,9 @@ import viser
 
 from web_panel.rig.history import SPAN_S, History
 from web_panel.rig.rig_state import RigState
-from web_panel.rig.watching import COST
-from web_panel.views import words
-from web_panel.views.theorist import Theorist
+from web_panel.rig.view_subscriptions import COST
+from web_panel.views import html_tables
+from web_panel.views.theory_client import Theorist
 
 _PERIOD_S = 0.5
 _SOUNDING = 0.25  # of the largest load
@@ -45,7 +45,7 @@ class CostView:
         if now - self._drawn_at < _PERIOD_S:
             return
         self._drawn_at = now
-        content = words.cost(
+        content = html_tables.cost(
             self._theorist.ticks(rig_state), rig_state.costs, sounding([load for _, load in self._loads])
         )
         if content != self._html.content:

@@ -9,10 +9,10 @@ import viser.uplot
 
 from web_panel.rig.history import History
 from web_panel.rig.rig_state import RigState
-from web_panel.rig.watching import DOCTOR, RELEASES
-from web_panel.views import words
-from web_panel.views.joined import Numbers, Pair
-from web_panel.views.look import BLUE, GREY, axis, plot
+from web_panel.rig.view_subscriptions import DOCTOR, RELEASES
+from web_panel.views import html_tables
+from web_panel.views.plot_data import Numbers, Pair
+from web_panel.views.plot_style import BLUE, GREY, axis, plot
 
 _PERIOD_S = 0.5
 _MOST_BINS = 4096
@@ -64,7 +64,7 @@ class HealthView:
         if now - self._drawn_at < _PERIOD_S:
             return
         self._drawn_at = now
-        content = words.health(
+        content = html_tables.health(
             rig_state.living_meters(now),
             rig_state.present,
             self._browsers(),

@@ -8,8 +8,8 @@ from drumstick.parameters.strike import Strike
 from drumstick.stick.strike_curve import curve_of, level_of
 from web_panel.rig.history import History
 from web_panel.rig.rig_state import RigState
-from web_panel.views.joined import Numbers, Pair, joined, largest, top_of
-from web_panel.views.look import AMBER, BLUE, GREY, axis, dots, line, plot
+from web_panel.views.plot_data import Numbers, Pair, joined, largest, top_of
+from web_panel.views.plot_style import AMBER, BLUE, GREY, axis, dots, line, plot
 
 _PERIOD_S = 0.25
 _POINTS = 64

@@ -6,9 +6,9 @@ import viser.uplot
 
 from web_panel.rig.history import SPAN_S, History
 from web_panel.rig.rig_state import RigState
-from web_panel.rig.watching import RELEASES
-from web_panel.views.joined import Numbers
-from web_panel.views.look import AMBER, BLUE, GREEN, GREY, LEGEND, RED, axis, line
+from web_panel.rig.view_subscriptions import RELEASES
+from web_panel.views.plot_data import Numbers
+from web_panel.views.plot_style import AMBER, BLUE, GREEN, GREY, LEGEND, RED, axis, line
 
 _PERIOD_S = 0.25
 

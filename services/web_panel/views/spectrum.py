@@ -7,10 +7,10 @@ import viser.uplot
 from protocol.messages import Spectrum
 from web_panel.rig.history import History
 from web_panel.rig.rig_state import RigState
-from web_panel.rig.sounding import FLOOR_dB, TOP_dB, levels_of, marks
-from web_panel.rig.watching import SPECTRUM
-from web_panel.views.joined import joined
-from web_panel.views.look import AMBER, BLUE, FAINT, GREY, Missing, axis, blank, dots, line, plot
+from web_panel.rig.spectrum_data import FLOOR_dB, TOP_dB, levels_of, marks
+from web_panel.rig.view_subscriptions import SPECTRUM
+from web_panel.views.plot_data import joined
+from web_panel.views.plot_style import AMBER, BLUE, FAINT, GREY, Missing, axis, blank, dots, line, plot
 
 _PERIOD_S = 0.2
 

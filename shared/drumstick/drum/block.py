@@ -6,18 +6,18 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.engine import Control, Engine, Meters
-from drumstick.drum.excitation import playing
+from drumstick.drum.excitation import force_resampling
 from drumstick.drum.excitation.analytic import POOL, ContactPulse, begin, bend
 from drumstick.drum.excitation.strikes import StrikeEvent
 from drumstick.drum.mallets import mallet
 from drumstick.drum.modal import bank
+from drumstick.drum.output.display_data import show_sound, show_surface
 from drumstick.drum.output.limiter import limit, limited
-from drumstick.drum.output.shown import show_sound, show_surface
 from drumstick.drum.output.upsample import TAPS, interpolated, remember
 from drumstick.drum.step import step
+from realtime.kernels.borrowed_view import lend
 from realtime.kernels.float_mode import flush_denormals, restore
 from realtime.kernels.jit import njit
-from realtime.kernels.lent import lend
 from realtime.ring import drain
 
 _PEAK_FALL_S = 0.3
@@ -76,7 +76,7 @@ def render_block(engine: Engine, out: npt.NDArray[np.float32], block_start_ns: i
     meters: Meters = engine.meters[0]
     frames = out.shape[0]
     _start_due(engine, block_start_ns, frames)
-    playing.take(engine, block_start_ns, frames)
+    force_resampling.take(engine, block_start_ns, frames)
     peak_left = peak_right = 0.0
     sounding = frames
     if control.asleep != 0 and control.quiet > TAPS:  # nothing is left in the interpolator either

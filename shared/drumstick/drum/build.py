@@ -7,15 +7,15 @@ import numpy as np
 from drumstick.drum.effects.registry import Building, effects_of
 from drumstick.drum.engine import CONTROL, METERS, PENDING, Control, Engine
 from drumstick.drum.excitation.analytic import CONTACT, FORCES, POOL, PULSE
-from drumstick.drum.excitation.push import FORCE
+from drumstick.drum.excitation.point_force import FORCE
 from drumstick.drum.excitation.strikes import EVENT, StrikeRing
 from drumstick.drum.excitation.timeline import stream_of
-from drumstick.drum.mallets.bag import mallets_on_mesh, mallets_on_modes
+from drumstick.drum.mallets.mallet_memory import mallets_on_mesh, mallets_on_modes
 from drumstick.drum.membrane.heads import aligned, ears_on, head_of
 from drumstick.drum.membrane.scheme import tuned
 from drumstick.drum.membrane.surface import Places, of_modes, on_mesh
+from drumstick.drum.output.display_data import shown_of
 from drumstick.drum.output.microphones import microphones_of
-from drumstick.drum.output.shown import shown_of
 from drumstick.drum.output.upsample import TAPS, interpolator
 from drumstick.drum.step_numbers import Numbers
 from drumstick.drum.tiers import divisor_for

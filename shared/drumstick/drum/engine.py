@@ -12,14 +12,14 @@ import numpy.typing as npt
 
 from drumstick.drum.effects.registry import Effects
 from drumstick.drum.excitation.analytic import ContactDecay, ContactPulse
-from drumstick.drum.excitation.push import JunctionForce
+from drumstick.drum.excitation.point_force import JunctionForce
 from drumstick.drum.excitation.strikes import StrikeEvent
 from drumstick.drum.excitation.timeline import Stream
 from drumstick.drum.mallets.mallet import Mallets
 from drumstick.drum.membrane.sweep import Head
 from drumstick.drum.modal.bank import Bank
+from drumstick.drum.output.display_data import Shown
 from drumstick.drum.output.microphones import Microphones
-from drumstick.drum.output.shown import Shown
 from realtime.records import ABSENT, Float32, Record, Rows, dtype_of
 
 PENDING = 256

@@ -21,7 +21,7 @@ from drumstick.drum.block import render_all
 from drumstick.drum.build import Unplayable, new_engine
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.parameters.scene import Scene
-from realtime.kernels.beside import read_beside, write_beside
+from realtime.kernels.cache_files import read_beside, write_beside
 
 _MOST_DIVISOR = 12
 _NAMES = {2: "standard", 4: "fine"}  # what a scene calls the order of the scheme

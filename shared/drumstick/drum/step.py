@@ -12,7 +12,7 @@ from drumstick.drum.effects import cavity, internal_loss, tension
 from drumstick.drum.effects.registry import EFFECTS
 from drumstick.drum.engine import Control, Engine
 from drumstick.drum.excitation.analytic import press
-from drumstick.drum.excitation.push import JunctionForce
+from drumstick.drum.excitation.point_force import JunctionForce
 from drumstick.drum.mallets import mallet, on_mesh, on_modes, under_tension
 from drumstick.drum.membrane.rows import Terms
 from drumstick.drum.membrane.sweep import bare, largest, sweep

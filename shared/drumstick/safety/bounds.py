@@ -12,8 +12,8 @@ A hold for u. Kernels: any thread; no allocation.
 import math
 from typing import NamedTuple
 
-from drumstick.safety import all_effects, blow
-from drumstick.safety.blow import Blow, pressing_speed
+from drumstick.safety import all_effects, contact_bounds
+from drumstick.safety.contact_bounds import Blow, pressing_speed
 from drumstick.stick.effects import negative_damping
 from drumstick.stick.motion.segment import free_response
 from drumstick.stick.records import Law
@@ -43,9 +43,9 @@ class Blows(NamedTuple):
 @njit()
 def blows_of(law: Law) -> Blows:
     """What the law makes of a blow; the costly part of every bound."""
-    own = blow.of(law, law.r_in)
+    own = contact_bounds.of(law, law.r_in)
     if negative_damping.below(law) > 0.0:
-        return Blows(own, blow.of(law, negative_damping.lowest(law)))
+        return Blows(own, contact_bounds.of(law, negative_damping.lowest(law)))
     return Blows(own, own)
 
 
@@ -94,13 +94,13 @@ def _after_slow(law: Law, own: Blow, slow: Blow, pushed: float) -> float:
 @njit()
 def multiplied(law: Law) -> float:
     """e: the most by which a contact at any speed multiplies it."""
-    return _multiplied(law, blow.of(law, law.r_in))
+    return _multiplied(law, contact_bounds.of(law, law.r_in))
 
 
 @njit()
 def multiplied_by_head(law: Law) -> float:
     """e without pulses."""
-    return blow.of(law, law.r_in).grows
+    return contact_bounds.of(law, law.r_in).grows
 
 
 @njit()

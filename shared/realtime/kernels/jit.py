@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 import numba
 from numba.core.errors import NumbaWarning
 
-from realtime.kernels import inner, store
+from realtime.kernels import inner_kernels, store
 
 # The loop of a `parallel` kernel; everywhere else it is `range`.
 prange: Any = numba.prange
@@ -61,7 +61,7 @@ def njit(
         dispatcher = numba.njit(**options)(function)
         if store.ROOT is not None:
             store.SharedCache(dispatcher)
-        inner.wrap_when_called(dispatcher)
+        inner_kernels.wrap_when_called(dispatcher)
         return dispatcher
 
     return decorate

@@ -21,7 +21,7 @@ from haptic_server import block as blocks
 from haptic_server.device.pointer import Pointed
 from haptic_server.records import EVENT, NO_FAULT, POINTER
 from haptic_server.servo import loop, memory
-from realtime import ring, triple
+from realtime import ring, triple_buffer
 from realtime.kernels.jit import njit
 
 SLACK = 1.0 + 1e-9
@@ -142,7 +142,7 @@ def test_a_pointer_that_swings_in_time_with_the_stick_pumps_it_no_further_than_t
     fastest = hardest = 0.0
     for tick in range(6 * rate):
         pointer["t_ns"], pointer["lift"] = now, 0.5 + 0.5 * math.copysign(1.0, math.sin(own * tick / rate))
-        triple.publish(servo.block.pointer_cells, servo.block.pointer, pointer[0])
+        triple_buffer.publish(servo.block.pointer_cells, servo.block.pointer, pointer[0])
         now, force, speed = _hardest(servo, 1, now)
         fastest, hardest = max(fastest, speed), max(hardest, force)
     assert servo.player["fault"][0] == NO_FAULT

@@ -18,7 +18,7 @@ from haptic_server.device.hand import GESTURES
 from haptic_server.records import EVENT, NO_FAULT, PLAYING, TOO_FAST
 from haptic_server.servo import loop
 from live_sets import PERIOD_NS, RESOLUTION_M, WITNESS
-from realtime import ring, triple
+from realtime import ring, triple_buffer
 from stability.catalogue import shows
 
 # Evenly over the decades of what a player may want, and now and then all that the table allows.
@@ -83,7 +83,7 @@ def test_an_arm_is_never_given_more_than_its_account(
     # The servo sees positions to a count, so the work of the largest force is known to a count.
     assert seen["excess_J"][0] <= 8.5 * RESOLUTION_M
     # A stick that rests in the head has not looked yet.
-    waits = servo.player["holding"][0] == 1 or triple.has_fresh(servo.block.wanted_cells)
+    waits = servo.player["holding"][0] == 1 or triple_buffer.has_fresh(servo.block.wanted_cells)
     assert waits or np.array_equal(servo.law, accepted)
 
 

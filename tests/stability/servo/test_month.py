@@ -20,7 +20,7 @@ from haptic_server.block import HEARTBEAT, PANIC, PANICS_SEEN
 from haptic_server.records import EVENT, NO_FAULT, PLAYING, STRIKE, set_type
 from haptic_server.servo import loop, memory
 from protocol import osc
-from realtime import ring, triple
+from realtime import ring, triple_buffer
 from realtime.atomics import add_to, peek
 from realtime.kernels.jit import allocations
 from stability.catalogue import shows
@@ -111,7 +111,7 @@ def _sets_and_panics_still_work(servo: memory.Servo, ahead: int) -> None:
     now = loop.run_virtual(servo, 100, now)
     assert (servo.law["pulse"]["dv_pls"][0], servo.player["revision"][0]) == (0.3, ahead + 1)
     told = np.zeros(1, set_type(servo.law.dtype))
-    assert triple.read_into(servo.block.live_cells, servo.block.live, told)
+    assert triple_buffer.read_into(servo.block.live_cells, servo.block.live, told)
     assert told["revision"][0] == ahead + 1
     add_to(servo.block.control, PANIC, 1)
     loop.run_virtual(servo, 1, now)

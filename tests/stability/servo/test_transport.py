@@ -18,7 +18,7 @@ import transport
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server.records import EVENT
-from realtime import ring, triple
+from realtime import ring, triple_buffer
 from realtime.atomics import peek
 from stability.catalogue import shows
 from transport import AT_ONCE, DISORDERED, GAPS, GATE_CELLS, LAST, RECEIVED, SEEN, SET, TORN
@@ -70,17 +70,20 @@ def test_a_ring_whose_writer_does_not_wait_counts_every_drop(slots: int, seed: i
 @shows("set of another thread", "ours")
 @pytest.mark.parametrize("seed", RECORDS)
 def test_a_triple_buffer_gives_whole_sets_and_the_newest_one(seed: int) -> None:
-    cells = np.zeros(triple.CELLS, np.int64)
+    cells = np.zeros(triple_buffer.CELLS, np.int64)
     slots, scratch = _new((3, SET), (1, SET))
     gate, seen = _new((GATE_CELLS, np.int64), (SEEN, np.int64))
     transport.fill_set(scratch[0], 0)
-    triple.clear(cells, slots, scratch[0])
+    triple_buffer.clear(cells, slots, scratch[0])
     thread, _ = transport.alongside(transport.publish_all, cells, slots, scratch, RECORDS[seed], gate, seed)
     transport.take_all(cells, slots, gate, seed + 2 * (seed != STEADY), seen)
     thread.join()
     assert (seen[TORN], seen[DISORDERED], seen[LAST]) == (0, 0, RECORDS[seed])
     assert seen[RECEIVED] > seen[GAPS]
-    held = [peek(cells, c) % triple.FRESH for c in (triple.BETWEEN, triple.WRITER, triple.READER)]
+    held = [
+        peek(cells, c) % triple_buffer.FRESH
+        for c in (triple_buffer.BETWEEN, triple_buffer.WRITER, triple_buffer.READER)
+    ]
     assert sorted(held) == [0, 1, 2]
 
 
@@ -92,7 +95,7 @@ def _other_process(what: str, folder: Path, seed: int) -> subprocess.Popen[str]:
 def _block(folder: Path) -> blocks.Block:
     block = blocks.create(folder, law_of(transport.ROLL))
     transport.fill_set(block.wanted[0], 0)
-    triple.clear(block.wanted_cells, block.wanted, block.wanted[0])
+    triple_buffer.clear(block.wanted_cells, block.wanted, block.wanted[0])
     return block
 
 
@@ -140,19 +143,19 @@ def _half_written(slot: npt.NDArray[np.void], new: npt.NDArray[np.void]) -> None
 @shows("set of another thread")
 def test_a_writer_that_is_stopped_half_way_shows_nothing_of_it() -> None:
     """A set that is copied over the one in use is half old and half new meanwhile; here it lies beside it."""
-    cells = np.zeros(triple.CELLS, np.int64)
+    cells = np.zeros(triple_buffer.CELLS, np.int64)
     slots, new, naive = _new((3, SET), (1, SET), (1, SET))
     transport.fill_set(naive[0], 1)
     transport.fill_set(new[0], 2)
-    triple.clear(cells, slots, naive[0])
+    triple_buffer.clear(cells, slots, naive[0])
     _half_written(naive, new)
     assert not transport.whole_set(naive[0])
 
-    writing = peek(cells, triple.WRITER)
+    writing = peek(cells, triple_buffer.WRITER)
     _half_written(slots[writing : writing + 1], new)
-    taken = slots[triple.take(cells, slots)]
+    taken = slots[triple_buffer.take(cells, slots)]
     assert transport.whole_set(taken)
-    triple.publish(cells, slots, new[0])
-    taken = slots[triple.take(cells, slots)]
+    triple_buffer.publish(cells, slots, new[0])
+    taken = slots[triple_buffer.take(cells, slots)]
     assert transport.whole_set(taken)
     assert taken.tobytes() == new[0].tobytes()

@@ -15,7 +15,7 @@ from haptic_server import block as blocks
 from haptic_server import files
 from haptic_server.records import PANIC, set_type
 from haptic_server.servo import loop, memory
-from realtime import triple
+from realtime import triple_buffer
 from realtime.atomics import exchange, poke
 from realtime.kernels.jit import njit
 
@@ -65,9 +65,9 @@ def test_all_of_its_room_is_reserved_at_once(tmp_path: Path) -> None:
 @njit()
 def _half_a_publish(cells, slots, record):
     # A writer killed after the exchange, before it noted its new slot.
-    mine = cells[triple.WRITER]
+    mine = cells[triple_buffer.WRITER]
     slots[mine] = record
-    exchange(cells, triple.BETWEEN, mine + triple.FRESH)
+    exchange(cells, triple_buffer.BETWEEN, mine + triple_buffer.FRESH)
 
 
 def test_a_writer_killed_in_mid_publish_takes_up_the_right_slot() -> None:
@@ -77,16 +77,16 @@ def test_a_writer_killed_in_mid_publish_takes_up_the_right_slot() -> None:
     for revision in range(1, 50):
         record["revision"] = revision
         _half_a_publish(block.wanted_cells, block.wanted, record[0])
-        assert triple.recover(block.wanted_cells, triple.WRITER, triple.READER)
+        assert triple_buffer.recover(block.wanted_cells, triple_buffer.WRITER, triple_buffer.READER)
         cells = block.wanted_cells
         slots = {
-            int(cells[triple.BETWEEN]) % triple.FRESH,
-            int(cells[triple.WRITER]),
-            int(cells[triple.READER]),
+            int(cells[triple_buffer.BETWEEN]) % triple_buffer.FRESH,
+            int(cells[triple_buffer.WRITER]),
+            int(cells[triple_buffer.READER]),
         }
         assert slots == {0, 1, 2}
         if revision % 3:
-            assert triple.read_into(block.wanted_cells, block.wanted, out)
+            assert triple_buffer.read_into(block.wanted_cells, block.wanted, out)
             assert out["revision"][0] == revision
 
 
@@ -103,8 +103,8 @@ def test_sets_are_never_torn_between_threads() -> None:
     thread.start()
     torn = reads = 0
     out = np.zeros(1, block.wanted.dtype)
-    while not done.is_set() or triple.has_fresh(block.wanted_cells):
-        triple.read_into(block.wanted_cells, block.wanted, out)
+    while not done.is_set() or triple_buffer.has_fresh(block.wanted_cells):
+        triple_buffer.read_into(block.wanted_cells, block.wanted, out)
         reads += 1
         if out["revision"][0]:
             torn += int(
@@ -122,7 +122,7 @@ def _write_many(cells, slots, record, count):
         record[0].revision = i
         record[0].law.m = i
         record[0].law.z_ss = i
-        triple.publish(cells, slots, record[0])
+        triple_buffer.publish(cells, slots, record[0])
 
 
 def test_a_servo_inherits_what_was_accepted_and_whether_it_was_held(tmp_path: Path) -> None:
@@ -132,7 +132,7 @@ def test_a_servo_inherits_what_was_accepted_and_whether_it_was_held(tmp_path: Pa
     wanted["law"] = law_of(ROLL)
     wanted["law"]["pulse"]["dv_pls"] = 0.3
     wanted["revision"] = 9
-    triple.publish(old.wanted_cells, old.wanted, wanted[0])
+    triple_buffer.publish(old.wanted_cells, old.wanted, wanted[0])
     poke(old.control, blocks.PANIC, 1)  # raised, but the servo died before it saw it
     left = blocks.legacy(tmp_path, law_of(ROLL).dtype)
     assert left is not None

@@ -9,13 +9,13 @@ import live_sets
 from drumstick.parameters.table import Refusal
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
-from haptic_server import front, permission
+from haptic_server import block_header, permission
 from haptic_server.device.simulated import Simulated
 from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.settings import Parameters
 from haptic_server.permission import EVENTS, FAULTED, FREE, MAY_PUSH, PANICKED, REFUSED, STATES
 from haptic_server.records import FAULT, PANIC, PLAYING, READY, TOO_FAST
-from haptic_server.servo import loop, memory, telling
+from haptic_server.servo import event_output, loop, memory
 from haptic_server.servo.force import orders
 from protocol.requests import ANYBODY, Claim
 from realtime.atomics import add_to, peek, poke
@@ -69,7 +69,7 @@ class Bench:
             self.gateway_starts()
         elif event == permission.SCENE:
             self.parameters.require_quiet(claim)
-            front.disown(self.folder)
+            block_header.disown(self.folder)
             self.servo_starts()
         elif event == permission.SET:
             self.parameters.set({"dv_pls": 0.05}, "test", claim)
@@ -106,7 +106,7 @@ def test_every_event_in_every_state(tmp_path: Path, plant: str, state: int, even
     else:
         assert not refused
     assert bench.state == permission.after(state, event)
-    assert front.was_held(tmp_path) == (not MAY_PUSH[bench.state])
+    assert block_header.was_held(tmp_path) == (not MAY_PUSH[bench.state])
     assert bench.pushes() == MAY_PUSH[bench.state]
     assert bench.state == permission.after(state, event)
 
@@ -132,12 +132,12 @@ def test_an_arm_given_before_a_fault_is_told_does_not_clear_it(tmp_path: Path, p
     for _ in range(2):
         bench.servo.player["fault"] = TOO_FAST  # found by this tick, which has obeyed its orders
         poke(control, blocks.ARM, 1)
-        telling.tell(bench.servo, bench.now)
+        event_output.tell(bench.servo, bench.now)
         assert peek(control, blocks.ARM) == 0
         bench.tick()
         assert bench.state == FAULTED
         poke(control, blocks.ARM, 1)
-        telling.tell(bench.servo, bench.now)
+        event_output.tell(bench.servo, bench.now)
         assert peek(control, blocks.ARM) == 1
         assert (
             orders.obey(bench.servo) == permission.ARM

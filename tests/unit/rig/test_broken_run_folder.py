@@ -9,8 +9,8 @@ import pytest
 from drumstick.parameters.scene import parse, shipped_text
 from drumstick.safety.envelope import Limits
 from drumstick.stick.law import law_of
-from haptic_server import block, files, front, limits
-from rig import wanted_scene
+from haptic_server import block, block_header, files, limits
+from rig import requested_scene
 from rig.supervision import scene_change
 
 Break = Callable[[Path], object]
@@ -31,19 +31,19 @@ broken = pytest.mark.parametrize("harm", HARMS.values(), ids=HARMS.keys())
 def test_a_wish_that_cannot_be_read_is_said_once_and_gone(tmp_path: Path, harm: Break) -> None:
     harm(tmp_path / files.WANTED)
     said: list[str] = []
-    assert wanted_scene.take(tmp_path, said.append) is None
+    assert requested_scene.take(tmp_path, said.append) is None
     assert len(said) == 1
-    assert wanted_scene.take(tmp_path, said.append) is None
+    assert requested_scene.take(tmp_path, said.append) is None
     assert len(said) == 1
 
 
 def test_a_wish_is_taken_up_once(tmp_path: Path) -> None:
     (tmp_path / files.WANTED).write_text("tom")
     said: list[str] = []
-    found = wanted_scene.take(tmp_path, said.append)
+    found = requested_scene.take(tmp_path, said.append)
     assert found is not None
     assert found.name == "tom"
-    assert wanted_scene.take(tmp_path, said.append) is None
+    assert requested_scene.take(tmp_path, said.append) is None
     assert said == []
 
 
@@ -71,7 +71,7 @@ def test_doctor_is_told_that_a_file_cannot_be_read(tmp_path: Path, harm: str) ->
 @broken
 def test_what_is_no_block_is_said_to_be_none(tmp_path: Path, harm: Break) -> None:
     harm(tmp_path / files.BLOCK)
-    with pytest.raises(front.BlockError):
+    with pytest.raises(block_header.BlockError):
         block.attach(tmp_path, law_of(parse(shipped_text("roll"), "roll")).dtype)
 
 

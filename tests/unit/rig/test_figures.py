@@ -19,8 +19,8 @@ from drumstick.parameters.scene import Scene
 from drumstick.parameters.stick import Stick
 from drumstick.stick.effects.pulse import Pulse
 from drumstick.stick.simulate import simulate
-from rig.fault import GIVEN, LACKING, Stop
-from rig.figures import asked, ready, tables, usual
+from rig.exit_status import GIVEN, LACKING, Stop
+from rig.figures import default_sweeps, requirements, sweep_option, tables
 from rig.figures.bifurcation import bifurcation
 from rig.figures.heading import axis_label, effect_words, own_value, scale_of
 from rig.figures.phase_plane import cycle_path, phase_plane
@@ -163,7 +163,12 @@ def test_lines_join_only_cycles_that_belong_together():
 @pytest.mark.daily("roll")
 def test_a_line_and_its_table(played: Scene, tmp_path: Path):
     done = last_of(
-        played, [few(usual.line(played)) if usual.line(played) else Axis("r_in", np.linspace(0.5, 40.0, 6))]
+        played,
+        [
+            few(default_sweeps.line(played))
+            if default_sweeps.line(played)
+            else Axis("r_in", np.linspace(0.5, 40.0, 6))
+        ],
     )
     figure = bifurcation(played, done)
     assert drawn(figure, tmp_path) > 20
@@ -189,7 +194,7 @@ def test_a_line_and_its_table(played: Scene, tmp_path: Path):
 @EVERY
 @pytest.mark.daily("roll")
 def test_planes_and_their_tables(played: Scene, tmp_path: Path):
-    for across, up in usual.planes(played):
+    for across, up in default_sweeps.planes(played):
         done = last_of(played, [few(across, 5), few(up, 4)])
         assert drawn(kinds(played, done), tmp_path) > 10
         assert drawn(rates(played, done), tmp_path) > 10
@@ -233,10 +238,10 @@ def test_words_beside_a_figure():
 
 
 def test_sweeps_as_asked_for():
-    (line,) = asked.axes(ROLL, ["dv_pls=0.05:2:100"])
+    (line,) = sweep_option.axes(ROLL, ["dv_pls=0.05:2:100"])
     assert line.name == "dv_pls"
     np.testing.assert_allclose(line.values, np.linspace(0.05, 2.0, 100))
-    across, up = asked.axes(ROLL, ["k_hand=1:100:3:log", "z_h0=-0.02:0.01:4"])
+    across, up = sweep_option.axes(ROLL, ["k_hand=1:100:3:log", "z_h0=-0.02:0.01:4"])
     np.testing.assert_allclose(across.values, [1.0, 10.0, 100.0])
     assert (up.name, len(up.values)) == ("z_h0", 4)
 
@@ -265,20 +270,20 @@ def test_sweeps_as_asked_for():
 )
 def test_sweeps_that_make_no_sense(given: list[str], said: str):
     with pytest.raises(Stop) as stop:
-        asked.axes(ROLL, given)
+        sweep_option.axes(ROLL, given)
     assert said in str(stop.value)
     assert stop.value.status == GIVEN
 
 
 @pytest.fixture
 def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
-    line, planes = usual.line, usual.planes
+    line, planes = default_sweeps.line, default_sweeps.planes
 
     def few_planes(played: Scene) -> list[tuple[Axis, ...]]:
         return [tuple(few(axis, 3) for axis in pair) for pair in planes(played)]
 
-    monkeypatch.setattr(usual, "line", lambda played, points=5: line(played, 5))  # pyright: ignore
-    monkeypatch.setattr(usual, "planes", few_planes)
+    monkeypatch.setattr(default_sweeps, "line", lambda played, points=5: line(played, 5))  # pyright: ignore
+    monkeypatch.setattr(default_sweeps, "planes", few_planes)
 
 
 @pytest.mark.usefixtures("coarse")
@@ -332,12 +337,12 @@ def test_what_is_wrong_is_said_before_the_work(tmp_path: Path, monkeypatch: pyte
 
     monkeypatch.setattr(Path, "mkdir", refuse)
     with pytest.raises(Stop, match="cannot be written: Permission denied") as stop:
-        ready.require_folder(tmp_path / "new")
+        requirements.require_folder(tmp_path / "new")
     assert stop.value.status == LACKING
 
 
 def test_without_matplotlib_one_line_says_what_to_type(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
-    monkeypatch.setattr(ready, "find_spec", lambda name: None)  # pyright: ignore[reportUnknownLambdaType]
+    monkeypatch.setattr(requirements, "find_spec", lambda name: None)  # pyright: ignore[reportUnknownLambdaType]
     with pytest.raises(Stop, match=r"-m pip install 'matplotlib<4,>=3\.10'") as stop:
         analyse_command("roll", True, tmp_path)
     assert stop.value.status == LACKING

@@ -10,7 +10,7 @@ from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from realtime.atomics import peek, poke
 from rig import checks, folder
-from rig.fault import GIVEN, LACKING, Stop
+from rig.exit_status import GIVEN, LACKING, Stop
 from rig.machine import ports
 from rig.supervision import arm
 from rig.supervision.plan import Options, commands

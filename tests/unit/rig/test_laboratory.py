@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 from drumstick_lab.programs import module_of, programs
 from rig.cli import laboratory
 from rig.cli.command import app
-from rig.fault import LACKING, Stop
+from rig.exit_status import LACKING, Stop
 
 
 @pytest.mark.parametrize("name", ["accuracy", "soak", "lab"])

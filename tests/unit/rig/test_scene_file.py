@@ -7,8 +7,8 @@ import pytest
 from drumstick.parameters.scene import shipped_gesture, shipped_text
 from haptic_server import files
 from rig import scene_file
-from rig.fault import GIVEN, Stop
-from rig.offline import scenes_shown
+from rig.exit_status import GIVEN, Stop
+from rig.offline import scene_commands
 from rig.supervision import up
 from rig.supervision.plan import HAPTIC, Options
 
@@ -41,7 +41,7 @@ def test_a_gesture_that_is_wrong_is_told_by_check_with_status_2(
     tmp_path: Path, gesture: str | bytes | None, said: str
 ) -> None:
     with pytest.raises(Stop) as stop:
-        scenes_shown.check(scene_in(tmp_path, gesture))
+        scene_commands.check(scene_in(tmp_path, gesture))
     assert said in str(stop.value)
     assert "mine.toml" in str(stop.value)
     assert stop.value.status == GIVEN

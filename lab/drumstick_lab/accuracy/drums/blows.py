@@ -15,17 +15,17 @@ import numpy.typing as npt
 
 from drumstick.drum.build import new_engine
 from drumstick.drum.engine import Control, Engine
-from drumstick.drum.excitation import playing
+from drumstick.drum.excitation import force_resampling
 from drumstick.drum.excitation.analytic import PULSE, begin, bend, mean_force
 from drumstick.drum.excitation.offline import Press, Score
-from drumstick.drum.excitation.push import JunctionForce
+from drumstick.drum.excitation.point_force import JunctionForce
 from drumstick.drum.excitation.strikes import Blow, StrikeRing
 from drumstick.parameters.scene import Scene, parse, shipped_text
 from drumstick.stick.contact_ahead import Foreseen, contact_ahead
 from drumstick.stick.law import law_of, thrown
 from drumstick.stick.motion import exact
+from realtime.kernels.borrowed_view import lend
 from realtime.kernels.jit import njit
-from realtime.kernels.lent import lend
 
 SCENE = "roll"
 _SETTLED = 60  # contacts until each is like the one before
@@ -120,10 +120,10 @@ def pressed(engine: Engine, start_ns: int, out: Numbers) -> None:
     """The mean force, N, that a stream brings in each of the next len(out) steps of the mesh."""
     lent = lend(engine)
     control: Control = lent.control[0]
-    playing.take(lent, start_ns, out.shape[0] * control.divisor)
+    force_resampling.take(lent, start_ns, out.shape[0] * control.divisor)
     for i in range(out.shape[0]):
         control.forces = 0
-        playing.press(lent)
+        force_resampling.press(lent)
         out[i] = 0.0
         for k in range(control.forces):
             entry: JunctionForce = lent.forces[k]

@@ -17,18 +17,18 @@ from drumstick.drum.engine import Control, Engine
 from drumstick.drum.excitation.analytic import POOL, PULSE, ContactPulse, begin
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.membrane.heads import aligned
-from drumstick.drum.membrane.lanes import WIDTH
-from drumstick.drum.membrane.places import corners_of
+from drumstick.drum.membrane.interpolation import corners_of
 from drumstick.drum.membrane.rows import Place, step_of
+from drumstick.drum.membrane.simd import WIDTH
 from drumstick.drum.membrane.strip import LEFT
 from drumstick.drum.membrane.sweep import bare
 from drumstick.drum.step import step
 from drumstick.parameters.scene import Scene
 from drumstick_lab.accuracy.drums.heads import DEVICE_RATE_Hz
 from drumstick_lab.accuracy.timing import Window, spent_ns
+from realtime.kernels.borrowed_view import lend
 from realtime.kernels.float_mode import flush_denormals, restore
 from realtime.kernels.jit import njit
-from realtime.kernels.lent import lend
 from realtime.records import Records
 
 GOAL = 1.03  # of what is written by hand: no effects cost no effects

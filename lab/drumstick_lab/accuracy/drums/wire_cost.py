@@ -10,7 +10,7 @@ from drumstick.drum.excitation.timeline import stream_of
 from drumstick_lab.accuracy.drums import blows
 from drumstick_lab.accuracy.timing import Window, spent_ns
 from haptic_server.contacts import SAMPLE
-from haptic_server.gateway.zenoh.pieces import Pieces
+from haptic_server.gateway.zenoh.contact_pieces import Pieces
 from protocol.clock import HapticClock
 from protocol.messages import Strike, encode
 from protocol.rate_limited_log import RateLimitedLog

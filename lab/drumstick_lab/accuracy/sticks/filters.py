@@ -17,8 +17,8 @@ from haptic_server.servo.force import guard
 from haptic_server.servo.force.rendering import ask, see
 from haptic_server.servo.force.velocity import LONGEST, Track, follow, forget, new_track
 from haptic_server.servo.memory import Servo
+from realtime.kernels.borrowed_view import lend
 from realtime.kernels.jit import njit
-from realtime.kernels.lent import lend
 from realtime.records import Record, dtype_of
 
 Samples = npt.NDArray[np.float64]

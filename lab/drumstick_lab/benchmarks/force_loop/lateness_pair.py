@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from drumstick.parameters.scene import Scene
 from haptic_server.servo.priority import FIFO_PRIORITY
-from haptic_server.servo.witness import Witnesses, excused
+from haptic_server.servo.stall_detector import Witnesses, excused
 
 HERE = Path(__file__).parent
 

@@ -74,7 +74,7 @@ TARGETS: dict[str, tuple[Sequence[str], Sequence[str]]] = {
         ],
     ),
     "bounds": (
-        ["shared/drumstick/safety/bounds.py", "shared/drumstick/safety/blow.py"],
+        ["shared/drumstick/safety/bounds.py", "shared/drumstick/safety/contact_bounds.py"],
         [
             "tests/unit/drumstick/safety/test_bounds_by_hand.py", "tests/unit/drumstick/safety/test_bounds.py", "tests/unit/drumstick/safety/test_envelope.py", _ANY, _LIVE,
         ],
@@ -95,11 +95,11 @@ TARGETS: dict[str, tuple[Sequence[str], Sequence[str]]] = {
          "tests/unit/haptic_server/servo/force/test_rendering.py", _LIVE],
     ),
     "panel": (
-        ["services/web_panel/access/guard.py", "services/web_panel/access/admission.py",
+        ["services/web_panel/access/viser_access.py", "services/web_panel/access/admission.py",
          "services/web_panel/access/client_message.py"],
         [
             "tests/unit/web_panel/access/test_admission.py", "tests/unit/web_panel/access/test_client_message.py",
-            "tests/unit/web_panel/access/test_guard.py",
+            "tests/unit/web_panel/access/test_viser_access.py",
             "tests/system/test_panel_door.py",
         ],
     ),

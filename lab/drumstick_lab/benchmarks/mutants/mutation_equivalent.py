@@ -4,7 +4,7 @@ from drumstick_lab.benchmarks.mutants.mutation_mutants import Mutant
 
 _CAMERA = "any camera will do: viser only has to know one"
 _MESSAGES = "services/web_panel/access/client_message.py"
-_PANEL = "services/web_panel/access/guard.py"
+_PANEL = "services/web_panel/access/viser_access.py"
 _FENCE = "shared/drumstick/safety/fence.py"
 _LEASE = "services/haptic_server/gateway/lease.py"
 _ENVELOPE = "shared/drumstick/safety/envelope.py"

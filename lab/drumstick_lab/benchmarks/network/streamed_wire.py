@@ -23,7 +23,7 @@ from rig_process import Listener, running, wait_for
 from drumstick.parameters.scene import parse, shipped_text
 from drumstick_lab.checkout import RESULTS
 from drumstick_lab.soak.quicker import quicker
-from haptic_server.servo.witness import Witnesses, excused
+from haptic_server.servo.stall_detector import Witnesses, excused
 from protocol.keys import Keys
 from protocol.messages import CONTACT_PIECE_S, Contact, Meter, Release, decode
 from rig.machine.this_machine import description

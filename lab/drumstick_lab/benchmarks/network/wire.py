@@ -24,7 +24,7 @@ import numpy.typing as npt
 
 from drumstick_lab.benchmarks.network.wire_servo import WARM_S
 from drumstick_lab.checkout import RESULTS
-from haptic_server.servo.witness import Witnesses, excused
+from haptic_server.servo.stall_detector import Witnesses, excused
 from rig.machine.this_machine import description
 
 RESULT = RESULTS / "wire.json"

@@ -21,7 +21,7 @@ from haptic_server import limits
 from haptic_server.device.specification import EXACT_STICK
 from haptic_server.files import GRANTED, SCENE
 from haptic_server.records import EVENT, PLAYING, STATUS, STRIKE
-from realtime import ring, triple
+from realtime import ring, triple_buffer
 from realtime.atomics import poke
 
 BARE = struct.Struct("<q")
@@ -60,7 +60,7 @@ def main(folder: Path, rate_Hz: float, seconds: float, port: int) -> None:
         ticks[made - 1] = now
         if made % 16 == 0:
             status["t_ns"], status["strikes"] = now, made
-            triple.publish(block.status_cells, block.status, status[0])
+            triple_buffer.publish(block.status_cells, block.status, status[0])
         due += period_ns
     end = time.monotonic() + 2.0
     while time.monotonic() < end:  # what waits in the ring goes out meanwhile
@@ -74,7 +74,7 @@ def rehearse() -> None:
     """Compile what the loop calls, so that its first strikes are in time."""
     block = blocks.in_memory(law_of(parse(shipped_text("roll"), "roll")))
     ring.push(block.ring_cells, block.events, np.zeros(1, EVENT)[0])
-    triple.publish(block.status_cells, block.status, np.zeros(1, STATUS)[0])
+    triple_buffer.publish(block.status_cells, block.status, np.zeros(1, STATUS)[0])
     poke(block.control, blocks.HEARTBEAT, 0)
 
 

@@ -24,11 +24,11 @@ from drumstick.drum.block import render_all
 from drumstick.drum.calibrate import build
 from drumstick.drum.engine import Engine
 from drumstick.drum.excitation.strikes import StrikeRing
-from drumstick.drum.output.shown import FRAMES_PER_S, show_sound, show_surface, want
+from drumstick.drum.output.display_data import FRAMES_PER_S, show_sound, show_surface, want
 from drumstick.parameters.scene import Scene, parse, shipped_text
 from drumstick_lab.checkout import RESULTS
+from realtime.kernels.borrowed_view import lend
 from realtime.kernels.jit import njit
-from realtime.kernels.lent import lend
 from rig.machine.this_machine import description
 
 RESULT = RESULTS / "panel_cost.json"

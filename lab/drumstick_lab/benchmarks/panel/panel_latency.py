@@ -182,7 +182,7 @@ def newcomer(browser: Browser, where: str) -> dict[str, float]:
 def one_prediction() -> dict[str, float]:
     """Milliseconds that a prediction takes for one set of values, its process and pipes left out."""
     from drumstick.parameters.scene import parse, shipped_text
-    from web_panel.computing.foresee import foresee
+    from web_panel.computing.predicted_roll import foresee
 
     roll = parse(shipped_text("roll"), "roll")
     foresee(roll, {}, {})

@@ -32,7 +32,7 @@ TRACED = {
     "scenes": [
         "drumstick.parameters.scene",
         "drumstick.parameters.reading",
-        "drumstick.parameters.lines",
+        "drumstick.parameters.line_numbers",
         "tomllib",
     ],
     "rig files": ["rig.identity.rig_file", "drumstick.parameters.reading", "tomllib"],

@@ -23,7 +23,7 @@ from pythonosc.osc_message_builder import OscMessageBuilder
 from rig_process import Rig, ask, running, wait_for
 
 from drumstick_lab.checkout import RESULTS
-from haptic_server.servo.witness import Witnesses, excused
+from haptic_server.servo.stall_detector import Witnesses, excused
 from osc_mutants import KILLERS, MUTANT_HOST, mutant
 from rig.machine.this_machine import description
 

@@ -28,9 +28,9 @@ from drumstick.parameters.scene import parse
 from drumstick_lab.benchmarks.sound.jack_device import RATE_HZ, dummy_device
 from drumstick_lab.benchmarks.sound.seldom_witness import SeldomWitnesses
 from drumstick_lab.checkout import RESULTS
-from haptic_server.servo.witness import excused
+from haptic_server.servo.stall_detector import excused
 from rig.machine.this_machine import description
-from sound_server.sinks.choose import named_device
+from sound_server.sinks.selection import named_device
 
 if TYPE_CHECKING:  # it loads PortAudio, which must find the JACK server running
     from sound_server.sinks.device import DeviceSink

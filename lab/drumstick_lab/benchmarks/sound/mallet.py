@@ -26,9 +26,9 @@ from drumstick.parameters.drum import Modal
 from drumstick.parameters.mallet import MATERIALS, Mallet
 from drumstick.parameters.scene import Scene, parse, shipped_text
 from drumstick_lab.checkout import RESULTS
+from realtime.kernels.borrowed_view import lend
 from realtime.kernels.float_mode import flush_denormals, restore
 from realtime.kernels.jit import njit
-from realtime.kernels.lent import lend
 from realtime.records import is_there
 from rig.machine.this_machine import description
 

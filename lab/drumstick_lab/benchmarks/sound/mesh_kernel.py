@@ -26,9 +26,9 @@ from drumstick.parameters.drum_effects import DRUM_EFFECTS
 from drumstick.parameters.scene import Scene
 from drumstick_lab.benchmarks.sound.bare_mesh import RATE_HZ, BareMesh, start, timed
 from drumstick_lab.checkout import RESULTS
+from realtime.kernels.borrowed_view import lend
 from realtime.kernels.float_mode import flush_denormals, restore
 from realtime.kernels.jit import njit
-from realtime.kernels.lent import lend
 from realtime.records import is_there
 from rig.machine.this_machine import description
 

@@ -52,7 +52,7 @@ class Ours:
 
 
 def main() -> None:
-    from drumstick.drum.membrane.lanes import WIDTH
+    from drumstick.drum.membrane.simd import WIDTH
     from drumstick_lab.benchmarks.sound.bare_mesh import BareMesh, timed
 
     meshes: dict[int, BareMesh] = {}

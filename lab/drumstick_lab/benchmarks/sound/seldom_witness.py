@@ -1,6 +1,6 @@
 """Real-time threads that only sleep, one on each processor, and note when it stood still: as those of the force loop.
 
-The servo's witnesses (haptic_server.servo.witness) wake five thousand times a second, which costs a thread that
+The servo's witnesses (haptic_server.servo.stall_detector) wake five thousand times a second, which costs a thread that
 computes beside them a third of its speed on a virtual machine. These wake every two milliseconds: they miss the shorter
 stalls, and so excuse less.
 """

@@ -30,7 +30,7 @@ from drumstick.stick.law import law_of
 from drumstick_lab.checkout import RESULTS
 from haptic_server import block as blocks
 from haptic_server.contacts import LISTENED, SAMPLE, SLOTS
-from haptic_server.gateway.zenoh.pieces import Pieces
+from haptic_server.gateway.zenoh.contact_pieces import Pieces
 from haptic_server.servo import loop, memory
 from protocol.messages import CONTACT_PIECE_S, encode
 from protocol.rate_limited_log import RateLimitedLog

@@ -27,7 +27,7 @@ from protocol.messages import Strike, encode
 from protocol.rate_limited_log import RateLimitedLog
 from rig.machine.this_machine import description
 from sound_server.receiving.strikes import StrikeScheduler
-from sound_server.sinks.choose import named_device
+from sound_server.sinks.selection import named_device
 
 if TYPE_CHECKING:  # it loads PortAudio, which must find the JACK server running
     from sound_server.sinks.device import DeviceSink

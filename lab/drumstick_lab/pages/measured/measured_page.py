@@ -123,7 +123,7 @@ def _announced() -> list[str]:
         "A strike tells peak force, impulse and time in the head of the contact that begins, which the exact solver plays to its end in advance. Beside what",
         f"the contact then was: median, and the worst. Before 2026-11-24 it told those of a lone blow. `drumstick lab announced`. {where(found)}",
         "An arm's strike is foreseen from what its encoders tell: how fast it comes, and, from its motion and the forces rendered before, where the hand",
-        "holds it and how fast that hand moves (services/haptic_server/servo/force/pull.py). Where the hand goes during the contact nobody can know: it is",
+        "holds it and how fast that hand moves (services/haptic_server/servo/force/hand_estimate.py). Where the hand goes during the contact nobody can know: it is",
         "taken to go on for 5 ms. The row with its way given is what is then left: the encoder's step, and a law that is sampled.",
         "",
         "| | contacts | peak, dB | impulse, dB | time, % | a lone blow's peak, dB | impulse, dB | time, % | one look, us |",

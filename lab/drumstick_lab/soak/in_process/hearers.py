@@ -11,7 +11,7 @@ from protocol.messages import Release, State, Strike, decode, encode
 from realtime import ring
 from rig.recording import channels
 from rig.recording.channels import Channel
-from rig.recording.gaps import Gaps
+from rig.recording.lost_messages import Gaps
 from rig.recording.mcap_writer import SCENE_ATTACHMENT, McapWriter
 from rig.recording.times import TimeLine
 

@@ -8,12 +8,12 @@ from haptic_server.block import LATENESS_BIN_NS, LATENESS_BINS
 from haptic_server.device.openhaptics.port import Port
 from haptic_server.device.openhaptics.tick import begin, finish
 from haptic_server.records import Reading
+from haptic_server.servo.event_output import tell
 from haptic_server.servo.memory import Servo
-from haptic_server.servo.telling import tell
 from haptic_server.servo.trace import note
+from realtime.kernels.borrowed_view import lend
 from realtime.kernels.handover import Handed, take_up
 from realtime.kernels.jit import CFunction, cfunction, njit
-from realtime.kernels.lent import lend
 
 WARM_TICKS = 100  # a driver's first ticks come as it gets started
 # What renders the drum: (servo, reading, now_ns, span_s) -> force along the paper's z, N. Compiled code only (`njit`).

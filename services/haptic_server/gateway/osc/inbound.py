@@ -14,19 +14,19 @@ from typing import NamedTuple
 
 from drumstick.parameters.table import Parameter, Refusal
 from haptic_server.gateway.lease import LONGEST_S
-from haptic_server.gateway.osc.allowance import Allowance
 from haptic_server.gateway.osc.arguments import Refused, in_range, number, port, text
-from haptic_server.gateway.osc.echoes import Echoes
-from haptic_server.gateway.osc.outlet import Outlet
-from haptic_server.gateway.osc.own import OwnAddress
+from haptic_server.gateway.osc.echo_filter import Told
+from haptic_server.gateway.osc.osc_sender import Outlet
+from haptic_server.gateway.osc.own_addresses import OwnAddress
 from haptic_server.gateway.osc.prescan import Unreadable, prescan
-from haptic_server.gateway.osc.tally import Tally
+from haptic_server.gateway.osc.refusal_counts import Tally
+from haptic_server.gateway.osc.reply_rate_limit import Allowance
+from haptic_server.gateway.osc.reply_targets import Echoes
 from haptic_server.gateway.osc.targets import SUBSCRIPTION_S, Endpoint, Targets
-from haptic_server.gateway.osc.told import Told
 from haptic_server.gateway.parameter_access import ParameterAccess
 from haptic_server.gateway.rounding import is_norm_of, is_same
-from haptic_server.pace import SETS_A_SECOND, Pace, Verdict
 from haptic_server.presets.preset import PresetError
+from haptic_server.set_rate_limit import SETS_A_SECOND, Pace, Verdict
 from protocol import osc
 from protocol.requests import Claim
 

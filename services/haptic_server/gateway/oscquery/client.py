@@ -14,7 +14,7 @@ from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
 from haptic_server.gateway.osc.prescan import MAX_BYTES
-from haptic_server.gateway.oscquery.inlet import Inlet
+from haptic_server.gateway.oscquery.osc_bridge import Inlet
 from haptic_server.gateway.oscquery.tree import READ, Node
 
 MOST_WAITING = 512  # packets; a roll of 23 Hz with every address listened to sends 200 a second

@@ -1,6 +1,6 @@
 """The OSCQuery server: HTTP and WebSocket at one port, on a thread of its own with its own event loop.
 
-It holds nobody up. What the rig sends arrives in a socket buffer that drops when it is full (inlet.py); a question
+It holds nobody up. What the rig sends arrives in a socket buffer that drops when it is full (osc_bridge.py); a question
 about parameters asks the parameters for its readback as any other front does. What clients can use up has limits.
 """
 
@@ -17,14 +17,14 @@ from websockets.asyncio.server import ServerConnection, serve
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
-from haptic_server.gateway.osc.allowance import Allowance
-from haptic_server.gateway.osc.front import LOOPBACK
 from haptic_server.gateway.osc.inbound import Network
+from haptic_server.gateway.osc.osc_server import LOOPBACK
 from haptic_server.gateway.osc.prescan import MAX_BYTES
+from haptic_server.gateway.osc.reply_rate_limit import Allowance
 from haptic_server.gateway.osc.targets import Endpoint
 from haptic_server.gateway.oscquery.admission import Admission, is_loopback
 from haptic_server.gateway.oscquery.client import Client
-from haptic_server.gateway.oscquery.inlet import Inlet
+from haptic_server.gateway.oscquery.osc_bridge import Inlet
 from haptic_server.gateway.oscquery.pages import Page, page
 from haptic_server.gateway.oscquery.tree import EXTENSIONS, tree_of
 from haptic_server.gateway.oscquery.values import Values

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from drumstick.parameters.scene import shipped_names
 from drumstick.parameters.table import Refusal
-from haptic_server import files, front
+from haptic_server import block_header, files
 
 
 class SceneRequests:
@@ -23,7 +23,7 @@ class SceneRequests:
             )
         if name not in shipped_names():
             raise Refusal(f"no scene {name[:80]!r}; shipped: {', '.join(shipped_names())}")
-        if front.is_stuck(self._run_dir):
+        if block_header.is_stuck(self._run_dir):
             # A servo put in its place would be free, and nobody would know of the fault.
             raise Refusal(
                 "scene: a fault: the servo process does not tick; wait until it does, or start the rig anew"

@@ -20,8 +20,8 @@ from haptic_server.gateway.zenoh.backlog import Backlog
 from haptic_server.gateway.zenoh.scene_request import SceneRequests
 from protocol import messages
 from protocol.keys import Keys
+from protocol.query_thread import Questions, payload_of, refuse
 from protocol.queryables import Queryables
-from protocol.questions import Questions, payload_of, refuse
 from protocol.requests import Claim, requested_text, requested_value, requested_values
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from drumstick.safety import envelope
 from drumstick.safety.fence import within
 from drumstick.stick import composition
 from haptic_server.servo.memory import Servo
-from realtime import triple
+from realtime import triple_buffer
 from realtime.kernels.jit import njit
 
 
@@ -30,10 +30,10 @@ def passes(servo: Servo) -> bool:
 def _offered(servo: Servo) -> bool:
     # Does a set that passes wait in servo.offer? It is judged once, when it comes.
     block, player = servo.block, servo.player[0]
-    if not triple.has_fresh(block.wanted_cells):
+    if not triple_buffer.has_fresh(block.wanted_cells):
         return bool(player.holding != 0)
     # A copy of our own: what was looked at is what is used, whoever else may write to the block.
-    servo.offer[0] = block.wanted[triple.take(block.wanted_cells, block.wanted)]
+    servo.offer[0] = block.wanted[triple_buffer.take(block.wanted_cells, block.wanted)]
     if passes(servo):
         player.holding = 1
         return True
@@ -52,7 +52,7 @@ def _use(servo: Servo) -> None:
     composition.keep_speed(servo.law[0], wanted.law, servo.motion[0])
     servo.law[0] = wanted.law
     player.revision = wanted.revision
-    triple.publish(block.live_cells, block.live, wanted)
+    triple_buffer.publish(block.live_cells, block.live, wanted)
 
 
 @njit()

@@ -15,12 +15,12 @@ from drumstick.stick.motion.events import SINK
 from haptic_server.block import HEARTBEAT, HELD, PANICS_SEEN
 from haptic_server.records import NO_FAULT, OUT_OF_BOUNDS, Reading
 from haptic_server.servo import streaming
-from haptic_server.servo.force import guard, pull
+from haptic_server.servo.event_output import end_contact, note_release, note_strike
+from haptic_server.servo.force import guard, hand_estimate
 from haptic_server.servo.force.latch import latch_in_hand
 from haptic_server.servo.force.orders import NOTHING, held_word, obey
 from haptic_server.servo.force.velocity import follow, forget
 from haptic_server.servo.memory import Servo
-from haptic_server.servo.telling import end_contact, note_release, note_strike
 from realtime.atomics import store_release
 from realtime.kernels.jit import njit
 
@@ -123,7 +123,7 @@ def _rendered(servo: Servo, reading: Reading, now_ns: int, span_s: float) -> flo
         forget(servo.track[0])
     z = reading.z_m - plan.head_z_m
     v = follow(servo.track[0], now_ns * 1e-9, z, allowed.resolution_m)
-    pull.feel(servo, z, now_ns)
+    hand_estimate.feel(servo, z, now_ns)
     player.fault = guard.look_at_speed(allowed, v)
     if player.fault != NO_FAULT:
         return 0.0

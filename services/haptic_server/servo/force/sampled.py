@@ -5,8 +5,8 @@ Tick thread: no allocation, no locks, no Python, no exceptions. The same text ru
 
 from haptic_server.device import phantom, playback
 from haptic_server.device.hand import HOLD
-from haptic_server.servo.force.orbit import walk
 from haptic_server.servo.force.rendering import render
+from haptic_server.servo.force.strike_positions import walk
 from haptic_server.servo.memory import Servo
 from realtime.kernels.jit import njit
 

@@ -9,11 +9,11 @@ from haptic_server import permission
 from haptic_server.block import HEARTBEAT, HELD, PANICS_SEEN
 from haptic_server.records import NO_FAULT, OUT_OF_BOUNDS
 from haptic_server.servo import streaming
+from haptic_server.servo.event_output import end_contact, note_release, note_strike
 from haptic_server.servo.force.latch import latch
-from haptic_server.servo.force.orbit import walk
 from haptic_server.servo.force.orders import NOTHING, held_word, obey
+from haptic_server.servo.force.strike_positions import walk
 from haptic_server.servo.memory import Servo
-from haptic_server.servo.telling import end_contact, note_release, note_strike
 from realtime.atomics import store_release
 from realtime.kernels.jit import njit
 

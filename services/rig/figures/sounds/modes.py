@@ -2,7 +2,7 @@
 
 from matplotlib.figure import Figure
 
-from drumstick.drum.heard import Heard, Mode
+from drumstick.drum.mode_measurement import Heard, Mode
 from rig.figures.style import BLUE, DPI, GREY, WIDTH_IN, styled
 
 _COLUMNS = ["mode m, n", "ideal, Hz", "heard, Hz", "error, cents", "level, dB"]

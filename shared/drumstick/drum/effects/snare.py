@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from drumstick.drum.membrane.interpolation import corners_of
 from drumstick.drum.membrane.lattice import TOPOLOGIES
-from drumstick.drum.membrane.places import corners_of
 from drumstick.drum.membrane.scheme import even_losses
 from drumstick.parameters.declare import count, number
 from realtime.kernels.jit import njit, only_with

@@ -20,9 +20,9 @@ import math
 from typing import TYPE_CHECKING
 
 from drumstick.drum.effects import rim
-from drumstick.drum.excitation import playing
-from drumstick.drum.excitation.push import push
-from drumstick.drum.membrane.places import CORNERS
+from drumstick.drum.excitation import force_resampling
+from drumstick.drum.excitation.point_force import push
+from drumstick.drum.membrane.interpolation import CORNERS
 from drumstick.drum.modal import bank
 from realtime.kernels.jit import njit
 from realtime.records import Record, Records, dtype_of
@@ -122,7 +122,7 @@ def press(engine: "Engine") -> int:
     control.forces = 0
     rim.begin(engine)
     if control.active == 0 and control.looked == control.begun:
-        return int(playing.press(engine))  # the pool is empty, as it mostly is
+        return int(force_resampling.press(engine))  # the pool is empty, as it mostly is
     active = 0
     for i in range(pulses.shape[0]):
         pulse: ContactPulse = pulses[i]
@@ -137,4 +137,4 @@ def press(engine: "Engine") -> int:
             push(engine, pulse.x, pulse.y, force)
             bank.push(engine, i, force)
     control.active, control.looked = active, control.begun
-    return active + int(playing.press(engine))
+    return active + int(force_resampling.press(engine))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from drumstick.drum.mallets import patch
 from drumstick.drum.mallets.mallet import PLAYING, POOL, arrive, due, fly, forget, free, take_away
 from drumstick.drum.mallets.tip import met
-from drumstick.drum.membrane.places import drawn_in
+from drumstick.drum.membrane.interpolation import drawn_in
 from realtime.kernels.jit import njit, only_with
 
 if TYPE_CHECKING:

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from drumstick.drum.membrane.interpolation import drawn_in
 from drumstick.drum.membrane.lattice import MARGIN, TOPOLOGIES
-from drumstick.drum.membrane.places import drawn_in
 from drumstick.drum.membrane.sweep import Head, is_triangular, is_triangular_type
 from realtime.kernels.jit import ArgumentType, njit, only_with, overload
 

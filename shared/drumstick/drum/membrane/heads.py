@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from drumstick.drum.membrane.interpolation import corners_of
 from drumstick.drum.membrane.lattice import Lattice, strips_of
-from drumstick.drum.membrane.places import corners_of
 from drumstick.drum.membrane.sweep import SQUARE, TRIANGULAR, Head
 
 if TYPE_CHECKING:

@@ -21,7 +21,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from drumstick.drum.membrane.lanes import FLOAT, Lanes
+from drumstick.drum.membrane.simd import FLOAT, Lanes
 from drumstick.drum.membrane.strip import Strip, walk
 
 

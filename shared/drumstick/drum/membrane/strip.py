@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 
 from llvmlite import ir
 
-from drumstick.drum.membrane.lanes import WORD, Lanes
 from drumstick.drum.membrane.lattice import LANES, ROWS
+from drumstick.drum.membrane.simd import WORD, Lanes
 
 # side of a row: 0 on the square mesh; -1 or 1 where the nearer column of the rows beside lies to the left or right.
 LEVEL, LEFT, RIGHT = 0, -1, 1

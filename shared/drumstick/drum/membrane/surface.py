@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from drumstick.drum.membrane.interpolation import CORNERS, corners_of
 from drumstick.drum.membrane.lattice import J01
-from drumstick.drum.membrane.places import CORNERS, corners_of
 from drumstick.drum.membrane.sweep import Head
 from drumstick.parameters.drum_effects import Cavity
 from drumstick.parameters.scene import Scene

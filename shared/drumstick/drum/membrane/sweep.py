@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.membrane import rows
-from drumstick.drum.membrane.lanes import WIDTH
 from drumstick.drum.membrane.rows import Place, Terms
+from drumstick.drum.membrane.simd import WIDTH
 from drumstick.drum.membrane.strip import LEFT, LEVEL
 from realtime.kernels.jit import ArgumentType, array_has, njit, overload
 from realtime.records import Record, Rows, dtype_of

@@ -16,7 +16,7 @@ from drumstick.drum.fitting import fitted
 from drumstick.drum.render import render
 from drumstick.parameters.scene import Scene, parse, shipped_gesture
 from haptic_server.contacts import SAMPLE, SLOTS
-from haptic_server.gateway.zenoh.pieces import Pieces
+from haptic_server.gateway.zenoh.contact_pieces import Pieces
 from haptic_server.servo import loop
 from protocol.clock import HapticClock
 from protocol.messages import encode

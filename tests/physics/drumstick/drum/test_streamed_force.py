@@ -8,7 +8,7 @@ from drumstick.parameters.scene import parse
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server.contacts import LISTENED, SAMPLE, SLOTS
-from haptic_server.gateway.zenoh.pieces import Pieces
+from haptic_server.gateway.zenoh.contact_pieces import Pieces
 from haptic_server.records import EVENT, RELEASE
 from haptic_server.servo import loop, memory
 from protocol.clock import HapticClock

@@ -13,7 +13,7 @@ from drumstick.drum.calibrate import build
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.fitting import Line, fitted
 from drumstick.parameters.scene import Scene, SceneError, as_tables, from_tables, parse, shipped_text
-from realtime.kernels import beside as beside_kernels
+from realtime.kernels import cache_files as beside_kernels
 
 RATE_HZ = 48_000
 NS_A_SAMPLE = 1e9 / RATE_HZ

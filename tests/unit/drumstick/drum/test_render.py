@@ -19,8 +19,8 @@ from drumstick.drum.tiers import divisor_for
 from drumstick.parameters.scene import Scene
 from realtime.kernels.jit import allocations
 from sound_server.sinks.callback import Heard, block_start, stream_callback
+from sound_server.sinks.load_meter import noted
 from sound_server.sinks.sink import NOTED, SINK_COUNTERS
-from sound_server.sinks.timed import noted
 from sound_server.stage import Stage
 
 RATE = 48000

@@ -13,8 +13,8 @@ from drumstick.drum.fitting import fitted
 from drumstick.parameters.scene import Scene, parse, shipped_text
 from protocol.rate_limited_log import RateLimitedLog
 from realtime.stop import StopRequest
-from rig.fault import Stop
-from rig.offline import scenes_shown
+from rig.exit_status import Stop
+from rig.offline import scene_commands
 from sound_server.drum import Drum
 from sound_server.stage import Stage
 
@@ -43,7 +43,7 @@ def test_it_is_said_with_its_name_its_effects_and_what_to_do(name: str) -> None:
 def test_scene_check_does_not_call_it_good(name: str, tmp_path: Path) -> None:
     (tmp_path / f"{name}.toml").write_text(TEXTS[name])
     with pytest.raises(Stop, match="cannot be computed"):
-        scenes_shown.check(str(tmp_path / f"{name}.toml"))
+        scene_commands.check(str(tmp_path / f"{name}.toml"))
 
 
 def test_auto_passes_over_meshes_that_cannot_be() -> None:

@@ -8,7 +8,7 @@ import pytest
 from drumstick.parameters.declare import Quantity, quantities
 from drumstick.parameters.drum import Modal
 from drumstick.parameters.drum_effects import DRUM_EFFECTS
-from drumstick.parameters.lines import lines_of
+from drumstick.parameters.line_numbers import lines_of
 from drumstick.parameters.mallet import Mallet
 from drumstick.parameters.scene import EFFECTS, Scene, SceneError, as_tables, from_tables, parse
 from drumstick.parameters.stick import Geometry

@@ -8,7 +8,7 @@ import pytest
 from scipy.optimize import brentq
 
 from drumstick.parameters.scene import parse
-from drumstick.safety import blow, bounds
+from drumstick.safety import bounds, contact_bounds
 from drumstick.stick.contact import PAPER, UNILATERAL
 from drumstick.stick.law import Records, law_of
 
@@ -34,8 +34,8 @@ def _pulse(dv: float, tau: float, overlap: str = "ignore") -> str:
     return f'[effects.pulse]\ndv_m_per_s = {dv}\ntau_s = {tau}\noverlap = "{overlap}"\n'
 
 
-def _of(law: Records) -> blow.Blow:
-    return blow.of(law[0], float(law["r_in"][0]))
+def _of(law: Records) -> contact_bounds.Blow:
+    return contact_bounds.of(law[0], float(law["r_in"][0]))
 
 
 def test_a_lifting_hand_gives_the_speed_of_its_swing_and_a_pressing_one_that_of_its_rest_in_the_head() -> (
@@ -59,7 +59,7 @@ def test_a_paper_head_in_no_hand_leaves_equation_3(zeta: float) -> None:
 
 def test_negative_damping_grows_by_what_half_a_turn_makes_of_it() -> None:
     """zeta -1/2: exp(pi/sqrt 3) = 6.13, the most that the effect's own page names."""
-    found = blow.of(_law()[0], -SPRING)
+    found = contact_bounds.of(_law()[0], -SPRING)
     assert found.grows == pytest.approx(math.exp(math.pi / math.sqrt(3.0)), **EXACTLY)
     assert found.peak == pytest.approx(SPRING * math.sqrt(2.0) * found.grows**2, **EXACTLY)
 
@@ -98,7 +98,7 @@ def test_a_stick_that_lies_on_a_head_that_gives_energy_grows_for_two_half_turns(
     law = _law(k_hand=5.0, z_ss=-0.1)
     zeta = 0.1
     g = math.exp(math.pi * zeta / math.sqrt(1.0 - zeta**2))
-    found = blow.of(law[0], -2.0 * zeta * SPRING)
+    found = contact_bounds.of(law[0], -2.0 * zeta * SPRING)
     assert found.grows == pytest.approx(g, **EXACTLY)
     assert found.pressed == pytest.approx(bounds.pressing_speed(law[0]) * math.sqrt(g**4 - 1.0), **EXACTLY)
     assert found.held == pytest.approx(2.0 * 0.5 * g * g, **EXACTLY)
@@ -111,7 +111,7 @@ def test_a_head_that_damps_much_hits_hardest_at_entry(zeta: float, times: float)
 
 
 def test_a_head_less_damped_than_the_hand_is_bounded_by_both_at_once() -> None:
-    found = blow.of(_law(r_out=3.0)[0], 0.0)
+    found = contact_bounds.of(_law(r_out=3.0)[0], 0.0)
     assert found.peak == pytest.approx(math.hypot(SPRING, 3.0), **EXACTLY)
 
 

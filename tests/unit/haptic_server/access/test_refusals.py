@@ -4,9 +4,9 @@ import logging
 
 import pytest
 
-from haptic_server.access.allowances import MOST
-from haptic_server.access.cutter import TURNED_BACK_S
+from haptic_server.access.disconnection import TURNED_BACK_S
 from haptic_server.access.refusals import Refusals
+from haptic_server.access.session_limits import MOST
 
 # As Zenoh 1.10 writes them, colours included.
 HANDSHAKE = (

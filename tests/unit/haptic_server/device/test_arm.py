@@ -8,10 +8,10 @@ import pytest
 
 import sampled_arm
 from haptic_server.device import phantom
-from haptic_server.device.chosen import chosen
 from haptic_server.device.hand import GESTURES, hand_at
 from haptic_server.device.protocol import DeviceError
 from haptic_server.device.replay import Replay, read
+from haptic_server.device.selection import chosen
 from haptic_server.device.simulated import Simulated
 from haptic_server.records import RELEASE, STRIKE
 from haptic_server.servo import loop

@@ -17,7 +17,7 @@ from haptic_server.device.protocol import Device, DeviceError
 from haptic_server.records import NO_FAULT, STALLED, STATUS
 from haptic_server.records import PANIC as IN_PANIC
 from haptic_server.servo.memory import Servo
-from realtime import triple
+from realtime import triple_buffer
 from realtime.atomics import add_to, peek, poke
 from realtime.stop import StopRequest
 
@@ -74,7 +74,7 @@ class Running:
             self.answers.append(error)
 
     def status(self) -> np.void:
-        triple.read_into(self.servo.block.status_cells, self.servo.block.status, self._status)
+        triple_buffer.read_into(self.servo.block.status_cells, self.servo.block.status, self._status)
         return self._status[0].copy()
 
     def until(self, what: Callable[[np.void], bool]) -> np.void:

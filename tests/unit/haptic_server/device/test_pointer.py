@@ -12,13 +12,13 @@ from drumstick.parameters.scene import Scene, parse, shipped_text
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server.block import ARM, PANIC
-from haptic_server.device.chosen import chosen
 from haptic_server.device.pointed_hand import HAND, LIFTED_M, STALE_NS, follow, height_of, top_of
 from haptic_server.device.pointer import Pointed
+from haptic_server.device.selection import chosen
 from haptic_server.records import FAULT, NO_FAULT, POINTER, RELEASE, STRIKE
 from haptic_server.servo import loop, memory
 from haptic_server.servo.memory import Servo
-from realtime import triple
+from realtime import triple_buffer
 from realtime.atomics import add_to, poke
 
 T_NS = 1_000_000
@@ -46,7 +46,7 @@ class Player:
         record = np.zeros(1, POINTER)
         record["t_ns"] = self.now_ns if t_ns is None else t_ns
         record["held"], record["lift"], record["x"], record["y"] = held, lift, x, y
-        triple.publish(self.servo.block.pointer_cells, self.servo.block.pointer, record[0])
+        triple_buffer.publish(self.servo.block.pointer_cells, self.servo.block.pointer, record[0])
 
     def tick(self, ticks: int) -> None:
         for _ in range(ticks):
@@ -149,7 +149,7 @@ def test_whatever_stands_in_the_block_the_hand_stays_in_its_travel_and_under_its
         record = np.zeros(1, POINTER)
         record["t_ns"] = now if t_ns is None else t_ns
         record["held"], record["lift"], record["x"], record["y"] = held, lift, x, y
-        triple.publish(block.pointer_cells, block.pointer, record[0])
+        triple_buffer.publish(block.pointer_cells, block.pointer, record[0])
         now += int(span_s * 1e9)
         follow(hand[0], block, rest, now, span_s)
         heights.append(height_of(hand[0], rest))
@@ -226,7 +226,7 @@ def test_a_lower_z_ss_lowers_the_hand_live() -> None:
     wanted["law"] = player.servo.law
     wanted["revision"] = 5
     wanted["law"]["z_ss"] = -0.03
-    triple.publish(player.servo.block.wanted_cells, player.servo.block.wanted, wanted[0])
+    triple_buffer.publish(player.servo.block.wanted_cells, player.servo.block.wanted, wanted[0])
     player.hold(3.0, 0.0)
     assert player.servo.player[0]["revision"] == 5
     assert player.servo.law[0]["z_ss"] == -0.03

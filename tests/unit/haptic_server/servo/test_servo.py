@@ -13,7 +13,7 @@ from haptic_server.device.simulated import Simulated
 from haptic_server.limits import limits_of
 from haptic_server.records import EVENT, PANIC, PLAYING, RELEASE, STRIKE, set_type
 from haptic_server.servo import loop, memory
-from realtime import ring, triple
+from realtime import ring, triple_buffer
 from realtime.atomics import add_to, poke
 from realtime.kernels.jit import allocations
 
@@ -38,7 +38,7 @@ def offer(servo: memory.Servo, revision: int, **changes: float) -> None:
     for name, value in changes.items():
         owner = wanted["law"]["pulse"] if name in ("dv_pls", "tau") else wanted["law"]
         owner[name] = value
-    triple.publish(servo.block.wanted_cells, servo.block.wanted, wanted[0])
+    triple_buffer.publish(servo.block.wanted_cells, servo.block.wanted, wanted[0])
 
 
 @pytest.mark.parametrize("rate_hz", [500, 1000, 4000])
@@ -82,7 +82,7 @@ def test_a_set_waits_until_the_stick_is_above_the_head() -> None:
     loop.run_virtual(servo, 1, now)
     assert servo.law["k_coll"][0] == 8000.0
     live = np.zeros(1, set_type(servo.law.dtype))
-    assert triple.read_into(servo.block.live_cells, servo.block.live, live)
+    assert triple_buffer.read_into(servo.block.live_cells, servo.block.live, live)
     assert live["revision"][0] == 7
     assert servo.player["holding"][0] == 0, "it is used once"
 
@@ -242,7 +242,7 @@ def test_whatever_was_set_the_next_set_is_latched_too(changes: dict[str, float])
     offered = np.zeros(1, set_type(roll.dtype))
     offered["revision"] = 2
     offered["law"] = roll
-    triple.publish(servo.block.wanted_cells, servo.block.wanted, offered[0])
+    triple_buffer.publish(servo.block.wanted_cells, servo.block.wanted, offered[0])
     loop.run_virtual(servo, 20_000, now)
     assert servo.player["revision"][0] == 2
     assert servo.status["status"][0] == PLAYING

@@ -14,8 +14,8 @@ from haptic_server.records import EVENT, RELEASE, STRIKE
 from haptic_server.servo import loop, memory
 from realtime import ring
 from realtime.atomics import add_to, poke
+from realtime.kernels.borrowed_view import lend
 from realtime.kernels.jit import allocations, njit
-from realtime.kernels.lent import lend
 from streamed_engine import STREAMS, streamed_text
 
 PERIOD_NS = 1_000_000

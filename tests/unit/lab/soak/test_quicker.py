@@ -5,7 +5,7 @@ import pytest
 from drumstick.parameters.scene import parse, shipped_text
 from drumstick.stick.simulate import simulate
 from drumstick_lab.soak.quicker import quicker
-from rig.fault import GIVEN, Stop
+from rig.exit_status import GIVEN, Stop
 
 
 @pytest.mark.parametrize("speed", [2.0, 20.0, 100.0])

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from realtime.kernels import store
-from realtime.kernels.inner import is_wrapped
+from realtime.kernels.inner_kernels import is_wrapped
 from realtime.kernels.jit import njit
 
 ROOT = Path(__file__).resolve().parents[4]

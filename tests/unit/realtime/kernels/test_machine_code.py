@@ -13,7 +13,7 @@ from numba.extending import intrinsic
 
 from haptic_server.records import EVENT, STATUS
 from machine_code import AARCH64, X86_64, Compiled, Order, count, last
-from realtime import atomics, ring, triple
+from realtime import atomics, ring, triple_buffer
 from realtime.atomics import (
     _cell,  # ty: ignore[missing-module-member]  not in its stub
     load_acquire,
@@ -29,11 +29,11 @@ STATUSES, STATUS_1, STATUS_OUT = np.zeros(3, STATUS), np.zeros(1, STATUS), np.ze
 KERNELS: dict[str, tuple[Any, tuple[Any, ...], dict[str, str], tuple[int, int, int]]] = {
     "push": (ring.push, (CELLS, EVENTS, EVENT_1[0]), {"written": "slots"}, (1, 2, 0)),
     "drain": (ring.drain, (CELLS, EVENTS, EVENT_OUT), {"read": "slots"}, (1, 1, 0)),
-    "publish": (triple.publish, (CELLS, STATUSES, STATUS_1[0]), {"written": "slots"}, (0, 1, 1)),
-    "read_into": (triple.read_into, (CELLS, STATUSES, STATUS_OUT), {}, (2, 1, 1)),
-    "take": (triple.take, (CELLS, STATUSES), {}, (1, 1, 1)),
-    "has_fresh": (triple.has_fresh, (CELLS,), {}, (1, 0, 0)),
-    "recover": (triple.recover, (CELLS, 8, 16), {}, (3, 1, 0)),
+    "publish": (triple_buffer.publish, (CELLS, STATUSES, STATUS_1[0]), {"written": "slots"}, (0, 1, 1)),
+    "read_into": (triple_buffer.read_into, (CELLS, STATUSES, STATUS_OUT), {}, (2, 1, 1)),
+    "take": (triple_buffer.take, (CELLS, STATUSES), {}, (1, 1, 1)),
+    "has_fresh": (triple_buffer.has_fresh, (CELLS,), {}, (1, 0, 0)),
+    "recover": (triple_buffer.recover, (CELLS, 8, 16), {}, (3, 1, 0)),
     "peek": (atomics.peek, (CELLS, 3), {}, (1, 0, 0)),
     "poke": (atomics.poke, (CELLS, 3, 7), {}, (0, 1, 0)),
     "add_to": (atomics.add_to, (CELLS, 3, 7), {}, (0, 0, 1)),

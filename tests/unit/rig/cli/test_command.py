@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 
 from rig import scene_file
 from rig.cli.command import app
-from rig.fault import Stop
+from rig.exit_status import Stop
 
 
 @pytest.mark.parametrize("words", [("-h",), ("scene", "-h"), ("up", "-h")], ids=" ".join)

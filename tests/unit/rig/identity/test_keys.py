@@ -10,7 +10,7 @@ import pytest
 from made_keys import Keyring
 from protocol.access.identity import Identity
 from protocol.access.roles import HAPTIC, ROLES
-from rig.fault import GIVEN, LACKING, Stop
+from rig.exit_status import GIVEN, LACKING, Stop
 from rig.identity import certificates, identity_check, keys
 from rig.identity.rig_file import load
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from protocol.access.identity import Identity
 from protocol.access.roles import HAPTIC, ROLES
-from rig.fault import GIVEN, Stop
+from rig.exit_status import GIVEN, Stop
 from rig.identity.rig_file import LARGEST_BYTES, RigFile, RigFileError, load, parse
 from rig.identity.rig_template import PUBLIC_PORT, rig_file_text
 

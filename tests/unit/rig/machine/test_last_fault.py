@@ -16,8 +16,8 @@ from haptic_server.records import FAULT_WORDS, NO_FAULT, NOT_A_NUMBER, STALLED, 
 from haptic_server.servo import loop, trace
 from haptic_server.servo.memory import Servo
 from rig import folder
-from rig.fault import GIVEN, Stop
-from rig.figures import ready
+from rig.exit_status import GIVEN, Stop
+from rig.figures import requirements
 from rig.figures.fault import fault
 from rig.machine import doctor
 from rig.machine.last_fault import PICTURE, LastFault, TraceError, read
@@ -143,7 +143,7 @@ def test_no_fault_on_record_and_nothing_is_made(tmp_path: Path, monkeypatch: pyt
 
 def test_without_matplotlib_it_says_what_to_type(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     faulted(place, STALLED)
-    monkeypatch.setattr(ready, "find_spec", lambda name: None)  # pyright: ignore[reportUnknownLambdaType]
+    monkeypatch.setattr(requirements, "find_spec", lambda name: None)  # pyright: ignore[reportUnknownLambdaType]
     row, told = doctor.last_fault("here")
     assert told is not None
     assert told.picture is None

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from rig.fault import LACKING, Stop
+from rig.exit_status import LACKING, Stop
 from rig.machine import machine_needs
 
 
@@ -20,7 +20,7 @@ class _Deaf(socket.socket):
 _LOOK = """
 import resource, sys
 from rig.machine import machine_needs
-from rig.fault import Stop
+from rig.exit_status import Stop
 {limit}
 try:
     machine_needs.require_machine()

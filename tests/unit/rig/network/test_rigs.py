@@ -6,7 +6,7 @@ import pytest
 
 from protocol.keys import Keys
 from rig import checks
-from rig.fault import Stop
+from rig.exit_status import Stop
 from rig.network.discovery import NO_SERVER, Seen
 from rig.network.rigs import _object, _shown, _table, changes
 from rig.supervision.resolved_options import FarEnd

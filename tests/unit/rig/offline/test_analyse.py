@@ -10,7 +10,7 @@ import pytest
 from drumstick.analysis.findings import analyse as findings_of
 from drumstick.parameters.scene import parse, shipped_names
 from rig import scene_file
-from rig.fault import GIVEN, Stop
+from rig.exit_status import GIVEN, Stop
 from rig.offline import analyse as told
 
 KEYS = {

@@ -10,7 +10,7 @@ from drumstick.drum.excitation.offline import Press
 from drumstick.parameters.scene import Scene
 from protocol.messages import Contact
 from recordings import a_strike, made
-from rig.fault import GIVEN, Stop
+from rig.exit_status import GIVEN, Stop
 from rig.offline.recorded_strikes import played
 from rig.offline.render import RenderOptions, render
 from rig.offline.streamed_roll import presses

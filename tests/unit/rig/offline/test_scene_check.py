@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from drumstick.parameters.scene import shipped_names
-from rig.fault import Stop
-from rig.offline import scenes_shown
+from rig.exit_status import Stop
+from rig.offline import scene_commands
 
 HAMMERS = """
 [stick]
@@ -35,10 +35,10 @@ max_force_N = 8.5
 def test_a_scene_outside_the_envelope_is_not_called_good(tmp_path: Path, text: str, words: str) -> None:
     (tmp_path / "mine.toml").write_text(text)
     with pytest.raises(Stop, match=f"outside the envelope: .*{words}"):
-        scenes_shown.check(str(tmp_path / "mine.toml"))
+        scene_commands.check(str(tmp_path / "mine.toml"))
 
 
 @pytest.mark.parametrize("name", shipped_names())
 def test_shipped_scenes_are_good(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    scenes_shown.check(name)
+    scene_commands.check(name)
     assert f"{name}: good" in capsys.readouterr().out

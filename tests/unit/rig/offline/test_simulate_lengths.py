@@ -5,7 +5,7 @@ import pytest
 from drumstick.parameters.scene import parse, shipped_text
 from drumstick.stick.simulate import TooLong
 from drumstick.stick.simulate import simulate as run
-from rig.fault import Stop
+from rig.exit_status import Stop
 from rig.offline import simulate as command
 from rig.offline.simulate import simulate
 

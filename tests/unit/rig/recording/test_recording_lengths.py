@@ -11,7 +11,7 @@ import pytest
 from protocol.keys import Keys
 from protocol.messages import Contact, Message, Strike
 from recordings import START_NS, a_state, a_strike, channel, made
-from rig.fault import GIVEN, LACKING, Stop
+from rig.exit_status import GIVEN, LACKING, Stop
 from rig.offline import render as rendering
 from rig.recording import reading
 from rig.recording.mcap_writer import SCENE_ATTACHMENT, McapWriter

@@ -11,7 +11,7 @@ from protocol.keys import Keys
 from protocol.session import open_router
 from rig.recording import channels
 from rig.recording.channels import Channel
-from rig.recording.listening import Heard, Item, Listening
+from rig.recording.recorder_session import Heard, Item, Listening
 from rig.supervision.resolved_options import FarEnd
 
 MANY = 300

@@ -7,7 +7,7 @@ from protocol.clock import HapticClock
 from protocol.messages import Contact
 from recordings import a_release, a_strike
 from rig.recording import channels
-from rig.recording.gaps import Gaps
+from rig.recording.lost_messages import Gaps
 from rig.recording.times import TimeLine, wall_minus_monotonic_ns
 
 MS = 1_000_000

@@ -9,7 +9,7 @@ from made_keys import Keyring
 from protocol.access.identity import Identity
 from protocol.access.roles import ROLES
 from protocol.keys import DEFAULT_ROUTER
-from rig.fault import GIVEN, LACKING, Stop
+from rig.exit_status import GIVEN, LACKING, Stop
 from rig.identity import certificates
 from rig.supervision.plan import Options, commands
 from rig.supervision.resolved_options import FOLLOWERS, READERS, ResolvedOptions, far_end, settle

@@ -7,9 +7,9 @@ import pytest
 
 from drumstick.parameters.scene import parse, shipped_text
 from drumstick.stick.law import law_of
-from haptic_server import block, files, front
+from haptic_server import block, block_header, files
 from realtime.atomics import poke
-from rig.fault import GIVEN, LACKING, Stop
+from rig.exit_status import GIVEN, LACKING, Stop
 from rig.supervision import service
 from rig.supervision.scene_change import BEFORE, ended, lay_out, played
 
@@ -89,11 +89,11 @@ def test_a_panic_while_the_scene_is_laid_out_holds_the_new_one(run: Run) -> None
     run.servo_left(held=False)
     gateway = block.attach(run.folder, law_of(parse(shipped_text("roll"), "roll")).dtype)
     assert run.lay_out(wanted="snare") == "snare"
-    front.raise_panic(
+    block_header.raise_panic(
         run.folder, gateway.front
     )  # a gateway that still lives, on the block that it has mapped
     run.servo_left(held=None)
-    assert front.was_held(run.folder)
+    assert block_header.was_held(run.folder)
     assert run.lay_out(wanted="tom") == "snare"
 
 

@@ -14,7 +14,7 @@ import pytest
 from drumstick.drum.calibrate import build
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.parameters.scene import Scene
-from sound_server.sinks import awaited, choose
+from sound_server.sinks import reconnecting, selection
 from sound_server.sinks.paced import PacedSink
 from sound_server.sinks.sink import SinkError
 from sound_server.sinks.wavfile import WavFile
@@ -58,7 +58,7 @@ def test_what_is_no_file_is_a_wrong_request(tmp_path: Path) -> None:
     os.mkfifo(unread)
     for path in (unread, Path("/dev/null")):
         with pytest.raises(SinkError, match="cannot be written: not a regular file") as refusal:
-            choose.wav(path, 48000, 128)
+            selection.wav(path, 48000, 128)
         assert refusal.value.status == 2
 
 
@@ -143,7 +143,7 @@ def test_a_sink_that_never_played_closes() -> None:
 @pytest.mark.parametrize("wish", ["wav:", "wav:/no/such/folder/roll.wav"])
 def test_a_file_that_cannot_be_is_a_wrong_request(wish: str) -> None:
     with pytest.raises(SinkError) as refusal:
-        choose.open_sink(wish, 48000, 128)
+        selection.open_sink(wish, 48000, 128)
     assert refusal.value.status == 2
     assert "\n" not in str(refusal.value)
 
@@ -169,7 +169,7 @@ def test_an_unknown_name_lists_the_known(monkeypatch: pytest.MonkeyPatch) -> Non
     with pytest.raises(
         SinkError, match=r"'organ'; there are: Scarlett 2i2 \(ALSA\); HDMI \(ALSA\)"
     ) as refusal:
-        choose.open_sink("organ", 48000, 128)
+        selection.open_sink("organ", 48000, 128)
     assert refusal.value.status == 3
 
 
@@ -186,12 +186,12 @@ def test_auto_falls_back_to_a_file_and_says_why(
     caplog.set_level("INFO")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setitem(sys.modules, "sounddevice", library)  # None: importing it raises ImportError
-    sink = choose.open_sink("auto", 48000, 128)
+    sink = selection.open_sink("auto", 48000, 128)
     sink.close()
-    assert sink.words == f"wav:{choose.FALLBACK_FILE}"
+    assert sink.words == f"wav:{selection.FALLBACK_FILE}"
     assert reason in caplog.text
-    assert str(tmp_path / choose.FALLBACK_FILE) in caplog.text
-    assert frames_of((tmp_path / choose.FALLBACK_FILE).read_bytes()) == 0
+    assert str(tmp_path / selection.FALLBACK_FILE) in caplog.text
+    assert frames_of((tmp_path / selection.FALLBACK_FILE).read_bytes()) == 0
 
 
 def test_auto_that_is_awaited_waits_for_any_device_and_writes_no_file(
@@ -200,24 +200,24 @@ def test_auto_that_is_awaited_waits_for_any_device_and_writes_no_file(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setitem(sys.modules, "sounddevice", NoSound([]))
     with pytest.raises(SinkError, match="no audio output device") as refusal:
-        choose.open_sink("auto", 48000, 128, awaited=True)
+        selection.open_sink("auto", 48000, 128, reconnecting=True)
     assert refusal.value.status == 3
-    sink = awaited.stand_in("auto", refusal.value, 48000, 128)
+    sink = reconnecting.stand_in("auto", refusal.value, 48000, 128)
     assert sink.words == "waiting for an audio device"
     assert "no audio output device; playing for nobody until an audio device is there" in caplog.text
     assert not list(tmp_path.iterdir())
     for said, there in (("", False), ("Scarlett 2i2 (ALSA)\n", True)):
         monkeypatch.setattr(subprocess, "run", lambda *_, said=said, **__: CompletedProcess([], 0, said, ""))
-        assert awaited.is_there("auto") == there
+        assert reconnecting.is_there("auto") == there
 
 
 def test_auto_without_anywhere_to_write_plays_for_nobody(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    (tmp_path / choose.FALLBACK_FILE).mkdir()
+    (tmp_path / selection.FALLBACK_FILE).mkdir()
     monkeypatch.setitem(sys.modules, "sounddevice", NoSound([]))
-    sink = choose.open_sink("auto", 48000, 128)
+    sink = selection.open_sink("auto", 48000, 128)
     sink.close()
     assert sink.words == "null"
     assert "nothing will be heard" in caplog.text

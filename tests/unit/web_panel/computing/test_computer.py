@@ -9,7 +9,7 @@ import pytest
 
 from drumstick.parameters.scene import as_tables, parse, shipped_text
 from web_panel.computing.computer import COMMAND, Computer
-from web_panel.computing.questions import Answer, Foresee, Foreseen, TimeTicks, Trouble
+from web_panel.computing.computing_messages import Answer, Foresee, Foreseen, TimeTicks, Trouble
 
 BAD = TimeTicks({"stick": {"m_kg": -1.0}})
 # Answers with the value that it was asked about, slowly, and ends when asked about 0.

@@ -6,7 +6,7 @@ import pytest
 from drumstick.parameters.scene import Scene, parse, shipped_text
 from drumstick.parameters.table import Refusal
 from web_panel.computing.theory import live_law, theory_of
-from web_panel.computing.ticks import ticks_of
+from web_panel.computing.tick_costs import ticks_of
 
 
 def scene(name: str = "roll") -> Scene:

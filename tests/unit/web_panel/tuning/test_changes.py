@@ -15,8 +15,8 @@ from web_panel.controls.steps_row import sets_words, step_words
 from web_panel.rig.answer import Answer
 from web_panel.rig.rig_state import RigState
 from web_panel.tuning.changes import Changes
-from web_panel.tuning.kept import Kept
 from web_panel.tuning.set_queue import SetRequest
+from web_panel.tuning.undo_file import Kept
 
 SCENE = parse(shipped_text("roll"), "roll.toml")
 TABLE = table_of(SCENE)

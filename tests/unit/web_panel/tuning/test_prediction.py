@@ -12,13 +12,13 @@ from drumstick.parameters.scene import parse, shipped_text
 from drumstick.parameters.table import table_of
 from protocol.messages import Readback
 from web_panel.computing.computer import Computer
-from web_panel.computing.questions import Foreseen
+from web_panel.computing.computing_messages import Foreseen
 from web_panel.page.wording import foreseen_words
 from web_panel.rig.answer import Answer
 from web_panel.tuning.changes import Changes
-from web_panel.tuning.kept import Kept
 from web_panel.tuning.prediction import Prediction
 from web_panel.tuning.set_queue import SetRequest
+from web_panel.tuning.undo_file import Kept
 
 ROLL = parse(shipped_text("roll"), "roll.toml")
 ECHO = """

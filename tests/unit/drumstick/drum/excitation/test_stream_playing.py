@@ -12,8 +12,8 @@ from drumstick.drum.block import render_all
 from drumstick.drum.build import new_engine
 from drumstick.drum.engine import Engine
 from drumstick.drum.excitation.feed import Feed
+from drumstick.drum.excitation.force_resampling import FADE_S, HOLD_S
 from drumstick.drum.excitation.offline import Press
-from drumstick.drum.excitation.playing import FADE_S, HOLD_S
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.render import render
 from drumstick.parameters.scene import Scene

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drumstick.drum.membrane.heads import head_of
+from drumstick.drum.membrane.interpolation import corners_of, drawn_in
 from drumstick.drum.membrane.lattice import (
     LANES,
     ROWS,
@@ -16,7 +17,6 @@ from drumstick.drum.membrane.lattice import (
     lowest_bend,
     strips_of,
 )
-from drumstick.drum.membrane.places import corners_of, drawn_in
 from drumstick.drum.membrane.scheme import J01, even_losses, scheme_of, tuned
 
 SPACINGS = st.floats(0.02, 0.4)

@@ -7,9 +7,9 @@ import numpy.typing as npt
 import pytest
 
 from drumstick.drum.membrane.heads import aligned, head_of
-from drumstick.drum.membrane.lanes import WIDTH, widest
 from drumstick.drum.membrane.lattice import TOPOLOGIES, lattice_of
 from drumstick.drum.membrane.rows import Place, Terms, step_of
+from drumstick.drum.membrane.simd import WIDTH, widest
 from drumstick.drum.membrane.strip import LEFT
 from drumstick.drum.membrane.sweep import Head, bare, stretched, sweep
 from membranes import Membrane

@@ -22,7 +22,7 @@ from haptic_server.servo.force.rendering import render
 from haptic_server.servo.memory import Servo
 from hd_laws import STEADY_N, WALL_N_PER_M, deaf, greedy, senseless, servo_at, stubborn, wall
 from hd_stand_in import AT_BEGIN, AT_END, CENTRE_MM, StandIn, playing
-from realtime import triple
+from realtime import triple_buffer
 from realtime.atomics import poke
 
 pytestmark = [pytest.mark.needs("cc"), pytest.mark.timeout(120)]
@@ -30,7 +30,7 @@ pytestmark = [pytest.mark.needs("cc"), pytest.mark.timeout(120)]
 
 def status_of(servo: Servo) -> np.void:
     out = np.zeros(1, STATUS)
-    triple.read_into(servo.block.status_cells, servo.block.status, out)
+    triple_buffer.read_into(servo.block.status_cells, servo.block.status, out)
     return out[0]
 
 

@@ -15,7 +15,7 @@ from haptic_server.records import EVENT, FAULT, NO_FAULT, RELEASE, SCHEDULER, ST
 from haptic_server.servo.force.rendering import render
 from hd_laws import servo_at, wall
 from hd_stand_in import CENTRE_MM, Playing, StandIn, playing, undisturbed
-from realtime import ring, triple
+from realtime import ring, triple_buffer
 from realtime.atomics import poke
 from realtime.kernels.handover import Handed
 from realtime.stop import StopRequest
@@ -112,7 +112,7 @@ def test_a_driver_that_falls_silent_is_noticed_and_told(arm: StandIn) -> None:
         arm.sim("silence", 1)
         assert run.join() == SCHEDULER
     status = np.zeros(1, STATUS)
-    triple.read_into(servo.block.status_cells, servo.block.status, status)
+    triple_buffer.read_into(servo.block.status_cells, servo.block.status, status)
     assert (status["status"][0], status["fault"][0], status["force_N"][0]) == (FAULT, SCHEDULER, 0.0)
     assert diary(arm)[-3:] == ["stop", "unschedule", "disable"]
     arm.clean()

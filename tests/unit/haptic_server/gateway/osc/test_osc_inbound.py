@@ -6,7 +6,7 @@ from ipaddress import ip_network
 
 import pytest
 
-from haptic_server.gateway.osc.front import OscFront
+from haptic_server.gateway.osc.osc_server import OscFront
 from haptic_server.gateway.osc.targets import MOST_OF_A_HOST, MOST_SUBSCRIPTIONS, Targets
 from osc_bench import FakeParameters, Time, built, client, no_preset, opened_front, tell
 from protocol import osc

@@ -4,7 +4,7 @@ import math
 import random
 import socket
 
-from haptic_server.gateway.osc.front import OscFront
+from haptic_server.gateway.osc.osc_server import OscFront
 from osc_bench import FakeParameters, Time, built, client, opened_front, tell
 from osc_mutants import KILLERS, MUTANT_HOST, mutant
 from stability.catalogue import shows

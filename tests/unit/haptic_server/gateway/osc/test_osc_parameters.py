@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from haptic_server.gateway.osc.echoes import MOST_WAITING, Echoes
-from haptic_server.gateway.osc.told import ANSWERS, Told
+from haptic_server.gateway.osc.echo_filter import ANSWERS, Told
+from haptic_server.gateway.osc.reply_targets import MOST_WAITING, Echoes
 from osc_bench import FakeParameters, Time, built, client, opened_front, tell
 from protocol import osc
 

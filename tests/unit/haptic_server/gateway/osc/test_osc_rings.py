@@ -14,7 +14,7 @@ from drumstick.parameters.table import Refusal
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server.gateway.link import ServoLink
-from haptic_server.gateway.osc.front import OscFront
+from haptic_server.gateway.osc.osc_server import OscFront
 from haptic_server.gateway.osc.targets import Endpoint
 from haptic_server.gateway.settings import Echo, Parameters
 from haptic_server.servo import loop, memory

@@ -7,7 +7,7 @@ from ipaddress import ip_network
 import pytest
 from websockets.datastructures import Headers
 
-from haptic_server.gateway.osc.front import LOOPBACK
+from haptic_server.gateway.osc.osc_server import LOOPBACK
 from haptic_server.gateway.oscquery.admission import Admission
 
 HERE = Admission("127.0.0.1", LOOPBACK)

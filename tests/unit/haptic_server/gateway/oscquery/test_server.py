@@ -12,10 +12,10 @@ from pythonosc.osc_message import OscMessage
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
-from haptic_server.gateway.osc.front import OscFront
+from haptic_server.gateway.osc.osc_server import OscFront
 from haptic_server.gateway.oscquery import client as clients
 from haptic_server.gateway.oscquery import server as servers
-from haptic_server.gateway.oscquery.inlet import Inlet
+from haptic_server.gateway.oscquery.osc_bridge import Inlet
 from haptic_server.gateway.oscquery.server import OscQuery
 from osc_bench import BOUND_S, FakeParameters, built, client
 from oscquery_bench import connected_deaf, frame, get, listening, served, told, until

@@ -13,8 +13,8 @@ from drumstick.parameters.scene import parse, shipped_text
 from haptic_server import contacts as rings
 from haptic_server.contacts import LISTENED, SAMPLE, ContactRing
 from haptic_server.gateway.zenoh import contacts as gateway
+from haptic_server.gateway.zenoh.contact_pieces import Pieces
 from haptic_server.gateway.zenoh.contacts import Contacts, contacts_of
-from haptic_server.gateway.zenoh.pieces import Pieces
 from ports import free_port
 from protocol.keys import Keys
 from protocol.messages import Contact, decode

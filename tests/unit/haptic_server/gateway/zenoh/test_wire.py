@@ -13,7 +13,7 @@ from drumstick.parameters.scene import parse, shipped_text
 from drumstick.parameters.table import Refusal
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
-from haptic_server import files, front
+from haptic_server import block_header, files
 from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.presets import Presets
 from haptic_server.gateway.settings import Parameters
@@ -169,7 +169,7 @@ def test_no_other_scene_beside_a_lease_or_a_panic(router: zenoh.Session, tmp_pat
 def test_no_other_scene_in_the_place_of_a_servo_that_does_not_tick(
     router: zenoh.Session, tmp_path: Path
 ) -> None:
-    there = front.front(tmp_path)
+    there = block_header.front(tmp_path)
     assert there is not None
     poke(there.control, blocks.HEARTBEAT, 0)
     assert "the servo process does not tick" in ask_for(router, "tom")

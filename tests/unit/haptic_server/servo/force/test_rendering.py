@@ -32,7 +32,7 @@ from haptic_server.records import (
 )
 from haptic_server.servo import loop, memory
 from haptic_server.servo.force import guard
-from realtime import triple
+from realtime import triple_buffer
 from realtime.atomics import add_to, poke
 from realtime.kernels.jit import allocations
 from sampled_arm import PERIOD_NS, ask_once, events_of, render_once, servo_of
@@ -324,7 +324,7 @@ def test_k_coll_is_latched_above_the_head_only(pushing: tuple[memory.Servo, int]
     wanted["law"] = servo.law
     wanted["law"]["k_coll"] = 3000.0
     wanted["revision"] = 7
-    triple.publish(servo.block.wanted_cells, servo.block.wanted, wanted[0])
+    triple_buffer.publish(servo.block.wanted_cells, servo.block.wanted, wanted[0])
     now = loop.run_virtual(servo, 5, now)
     assert servo.law[0]["k_coll"] == 3500.0
     servo.guard[0]["e"], servo.guard[0]["b"] = 0.5, 0.25  # of some other law
@@ -349,7 +349,7 @@ def test_the_servos_fence_knows_the_device(change: tuple[str, float]) -> None:
         wanted["law"][name] = value
     wanted["revision"] = 3
     before = servo.law.copy()
-    triple.publish(servo.block.wanted_cells, servo.block.wanted, wanted[0])
+    triple_buffer.publish(servo.block.wanted_cells, servo.block.wanted, wanted[0])
     loop.run_virtual(servo, SECOND, 0)
     assert servo.player[0]["refused"] == 1
     assert servo.player[0]["refused_revision"] == 3

@@ -1,0 +1,207 @@
+"""The OSC front: one UDP socket, one receive thread, everything that goes out and comes in by OSC."""
+
+import logging
+import math
+import select
+import socket
+import threading
+import time
+from collections.abc import Callable, Sequence
+from ipaddress import ip_network
+
+from haptic_server.gateway.osc.echo_filter import Told
+from haptic_server.gateway.osc.inbound import Inbound, LoadPreset, Network, Outbound
+from haptic_server.gateway.osc.name_resolution import find, numeric, split
+from haptic_server.gateway.osc.osc_sender import Outlet
+from haptic_server.gateway.osc.own_addresses import OwnAddress
+from haptic_server.gateway.osc.prescan import MAX_BYTES
+from haptic_server.gateway.osc.refusal_counts import Tally
+from haptic_server.gateway.osc.reply_targets import Echoes
+from haptic_server.gateway.osc.targets import Endpoint, Targets
+from haptic_server.gateway.parameter_access import ParameterAccess
+from protocol import osc
+from protocol.messages import Release, Strike
+
+LOOPBACK: tuple[Network, ...] = (ip_network("127.0.0.0/8"), ip_network("::1/128"))
+_LOG_DUE_MS = 1000  # how long a last line about a flood may stay untold
+_AT_ONCE = 256
+_log = logging.getLogger("osc")
+
+
+class OscFront:
+    """Hears at `bind`, sends to `targets` and to whoever subscribed; IPv4.
+
+    The constructor opens the socket and starts the receive thread. It raises OSError when `bind` cannot be had,
+    ValueError when the prefix cannot be used or a target is the front itself. A target whose name nobody knows gets
+    what there is from then on when it is known. `now` gives seconds and stands for the clock. The methods that send
+    may be called from any thread; they do not block, allocate, and never raise.
+    """
+
+    def __init__(
+        self,
+        bind: tuple[str, int],
+        targets: Sequence[tuple[str, int]],
+        prefix: str,
+        parameters: ParameterAccess,
+        load_preset: LoadPreset,
+        allow: Sequence[Network] = LOOPBACK,
+        now: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._prefix = osc.checked_prefix(prefix)
+        self._now = now
+        self._tally = Tally()
+        self._echoes = Echoes()
+        self._told = Told()
+        known, names = split(targets)
+        self._udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            self._udp.setblocking(False)
+            self._udp.bind(numeric(bind))  # without SO_REUSEADDR: a taken port is an error
+            host, port = self._udp.getsockname()
+            self.endpoint: Endpoint = (str(host), int(port))
+            self._own = OwnAddress(self.endpoint)
+            if own := [f"{host}:{port}" for host, port in known if self._own.holds((host, port))]:
+                raise ValueError(f"{own[0]} is where OSC is heard: send to another port")
+        except BaseException:
+            self._udp.close()
+            raise
+        self._targets = Targets(known)
+        self._outlet = Outlet(self._udp, self._tally)
+        outbound = Outbound(self._own, self._outlet, self._targets, self._echoes, self._told, self._tally)
+        self._inbound = Inbound(self._prefix, parameters, load_preset, allow, outbound)
+        self._closing = threading.Event()
+        find(names, self._found, self._closing)
+        self._wake, self._woken = socket.socketpair()
+        self._thread = threading.Thread(target=self._listen, name="osc", daemon=True)
+        self._thread.start()
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """How many messages were served, refused by reason, or could not be sent; a copy."""
+        return self._tally.counters()
+
+    @property
+    def addresses(self) -> frozenset[str]:
+        """Every address that is heard."""
+        return self._inbound.addresses
+
+    @property
+    def insiders(self) -> set[Endpoint]:
+        """Exact senders that are heard besides the allowed sources: those of this process. Any thread may change it."""
+        return self._inbound.insiders
+
+    def strike(self, strike: Strike) -> None:
+        """Send /strike, and then its mirrors: the stick met the head."""
+        p = self._prefix
+        self._send_all(
+            lambda: [
+                osc.strike(
+                    p,
+                    strike.seq,
+                    strike.x,
+                    strike.y,
+                    strike.z_speed_m_per_s,
+                    strike.level,
+                    strike.peak_estimate_N,
+                )
+            ]
+        )
+        self._send_all(
+            lambda: [
+                osc.level(p, strike.level),
+                osc.x(p, strike.x),
+                osc.y(p, strike.y),
+                osc.gate(p, True),
+            ]
+        )
+
+    def release(self, release: Release) -> None:
+        """Send /release and /gate 0: the stick left the head."""
+        p = self._prefix
+        self._send_all(
+            lambda: [
+                osc.release(
+                    p,
+                    release.seq,
+                    release.exit_speed_m_per_s,
+                    release.impulse_N_s,
+                    release.peak_N,
+                    release.contact_s,
+                )
+            ]
+        )
+        self._send_all(lambda: [osc.gate(p, False)])
+
+    def readback(self, name: str, value: float, norm: float) -> None:
+        """Send what the servo uses now, to every target and to whoever set this value within the last second."""
+        p, now_s = self._prefix, self._now()
+        claimed = self._echoes.claim(name, value, now_s)
+        if math.isfinite(value):
+            self._told.note_value(name, value, claimed, now_s)
+            self._told.note(name, value, [t for t in self._targets.present(now_s) if t not in claimed], now_s)
+        self._send_all(lambda: [osc.param(p, name, value), osc.param_norm(p, name, norm)], claimed)
+
+    def alive(self, rig: str, status: str, strikes: int) -> None:
+        """Send /alive; once a second."""
+        self._send_all(lambda: [osc.alive(self._prefix, rig, status, strikes)])
+
+    def preset(self, name: str) -> None:
+        """Send /preset: this one was loaded."""
+        self._send_all(lambda: [osc.preset(self._prefix, name)])
+
+    def lease(self, name: str, left_s: float) -> None:
+        """Send /lease: who alone may set; "" when everybody may."""
+        self._send_all(lambda: [osc.lease(self._prefix, name, left_s)])
+
+    def error(self, address: str, why: str) -> None:
+        """Send /error to every target."""
+        self._send_all(lambda: [osc.error(self._prefix, address, why)])
+
+    def close(self) -> None:
+        """End the receive thread, which finishes what it has in hand, and close the socket. Idempotent."""
+        if not self._closing.is_set():
+            self._closing.set()
+            self._wake.send(b"\0")
+        self._thread.join()
+        for each in (self._udp, self._wake, self._woken):
+            each.close()
+        self._tally.tell(self._now(), at_once=True)
+
+    def hear(self, datagram: bytes, sender: Endpoint) -> None:
+        """Act on one datagram: what the receive thread does with each. Only for that thread, and for tests."""
+        self._inbound.hear(datagram, sender, self._now())
+
+    def _found(self, target: Endpoint) -> None:
+        if self._own.holds(target):
+            _log.error("%s:%d is where OSC is heard: nothing is sent there", *target)
+        else:
+            self._targets.add(target)
+
+    def _send_all(self, encoded: Callable[[], Sequence[bytes]], others: Sequence[Endpoint] = ()) -> None:
+        now_s = self._now()
+        try:
+            packets = encoded()
+        except ValueError as error:  # a number that is not finite must not reach an instrument
+            self._tally.refuse("unsendable", "the rig itself", str(error), now_s)
+            return
+        self._outlet.send(packets, [*self._targets.present(now_s), *others])
+
+    def _listen(self) -> None:
+        poll = select.poll()
+        poll.register(self._udp, select.POLLIN)
+        poll.register(self._woken, select.POLLIN)
+        while not self._closing.is_set():
+            if poll.poll(_LOG_DUE_MS):
+                self._drain()
+            self._tally.tell(self._now())
+
+    def _drain(self) -> None:
+        for _ in range(_AT_ONCE):
+            try:
+                datagram, sender = self._udp.recvfrom(MAX_BYTES + 1)
+            except BlockingIOError:
+                return
+            except OSError:  # an ICMP refusal of something sent earlier
+                self._tally.count("receive_failed")
+                return
+            self.hear(datagram, sender)

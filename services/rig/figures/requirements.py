@@ -1,0 +1,41 @@
+"""Can figures be drawn and written here? Asked before anything is computed. Raises Stop."""
+
+import sys
+import tempfile
+from importlib import metadata
+from importlib.util import find_spec
+from pathlib import Path
+
+from rig.exit_status import lacking, wrong
+
+
+def _requirement() -> str:
+    # "matplotlib<4,>=3.10; extra == 'figures'", as the installed project declares it
+    for line in metadata.requires("haptic-drumstick") or []:
+        requirement, _, condition = line.partition(";")
+        if "figures" in condition:
+            return requirement.strip()
+    return "matplotlib"
+
+
+def missing_matplotlib() -> str:
+    """The one line to type where matplotlib is missing; empty where it is there."""
+    return "" if find_spec("matplotlib") else f"{sys.executable} -m pip install '{_requirement()}'"
+
+
+def require_matplotlib() -> None:
+    """Stop with the one line to type where matplotlib is missing."""
+    if line := missing_matplotlib():
+        lacking(f"figures need matplotlib; type: {line}")
+
+
+def require_folder(out: Path) -> None:
+    """Make the folder, and see that files can be written to it."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=out):
+            pass
+    except (FileExistsError, NotADirectoryError):
+        wrong(f"--out {out}: a file is in the way; give a folder")
+    except OSError as error:
+        lacking(f"--out {out}: cannot be written: {error.strerror}")

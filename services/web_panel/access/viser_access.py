@@ -1,0 +1,276 @@
+"""viser, with a door. The only file that leans on viser's inside; it refuses to start when that is not as expected.
+
+viser has no authentication, no Origin check, and lets a client change any attribute of any control. It serves pages
+and websockets by one call of `websockets.asyncio.server.serve`; while a server is being made, that call goes through
+`_GuardedServe`, which puts `Admission` before every request and `ClientMessages` before every frame. What else viser
+does (another way to serve, another method of the connection, another shape of message) meets nothing that answers,
+so it fails closed; and before the address is printed the door is tried from outside.
+"""
+
+import asyncio
+import functools
+import http.client
+import inspect
+import logging
+import os
+import queue
+import threading
+import time
+from collections.abc import Awaitable, Callable
+from http import HTTPStatus
+from typing import Any, NoReturn, cast
+
+import rich
+import viser
+import websockets.asyncio.server as websocket_server
+from viser.infra._async_message_buffer import AsyncMessageBuffer
+from websockets.datastructures import Headers
+from websockets.http11 import Request, Response
+
+from web_panel.access.admission import Admission
+from web_panel.access.client_message import CAMERA_AT_FIRST, MAX_FRAME_BYTES, ClientMessages
+from web_panel.access.message_rate_limit import Pace
+from web_panel.access.pointer_access import PATH as POINTER_PATH
+from web_panel.access.pointer_access import PointerAccess
+
+HOST = "127.0.0.1"
+_START_S = 30.0
+_CLOSE_S = 1.0  # a browser that does not close its end holds up the panel's end no longer
+
+
+class GuardError(Exception):
+    """viser is not as this guard knows it; nothing is served."""
+
+
+class _Wire:
+    """What viser may do with a connection: these four things and no other."""
+
+    def __init__(self, connection: websocket_server.ServerConnection, messages: ClientMessages) -> None:
+        self._connection = connection
+        self._messages = messages
+        self._greeted = False
+        self._pace = Pace(time.monotonic())
+
+    @property
+    def subprotocol(self) -> str | None:
+        return self._connection.subprotocol
+
+    async def recv(self) -> bytes:
+        if not self._greeted:
+            self._greeted = True
+            return CAMERA_AT_FIRST
+        while True:
+            frame = await self._connection.recv()
+            if not self._pace.allows(time.monotonic()):
+                await self._connection.close(1008, "too many messages")
+            elif isinstance(frame, bytes) and self._messages.admits(frame):
+                return frame
+
+    async def send(self, frame: bytes) -> None:
+        await self._connection.send(frame)
+
+    async def close(self, code: int = 1000, reason: str = "") -> None:
+        await self._connection.close(code, reason)
+
+
+class _GuardedServe:
+    """Stands in for `serve` while viser starts."""
+
+    def __init__(
+        self, admission: Admission, messages: ClientMessages, pointers: PointerAccess | None
+    ) -> None:
+        self.admission = admission
+        self.messages = messages
+        self.pointers = pointers
+        self.calls = 0
+        self.made: queue.SimpleQueue[BaseException | viser.ViserServer] = queue.SimpleQueue()
+        self.original: Callable[..., Any] = websocket_server.serve
+
+    def serve(self, *arguments: Any, **options: Any) -> Any:
+        """Called by viser's thread."""
+        self.calls += 1
+        pages: Any = options.get("process_request")
+        if len(arguments) != 3 or arguments[1:] != (HOST, self.admission.port):
+            self._refuse(f"it serves at {arguments[1:]}, not at {HOST}:{self.admission.port}")
+        if not inspect.iscoroutinefunction(arguments[0]) or not callable(pages):
+            self._refuse("it serves by other parts than a handler and process_request")
+        options["process_request"] = self._pages(cast(Callable[[object, Request], object], pages))
+        options["max_size"] = MAX_FRAME_BYTES
+        options["close_timeout"] = _CLOSE_S
+        return self.original(self._frames(arguments[0]), HOST, self.admission.port, **options)
+
+    def _refuse(self, words: str) -> NoReturn:
+        self.made.put(GuardError(f"viser {viser.__version__} is not as the guard knows it: {words}"))
+        raise SystemExit  # ends viser's thread without a word: the waiting thread has them
+
+    def _frames(self, handler: Callable[..., Awaitable[None]]) -> Callable[..., Awaitable[None]]:
+        async def guarded(connection: websocket_server.ServerConnection) -> None:
+            if self.pointers is not None and _is_pad(connection):
+                await self.pointers.serve(connection)
+                return
+            await handler(_Wire(connection, self.messages))
+
+        return guarded
+
+    def _pages(self, pages: Callable[[object, Request], object]) -> Callable[..., Response | None]:
+        def guarded(connection: object, request: Request) -> Response | None:
+            verdict = self.admission.judge(request.headers, request.path)
+            if verdict.status is not HTTPStatus.OK:
+                return _refusal(verdict.status, verdict.words)
+            response = pages(connection, request)
+            if response is None:
+                return None
+            if not isinstance(response, Response):
+                return _refusal(
+                    HTTPStatus.INTERNAL_SERVER_ERROR, "The panel's guard does not know this answer."
+                )
+            _add_headers(response.headers, verdict.host)
+            if verdict.by_address:
+                response.headers["Set-Cookie"] = self.admission.cookie
+            return response
+
+        return guarded
+
+
+class _Bell(asyncio.Event):
+    """viser's "a message is there", which it rings from any thread and then asks its loop to ring.
+
+    asyncio's own is for the loop alone: rung by another thread while a browser's task begins or ends to wait, it raises
+    "deque mutated during iteration" into whoever wrote to the page. Outside a loop this one leaves it to the loop.
+    """
+
+    def set(self) -> None:
+        try:
+            asyncio.get_running_loop()
+        except RuntimeError:
+            return
+        super().set()
+
+
+def ring_in_the_loop() -> None:
+    """Give every buffer of messages that viser makes from now on such a bell."""
+    buffers: Any = AsyncMessageBuffer
+    make = buffers.__init__
+    if hasattr(make, "__wrapped__"):
+        return
+
+    @functools.wraps(make)
+    def made(buffer: Any, *arguments: Any, **options: Any) -> None:
+        make(buffer, *arguments, **options)
+        buffer.message_event = _Bell()
+
+    buffers.__init__ = made
+
+
+def _is_pad(connection: websocket_server.ServerConnection) -> bool:
+    return connection.request is not None and connection.request.path.partition("?")[0] == POINTER_PATH
+
+
+def _refusal(status: HTTPStatus, words: str) -> Response:
+    body = (words + "\n").encode()
+    headers = Headers({"Content-Type": "text/plain; charset=utf-8", "Content-Length": str(len(body))})
+    headers["Cache-Control"] = "no-store"
+    headers["Connection"] = "close"
+    return Response(status.value, status.phrase, headers, body)
+
+
+def _add_headers(headers: Headers, host: str) -> None:
+    # The page is one file with its scripts, styles, workers and WebAssembly inside; it needs no other machine.
+    headers["Content-Security-Policy"] = (
+        "default-src 'self' data: blob: 'unsafe-inline' 'unsafe-eval'; "
+        f"connect-src 'self' ws://{host} data: blob:; frame-ancestors 'none'; form-action 'none'; base-uri 'none'"
+    )
+    headers["Referrer-Policy"] = "no-referrer"
+    headers["X-Content-Type-Options"] = "nosniff"
+    headers["Connection"] = (
+        "close"  # one file, one request: a connection kept alive would delay the panel's end
+    )
+    headers["Cache-Control"] = "no-store"
+
+
+def _quiet(record: logging.LogRecord) -> bool:
+    # A port scanner's half request is no news; a fault in a handler is, and stays.
+    return record.getMessage() != "opening handshake failed"
+
+
+def start(
+    admission: Admission, messages: ClientMessages, pointers: PointerAccess | None = None
+) -> viser.ViserServer:
+    """A guarded server on 127.0.0.1 that is already heard; stop it with `.stop()`. Raises GuardError. Main thread.
+
+    `pointers` serves the websockets of pads, behind the same door; they never reach viser.
+    """
+    if viser.__version__.split(".")[:2] != ["1", "1"]:
+        raise GuardError(f"viser {viser.__version__} is installed; this guard knows 1.1 only")
+    rich.reconfigure(quiet=True)  # viser's banners
+    logging.getLogger("websockets.server").addFilter(_quiet)
+    os.environ.pop("_VISER_PORT_OVERRIDE", None)
+    ring_in_the_loop()
+    door = _GuardedServe(admission, messages, pointers)
+
+    def make() -> None:
+        try:
+            door.made.put(viser.ViserServer(host=HOST, port=admission.port, verbose=False))
+        except Exception as error:  # noqa: BLE001  told to the waiting thread, which raises it
+            door.made.put(error)
+
+    websocket_server.serve = door.serve
+    try:
+        # In a thread: when its server thread dies, viser's constructor waits for ever.
+        threading.Thread(target=make, name="viser start", daemon=True).start()
+        made = door.made.get(timeout=_START_S)
+    except queue.Empty:
+        raise GuardError(f"viser did not start within {_START_S:g} s") from None
+    finally:
+        websocket_server.serve = door.original
+    if not isinstance(made, viser.ViserServer):
+        raise made if isinstance(made, GuardError) else GuardError(f"viser did not start: {made!r}")
+    try:
+        _try_the_door(made, door)
+    except GuardError:
+        made.stop()
+        raise
+    made.request_share_url = _no_share_url
+    return made
+
+
+def _no_share_url(verbose: bool = True) -> str | None:
+    """In place of viser's tunnel to a public server."""
+    return None
+
+
+def _try_the_door(server: viser.ViserServer, door: _GuardedServe) -> None:
+    port = door.admission.port
+    websockets: Any = server._websock_server  # pyright: ignore[reportPrivateUsage]
+    if not isinstance(getattr(websockets.get_message_buffer(), "message_event", None), _Bell):
+        raise GuardError("viser's messages are not told by the bell that the guard gave them")
+    if door.calls != 1 or server.get_port() != port:
+        raise GuardError(f"viser served {door.calls} times through the guard, at port {server.get_port()}")
+    tries: tuple[tuple[str, dict[str, str], HTTPStatus], ...] = (
+        ("/", {}, HTTPStatus.UNAUTHORIZED),
+        (f"/?token={door.admission.token}", {}, HTTPStatus.OK),
+        ("/", {"Host": "elsewhere.example"}, HTTPStatus.MISDIRECTED_REQUEST),
+    )
+    for path, headers, expected in tries:
+        connection = http.client.HTTPConnection(HOST, port, timeout=10.0)
+        try:
+            connection.request("GET", path, headers=headers)
+            status = connection.getresponse().status
+        except OSError as error:
+            raise GuardError(f"the guard's own visit failed: {error}") from None
+        finally:
+            connection.close()
+        if status != expected:
+            raise GuardError(f"viser answered {status} where the guard says {expected.value}")
+
+
+def control_id(
+    handle: viser.GuiInputHandle[Any] | viser.GuiButtonHandle | viser.GuiButtonGroupHandle,
+) -> str:
+    """The id by which browsers name this control."""
+    return handle._impl.uuid  # pyright: ignore[reportPrivateUsage]
+
+
+def key_id(handle: viser.CommandHandle) -> str:
+    """The id by which browsers name this key."""
+    return handle._impl.uuid  # pyright: ignore[reportPrivateUsage]

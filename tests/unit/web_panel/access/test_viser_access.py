@@ -1,0 +1,275 @@
+"""The guard starts viser behind its door, or not at all. What comes through the door is tested in system/."""
+
+import asyncio
+import http.client
+import logging
+import subprocess
+import sys
+import threading
+import types
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+import viser
+import websockets.asyncio.server as websocket_server
+from viser._messages import ResetGuiMessage
+from viser.infra._async_message_buffer import AsyncMessageBuffer
+from websockets.sync.client import connect
+
+from web_panel.access import viser_access
+from web_panel.access.admission import Admission
+from web_panel.access.client_message import ClientMessages
+
+TOKEN = "a" * 43
+# viser's thread is ended by SystemExit, which Python passes over in silence and pytest reports.
+ends_a_thread = pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+
+
+def test_it_starts_on_loopback_behind_the_door_and_leaves_no_trace(free_port: Callable[[], int]) -> None:
+    serve = websocket_server.serve
+    port = free_port()
+    server = viser_access.start(Admission(TOKEN, port), ClientMessages())
+    try:
+        assert websocket_server.serve is serve
+        assert (server.get_host(), server.get_port()) == ("127.0.0.1", port)
+        assert server.request_share_url() is None
+        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
+        connection.request("GET", "/")
+        assert connection.getresponse().status == 401
+        connection.close()
+    finally:
+        server.stop()
+
+
+def answer(port: int, path: str, **headers: str) -> http.client.HTTPResponse:
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
+    try:
+        connection.request("GET", path, headers=headers)
+        response = connection.getresponse()
+        response.read()
+        return response
+    finally:
+        connection.close()
+
+
+def test_every_answer_says_what_a_browser_may_do_with_it(free_port: Callable[[], int]) -> None:
+    admission = Admission(TOKEN, free_port())
+    server = viser_access.start(admission, ClientMessages())
+    try:
+        page = answer(admission.port, f"/?token={TOKEN}", Host="localhost:1")
+        assert page.status == 200
+        policy = "default-src 'self' data: blob: 'unsafe-inline' 'unsafe-eval'; "
+        policy += "connect-src 'self' ws://localhost:1 data: blob:; "
+        policy += "frame-ancestors 'none'; form-action 'none'; base-uri 'none'"
+        assert page.headers.get_all("Content-Security-Policy") == [policy]
+        assert page.headers.get_all("Referrer-Policy") == ["no-referrer"]
+        assert page.headers.get_all("X-Content-Type-Options") == ["nosniff"]
+        assert page.headers["Cache-Control"] == "no-store"
+        assert page.headers.get_all("Set-Cookie") == [admission.cookie]
+        refusal = answer(admission.port, "/")
+        assert refusal.status == 401
+        assert refusal.headers["Content-Type"] == "text/plain; charset=utf-8"
+        assert refusal.headers["Cache-Control"] == "no-store"
+        assert page.headers["Connection"] == refusal.headers["Connection"] == "close"
+    finally:
+        server.stop()
+
+
+def test_an_answer_that_the_guard_does_not_know_is_not_passed_on(
+    monkeypatch: pytest.MonkeyPatch, free_port: Callable[[], int]
+) -> None:
+    answers: list[object] = []
+
+    def wrapped(serve: Callable[..., Any], *arguments: Any, process_request: Any, **options: Any) -> Any:
+        def pages(connection: object, request: object) -> object:
+            return answers[0] if answers else process_request(connection, request)
+
+        return serve(*arguments, process_request=pages, **options)
+
+    _with_serve_changed(monkeypatch, wrapped)
+    admission = Admission(TOKEN, free_port())
+    server = viser_access.start(admission, ClientMessages())
+    try:
+        answers.append("a page by another way")
+        assert answer(admission.port, f"/?token={TOKEN}").status == 500
+    finally:
+        server.stop()
+
+
+def test_a_pad_is_served_by_its_own_door_whatever_its_query(free_port: Callable[[], int]) -> None:
+    class Pointers:
+        async def serve(self, connection: Any) -> None:
+            await connection.send(f"a pad at {connection.request.path}")
+
+    admission = Admission(TOKEN, free_port())
+    pointers: Any = Pointers()
+    server = viser_access.start(admission, ClientMessages(), pointers)
+    try:
+        for path in ("/pointer", f"/pointer?token={TOKEN}"):
+            cookie = f"{admission.cookie_name}={TOKEN}"
+            uri = f"ws://127.0.0.1:{admission.port}{path}"
+            with connect(uri, additional_headers={"Cookie": cookie}, proxy=None) as pad:
+                assert pad.recv(timeout=10) == f"a pad at {path}"
+    finally:
+        server.stop()
+
+
+def test_the_environment_moves_it_to_no_other_port(
+    monkeypatch: pytest.MonkeyPatch, free_port: Callable[[], int]
+) -> None:
+    port, elsewhere = free_port(), free_port()
+    monkeypatch.setenv("_VISER_PORT_OVERRIDE", str(elsewhere))
+    server = viser_access.start(Admission(TOKEN, port), ClientMessages())
+    try:
+        assert server.get_port() == port
+    finally:
+        server.stop()
+
+
+def test_half_a_request_is_no_news_and_everything_else_is(free_port: Callable[[], int]) -> None:
+    log = logging.getLogger("websockets.server")
+    server = viser_access.start(Admission(TOKEN, free_port()), ClientMessages())
+    server.stop()
+
+    def record(words: str) -> logging.LogRecord:
+        return log.makeRecord(log.name, logging.ERROR, "", 0, words, (), None)
+
+    assert not log.filter(record("opening handshake failed"))
+    assert log.filter(record("connection handler failed"))
+
+
+def test_controls_and_keys_are_known_by_visers_own_ids() -> None:
+    handle: Any = types.SimpleNamespace(_impl=types.SimpleNamespace(uuid="its id"))
+    assert viser_access.control_id(handle) == viser_access.key_id(handle) == "its id"
+
+
+class Leaving:
+    """A browser's task that leaves while somebody rings: as when another thread rings at the wrong instant."""
+
+    def __init__(self, waiters: Any) -> None:
+        self._waiters = waiters
+
+    def done(self) -> bool:
+        self._waiters.append(self)
+        return True
+
+
+@pytest.mark.parametrize("guarded", [False, True])
+def test_a_page_is_written_from_another_thread_while_browsers_come_and_go(guarded: bool) -> None:
+    """viser rings asyncio's bell from any thread: that raised into the panel's main loop, and ended it."""
+    viser_access.ring_in_the_loop()
+    loop = asyncio.new_event_loop()
+    try:
+        buffer: Any = AsyncMessageBuffer(loop, persistent_messages=True)
+        if not guarded:
+            buffer.message_event = asyncio.Event()
+        waiters = buffer.message_event._waiters
+        waiters.append(Leaving(waiters))
+        if guarded:
+            buffer.push(ResetGuiMessage())
+            waiters.clear()
+            loop.run_until_complete(asyncio.wait_for(buffer.message_event.wait(), 10.0))
+        else:
+            with pytest.raises(RuntimeError, match="deque mutated"):
+                buffer.push(ResetGuiMessage())
+    finally:
+        loop.close()
+
+
+def test_a_viser_with_another_bell_is_refused(
+    monkeypatch: pytest.MonkeyPatch, free_port: Callable[[], int]
+) -> None:
+    monkeypatch.setattr(viser_access, "ring_in_the_loop", lambda: None)
+    made = AsyncMessageBuffer.__init__
+    monkeypatch.setattr(AsyncMessageBuffer, "__init__", getattr(made, "__wrapped__", made))
+    with pytest.raises(viser_access.GuardError, match="bell"):
+        viser_access.start(Admission(TOKEN, free_port()), ClientMessages())
+
+
+def test_another_viser_is_refused(monkeypatch: pytest.MonkeyPatch, free_port: Callable[[], int]) -> None:
+    monkeypatch.setattr(viser, "__version__", "1.2.0")
+    with pytest.raises(viser_access.GuardError, match=r"1\.2\.0"):
+        viser_access.start(Admission(TOKEN, free_port()), ClientMessages())
+
+
+def test_a_viser_that_serves_by_another_way_is_refused(
+    monkeypatch: pytest.MonkeyPatch, free_port: Callable[[], int]
+) -> None:
+    # Its own reference to `serve`, so that the door is not passed.
+    infra: Any = sys.modules["viser.infra._infra"]
+    own = types.SimpleNamespace(
+        asyncio=types.SimpleNamespace(server=types.SimpleNamespace(serve=websocket_server.serve)),
+        exceptions=infra.websockets.exceptions,
+        datastructures=infra.websockets.datastructures,
+    )
+    monkeypatch.setattr(infra, "websockets", own)
+    port = free_port()
+    with pytest.raises(viser_access.GuardError, match="served 0 times"):
+        viser_access.start(Admission(TOKEN, port), ClientMessages())
+    with pytest.raises(ConnectionRefusedError):
+        http.client.HTTPConnection("127.0.0.1", port, timeout=10).connect()
+
+
+def _with_serve_changed(monkeypatch: pytest.MonkeyPatch, change: Callable[..., Any]) -> None:
+    infra: Any = sys.modules["viser.infra._infra"]
+
+    class Server:
+        def serve(self, *arguments: Any, **options: Any) -> Any:
+            return change(websocket_server.serve, *arguments, **options)
+
+    own = types.SimpleNamespace(
+        asyncio=types.SimpleNamespace(server=Server()),
+        exceptions=infra.websockets.exceptions,
+        datastructures=infra.websockets.datastructures,
+    )
+    monkeypatch.setattr(infra, "websockets", own)
+
+
+def start_in_vain(port: int) -> viser_access.GuardError:
+    """What it says. Returns when viser's server thread has ended, so that no later test is blamed for that."""
+    before = set(threading.enumerate())
+    with pytest.raises(viser_access.GuardError) as refusal:
+        viser_access.start(Admission(TOKEN, port), ClientMessages())
+    for thread in set(threading.enumerate()) - before:
+        if thread.name != "viser start":
+            thread.join(10.0)
+            assert not thread.is_alive()
+    return refusal.value
+
+
+@ends_a_thread
+def test_a_viser_that_serves_all_interfaces_is_refused(
+    monkeypatch: pytest.MonkeyPatch, free_port: Callable[[], int]
+) -> None:
+    def everywhere(serve: Callable[..., Any], handler: Any, host: str, port: int, **options: Any) -> Any:
+        return serve(handler, "0.0.0.0", port, **options)
+
+    _with_serve_changed(monkeypatch, everywhere)
+    assert "0.0.0.0" in str(start_in_vain(free_port()))
+
+
+@ends_a_thread
+def test_a_viser_without_process_request_is_refused(
+    monkeypatch: pytest.MonkeyPatch, free_port: Callable[[], int]
+) -> None:
+    def without(serve: Callable[..., Any], *arguments: Any, process_request: Any, **options: Any) -> Any:
+        return serve(*arguments, **options)
+
+    _with_serve_changed(monkeypatch, without)
+    assert "process_request" in str(start_in_vain(free_port()))
+
+
+def test_the_program_then_exits_with_one_line(tmp_path: Path, free_port: Callable[[], int]) -> None:
+    program = (
+        "import sys, viser; viser.__version__ = '2.0.0'; import web_panel.process as m; sys.exit(m.main())"
+    )
+    arguments = ["--port", str(free_port()), "--token-file", str(tmp_path / "token")]
+    ended = subprocess.run(
+        [sys.executable, "-c", program, *arguments], capture_output=True, text=True, timeout=60
+    )
+    assert ended.returncode == 1
+    assert ended.stdout == ""
+    assert len(ended.stderr.splitlines()) == 1
+    assert ended.stderr.startswith("panel: viser 2.0.0")
