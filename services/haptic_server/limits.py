@@ -59,8 +59,8 @@ def read(folder: Path, scene: Scene) -> Limits:
     Where that cannot be read, what the scene itself allows, with a warning: the servo judges every set again.
     """
     try:
-        told = cast(dict[str, Any], json.loads(read_text(folder / LIMITS, MOST_BYTES)))
-        limits = Limits(**told)
+        read_object = cast(dict[str, Any], json.loads(read_text(folder / LIMITS, MOST_BYTES)))
+        limits = Limits(**read_object)
         limits.record()  # each of them a number
         return limits
     except (OSError, ValueError, TypeError, RecursionError) as error:
@@ -68,7 +68,7 @@ def read(folder: Path, scene: Scene) -> Limits:
         return Limits.of(scene)
 
 
-def told(path: Path) -> dict[str, object]:
+def read_object(path: Path) -> dict[str, object]:
     """What the servo wrote there for `doctor`; why not, where it could not or a crash cut it off."""
     try:
         found: object = json.loads(read_text(path, MOST_BYTES))

@@ -105,8 +105,8 @@ class Viewing:
                         spectra.put(messages.encode(self._spectrum(drum)))
                     if cost and now >= next_cost:
                         next_cost = now + _COST_S
-                        for told in self._costs(drum):
-                            costs.put(messages.encode(told))
+                        for row in self._costs(drum):
+                            costs.put(messages.encode(row))
             except zenoh.ZError as error:
                 if stop.is_set():
                     return

@@ -92,7 +92,7 @@ class Drum:
         elif time.monotonic() >= self._next_clock:
             self._strikes.clock = self._contacts.clock = self._link.clock() or self._strikes.clock
             self._next_clock = time.monotonic() + self._link.clock_pause_s
-        self._link.tell(self._meter())
+        self._link.publish(self._meter())
 
     def _find(self) -> bool:
         if self._catch_up():
@@ -154,9 +154,9 @@ class Drum:
         if not is_there(engine.stream):
             self._strikes.note = None
         self._scene, self._engine, self._place = scene, engine, place
-        told = "; ".join(filter(None, (words(engine), fit.words)))
-        self._viewing.show(fit.scene, engine, told)
-        logging.info("%s at %d Hz: %s, %s", self._sink.words, self._sink.rate_Hz, scene.name, told)
+        summary = "; ".join(filter(None, (words(engine), fit.words)))
+        self._viewing.show(fit.scene, engine, summary)
+        logging.info("%s at %d Hz: %s, %s", self._sink.words, self._sink.rate_Hz, scene.name, summary)
 
     def _heard_boot(self, boot: int) -> None:
         self._heard = boot
@@ -179,7 +179,7 @@ class Drum:
         peaks: Meters = self._engine.meters[0]
         control: Control = self._engine.control[0]
         interpolator_ms = 1e3 * TAPS / 2 * control["divisor"] / control["rate_Hz"]
-        told = self._strikes.arrivals.told()
+        summary = self._strikes.arrivals.summary()
         return Meter(
             id=self._id,
             t_ns=self._haptic_ns(time.monotonic_ns()),
@@ -194,7 +194,7 @@ class Drum:
             duplicates=self._strikes.duplicates + self._contacts.duplicates,
             underflows=self._contacts.underflows,
             refused=self._strikes.bad + self._contacts.refused,
-            arrival_ms=round(told.arrival_ms, 3),
-            jitter_ms=round(told.jitter_ms, 3),
-            unpunctual=told.unpunctual,
+            arrival_ms=round(summary.arrival_ms, 3),
+            jitter_ms=round(summary.jitter_ms, 3),
+            unpunctual=summary.unpunctual,
         )

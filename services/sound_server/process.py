@@ -39,8 +39,10 @@ def main() -> int:
         sink = reconnecting.stand_in(wanted.audio, error, wanted.rate, wanted.block)
         device_watch = reconnecting.DeviceWatch(wanted.audio, stop)
     try:
-        told = Supervisor()
-        Server(wanted.rigs, wanted.connect, sink, stop, wanted.identity, wanted.most, wanted.room, told).run()
+        supervisor = Supervisor()
+        Server(
+            wanted.rigs, wanted.connect, sink, stop, wanted.identity, wanted.most, wanted.room, supervisor
+        ).run()
     except DeviceLost as lost:
         logging.error("audio device lost: %s", lost)
         flush_log()

@@ -61,7 +61,7 @@ class Server:
         self._has_router = False  # some seat came in
         self._id = f"{os.getpid():x}-{secrets.token_hex(3)}"
         self._log_limited = RateLimitedLog(time.monotonic_ns)
-        self._told: set[str] = set()
+        self._logged: set[str] = set()
         self._telling = threading.Lock()
 
     def run(self) -> None:
@@ -70,12 +70,12 @@ class Server:
         session: zenoh.Session | None = None
         try:
             discovery = None
-            if self._patterns and (session := self._opened(self._stop, self._tell)) is not None:
+            if self._patterns and (session := self._opened(self._stop, self._report)) is not None:
                 discovery = Discovery(session, self._patterns)
             while not self._stop.wait(_TURN_S):
                 is_broken = roster.is_broken  # asked first: a lost device ends threads too
                 self._check_device()
-                self._tell()
+                self._report()
                 if is_broken:
                     raise RuntimeError("a drum's thread ended; its traceback stands above")
                 if discovery is not None:
@@ -107,18 +107,18 @@ class Server:
             at_each_try()
             return not (stop.is_set() or self._stop.is_set() or self._sink.lost)
 
-        session = open_client(self._router, keep_trying, self._identity, self._tell_once)
+        session = open_client(self._router, keep_trying, self._identity, self._log_once)
         self._has_router = self._has_router or session is not None
         return session
 
-    def _tell_once(self, words: str) -> None:
+    def _log_once(self, words: str) -> None:
         # Every seat is refused for the same reason.
         with self._telling:
-            if words not in self._told:
-                self._told.add(words)
+            if words not in self._logged:
+                self._logged.add(words)
                 logging.getLogger("zenoh").warning(words)
 
-    def _tell(self) -> None:
+    def _report(self) -> None:
         # Main thread. A supervisor hears of us while sound is made, not only while this thread lives.
         turns, sink = self._sink.turns, self._sink
         first = "" if self._has_router else f"waiting for the router {self._router}; "

@@ -47,9 +47,9 @@ def _end(status: int, words: str) -> int:
 
 def main() -> int:
     """Run until SIGTERM or SIGINT; the exit status."""
-    told: list[int] = []
+    stopped: list[int] = []
     for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, lambda signum, frame: told.append(signum))
+        signal.signal(number, lambda signum, frame: stopped.append(signum))
     given = _arguments()
     open_log()
     logging.getLogger().setLevel(logging.WARNING)  # each browser that comes is news to viser's libraries
@@ -71,7 +71,7 @@ def main() -> int:
     def keep_on() -> bool:
         # Asked at each turn of the page's loop, the first time when it can be visited.
         supervisor.turned(f"the page of rig {given.rig} at port {port} of this machine")
-        return not told
+        return not stopped
 
     try:
         files = Files(given.accuracy_shipped, given.accuracy_own)

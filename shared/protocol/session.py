@@ -95,7 +95,7 @@ def open_client(
     endpoint: str,
     keep_trying: Callable[[], bool],
     identity: Identity | None = None,
-    tell: Callable[[str], None] = _log.warning,
+    report: Callable[[str], None] = _log.warning,
 ) -> zenoh.Session | None:
     """Open a client session, waiting for the router while `keep_trying()`; None when it said no.
 
@@ -105,7 +105,7 @@ def open_client(
     """
     import zenoh
 
-    told = None
+    reported = None
     while keep_trying():
         try:
             return zenoh.open(client_config(endpoint, identity))
@@ -115,9 +115,9 @@ def open_client(
         from protocol.access.handshake import why_refused
 
         why = why_refused(endpoint, identity)
-        if why is not None and why.words != told:
-            tell(why.words)
-            told = why.words
+        if why is not None and why.words != reported:
+            report(why.words)
+            reported = why.words
         if why is not None and why.somebody_is_there:
             _wait(_REFUSED_AGAIN_S, keep_trying)
     return None

@@ -102,18 +102,18 @@ def _uncaught(kind: type[BaseException], error: BaseException, trace: TracebackT
     logging.critical("a fault that ends this process: %s", kind.__name__, exc_info=(kind, error, trace))
 
 
-def _uncaught_in_thread(told: threading.ExceptHookArgs) -> None:
-    if told.exc_type is SystemExit or told.exc_value is None:
+def _uncaught_in_thread(failure: threading.ExceptHookArgs) -> None:
+    if failure.exc_type is SystemExit or failure.exc_value is None:
         return
-    name = "?" if told.thread is None else told.thread.name
-    traced = (told.exc_type, told.exc_value, told.exc_traceback)
-    logging.critical("a fault that ends the thread %s: %s", name, told.exc_type.__name__, exc_info=traced)
+    name = "?" if failure.thread is None else failure.thread.name
+    traced = (failure.exc_type, failure.exc_value, failure.exc_traceback)
+    logging.critical("a fault that ends the thread %s: %s", name, failure.exc_type.__name__, exc_info=traced)
 
 
-def _unraisable(told: "sys.UnraisableHookArgs") -> None:
-    words = told.err_msg or "a fault that was ignored in"
-    if told.exc_value is None:
-        logging.error("%s %r: %s", words, told.object, told.exc_type.__name__)
+def _unraisable(failure: "sys.UnraisableHookArgs") -> None:
+    words = failure.err_msg or "a fault that was ignored in"
+    if failure.exc_value is None:
+        logging.error("%s %r: %s", words, failure.object, failure.exc_type.__name__)
     else:
-        traced = (told.exc_type, told.exc_value, told.exc_traceback)
-        logging.error("%s %r", words, told.object, exc_info=traced)
+        traced = (failure.exc_type, failure.exc_value, failure.exc_traceback)
+        logging.error("%s %r", words, failure.object, exc_info=traced)

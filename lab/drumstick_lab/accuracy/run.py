@@ -35,10 +35,10 @@ def _bar(total: int) -> Generator[Callable[[str, bool], None]]:
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("", total=total)
 
-        def told(words: str, is_done: bool) -> None:
+        def progress(words: str, is_done: bool) -> None:
             bar.update(task, advance=float(is_done), description=f"{words[:_WIDTH]:{_WIDTH}s}")
 
-        yield told
+        yield progress
 
 
 def begun(quick: bool, parts: tuple[str, ...] = PARTS) -> dict[str, Any]:
@@ -53,10 +53,10 @@ def fill(found: dict[str, Any]) -> None:
     quick: bool = found["machine"]["quick"]
     parts = [part for part in found if part != "machine"]
     work = [(part, job) for part in parts for job in _jobs(part, quick, found[part])]
-    with _bar(len(work)) as told:
+    with _bar(len(work)) as progress:
         for part, job in work:
             words = f"{part}: {job.words}"
-            told(words, False)
+            progress(words, False)
             job.run()
-            told(words, True)
+            progress(words, True)
     found["machine"]["seconds"] = round(time.monotonic() - began, 1)

@@ -18,7 +18,7 @@ import numpy as np
 from drumstick_lab.accuracy.job import Job
 from drumstick_lab.accuracy.sticks import falling
 from drumstick_lab.accuracy.sticks.falling import PREDICTORS, Sampled, servo_of
-from drumstick_lab.accuracy.sticks.filters import ADAPTIVE, FILTERS, Samples, told
+from drumstick_lab.accuracy.sticks.filters import ADAPTIVE, FILTERS, Samples, estimated_speeds
 from drumstick_lab.accuracy.timing import CHAIN, Window, chain, in_turn, spent_ns
 from haptic_server.limits import lag_s
 from haptic_server.records import NO_FAULT
@@ -85,7 +85,7 @@ class _Strokes:
         """ns of CPU for one estimate of the speed."""
         period_s = 1.0 / self._scene.servo.rate_Hz
         slack_m = float(self._servo.allowed[0]["resolution_m"])
-        work = partial(told, kind, self._z_m, period_s, slack_m, self._speeds)
+        work = partial(estimated_speeds, kind, self._z_m, period_s, slack_m, self._speeds)
         return lambda: spent_ns(work) / len(self._z_m)
 
 

@@ -57,8 +57,8 @@ def _rows(found: dict[str, Any], part: str, name: str) -> dict[str, dict[str, An
     rows: dict[str, dict[str, Any]] = {}
     for row in found.get(part, {}).get(name, []):
         # Banks of modes differ by their number alone, which is theirs by their top; a mesh's follows from its rate.
-        told = {**row, "modes": row["junctions"] if row.get("renderer") == "modal" else None}
-        what = ", ".join(f"{key} {told[key]}" for key in ABOUT[part, name] if told[key] is not None)
+        filled = {**row, "modes": row["junctions"] if row.get("renderer") == "modal" else None}
+        what = ", ".join(f"{key} {filled[key]}" for key in ABOUT[part, name] if filled[key] is not None)
         assert f"{part} {what}" not in rows, f"two rows of {part} are about {what}"
         rows[f"{part} {what}"] = row
     return rows
@@ -68,7 +68,7 @@ def _pairs(new: dict[str, Any], old: dict[str, Any]) -> Iterator[tuple[str, dict
     for part, name in ABOUT:
         before, after = _rows(old, part, name), _rows(new, part, name)
         for what in before.keys() & after.keys():
-            yield what, _told(before[what]), _told(after[what])
+            yield what, _flat(before[what]), _flat(after[what])
     one, other = (found.get("effects", {}).get("none") for found in (old, new))
     if one and other:  # its ratio is to what is written by hand
         yield "effects none", {"ratio": one["over_by_hand"]}, {"ratio": other["over_by_hand"]}
@@ -79,7 +79,7 @@ def lost(new: dict[str, Any], old: dict[str, Any]) -> list[str]:
     return [what for each in ABOUT for what in _rows(old, *each) if what not in _rows(new, *each)]
 
 
-def _told(row: dict[str, Any]) -> dict[str, Any]:
+def _flat(row: dict[str, Any]) -> dict[str, Any]:
     # The row with what is inside of it told beside it: how far the phases of the tick are from the design.
     given = row.get("restitution")
     if given is None:

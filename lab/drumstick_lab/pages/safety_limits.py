@@ -15,7 +15,7 @@ from haptic_server.servo.force import guard
 SCENE = parse(shipped_text("phantom"), "phantom")
 
 
-def told(module: ModuleType, name: str) -> Any:
+def constant(module: ModuleType, name: str) -> Any:
     """A constant that its module keeps for itself; a new name there is an error here."""
     return vars(module)[name]
 
@@ -103,8 +103,8 @@ def before() -> str:
             (
                 "an arm that would keep moving in the head by itself",
                 "it comes to rest: the poles of the sampled loop lie inside the unit circle, without a hand and in the firmest grip. Every blow in that"
-                f" grip comes back at less than {sampled_contact.MOST_REBOUND:g} of its speed, or, where the ideal head itself returns more, {told(sampled_contact, '_LIVELY'):g}"
-                f" times that and {told(sampled_contact, '_MOST_OWN'):g} at most, at {told(sampled_contact, '_PHASES')} phases of the tick."
+                f" grip comes back at less than {sampled_contact.MOST_REBOUND:g} of its speed, or, where the ideal head itself returns more, {constant(sampled_contact, '_LIVELY'):g}"
+                f" times that and {constant(sampled_contact, '_MOST_OWN'):g} at most, at {constant(sampled_contact, '_PHASES')} phases of the tick."
                 " For the lightest and the heaviest arm that the device declares",
                 both,
                 "the same",
@@ -155,8 +155,8 @@ SOFT_STOP: tuple[str, ...] = (
 def always() -> str:
     """What is watched on every tick."""
     servo = "guard"
-    most_owed, owed = told(guard, "_MOST_OWED_M_PER_S"), told(guard, "_OWED_M_PER_S")
-    contacts = told(guard, "_MOST_DRIVEN")
+    most_owed, owed = constant(guard, "_MOST_OWED_M_PER_S"), constant(guard, "_OWED_M_PER_S")
+    contacts = constant(guard, "_MOST_DRIVEN")
     return table(
         [
             ("limited", "value", "enforced by", "when it is reached", "test"),
@@ -183,7 +183,7 @@ def always() -> str:
             ),
             (
                 "force at the start, and after anything took it away",
-                f"none until the tip was {told(guard, '_SEEN_ABOVE_M') * 1e3:g} mm above the head, then a ramp. {_key('ramp_s')}",
+                f"none until the tip was {constant(guard, '_SEEN_ABOVE_M') * 1e3:g} mm above the head, then a ramp. {_key('ramp_s')}",
                 servo,
                 "-",
                 _tests(
@@ -206,10 +206,10 @@ def always() -> str:
             ),
             (
                 "a head that drives the arm by itself",
-                f"a debt above the energy at {most_owed:g} m/s and above {told(guard, '_MOST_OWED_SHARE'):.0%} of the contact's incoming energy; or more than {contacts}"
+                f"a debt above the energy at {most_owed:g} m/s and above {constant(guard, '_MOST_OWED_SHARE'):.0%} of the contact's incoming energy; or more than {contacts}"
                 f" contacts in a row that begin with a debt above the energy at {owed:g} m/s; or more than {contacts} in a row without a pulse that"
-                f" reach {told(guard, '_AT_THE_LIMIT'):.0%} of the force limit, each within {told(guard, '_FASTEST_HAND_NS') * 1e-6:g} ms and at"
-                f" more than {told(guard, '_UNTIRED'):.0%} of the first one's speed",
+                f" reach {constant(guard, '_AT_THE_LIMIT'):.0%} of the force limit, each within {constant(guard, '_FASTEST_HAND_NS') * 1e-6:g} ms and at"
+                f" more than {constant(guard, '_UNTIRED'):.0%} of the first one's speed",
                 servo,
                 "latched fault",
                 _tests(*SELF_DRIVEN),
@@ -225,7 +225,7 @@ def always() -> str:
                 "vertical position",
                 f"{_key('lowest_m')}. {_key('highest_m')}",
                 servo,
-                f"the force of the head fades over the last {told(guard, '_SOFT_M') * 1e3:g} mm above the lowest place; outside there is none,"
+                f"the force of the head fades over the last {constant(guard, '_SOFT_M') * 1e3:g} mm above the lowest place; outside there is none,"
                 " and it comes back by the ramp from above the head. No fault",
                 _tests(*SOFT_STOP),
             ),
@@ -277,7 +277,7 @@ def always() -> str:
             ),
             (
                 "a driver that calls no more",
-                f"{told(device, '_SILENT_S'):g} s",
+                f"{constant(device, '_SILENT_S'):g} s",
                 "servo process, outside the force loop",
                 "it switches force output off and says so",
                 _tests(f"{HD}/test_device.py::test_a_driver_that_falls_silent_is_noticed_and_told"),

@@ -24,7 +24,7 @@ from rig.figures.bifurcation import bifurcation
 from rig.figures.phase_plane import phase_plane
 from rig.figures.plane import kinds, rates
 from rig.figures.predictions import filling, open_forecast, predictions
-from rig.figures.return_map import curves, played, return_map, telling_throw
+from rig.figures.return_map import curves, example_throw, played, return_map
 from rig.figures.style import DPI, drawn_png
 from rig.figures.write import throws_of
 
@@ -56,7 +56,7 @@ def _phase_plane(scene: Scene) -> Figure:
 def _return_map(scene: Scene) -> Figure:
     cycles = analyse(scene).cycles
     mapped = curves(scene, cycles)
-    return return_map(scene, mapped, cycles, played(scene, telling_throw(scene, mapped)))
+    return return_map(scene, mapped, cycles, played(scene, example_throw(scene, mapped)))
 
 
 def _predictions(dv: Axis) -> Callable[[Scene], Figure]:

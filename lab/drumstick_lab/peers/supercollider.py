@@ -143,8 +143,8 @@ class Membranes:
 
 def response(folder: Path, kind: str, seconds: float) -> npt.NDArray[np.float64]:
     """What a membrane's own pickup, at its centre, hears of one impulse there. ChildProcessError as above."""
-    told, sound = folder / "impulse.osc", folder / "impulse.wav"
-    told.write_bytes(score(kind, 1, seconds, 0.0))  # of 0 Hz: one impulse
-    _played(told, sound, "float")
+    score_file, sound = folder / "impulse.osc", folder / "impulse.wav"
+    score_file.write_bytes(score(kind, 1, seconds, 0.0))  # of 0 Hz: one impulse
+    _played(score_file, sound, "float")
     written = sound.read_bytes()
     return np.frombuffer(written[written.index(b"data") + 8 :], "<f4").astype(np.float64)

@@ -60,5 +60,5 @@ def versions() -> dict[str, str]:
         ).stdout
     except (OSError, subprocess.TimeoutExpired):
         return {}
-    told = dict(line.split(" ", 1) for line in said.splitlines())
-    return {name: version for name, version in told.items() if version}
+    versions = dict(line.split(" ", 1) for line in said.splitlines())
+    return {name: version for name, version in versions.items() if version}

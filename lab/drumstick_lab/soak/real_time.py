@@ -10,7 +10,7 @@ from drumstick_lab.soak.processes.hearing import Hearing
 from drumstick_lab.soak.processes.playing import Playing, wait_s
 from drumstick_lab.soak.result import Result
 from drumstick_lab.soak.samples import Samples
-from drumstick_lab.soak.verdict import BREATH_KB, WARM_UP, Verdict, of_count, of_growth, told
+from drumstick_lab.soak.verdict import BREATH_KB, WARM_UP, Verdict, of_count, of_growth, unjudged
 from realtime.stop import StopRequest
 from rig.exit_status import OURS, Stop, lacking
 
@@ -139,12 +139,12 @@ def _counted(
         ),
         of_count("companions unheard", "times", nobody, 0, "a companion that heard or reached nobody"),
         of_count("visits failed", "times", visitor.get("failed", 0), 0, visits),
-        told("osc missing", "strikes", osc.get("missing", 0), f"of {osc.get('heard', 0)} by UDP"),
-        told("overruns", "ticks", more["overruns"], "ticks of the servo that were left out"),
-        told("xruns", "times", more["xruns"], "blocks that the sound server was late for"),
-        told("late", "strikes", more["late"], "strikes too late to sound"),
-        told("duplicates", "strikes", more["duplicates"], "strikes that the network brought twice"),
-        told(
+        unjudged("osc missing", "strikes", osc.get("missing", 0), f"of {osc.get('heard', 0)} by UDP"),
+        unjudged("overruns", "ticks", more["overruns"], "ticks of the servo that were left out"),
+        unjudged("xruns", "times", more["xruns"], "blocks that the sound server was late for"),
+        unjudged("late", "strikes", more["late"], "strikes too late to sound"),
+        unjudged("duplicates", "strikes", more["duplicates"], "strikes that the network brought twice"),
+        unjudged(
             "unpunctual",
             "strikes",
             more["unpunctual"],

@@ -28,10 +28,10 @@ class Verdict:
 
     def as_json(self) -> dict[str, Any]:
         """Plain values; what does not exist is null."""
-        told = asdict(self)
-        told["slope"] = self.slope._asdict() if self.slope else None
-        told["step"] = self.step._asdict() if self.step else None
-        return told
+        fields = asdict(self)
+        fields["slope"] = self.slope._asdict() if self.slope else None
+        fields["step"] = self.step._asdict() if self.step else None
+        return fields
 
 
 def of_growth(
@@ -96,7 +96,7 @@ def of_count(name: str, unit: str, value: float, most: float, words: str) -> Ver
     return Verdict(name, unit, passed, f"{words}{limit}", bound=most, last=value)
 
 
-def told(name: str, unit: str, value: float, words: str) -> Verdict:
+def unjudged(name: str, unit: str, value: float, words: str) -> Verdict:
     """A number that depends on the machine and what else it does: told, not judged."""
     return Verdict(name, unit, None, words, last=value)
 

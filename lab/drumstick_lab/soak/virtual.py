@@ -21,7 +21,7 @@ from drumstick_lab.soak.in_process.ticks import Comb, Counted
 from drumstick_lab.soak.result import Result
 from drumstick_lab.soak.samples import Samples
 from drumstick_lab.soak.usage import usage
-from drumstick_lab.soak.verdict import BREATH_KB, Verdict, of_count, of_growth, told
+from drumstick_lab.soak.verdict import BREATH_KB, Verdict, of_count, of_growth, unjudged
 from haptic_server.records import PLAYING
 from realtime import ring
 from realtime.stop import StopRequest
@@ -173,8 +173,10 @@ class Virtual:
                 1000.0,
                 "of a recorded strike from its true instant",
             ),
-            told("clock map error", "us", self._clocks.worst_error_ns / 1e3, "at worst, of the mapped clock"),
-            told("time of day", "steps", float(self._gateway.visits), "of an hour, there and back"),
+            unjudged(
+                "clock map error", "us", self._clocks.worst_error_ns / 1e3, "at worst, of the mapped clock"
+            ),
+            unjudged("time of day", "steps", float(self._gateway.visits), "of an hour, there and back"),
         ]
 
 

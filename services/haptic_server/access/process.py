@@ -12,7 +12,7 @@ from functools import partial
 
 from haptic_server.access.disconnection import Cutter
 from haptic_server.access.refusals import Refusals
-from haptic_server.access.report import told
+from haptic_server.access.report import listener_report
 from haptic_server.access.sockets import hold_silent
 from protocol.access.identity import add_options, identity_of
 from protocol.access.roles import ROLES, checked_roles
@@ -65,7 +65,7 @@ def main() -> int:
         _, port = host_and_port(public.endpoint)
 
         def answer(key: str, query: zenoh.Query) -> None:
-            words = json.dumps(told(session, public, refusals, cutter))
+            words = json.dumps(listener_report(session, public, refusals, cutter))
             query.reply(key, words, encoding=zenoh.Encoding.APPLICATION_JSON)
             query.drop()
 
@@ -74,19 +74,19 @@ def main() -> int:
             queryables.declare_reading(key, partial(answer, key))
         supervisor = Supervisor()
 
-        def tell() -> None:
+        def publish() -> None:
             hold_silent(port)  # each time: Zenoh opens its listener when it can, and anew after a fault
             if supervisor.is_due:
                 heard = (
                     "open"
-                    if told(session, public, refusals, cutter)["is_open"]
+                    if listener_report(session, public, refusals, cutter)["is_open"]
                     else "cannot be had, tried again"
                 )
                 supervisor.turned(f"{public.endpoint}: {heard}")
 
-        tell()
+        publish()
         while not stop.wait(_TURN_S):
-            tell()
+            publish()
         cutter.close()
         queryables.undeclare()
     return 0

@@ -52,8 +52,8 @@ class Refusals:
 
     def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
         self._now = now
-        self._tell_at_s = float("-inf")
-        self._untold = 0
+        self._report_at_s = float("-inf")
+        self._unreported = 0
         self._other_at_s = float("-inf")
         self._foreseen: dict[
             str, tuple[str, int]
@@ -130,11 +130,11 @@ class Refusals:
 
     def _note(self, words: str) -> None:
         self.last = words
-        self._untold += 1
-        if self._now() >= self._tell_at_s:
-            self._tell_at_s = self._now() + _LINE_EVERY_S
-            _log.warning("public listener: refused %d, last: %s", self._untold, words)
-            self._untold = 0
+        self._unreported += 1
+        if self._now() >= self._report_at_s:
+            self._report_at_s = self._now() + _LINE_EVERY_S
+            _log.warning("public listener: refused %d, last: %s", self._unreported, words)
+            self._unreported = 0
 
     def counters(self) -> dict[str, object]:
         """For `doctor`."""

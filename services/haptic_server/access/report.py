@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     import zenoh
 
 
-def told(session: zenoh.Session, public: Public, refusals: Refusals, cutter: Cutter) -> dict[str, object]:
+def listener_report(
+    session: zenoh.Session, public: Public, refusals: Refusals, cutter: Cutter
+) -> dict[str, object]:
     """JSON-ready. Any thread; a system call or two."""
     present = Counter(
         shown(link.auth_identifier or "?") for link in session.info.links() if is_tls(str(link.src))

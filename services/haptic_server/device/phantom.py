@@ -119,7 +119,7 @@ def move_on(plant: Plant, duration_s: float) -> None:
 
 
 @njit()
-def tell(plant: Plant, reading: Reading, now_ns: int) -> None:
+def measure(plant: Plant, reading: Reading, now_ns: int) -> None:
     """What the encoders say now."""
     steps = plant.z_m / plant.resolution_m
     reading.z_m = math.floor(steps + 0.5) * plant.resolution_m

@@ -19,7 +19,7 @@ REPLAY = dtype_of(Replay)
 
 
 @njit()
-def tell(
+def measure(
     replay: Replay, path: Recording, head_z_m: float, reading: Reading, now_ns: int, span_s: float
 ) -> None:
     """Where the recording is `span_s` later, between its rows in a straight line."""

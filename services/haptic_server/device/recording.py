@@ -90,20 +90,20 @@ def _read(table: _Table, limits: _Limits) -> list[Row]:
     rows: list[Row] = []
     first = before = 0.0
     for row in table.rows():
-        told = table.number(row, time)
-        first = first if rows else told
-        t_s = (told - first) * _TIMES[time]
+        stamp = table.number(row, time)
+        first = first if rows else stamp
+        t_s = (stamp - first) * _TIMES[time]
         place = _place(table, row, limits)
         if rows:
             span_s = t_s - rows[-1][0]
             if not span_s > 0.0:
                 unit = time.removeprefix("t_")
-                raise table.wrong(f"{time} does not rise: {told:.15g} {unit} after {before:.15g} {unit}")
+                raise table.wrong(f"{time} does not rise: {stamp:.15g} {unit} after {before:.15g} {unit}")
             speed = abs(place[2] - rows[-1][3]) / span_s
             if not speed <= limits.fastest_m_per_s:
                 most = limits.fastest_m_per_s
                 raise table.wrong(f"z_m: comes here at {speed:.3g} m/s, faster than {most:g} m/s")
-        before = told
+        before = stamp
         rows.append((t_s, *place))
         if len(rows) > MOST_ROWS:
             raise table.wrong(f"more than {MOST_ROWS} rows; cut it")

@@ -86,8 +86,8 @@ class Extras:
 
     def counters(self) -> dict[str, dict[str, int]]:
         """For `doctor`."""
-        told = {"oscquery": self._query, "midi": self.midi}
-        return {name: each.counters for name, each in told.items() if each is not None}
+        parts = {"oscquery": self._query, "midi": self.midi}
+        return {name: each.counters for name, each in parts.items() if each is not None}
 
     def close(self) -> None:
         """End all of it. Idempotent."""

@@ -171,25 +171,25 @@ def rehearse(law: Records) -> None:
 
 
 def wait_for_servo(
-    folder: Path, law: Records, stop: StopRequest, tell_waiting: Callable[[], None] = lambda: None
+    folder: Path, law: Records, stop: StopRequest, offer_waiting: Callable[[], None] = lambda: None
 ) -> ServoLink | None:
     """The link to the servo of `folder`, once there is one that ticks or is about to; None when `stop` came first.
 
     Until then there may be no block (the servo still compiles), or one that an earlier run or version left behind;
     `tell_waiting` is called at each look.
     """
-    told = ""
+    reported = ""
     while not stop.is_set():
         try:
             link = ServoLink(folder, law)
             if link.servo_is_alive() or link.servo_is_about_to_tick():
                 return link
         except FileNotFoundError:
-            told = ""
+            reported = ""
         except blocks.BlockError as error:
-            if str(error) != told:
-                told = str(error)
-                _log.warning("waiting for a servo of this scene: %s", told)
-        tell_waiting()
+            if str(error) != reported:
+                reported = str(error)
+                _log.warning("waiting for a servo of this scene: %s", reported)
+        offer_waiting()
         stop.wait(0.02)
     return None

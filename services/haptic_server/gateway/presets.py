@@ -99,8 +99,8 @@ class Presets:
                 _log.warning("the last good set: %s", found.note)
             if changed:
                 self._parameters.set(changed, "the last good set", Claim())
-                told = ", ".join(f"{n} {v:g}" for n, v in changed.items())
-                _log.warning("as it was at %s: %s (--fresh starts from the scene)", last.saved_at, told)
+                changes = ", ".join(f"{n} {v:g}" for n, v in changed.items())
+                _log.warning("as it was at %s: %s (--fresh starts from the scene)", last.saved_at, changes)
         except (PresetError, Refusal) as error:
             _log.warning("the scene's own parameters are used; the last good set cannot be: %s", error)
 

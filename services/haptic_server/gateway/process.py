@@ -144,14 +144,14 @@ class _Gateway:
         contacts = contacts_of(self._scene, session, keys, given.run_dir, lambda: link.boot)
 
         def health() -> Mapping[str, object]:
-            told: dict[str, object] = {} if contacts is None else {"contact": contacts.counters()}
+            streamed: dict[str, object] = {} if contacts is None else {"contact": contacts.counters()}
             return {
-                "servo": limits.told(given.run_dir / files.GRANTED),
+                "servo": limits.read_object(given.run_dir / files.GRANTED),
                 "lateness": link.lateness(),
-                "limits": limits.told(given.run_dir / files.LIMITS),
+                "limits": limits.read_object(given.run_dir / files.LIMITS),
                 "osc": dict(self._osc.counters),
                 "queries_refused": wire.refused,
-                **told,
+                **streamed,
                 **self._extras.counters(),
             }
 

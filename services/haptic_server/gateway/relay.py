@@ -67,7 +67,7 @@ class Relay:
         self._next_state_ns = 0
         self._next_alive_ns = 0
         self._refused = 0
-        self._told_pending = 0
+        self._published_pending = 0
 
     def run(self, stop: StopRequest) -> None:
         """Relay until `stop` is set."""
@@ -83,7 +83,7 @@ class Relay:
     def step(self, now_ns: int) -> None:
         """One round: everything that waits in the block goes out."""
         for event in self._link.take_events():
-            self._tell_event(event)
+            self._publish_event(event)
         self._wire.step(now_ns)
         if self._contacts is not None:
             self._contacts.step(now_ns)
@@ -96,9 +96,9 @@ class Relay:
             self._pointing.step(now_ns)
         if now_ns >= self._next_state_ns:
             self._next_state_ns = now_ns + _STATE_PERIOD_NS
-            self._tell_state(now_ns)
+            self._publish_state(now_ns)
 
-    def _tell_event(self, event: Any) -> None:
+    def _publish_event(self, event: Any) -> None:
         # A strike made while no gateway ran still reaches Zenoh, but not the OSC mirrors: a DAW would play it late.
         fresh = int(event["t_ns"]) >= self._started_ns
         if event["kind"] == STRIKE:
@@ -140,7 +140,7 @@ class Relay:
         for echo in echoes:
             self._osc.readback(echo.name, echo.value, echo.norm)
 
-    def _tell_state(self, now_ns: int) -> None:
+    def _publish_state(self, now_ns: int) -> None:
         status = self._link.status()
         words = self._status_words(status)
         pending = self._parameters.pending
@@ -166,8 +166,8 @@ class Relay:
                 pending=pending,
             )
         )
-        self._tell_pending(pending)
-        self._tell_lease()
+        self._publish_pending(pending)
+        self._publish_lease()
         if self._midi is not None:
             self._midi.status(words)
         if self._last_good is not None:
@@ -183,13 +183,13 @@ class Relay:
                 self._supervisor.turned(f"{words}; {strikes} strikes")
         self._find_new_servo(now_ns)
 
-    def _tell_pending(self, pending: bool) -> None:
+    def _publish_pending(self, pending: bool) -> None:
         # Once for each accepted set that is still waiting when a state goes out.
-        if pending and self._parameters.revision != self._told_pending:
-            self._told_pending = self._parameters.revision
+        if pending and self._parameters.revision != self._published_pending:
+            self._published_pending = self._parameters.revision
             self._wire.put_echoes(self._parameters.everything(), self._parameters.live_revision, True)
 
-    def _tell_lease(self) -> None:
+    def _publish_lease(self) -> None:
         holder = self._parameters.lease_holder()
         if holder.name != self._lease_of:
             self._lease_of = holder.name

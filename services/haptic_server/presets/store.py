@@ -75,8 +75,8 @@ class PresetStore:
             found = self.load(name)
         except PresetError as error:
             # A file's name need not be text that can be sent.
-            told = name.encode("utf-8", "backslashreplace").decode()
-            return Listed(told, "", "", str(error))
+            readable = name.encode("utf-8", "backslashreplace").decode()
+            return Listed(readable, "", "", str(error))
         return Listed(name, found.preset.scene, found.preset.saved_at, found.note)
 
     def save_last(self, preset: Preset) -> Path:

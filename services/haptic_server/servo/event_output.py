@@ -80,7 +80,7 @@ def end_contact(servo: Servo, now_ns: int) -> None:
 
 
 @njit()
-def tell(servo: Servo, now_ns: int) -> None:
+def publish_status(servo: Servo, now_ns: int) -> None:
     """Publish how the servo stands after a tick; the caller has filled tick, overruns and lateness."""
     motion, player, status = servo.motion[0], servo.player[0], servo.status[0]
     since_strike = now_ns - player.last_ns

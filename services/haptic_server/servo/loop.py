@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from haptic_server.block import LATENESS_BIN_NS, LATENESS_BINS, STOP
-from haptic_server.servo.event_output import tell
+from haptic_server.servo.event_output import publish_status
 from haptic_server.servo.force.pointed import pointed_arm_tick, pointed_stick_tick
 from haptic_server.servo.force.sampled import replayed_tick, sampled_tick
 from haptic_server.servo.force.tick import tick
@@ -77,7 +77,7 @@ def run_virtual(servo: Servo, ticks: int, start_ns: int) -> int:
         now += period
         traced_tick(servo, now, period * 1e-9)
         servo.status[0].tick += 1
-        tell(servo, now)
+        publish_status(servo, now)
     return now
 
 
@@ -125,13 +125,13 @@ def _run(servo: Servo, log: Log, first_ns: int, most_ticks: int) -> int:
             status.lateness_worst_ns = max(status.lateness_worst_ns, lateness)
         missed = max(now_ns(servo.timespec) - deadline, 0) // period
         status.overruns += missed
-        tell(servo, deadline)
+        publish_status(servo, deadline)
         _keep(log, ticks, deadline, woken, servo.timespec)
         ticks += 1
         span = (missed + 1) * period
         deadline += span
     servo.player[0].force_N = 0.0
-    tell(servo, last)
+    publish_status(servo, last)
     return status.tick
 
 

@@ -38,7 +38,7 @@ _LOOK_EVERY_S = 0.25
 _LISTENERS_WITHIN_S = 3.0
 
 
-def _tell_granted(path: Path, granted: dict[str, str]) -> None:
+def _write_granted(path: Path, granted: dict[str, str]) -> None:
     try:
         write_text(path, json.dumps(granted))
     except OSError as error:  # only `doctor` reads it: no reason not to play
@@ -111,7 +111,7 @@ def _play(device: Device, scene: Scene, run_dir: Path, stop: StopRequest) -> int
 
     def run() -> None:
         granted.update(priority.claim(scene.servo.cpu))
-        _tell_granted(run_dir / files.GRANTED, granted)
+        _write_granted(run_dir / files.GRANTED, granted)
         try:
             ended.append(device.run(servo, stop))
         except DeviceError as error:  # raised again by the main thread: it ends the process

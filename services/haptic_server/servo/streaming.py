@@ -36,7 +36,7 @@ class Streaming(Record):
     t_ns: int
     missed: int
     inside: int
-    told_N_s: float
+    streamed_N_s: float
     last_N: float
 
 
@@ -75,10 +75,10 @@ def _grown(servo: "Servo") -> None:
     # What the contact's impulse grew by since it was last told, evenly over the ticks that this one stands for.
     state, impulse_N_s = servo.stream.state[0], servo.motion[0].impulse_N_s
     ticks = state.missed + 1
-    force_N = (impulse_N_s - state.told_N_s) * 1e9 / (ticks * servo.plan[0].period_ns)
+    force_N = (impulse_N_s - state.streamed_N_s) * 1e9 / (ticks * servo.plan[0].period_ns)
     for k in range(ticks):
         _push(servo, ticks - 1 - k, force_N)
-    state.told_N_s = impulse_N_s
+    state.streamed_N_s = impulse_N_s
     state.last_N = force_N
 
 
@@ -121,7 +121,7 @@ def begin(servo: "Servo") -> None:
     sample.x = servo.player[0].x
     sample.y = servo.player[0].y
     state.inside = 1
-    state.told_N_s = 0.0
+    state.streamed_N_s = 0.0
     state.last_N = 0.0
 
 
@@ -138,7 +138,7 @@ def end(servo: "Servo") -> None:
 @only_with("stream")
 def forget(servo: "Servo") -> None:
     """The contact's record was wiped by a fault: nothing more of it is told."""
-    servo.stream.state[0].told_N_s = servo.motion[0].impulse_N_s
+    servo.stream.state[0].streamed_N_s = servo.motion[0].impulse_N_s
 
 
 @only_with("stream")

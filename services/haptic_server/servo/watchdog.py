@@ -12,18 +12,18 @@ class Pulse:
         self._status = servo.status
         self._supervisor = supervisor
         self._seen = 0
-        self._told_still = False
+        self._reported_still = False
 
     def look(self) -> None:
         """Several times within the watchdog's time."""
         tick = int(self._status[0]["tick"])
         if tick != self._seen:
             self._seen = tick
-            self._told_still = False
+            self._reported_still = False
             if self._supervisor.is_due:
                 self._supervisor.turned(self._words())
-        elif tick and not self._told_still:
-            self._told_still = True
+        elif tick and not self._reported_still:
+            self._reported_still = True
             self._supervisor.troubled(f"the force loop has not ticked since tick {tick}")
 
     def _words(self) -> str:

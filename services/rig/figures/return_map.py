@@ -41,13 +41,13 @@ class Curves(NamedTuple):
 
 def _next(scene: Scene, v0_m_per_s: float, contacts: int) -> tuple[list[float], int]:
     # v_E of up to so many contacts of a throw, and how it ended.
-    law, motion, told = law_of(scene), thrown(scene, v0_m_per_s), np.zeros(lap.TOLD_SIZE)
+    law, motion, measured = law_of(scene), thrown(scene, v0_m_per_s), np.zeros(lap.MEASURED_SIZE)
     speeds: list[float] = []
     fate = exact.MOVING
     while len(speeds) < contacts and fate == exact.MOVING:
-        fate = lap.next_release(law[0], motion[0], lap.LITTLE_PATIENCE, told)
+        fate = lap.next_release(law[0], motion[0], lap.LITTLE_PATIENCE, measured)
         if fate == exact.MOVING:
-            speeds.append(float(told[lap.V_E]))
+            speeds.append(float(measured[lap.V_E]))
     return speeds, fate
 
 
@@ -56,7 +56,7 @@ def played(scene: Scene, v0_m_per_s: float) -> Speeds:
     return np.array([v0_m_per_s, *_next(scene, v0_m_per_s, _PLAYED)[0]])
 
 
-def telling_throw(scene: Scene, mapped: Curves) -> float:
+def example_throw(scene: Scene, mapped: Curves) -> float:
     """A throw that takes many contacts to settle: an eighth of the map's width, if that is not captured."""
     slow = float(mapped.v_e[-1]) * _SLOW
     return slow if np.isfinite(np.interp(slow, mapped.v_e, mapped.thrown)) else scene.hand.throw_m_per_s

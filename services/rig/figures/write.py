@@ -21,13 +21,13 @@ from rig.figures.bifurcation import bifurcation
 from rig.figures.phase_plane import phase_plane
 from rig.figures.plane import kinds, rates
 from rig.figures.predictions import filling, open_forecast, predictions
-from rig.figures.return_map import curves, played, return_map, telling_throw
+from rig.figures.return_map import curves, example_throw, played, return_map
 from rig.figures.style import save
 
 _THROWS = (0.15, 0.5, 1.75)  # of the roll's speed
 
-# Told what is being computed, and how many points of how many are done.
-Told = Callable[[str, int, int], None]
+# Called with what is being computed, the points done and the points in all.
+Report = Callable[[str, int, int], None]
 
 
 class Folder:
@@ -50,17 +50,17 @@ class Folder:
 
 
 @contextmanager
-def _progress(quiet: bool) -> Generator[Told]:
+def _progress(quiet: bool) -> Generator[Report]:
     console = Console(stderr=True)
     with Progress(console=console, transient=True, disable=quiet or not console.is_terminal) as bar:
         tasks: dict[str, TaskID] = {}
 
-        def told(what: str, done: int, total: int) -> None:
+        def report(what: str, done: int, total: int) -> None:
             if what not in tasks:
                 tasks[what] = bar.add_task(what, total=total)
             bar.update(tasks[what], completed=done)
 
-        yield told
+        yield report
 
 
 def throws_of(scene: Scene, found: Findings) -> list[float]:
@@ -69,17 +69,17 @@ def throws_of(scene: Scene, found: Findings) -> list[float]:
     return [share * roll for share in _THROWS]
 
 
-def _swept(scene: Scene, axes: Sequence[Axis], told: Told) -> Swept:
+def _swept(scene: Scene, axes: Sequence[Axis], report: Report) -> Swept:
     names = " × ".join(axis.name for axis in axes)
     done: Swept | None = None
     for done in sweep(scene, axes):
-        told(f"sweep over {names}", done.done, done.total)
+        report(f"sweep over {names}", done.done, done.total)
     assert done is not None, "a sweep has at least one point"
     return done
 
 
-def _write_sweep(scene: Scene, axes: Sequence[Axis], folder: Folder, told: Told) -> None:
-    done = _swept(scene, axes, told)
+def _write_sweep(scene: Scene, axes: Sequence[Axis], folder: Folder, report: Report) -> None:
+    done = _swept(scene, axes, report)
     named = "-".join(axis.name for axis in axes)
     folder.text(f"sweep-{named}.csv", tables.swept(scene, done))
     if len(axes) == 1:
@@ -90,13 +90,13 @@ def _write_sweep(scene: Scene, axes: Sequence[Axis], folder: Folder, told: Told)
     folder.figure(f"outcome-{named}", kinds(scene, done))
 
 
-def _write_predictions(scene: Scene, folder: Folder, told: Told) -> None:
+def _write_predictions(scene: Scene, folder: Folder, report: Report) -> None:
     line = default_sweeps.line(scene, default_sweeps.FORECAST_POINTS)
     if line is None or "pulse" not in scene.effects or any(name in scene.effects for name in NEVER_REPEATING):
         return  # equation (7) has nothing to say
     speeds = open_forecast(scene, line.values)
     for count in filling(scene, speeds):
-        told("equation (7), κ and the exact cycles", count, len(line.values))
+        report("equation (7), κ and the exact cycles", count, len(line.values))
     folder.text("predictions.csv", tables.forecast(speeds))
     folder.figure("predictions", predictions(scene, speeds))
 
@@ -104,7 +104,7 @@ def _write_predictions(scene: Scene, folder: Folder, told: Told) -> None:
 def _write_map(scene: Scene, found: Findings, folder: Folder) -> None:
     mapped = curves(scene, found.cycles)
     folder.text("return-map.csv", tables.mapped(mapped))
-    throw = telling_throw(scene, mapped)
+    throw = example_throw(scene, mapped)
     folder.figure("return-map", return_map(scene, mapped, found.cycles, played(scene, throw)))
 
 
@@ -115,14 +115,14 @@ def write(scene: Scene, found: Findings, out: Path, asked: Sequence[Axis], quiet
     """
     folder = Folder(out)
     folder.text("analysis.json", json.dumps(found.as_json(), indent=2, allow_nan=False) + "\n")
-    with _progress(quiet) as told:
+    with _progress(quiet) as report:
         if asked:
-            _write_sweep(scene, asked, folder, told)
+            _write_sweep(scene, asked, folder, report)
             return folder.written
         folder.figure("phase-plane", phase_plane(scene, found.cycles, throws_of(scene, found)))
         _write_map(scene, found, folder)
-        _write_predictions(scene, folder, told)
+        _write_predictions(scene, folder, report)
         line = default_sweeps.line(scene)
         for axes in ([] if line is None else [(line,)]) + default_sweeps.planes(scene):
-            _write_sweep(scene, axes, folder, told)
+            _write_sweep(scene, axes, folder, report)
     return folder.written

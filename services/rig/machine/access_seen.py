@@ -37,10 +37,10 @@ def findings(rig_file: Path, rig: str | None) -> list[Finding]:
         gateway, public = remote.health(resolved_options.far_end(rig_file, rig, None))
     except Stop as stop:
         return [own, Finding("rig", False, False, str(stop), "only a running rig tells whom it turned away")]
-    return [own, *_told(gateway, public)]
+    return [own, *_findings(gateway, public)]
 
 
-def _told(gateway: dict[str, Any], public: dict[str, Any] | None) -> list[Finding]:
+def _findings(gateway: dict[str, Any], public: dict[str, Any] | None) -> list[Finding]:
     by_osc = gateway.get("osc", {}).get("source", 0)  # a replay has no OSC to hear
     osc = Finding(
         "OSC strangers", not by_osc, False, f"{by_osc} messages refused", "osc.allow names who is heard"

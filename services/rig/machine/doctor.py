@@ -149,10 +149,10 @@ def last_fault(rig: str) -> tuple[Finding, Fault | None]:
     if last is None:
         return Finding("last fault", True, False, f"rig {rig!r} has none on record here"), None
     picture, why = _picture(last)
-    told = Fault(last.words, last.at.isoformat(timespec="seconds"), str(last.path), picture, why)
+    fault_report = Fault(last.words, last.at.isoformat(timespec="seconds"), str(last.path), picture, why)
     found = f"{last.words} ({last.at:%Y-%m-%d %H:%M:%S}, rig {rig!r})"
     remedy = f"its last {len(last.t_s)} ticks: {picture or last.path}" + (f"; {why}" if why else "")
-    return Finding("last fault", False, False, found, remedy), told
+    return Finding("last fault", False, False, found, remedy), fault_report
 
 
 def examine() -> list[Finding]:
@@ -180,9 +180,11 @@ def doctor(as_json: bool, rig: str | None = None, rig_file: Path | None = None) 
     findings = [*examine(), trouble, *(() if rig_file is None else access_seen.findings(rig_file, rig))]
     playable = all(f.good for f in findings if f.needed)
     if as_json:
-        told = None if fault is None else asdict(fault)
+        fault_report = None if fault is None else asdict(fault)
         print(
-            json.dumps({"playable": playable, "findings": [asdict(f) for f in findings], "last_fault": told})
+            json.dumps(
+                {"playable": playable, "findings": [asdict(f) for f in findings], "last_fault": fault_report}
+            )
         )
     else:
         for f in findings:

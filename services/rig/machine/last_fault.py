@@ -79,8 +79,8 @@ def read(folder: Path) -> LastFault | None:
         raise TraceError(f"{path}: not the force loop's CSV: {error}") from None
     if len(rows) == 0:
         raise TraceError(f"{path}: has no ticks in it")
-    t_ns, span_s, z, v, force, told, fault = rows.T
+    t_ns, span_s, z, v, force, device_z, fault = rows.T
     if not (np.isfinite(t_ns).all() and fault[-1] != NO_FAULT and np.isfinite(fault[-1])):
         raise TraceError(f"{path}: does not end with a fault: written by something else, or cut off")
     at = datetime.fromtimestamp(found.st_mtime).astimezone()
-    return LastFault(path, int(fault[-1]), at, (t_ns - t_ns[-1]) * 1e-9, span_s, z, v, force, told)
+    return LastFault(path, int(fault[-1]), at, (t_ns - t_ns[-1]) * 1e-9, span_s, z, v, force, device_z)

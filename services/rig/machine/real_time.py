@@ -40,11 +40,11 @@ def _preemption(root: Path) -> Seen:
     remedy = "boot with preempt=full, or install a kernel built for real time (Debian: linux-image-rt-amd64)"
     if _text(root / "sys/kernel/realtime") == "1":
         return Seen("kernel preemption", True, "real time (PREEMPT_RT)")
-    told = _text(
+    cpuinfo = _text(
         root / "sys/kernel/debug/sched/preempt"
     )  # only root may read it; the one in force is in brackets
-    if told and "(" in told:
-        model = told.partition("(")[2].partition(")")[0]
+    if cpuinfo and "(" in cpuinfo:
+        model = cpuinfo.partition("(")[2].partition(")")[0]
         return Seen("kernel preemption", model in ("full", "lazy"), model, remedy)
     built = _text(root / "proc/sys/kernel/version") or ""
     for word, good in (("PREEMPT_RT", True), ("PREEMPT_DYNAMIC", True), ("PREEMPT", True)):

@@ -65,9 +65,9 @@ class Network:
             if reply.ok is not None
         }
         for key in keys:
-            told = presence_of(key)
-            if told is not None:
-                found.setdefault(told.rig, Counter())[told.service] += 1
+            presence = presence_of(key)
+            if presence is not None:
+                found.setdefault(presence.rig, Counter())[presence.service] += 1
         return found
 
     def _follow(self, rigs: Sequence[str]) -> None:

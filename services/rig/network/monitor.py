@@ -41,7 +41,9 @@ class Monitor:
             case State():
                 self._state, self._state_at = message, now
             case Meter():
-                self._meters = {name: told for name, told in self._meters.items() if _is_fresh(told[0], now)}
+                self._meters = {
+                    name: entry for name, entry in self._meters.items() if _is_fresh(entry[0], now)
+                }
                 if message.id in self._meters or len(self._meters) < _MOST_METERS:
                     self._meters[message.id] = now, message
             case _:

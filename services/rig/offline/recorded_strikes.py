@@ -73,7 +73,7 @@ def _by_strikes(recording: Recording, scene: Scene) -> Played:
             refused += 1
         else:
             strikes.append((event, strike, stroke_m_per_s))
-    _tell_refused(recording, refused, "strikes")
+    _report_refused(recording, refused, "strikes")
     if not strikes:
         wrong(f"{recording.path}: no strikes in it")
     first_ns = strikes[0][0].publish_ns
@@ -101,7 +101,7 @@ def _by_forces(recording: Recording, scene: Scene) -> Played:
             pieces.append(_Piece(contact, checked_forces(contact), event.publish_ns))
         except ValueError:
             refused += 1
-    _tell_refused(recording, refused, "pieces of contacts")
+    _report_refused(recording, refused, "pieces of contacts")
     if not pieces:
         wrong(
             f"{recording.path}: the scene {scene.name!r} plays the force itself, and none was recorded: record with"
@@ -109,9 +109,9 @@ def _by_forces(recording: Recording, scene: Scene) -> Played:
         )
     rates = {piece.contact.rate_Hz for piece in pieces}
     if len(rates) > 1:
-        told = ", ".join(f"{rate:g}" for rate in sorted(rates))
+        listed = ", ".join(f"{rate:g}" for rate in sorted(rates))
         wrong(
-            f"{recording.path}: its forces have several rates, {told} Hz: cut it where the servo's rate changes"
+            f"{recording.path}: its forces have several rates, {listed} Hz: cut it where the servo's rate changes"
         )
     places = {
         (s.boot, s.seq): (s.x, s.y)
@@ -148,6 +148,6 @@ def _since(first_ns: int, event: Event) -> float:
     return (event.publish_ns - first_ns) * 1e-9 + _FIRST_S
 
 
-def _tell_refused(recording: Recording, count: int, what: str) -> None:
+def _report_refused(recording: Recording, count: int, what: str) -> None:
     if count:
         print(f"render: {recording.path}: {count} {what} left out that no stick can make", file=sys.stderr)

@@ -59,14 +59,14 @@ def contacts(scene: "Scene", duration_s: float, gesture: str | None = None) -> "
 
     servo = servo_of(scene, gesture)
     assert is_there(servo.stream)
-    told, rate_Hz = servo.stream.contacts, scene.servo.rate_Hz
+    contact_ring, rate_Hz = servo.stream.contacts, scene.servo.rate_Hz
     pieces, samples = Pieces(float(rate_Hz)), np.zeros(SLOTS, SAMPLE)
     left, now_ns = round(duration_s * rate_Hz), 0
     while left > 0:
         now_ns = loop.run_virtual(servo, min(left, _AT_ONCE_TICKS), now_ns)
         left -= _AT_ONCE_TICKS
         # At time 0 no sample is old and no piece has waited: each goes when it is full or closed.
-        yield from pieces.of(_BOOT, samples[: ring.drain(told.cells, told.slots, samples)], 0)
+        yield from pieces.of(_BOOT, samples[: ring.drain(contact_ring.cells, contact_ring.slots, samples)], 0)
     yield from pieces.of(_BOOT, (), _END_NS)
 
 

@@ -125,7 +125,7 @@ def read(path: Path, wanted: Collection[Channel] = CHANNELS) -> Recording:
     names: dict[int, tuple[Channel, str]] = {}
     formats: list[str] = []
     declared: set[int] = set()
-    found, told = 0, 0
+    found, counted = 0, 0
     try:
         with opened(path, _LARGEST_FILE) as file:
             for record in _records(file, recording):
@@ -134,7 +134,7 @@ def read(path: Path, wanted: Collection[Channel] = CHANNELS) -> Recording:
                 found += isinstance(record, FileMessage) and record.channel_id in declared
                 match record:
                     case Statistics():
-                        told = record.message_count
+                        counted = record.message_count
                     case Metadata() if record.name == METADATA:
                         recording.about = dict(record.metadata)
                         formats.append(recording.about.get("format", "?"))
@@ -154,8 +154,10 @@ def read(path: Path, wanted: Collection[Channel] = CHANNELS) -> Recording:
                         pass  # an index, or somebody else's
     except OSError as error:
         raise RecordingError(f"{path}: cannot be read: {error.strerror}") from None
-    if not recording.torn and found < told:  # a chunk whose very kind is spoilt is passed over without a word
-        recording.torn = f"is damaged: {told - found} of {told} messages cannot be read"
+    if (
+        not recording.torn and found < counted
+    ):  # a chunk whose very kind is spoilt is passed over without a word
+        recording.torn = f"is damaged: {counted - found} of {counted} messages cannot be read"
     if not formats:
         raise RecordingError(f"{path}: no recording of a drumstick: it has no metadata of that name")
     if formats[0] != FORMAT:

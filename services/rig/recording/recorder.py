@@ -132,7 +132,7 @@ class Recorder:
                 self._listening.close()
                 self._ended.set()
                 writer.join()
-            return self._told(mcap)
+            return self._result(mcap)
         finally:
             self._listening.close()
 
@@ -284,7 +284,7 @@ class Recorder:
         boot: int | None = None if isinstance(message, Meter) else getattr(message, "boot", None)
         return self._line.event_ns(t_ns, boot, heard_ns)
 
-    def _told(self, mcap: McapWriter) -> Result:
+    def _result(self, mcap: McapWriter) -> Result:
         result = self.result
         result.bytes = mcap.size
         result.messages = dict(sorted(mcap.count.items()))

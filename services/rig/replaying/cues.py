@@ -112,7 +112,7 @@ def pass_ns(cues: list[Cue]) -> int:
     return last_ns + max(breath_ns, _SHORTEST_BREATH_NS)
 
 
-class Retelling:
+class Renumbering:
     """Messages as the replay tells them: `boot` for their own, numbers shifted, times of this machine's clock."""
 
     def __init__(self, boot: int, numbers: Numbers) -> None:
@@ -121,7 +121,7 @@ class Retelling:
         self._anchor_ns: int | None = None
         self._first_ticks: dict[tuple[int, int, int], int] = {}
 
-    def retold(self, cue: Cue, begin_ns: int, turn: int) -> Message:
+    def renumbered(self, cue: Cue, begin_ns: int, turn: int) -> Message:
         """The cue's message in pass `turn` (0, 1 ...), which began at begin_ns (monotonic)."""
         message = _decoded(cue)
         at_ns = begin_ns + cue.at_ns

@@ -36,7 +36,7 @@ class OscOut:
         if all(host.startswith(_LOOPBACK) for host, _ in self._targets):
             self._udp.bind(("127.0.0.1", 0))
 
-    def tell(self, name: str, message: Message) -> None:
+    def send(self, name: str, message: Message) -> None:
         """What the live rig would send for this message; nothing for most kinds."""
         try:
             packets = self._packets(name, message)
@@ -49,14 +49,14 @@ class OscOut:
         p = self._prefix
         match message:
             case Strike(seq=seq, x=x, y=y, level=level):
-                told = osc.strike(p, seq, x, y, message.z_speed_m_per_s, level, message.peak_estimate_N)
+                packet = osc.strike(p, seq, x, y, message.z_speed_m_per_s, level, message.peak_estimate_N)
                 self._inside = True
-                return [told, osc.level(p, level), osc.x(p, x), osc.y(p, y), osc.gate(p, True)]
+                return [packet, osc.level(p, level), osc.x(p, x), osc.y(p, y), osc.gate(p, True)]
             case Release(seq=seq):
                 exit_speed, contact_s = message.exit_speed_m_per_s, message.contact_s
-                told = osc.release(p, seq, exit_speed, message.impulse_N_s, message.peak_N, contact_s)
+                packet = osc.release(p, seq, exit_speed, message.impulse_N_s, message.peak_N, contact_s)
                 self._inside = False
-                return [told, osc.gate(p, False)]
+                return [packet, osc.gate(p, False)]
             case Readback(value=value, pending=False):
                 row = self._table.get(name)
                 norm = [] if row is None else [osc.param_norm(p, name, row.norm(value))]

@@ -9,7 +9,7 @@ import msgspec
 from protocol.messages import State, Strike
 from realtime.stop import StopRequest
 from rig.recording import channels
-from rig.replaying.cues import Cue, Retelling, pass_ns
+from rig.replaying.cues import Cue, Renumbering, pass_ns
 from rig.replaying.lateness import Lateness
 from rig.replaying.osc_out import OscOut
 from rig.replaying.replay_server import StandIn
@@ -24,14 +24,14 @@ class Player:
     def __init__(
         self,
         cues: Sequence[Cue],
-        retelling: Retelling,
+        renumbering: Renumbering,
         stand_in: StandIn,
         osc: OscOut,
         rig: str,
         panicked: Callable[[], bool],
     ) -> None:
         self._cues = list(cues)
-        self._retelling = retelling
+        self._renumbering = renumbering
         self._stand_in = stand_in
         self._osc = osc
         self._rig = rig
@@ -52,7 +52,7 @@ class Player:
             for cue in self._cues:
                 if not self._wait(begin_ns + cue.at_ns, stop):
                     return self._end()
-                self._tell(cue, begin_ns)
+                self._send(cue, begin_ns)
             self.passes += 1
             if not loop:
                 return self._end()
@@ -72,11 +72,11 @@ class Player:
         self._stopped = True
         return False
 
-    def _tell(self, cue: Cue, begin_ns: int) -> None:
-        message = self._retelling.retold(cue, begin_ns, self.passes)
+    def _send(self, cue: Cue, begin_ns: int) -> None:
+        message = self._renumbering.renumbered(cue, begin_ns, self.passes)
         self.lateness.note(time.monotonic_ns() - (begin_ns + cue.at_ns))
         self._stand_in.put(cue.channel, cue.name, message)
-        self._osc.tell(cue.name, message)
+        self._osc.send(cue.name, message)
         self.count[cue.channel.topic] += 1
         if isinstance(message, State):
             self._state = message

@@ -145,7 +145,7 @@ def _played(
     stop: StopRequest,
 ) -> dict[str, Any]:
     from drumstick.parameters.table import table_of
-    from rig.replaying.cues import Retelling, numbers_of
+    from rig.replaying.cues import Renumbering, numbers_of
     from rig.replaying.osc_out import OscOut
     from rig.replaying.player import Player
     from rig.replaying.replay_server import StandIn, new_boot
@@ -156,8 +156,8 @@ def _played(
         session, keys, boot, recording.scenes[0], what, panic.ask, lambda: {"replay": str(options.file)}
     )
     osc = OscOut(options.osc_out, options.prefix, table_of(scene))
-    retelling = Retelling(boot, numbers_of(cues))
-    player = Player(cues, retelling, stand_in, osc, keys.rig, panic.is_set)
+    renumbering = Renumbering(boot, numbers_of(cues))
+    player = Player(cues, renumbering, stand_in, osc, keys.rig, panic.is_set)
     try:
         if options.await_sound:
             _await_sound(session, keys, lambda: stop.is_set() or panic.is_set())

@@ -105,9 +105,9 @@ class Service:
         while chunk := self._output.read(65536):
             *lines, self._partial = (self._partial + chunk).split(b"\n")
             for line in lines:
-                self._tell(line)
+                self._pass_on(line)
 
-    def _tell(self, line: bytes) -> None:
+    def _pass_on(self, line: bytes) -> None:
         text = line.decode("utf-8", "replace").rstrip()
         if text:
             self.last_line = text
@@ -145,7 +145,7 @@ class Service:
         self._read()
         if self._output is not None:
             if self._partial:
-                self._tell(self._partial)
+                self._pass_on(self._partial)
             self._output.close()
             self._output = None
         self._partial = b""

@@ -101,7 +101,7 @@ def far_end(
     _require_identity(end, file)
     identity = file.identity if is_tls(end) else None
     if identity is not None:
-        _tell(identity_check.require_client(identity, roles, "this command"))
+        _warn(identity_check.require_client(identity, roles, "this command"))
     return FarEnd(end, Keys(_rig(file, rig)), identity)
 
 
@@ -153,11 +153,11 @@ def _public(file: RigFile, rig: str, listen: str, parts: frozenset[str]) -> Publ
 
 def _judge(check: Callable[[], list[str]], parts: frozenset[str]) -> None:
     try:
-        _tell(check())
+        _warn(check())
     except Stop as stop:
         if stop.status != LACKING or HAPTIC_PART not in parts:
             raise
-        _tell([f"{stop}; nobody comes in or goes out by it until then"])
+        _warn([f"{stop}; nobody comes in or goes out by it until then"])
 
 
 def _require_identity(end: str, file: RigFile) -> None:
@@ -176,6 +176,6 @@ def require_loopback(listen: str) -> None:
         )
 
 
-def _tell(warnings: list[str]) -> None:
+def _warn(warnings: list[str]) -> None:
     for words in warnings:
         say(logging.WARNING, f"drumstick: {words}")

@@ -25,7 +25,7 @@ from rig.supervision.watch import Watch
 
 _LOOK_S = 0.05
 _STOP_WITHIN_S = 4.0
-_TELL_AFTER_S = 10.0
+_REPORT_AFTER_S = 10.0
 _READY_WITHIN_S = 120.0  # the very first start compiles every kernel
 
 
@@ -50,7 +50,7 @@ class Rig:
         on_stop_signals(self._ask_to_stop)
         begun = time.monotonic()
         ready_at: float | None = None
-        told_s = _TELL_AFTER_S
+        report_s = _REPORT_AFTER_S
         try:
             for service in self._services:
                 service.start()
@@ -66,9 +66,9 @@ class Rig:
                         break
                 elif now - begun > _READY_WITHIN_S and duration_s is not None:
                     raise Stop(OURS, f"not ready after {_READY_WITHIN_S:.0f} s: {self._waits_for()}")
-                elif now - begun > told_s:
-                    self._terminal.say(f"not ready after {told_s:.0f} s: {self._waits_for()}")
-                    told_s *= 2.0
+                elif now - begun > report_s:
+                    self._terminal.say(f"not ready after {report_s:.0f} s: {self._waits_for()}")
+                    report_s *= 2.0
                 self._terminal.status(self._status_line())
                 time.sleep(_LOOK_S)
         finally:
@@ -103,7 +103,7 @@ class Rig:
         if wanted is None:
             return
         if block_header.was_held(self._options.folder):
-            self._tell_held()  # and nothing stops: a servo that starts anew has forgotten which fault it was
+            self._report_held()  # and nothing stops: a servo that starts anew has forgotten which fault it was
             return
         self._terminal.say(f"another scene: {wanted.name}")
         self._scene_before = self._scene
@@ -117,14 +117,14 @@ class Rig:
             service.ask_to_stop()
             service.wait_stopped(time.monotonic() + _STOP_WITHIN_S)
         if block_header.was_held(self._options.folder):
-            self._tell_held()
+            self._report_held()
         else:
             self._scene = scene
             scene.put(self._options.folder)
         for service in haptic:
             service.start_anew()
 
-    def _tell_held(self) -> None:
+    def _report_held(self) -> None:
         self._terminal.say(
             f"a panic or a fault is latched: the scene stays; {command('arm', self._options.rig)} first"
         )

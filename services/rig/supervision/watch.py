@@ -81,7 +81,7 @@ class Watch:
     def _open_over_tls(self) -> None:
         # A thread of its own, because it waits; the services themselves say why they are refused.
         session = open_client(
-            self._endpoint, lambda: not self._closing.is_set(), self._identity, tell=lambda _: None
+            self._endpoint, lambda: not self._closing.is_set(), self._identity, report=lambda _: None
         )
         if session is not None:
             self._subscribe(session)

@@ -10,7 +10,7 @@ import numpy as np
 _KEPT = 256
 
 
-class Told(NamedTuple):
+class Summary(NamedTuple):
     """Statistics of the newest 256 strikes: the median time from contact to arrival, and the slowest twentieth's lag
     behind the quickest, ms; and how many strikes ever came after the instant at which they should have sounded.
     """
@@ -34,10 +34,10 @@ class ArrivalStatistics:
         self._noted += 1
         self._unpunctual += took_ns > latency_ns > 0
 
-    def told(self) -> Told:
+    def summary(self) -> Summary:
         """As it stands."""
         count = min(self._noted, _KEPT)
         if count == 0:
-            return Told(0.0, 0.0, 0)
+            return Summary(0.0, 0.0, 0)
         low, middle, high = np.percentile(self._took_ns[:count], (5, 50, 95)) / 1e6
-        return Told(float(middle), float(high - low), self._unpunctual)
+        return Summary(float(middle), float(high - low), self._unpunctual)

@@ -23,19 +23,19 @@ class Presences:
 
     def note(self, key: str, here: bool) -> None:
         """A token came, or went. What is no haptic server's is passed over."""
-        told = presence_of(key)
-        if told is None or told.service != "haptic":
+        presence = presence_of(key)
+        if presence is None or presence.service != "haptic":
             return
         if here:
-            if told.rig in self._servers or len(self._servers) < _MOST_HEARD:
-                self._servers[told.rig].add(told.instance)
-                self._gone_at.pop(told.rig, None)
+            if presence.rig in self._servers or len(self._servers) < _MOST_HEARD:
+                self._servers[presence.rig].add(presence.instance)
+                self._gone_at.pop(presence.rig, None)
             return
-        servers = self._servers.get(told.rig)
+        servers = self._servers.get(presence.rig)
         if servers is not None:
-            servers.discard(told.instance)
+            servers.discard(presence.instance)
             if not servers:
-                self._gone_at.setdefault(told.rig, self._clock())
+                self._gone_at.setdefault(presence.rig, self._clock())
 
     def rigs(self) -> list[str]:
         """Those that are there, or went less than LET_GO_S ago: a router or a gateway that starts again takes a second

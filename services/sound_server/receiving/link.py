@@ -101,7 +101,7 @@ class Link:
         """Be seen as alive/sound/<instance> for as long as the session lives."""
         self._token = self._session.liveliness().declare_token(self.keys.alive("sound", instance))
 
-    def tell(self, meter: Meter) -> None:
+    def publish(self, meter: Meter) -> None:
         """Publish the meter; dropped without a router."""
         try:
             self._session.put(self.keys.meter, encode(meter), encoding=zenoh.Encoding(ENCODING))

@@ -21,8 +21,8 @@ def foresee(scene: Scene, values: Mapping[str, float], limits: Mapping[str, floa
         return Foreseen(refusal=str(refusal))
     why = ""
     try:
-        told: dict[str, Any] = dict(limits)
-        envelope.require(law, envelope.Limits(**told) if told else envelope.Limits.of(scene))
+        given: dict[str, Any] = dict(limits)
+        envelope.require(law, envelope.Limits(**given) if given else envelope.Limits.of(scene))
     except Refusal as refusal:
         why = str(refusal)
     if any(name in scene.effects for name in NEVER_REPEATING):

@@ -57,5 +57,5 @@ def theory_of(scene: Scene, values: Mapping[str, float]) -> Theory:
     fastest = stable[-1].v_e_m_per_s if stable else scene.hand.throw_m_per_s
     one = ReturnMap(law, scratch, 1, lap.PATIENCE)
     speeds = np.linspace(0.0, _WIDEST * fastest, _SPEEDS)[1:]
-    mapped = [(float(v), float(one.told[0, lap.V_E])) for v in speeds if one.at(float(v), OF_V_E)]
+    mapped = [(float(v), float(one.measured[0, lap.V_E])) for v in speeds if one.at(float(v), OF_V_E)]
     return Theory(rising, falling, ([v for v, _ in mapped], [after for _, after in mapped]), (single, single))

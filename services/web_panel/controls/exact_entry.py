@@ -46,7 +46,7 @@ class ExactEntry:
         messages.controls[control_id(self._button)] = is_click
         self._button.on_click(self._send)
         self._names.on_click(self._chosen)
-        self._tell_range()
+        self._show_range()
 
     def forget(self) -> None:
         """Take nothing more from browsers; whoever removes the folder removes the rest."""
@@ -55,9 +55,9 @@ class ExactEntry:
 
     async def _chosen(self, event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
         self._chosen_row, self._chosen_by = self._table[event.target.value], event.client_id
-        self._tell_range()
+        self._show_range()
 
-    def _tell_range(self) -> None:
+    def _show_range(self) -> None:
         self._say(f"{self._chosen_row.name}: {range_of(self._chosen_row.quantity)}", alarm=False)
 
     async def _send(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:

@@ -25,12 +25,12 @@ def step_words(
 ) -> str:
     """What these values would change of what holds, whoever set that: `Δv_pls 0.25 → 0.2 m/s`."""
     changed = [name for name in values if name in table and standing.get(name, values[name]) != values[name]]
-    told = [
+    shown = [
         f"{_symbol(table[n])} {measured(standing[n], '1')} → {measured(values[n], table[n].quantity.unit)}"
         for n in changed[:_MOST_NAMED]
     ]
-    more = len(changed) - len(told)
-    return (", ".join(told) + (f" and {more} more" if more else "")) or "changes nothing that holds"
+    more = len(changed) - len(shown)
+    return (", ".join(shown) + (f" and {more} more" if more else "")) or "changes nothing that holds"
 
 
 def _symbol(parameter: Parameter) -> str:
@@ -91,8 +91,8 @@ class StepsRow:
         history = self._changes.history
         parts: list[str] = []
         if history.back:
-            told = step_words(history.back[-1].before, values, table)
-            parts.append(f"{_UNDO} ({len(history.back)} left): {told}")
+            shown = step_words(history.back[-1].before, values, table)
+            parts.append(f"{_UNDO} ({len(history.back)} left): {shown}")
         if history.forth:
             parts.append(f"{_REDO}: {step_words(history.forth[-1].after, values, table)}")
         words, alarm = " · ".join(parts) or "Nothing was changed on this page yet.", False

@@ -139,14 +139,14 @@ def control(
     if setpoint is not None and readback is not None and setpoint != readback.value:
         asked = f'<s data-part="setpoint">→ {escape(measured(setpoint, q.unit))}</s>'
     name = q.symbol or parameter.name
-    told = {
+    attributes = {
         "param": parameter.name,
         "label": name,
         "hint": hint_of(parameter),
         "scale": q.scale,
         "unit": unit,
     }
-    data = " ".join(f'data-{key}="{escape(words)}"' for key, words in told.items())
+    data = " ".join(f'data-{key}="{escape(words)}"' for key, words in attributes.items())
     return (
         f'<div class="dr-c {"dr-big" if large else "dr-more"}" {data}>'
         f'<div class="dr-row"><div class="dr-name">{symbol(name)}</div>{asked}'

@@ -156,10 +156,10 @@ _ENDS = {
 
 def foreseen_words(foreseen: Foreseen, other: dict[str, float], table: dict[str, Parameter]) -> Forecast:
     """What the exact motion will do; `other`: the values that differ from the readbacks."""
-    told = [
+    shown = [
         f"{table[n].quantity.symbol or n} {measured(v, table[n].quantity.unit)}" for n, v in other.items()
     ]
-    about = f"Predicted with {', '.join(told)}" if told else "Predicted"
+    about = f"Predicted with {', '.join(shown)}" if shown else "Predicted"
     rate, speed, multiplier = foreseen.rate_Hz, foreseen.v_lc_m_per_s, foreseen.multiplier
     if rate is None or speed is None or multiplier is None:
         return Forecast(about, (), _ENDS[foreseen.end], foreseen.refusal)

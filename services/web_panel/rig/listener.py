@@ -126,15 +126,15 @@ class Listener:
         rig_state = self._rig_state
         while (sample := self._present.try_recv()) is not None:
             *_, service, instance = str(sample.key_expr).split("/")
-            for told in (
+            for names in (
                 (rig_state.present, rig_state.pointed) if service == "pointer" else (rig_state.present,)
             ):
                 here = sample.kind == zenoh.SampleKind.PUT
                 name = shown(f"{service}/{instance}")
                 if not here:
-                    told.discard(name)
-                elif len(told) < _MOST_PRESENT:
-                    told.add(name)
+                    names.discard(name)
+                elif len(names) < _MOST_PRESENT:
+                    names.add(name)
 
     def _take_news(self, _: str, news: PresetNews) -> None:
         self._presets.stale = True

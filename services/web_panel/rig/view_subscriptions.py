@@ -47,7 +47,7 @@ class Watching:
             SPECTRUM: (keys.spectrum, Spectrum, self._note(SPECTRUM, levels_of)),
             COST: (keys.cost, Cost, lambda _, cost: self._note_cost(cost)),
         }
-        self._told_at: dict[str, float] = {}  # by the sound server
+        self._published_at: dict[str, float] = {}  # by the sound server
         self._now = 0.0
         self._subscribers: dict[str, zenoh.Subscriber[Any]] = {}
         self._doctor_wanted = False
@@ -60,7 +60,7 @@ class Watching:
             read(message)
             if message.id == min(self._rig_state.meters, default=message.id):
                 setattr(self._rig_state, name, message)
-                self._told_at[name] = self._now
+                self._published_at[name] = self._now
 
         return note
 
@@ -70,7 +70,7 @@ class Watching:
             cost.accuracy in costs or len(costs) < _MOST_COSTS
         ):
             costs[cost.accuracy] = cost
-            self._told_at[COST] = self._now
+            self._published_at[COST] = self._now
 
     def want(self, wanted: frozenset[str]) -> None:
         """Subscribe to what is looked at now, and to nothing else."""
@@ -85,7 +85,7 @@ class Watching:
                 self._forget(name)
 
     def _forget(self, name: str) -> None:
-        self._told_at.pop(name, None)
+        self._published_at.pop(name, None)
         if name in (MEMBRANE, SPECTRUM):
             setattr(self._rig_state, name, None)
         elif name == COST:
@@ -100,26 +100,26 @@ class Watching:
             _, kind, note = self._sources[name]
             while (sample := subscriber.try_recv()) is not None:
                 self._read(sample, kind, note)
-        for gone in [name for name, at in self._told_at.items() if now - at > METER_LIFE_S]:
+        for gone in [name for name, at in self._published_at.items() if now - at > METER_LIFE_S]:
             self._forget(gone)
         self._follow_doctor(now)
 
     def _follow_doctor(self, now: float) -> None:
         if self._doctor is not None and self._doctor.ended():
-            self._rig_state.doctor = _told(self._doctor.heard)
+            self._rig_state.doctor = _newest_object(self._doctor.heard)
             self._doctor = None
         if self._doctor_wanted and self._doctor is None and now - self._doctor_asked_at >= _DOCTOR_EVERY_S:
             self._doctor = Question(self._session, self._doctor_key)
             self._doctor_asked_at = now
 
 
-def _told(heard: list[zenoh.Sample]) -> dict[str, Any] | None:
+def _newest_object(heard: list[zenoh.Sample]) -> dict[str, Any] | None:
     # The first answer that is a JSON object.
     for sample in heard:
         try:
-            told: object = json.loads(sample.payload.to_bytes())
+            found: object = json.loads(sample.payload.to_bytes())
         except (ValueError, RecursionError):
             continue
-        if isinstance(told, dict):
-            return cast(dict[str, Any], told)
+        if isinstance(found, dict):
+            return cast(dict[str, Any], found)
     return None

@@ -50,8 +50,8 @@ class AccuracyView:
 
     def _draw(self, own: Result | None, missing: str) -> None:
         results = (self._shipped, own)
-        told = [("measured for this version", self._shipped), ("this machine", own)]
-        lines = [f"{name}: {escape(result.words)}" for name, result in told if result is not None]
+        named = [("measured for this version", self._shipped), ("this machine", own)]
+        lines = [f"{name}: {escape(result.words)}" for name, result in named if result is not None]
         lines += [escape(words) for words in (self._shipped_words, missing) if words]
         self._html.content = '<div class="dr">' + "".join(
             f'<div class="dr-small" data-part="accuracy">{line}</div>' for line in lines

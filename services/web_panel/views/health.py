@@ -21,10 +21,10 @@ _FILL = "rgba(56,163,224,.25)"
 
 def lateness_of(doctor: Mapping[str, Any] | None) -> Pair | None:
     """Lateness (us) and how many ticks were so late, shape (n,), NaN where none was; None where nothing is told."""
-    told: object = (doctor or {}).get("lateness")
-    if not isinstance(told, dict):
+    lateness: object = (doctor or {}).get("lateness")
+    if not isinstance(lateness, dict):
         return None
-    given = cast(dict[str, object], told)
+    given = cast(dict[str, object], lateness)
     bin_us, ticks = given.get("bin_us"), given.get("ticks")
     if not isinstance(bin_us, int | float) or not isinstance(ticks, list):
         return None

@@ -24,12 +24,12 @@ def _percent(share: float) -> str:
     return f"{figure(100.0 * share, 2)} %"
 
 
-def _stick(told: Ticks | Trouble | None) -> str:
-    if told is None:
+def _stick(ticks: Ticks | Trouble | None) -> str:
+    if ticks is None:
         return _small("tick-cost", "The stick: being measured …")
-    if isinstance(told, Trouble):
-        return _small("tick-cost", f"The stick could not be measured: {told.why}")
-    ns, rate_Hz = told.ns, told.rate_Hz
+    if isinstance(ticks, Trouble):
+        return _small("tick-cost", f"The stick could not be measured: {ticks.why}")
+    ns, rate_Hz = ticks.ns, ticks.rate_Hz
     whole = ns["all"]
     parts = [("all of it", whole), ("without any effect", ns["none"])]
     parts += [(f"of that {name}", whole - ns[name]) for name in ns if name not in ("all", "none")]
@@ -80,13 +80,13 @@ def _drum(costs: Mapping[str, Cost], load: tuple[float, float] | None) -> str:
     )
 
 
-def cost(told: Ticks | Trouble | None, drum: Mapping[str, Cost], load: tuple[float, float] | None) -> str:
+def cost(ticks: Ticks | Trouble | None, drum: Mapping[str, Cost], load: tuple[float, float] | None) -> str:
     """What the stick and the drum cost, and what accuracy that buys.
 
     `told`: ns a tick by what is left out; `drum`: by accuracy; load: shares of a block while the drum
     sounds, the usual and the largest of the last ten seconds.
     """
-    return f'<div class="dr">{_drum(drum, load)}{_stick(told)}</div>'
+    return f'<div class="dr">{_drum(drum, load)}{_stick(ticks)}</div>'
 
 
 def _network(meters: Sequence[Meter]) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 from drumstick.parameters.scene import as_tables
 from web_panel.computing.computer import Computer
 from web_panel.computing.computing_messages import Curve, FindTheory, Question, Ticks, TimeTicks, Trouble
-from web_panel.computing.computing_messages import Theory as Told
+from web_panel.computing.computing_messages import Theory as TheoryMessage
 from web_panel.rig.rig_state import RigState
 from web_panel.views.plot_data import Pair
 
@@ -35,10 +35,10 @@ def _pair(curve: Curve) -> Pair:
     return np.array(curve[0], np.float64), np.array(curve[1], np.float64)
 
 
-def _theory(told: Told | Trouble) -> Theory:
-    if isinstance(told, Trouble):
-        return Theory(missing=f"No prediction here: {told.why}")
-    return Theory(_pair(told.rising), _pair(told.falling), _pair(told.mapped), _pair(told.stable))
+def _theory(message: TheoryMessage | Trouble) -> Theory:
+    if isinstance(message, Trouble):
+        return Theory(missing=f"No prediction here: {message.why}")
+    return Theory(_pair(message.rising), _pair(message.falling), _pair(message.mapped), _pair(message.stable))
 
 
 class Theorist:
@@ -89,5 +89,5 @@ class Theorist:
             assert isinstance(answer, Ticks | Trouble)
             self._ticks = of, answer
         else:
-            assert isinstance(answer, Told | Trouble)
+            assert isinstance(answer, TheoryMessage | Trouble)
             self._theory = of, _theory(answer)

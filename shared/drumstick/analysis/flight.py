@@ -30,8 +30,8 @@ def flight(scene: Scene, v_m_per_s: float) -> Flight | None:
     if not v_m_per_s > 0.0:
         return None
     motion = thrown(repeating(scene), v_m_per_s)
-    told = np.zeros(lap.TOLD_SIZE)
-    fate, duration = lap.until(unpulsed_law(scene)[0], motion[0], exact.ENTRY, lap.PATIENCE, told)
+    measured = np.zeros(lap.MEASURED_SIZE)
+    fate, duration = lap.until(unpulsed_law(scene)[0], motion[0], exact.ENTRY, lap.PATIENCE, measured)
     if fate != exact.MOVING:
         return None
     return Flight(float(-motion["v_in"][0] / v_m_per_s), float(duration), float(motion["z_apex"][0]))

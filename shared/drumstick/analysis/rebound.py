@@ -41,8 +41,8 @@ class _Head:
         """Does a stick that comes down at this speed leave the head again?"""
         self.motion[0] = self._fresh[0]
         self.motion["v"] = -speed
-        told = np.zeros(lap.TOLD_SIZE)
-        fate, _ = lap.until(self._law, self.motion[0], exact.RELEASE, lap.LITTLE_PATIENCE, told)
+        measured = np.zeros(lap.MEASURED_SIZE)
+        fate, _ = lap.until(self._law, self.motion[0], exact.RELEASE, lap.LITTLE_PATIENCE, measured)
         return fate == exact.MOVING
 
 

@@ -100,9 +100,9 @@ def _candidates(scene: Scene, rate_Hz: int) -> list[_Candidate]:
             )
             tried = dataclasses.replace(scene, mesh=mesh)
             order, real = tiers.order_of(tried), tiers.divisor_for(tried, rate_Hz)
-            told = estimate.of(name, tried, rate_Hz)
+            estimated = estimate.of(name, tried, rate_Hz)
             found.setdefault(
-                (order, real), _Candidate(order, tried, told.updates_per_s / rate_Hz, told.cents)
+                (order, real), _Candidate(order, tried, estimated.updates_per_s / rate_Hz, estimated.cents)
             )
     return list(found.values())
 
@@ -187,8 +187,8 @@ def _key(scene: Scene, rate_Hz: int, order: int) -> str:
 
 def _read() -> dict[str, Line]:
     try:
-        told = json.loads(read_beside(__name__, _FILE, _MOST_BYTES))
-        lines = {str(key): Line(float(fixed), float(update)) for key, (fixed, update) in told.items()}
+        estimated = json.loads(read_beside(__name__, _FILE, _MOST_BYTES))
+        lines = {str(key): Line(float(fixed), float(update)) for key, (fixed, update) in estimated.items()}
         return {
             key: line for key, line in lines.items() if all(map(math.isfinite, line)) and line.update_ns > 0.0
         }

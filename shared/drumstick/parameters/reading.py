@@ -69,10 +69,10 @@ class Reader:
         while line is None and place:  # of a key in a table that stands in braces: where the table begins
             line, place = self._lines.get(place), place.rpartition(".")[0]
         at = f"{self.source}:{line}" if line else self.source
-        told = "".join(
+        named = "".join(
             c if c.isprintable() else repr(c)[1:-1] for c in path[:_SHOWN_PATH]
         )  # keys are anybody's
-        self.mistakes.append(f"{at}: {told}: {words}")
+        self.mistakes.append(f"{at}: {named}: {words}")
 
     def table(self, path: str, kind: type, given: object) -> Any:
         """The table as its dataclass; defaults where keys are missing or refused."""

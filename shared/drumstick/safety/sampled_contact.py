@@ -154,7 +154,7 @@ class Blow(NamedTuple):
 
 
 @njit()
-def _told(blow: Blow, per_m: float, z: float) -> float:
+def _encoded(blow: Blow, per_m: float, z: float) -> float:
     return blow.count_m * math.floor(z * per_m + blow.offset) if blow.count_m > 0.0 else z
 
 
@@ -175,15 +175,15 @@ def rebound(arm: Arm, head: Head, window: int, blow: Blow, room: Coefficients) -
     per_s, per_m = 1.0 / (window * period), 1.0 / blow.count_m if blow.count_m > 0.0 else 0.0
     back, on, push = -w2 * s, g / arm.m, s / arm.m
     for ago in range(places):
-        room[(places - ago) % places] = _told(blow, per_m, z + ago * period * blow.speed)
+        room[(places - ago) % places] = _encoded(blow, per_m, z + ago * period * blow.speed)
     for tick in range(arm.delay_ticks):
         room[places + tick] = 0.0
     touching, hunting, idle = False, 0.0, 0  # idle: ticks since a force was reckoned
     loss, seen_before, speed_before = 0.0, 0.0, 0.0
     for tick in range(_MOST_TICKS):
-        told = room[newest]
-        speed = (told - room[oldest]) * per_s
-        seen = told + arm.lead_s * speed
+        reading_m = room[newest]
+        speed = (reading_m - room[oldest]) * per_s
+        seen = reading_m + arm.lead_s * speed
         # As the servo sees it: a contact ends above two counts, for a stick that lies on the head must not chatter, but
         # a head acts below z = 0 only.
         if blow.count_m > 0.0:
@@ -208,7 +208,7 @@ def rebound(arm: Arm, head: Head, window: int, blow: Blow, room: Coefficients) -
         z, v = c * z + s * v + on * force, back * z + s_rate * v + push * force
         newest = oldest
         oldest = oldest + 1 if oldest + 1 < places else 0
-        room[newest] = _told(blow, per_m, z)
+        room[newest] = _encoded(blow, per_m, z)
         if tick > _AT_REST_TICKS:
             hunting = max(hunting, abs(v))
     return hunting / blow.speed if blow.count_m > 0.0 else 0.0

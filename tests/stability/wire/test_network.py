@@ -146,7 +146,7 @@ def test_every_strike_once_at_its_instant_or_counted(
     punctual = [w for w, (onset, now) in zip(wrong_ms, line.played.onsets, strict=True) if onset > now]
     assert max(map(abs, punctual)) < true_ms
     assert len(punctual) > 0.98 * (line.sent - line.lost)
-    told = scheduler.arrivals.told()
+    told = scheduler.arrivals.summary()
     assert told.arrival_ms == pytest.approx(weather.least_ms + 0.69 * weather.jitter_ms, rel=0.3, abs=true_ms)
     # Some that came after their instant may have been too late altogether.
     assert told.unpunctual >= len(wrong_ms) - len(punctual)

@@ -26,7 +26,7 @@ from rig.figures.heading import axis_label, effect_words, own_value, scale_of
 from rig.figures.phase_plane import cycle_path, phase_plane
 from rig.figures.plane import kinds, rates
 from rig.figures.predictions import branches, filling, open_forecast, predictions
-from rig.figures.return_map import curves, return_map, telling_throw
+from rig.figures.return_map import curves, example_throw, return_map
 from rig.figures.return_map import played as played_from
 from rig.figures.style import BLUE, HEAD, INK, save
 from rig.offline.analyse import analyse as analyse_command
@@ -76,7 +76,7 @@ def test_the_phase_plane_and_the_return_map_of_any_scene(played: Scene, tmp_path
     mapped = curves(played, cycles)
     assert (
         drawn(
-            return_map(played, mapped, cycles, played_from(played, telling_throw(played, mapped))), tmp_path
+            return_map(played, mapped, cycles, played_from(played, example_throw(played, mapped))), tmp_path
         )
         > 20
     )

@@ -82,8 +82,8 @@ def roll() -> Contact:
 
 def strike(at_s: float) -> Blow:
     """What the strike's message says: peak, duration and impulse."""
-    told = roll().announced
-    return Blow(at_s, *PLACE, told.peak_N, told.contact_s, told.impulse_N_s)
+    ahead = roll().announced
+    return Blow(at_s, *PLACE, ahead.peak_N, ahead.contact_s, ahead.impulse_N_s)
 
 
 def true_impulse() -> Impulse:

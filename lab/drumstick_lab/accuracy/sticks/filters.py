@@ -76,15 +76,19 @@ def estimate(kind: Filter, track: Track, t_s: float, z_m: float, slack_m: float)
 
 
 @njit()
-def _told(kind: Filter, track: Track, z_m: Samples, period_s: float, slack_m: float, out: Samples) -> None:
+def _estimate(
+    kind: Filter, track: Track, z_m: Samples, period_s: float, slack_m: float, out: Samples
+) -> None:
     for i in range(len(z_m)):
         out[i] = estimate(kind, track, i * period_s, z_m[i], slack_m)
 
 
-def told(name: str, z_m: Samples, period_s: float, slack_m: float, out: Samples | None = None) -> Samples:
+def estimated_speeds(
+    name: str, z_m: Samples, period_s: float, slack_m: float, out: Samples | None = None
+) -> Samples:
     """The speeds (m/s) that a filter tells of positions z (m) a period apart, shape as z; into `out` if given."""
     speeds = np.empty_like(z_m) if out is None else out
-    _told(filter_of(name, period_s)[0], new_track()[0], z_m, period_s, slack_m, speeds)
+    _estimate(filter_of(name, period_s)[0], new_track()[0], z_m, period_s, slack_m, speeds)
     return speeds
 
 
@@ -109,7 +113,7 @@ def fall(servo: Servo, kind: Filter, speed: float, phase: float, guarded: bool) 
     plant.force_N = 0.0
     for tick in range(1, _MOST_TICKS):
         phantom.move_on(plant, period_s)
-        phantom.tell(plant, servo.reading[0], tick * plan.period_ns)
+        phantom.measure(plant, servo.reading[0], tick * plan.period_ns)
         z = servo.reading[0].z_m - plan.head_z_m
         v = estimate(kind, servo.track[0], tick * period_s, z, servo.allowed[0].resolution_m)
         see(servo, z, v, tick * plan.period_ns)

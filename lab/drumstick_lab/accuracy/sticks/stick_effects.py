@@ -148,7 +148,7 @@ def tick_rows(effects: Sequence[str], rounds: int) -> tuple[list[dict[str, Any]]
         others = [ns[f"{name} {k} bare"] for k in range(ENGINES)]
         own = others if name == NONE else [ns[f"{name} {k}"] for k in range(ENGINES)]
         added_ns, spread_ns = apart(own, others)
-        told: dict[str, Any] = {"effect": name, "ns_per_tick": statistics.median(own)}
-        told |= {"added_ns": added_ns, "spread_ns": spread_ns, "ratio": statistics.median(own) / ns[CHAIN]}
-        rows.append(told | _rates(name))
+        row: dict[str, Any] = {"effect": name, "ns_per_tick": statistics.median(own)}
+        row |= {"added_ns": added_ns, "spread_ns": spread_ns, "ratio": statistics.median(own) / ns[CHAIN]}
+        rows.append(row | _rates(name))
     return rows, ns[CHAIN]

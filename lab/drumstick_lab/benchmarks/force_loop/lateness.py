@@ -69,13 +69,13 @@ def _with_servo(bench: Bench, ours: ServoLoop) -> dict[str, Any]:
     other = CLoop(bench.program, bench.scene)
     found = compared(bench.windows(ours, other))
     # The newest: a gateway starts in a window of its own, before these.
-    told, seconds = ours.told[-WINDOWS:], WINDOWS * bench.ticks / bench.scene.servo.rate_Hz
+    ended, seconds = ours.ended[-WINDOWS:], WINDOWS * bench.ticks / bench.scene.servo.rate_Hz
     return found | {
         "tick": percentiles(np.concatenate(ours.spent_ns[-WINDOWS:])),
-        "strikes": sum(each["seq"] for each in told),
-        "sets_that_reached_the_servo_per_s": sum(each["revision"] for each in told) / seconds,
-        "refused_by_the_servo": sum(each["refused"] for each in told),
-        "fault": told[-1]["fault"],
+        "strikes": sum(each["seq"] for each in ended),
+        "sets_that_reached_the_servo_per_s": sum(each["revision"] for each in ended) / seconds,
+        "refused_by_the_servo": sum(each["refused"] for each in ended),
+        "fault": ended[-1]["fault"],
         "granted": {"ours": ours.granted, "c": other.granted},
     }
 

@@ -76,8 +76,8 @@ class Gateway:
 
     def counters(self) -> dict[str, int]:
         """What its OSC side has counted so far."""
-        told = self._asked(Keys(self.rig).doctor)
-        return json.loads(told)["osc"] if told else {}
+        report = self._asked(Keys(self.rig).doctor)
+        return json.loads(report)["osc"] if report else {}
 
     def close(self) -> None:
         self._process.send_signal(signal.SIGTERM)

@@ -86,7 +86,7 @@ class ServoLoop:
         assert self._process.stdout is not None
         self._in, self._out = self._process.stdin, self._process.stdout
         self.granted: dict[str, str] = {}
-        self.told: list[dict[str, Any]] = []
+        self.ended: list[dict[str, Any]] = []
         self.spent_ns: list[Times] = []
         if (line := self._out.readline()) != "ready\n":
             raise RuntimeError(f"the servo did not start: it said {line!r}")
@@ -96,9 +96,9 @@ class ServoLoop:
         self._in.flush()
 
     def kept(self) -> Kept:
-        told = json.loads(self._out.readline())
-        self.granted = told.pop("granted")
-        self.told.append(told)
+        ended = json.loads(self._out.readline())
+        self.granted = ended.pop("granted")
+        self.ended.append(ended)
         due, late, spent = np.load(self._file)
         self.spent_ns.append(spent)
         return Kept(due, late)

@@ -111,7 +111,7 @@ def bare_arm(
     """The arm alone at 1 kHz, pushed by a spring in the head."""
     for tick in range(ticks):
         phantom.carry(plant[0], gesture[0], path, 1e-3, math.inf)
-        phantom.tell(plant[0], reading[0], tick)
+        phantom.measure(plant[0], reading[0], tick)
         phantom.obey(plant[0], -k_coll * min(reading[0].z_m, 0.0))
 
 

@@ -176,7 +176,7 @@ def score(fates: Counter[str]) -> float | None:
     return round(killed / counted, 4) if counted else None
 
 
-def told(run: Run, module: str | None = None) -> dict[str, Any]:
+def counts(run: Run, module: str | None = None) -> dict[str, Any]:
     """The stored row of all modules, or of one."""
     mine = [(mutant, ident) for mutant, ident in run.ids() if module in (None, mutant.module)]
     equal = [(mutant, reason) for mutant, _ in mine if (reason := reason_of(mutant)) is not None]
@@ -313,7 +313,7 @@ def main() -> None:
             thread.join()
     result = {"machine": description(), "commit": run.head, "tool": f"poodle {version('poodle')}"}
     result |= {"seed": given.seed, "goal": GOAL, "possible": sum(map(len, every.values()))}
-    result |= {"all": told(run), "modules": {module: told(run, module) for module in TARGETS}}
+    result |= {"all": counts(run), "modules": {module: counts(run, module) for module in TARGETS}}
     store(result)
 
 

@@ -101,8 +101,8 @@ def main() -> None:
                 rows = {"alone": latencies_us(source, clients, given.messages)}
                 with Knocking(port) as knocking:
                     rows["while handshakes fail"] = latencies_us(source, clients, given.messages)
-                told = wait_for("the count", lambda: list(near.get(KEYS.door, timeout=2.0)))[0].ok
-                counted = json.loads(told.payload.to_bytes())["handshakes_refused"]
+                answer = wait_for("the count", lambda: list(near.get(KEYS.door, timeout=2.0)))[0].ok
+                counted = json.loads(answer.payload.to_bytes())["handshakes_refused"]
         finally:
             door.terminate()
             door.wait(10.0)

@@ -113,7 +113,7 @@ def run(layout: Layout, profile: str, listeners: int, seconds: float) -> dict[st
     before, bytes_before = [cpu_s(pid) for pid in layout.pids], loopback_bytes()
     begun = time.monotonic()
     mouth.go()
-    told = mouth.line()
+    report = mouth.line()
     time.sleep(_DRAIN_S)
     took_s = time.monotonic() - begun
     used = [cpu_s(pid) - at for pid, at in zip(layout.pids, before, strict=True)]
@@ -129,10 +129,10 @@ def run(layout: Layout, profile: str, listeners: int, seconds: float) -> dict[st
         print("another stream's message at a subscriber of strikes:", foreign[:3], flush=True)
     return {
         "listeners": listeners,
-        "put": told["put"],
-        "put_latest_ms": told["latest_ms"],
-        "delivered_share": round(delivered / (told["put"] * listeners), 5),
-        "worst_listener_share": round(min(heard) / told["put"], 5),
+        "put": report["put"],
+        "put_latest_ms": report["latest_ms"],
+        "delivered_share": round(delivered / (report["put"] * listeners), 5),
+        "worst_listener_share": round(min(heard) / report["put"], 5),
         "delivered_per_s": round(delivered / seconds),
         "of_another_stream": len(foreign),
         "p50_us": round(float(p50)),
@@ -164,23 +164,23 @@ def many(profile: str, counts: Sequence[int], seconds: float) -> dict[str, Any]:
 
 def chained(profile: str, listeners: int, seconds: float) -> dict[str, Any]:
     """The same listeners at the rig's router, behind a second one, and behind two that share them."""
-    told: dict[str, Any] = {"profile": profile}
+    report: dict[str, Any] = {"profile": profile}
     with ExitStack() as routers:
         first = routers.enter_context(lone_router())
-        told["one router"] = run(
+        report["one router"] = run(
             Layout(first.endpoint, [first.endpoint], [first.pid]), profile, listeners, seconds
         )
         second = routers.enter_context(lone_router(first.endpoint))
         pids = [first.pid, second.pid]
-        told["behind a second"] = run(
+        report["behind a second"] = run(
             Layout(first.endpoint, [second.endpoint], pids), profile, listeners, seconds
         )
         third = routers.enter_context(lone_router(first.endpoint))
         layout = Layout(first.endpoint, [second.endpoint, third.endpoint], [*pids, third.pid])
-        told["behind two"] = run(layout, profile, listeners, seconds)
+        report["behind two"] = run(layout, profile, listeners, seconds)
     for name in ("one router", "behind a second", "behind two"):
-        print(name, told[name], flush=True)
-    return told
+        print(name, report[name], flush=True)
+    return report
 
 
 def main() -> None:
@@ -194,7 +194,7 @@ def main() -> None:
     alone_in_a_namespace()
     counts = COUNTS[:2] if quick else [count for count in COUNTS if count <= given.most]
     seconds = 1.0 if quick else given.seconds
-    told: dict[str, Any] = {
+    report: dict[str, Any] = {
         "machine": description(),
         "load_before": os.getloadavg()[0],
         "seconds": seconds,
@@ -203,7 +203,7 @@ def main() -> None:
         "chained": chained("follower", 4 if quick else 30, seconds),
     }
     if not quick:
-        RESULT.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+        RESULT.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -81,8 +81,8 @@ def hear(router: str, profile: str, sessions: int) -> None:
             foreign.append(f"{sample.key_expr}: {error}")
     for session in opened:
         session.close()
-    told = {"heard": counts, "late_us": np.round(late_us).astype(int).tolist(), "foreign": foreign}
-    print(json.dumps(told), flush=True)
+    report = {"heard": counts, "late_us": np.round(late_us).astype(int).tolist(), "foreign": foreign}
+    print(json.dumps(report), flush=True)
 
 
 if __name__ == "__main__":

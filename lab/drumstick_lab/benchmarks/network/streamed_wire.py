@@ -117,16 +117,16 @@ def _percentiles_ms(
     begun_ns: list[int], arrival_ns: list[int], stalls: npt.NDArray[np.int64]
 ) -> dict[str, dict[str, float]]:
     begun, took = np.array(begun_ns, np.int64), np.array(arrival_ns, np.int64) - np.array(begun_ns, np.int64)
-    told: dict[str, dict[str, float]] = {}
+    result: dict[str, dict[str, float]] = {}
     for name, spent in (("measured", took), ("less_stalls", excused(begun, took, stalls))):
         p1, p50, p99 = np.percentile(spent, (1, 50, 99)) / 1e6
-        told[name] = {
+        result[name] = {
             "p1_ms": float(p1),
             "p50_ms": float(p50),
             "p99_ms": float(p99),
             "worst_ms": float(spent.max() / 1e6),
         }
-    return told
+    return result
 
 
 def latencies(heard: Sequence[Heard], stalls: npt.NDArray[np.int64]) -> dict[str, Any]:

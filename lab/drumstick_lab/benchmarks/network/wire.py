@@ -142,14 +142,14 @@ def latency(rate_Hz: float, seconds: float) -> dict[str, object]:
     """Percentiles for each listener; and how much more than the bare datagram."""
     run = strike(rate_Hz, seconds, 1)
     first = round(WARM_S * rate_Hz)
-    told: dict[str, object] = {"rate_Hz": rate_Hz, "seconds": seconds, "strikes": run.made}
+    result: dict[str, object] = {"rate_Hz": rate_Hz, "seconds": seconds, "strikes": run.made}
     bare = delays_us(run, "bare", first)
     for kind in ("bare", "osc", "zenoh"):
         delays = delays_us(run, kind, first)
         p50, p99 = np.percentile(delays, (50, 99))
-        told[kind] = {"p50_us": round(p50, 1), "p99_us": round(p99, 1), "lost": lost(run, kind)}
-        told[f"{kind}_above_bare_p50_us"] = round(p50 - float(np.median(bare)), 1)
-    return told
+        result[kind] = {"p50_us": round(p50, 1), "p99_us": round(p99, 1), "lost": lost(run, kind)}
+        result[f"{kind}_above_bare_p50_us"] = round(p50 - float(np.median(bare)), 1)
+    return result
 
 
 def ceiling(subscribers: int, seconds: float) -> list[dict[str, object]]:
@@ -208,16 +208,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--quick", action="store_true", help="a tenth of the time; stores nothing")
     quick = parser.parse_args().quick
-    told: dict[str, object] = {"machine": description(), "goal_above_bare_us": GOAL_US}
-    told["latency"] = latency(1000.0, 6.0 if quick else 60.0)
-    print(json.dumps(told["latency"]), flush=True)
-    told["roll"] = latency(25.0, 6.0 if quick else 40.0)
-    print(json.dumps(told["roll"]), flush=True)
-    told["router_returns"] = returns_s(2 if quick else 10)
-    print(json.dumps(told["router_returns"]), flush=True)
-    told["ceiling"] = {str(n): ceiling(n, 1.0 if quick else 3.0) for n in SUBSCRIBERS}
+    result: dict[str, object] = {"machine": description(), "goal_above_bare_us": GOAL_US}
+    result["latency"] = latency(1000.0, 6.0 if quick else 60.0)
+    print(json.dumps(result["latency"]), flush=True)
+    result["roll"] = latency(25.0, 6.0 if quick else 40.0)
+    print(json.dumps(result["roll"]), flush=True)
+    result["router_returns"] = returns_s(2 if quick else 10)
+    print(json.dumps(result["router_returns"]), flush=True)
+    result["ceiling"] = {str(n): ceiling(n, 1.0 if quick else 3.0) for n in SUBSCRIBERS}
     if not quick:
-        RESULT.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+        RESULT.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

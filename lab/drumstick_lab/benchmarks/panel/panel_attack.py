@@ -69,8 +69,8 @@ def attack(kind: str, port: int, cookie: str) -> None:
 
 
 def histogram(session: Any, rig: Rig) -> "tuple[float, np.ndarray]":
-    told = json.loads(ask(session, rig.keys.doctor))["lateness"]
-    return float(told["bin_us"]), np.array(told["ticks"], np.int64)
+    found = json.loads(ask(session, rig.keys.doctor))["lateness"]
+    return float(found["bin_us"]), np.array(found["ticks"], np.int64)
 
 
 def lateness(before: np.ndarray, after: np.ndarray, bin_us: float) -> dict[str, Any]:
@@ -84,8 +84,8 @@ def lateness(before: np.ndarray, after: np.ndarray, bin_us: float) -> dict[str, 
     }
     at["max"] = float(bin_us * np.flatnonzero(counts)[-1])
     last_us = bin_us * LAST_BIN  # it holds all that were later
-    told: dict[str, Any] = {name: value if value < last_us else None for name, value in at.items()}
-    return {**told, "ticks": int(counts.sum())}
+    row: dict[str, Any] = {name: value if value < last_us else None for name, value in at.items()}
+    return {**row, "ticks": int(counts.sum())}
 
 
 def window(

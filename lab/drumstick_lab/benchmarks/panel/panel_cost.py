@@ -82,14 +82,14 @@ def look_at(page: Page, view: str) -> None:
 def processes(seconds: float) -> dict[str, dict[str, float]]:
     rows: dict[str, dict[str, float]] = {}
     with running("up") as rig, chromium() as browser:
-        told = wait_for("the panel's address", lambda: re.search(r"panel: (http\S+)", rig.said))
+        found = wait_for("the panel's address", lambda: re.search(r"panel: (http\S+)", rig.said))
         rig.client().close()  # type: ignore[no-untyped-call]
         time.sleep(START_S)
         rows["nobody"] = shares(rig, seconds)
         context = visitor(browser, NARROW)
         page = context.new_page()
         page.set_default_timeout(PATIENCE_MS)
-        page.goto(told[1])
+        page.goto(found[1])
         expect(readback(page, "dv_pls")).to_have_text("0.2m/s", timeout=PATIENCE_MS)
         for view in VIEWS:
             look_at(page, view)
@@ -100,7 +100,7 @@ def processes(seconds: float) -> dict[str, dict[str, float]]:
         context = visitor(browser, DESKTOP)
         page = context.new_page()
         page.set_default_timeout(PATIENCE_MS)
-        page.goto(told[1])
+        page.goto(found[1])
         look_at(page, "Nothing")
         time.sleep(SETTLE_S)
         rows["the picture"] = shares(rig, seconds)

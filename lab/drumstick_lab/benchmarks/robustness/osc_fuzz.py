@@ -112,15 +112,15 @@ def against_us(messages: int, seed: int) -> dict[str, object]:
     with running("haptic", "--scene", "roll") as rig:
         session = rig.client()
         wait_for("its health", lambda: ask(session, rig.keys.doctor))
-        told = attack(rig, messages, seed)
+        result = attack(rig, messages, seed)
         counted = json.loads(ask(session, rig.keys.doctor))["osc"]
         session.close()
-        told["heard"] = counted
-        told["lines_in_the_log"] = len(rig.lines)
+        result["heard"] = counted
+        result["lines_in_the_log"] = len(rig.lines)
         rig.stop()
         ended = rig.said
-    told["restarts"] = ended.count("restart")
-    return told
+    result["restarts"] = ended.count("restart")
+    return result
 
 
 def against_scsynth(messages: int, seed: int, killers: Sequence[bytes]) -> dict[str, object] | None:
@@ -189,16 +189,16 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--dry", action="store_true", help="store nothing")
     given = parser.parse_args()
-    told = {
+    result = {
         "machine": description(),
         "seed": given.seed,
         "rig": against_us(given.messages, given.seed),
         "scsynth": against_scsynth(100_000, given.seed, KILLERS),
         "scsynth_mutants_only": against_scsynth(100_000, given.seed, ()),
     }
-    print(json.dumps(told, indent=1))
+    print(json.dumps(result, indent=1))
     if not given.dry:
-        RESULT.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+        RESULT.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

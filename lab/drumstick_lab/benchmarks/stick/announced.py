@@ -94,10 +94,10 @@ def _pairs(scene: Scene, events: np.ndarray) -> Triples:
     for one in events[events["kind"] == RELEASE]:
         begun = strikes.get(int(one["seq"]))
         if begun is not None and one["speed_m_per_s"] > 0.0:
-            told, real = (
+            ahead, real = (
                 Foreseen(*(float(each[name]) for name in Foreseen._fields)) for each in (begun, one)
             )
-            found.append((told, isolated(law_of(scene)[0], float(begun["speed_m_per_s"])), real))
+            found.append((ahead, isolated(law_of(scene)[0], float(begun["speed_m_per_s"])), real))
     return found
 
 
@@ -135,8 +135,8 @@ def with_the_hands_way(k: float, r: float, rate_Hz: int) -> Triples:
     speeds = {int(one["seq"]): float(one["speed_m_per_s"]) for one in events[events["kind"] == STRIKE]}
     for one, (_, alone, real) in zip(releases, _pairs(scene, events), strict=True):
         seq = int(one["seq"])
-        told = _carried(law, speeds[seq], hand_m[begun[seq] :], 1.0 / rate_Hz)
-        found.append((Foreseen(*told), alone, real))
+        ahead = _carried(law, speeds[seq], hand_m[begun[seq] :], 1.0 / rate_Hz)
+        found.append((Foreseen(*ahead), alone, real))
     return found
 
 
@@ -164,10 +164,10 @@ def cost_us(scene: Scene) -> float:
 
 
 def _row(name: str, found: Triples) -> dict[str, Any]:
-    told, alone, real = (np.array(column, float) for column in zip(*found, strict=True))
+    ahead, alone, real = (np.array(column, float) for column in zip(*found, strict=True))
     row: dict[str, Any] = {"name": name, "contacts": len(found)}
     for at, field in enumerate(Foreseen._fields):
-        for which, numbers in (("announced", told), ("alone", alone)):
+        for which, numbers in (("announced", ahead), ("alone", alone)):
             share = numbers[:, at] / real[:, at]
             off = 100.0 * (share - 1.0) if field == "contact_s" else 20.0 * np.log10(share)
             row[f"{which}_{field}"] = [float(np.median(off)), float(off[np.argmax(np.abs(off))])]
@@ -194,8 +194,8 @@ def main() -> None:
         print(arms[-1])
     dearest = {name: cost_us(parse(PRESSED + effect, name)) for name, effect in DEAREST.items()}
     print(dearest)
-    told = {"machine": description(), "stick": rows, "arm": arms, "dearest_us": dearest}
-    RESULT.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+    result = {"machine": description(), "stick": rows, "arm": arms, "dearest_us": dearest}
+    RESULT.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ from drumstick.parameters.stick import Stick
 from drumstick.stick.law import law_of, thrown
 from drumstick.stick.motion import exact
 from drumstick.stick.trajectory import onward
-from drumstick_lab.accuracy.sticks.filters import ADAPTIVE, Samples, told
+from drumstick_lab.accuracy.sticks.filters import ADAPTIVE, Samples, estimated_speeds
 from drumstick_lab.checkout import RESULTS
 from haptic_server.servo.force.velocity import LONGEST
 from rig.machine.this_machine import description
@@ -32,7 +32,7 @@ LONGEST_LAG_S = 0.02
 
 def _by(name: str) -> Callable[[Samples], Samples]:
     # The filter's slack is one count, as the servo gives it.
-    return lambda z: told(name, z, T, COUNT_M)
+    return lambda z: estimated_speeds(name, z, T, COUNT_M)
 
 
 # By the words that the page shows.
@@ -83,12 +83,14 @@ def late(estimate: Callable[[Samples], Samples]) -> tuple[float, float]:
     off, errors = np.zeros(len(delays)), []
     for i in range(PHASES):
         t, z, v = blow(i / PHASES)
-        told = estimate(counted(z[::FINE]))
+        estimated_speeds = estimate(counted(z[::FINE]))
         ticks = t[::FINE]
         inside = np.flatnonzero(z[::FINE] < 0.0)
         met = slice(inside[0], inside[-1] + 1)
-        errors.append(told[met] - v[::FINE][met])
-        off += [np.mean((told[met] - np.interp(ticks[met] - delay, t, v)) ** 2) for delay in delays]
+        errors.append(estimated_speeds[met] - v[::FINE][met])
+        off += [
+            np.mean((estimated_speeds[met] - np.interp(ticks[met] - delay, t, v)) ** 2) for delay in delays
+        ]
     return float(delays[np.argmin(off)]), rms(np.concatenate(errors))
 
 

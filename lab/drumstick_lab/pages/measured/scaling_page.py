@@ -154,12 +154,12 @@ def _compared(name: str, measured: dict[str, Any]) -> list[str]:
     return rows
 
 
-def _chained(told: dict[str, Any]) -> list[str]:
+def _chained(chained: dict[str, Any]) -> list[str]:
     rows = [
         "",
         "## Routers behind routers",
         "",
-        f"{told['one router']['listeners']} listeners ({told['profile']}) at the rig's own router, then all of them behind a",
+        f"{chained['one router']['listeners']} listeners ({chained['profile']}) at the rig's own router, then all of them behind a",
         "second router that joins the first, then shared by two such routers. The first router sends each message once to",
         "each router behind it, however many listen there.",
         "",
@@ -167,7 +167,7 @@ def _chained(told: dict[str, Any]) -> list[str]:
         "|---|---|---|---|---|---|",
     ]
     for name in ("one router", "behind a second", "behind two"):
-        row = told[name]
+        row = chained[name]
         own, *others = row["router_share_of_core"]
         behind = ", ".join(f"{share:.1%}" for share in others) or "-"
         rows.append(

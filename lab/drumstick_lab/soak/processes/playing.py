@@ -107,12 +107,12 @@ class Playing:
 
     def stop(self) -> dict[str, dict[str, Any]]:
         """Stop everything, companions first; what each of these counted."""
-        told = {name: _stopped(process) for name, process in self._companions.items()}
+        reports = {name: _stopped(process) for name, process in self._companions.items()}
         if self._up is not None:
             _stopped(self._up)
         self._log.close()
         shutil.rmtree(run_folder(self.rig), ignore_errors=True)
-        return told
+        return reports
 
 
 def _stopped(process: subprocess.Popen[bytes]) -> dict[str, Any]:

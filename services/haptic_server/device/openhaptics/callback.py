@@ -8,7 +8,7 @@ from haptic_server.block import LATENESS_BIN_NS, LATENESS_BINS
 from haptic_server.device.openhaptics.port import Port
 from haptic_server.device.openhaptics.tick import begin, finish
 from haptic_server.records import Reading
-from haptic_server.servo.event_output import tell
+from haptic_server.servo.event_output import publish_status
 from haptic_server.servo.memory import Servo
 from haptic_server.servo.trace import note
 from realtime.kernels.borrowed_view import lend
@@ -37,7 +37,7 @@ def conclude(servo: Servo, force_N: float, now_ns: int, span_s: float) -> None:
     servo.player[0].force_N = force_N
     head_z_m = servo.plan[0].head_z_m
     note(servo.trace, servo.motion[0], servo.player[0], servo.reading[0], head_z_m, now_ns, span_s)
-    tell(servo, now_ns)
+    publish_status(servo, now_ns)
 
 
 class Callback:

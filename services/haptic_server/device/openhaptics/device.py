@@ -54,16 +54,16 @@ class OpenHaptics:
         self._words = [f"{name}, opened as {found.name}"]
         try:
             how = calibration.calibrate(hd, self._pose_is_held)
-            told = facts.read(hd)
+            arm = facts.read(hd)
             hd.boolean(names.CURRENT_SAFETY_SWITCH)
             has_switch = not hd.errors()
-            self._words += [*told.words, how, *protection.protect(hd), protection.limits(hd).words()]
+            self._words += [*arm.words, how, *protection.protect(hd), protection.limits(hd).words()]
         except DeviceError:
             hd.disable_device(found.handle)
             raise
         if not has_switch:
             self._words.append("the driver does not tell of a safety switch")
-        self._open = _Open(hd, found.handle, told, has_switch)
+        self._open = _Open(hd, found.handle, arm, has_switch)
 
     def info(self) -> Info:
         """What the open device tells of itself, and how the last run was scheduled. Does not block."""
@@ -126,11 +126,13 @@ class OpenHaptics:
         hd.set_rate(rate_hz)
         if hd.errors():
             raise DeviceError(rates.refusal(rate_hz))
-        told = hd.integer(names.UPDATE_RATE)
-        if hd.errors() or told <= 0:
+        driver_rate_Hz = hd.integer(names.UPDATE_RATE)
+        if hd.errors() or driver_rate_Hz <= 0:
             self._say("the driver does not tell its rate")
-        elif abs(told - rate_hz) > 1:
-            raise DeviceError(f"the driver was asked for {rate_hz} Hz and says it runs at {told} Hz")
+        elif abs(driver_rate_Hz - rate_hz) > 1:
+            raise DeviceError(
+                f"the driver was asked for {rate_hz} Hz and says it runs at {driver_rate_Hz} Hz"
+            )
 
     def _start(self, hd: Hd, callback: Callback) -> int:
         hd.errors()

@@ -69,30 +69,30 @@ def _resolution(model: str, words: list[str]) -> float:
 
 
 def _stiffness(hd: Hd, words: list[str]) -> float:
-    told = _number(hd, names.NOMINAL_MAX_STIFFNESS)
-    if math.isnan(told):
+    value = _number(hd, names.NOMINAL_MAX_STIFFNESS)
+    if math.isnan(value):
         words.append(f"the driver tells no nominal stiffness: {_SOFTEST_N_PER_M:.0f} N/m is taken")
         return _SOFTEST_N_PER_M
-    taken = in_si(told, _LARGEST_STIFFNESS_N_PER_MM)
-    words.append(f"nominal stiffness {told:g} as the driver tells it, taken as {taken:.0f} N/m")
+    taken = in_si(value, _LARGEST_STIFFNESS_N_PER_MM)
+    words.append(f"nominal stiffness {value:g} as the driver tells it, taken as {taken:.0f} N/m")
     return taken
 
 
 def _damping(hd: Hd, words: list[str]) -> float:
-    told = _number(hd, names.NOMINAL_MAX_DAMPING)
-    if math.isnan(told):
+    value = _number(hd, names.NOMINAL_MAX_DAMPING)
+    if math.isnan(value):
         words.append("the driver tells no nominal damping")
         return math.inf
-    taken = in_si(told, _LARGEST_DAMPING_N_S_PER_MM)
-    words.append(f"nominal damping {told:g} as the driver tells it, taken as {taken:.3g} N s/m")
+    taken = in_si(value, _LARGEST_DAMPING_N_S_PER_MM)
+    words.append(f"nominal damping {value:g} as the driver tells it, taken as {taken:.3g} N s/m")
     return taken
 
 
 def read(hd: Hd) -> Facts:
     """Ask the current device for everything. DeviceError where a number that safety needs is missing."""
-    told = {called: hd.text(what) for called, what in _TEXTS.items()}
+    texts = {called: hd.text(what) for called, what in _TEXTS.items()}
     hd.errors()
-    words = [", ".join(f"{called} {text}" for called, text in told.items() if text)]
+    words = [", ".join(f"{called} {text}" for called, text in texts.items() if text)]
     force = _number(hd, names.NOMINAL_MAX_FORCE)
     if math.isnan(force):
         raise DeviceError("the driver tells no nominal maximum force: is the device configured?")
@@ -100,9 +100,9 @@ def read(hd: Hd) -> Facts:
     box = _box(hd, words)
     size = tuple((box[i + 3] - box[i]) * MM for i in range(3))
     specification = Specification(
-        name=told["model"] or "PHANTOM",
+        name=texts["model"] or "PHANTOM",
         workspace_m=(size[0], size[2], size[1]),
-        resolution_m=_resolution(told["model"], words),
+        resolution_m=_resolution(texts["model"], words),
         max_force_N=force,
         continuous_force_N=min(force, continuous) if not math.isnan(continuous) else force,
         stiffness_N_per_m=_stiffness(hd, words),

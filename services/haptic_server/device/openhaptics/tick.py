@@ -125,9 +125,9 @@ def begin_at(port: Port, reading: Reading, now: int) -> float:
     store_release(port.cells, SPAN_WORST_NS, max(port.cells[SPAN_WORST_NS], span_ns))
     call_u32(port.calls[BEGIN_FRAME], state.device)
     seen = _read(port, reading, span_ns * 1e-9)
-    told = _drain(port, state.pending)
+    drained = _drain(port, state.pending)
     reading.t_ns = now
-    reading.trouble = worse(told, seen)
+    reading.trouble = worse(drained, seen)
     state.pending = NO_FAULT
     if is_hard(reading.trouble):
         state.hard = reading.trouble

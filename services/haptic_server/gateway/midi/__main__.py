@@ -24,19 +24,19 @@ _LEAVE_WITHIN_S = (
 
 def _own_output() -> IO[str]:
     # The libraries print to both: neither may get between the lines of JSON.
-    told = os.fdopen(os.dup(1), "w", buffering=1)
+    output = os.fdopen(os.dup(1), "w", buffering=1)
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 1)
     os.dup2(nowhere, 2)
-    return told
+    return output
 
 
-def _tell(told: IO[str], report: Report | None) -> None:
+def _report(output: IO[str], report: Report | None) -> None:
     if report is not None:
-        told.write(json.dumps(report._asdict()) + "\n")
+        output.write(json.dumps(report._asdict()) + "\n")
 
 
-def _carry(carrier: Carrier, library: RtMidi, told: IO[str]) -> None:
+def _carry(carrier: Carrier, library: RtMidi, output: IO[str]) -> None:
     look_at, partial = float("-inf"), b""
     last: Report | None = None
     while True:
@@ -44,10 +44,10 @@ def _carry(carrier: Carrier, library: RtMidi, told: IO[str]) -> None:
             look_at = time.monotonic() + _LOOK_EVERY_S
             report = carrier.look()
             if report != last and report is not None:
-                _tell(told, report)
+                _report(output, report)
                 last = report
         if library.jack is not None and library.jack.ended.is_set():
-            _end(told, Report(False, "JACK has ended; waiting for it"))
+            _end(output, Report(False, "JACK has ended; waiting for it"))
         if not select.select([0], [], [], _LOOK_EVERY_S)[0]:
             continue
         chunk = os.read(0, 4096)
@@ -58,15 +58,15 @@ def _carry(carrier: Carrier, library: RtMidi, told: IO[str]) -> None:
         for at in range(0, whole, MESSAGE_BYTES):
             gone = carrier.send(partial[at : at + MESSAGE_BYTES])
             if gone is not None:
-                _tell(told, gone)
+                _report(output, gone)
                 last = gone
         partial = partial[whole:]
 
 
-def _end(told: IO[str], report: Report) -> NoReturn:
+def _end(output: IO[str], report: Report) -> NoReturn:
     # At once: JACK's library waits for a server that has ended when its clients are closed.
-    _tell(told, report)
-    told.flush()
+    _report(output, report)
+    output.flush()
     os._exit(0)
 
 
@@ -83,22 +83,22 @@ def main() -> int:
         signal.SIGHUP,
     ):  # the end of the pipe ends it, after the notes
         signal.signal(number, signal.SIG_IGN)
-    told = _own_output()
+    output = _own_output()
     try:
         library = RtMidi(given.client)
     except ImportError as error:
-        _tell(told, Report(False, f"{error}; install haptic-drumstick[midi]"))
+        _report(output, Report(False, f"{error}; install haptic-drumstick[midi]"))
         return 3
     if given.list:
-        told.write(json.dumps({"ports": library.names()}) + "\n")
-        told.flush()
+        output.write(json.dumps({"ports": library.names()}) + "\n")
+        output.flush()
         os._exit(0)
     carrier = Carrier(given.port, given.client, library)
-    _carry(carrier, library, told)
+    _carry(carrier, library, output)
     carrier.silence()
     time.sleep(_LEAVE_WITHIN_S)
     carrier.close()
-    told.flush()
+    output.flush()
     os._exit(0)
 
 

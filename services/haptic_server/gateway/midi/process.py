@@ -115,12 +115,12 @@ class PortProcess:
         return lines
 
     def _take(self, line: bytes) -> str:
-        told: dict[str, Any] = json.loads(line)
-        self._is_open = bool(told["open"])
+        report: dict[str, Any] = json.loads(line)
+        self._is_open = bool(report["open"])
         if not self._is_open:
-            return self._away(str(told["words"]))
+            return self._away(str(report["words"]))
         self._told_away = False
-        return str(told["words"])
+        return str(report["words"])
 
     def _away(self, words: str) -> str:
         if self._told_away:

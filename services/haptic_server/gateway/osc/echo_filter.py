@@ -15,10 +15,10 @@ from haptic_server.gateway.rounding import is_same
 MEMORY_S = 2.0
 ECHO_S = 1.0  # an older value that comes back within that time, from others than who set it, is an echo
 ANSWERS = 3  # to one sender, of one value, within that time: somebody who asks again after a loss gets one
-MOST_TOLD = 256  # of each parameter: endpoints, and values; beyond, the oldest is forgotten
+MOST_REMEMBERED = 256  # of each parameter: endpoints, and values; beyond, the oldest is forgotten
 
 
-class _Told(NamedTuple):
+class _Publication(NamedTuple):
     value: float
     until_s: float
     answers_left: int
@@ -30,11 +30,11 @@ class _Value(NamedTuple):
     setters: frozenset[Endpoint]
 
 
-class Told:
+class EchoFilter:
     """Any thread; held locks are short."""
 
     def __init__(self) -> None:
-        self._told: dict[str, dict[Endpoint, _Told]] = {}
+        self._published: dict[str, dict[Endpoint, _Publication]] = {}
         self._values: dict[str, deque[_Value]] = {}
         self._lock = threading.Lock()
 
@@ -42,12 +42,12 @@ class Told:
         """They are told without having asked: for a while they need no answer."""
         with self._lock:
             for endpoint in endpoints:
-                self._keep(name, endpoint, _Told(value, now_s + MEMORY_S, 0))
+                self._keep(name, endpoint, _Publication(value, now_s + MEMORY_S, 0))
 
     def note_value(self, name: str, value: float, setters: Iterable[Endpoint], now_s: float) -> None:
         """All are told that this holds now; `setters`: whose wish it was, as far as they spoke OSC."""
         with self._lock:
-            values = self._values.setdefault(name, deque(maxlen=MOST_TOLD))
+            values = self._values.setdefault(name, deque(maxlen=MOST_REMEMBERED))
             values.append(_Value(value, now_s + ECHO_S, frozenset(setters)))
 
     def is_echo(self, name: str, is_it: Callable[[float], bool], sender: Endpoint, now_s: float) -> bool:
@@ -62,17 +62,17 @@ class Told:
     def spend(self, name: str, value: float, sender: Endpoint, now_s: float) -> bool:
         """Whether to answer the sender of a set that changes nothing: `value` is what holds."""
         with self._lock:
-            known = self._told.get(name, {}).get(sender)
+            known = self._published.get(name, {}).get(sender)
             if known is None or known.until_s <= now_s or not is_same(known.value, value):
-                known = _Told(value, now_s + MEMORY_S, ANSWERS)
+                known = _Publication(value, now_s + MEMORY_S, ANSWERS)
             if known.answers_left == 0:
                 return False
             self._keep(name, sender, known._replace(answers_left=known.answers_left - 1))
             return True
 
-    def _keep(self, name: str, endpoint: Endpoint, told: _Told) -> None:
-        known = self._told.setdefault(name, {})
+    def _keep(self, name: str, endpoint: Endpoint, publication: _Publication) -> None:
+        known = self._published.setdefault(name, {})
         known.pop(endpoint, None)
-        if len(known) >= MOST_TOLD:
+        if len(known) >= MOST_REMEMBERED:
             del known[next(iter(known))]
-        known[endpoint] = told
+        known[endpoint] = publication

@@ -15,11 +15,11 @@ from typing import NamedTuple
 from drumstick.parameters.table import Parameter, Refusal
 from haptic_server.gateway.lease import LONGEST_S
 from haptic_server.gateway.osc.arguments import Refused, in_range, number, port, text
-from haptic_server.gateway.osc.echo_filter import Told
+from haptic_server.gateway.osc.echo_filter import EchoFilter
 from haptic_server.gateway.osc.osc_sender import Outlet
 from haptic_server.gateway.osc.own_addresses import OwnAddress
 from haptic_server.gateway.osc.prescan import Unreadable, prescan
-from haptic_server.gateway.osc.refusal_counts import Tally
+from haptic_server.gateway.osc.refusal_counts import RefusalCounts
 from haptic_server.gateway.osc.reply_rate_limit import Allowance
 from haptic_server.gateway.osc.reply_targets import Echoes
 from haptic_server.gateway.osc.targets import SUBSCRIPTION_S, Endpoint, Targets
@@ -56,8 +56,8 @@ class Outbound(NamedTuple):
     outlet: Outlet
     targets: Targets
     echoes: Echoes
-    told: Told
-    tally: Tally
+    echo_filter: EchoFilter
+    refusals: RefusalCounts
 
 
 class Inbound:
@@ -76,7 +76,8 @@ class Inbound:
         self._load_preset = load_preset
         self._secret = secrets.token_hex(8)  # a sender's lease is its address here, and nobody's elsewhere
         self._own, self._outlet, self._targets = outbound.own, outbound.outlet, outbound.targets
-        self._echoes, self._told, self._tally = outbound.echoes, outbound.told, outbound.tally
+        self._echoes, self._echo_filter = outbound.echoes, outbound.echo_filter
+        self._refusals = outbound.refusals
         self._pace = Pace()
         self._heard_itself = False
         self._errors = Allowance(*ERRORS_A_SECOND)
@@ -117,7 +118,7 @@ class Inbound:
             self._note_own()
             return
         if not self._allowed(sender[0]) and sender not in self.insiders:
-            self._tally.refuse("source", sender[0], "this source is not allowed", now_s)
+            self._refusals.refuse("source", sender[0], "this source is not allowed", now_s)
             return
         message = prescan(datagram)
         if isinstance(message, Unreadable):
@@ -138,10 +139,10 @@ class Inbound:
             if self._tracebacks.spend("any", now_s):
                 _log.exception("osc: a fault in %s", message.address)
         else:
-            self._tally.count("served")
+            self._refusals.count("served")
 
     def _note_own(self) -> None:
-        self._tally.count("own")
+        self._refusals.count("own")
         if not self._heard_itself:  # once: it comes back with every message that goes out
             self._heard_itself = True
             _log.warning(
@@ -151,9 +152,9 @@ class Inbound:
     def _refuse(self, reason: str, address: str, why: str, sender: Endpoint, now_s: float) -> None:
         # Count, tell, and answer unless the sender has had its answers of this second.
         if not why:
-            self._tally.count(reason)
+            self._refusals.count(reason)
             return
-        self._tally.refuse(reason, sender[0], f"{address}: {why}", now_s)
+        self._refusals.refuse(reason, sender[0], f"{address}: {why}", now_s)
         if address in self._never_answered or not self._errors.spend(sender, now_s):
             return
         self._outlet.send([osc.error(self._prefix, address, why)], self._with_targets(sender, now_s))
@@ -169,7 +170,7 @@ class Inbound:
 
     def _param(self, row: Parameter, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
         if not args:
-            self._tell(row, sender, now_s)
+            self._answer(row, sender, now_s)
             return
         self._require_calm(sender, now_s)
         value = in_range(row, number(args))
@@ -182,7 +183,7 @@ class Inbound:
         self, row: Parameter, args: Sequence[osc.Argument], sender: Endpoint, now_s: float
     ) -> None:
         if not args:
-            self._tell(row, sender, now_s)
+            self._answer(row, sender, now_s)
             return
         self._require_calm(sender, now_s)
         norm = number(args)
@@ -199,10 +200,10 @@ class Inbound:
         self, row: Parameter, is_it: Callable[[float], bool], present: float, sender: Endpoint, now_s: float
     ) -> bool:
         # A fader that moves meets where it was, coming back from a rig or a surface that sends back what it hears.
-        if not self._told.is_echo(row.name, is_it, sender, now_s):
+        if not self._echo_filter.is_echo(row.name, is_it, sender, now_s):
             return False
-        self._tally.count("echo")
-        if math.isfinite(present) and self._told.spend(row.name, present, sender, now_s):
+        self._refusals.count("echo")
+        if math.isfinite(present) and self._echo_filter.spend(row.name, present, sender, now_s):
             self._outlet.send(self._both_forms(row, present), [sender])
         return True
 
@@ -215,17 +216,17 @@ class Inbound:
         if verdict is Verdict.HELD:
             raise Refused("held_back", "")
 
-    def _tell(self, row: Parameter, sender: Endpoint, now_s: float) -> None:
+    def _answer(self, row: Parameter, sender: Endpoint, now_s: float) -> None:
         value = self._parameters.values()[row.name]
         packets = self._both_forms(row, value)
         targets = self._targets.present(now_s) if self._shared_asks.spend(sender, now_s) else []
-        self._note_told(row.name, value, targets, sender, now_s)
+        self._note_published(row.name, value, targets, sender, now_s)
         self._outlet.send(packets, [sender, *targets])
 
-    def _note_told(
+    def _note_published(
         self, name: str, value: float, targets: Iterable[Endpoint], sender: Endpoint, now_s: float
     ) -> None:
-        self._told.note(name, value, [target for target in targets if target != sender], now_s)
+        self._echo_filter.note(name, value, [target for target in targets if target != sender], now_s)
 
     def _set(self, row: Parameter, value: float, sender: Endpoint, now_s: float) -> None:
         before = self._echoes.expect(row.name, sender, value, now_s)
@@ -238,7 +239,7 @@ class Inbound:
             # Nothing changes, so no readback will come. The sender alone is answered.
             self._echoes.forget(row.name, sender)
             accepted = reply.values[row.name]
-            if self._told.spend(row.name, accepted, sender, now_s):
+            if self._echo_filter.spend(row.name, accepted, sender, now_s):
                 self._outlet.send(self._both_forms(row, accepted), [sender])
 
     def _sync(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
@@ -250,7 +251,7 @@ class Inbound:
         endpoints = [sender, *targets]
         for name, row in self._parameters.table.items():
             if math.isfinite(values[name]):
-                self._note_told(name, values[name], targets, sender, now_s)
+                self._note_published(name, values[name], targets, sender, now_s)
                 self._outlet.send(self._both_forms(row, values[name]), endpoints)
             else:
                 refused = osc.address(self._prefix, osc.SET, name)

@@ -9,13 +9,13 @@ import time
 from collections.abc import Callable, Sequence
 from ipaddress import ip_network
 
-from haptic_server.gateway.osc.echo_filter import Told
+from haptic_server.gateway.osc.echo_filter import EchoFilter
 from haptic_server.gateway.osc.inbound import Inbound, LoadPreset, Network, Outbound
 from haptic_server.gateway.osc.name_resolution import find, numeric, split
 from haptic_server.gateway.osc.osc_sender import Outlet
 from haptic_server.gateway.osc.own_addresses import OwnAddress
 from haptic_server.gateway.osc.prescan import MAX_BYTES
-from haptic_server.gateway.osc.refusal_counts import Tally
+from haptic_server.gateway.osc.refusal_counts import RefusalCounts
 from haptic_server.gateway.osc.reply_targets import Echoes
 from haptic_server.gateway.osc.targets import Endpoint, Targets
 from haptic_server.gateway.parameter_access import ParameterAccess
@@ -49,9 +49,9 @@ class OscFront:
     ) -> None:
         self._prefix = osc.checked_prefix(prefix)
         self._now = now
-        self._tally = Tally()
+        self._refusals = RefusalCounts()
         self._echoes = Echoes()
-        self._told = Told()
+        self._echo_filter = EchoFilter()
         known, names = split(targets)
         self._udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
@@ -66,8 +66,10 @@ class OscFront:
             self._udp.close()
             raise
         self._targets = Targets(known)
-        self._outlet = Outlet(self._udp, self._tally)
-        outbound = Outbound(self._own, self._outlet, self._targets, self._echoes, self._told, self._tally)
+        self._outlet = Outlet(self._udp, self._refusals)
+        outbound = Outbound(
+            self._own, self._outlet, self._targets, self._echoes, self._echo_filter, self._refusals
+        )
         self._inbound = Inbound(self._prefix, parameters, load_preset, allow, outbound)
         self._closing = threading.Event()
         find(names, self._found, self._closing)
@@ -78,7 +80,7 @@ class OscFront:
     @property
     def counters(self) -> dict[str, int]:
         """How many messages were served, refused by reason, or could not be sent; a copy."""
-        return self._tally.counters()
+        return self._refusals.counters()
 
     @property
     def addresses(self) -> frozenset[str]:
@@ -137,8 +139,10 @@ class OscFront:
         p, now_s = self._prefix, self._now()
         claimed = self._echoes.claim(name, value, now_s)
         if math.isfinite(value):
-            self._told.note_value(name, value, claimed, now_s)
-            self._told.note(name, value, [t for t in self._targets.present(now_s) if t not in claimed], now_s)
+            self._echo_filter.note_value(name, value, claimed, now_s)
+            self._echo_filter.note(
+                name, value, [t for t in self._targets.present(now_s) if t not in claimed], now_s
+            )
         self._send_all(lambda: [osc.param(p, name, value), osc.param_norm(p, name, norm)], claimed)
 
     def alive(self, rig: str, status: str, strikes: int) -> None:
@@ -165,7 +169,7 @@ class OscFront:
         self._thread.join()
         for each in (self._udp, self._wake, self._woken):
             each.close()
-        self._tally.tell(self._now(), at_once=True)
+        self._refusals.log_line(self._now(), at_once=True)
 
     def hear(self, datagram: bytes, sender: Endpoint) -> None:
         """Act on one datagram: what the receive thread does with each. Only for that thread, and for tests."""
@@ -182,7 +186,7 @@ class OscFront:
         try:
             packets = encoded()
         except ValueError as error:  # a number that is not finite must not reach an instrument
-            self._tally.refuse("unsendable", "the rig itself", str(error), now_s)
+            self._refusals.refuse("unsendable", "the rig itself", str(error), now_s)
             return
         self._outlet.send(packets, [*self._targets.present(now_s), *others])
 
@@ -193,7 +197,7 @@ class OscFront:
         while not self._closing.is_set():
             if poll.poll(_LOG_DUE_MS):
                 self._drain()
-            self._tally.tell(self._now())
+            self._refusals.log_line(self._now())
 
     def _drain(self) -> None:
         for _ in range(_AT_ONCE):
@@ -202,6 +206,6 @@ class OscFront:
             except BlockingIOError:
                 return
             except OSError:  # an ICMP refusal of something sent earlier
-                self._tally.count("receive_failed")
+                self._refusals.count("receive_failed")
                 return
             self.hear(datagram, sender)

@@ -11,14 +11,14 @@ _LONGEST = 300
 _log = logging.getLogger(__name__)
 
 
-class Tally:
+class RefusalCounts:
     """Any thread; held locks are short. Writes to the log at most once a second."""
 
     def __init__(self) -> None:
         self._counts: Counter[str] = Counter()
-        self._untold = 0
+        self._unlogged = 0
         self._last = ""
-        self._told_at_s = float("-inf")
+        self._logged_at_s = float("-inf")
         self._lock = threading.Lock()
 
     def count(self, what: str) -> None:
@@ -30,18 +30,18 @@ class Tally:
         """Count a refusal under `reason`, and tell about it when a second has passed since the last line."""
         with self._lock:
             self._counts[reason] += 1
-            self._untold += 1
+            self._unlogged += 1
             self._last = f"from {source}, last: {shown(why, _LONGEST)}"
-        self.tell(now_s)
+        self.log_line(now_s)
 
-    def tell(self, now_s: float, *, at_once: bool = False) -> None:
+    def log_line(self, now_s: float, *, at_once: bool = False) -> None:
         """Write the line that is due, if any."""
         with self._lock:
-            if not self._untold or not (at_once or now_s - self._told_at_s >= _LINE_EVERY_S):
+            if not self._unlogged or not (at_once or now_s - self._logged_at_s >= _LINE_EVERY_S):
                 return
-            line = f"osc: refused {self._untold} {self._last}"
-            self._untold = 0
-            self._told_at_s = now_s
+            line = f"osc: refused {self._unlogged} {self._last}"
+            self._unlogged = 0
+            self._logged_at_s = now_s
         _log.warning("%s", line)
 
     def counters(self) -> dict[str, int]:

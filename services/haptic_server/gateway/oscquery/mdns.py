@@ -24,8 +24,8 @@ _log = logging.getLogger("gateway")
 def _own_addresses() -> list[str]:
     import ifaddr
 
-    told = [str(ip.ip) for adapter in ifaddr.get_adapters() for ip in adapter.ips if ip.is_IPv4]
-    return [address for address in told if not is_loopback(address)]
+    found = [str(ip.ip) for adapter in ifaddr.get_adapters() for ip in adapter.ips if ip.is_IPv4]
+    return [address for address in found if not is_loopback(address)]
 
 
 def services_of(
@@ -37,9 +37,9 @@ def services_of(
     """
     import zeroconf
 
-    told = [(OSCJSON, query)]
+    found = [(OSCJSON, query)]
     if is_loopback(query[0]) or not is_loopback(osc[0]):
-        told.append((OSC, osc))
+        found.append((OSC, osc))
     return [
         zeroconf.ServiceInfo(
             kind,
@@ -47,7 +47,7 @@ def services_of(
             port=endpoint[1],
             parsed_addresses=own_addresses if endpoint[0] == _ANY else [endpoint[0]],
         )
-        for kind, endpoint in told
+        for kind, endpoint in found
     ]
 
 

@@ -75,10 +75,10 @@ class Inlet:
         taken: list[bytes] = []
         while len(taken) < _AT_ONCE:
             try:
-                datagram, told, _, _ = self._udp.recvmsg(MAX_BYTES + 1, 64)
+                datagram, ancillary, _, _ = self._udp.recvmsg(MAX_BYTES + 1, 64)
             except OSError:  # nothing there, or an ICMP refusal of something sent earlier
                 break
-            for level, kind, counted in told:
+            for level, kind, counted in ancillary:
                 if (level, kind) == (socket.SOL_SOCKET, _SO_RXQ_OVFL):
                     self.dropped = int(struct.unpack("=I", counted[:4])[0])
             taken.append(datagram)

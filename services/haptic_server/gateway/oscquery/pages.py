@@ -62,10 +62,10 @@ def _attribute(node: Node, attribute: str, look: Look) -> Page:
         value = look.of(node)
         return _json({} if value is None else {"VALUE": value})
     if attribute == "CONTENTS":
-        told = node.describe(look.of)
-        return _json({"CONTENTS": told["CONTENTS"]} if node.children else {})
+        described = node.describe(look.of)
+        return _json({"CONTENTS": described["CONTENTS"]} if node.children else {})
     return _json({attribute: node.fixed[attribute]} if attribute in node.fixed else {})
 
 
-def _json(told: Mapping[str, object]) -> Page:
-    return Page(HTTPStatus.OK, json.dumps(told, allow_nan=False))
+def _json(described: Mapping[str, object]) -> Page:
+    return Page(HTTPStatus.OK, json.dumps(described, allow_nan=False))

@@ -49,13 +49,13 @@ class Node:
 
     def describe(self, value_of: Callable[["Node"], list[osc.Argument] | None]) -> dict[str, object]:
         """The JSON object of this node and of everything below it."""
-        told = dict(self.fixed)
+        described = dict(self.fixed)
         value = value_of(self) if self.access & READ else None
         if value is not None:
-            told["VALUE"] = value
+            described["VALUE"] = value
         if self.children:
-            told["CONTENTS"] = {name: child.describe(value_of) for name, child in self.children.items()}
-        return told
+            described["CONTENTS"] = {name: child.describe(value_of) for name, child in self.children.items()}
+        return described
 
 
 def unit_name(unit: str) -> str | None:
@@ -72,12 +72,12 @@ def _of_sent(row: osc.Sent, parameter: Parameter | None) -> dict[str, object]:
     if parameter is not None and row is osc.PARAM:
         quantity = parameter.quantity
         ranges, units = ((quantity.low, quantity.high),), (quantity.unit,)
-    told: dict[str, object] = {"TYPE": row.types}
+    described: dict[str, object] = {"TYPE": row.types}
     if ranges:
-        told["RANGE"] = [_limits(each) for each in ranges]
+        described["RANGE"] = [_limits(each) for each in ranges]
     if any(unit_name(unit) for unit in units):
-        told["UNIT"] = [unit_name(unit) for unit in units]
-    return told
+        described["UNIT"] = [unit_name(unit) for unit in units]
+    return described
 
 
 def _words(row: osc.Sent | osc.Heard, parameter: Parameter | None) -> str:

@@ -47,7 +47,7 @@ class Contacts:
         self._wanted = False
         self._look_ns = 0
         self._put = 0
-        self._told = ""
+        self._reported = ""
         ring.drain(
             rings.in_memory().cells, rings.in_memory().slots, self._samples
         )  # compiled, or loaded, now
@@ -86,8 +86,8 @@ class Contacts:
         except FileNotFoundError:
             return None
         except BlockError as error:
-            if str(error) != self._told:
-                self._told = str(error)
+            if str(error) != self._reported:
+                self._reported = str(error)
                 _log.warning("contacts cannot be published: %s", error)
             return None
         return found if found.boot == self._boot() else None

@@ -248,10 +248,10 @@ class Wire:
         return bool(still)
 
     def _answer_set(self, waiting: _Waiting, values: dict[str, float], taken: bool) -> None:
-        told = {n: values[n] for n in waiting.names if math.isfinite(values[n])}
-        if len(told) < len(waiting.names):
+        held = {n: values[n] for n in waiting.names if math.isfinite(values[n])}
+        if len(held) < len(waiting.names):
             refuse(waiting.query, "accepted, but z_h0 has no meaning any more: k_hand is 0 N/m")
             return
-        reply = messages.encode(waiting.reply(told, not taken))
+        reply = messages.encode(waiting.reply(held, not taken))
         waiting.query.reply(waiting.key, reply, encoding=self._encoding)
         waiting.query.drop()

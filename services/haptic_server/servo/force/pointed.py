@@ -71,7 +71,7 @@ def pointed_arm_tick(servo: Servo, now_ns: int, span_s: float) -> None:
     wanted_m = min(max(wanted_m, allowed.lowest_m + _WITHIN_M), allowed.highest_m - _WITHIN_M)
     phantom.lead(plant, wanted_m, servo.player[0].reach)
     phantom.move_on(plant, span_s)
-    phantom.tell(plant, reading, now_ns)
+    phantom.measure(plant, reading, now_ns)
     reading.x_m = hand.x * plan.reach_m
     reading.y_m = hand.y * plan.reach_m
     phantom.obey(plant, render(servo, reading, now_ns, span_s))

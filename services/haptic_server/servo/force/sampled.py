@@ -31,7 +31,7 @@ def sampled_tick(servo: Servo, now_ns: int, span_s: float) -> None:
     """Advance to `now_ns` over the `span_s` seconds before it, and set the force for the time after it."""
     plant, reading, player, plan = servo.plant[0], servo.reading[0], servo.player[0], servo.plan[0]
     phantom.carry(plant, servo.gesture[0], servo.path, span_s, player.reach)
-    phantom.tell(plant, reading, now_ns)
+    phantom.measure(plant, reading, now_ns)
     walk(player, plan, span_s)
     reading.x_m = player.x * plan.reach_m
     reading.y_m = player.y * plan.reach_m
@@ -42,5 +42,5 @@ def sampled_tick(servo: Servo, now_ns: int, span_s: float) -> None:
 @njit()
 def replayed_tick(servo: Servo, now_ns: int, span_s: float) -> None:
     """Follow the recording by `span_s` and render; nobody feels the force."""
-    playback.tell(servo.plant[0], servo.path, servo.plan[0].head_z_m, servo.reading[0], now_ns, span_s)
+    playback.measure(servo.plant[0], servo.path, servo.plan[0].head_z_m, servo.reading[0], now_ns, span_s)
     render(servo, servo.reading[0], now_ns, span_s)

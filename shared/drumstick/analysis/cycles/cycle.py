@@ -98,9 +98,9 @@ def close(law: Records, scratch: Records, state: Numbers, period: int) -> Cycle 
     matrix = multiplier.jacobian(law, scratch, found, period)
     if matrix is None:
         return None
-    told, states = np.zeros((period, lap.TOLD_SIZE)), np.zeros((period, lap.STATE_SIZE))
+    measured, states = np.zeros((period, lap.MEASURED_SIZE)), np.zeros((period, lap.STATE_SIZE))
     lap.place(law[0], scratch[1:], scratch[:1], found)
-    if lap.laps(law[0], scratch[0], states, lap.PATIENCE, told) != exact.MOVING:
+    if lap.laps(law[0], scratch[0], states, lap.PATIENCE, measured) != exact.MOVING:
         return None
     if not _ages_close(law, found, states[-1]):
         return None
@@ -108,11 +108,11 @@ def close(law: Records, scratch: Records, state: Numbers, period: int) -> Cycle 
         apart = np.abs(states[shorter - 1] - states[-1])[: lap.PULSE_AGE].sum()
         if apart <= _SAME * np.abs(states[-1, : lap.PULSE_AGE]).sum():
             return None
-    strongest = told[int(np.argmax(told[:, lap.V_E]))]
+    strongest = measured[int(np.argmax(measured[:, lap.V_E]))]
     return Cycle(
         float(strongest[lap.V_E]),
         float(strongest[lap.V_IN]),
-        float(period / told[:, lap.PERIOD_S].sum()),
+        float(period / measured[:, lap.PERIOD_S].sum()),
         float(strongest[lap.APEX_M]),
         float(strongest[lap.CONTACT_S]),
         multiplier.dominant(matrix),

@@ -27,7 +27,7 @@ V_OUT, PULSE, COR_PULSE, PULSE_AGE, COR_PULSE_AGE = 0, 1, 2, 3, 4
 
 # What `next_release` tells of the contact that it ends and the flight before it. EFFORT is added to: how much computing
 # it took, in events (some 5 us each), so that work can be bounded without a clock.
-TOLD_SIZE = 6
+MEASURED_SIZE = 6
 V_IN, V_E, CONTACT_S, APEX_M, PERIOD_S, EFFORT = 0, 1, 2, 3, 4, 5
 
 # Beside exact.MOVING, CAPTURED and LEFT: what was waited for did not come for so long that the search was given up.
@@ -110,7 +110,7 @@ def _first_wait(law: Law, above: bool) -> float:
 
 
 @njit()
-def until(law: Law, motion: Motion, wanted: int, patience: int, told: Numbers) -> tuple[int, float]:
+def until(law: Law, motion: Motion, wanted: int, patience: int, measured: Numbers) -> tuple[int, float]:
     """Move on to the next `wanted` event; returns how that ended and the seconds moved. told: EFFORT grows.
 
     exact.MOVING: it came; exact.CAPTURED, exact.LEFT: it never will; UNDECIDED: it did not come within `patience`.
@@ -122,7 +122,7 @@ def until(law: Law, motion: Motion, wanted: int, patience: int, told: Numbers) -
         # Not at once for ever: only between waits is a stick found to be captured by a head that it creeps in.
         event, duration = exact.advance(law, motion, _first_wait(law, above) * 2.0**waited)
         moved += duration
-        told[EFFORT] += (
+        measured[EFFORT] += (
             _WAIT_EFFORT * 2.0**waited if event == exact.HORIZON and _oscillates(law, above) else 1.0
         )
         if event == wanted and motion.fate != exact.CAPTURED:
@@ -138,16 +138,16 @@ def until(law: Law, motion: Motion, wanted: int, patience: int, told: Numbers) -
 
 
 @njit(inline=True)
-def next_release(law: Law, motion: Motion, patience: int, told: Numbers) -> int:
+def next_release(law: Law, motion: Motion, patience: int, measured: Numbers) -> int:
     """From above the head through one contact; returns how that ended, as `until`. told: shape (6,), filled."""
-    fate, flight = until(law, motion, exact.ENTRY, patience, told)
+    fate, flight = until(law, motion, exact.ENTRY, patience, measured)
     if fate == exact.MOVING:
-        told[APEX_M] = motion.z_apex
-        fate, contact = until(law, motion, exact.RELEASE, patience, told)
-        told[V_IN] = motion.v_in
-        told[V_E] = motion.v_out + composition.remaining_speed(law, motion)
-        told[CONTACT_S] = motion.contact_s
-        told[PERIOD_S] = flight + contact
+        measured[APEX_M] = motion.z_apex
+        fate, contact = until(law, motion, exact.RELEASE, patience, measured)
+        measured[V_IN] = motion.v_in
+        measured[V_E] = motion.v_out + composition.remaining_speed(law, motion)
+        measured[CONTACT_S] = motion.contact_s
+        measured[PERIOD_S] = flight + contact
     return fate
 
 
@@ -161,13 +161,13 @@ def place(law: Law, fresh: Records, motion: Records, state: Numbers) -> None:
 
 
 @njit()
-def laps(law: Law, motion: Motion, states: Numbers, patience: int, told: Numbers) -> int:
+def laps(law: Law, motion: Motion, states: Numbers, patience: int, measured: Numbers) -> int:
     """Play on for a number of laps; states: shape (laps, 5), that after each; told: shape (laps, 6).
 
     Returns how it ended, as `until`.
     """
     for i in range(states.shape[0]):
-        fate = next_release(law, motion, patience, told[i])
+        fate = next_release(law, motion, patience, measured[i])
         if fate != exact.MOVING:
             return fate
         states[i, V_OUT] = motion.v_out

@@ -18,10 +18,10 @@ from drumstick.analysis.cycles.lap import (
     COR_PULSE,
     COR_PULSE_AGE,
     EFFORT,
+    MEASURED_SIZE,
     PULSE,
     PULSE_AGE,
     STATE_SIZE,
-    TOLD_SIZE,
     V_E,
     V_OUT,
     Numbers,
@@ -71,7 +71,7 @@ def _self_consistent(
     start: Numbers,
     states: Numbers,
     patience: int,
-    told: Numbers,
+    measured: Numbers,
 ) -> int:
     """Find the pushes that a number of laps from `speed` reproduce, by Broyden's method (with one pulse: secant).
 
@@ -87,7 +87,7 @@ def _self_consistent(
         if not start[V_OUT] > 0.0:
             return UNSETTLED
         lap.place(law, scratch[1:], scratch[:1], start)
-        fate = lap.laps(law, scratch[0], states, patience, told)
+        fate = lap.laps(law, scratch[0], states, patience, measured)
         if fate != exact.MOVING:
             return fate
         was0, was1 = h0, h1
@@ -123,7 +123,7 @@ class ReturnMap:
     def __init__(self, law: Records, scratch: Records, laps: int, patience: int) -> None:
         self.start = np.zeros(STATE_SIZE)
         self.states = np.zeros((laps, STATE_SIZE))
-        self.told = np.zeros((laps, TOLD_SIZE))
+        self.measured = np.zeros((laps, MEASURED_SIZE))
         self._law, self._scratch, self._patience = law[0], scratch, patience
         self.forget()
 
@@ -134,7 +134,7 @@ class ReturnMap:
     @property
     def effort(self) -> float:
         """How much computing it took so far, in events (lap.EFFORT)."""
-        return float(self.told[:, EFFORT].sum())
+        return float(self.measured[:, EFFORT].sum())
 
     def at(self, speed: float, of: int) -> bool:
         """Do the laps come round from this v_out or v_E (`of`), with some pushes?"""
@@ -149,7 +149,7 @@ class ReturnMap:
 
     def _reaches(self, speed: float, of: int) -> bool:
         fate = _self_consistent(
-            self._law, self._scratch, speed, of, self.start, self.states, self._patience, self.told
+            self._law, self._scratch, speed, of, self.start, self.states, self._patience, self.measured
         )
         return fate == exact.MOVING
 
@@ -160,4 +160,4 @@ def return_map(scene: Scene, v_e_m_per_s: Numbers) -> Numbers:
     NaN where there is no next contact, or no such speed: with a pulse at exit v_E is never below dv.
     """
     one = ReturnMap(law_of(scene), lap.scratch_of(scene), 1, lap.PATIENCE)
-    return np.array([one.told[0, V_E] if one.at(float(v), OF_V_E) else math.nan for v in v_e_m_per_s])
+    return np.array([one.measured[0, V_E] if one.at(float(v), OF_V_E) else math.nan for v in v_e_m_per_s])

@@ -76,7 +76,7 @@ class Search:
         if self._effort() > _MOST_EFFORT or not mapped.at(speed, OF_V_OUT):
             return math.nan
         rest = float(mapped.states[-1, V_OUT]) / speed - 1.0
-        blur = _FLAT + _ROUNDING * (self._pressing / float(np.abs(mapped.told[:, V_IN]).min())) ** 2
+        blur = _FLAT + _ROUNDING * (self._pressing / float(np.abs(mapped.measured[:, V_IN]).min())) ** 2
         if blur > _BLIND:
             return math.nan
         return rest if abs(rest) > blur else 0.0

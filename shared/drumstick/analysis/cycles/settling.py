@@ -47,18 +47,18 @@ def _period_of(states: Numbers) -> int:
 
 def settle(law: Records, scratch: Records, throw_m_per_s: float) -> Settled:
     """Throw the stick from z = 0 and play up to some thousand contacts."""
-    states, told = np.zeros((_AT_ONCE, lap.STATE_SIZE)), np.zeros((_AT_ONCE, lap.TOLD_SIZE))
+    states, measured = np.zeros((_AT_ONCE, lap.STATE_SIZE)), np.zeros((_AT_ONCE, lap.MEASURED_SIZE))
     scratch[0] = scratch[1]
     scratch[0]["v"] = throw_m_per_s
     period = 0
     for _ in range(_MOST_LAPS // _AT_ONCE):
-        fate = lap.laps(law[0], scratch[0], states, lap.PATIENCE, told)
+        fate = lap.laps(law[0], scratch[0], states, lap.PATIENCE, measured)
         if fate == exact.LEFT:
             return Settled("left", None)
         if fate != exact.MOVING:  # held down for thousands of oscillations is rest in the head, too
             return Settled("captured", None)
         period = _period_of(states[-_COMPARED:])
-        if period > 0 or told[:, lap.EFFORT].sum() > _MOST_EFFORT:
+        if period > 0 or measured[:, lap.EFFORT].sum() > _MOST_EFFORT:
             break
     last = states[-1]
     # A slow alternation about a stable cycle looks like twice its period; one that still approaches, like none at all.

@@ -81,10 +81,10 @@ def _point(
     laws: Records, motions: Records, i: int, settle: int, v_e: npt.NDArray[np.float64]
 ) -> tuple[int, float, int]:
     # Plays point i; returns kind, rate, period.
-    told = np.zeros(lap.TOLD_SIZE)
+    measured = np.zeros(lap.MEASURED_SIZE)
     seconds = 0.0
     for contact in range(settle + MEASURED):
-        fate = lap.next_release(laws[i], motions[i], lap.LITTLE_PATIENCE, told)
+        fate = lap.next_release(laws[i], motions[i], lap.LITTLE_PATIENCE, measured)
         if fate == exact.LEFT:
             v_e[:] = np.nan
             return LEFT, np.nan, 0
@@ -92,12 +92,12 @@ def _point(
             v_e[:] = np.nan
             return CAPTURED, np.nan, 0
         if (
-            told[lap.EFFORT] > _MOST_EFFORT
+            measured[lap.EFFORT] > _MOST_EFFORT
         ):  # it rings in the head for ever between rare contacts: no roll either
             return BUZZING, np.nan, 0
         if contact >= settle:
-            v_e[contact - settle] = told[lap.V_E]
-            seconds += told[lap.PERIOD_S]
+            v_e[contact - settle] = measured[lap.V_E]
+            seconds += measured[lap.PERIOD_S]
     rate = MEASURED / seconds
     period = period_of(v_e)
     return (STABLE if period == 1 and rate < BUZZ_HZ else BUZZING), rate, period

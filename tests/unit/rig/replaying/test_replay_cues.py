@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from protocol.messages import Contact, Message, Readback, Release, State, Strike
 from recordings import a_release, a_state, a_strike, made
 from rig.recording.reading import read
-from rig.replaying.cues import Cue, Retelling, cues_of, numbers_of, pass_ns
+from rig.replaying.cues import Cue, Renumbering, cues_of, numbers_of, pass_ns
 from rig.replaying.lateness import Lateness
 
 MS = 1_000_000
@@ -22,10 +22,10 @@ def recorded(path: Path, messages: list[tuple[float, str, Message]], speed: floa
 
 def played(cues: list[Cue], begin_ns: int = 10**12, turns: int = 1) -> list[tuple[int, Message]]:
     """(when, message) of all passes."""
-    retelling = Retelling(99, numbers_of(cues))
+    renumbering = Renumbering(99, numbers_of(cues))
     lasts = pass_ns(cues)
     return [
-        (begin_ns + turn * lasts + cue.at_ns, retelling.retold(cue, begin_ns + turn * lasts, turn))
+        (begin_ns + turn * lasts + cue.at_ns, renumbering.renumbered(cue, begin_ns + turn * lasts, turn))
         for turn in range(turns)
         for cue in cues
     ]
