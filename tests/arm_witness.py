@@ -22,8 +22,8 @@ import numpy.typing as npt
 
 from haptic_server.device.phantom import Plant
 from haptic_server.servo import loop, memory
-from haptic_server.servo.event_output import tell
-from realtime.kernels.borrowed_view import lend
+from haptic_server.servo.event_output import publish_status
+from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.jit import njit
 
 SLOW_M_PER_S = 0.01
@@ -100,7 +100,7 @@ def _step(servo: memory.Servo, eye: Any, now_ns: int, is_late: bool) -> int:
     now_ns += servo.plan[0].period_ns
     loop.traced_tick(servo, now_ns, servo.plan[0].period_ns * 1e-9)
     servo.status[0].tick += 1
-    tell(servo, now_ns)
+    publish_status(servo, now_ns)
     z1, v1 = plant.z_m - head_m, plant.v_m_per_s
     eye.work_J += force * (z1 - z0)
     eye.excess_J = max(eye.excess_J, eye.work_J - eye.stored_J - eye.given_J)
@@ -125,7 +125,7 @@ def watch(servo: memory.Servo, seen: npt.NDArray[np.void], ticks: int, now_ns: i
 
     Returns the last tick's time.
     """
-    servo, eye = lend(servo), seen[0]
+    servo, eye = borrowed_view(servo), seen[0]
     late_from = ticks - int(LAST_S * 1e9 / servo.plan[0].period_ns) if is_last else ticks
     for tick in range(ticks):
         now_ns = _step(servo, eye, now_ns, tick >= late_from)
@@ -138,7 +138,7 @@ def watch_pulses(servo: memory.Servo, seen: npt.NDArray[np.void], ticks: int, no
 
     That one has begun is read from the servo: its push grows.
     """
-    servo = lend(servo)
+    servo = borrowed_view(servo)
     eye, plant, motion = seen[0], servo.plant[0], servo.motion[0]
     for _ in range(ticks):
         push = motion.pulse.push

@@ -109,9 +109,9 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
     """A failure during a stall of the host becomes HostStoodStill."""
     if not _is_on_real_clock(item):
         return (yield)
-    from haptic_server.servo.stall_detector import Witnesses
+    from haptic_server.servo.stall_detector import StallDetector
 
-    witnesses = Witnesses()
+    witnesses = StallDetector()
     try:
         with witnesses:
             return (yield)

@@ -21,7 +21,7 @@ from haptic_server.device.openhaptics.driver import calls, opening
 from haptic_server.device.openhaptics.driver.hd import Hd
 from haptic_server.device.openhaptics.tick import begin_at, finish
 from haptic_server.servo.memory import Servo
-from realtime.kernels.borrowed_view import lend
+from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.handover import Handed, take_up
 from realtime.kernels.jit import CFunction, cfunction
 from realtime.stop import StopRequest
@@ -182,7 +182,7 @@ def _on_a_given_clock(law: Rendering, kind: Any) -> CFunction:
     @cfunction("uint32(voidptr)", cache=False)
     def stepped(argument: Any) -> int:
         taken, gate = take_up(argument, kind)
-        servo = lend(taken)
+        servo = borrowed_view(taken)
         reading, now_ns = servo.reading[0], gate.timespec[0]
         span_s = begin_at(gate, reading, now_ns)
         done = finish(gate, servo.block.control, reading, law(servo, reading, now_ns, span_s))

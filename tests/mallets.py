@@ -14,7 +14,7 @@ from drumstick.drum.modal.bank import Bank
 from drumstick.parameters.mallet import Mallet
 from drumstick.parameters.scene import Scene
 from membranes import energy, is_triangular
-from realtime.kernels.borrowed_view import lend
+from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.jit import njit
 from realtime.records import Records
 
@@ -162,7 +162,7 @@ def swing(engine: Engine, speed: float, x: float = 0.3, y: float = 0.2, age: flo
 
 @njit()
 def _swing(engine: Engine, events: Records, age: float) -> bool:
-    return mallet.swing(lend(engine), events[0], age)
+    return mallet.swing(borrowed_view(engine), events[0], age)
 
 
 def of_mallets(engine: Engine) -> float:

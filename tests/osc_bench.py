@@ -15,7 +15,7 @@ from drumstick.parameters.scene import parse
 from drumstick.parameters.table import Refusal, table_of, values_of, with_changes
 from drumstick.stick.law import law_of
 from haptic_server.gateway.lease import Holder, Lease
-from haptic_server.gateway.osc.osc_server import OscFront
+from haptic_server.gateway.osc.osc_server import OscServer
 from haptic_server.gateway.rounding import is_same
 from haptic_server.presets.preset import PresetError
 from protocol.messages import Release, SetReply, Strike
@@ -155,15 +155,15 @@ def client(host: str = "127.0.0.1") -> Iterator[Client]:
         made.udp.close()
 
 
-def tell(front: OscFront, sender: Client, datagram: bytes) -> list[tuple[str, list[Any]]]:
+def tell(front: OscServer, sender: Client, datagram: bytes) -> list[tuple[str, list[Any]]]:
     """Deliver a datagram, without the front's socket, and return what the sender has got."""
-    front.hear(datagram, sender.endpoint)
+    front.receive(datagram, sender.endpoint)
     return sender.waiting()
 
 
 @contextmanager
-def opened_front(parameters: FakeParameters, *targets: Client, **options: object) -> Iterator[OscFront]:
-    front = OscFront(
+def opened_front(parameters: FakeParameters, *targets: Client, **options: object) -> Iterator[OscServer]:
+    front = OscServer(
         ("127.0.0.1", 0),
         [t.endpoint for t in targets],
         "/drumstick",

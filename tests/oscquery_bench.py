@@ -11,8 +11,8 @@ from typing import Any
 
 from websockets.sync.client import ClientConnection, connect
 
-from haptic_server.gateway.osc.osc_server import OscFront
-from haptic_server.gateway.oscquery.osc_bridge import Inlet
+from haptic_server.gateway.osc.osc_server import OscServer
+from haptic_server.gateway.oscquery.osc_bridge import OscBridge
 from haptic_server.gateway.oscquery.server import OscQuery
 from osc_bench import BOUND_S, Client, FakeParameters
 
@@ -58,11 +58,11 @@ def listening(port: int, *paths: str, **options: Any) -> Iterator[ClientConnecti
 
 
 @contextmanager
-def served(parameters: FakeParameters, *targets: Client) -> Iterator[tuple[OscQuery, OscFront]]:
+def served(parameters: FakeParameters, *targets: Client) -> Iterator[tuple[OscQuery, OscServer]]:
     """OSC front and OSCQuery server, joined as the gateway joins them."""
-    inlet = Inlet("127.0.0.1")
+    inlet = OscBridge("127.0.0.1")
     endpoints = [*(t.endpoint for t in targets), inlet.endpoint]
-    front = OscFront(("127.0.0.1", 0), endpoints, "/drumstick", parameters, parameters.load_preset)
+    front = OscServer(("127.0.0.1", 0), endpoints, "/drumstick", parameters, parameters.load_preset)
     query = OscQuery(("127.0.0.1", 0), "main", "/drumstick", parameters, front.endpoint, inlet)
     try:
         yield query, front

@@ -10,7 +10,7 @@ from haptic_server.records import EVENT, Reading
 from haptic_server.servo import memory
 from haptic_server.servo.force.rendering import ask, render, see
 from realtime import ring
-from realtime.kernels.borrowed_view import lend
+from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.jit import njit
 
 PERIOD_NS = 1_000_000
@@ -60,16 +60,16 @@ def events_of(servo: memory.Servo) -> np.ndarray:
 @njit()
 def render_once(servo: memory.Servo, reading: Reading, now_ns: int, span_s: float) -> float:
     """One tick's force, by the code that the loop compiles: for a servo that is lent."""
-    return render(lend(servo), reading, now_ns, span_s)
+    return render(borrowed_view(servo), reading, now_ns, span_s)
 
 
 @njit()
 def ask_once(servo: memory.Servo, period_s: float) -> tuple[float, float]:
     """What the head and the pulses ask for, before the guard, N."""
-    return ask(lend(servo), period_s)
+    return ask(borrowed_view(servo), period_s)
 
 
 @njit()
 def see_once(servo: memory.Servo, z: float, v: float, now_ns: int) -> None:
     """Tell it that the stick is at z m, v m/s."""
-    see(lend(servo), z, v, now_ns)
+    see(borrowed_view(servo), z, v, now_ns)

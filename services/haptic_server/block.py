@@ -30,8 +30,8 @@ from haptic_server.block_header import (
     PID_CELL,
     SIGNATURE_CELL,
     BlockError,
+    BlockHeader,
     Cells,
-    Front,
     front,
     is_held,
 )
@@ -81,9 +81,9 @@ class Block(NamedTuple):
         return int(self.header[BOOT_CELL])
 
     @property
-    def front(self) -> Front:
+    def front(self) -> BlockHeader:
         """The part that every version understands."""
-        return Front(self.header, self.control)
+        return BlockHeader(self.header, self.control)
 
     @property
     def pid(self) -> int:

@@ -30,7 +30,7 @@ class BlockError(OSError):
     """The file is not a block of this scene and version."""
 
 
-class Front(NamedTuple):
+class BlockHeader(NamedTuple):
     """Views into the mapped file, shapes (8,) and (48,)."""
 
     header: Cells
@@ -42,7 +42,7 @@ class Front(NamedTuple):
         return int(self.header[BOOT_CELL])
 
 
-def front(folder: Path) -> Front | None:
+def front(folder: Path) -> BlockHeader | None:
     """The front of the block in place; None when there is none. BlockError when what lies there has no such front."""
     path = folder / BLOCK
     try:
@@ -59,7 +59,7 @@ def front(folder: Path) -> Front | None:
     header = np.frombuffer(memory, np.int64, HEADER_CELLS)
     if int(header[MAGIC_CELL]) != MAGIC:
         raise BlockError(f"{path}: no block")
-    return Front(header, np.frombuffer(memory, np.int64, CONTROL_CELLS, header.nbytes))
+    return BlockHeader(header, np.frombuffer(memory, np.int64, CONTROL_CELLS, header.nbytes))
 
 
 def is_alive(control: Cells) -> bool:
@@ -67,7 +67,7 @@ def is_alive(control: Cells) -> bool:
     return time.monotonic_ns() - peek(control, HEARTBEAT) < STALE_NS
 
 
-def is_about_to_tick(front: Front) -> bool:
+def is_about_to_tick(front: BlockHeader) -> bool:
     """Whether the servo is there and has not ticked yet."""
     return peek(front.control, HEARTBEAT) == 0 and _runs(front)
 
@@ -97,7 +97,7 @@ def is_stuck(folder: Path) -> bool:
     return found is not None and not is_alive(found.control) and _runs(found)
 
 
-def _runs(front: Front) -> bool:
+def _runs(front: BlockHeader) -> bool:
     try:
         os.kill(int(front.header[PID_CELL]), 0)
     except ProcessLookupError:
@@ -120,7 +120,7 @@ def disown(folder: Path) -> None:
         found.header[SIGNATURE_CELL] = DISOWNED
 
 
-def raise_panic(folder: Path, mapped: Front) -> None:
+def raise_panic(folder: Path, mapped: BlockHeader) -> None:
     """Panic to whichever servo's block is in place when this returns; `mapped` is the newest one that is known.
 
     A servo looks into the block before its own once more when its own is in place, and here it is the other way round:

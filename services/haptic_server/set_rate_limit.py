@@ -25,7 +25,7 @@ class _Stretch(NamedTuple):
     is_held: bool
 
 
-class Pace:
+class SetRateLimit:
     """Holds back sources that were over 500 sets a second for two seconds, until they are calm. One thread only."""
 
     def __init__(self) -> None:

@@ -120,7 +120,7 @@ ExitStatus = Annotated[
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ends:
+class RigOptions:
     """Name of the rig and its network; what is not given is as the rig file says."""
 
     rig: RigNameOrFile = None
@@ -129,7 +129,7 @@ class Ends:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Arm:
+class DeviceOptions:
     """Device of the servo."""
 
     device: Device = "simulated"
@@ -137,7 +137,7 @@ class Arm:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Doors:
+class EndpointOptions:
     """Network endpoints: where others connect and where strikes go; what is not given is as the rig file says."""
 
     listen: ListenOrFile = None
@@ -146,7 +146,7 @@ class Doors:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Outlets:
+class OutputOptions:
     """Optional parts of a gateway: memory of the last set, OSCQuery, MIDI."""
 
     prefix: Prefix = "/drumstick"
@@ -159,17 +159,17 @@ class Outlets:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Gateway(Outlets, Doors):
+class GatewayOptions(OutputOptions, EndpointOptions):
     """All of a gateway."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Haptic(Gateway, Arm):
+class HapticOptions(GatewayOptions, DeviceOptions):
     """Servo and gateway."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Speaker:
+class AudioOptions:
     """Audio output."""
 
     audio: Audio = "auto"
@@ -178,7 +178,7 @@ class Speaker:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Hall:
+class RoomOptions:
     """Rigs that a sound server plays, and its room's delay and gain."""
 
     also: Also = None
@@ -188,14 +188,14 @@ class Hall:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Page:
+class PageOptions:
     """The technician's page."""
 
     panel_port: PanelPort = 8080
 
 
 @dataclass(frozen=True, kw_only=True)
-class Take:
+class RecordOptions:
     """What is recorded."""
 
     record: Record = None
@@ -203,7 +203,7 @@ class Take:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Playback:
+class PlaybackOptions:
     """How a recording is replayed."""
 
     speed: Annotated[float, typer.Option(help="Times the recorded speed; a contact keeps its length.")] = 1.0
@@ -217,7 +217,7 @@ class Playback:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Pictures:
+class FigureOptions:
     """What is drawn beside a rendered sound."""
 
     spectrogram: Annotated[

@@ -17,15 +17,15 @@ import zenoh
 from drumstick.drum import estimate
 from drumstick.drum.engine import Engine
 from drumstick.drum.membrane.surface import RINGS, SPOKES, metres_per_unit, of_modes
-from drumstick.drum.output.display_data import FRAMES_PER_S, HEARD, last_heard, take_surface, want
+from drumstick.drum.output.display_data import FRAMES_PER_S, SOUND_SAMPLES, last_heard, take_surface, want
 from drumstick.parameters.scene import Scene
 from protocol import messages
 from protocol.keys import Keys
 from realtime.stop import StopRequest
 
-_LOOK_S = 0.2
+_POLL_S = 0.2
 _SPECTRUM_S, _COST_S = 0.25, 1.0
-_WINDOW = HEARD // 2
+_WINDOW = SOUND_SAMPLES // 2
 _TOP = 8.0  # of the spectrum, to the pitch of the lowest mode
 _MOST_LEVELS = 400
 _FLOOR_dB = -120.0
@@ -57,7 +57,7 @@ class _Drum(NamedTuple):
     metres: float
 
 
-class Viewing:
+class DrumDisplay:
     """Display of one rig's drum. `show` belongs to the drum's thread; `run` is the body of the viewing thread."""
 
     def __init__(
@@ -87,12 +87,12 @@ class Viewing:
             self._publisher(key) for key in (self._keys.membrane, self._keys.spectrum, self._keys.cost)
         )
         next_spectrum = next_cost = 0.0
-        pause_s = _LOOK_S
+        pause_s = _POLL_S
         while not stop.wait(pause_s):
             now = time.monotonic()
             try:
                 surface, sound, cost = (_is_watched(each) for each in (membrane, spectra, costs))
-                pause_s = 1.0 / FRAMES_PER_S if surface else _LOOK_S
+                pause_s = 1.0 / FRAMES_PER_S if surface else _POLL_S
                 with self._lock:
                     drum = self._drum
                     if drum is None:

@@ -20,7 +20,7 @@ from protocol.messages import Meter, State, decode
 from protocol.rate_limited_log import RateLimitedLog
 from realtime.records import is_there
 from realtime.stop import StopRequest
-from sound_server.display import Viewing
+from sound_server.display import DrumDisplay
 from sound_server.receiving.contacts import ContactScheduler
 from sound_server.receiving.link import Link
 from sound_server.receiving.strikes import StrikeScheduler
@@ -54,7 +54,7 @@ class Drum:
         self._log_limited = limited_log
         self._strikes = StrikeScheduler(StrikeRing(), limited_log, self._heard_boot)
         self._contacts = ContactScheduler(limited_log, self._heard_boot)
-        self._viewing = Viewing(link.publisher, link.keys, ident, self._haptic_ns)
+        self._viewing = DrumDisplay(link.publisher, link.keys, ident, self._haptic_ns)
         self._boot: int | None = None  # the boot whose clock and scene are in use
         self._heard: int | None = None  # the boot of the newest message
         self._other_boot = threading.Event()
@@ -132,7 +132,7 @@ class Drum:
                 self._unplayable = scene
         if self._engine is None:
             return False
-        self._link.hear_contacts(self._contacts.take if self._strikes.note is not None else None)
+        self._link.subscribe_contacts(self._contacts.take if self._strikes.note is not None else None)
         return True
 
     def _play(self, scene: Scene) -> None:

@@ -36,7 +36,7 @@ def main() -> int:
         if not wanted.awaited or error.status != 3:
             logging.error("%s", error)
             return error.status
-        sink = reconnecting.stand_in(wanted.audio, error, wanted.rate, wanted.block)
+        sink = reconnecting.placeholder_sink(wanted.audio, error, wanted.rate, wanted.block)
         device_watch = reconnecting.DeviceWatch(wanted.audio, stop)
     try:
         supervisor = Supervisor()

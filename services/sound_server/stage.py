@@ -25,7 +25,7 @@ from drumstick.drum.block import render_block
 from drumstick.drum.engine import Engine
 from drumstick.drum.output.limiter import limit
 from realtime.atomics import load_acquire, peek, poke, store_release
-from realtime.kernels.borrowed_view import lend
+from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.foreign import call_block
 from realtime.kernels.handover import Handed, take_up_typed, typed_callback
 from realtime.kernels.jit import CFunction, njit
@@ -119,7 +119,7 @@ def _play(argument: Any, output: Any, frames: int, start_ns: int) -> None:
     # No closure over the kind: that would be compiled anew in each process, for longer than all else takes.
     taken, begun = take_up_typed(argument)
     out: npt.NDArray[np.float32] = _array(output, (frames, 2), np.float32)
-    render_block(lend(taken), out, start_ns)
+    render_block(borrowed_view(taken), out, start_ns)
     begun[0] = taken.meters[0].begun
 
 

@@ -63,7 +63,7 @@ def main() -> int:
     try:
         from web_panel.accuracy_results import Files
         from web_panel.serving import GuardError, serve
-        from web_panel.tuning.undo_file import Kept
+        from web_panel.tuning.undo_file import UndoFile
     except ImportError as error:
         return _end(3, f"{error}; install haptic-drumstick[panel]")
     supervisor = Supervisor()
@@ -75,7 +75,7 @@ def main() -> int:
 
     try:
         files = Files(given.accuracy_shipped, given.accuracy_own)
-        kept = Kept(given.token_file.with_name(CHANGES))
+        kept = UndoFile(given.token_file.with_name(CHANGES))
         serve(given.rig, given.connect, port, token, kept, keep_on, given.identity, files)
     except GuardError as error:
         return _end(1, str(error))

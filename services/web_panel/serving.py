@@ -21,7 +21,7 @@ from web_panel.rig.rig_link import RigLink
 from web_panel.rig.rig_state import RigState
 from web_panel.tuning.changes import Changes
 from web_panel.tuning.prediction import Prediction
-from web_panel.tuning.undo_file import Kept
+from web_panel.tuning.undo_file import UndoFile
 from web_panel.views.view_choice import Sources
 
 _log = logging.getLogger("panel")
@@ -37,7 +37,7 @@ def serve(
     endpoint: str,
     port: int,
     token: str,
-    kept: Kept,
+    kept: UndoFile,
     keep_on: Callable[[], bool],
     identity: Identity | None = None,
     accuracy: Files = NO_FILES,

@@ -167,7 +167,7 @@ def _likely_drift(bounds: list[_Bound], low: float, high: float) -> float:
 
 
 def asked_clock(
-    known: ClockMap, ask: Callable[[], bytes | None], complain: Callable[[str], None]
+    known: ClockMap, ask: Callable[[], bytes | None], warn: Callable[[str], None]
 ) -> HapticClock | None:
     """Five more round trips for `known`, and what it says then. Blocks as long as `ask` does, five times at most.
 
@@ -184,7 +184,7 @@ def asked_clock(
         try:
             answer = decode(payload, Clock)
         except ValueError as error:
-            complain(f"clock ignored: {error}")
+            warn(f"clock ignored: {error}")
             break
         trips.append(RoundTrip(sent, received, answer.boot, answer.t_ns))
     known.add(trips)

@@ -104,7 +104,7 @@ def described(
             ],
             "heard": [
                 {"address": prefix + row.path, "types": list(row.forms), "description": row.words}
-                for row in osc.HEARD
+                for row in osc.INCOMING
             ],
         },
         "parameters": [

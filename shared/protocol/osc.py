@@ -38,7 +38,7 @@ class Sent:
 
 
 @dataclass(frozen=True)
-class Heard:
+class Incoming:
     """An address that the rig hears; `forms`: the argument lists it may come with, "any": whatever there is."""
 
     path: str
@@ -77,20 +77,24 @@ LEASE = Sent(
 )
 SENT = (STRIKE, RELEASE, LEVEL, X, Y, GATE, PARAM, PARAM_NORM, ALIVE, ERROR, PONG, PRESET, LEASE)
 
-SET = Heard("/param/NAME", ("f", "i", ""), "set a parameter in SI units; without an argument: ask")
-SET_NORM = Heard("/param/NAME/norm", ("f", "i", ""), "set it as 0..1 of its range; without an argument: ask")
-SYNC = Heard("/sync", ("",), "send every parameter, both forms")
-PING = Heard("/ping", ("any",), "answer /pong with the same arguments")
-SUBSCRIBE = Heard("/subscribe", ("i",), "send everything to this port of the sender's machine, for 60 s")
-UNSUBSCRIBE = Heard("/unsubscribe", ("i", ""), "no longer; without an argument: every port of that machine")
-PRESET_LOAD = Heard("/preset/load", ("s",), "set everything that this preset holds, or nothing")
-TAKE_LEASE = Heard(
+SET = Incoming("/param/NAME", ("f", "i", ""), "set a parameter in SI units; without an argument: ask")
+SET_NORM = Incoming(
+    "/param/NAME/norm", ("f", "i", ""), "set it as 0..1 of its range; without an argument: ask"
+)
+SYNC = Incoming("/sync", ("",), "send every parameter, both forms")
+PING = Incoming("/ping", ("any",), "answer /pong with the same arguments")
+SUBSCRIBE = Incoming("/subscribe", ("i",), "send everything to this port of the sender's machine, for 60 s")
+UNSUBSCRIBE = Incoming(
+    "/unsubscribe", ("i", ""), "no longer; without an argument: every port of that machine"
+)
+PRESET_LOAD = Incoming("/preset/load", ("s",), "set everything that this preset holds, or nothing")
+TAKE_LEASE = Incoming(
     "/lease",
     ("s",),
     "be the only one who sets, for 5 s, under this name; again to renew; empty gives it back",
 )
-PANIC = Heard("/panic", ("any",), "zero force at once, latched; cleared only on the haptic machine")
-HEARD = (SET, SET_NORM, SYNC, PING, SUBSCRIBE, UNSUBSCRIBE, PRESET_LOAD, TAKE_LEASE, PANIC)
+PANIC = Incoming("/panic", ("any",), "zero force at once, latched; cleared only on the haptic machine")
+INCOMING = (SET, SET_NORM, SYNC, PING, SUBSCRIBE, UNSUBSCRIBE, PRESET_LOAD, TAKE_LEASE, PANIC)
 
 
 def checked_prefix(prefix: str) -> str:
@@ -102,7 +106,7 @@ def checked_prefix(prefix: str) -> str:
     return prefix
 
 
-def address(prefix: str, row: Sent | Heard, name: str = "") -> str:
+def address(prefix: str, row: Sent | Incoming, name: str = "") -> str:
     """The whole address of a row; `name` stands for NAME."""
     return prefix + row.path.replace("NAME", name)
 

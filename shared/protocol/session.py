@@ -150,7 +150,7 @@ def open_router(listen: str, upstream: Sequence[str] = ()) -> zenoh.Session:
         ) from None
 
 
-def open_door(router: str, public: Public) -> zenoh.Session:
+def open_access(router: str, public: Public) -> zenoh.Session:
     """Open a second router, for other machines, that passes on to the one at `router` what the access rules permit.
 
     Either side may come later, and go and return: a network that is not there yet stops no local play.

@@ -8,7 +8,7 @@ import signal
 import time
 from collections.abc import Callable
 
-_LOOK_S = 0.02
+_POLL_S = 0.02
 
 
 class StopRequest:
@@ -29,7 +29,7 @@ class StopRequest:
         """Wait until asked, for at most `seconds`; whether it was asked. Looks every 20 ms."""
         end = time.monotonic() + seconds
         while not self._asked and (left := end - time.monotonic()) > 0.0:
-            time.sleep(min(left, _LOOK_S))
+            time.sleep(min(left, _POLL_S))
         return self._asked
 
 

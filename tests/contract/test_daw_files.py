@@ -25,7 +25,7 @@ TABLE = table_of(parse(shipped_text("roll"), "roll"))
 
 def _addresses() -> set[str]:
     known: set[str] = set()
-    for row in (*osc.SENT, *osc.HEARD):
+    for row in (*osc.SENT, *osc.INCOMING):
         names = [*TABLE, "NAME"] if "NAME" in row.path else [""]
         known |= {osc.address(osc.DEFAULT_PREFIX, row, name) for name in names}
     return known

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from haptic_server.gateway.osc.osc_server import OscFront
+from haptic_server.gateway.osc.osc_server import OscServer
 from osc_bench import BOUND_S, RELEASE, STRIKE, Client, FakeParameters, client
 
 pytestmark = [pytest.mark.needs("oscdump", "oscsend"), pytest.mark.timeout(60)]
@@ -45,17 +45,17 @@ class Dump:
         self.process.stdout.close()
 
 
-def _send(front: OscFront, *words: str) -> None:
+def _send(front: OscServer, *words: str) -> None:
     subprocess.run(["oscsend", "127.0.0.1", str(front.endpoint[1]), *words], check=True, timeout=BOUND_S)
 
 
 @contextmanager
-def _rig(parameters: FakeParameters) -> Iterator[tuple[OscFront, Dump]]:
+def _rig(parameters: FakeParameters) -> Iterator[tuple[OscServer, Dump]]:
     """A front whose target is an oscdump that is known to listen."""
     with client() as probe:
         port = probe.endpoint[1]
     dump = Dump(port)
-    front = OscFront(
+    front = OscServer(
         ("127.0.0.1", 0), [("127.0.0.1", port)], "/drumstick", parameters, parameters.load_preset
     )
     try:

@@ -26,15 +26,15 @@ def test_what_is_sent_is_listed_with_its_types(row: osc.Sent) -> None:
     assert f"| `{row.types}` |" in _line(_SENT, row.path) or row is osc.PONG
 
 
-@pytest.mark.parametrize("row", osc.HEARD, ids=lambda row: row.path)
-def test_what_is_heard_is_listed_with_its_forms(row: osc.Heard) -> None:
+@pytest.mark.parametrize("row", osc.INCOMING, ids=lambda row: row.path)
+def test_what_is_heard_is_listed_with_its_forms(row: osc.Incoming) -> None:
     types = _line(_HEARD, row.path).split("|")[2]
     for form in row.forms:
         assert (f"`{form}`" if form not in ("", "any") else form or "none") in types
 
 
 def test_nothing_else_is_listed() -> None:
-    for part, rows in ((_SENT, osc.SENT), (_HEARD, osc.HEARD)):
+    for part, rows in ((_SENT, osc.SENT), (_HEARD, osc.INCOMING)):
         named = {
             cell.strip(" `")
             for line in part.splitlines()

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from haptic_server.gateway.osc.osc_server import OscFront
+from haptic_server.gateway.osc.osc_server import OscServer
 from osc_bench import RELEASE, STRIKE, FakeParameters, client
 from patching import PD, headless, listening
 
@@ -68,7 +68,7 @@ def test_strikes_are_heard_and_a_parameter_is_set(program, tmp_path: Path) -> No
     parameters = FakeParameters()
     with client() as probe:
         heard_at = probe.endpoint[1]
-    front = OscFront(
+    front = OscServer(
         ("127.0.0.1", 0), [("127.0.0.1", heard_at)], "/drumstick", parameters, parameters.load_preset
     )
     try:

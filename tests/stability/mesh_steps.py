@@ -11,7 +11,7 @@ from drumstick.drum.excitation.analytic import begin
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.step import step
 from drumstick.parameters.scene import Scene
-from realtime.kernels.borrowed_view import lend
+from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.float_mode import flush_denormals, restore
 from realtime.kernels.jit import njit
 
@@ -20,7 +20,7 @@ RATE = 48_000
 
 @njit()
 def _taken(engine: Engine, steps: int, flushes: bool) -> float:
-    lent, top, mode = lend(engine), 0.0, 0
+    lent, top, mode = borrowed_view(engine), 0.0, 0
     if flushes:
         mode = flush_denormals()
     for _ in range(steps):

@@ -125,7 +125,7 @@ class FakeRig:
                 self.revision += 1
                 self._revisions[name] = self.revision
                 self._session.put(self.keys.param(name), encode(self._readback(name)))
-        self.lend("")
+        self.publish_lease("")
         self.sets.clear()
         self.whole_sets.clear()
         self.pointers.clear()
@@ -248,7 +248,7 @@ class FakeRig:
     def _answer_lease(self, query: zenoh.Query) -> None:
         query.reply(self.keys.lease, encode(Lease(name=self.lease_of, left_s=5.0)))
 
-    def lend(self, name: str) -> None:
+    def publish_lease(self, name: str) -> None:
         """Somebody takes the lease, or ("") gives it back."""
         self.lease_of = name
         self._session.put(self.keys.lease, encode(Lease(name=name, left_s=5.0 if name else 0.0)))

@@ -19,7 +19,7 @@ from typing import Any, Generic, TypeVar
 import msgspec
 import zenoh
 
-from haptic_server.servo.stall_detector import Witnesses
+from haptic_server.servo.stall_detector import StallDetector
 from ports import free_port
 from protocol.keys import Keys
 from protocol.messages import Message, RefusalReply, State, decode
@@ -145,7 +145,7 @@ class Rig:
                 pipe.close()
 
 
-def stood_still_s(witnesses: Witnesses) -> float:
+def stood_still_s(witnesses: StallDetector) -> float:
     """For how long the machine's own stalls kept the simulated stick from moving: it covers 20 ms of each, no more.
 
     NaN where nobody may have a higher priority than the machine's other programs: then nobody can tell.

@@ -24,7 +24,7 @@ from rig_process import (
     wait_for,
 )
 
-from haptic_server.servo.stall_detector import Witnesses
+from haptic_server.servo.stall_detector import StallDetector
 from protocol.messages import Readback, Release, State, Strike, decode
 
 pytestmark = pytest.mark.system
@@ -199,7 +199,7 @@ def test_killing_the_gateway_costs_the_servo_nothing(
     wait_for("strikes", lambda: strikes.got)
     servo = rig.children()["haptic_server.servo"]
     gateway = rig.children()["haptic_server.gateway"]
-    with Witnesses() as witnesses:
+    with StallDetector() as witnesses:
         os.kill(gateway, signal.SIGKILL)
         wait_for("another gateway", lambda: rig.children().get("haptic_server.gateway", gateway) != gateway)
         after = state_where(session, rig, lambda s: s.strikes > before.strikes + 60)

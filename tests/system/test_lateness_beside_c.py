@@ -56,8 +56,8 @@ def test_ours_is_as_punctual_as_c(servo: ServoLoop, folder: Path) -> None:
         assert (seen.other.due_ns[0] - seen.ours.due_ns[0]) % PERIOD_NS == PERIOD_NS // 2
         ratios.append(compared([seen])["ratio"]["p50"])
     assert min(ratios) < 1.5, ratios
-    assert servo.told[-1]["fault"] == NO_FAULT
-    assert servo.told[-1]["seq"] >= 15, "it rolls at 23 Hz meanwhile"
+    assert servo.ended[-1]["fault"] == NO_FAULT
+    assert servo.ended[-1]["seq"] >= 15, "it rolls at 23 Hz meanwhile"
     assert servo.granted["scheduler"].startswith("SCHED_FIFO") == (other.granted["scheduler"] == "granted")
 
 

@@ -116,9 +116,9 @@ def test_a_preset_that_is_refused_says_why(page: Page, rig: FakeRig) -> None:
 
 @pytest.mark.long
 def test_who_holds_the_lease_is_shown(page: Page, rig: FakeRig) -> None:
-    rig.lend("Ada <b>")
+    rig.publish_lease("Ada <b>")
     see(page, "lease", "Ada <b> is tuning")
-    rig.lend("")
+    rig.publish_lease("")
     expect(part(page, "lease")).to_have_count(0, timeout=PATIENCE_MS)
 
 

@@ -31,7 +31,7 @@ from rig_process import (
     wait_for,
 )
 
-from haptic_server.servo.stall_detector import Witnesses
+from haptic_server.servo.stall_detector import StallDetector
 from protocol.messages import Meter, Readback, State, Strike, decode
 
 pytestmark = pytest.mark.system
@@ -112,7 +112,7 @@ def test_a_killed_service_comes_back_and_the_servo_misses_nothing(
     servo = rig.children()["haptic_server.servo"]
     meters = Listener(session, rig.keys.meter, Meter)
     old = wait_for("any meter", lambda: meters.got and meters.got[0].id)
-    with Witnesses() as witnesses:
+    with StallDetector() as witnesses:
         restarted(rig, module)
         if module == "sound_server":
             wait_for(

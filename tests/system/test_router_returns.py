@@ -7,7 +7,7 @@ import pytest
 from lone_router import LoneRouter, lone_router
 from rig_process import PATIENCE_S, Listener, Rig, assert_steady, running, stood_still_s, wait_for
 
-from haptic_server.servo.stall_detector import Witnesses
+from haptic_server.servo.stall_detector import StallDetector
 from protocol.messages import Meter, State, Strike
 from protocol.session import open_client
 
@@ -40,7 +40,7 @@ def test_everything_returns_and_nothing_sounds_twice_or_late() -> None:
 
 def _cut(router: LoneRouter, rig: Rig, states: Listener, strikes: Listener, meters: Listener) -> None:
     before = states.got[-1]
-    with Witnesses() as witnesses:
+    with StallDetector() as witnesses:
         router.kill()
         time.sleep(_AWAY_S)
         heard, played = len(states.got), meters.got[-1].played

@@ -23,7 +23,7 @@ from three_hosts import AHEAD_S, HAPTIC, Probe, Running, ThreeHosts, seconds
 from wav_heard import RATE, sound_in
 
 from drumstick.parameters.scene import shipped_text
-from haptic_server.servo.stall_detector import Witnesses
+from haptic_server.servo.stall_detector import StallDetector
 from protocol.messages import Meter, State, Strike
 
 pytestmark = [pytest.mark.system, pytest.mark.long, pytest.mark.real_clock, pytest.mark.timeout(300)]
@@ -107,7 +107,7 @@ def test_a_pulled_cable_leaves_the_force_alone_and_nothing_sounds_twice_or_late(
     stage.wait_played(10)
     before, meter = stage.state, stage.meter
     far_before = stage.far.last(State)
-    with Witnesses() as witnesses:
+    with StallDetector() as witnesses:
         stage.venue.pull("haptic")
         seconds(_CUT_S)
         cut_off, during = stage.far.got[State][-1], stage.state

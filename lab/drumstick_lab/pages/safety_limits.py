@@ -206,7 +206,7 @@ def always() -> str:
             ),
             (
                 "a head that drives the arm by itself",
-                f"a debt above the energy at {most_owed:g} m/s and above {constant(guard, '_MOST_OWED_SHARE'):.0%} of the contact's incoming energy; or more than {contacts}"
+                f"a debt above the energy at {most_owed:g} m/s and above {constant(guard, '_FAULT_EXCESS_SHARE'):.0%} of the contact's incoming energy; or more than {contacts}"
                 f" contacts in a row that begin with a debt above the energy at {owed:g} m/s; or more than {contacts} in a row without a pulse that"
                 f" reach {constant(guard, '_AT_THE_LIMIT'):.0%} of the force limit, each within {constant(guard, '_FASTEST_HAND_NS') * 1e-6:g} ms and at"
                 f" more than {constant(guard, '_UNTIRED'):.0%} of the first one's speed",

@@ -23,7 +23,7 @@ def _roles() -> str:
         "|---|---|---|---|---|---|---|",
     ]
     for name, role in ROLES.items():
-        tails = (role.hears, role.asks, role.tells, role.is_seen_as, role.sees)
+        tails = (role.subscribes, role.asks, role.publishes, role.is_seen_as, role.sees)
         rows.append(f"| `{name}` | {role.words} | {' | '.join(_keys(t) for t in tails)} |")
     return "\n".join(rows)
 

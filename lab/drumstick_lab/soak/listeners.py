@@ -11,7 +11,7 @@ from realtime.stop import StopRequest
 
 OSC_NUMBERS = 2**31  # OSC's strikes are numbered within 31 bits
 _RECEIVE_BYTES = 1 << 22
-_LOOK_S = 0.2
+_POLL_S = 0.2
 
 
 @dataclass
@@ -48,7 +48,7 @@ class Sequence:
         return {name: value for name, value in asdict(self).items() if not name.startswith("_")}
 
 
-def hear_osc(port: int, stop: StopRequest) -> dict[str, int]:
+def count_osc(port: int, stop: StopRequest) -> dict[str, int]:
     """Listen at 127.0.0.1:`port` as a program with python-osc does, until `stop`."""
     from pythonosc.osc_message import OscMessage, ParseError
 
@@ -56,7 +56,7 @@ def hear_osc(port: int, stop: StopRequest) -> dict[str, int]:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as udp:
         udp.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BYTES)
         udp.bind(("127.0.0.1", port))
-        udp.settimeout(_LOOK_S)
+        udp.settimeout(_POLL_S)
         while not stop.is_set():
             try:
                 message = OscMessage(udp.recv(65536))
@@ -72,7 +72,7 @@ def hear_osc(port: int, stop: StopRequest) -> dict[str, int]:
     return heard.counts()
 
 
-def hear_zenoh(endpoint: str, rig: str, stop: StopRequest) -> dict[str, int]:
+def count_zenoh(endpoint: str, rig: str, stop: StopRequest) -> dict[str, int]:
     """Listen to strikes and releases, and to everything else that the rig publishes, until `stop`."""
     import zenoh
 
@@ -95,7 +95,7 @@ def hear_zenoh(endpoint: str, rig: str, stop: StopRequest) -> dict[str, int]:
                 heard.unreadable += 1
 
     subscribers = [session.declare_subscriber(key, take) for key in (keys.strike, keys.release, keys.state)]
-    while not stop.wait(_LOOK_S):
+    while not stop.wait(_POLL_S):
         pass
     for subscriber in subscribers:
         subscriber.undeclare()

@@ -62,9 +62,9 @@ class Virtual:
             (keys.release, self._recording.release),
             (keys.state, self._recording.state),
         ):
-            session.hear(key, take)
+            session.subscribe(key, take)
         if also is not None:
-            session.hear(keys.strike, also)
+            session.subscribe(keys.strike, also)
         self._fill()
 
     def _fill(self) -> None:

@@ -43,7 +43,7 @@ class Ended:
         return self._now() < self._until_s.get((certificate, host), 0.0)
 
 
-class Cutter:
+class Disconnector:
     """On a thread of its own: whoever reads Zenoh's log must not wait for Zenoh, which waits for him."""
 
     def __init__(self, session: zenoh.Session) -> None:

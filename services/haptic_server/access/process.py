@@ -10,7 +10,7 @@ import json
 import signal
 from functools import partial
 
-from haptic_server.access.disconnection import Cutter
+from haptic_server.access.disconnection import Disconnector
 from haptic_server.access.refusals import Refusals
 from haptic_server.access.report import listener_report
 from haptic_server.access.sockets import hold_silent
@@ -19,7 +19,7 @@ from protocol.access.roles import ROLES, checked_roles
 from protocol.endpoint import host_and_port
 from protocol.keys import DEFAULT_ROUTER, Keys
 from protocol.queryables import Queryables
-from protocol.session import Public, open_door
+from protocol.session import Public, open_access
 from realtime.log import open_log
 from realtime.notify import Supervisor
 from realtime.stop import StopRequest
@@ -57,10 +57,10 @@ def main() -> int:
         signal.signal(number, stop.ask)
     refusals = Refusals()
     refusals.follow_zenoh()
-    with open_door(router, public) as session:
+    with open_access(router, public) as session:
         import zenoh
 
-        cutter = Cutter(session)
+        cutter = Disconnector(session)
         refusals.cut = cutter.cut
         _, port = host_and_port(public.endpoint)
 

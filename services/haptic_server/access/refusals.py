@@ -20,7 +20,7 @@ from collections import Counter
 from collections.abc import Callable
 
 from haptic_server.access.disconnection import TURNED_BACK_S
-from haptic_server.access.session_limits import Allowances
+from haptic_server.access.session_limits import SessionLimits
 from protocol.foreign_text import shown
 
 _log = logging.getLogger("door")
@@ -55,11 +55,11 @@ class Refusals:
         self._report_at_s = float("-inf")
         self._unreported = 0
         self._other_at_s = float("-inf")
-        self._foreseen: dict[
+        self._expected: dict[
             str, tuple[str, int]
         ] = {}  # thread -> how many lines on which key are still no messages
         self._role_of: dict[str, str] = {}  # Zenoh's name of a session -> role
-        self._allowances = Allowances(now)
+        self._allowances = SessionLimits(now)
         self.cut: Callable[[str], None] = lambda who: None  # ends a session; called by the thread that reads
         self.over_limit: Counter[str] = Counter()
         self.handshakes = 0
@@ -84,7 +84,7 @@ class Refusals:
 
     def _take_rule(self, words: str, said: str) -> None:
         if found := _CACHING.match(said):
-            self._foreseen[_thread_of(words)] = found["key"], _KINDS_OF_MESSAGE
+            self._expected[_thread_of(words)] = found["key"], _KINDS_OF_MESSAGE
         elif _NO_ROLE.match(said):
             self.without_role += 1
             self._note("a certificate of no admitted role came in, and may do nothing")
@@ -93,7 +93,7 @@ class Refusals:
                 if len(self._role_of) >= _MOST_KNOWN:  # a name that is forgotten is learnt again
                     self._role_of.clear()
                 self._role_of[found["who"]] = found["role"]
-            if self._was_foreseen(words, said):
+            if self._was_expected(words, said):
                 return
             did = said.removeprefix(_CACHED)
             if beyond := _BEYOND.match(did):
@@ -101,15 +101,15 @@ class Refusals:
             elif (done := _DONE.match(did)) and done["who"] in self._role_of:
                 self._note_done(done)
 
-    def _was_foreseen(self, words: str, said: str) -> bool:
-        if said.startswith(_CACHED) or not self._foreseen:
+    def _was_expected(self, words: str, said: str) -> bool:
+        if said.startswith(_CACHED) or not self._expected:
             return False
         thread = _thread_of(words)
-        key, left = self._foreseen.pop(thread, ("", 0))
+        key, left = self._expected.pop(thread, ("", 0))
         if not left or not said.endswith(f" on {key}"):
             return False
         if left > 1:
-            self._foreseen[thread] = key, left - 1
+            self._expected[thread] = key, left - 1
         return True
 
     def _note_beyond(self, found: re.Match[str]) -> None:

@@ -7,7 +7,7 @@ import socket
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from haptic_server.access.disconnection import Cutter
+from haptic_server.access.disconnection import Disconnector
 from haptic_server.access.refusals import Refusals
 from protocol.endpoint import host_and_port, is_tls
 from protocol.foreign_text import shown
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def listener_report(
-    session: zenoh.Session, public: Public, refusals: Refusals, cutter: Cutter
+    session: zenoh.Session, public: Public, refusals: Refusals, cutter: Disconnector
 ) -> dict[str, object]:
     """JSON-ready. Any thread; a system call or two."""
     present = Counter(

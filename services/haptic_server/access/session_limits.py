@@ -10,7 +10,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from haptic_server.set_rate_limit import PATIENCE_S, SETS_A_SECOND, Pace, Verdict
+from haptic_server.set_rate_limit import PATIENCE_S, SETS_A_SECOND, SetRateLimit, Verdict
 
 # Different keys of each kind that one session may name in its life. A page names some twenty, a program that follows
 # the play fewer; a venue's router speaks for all behind it. Thousands that came and went made strikes 0.26 s late.
@@ -24,12 +24,12 @@ MOST: dict[str, tuple[int, str]] = {
 _MOST_SESSIONS = 2000
 
 
-class Allowances:
+class SessionLimits:
     """Counts of every session that is in. One thread: the one that reads Zenoh's log."""
 
     def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
         self._now = now
-        self._pace = Pace()  # the gateway cannot tell who asks, so a flood of sets has to end here
+        self._pace = SetRateLimit()  # the gateway cannot tell who asks, so a flood of sets has to end here
         self._named: dict[
             str, dict[str, set[int]]
         ] = {}  # session -> kind -> hashes of keys: a key may be long

@@ -17,7 +17,7 @@ from haptic_server.servo.memory import Servo
 from realtime.atomics import poke
 from realtime.stop import StopRequest
 
-_LOOK_S = 0.02
+_POLL_S = 0.02
 
 
 def require_rate(specification: Specification, servo: Servo) -> None:
@@ -34,7 +34,7 @@ def _pass_on(stop: StopRequest, control: Cells, over: threading.Event) -> None:
         os.sched_setscheduler(
             0, os.SCHED_OTHER, os.sched_param(0)
         )  # not the loop's own, which a thread inherits
-    while not over.wait(_LOOK_S):
+    while not over.wait(_POLL_S):
         if stop.is_set():
             poke(control, STOP, 1)
             return

@@ -11,7 +11,7 @@ from haptic_server.gateway.osc.targets import Endpoint
 from haptic_server.gateway.parameter_access import ParameterAccess
 
 if TYPE_CHECKING:
-    from haptic_server.gateway.oscquery.osc_bridge import Inlet
+    from haptic_server.gateway.oscquery.osc_bridge import OscBridge
 
 
 class Lacking(OSError):
@@ -23,19 +23,19 @@ class Extras:
 
     def __init__(self, given: argparse.Namespace) -> None:
         self._given = given
-        self._inlet = self._query = self._announcement = self.midi = None
+        self._bridge = self._query = self._announcement = self.midi = None
         if given.oscquery is not None:
             try:
                 from haptic_server.gateway.oscquery import server
             except ImportError as error:
                 raise _lacking("--oscquery", error) from None
             self._server = server
-            self._inlet = server.Inlet(given.osc_in[0])
+            self._bridge = server.OscBridge(given.osc_in[0])
 
     @property
     def targets(self) -> list[Endpoint]:
         """What the OSC front is to send to besides its targets."""
-        return [] if self._inlet is None else [self._inlet.endpoint]
+        return [] if self._bridge is None else [self._bridge.endpoint]
 
     def open(
         self, parameters: ParameterAccess, front: Endpoint, allow: Sequence[Network], insiders: set[Endpoint]
@@ -44,14 +44,14 @@ class Extras:
 
         `insiders` are senders that the front hears besides: whoever they speak for was admitted already.
         """
-        if self._inlet is not None:
-            self._open_query(self._inlet, parameters, front, allow, insiders)
+        if self._bridge is not None:
+            self._open_query(self._bridge, parameters, front, allow, insiders)
         if self._given.midi_out is not None:
             self._open_midi()
 
     def _open_query(
         self,
-        inlet: Inlet,
+        bridge: OscBridge,
         parameters: ParameterAccess,
         front: Endpoint,
         allow: Sequence[Network],
@@ -60,7 +60,7 @@ class Extras:
         given = self._given
         try:
             self._query = self._server.OscQuery(
-                given.oscquery, given.rig, given.prefix, parameters, front, inlet, allow, insiders
+                given.oscquery, given.rig, given.prefix, parameters, front, bridge, allow, insiders
             )
         except OSError as error:
             host, port = given.oscquery
@@ -91,7 +91,7 @@ class Extras:
 
     def close(self) -> None:
         """End all of it. Idempotent."""
-        for each in (self.midi, self._announcement, self._query, self._inlet):
+        for each in (self.midi, self._announcement, self._query, self._bridge):
             if each is not None:
                 each.close()
 

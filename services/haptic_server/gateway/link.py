@@ -24,7 +24,7 @@ from realtime.stop import StopRequest
 
 _log = logging.getLogger("gateway")
 _EVENTS_AT_ONCE = 512
-_LOOK_NS = 150_000  # the servo must not make a system call to wake anybody
+_POLL_NS = 150_000  # the servo must not make a system call to wake anybody
 
 
 class ServoLink:
@@ -73,7 +73,7 @@ class ServoLink:
 
     def await_events(self, until_ns: int) -> None:
         """Sleep until there are events to take, or until then (monotonic). Without the GIL, at next to no cost."""
-        ring.await_written(self.block.ring_cells, self._timespec, _LOOK_NS, until_ns)
+        ring.await_written(self.block.ring_cells, self._timespec, _POLL_NS, until_ns)
 
     def take_events(self) -> npt.NDArray[np.void]:
         """Strikes and releases not taken yet, oldest first; the array is reused by the next call."""
@@ -160,7 +160,7 @@ def rehearse(law: Records) -> None:
     offered["law"] = law
     blocks.claim(block)
     ring.drain(block.ring_cells, block.events, np.zeros(1, EVENT))
-    ring.await_written(block.ring_cells, np.zeros(2, np.int64), _LOOK_NS, 0)
+    ring.await_written(block.ring_cells, np.zeros(2, np.int64), _POLL_NS, 0)
     triple_buffer.publish(block.wanted_cells, block.wanted, offered[0])
     triple_buffer.publish(block.pointer_cells, block.pointer, np.zeros(1, POINTER)[0])
     triple_buffer.read_into(block.live_cells, block.live, offered)

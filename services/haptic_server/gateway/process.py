@@ -17,7 +17,7 @@ from haptic_server import files, limits
 from haptic_server.gateway import options
 from haptic_server.gateway.extras import Extras, Lacking
 from haptic_server.gateway.link import ServoLink, rehearse, wait_for_servo
-from haptic_server.gateway.osc.osc_server import LOOPBACK, OscFront
+from haptic_server.gateway.osc.osc_server import LOOPBACK, OscServer
 from haptic_server.gateway.presets import Presets
 from haptic_server.gateway.relay import Relay, Wires
 from haptic_server.gateway.settings import Parameters
@@ -95,14 +95,14 @@ class _Gateway:
         self._allow = given.osc_allow or LOOPBACK
         self._extras, self._osc = self._open_osc()
 
-    def _open_osc(self) -> tuple[Extras, OscFront]:
+    def _open_osc(self) -> tuple[Extras, OscServer]:
         given = self._given
         targets = [("127.0.0.1", 9101)] if given.osc_out is None else given.osc_out
         try:
             extras = Extras(given)
             targets = [*targets, *extras.targets]
             load = self._presets.load
-            front = OscFront(given.osc_in, targets, given.prefix, self._parameters, load, self._allow)
+            front = OscServer(given.osc_in, targets, given.prefix, self._parameters, load, self._allow)
         except ValueError as error:
             raise _Ended(_WRONG, str(error)) from None
         except Lacking as error:

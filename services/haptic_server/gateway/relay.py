@@ -25,7 +25,7 @@ from realtime.stop import StopRequest
 
 if TYPE_CHECKING:
     from haptic_server.gateway.midi.sender import MidiSender
-    from haptic_server.gateway.osc.osc_server import OscFront
+    from haptic_server.gateway.osc.osc_server import OscServer
 
 _log = logging.getLogger("gateway")
 _ROUND_NS = 2_000_000
@@ -38,7 +38,7 @@ class Wires(NamedTuple):
     """Where a gateway publishes; None: not asked for, or not in this scene."""
 
     zenoh: Wire
-    osc: OscFront
+    osc: OscServer
     pointing: Pointing | None = None
     contacts: Contacts | None = None
     midi: MidiSender | None = None

@@ -19,7 +19,7 @@ PROBATION_NS = 5_000_000_000
 # The faults that parameters can bring about; a pulled plug says nothing about the set.
 _OF_MOTION = (records.OUT_OF_BOUNDS, records.TOO_FAST, records.SELF_DRIVEN, records.FORCE_ERROR)
 _SETTLE_S = 0.2  # a slider that is dragged sets thirty times a second
-_COMPLAIN_S = 60.0
+_WARN_EVERY_S = 60.0
 
 
 class LastGood:
@@ -39,7 +39,7 @@ class LastGood:
         self._written: dict[str, float] | None = None
         self._since_ns = -PROBATION_NS
         self._fault = records.NO_FAULT
-        self._said_s = -_COMPLAIN_S
+        self._said_s = -_WARN_EVERY_S
         self._wanted = threading.Event()
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._keep, name="last good set", daemon=True)
@@ -86,7 +86,7 @@ class LastGood:
             self._store.save_last(self._preset_of(values))
         except PresetError as error:
             now_s = time.monotonic()
-            if now_s - self._said_s >= _COMPLAIN_S:
+            if now_s - self._said_s >= _WARN_EVERY_S:
                 self._said_s = now_s
                 _log.error("the last good set is not kept: %s", error)
             self._wanted.set()  # again after a while: the disk may have room then

@@ -40,10 +40,10 @@ def note_strike(servo: Servo, t_ns: int) -> None:
     event.y = player.y
     event.speed_m_per_s = speed
     hand_estimate.hold(servo)
-    foreseen = contact_ahead(servo.ahead_law[0], motion, servo.ahead)
-    event.peak_N = min(foreseen.peak_N, servo.allowed[0].max_force_N)
-    event.contact_s = foreseen.contact_s
-    event.impulse_N_s = foreseen.impulse_N_s
+    ahead = contact_ahead(servo.ahead_law[0], motion, servo.ahead)
+    event.peak_N = min(ahead.peak_N, servo.allowed[0].max_force_N)
+    event.contact_s = ahead.contact_s
+    event.impulse_N_s = ahead.impulse_N_s
     event.level = level_of(servo.curve[0], speed)
     ring.push(servo.block.ring_cells, servo.block.events, event)
 

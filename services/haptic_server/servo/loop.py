@@ -19,7 +19,7 @@ from haptic_server.servo.memory import Servo
 from haptic_server.servo.trace import note
 from realtime.atomics import load_acquire, poke
 from realtime.clock import now_ns, wait_until
-from realtime.kernels.borrowed_view import lend
+from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.jit import ArgumentType, array_has, is_none, njit, overload
 
 _WARM_TICKS = 100  # lateness before this is the machine getting started, not the loop
@@ -70,7 +70,7 @@ def traced_tick(servo: Servo, now_ns: int, span_s: float) -> None:
 @njit()
 def run_virtual(servo: Servo, ticks: int, start_ns: int) -> int:
     """`ticks` ticks without waiting; the clock is start_ns + k T. Returns the last tick's time."""
-    servo = lend(servo)
+    servo = borrowed_view(servo)
     period = servo.plan[0].period_ns
     now = start_ns
     for _ in range(ticks):
@@ -99,7 +99,7 @@ def _keep(log: Log, tick: int, deadline: int, woken: int, timespec: Times) -> No
 
 @njit()
 def _run(servo: Servo, log: Log, first_ns: int, most_ticks: int) -> int:
-    servo = lend(servo)
+    servo = borrowed_view(servo)
     block = servo.block
     status = servo.status[0]
     period = servo.plan[0].period_ns

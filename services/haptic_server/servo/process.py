@@ -25,7 +25,7 @@ from haptic_server.records import FAULT_WORDS, NO_FAULT
 from haptic_server.servo import memory, priority, trace
 from haptic_server.servo.force.latch import passes
 from haptic_server.servo.streaming import stream_to
-from haptic_server.servo.watchdog import Pulse
+from haptic_server.servo.watchdog import Watchdog
 from realtime.atomics import poke
 from realtime.log import open_log
 from realtime.notify import Supervisor
@@ -34,7 +34,7 @@ from realtime.regular_file import read_text, write_text
 from realtime.stop import StopRequest
 
 _log = logging.getLogger("servo")
-_LOOK_EVERY_S = 0.25
+_POLL_EVERY_S = 0.25
 _LISTENERS_WITHIN_S = 3.0
 
 
@@ -61,9 +61,9 @@ def _watch(
     # Until asked to stop or the loop has ended: when a fault is latched, its last thousand ticks go to a file. Returns
     # whether the present fault is on file; `inherited`: whether it is from the start.
     written = inherited
-    pulse = Pulse(servo, Supervisor())
-    while not stop.wait(_LOOK_EVERY_S) and loop_thread.is_alive():
-        pulse.look()
+    watchdog = Watchdog(servo, Supervisor())
+    while not stop.wait(_POLL_EVERY_S) and loop_thread.is_alive():
+        watchdog.look()
         ended = bool(servo.player[0]["trace_ended"])
         if ended and not written:
             _save_trace(servo, path)

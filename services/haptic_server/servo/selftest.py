@@ -19,7 +19,7 @@ from haptic_server import block
 from haptic_server.servo import loop, memory, priority
 from haptic_server.servo.loop import Log, Times
 from haptic_server.servo.memory import Servo
-from haptic_server.servo.stall_detector import Witnesses, excused
+from haptic_server.servo.stall_detector import StallDetector, excused
 
 # The promise: discounted by what witnesses saw, at 1 kHz with SCHED_FIFO.
 P9999_NS, WORST_NS = 300_000, 500_000
@@ -74,10 +74,10 @@ def run(scene: Scene, seconds: float) -> dict[str, Any]:
     rehearse(memory.prepare(scene, block.in_memory(law_of(scene))))
     servo = memory.prepare(scene, block.in_memory(law_of(scene)))
     ticks = round(seconds * scene.servo.rate_Hz)
-    with Witnesses() as witnesses:
+    with StallDetector() as detector:
         begin_ns = time.monotonic_ns() + _START_NS
         (due, late, spent), granted = play(servo, ticks, scene.servo.cpu, begin_ns)
-    stalls = witnesses.stalls()
+    stalls = detector.stalls()
     ours = excused(due, late, stalls)
     fifo = granted.get("scheduler", "").startswith("SCHED_FIFO")
     fit = fifo and float(np.percentile(ours, 99.99)) <= P9999_NS and int(ours.max()) <= WORST_NS
@@ -91,7 +91,7 @@ def run(scene: Scene, seconds: float) -> dict[str, Any]:
         "tick": _percentiles(spent),
         "host_stalls": len(stalls),
         "longest_host_stall_us": float((stalls[:, 1] - stalls[:, 0]).max(initial=0)) / 1e3,
-        "witnesses_refused": witnesses.refused,
+        "witnesses_refused": detector.refused,
         "fit": bool(fit),
     }
 

@@ -43,7 +43,7 @@ def watch(cells: npt.NDArray[np.int64], stalls: Stalls, timespec: npt.NDArray[np
     return found
 
 
-class Witness(NamedTuple):
+class StallProbe(NamedTuple):
     """One running witness."""
 
     thread: threading.Thread
@@ -51,7 +51,7 @@ class Witness(NamedTuple):
     found: list[int]
 
 
-def _testify(
+def _run_probe(
     cpu: int, cells: npt.NDArray[np.int64], stalls: Stalls, found: list[int], refused: list[str]
 ) -> None:
     try:
@@ -62,7 +62,7 @@ def _testify(
     found.append(watch(cells, stalls, np.zeros(2, np.int64)))
 
 
-class Witnesses:
+class StallDetector:
     """Witnesses on every processor of this process, from `__enter__` to `__exit__`; Linux only.
 
     `refused` says where the priority was not granted: such a witness is late itself, and excuses too much.
@@ -70,10 +70,10 @@ class Witnesses:
 
     def __init__(self) -> None:
         self._cells = np.zeros(8, np.int64)
-        self._running: list[Witness] = []
+        self._running: list[StallProbe] = []
         self.refused: list[str] = []
 
-    def __enter__(self) -> "Witnesses":
+    def __enter__(self) -> "StallDetector":
         if not sys.platform.startswith("linux"):
             self.refused.append(f"witnesses run only on Linux, this is {sys.platform}")
             return self
@@ -83,9 +83,9 @@ class Witnesses:
         for cpu in sorted(os.sched_getaffinity(0)):
             stalls, found = np.zeros((_MOST_STALLS, 2), np.int64), list[int]()
             given = (cpu, self._cells, stalls, found, self.refused)
-            thread = threading.Thread(target=_testify, args=given, name=f"witness {cpu}", daemon=True)
+            thread = threading.Thread(target=_run_probe, args=given, name=f"witness {cpu}", daemon=True)
             thread.start()
-            self._running.append(Witness(thread, stalls, found))
+            self._running.append(StallProbe(thread, stalls, found))
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -5,7 +5,7 @@ from haptic_server.servo.memory import Servo
 from realtime.notify import Supervisor
 
 
-class Pulse:
+class Watchdog:
     """Feeds the watchdog only while the tick counter advances: the main thread may live though the loop hangs."""
 
     def __init__(self, servo: Servo, supervisor: Supervisor) -> None:

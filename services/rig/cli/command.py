@@ -87,7 +87,7 @@ _GROUPS: tuple[tuple[str, str, _Commands], ...] = (
         (
             ("servo", service.servo_command),
             ("gateway", service.gateway_command),
-            ("door", service.door_command),
+            ("door", service.access_command),
             ("sound", service.sound_command),
             ("panel", service.panel_command),
             ("servo-ticks", service.servo_ticks_command),

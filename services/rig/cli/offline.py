@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from rig.cli.grouped import grouped
-from rig.options import Figures, Json, Pictures, SceneName, Sweeps
+from rig.options import FigureOptions, Figures, Json, SceneName, Sweeps
 
 
 def simulate_command(
@@ -49,7 +49,7 @@ def render_command(
     roll: Annotated[bool, typer.Option("--roll", help="Play what the scene's own stick does.")] = False,
     rate: Annotated[int, typer.Option(help="Samples a second.")] = 48000,
     *,
-    pictures: Pictures,
+    pictures: FigureOptions,
     as_json: Json = False,
 ) -> None:
     """A scene's drum into a WAV file, offline."""

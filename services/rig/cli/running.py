@@ -13,7 +13,7 @@ from rig.options import (
     Json,
     Listen,
     OscOut,
-    Playback,
+    PlaybackOptions,
     Prefix,
     PresetName,
     RigFile,
@@ -51,7 +51,7 @@ def replay_command(
         Path, typer.Argument(help="A recording, .mcap; one that was cut off plays as far as it goes.")
     ],
     *,
-    playback: Playback,
+    playback: PlaybackOptions,
     rig: RigName = "main",
     connect: Connect = None,
     listen: Listen = DEFAULT_ROUTER,

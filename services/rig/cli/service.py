@@ -4,74 +4,79 @@ from dataclasses import replace
 
 from rig.cli.grouped import grouped
 from rig.options import (
-    Arm,
-    Ends,
+    AudioOptions,
+    DeviceOptions,
     ExitHow,
     ExitStatus,
-    Gateway,
-    Hall,
+    GatewayOptions,
     ListenOrFile,
-    Page,
+    PageOptions,
     RigFile,
     RigName,
     RigNameOrFile,
+    RigOptions,
+    RoomOptions,
     Scene,
-    Speaker,
 )
 
 
 @grouped
-def servo_command(*, scene: Scene = "roll", arm: Arm, rig: RigName = "main") -> None:
+def servo_command(*, scene: Scene = "roll", device: DeviceOptions, rig: RigName = "main") -> None:
     """Run the force loop in the foreground, for systemd. Without a rig file it stays off the network."""
     from rig.supervision.plan import HAPTIC
-    from rig.supervision.rig_options import chosen
+    from rig.supervision.rig_options import checked_options
     from rig.supervision.service import become_servo
 
-    become_servo(chosen(frozenset({HAPTIC}), Ends(rig=rig), arm), scene)
+    become_servo(checked_options(frozenset({HAPTIC}), RigOptions(rig=rig), device), scene)
 
 
 @grouped
-def gateway_command(*, ends: Ends, gateway: Gateway) -> None:
+def gateway_command(*, rig_options: RigOptions, gateway: GatewayOptions) -> None:
     """Become the gateway between a force loop and the network."""
     from rig.supervision.plan import HAPTIC
-    from rig.supervision.rig_options import chosen
+    from rig.supervision.rig_options import checked_options
     from rig.supervision.service import become_gateway
 
-    become_gateway(chosen(frozenset({HAPTIC}), ends, gateway))
+    become_gateway(checked_options(frozenset({HAPTIC}), rig_options, gateway))
 
 
-def door_command(
+def access_command(
     rig: RigNameOrFile = None,
     rig_file: RigFile = None,
     listen: ListenOrFile = None,
 ) -> None:
     """Become the public listener that the rig file describes, beside the gateway."""
-    from rig.options import Doors
-    from rig.supervision.plan import DOOR
-    from rig.supervision.rig_options import chosen
+    from rig.options import EndpointOptions
+    from rig.supervision.plan import ACCESS
+    from rig.supervision.rig_options import checked_options
     from rig.supervision.service import become
 
-    become(DOOR, chosen(frozenset({DOOR}), Ends(rig=rig, rig_file=rig_file), Doors(listen=listen)))
+    become(
+        ACCESS,
+        checked_options(
+            frozenset({ACCESS}), RigOptions(rig=rig, rig_file=rig_file), EndpointOptions(listen=listen)
+        ),
+    )
 
 
 @grouped
-def sound_command(*, speaker: Speaker, ends: Ends, hall: Hall) -> None:
+def sound_command(*, audio: AudioOptions, rig_options: RigOptions, room: RoomOptions) -> None:
     """Become the sound server, which waits for its device."""
     from rig.supervision.plan import SOUND
-    from rig.supervision.rig_options import chosen
+    from rig.supervision.rig_options import checked_options
     from rig.supervision.service import become
 
-    become(SOUND, replace(chosen(frozenset({SOUND}), ends, speaker, hall), audio_awaited=True))
+    become(SOUND, replace(checked_options(frozenset({SOUND}), rig_options, audio, room), audio_awaited=True))
 
 
 @grouped
-def panel_command(*, page: Page, ends: Ends) -> None:
+def panel_command(*, page: PageOptions, rig_options: RigOptions) -> None:
     """Become the technician's page."""
     from rig.supervision.plan import PANEL
-    from rig.supervision.rig_options import chosen
+    from rig.supervision.rig_options import checked_options
     from rig.supervision.service import become
 
-    become(PANEL, chosen(frozenset({PANEL}), ends, page))
+    become(PANEL, checked_options(frozenset({PANEL}), rig_options, page))
 
 
 def servo_ticks_command(rig: RigName = "main") -> None:

@@ -15,7 +15,7 @@ from protocol.keys import Keys
 from protocol.messages import State, decode
 from protocol.pattern import alive_key, presence_of
 
-_LOOK_S = 0.5
+_POLL_S = 0.5
 _TRIPS = 3
 _STATE_WITHIN_S = 0.5  # told 30 times a second
 _STALE_S = 2.0
@@ -54,14 +54,14 @@ class Network:
         served = [rig for rig, there in services.items() if there["haptic"]]
         self._follow(served)
         answers = self._ask(served)
-        self._hear(served)
+        self._subscribe(served)
         return [self._seen(rig, services[rig], answers.get(rig)) for rig in sorted(services)]
 
     def _present(self) -> dict[str, Counter[str]]:
         found: dict[str, Counter[str]] = {}
         keys = {
             str(reply.ok.key_expr)
-            for reply in self._session.liveliness().get(alive_key(), timeout=_LOOK_S)
+            for reply in self._session.liveliness().get(alive_key(), timeout=_POLL_S)
             if reply.ok is not None
         }
         for key in keys:
@@ -80,7 +80,7 @@ class Network:
             self._states.pop(rig).undeclare()
             self._heard.pop(rig, None)
 
-    def _hear(self, rigs: Sequence[str]) -> None:
+    def _subscribe(self, rigs: Sequence[str]) -> None:
         end = time.monotonic() + _STATE_WITHIN_S
         while True:
             for rig in rigs:
@@ -122,7 +122,7 @@ class Network:
 
             sent[rig] = time.monotonic()
             handler = zenoh.handlers.Callback(take, over, indirect=False)
-            self._session.get(Keys(rig).scene, handler, timeout=_LOOK_S)
+            self._session.get(Keys(rig).scene, handler, timeout=_POLL_S)
         found: dict[str, tuple[str | None, float]] = {}
         for _ in rigs:
             while (item := came.get())[1] is not None:

@@ -248,10 +248,10 @@ def _draw(
 
             save(spectrogram(sound, options.rate_Hz, scene.drum.f01_Hz, scene.name), options.spectrogram)
         if options.modes is not None:
-            from drumstick.drum.mode_measurement import heard_modes
+            from drumstick.drum.mode_measurement import measured_modes
             from rig.figures.sounds.modes import modes
 
-            heard = heard_modes(scene, options.rate_Hz)
+            heard = measured_modes(scene, options.rate_Hz)
             save(modes(heard, f"{scene.name}: modes of one soft strike"), options.modes)
             rows = [mode._asdict() for mode in heard.modes]
     except OSError as error:

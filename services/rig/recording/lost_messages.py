@@ -9,7 +9,7 @@ from rig.recording.channels import Channel
 _CONTACTS = 64
 
 
-class Gaps:
+class LostMessages:
     """Counts by topic what is missing between the first and the last that came, of each start of the servo."""
 
     def __init__(self) -> None:

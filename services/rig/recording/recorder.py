@@ -20,9 +20,9 @@ from protocol.rate_limited_log import RateLimitedLog
 from realtime.log import say
 from realtime.stop import StopRequest
 from rig.recording import channels
-from rig.recording.lost_messages import Gaps
+from rig.recording.lost_messages import LostMessages
 from rig.recording.mcap_writer import CLOCK_METADATA, SCENE_ATTACHMENT, McapWriter
-from rig.recording.recorder_session import Came, Heard, Item, Listening, NewClock, NewScene
+from rig.recording.recorder_session import Appeared, Item, NewClock, NewScene, Received, RecorderSession
 from rig.recording.times import TimeLine, wall_minus_monotonic_ns
 from rig.supervision.resolved_options import FarEnd
 
@@ -103,9 +103,9 @@ class Recorder:
         self._force = force
         self._wait = wait
         self._say = say
-        self._listening = Listening(end)
+        self._listening = RecorderSession(end)
         self._line = TimeLine(wall_minus_monotonic_ns())
-        self._gaps = Gaps()
+        self._gaps = LostMessages()
         self._ended = threading.Event()
         self._boot = 0  # whose clock and scene the file has
         self._heard_boot = 0  # of the newest message; written by the writing thread
@@ -144,7 +144,7 @@ class Recorder:
             raise NoRig(f"no rig answers at {self._endpoint}")
         self._listening.listen(self._force)
         while not stop.is_set():
-            scene, clock = self._listening.scene(), self._listening.clock(self._complain)
+            scene, clock = self._listening.scene(), self._listening.clock(self._warn)
             if scene is not None and clock is not None:
                 self._scene, self._boot = scene, clock.boot
                 self._line.learn(clock)
@@ -159,7 +159,7 @@ class Recorder:
         try:
             scene = scene_of(self._scene)
         except ValueError as error:
-            self._complain(
+            self._warn(
                 f"the rig's scene cannot be read here ({error}): parameters are recorded without units"
             )
         else:
@@ -199,7 +199,7 @@ class Recorder:
                 self._measure()
 
     def _measure(self) -> int | None:
-        clock = self._listening.clock(self._complain)
+        clock = self._listening.clock(self._warn)
         if clock is None:
             return None
         self._queue(NewClock(clock, time.monotonic_ns()))
@@ -222,7 +222,7 @@ class Recorder:
         except queue.Full:
             self._listening.overrun["clock"] += 1  # it is measured again
 
-    def _complain(self, words: str) -> None:
+    def _warn(self, words: str) -> None:
         # A foreign program that publishes rubbish must not fill the log.
         self._log_limited.warn(words)
 
@@ -249,40 +249,43 @@ class Recorder:
 
     def _file(self, mcap: McapWriter, item: Item) -> None:
         match item:
-            case Heard():
+            case Received():
                 self._file_heard(mcap, item)
-            case Came():
-                wall_ns = self._line.wall_ns(item.heard_ns)
+            case Appeared():
+                wall_ns = self._line.wall_ns(item.received_ns)
                 mcap.put(channels.ALIVE, "", item.presence, wall_ns, wall_ns, time.monotonic_ns())
             case NewClock():
                 if self._line.learn(item.clock):
                     facts = {
                         "boot": item.clock.boot,
-                        "wall_ns": self._line.wall_ns(item.heard_ns),
+                        "wall_ns": self._line.wall_ns(item.received_ns),
                         "haptic_minus_monotonic_ns": item.clock.offset_ns,
                         "clock_error_ns": item.clock.error_ns,
                     }
                     mcap.note(CLOCK_METADATA, {name: str(value) for name, value in facts.items()})
             case NewScene():
                 name = f"scene-{item.boot:x}.json"
-                mcap.attach_scene(name, item.payload, self._line.wall_ns(item.heard_ns))
+                mcap.attach_scene(name, item.payload, self._line.wall_ns(item.received_ns))
 
-    def _file_heard(self, mcap: McapWriter, item: Heard) -> None:
+    def _file_heard(self, mcap: McapWriter, item: Received) -> None:
         try:
             message = decode(item.payload, item.channel.kind)
-            log_ns, publish_ns = self._line.wall_ns(item.heard_ns), self._event_ns(message, item.heard_ns)
+            log_ns, publish_ns = (
+                self._line.wall_ns(item.received_ns),
+                self._event_ns(message, item.received_ns),
+            )
             mcap.put(item.channel, item.name, message, log_ns, publish_ns, time.monotonic_ns())
         except ValueError as error:
             self.result.unreadable += 1
-            self._complain(f"{item.channel.topic} left out: {error}")
+            self._warn(f"{item.channel.topic} left out: {error}")
             return
         self._gaps.note(item.channel, message)
         self._heard_boot = getattr(message, "boot", self._heard_boot)
 
-    def _event_ns(self, message: Message, heard_ns: int) -> int:
+    def _event_ns(self, message: Message, received_ns: int) -> int:
         t_ns: int | None = getattr(message, "t_ns", None)
         boot: int | None = None if isinstance(message, Meter) else getattr(message, "boot", None)
-        return self._line.event_ns(t_ns, boot, heard_ns)
+        return self._line.event_ns(t_ns, boot, received_ns)
 
     def _result(self, mcap: McapWriter) -> Result:
         result = self.result

@@ -27,27 +27,27 @@ _QUEUED = 100_000  # a minute of everything at its busiest
 _QUERY_S = 0.5
 
 
-class Heard(NamedTuple):
+class Received(NamedTuple):
     """One sample: its channel, the last part of its key, its payload, when it came (monotonic ns)."""
 
     channel: Channel
     name: str
     payload: bytes
-    heard_ns: int
+    received_ns: int
 
 
-class Came(NamedTuple):
+class Appeared(NamedTuple):
     """A liveliness token that appeared or went."""
 
     presence: Presence
-    heard_ns: int
+    received_ns: int
 
 
 class NewClock(NamedTuple):
     """A measurement of the haptic machine's clock."""
 
     clock: HapticClock
-    heard_ns: int
+    received_ns: int
 
 
 class NewScene(NamedTuple):
@@ -55,13 +55,13 @@ class NewScene(NamedTuple):
 
     payload: bytes
     boot: int
-    heard_ns: int
+    received_ns: int
 
 
-Item = Heard | Came | NewClock | NewScene
+Item = Received | Appeared | NewClock | NewScene
 
 
-class Listening:
+class RecorderSession:
     """Subscriptions to one rig. `open`, `close`, questions: the main thread; `items`: the writing one."""
 
     def __init__(self, end: FarEnd) -> None:
@@ -138,14 +138,14 @@ class Listening:
         """The scene's JSON; None when nobody answers. Blocks up to 0.5 s, as every question."""
         return next((sample.payload.to_bytes() for sample in self._asked(self._keys.scene)), None)
 
-    def clock(self, complain: Callable[[str], None]) -> HapticClock | None:
+    def clock(self, warn: Callable[[str], None]) -> HapticClock | None:
         """The haptic machine's clock; None when nobody answers."""
         key = self._keys.clock
 
         def answer() -> bytes | None:
             return next((sample.payload.to_bytes() for sample in self._asked(key)), None)
 
-        return asked_clock(self._clock_map, answer, complain)
+        return asked_clock(self._clock_map, answer, warn)
 
     def ask_params(self) -> None:
         """Queue the readback of every parameter, as if it had just been published."""
@@ -177,10 +177,10 @@ class Listening:
                 self._put(channel, _item(channel, sample, time.monotonic_ns()))
 
 
-def _item(channel: Channel, sample: zenoh.Sample, heard_ns: int) -> Item:
+def _item(channel: Channel, sample: zenoh.Sample, received_ns: int) -> Item:
     key = str(sample.key_expr)
     if channel is channels.ALIVE:
         service, ident = key.rsplit("/", 2)[1:]
         here = sample.kind == zenoh.SampleKind.PUT
-        return Came(Presence(service=service, id=ident, alive=here), heard_ns)
-    return Heard(channel, key.rpartition("/")[2], sample.payload.to_bytes(), heard_ns)
+        return Appeared(Presence(service=service, id=ident, alive=here), received_ns)
+    return Received(channel, key.rpartition("/")[2], sample.payload.to_bytes(), received_ns)

@@ -12,7 +12,7 @@ from rig.recording import channels
 from rig.replaying.cues import Cue, Renumbering, pass_ns
 from rig.replaying.lateness import Lateness
 from rig.replaying.osc_out import OscOut
-from rig.replaying.replay_server import StandIn
+from rig.replaying.replay_server import ReplayServer
 
 _LONGEST_SLEEP_S = 0.02  # so that a stop is heard
 _ALIVE_EVERY_NS = 1_000_000_000
@@ -25,7 +25,7 @@ class Player:
         self,
         cues: Sequence[Cue],
         renumbering: Renumbering,
-        stand_in: StandIn,
+        stand_in: ReplayServer,
         osc: OscOut,
         rig: str,
         panicked: Callable[[], bool],

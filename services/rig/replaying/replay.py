@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from rig.replaying.cues import Cue
 
 _ON_ITS_WAY_S = 0.2  # what was put last is heard before the session ends
-_LOOK_S = 0.1
+_POLL_S = 0.1
 _LEAD_S = 1.0  # for those who only now find a router: they try twice a second
 
 
@@ -115,7 +115,7 @@ def _await_sound(session: "zenoh.Session", keys: Keys, enough: Callable[[], bool
 
     _say(f"waiting for a sound server of rig {keys.rig!r}")
     while not enough() and not present(session, keys.alive("sound", "*")):
-        time.sleep(_LOOK_S)
+        time.sleep(_POLL_S)
 
 
 def replay(keys: Keys, options: ReplayOptions, as_json: bool) -> None:
@@ -148,11 +148,11 @@ def _played(
     from rig.replaying.cues import Renumbering, numbers_of
     from rig.replaying.osc_out import OscOut
     from rig.replaying.player import Player
-    from rig.replaying.replay_server import StandIn, new_boot
+    from rig.replaying.replay_server import ReplayServer, new_boot
 
     boot, panic = new_boot(), StopRequest()
     what = f"a replay of {options.file.name}"
-    stand_in = StandIn(
+    stand_in = ReplayServer(
         session, keys, boot, recording.scenes[0], what, panic.ask, lambda: {"replay": str(options.file)}
     )
     osc = OscOut(options.osc_out, options.prefix, table_of(scene))

@@ -34,7 +34,7 @@ def present(session: zenoh.Session, key: str) -> list[str]:
     return [str(reply.ok.key_expr) for reply in replies if reply.ok is not None]
 
 
-class StandIn:
+class ReplayServer:
     """Stand-in for one rig. `scene`: JSON; `what`: reason for refusing a set; `on_panic` is called on the worker."""
 
     def __init__(

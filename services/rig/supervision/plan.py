@@ -9,21 +9,21 @@ from protocol.keys import DEFAULT_ROUTER
 from protocol.session import Public
 from rig.accuracy_files import FILE, SHIPPED
 from rig.folder import accuracy_folder
-from rig.options import Arm, Hall, Outlets, Page, Speaker, Take
+from rig.options import AudioOptions, DeviceOptions, OutputOptions, PageOptions, RecordOptions, RoomOptions
 
 HAPTIC, SOUND, PANEL = "haptic", "sound", "panel"
-RECORD, DOOR = "record", "door"
+RECORD, ACCESS = "record", "door"
 NOT_ESSENTIAL = frozenset({RECORD})  # whose end never ends a rig
 
 
 @dataclass(frozen=True)
-class Options(Arm, Outlets, Speaker, Hall, Page, Take):
+class Options(DeviceOptions, OutputOptions, AudioOptions, RoomOptions, PageOptions, RecordOptions):
     """What the user chose, with what follows from it and the rig file; defaults are those of the commands."""
 
     rig: str
     folder: Path
     state: Path
-    parts: frozenset[str] = field(default_factory=lambda: frozenset({HAPTIC, DOOR, SOUND, PANEL}))
+    parts: frozenset[str] = field(default_factory=lambda: frozenset({HAPTIC, ACCESS, SOUND, PANEL}))
     connect: str | None = None
     listen: str = DEFAULT_ROUTER
     public: Public | None = None  # where other machines come in
@@ -81,8 +81,14 @@ def commands(options: Options) -> dict[str, list[str]]:
         plan["gateway"] = [
             *python, "haptic_server.gateway", *folder, *rig, *osc, *zenoh, *kept, *_extras(options)
         ]  # fmt: skip
-    if DOOR in options.parts and options.public is not None:
-        plan[DOOR] = [*python, "haptic_server.access", "--connect", options.router, *_public(options.public)]
+    if ACCESS in options.parts and options.public is not None:
+        plan[ACCESS] = [
+            *python,
+            "haptic_server.access",
+            "--connect",
+            options.router,
+            *_public(options.public),
+        ]
     if SOUND in options.parts:
         plan["sound"] = [*python, "sound_server", *router, *_sound(options)]
     if PANEL in options.parts:

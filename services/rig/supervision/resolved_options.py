@@ -17,7 +17,7 @@ from rig import checks
 from rig.exit_status import LACKING, Stop, wrong
 from rig.identity import identity_check
 from rig.identity.rig_file import RigFile, load
-from rig.supervision.plan import DOOR, PANEL, SOUND
+from rig.supervision.plan import ACCESS, PANEL, SOUND
 from rig.supervision.plan import HAPTIC as HAPTIC_PART
 
 _OSC_HOST, _OSC_PORT = "127.0.0.1", 9100
@@ -41,7 +41,7 @@ class ResolvedOptions(NamedTuple):
     osc_allow: tuple[str, ...]  # empty: loopback
 
 
-def settle(
+def resolve(
     parts: frozenset[str],
     rig_file: Path | None,
     *,
@@ -70,13 +70,13 @@ def settle(
     )
     for target in osc_out or ():
         checks.target(target)
-    if end is None and parts & {HAPTIC_PART, DOOR}:
+    if end is None and parts & {HAPTIC_PART, ACCESS}:
         require_loopback(at)
     return ResolvedOptions(
         name,
         end,
         at,
-        _public(file, name, at, parts) if DOOR in parts and end is None else None,
+        _public(file, name, at, parts) if ACCESS in parts and end is None else None,
         _identity(file, end, parts),
         (host, osc_in or port),
         targets,
@@ -122,16 +122,16 @@ def _rig(file: RigFile, rig: str | None) -> str:
 
 
 def _identity(file: RigFile, connect: str | None, parts: frozenset[str]) -> Identity | None:
-    if connect is None or not is_tls(connect) or parts <= {DOOR}:
+    if connect is None or not is_tls(connect) or parts <= {ACCESS}:
         return None
     _require_identity(connect, file)
     assert file.identity is not None
-    if len(parts - {DOOR}) > 1:
+    if len(parts - {ACCESS}) > 1:
         wrong(
             f"{connect}: over TLS each part needs a certificate of its own: start drumstick haptic, sound or panel,"
             " each with its rig file"
         )
-    identity, (part,) = file.identity, parts - {DOOR}
+    identity, (part,) = file.identity, parts - {ACCESS}
     _judge(lambda: identity_check.require_client(identity, _ROLES_OF[part], f"drumstick {part}"), parts)
     return identity
 

@@ -4,22 +4,24 @@ import dataclasses
 from typing import Any
 
 from rig import checks, folder
-from rig.options import Doors, Ends
+from rig.options import EndpointOptions, RigOptions
 from rig.supervision.plan import Options
-from rig.supervision.resolved_options import settle
+from rig.supervision.resolved_options import resolve
 
 Group = Any  # one of rig.options
 
 
-def chosen(parts: frozenset[str], ends: Ends, *groups: Group) -> Options:
+def checked_options(parts: frozenset[str], given_rig: RigOptions, *groups: Group) -> Options:
     """The options of a rig of these parts, from the groups that its command has. Raises Stop."""
     given: dict[str, Any] = {}
     for group in groups:
         given |= {field.name: getattr(group, field.name) for field in dataclasses.fields(group)}
-    doors = Doors(**{field.name: given.pop(field.name, None) for field in dataclasses.fields(Doors)})
-    found = settle(
-        parts, ends.rig_file,
-        rig=ends.rig, connect=ends.connect, listen=doors.listen, osc_in=doors.osc_in, osc_out=doors.osc_out,
+    named = {field.name: given.pop(field.name, None) for field in dataclasses.fields(EndpointOptions)}
+    endpoints = EndpointOptions(**named)
+    found = resolve(
+        parts, given_rig.rig_file,
+        rig=given_rig.rig, connect=given_rig.connect,
+        listen=endpoints.listen, osc_in=endpoints.osc_in, osc_out=endpoints.osc_out,
     )  # fmt: skip
     host, port = found.osc_bind
     options = Options(

@@ -23,7 +23,7 @@ from rig.supervision.scene_files import SceneFiles
 from rig.supervision.terminal import Terminal
 from rig.supervision.watch import Watch
 
-_LOOK_S = 0.05
+_POLL_S = 0.05
 _STOP_WITHIN_S = 4.0
 _REPORT_AFTER_S = 10.0
 _READY_WITHIN_S = 120.0  # the very first start compiles every kernel
@@ -56,7 +56,7 @@ class Rig:
                 service.start()
             while not self._stopping:
                 now = time.monotonic()
-                self._look(now)
+                self._poll(now)
                 if ready_at is None and not self._waits_for():
                     ready_at = now
                     self._strikes_before = self._watch.strikes
@@ -70,14 +70,14 @@ class Rig:
                     self._terminal.say(f"not ready after {report_s:.0f} s: {self._waits_for()}")
                     report_s *= 2.0
                 self._terminal.status(self._status_line())
-                time.sleep(_LOOK_S)
+                time.sleep(_POLL_S)
         finally:
             self._stop()
 
     def _ask_to_stop(self, *_: object) -> None:
         self._stopping = True
 
-    def _look(self, now: float) -> None:
+    def _poll(self, now: float) -> None:
         self._follow_scene()
         for service in self._services:
             service.look(now)

@@ -18,7 +18,7 @@ from protocol.clock import ClockMap, HapticClock, asked_clock
 from protocol.keys import Keys
 from protocol.messages import ENCODING, Meter, encode
 from protocol.rate_limited_log import RateLimitedLog
-from sound_server.receiving.subscription import Hearing
+from sound_server.receiving.subscription import Subscription
 
 _RING = 256
 _QUERY_S = 0.5
@@ -33,7 +33,7 @@ class Link:
         self._log_limited = limited_log
         self._readers: list[threading.Thread] = []
         self._token: zenoh.LivelinessToken | None = None
-        self._contacts: Hearing | None = None
+        self._contacts: Subscription | None = None
         self._clock_map = ClockMap()
 
     def scene(self) -> Scene | None:
@@ -86,7 +86,7 @@ class Link:
         reader.start()
         self._readers.append(reader)
 
-    def hear_contacts(self, take: Callable[[bytes, int], None] | None) -> None:
+    def subscribe_contacts(self, take: Callable[[bytes, int], None] | None) -> None:
         """Call `take(payload, monotonic ns)` for every piece of a contact, on a thread of its own; None: not any more.
 
         Only while somebody hears them are they published at all.
@@ -95,7 +95,7 @@ class Link:
             self._contacts.close()
             self._contacts = None
         elif take is not None and self._contacts is None:
-            self._contacts = Hearing(self._session, self.keys.contact, take)
+            self._contacts = Subscription(self._session, self.keys.contact, take)
 
     def announce(self, instance: str) -> None:
         """Be seen as alive/sound/<instance> for as long as the session lives."""

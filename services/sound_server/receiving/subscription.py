@@ -10,7 +10,7 @@ import zenoh
 _MOST_WAITING = 256
 
 
-class Hearing:
+class Subscription:
     """Calls `take(payload, monotonic ns of its arrival)` for every sample of `key`, on one thread, until closed.
 
     Samples that come while 256 wait are dropped. (A ring channel's reader could not be called back from `recv`.)
@@ -21,7 +21,7 @@ class Hearing:
         self._waiting: queue.SimpleQueue[tuple[bytes, int] | None] = queue.SimpleQueue()
         self._reader = threading.Thread(target=self._read, name=key.rpartition("/")[2], daemon=True)
         self._reader.start()
-        self._subscriber = session.declare_subscriber(key, self._hear)
+        self._subscriber = session.declare_subscriber(key, self._enqueue)
 
     def close(self) -> None:
         """Hear no more. The main thread; waits for the reader."""
@@ -33,7 +33,7 @@ class Hearing:
         self._waiting.put(None)
         self._reader.join()
 
-    def _hear(self, sample: zenoh.Sample) -> None:
+    def _enqueue(self, sample: zenoh.Sample) -> None:
         # On zenoh's own thread, which must not wait.
         if self._waiting.qsize() < _MOST_WAITING:
             self._waiting.put((sample.payload.to_bytes(), time.monotonic_ns()))

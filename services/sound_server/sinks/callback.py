@@ -10,7 +10,7 @@ import numpy.typing as npt
 from numba.np.numpy_support import carray
 
 from realtime.clock import now_ns
-from realtime.kernels.borrowed_view import lend
+from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.float_mode import flush_denormals, restore
 from realtime.kernels.handover import Handed, take_up
 from realtime.kernels.jit import cfunction, njit
@@ -40,7 +40,7 @@ def fill(
     boards: Boards, counters: Records, out: npt.NDArray[np.float32], flags: int, clock: npt.NDArray[np.int64]
 ) -> None:
     """One callback's work. Audio thread; no allocation, no locks."""
-    boards = lend(boards)
+    boards = borrowed_view(boards)
     if flags & _UNDERFLOW:
         counters[0].xruns += 1
     mode = flush_denormals()
@@ -64,7 +64,7 @@ def stream_callback(_input: Any, output: Any, frames: Any, _time: Any, flags: An
     return 0
 
 
-class Heard:
+class CallbackData:
     """What the callback reads. It must live as long as the stream; `counters` is (1,) of SINK_COUNTERS."""
 
     def __init__(self, stage: Stage, counters: Records) -> None:

@@ -35,14 +35,14 @@ class DeviceSink:
         self._counters: Records = np.zeros(1, SINK_COUNTERS)
         self._counters["rate_Hz"], self._counters["channels"] = self.rate_Hz, channels
         self.stage = Stage(self.rate_Hz)
-        self._heard = callback.Heard(self.stage, self._counters)
+        self._callback_data = callback.CallbackData(self.stage, self._counters)
         self._clock = np.zeros(2, np.int64)
         self._stream = self._open(index, block, channels)
         if api == "ALSA":
             ask_for_real_time(self._stream)
         self._stream.start()
         self.latency_ms = 1e3 * (
-            block / self.rate_Hz + told_latency_s(float(self._stream.latency), self.rate_Hz)
+            block / self.rate_Hz + reported_latency_s(float(self._stream.latency), self.rate_Hz)
         )
 
     def _open(self, index: int, block: int, channels: int) -> Any:
@@ -54,14 +54,14 @@ class DeviceSink:
             "dtype": "float32",
             "latency": "low",
         }
-        door: Any = sounddevice
+        portaudio: Any = sounddevice
         try:
-            base, ffi = door._StreamBase, door._ffi
+            base, ffi = portaudio._StreamBase, portaudio._ffi
             function = ffi.cast("PaStreamCallback *", callback.stream_callback.address)
-            userdata = ffi.cast("void *", self._heard.address)
+            userdata = ffi.cast("void *", self._callback_data.address)
         except AttributeError as missing:
             logging.warning("sounddevice without %s: audio runs in Python and will miss blocks", missing.name)
-            return door.OutputStream(callback=self._python_callback, **wishes)
+            return portaudio.OutputStream(callback=self._python_callback, **wishes)
         return base(kind="output", callback=function, wrap_callback=None, userdata=userdata, **wishes)
 
     def _python_callback(self, out: Any, frames: int, _time: Any, flags: Any) -> None:
@@ -103,15 +103,15 @@ def ask_for_real_time(stream: Any) -> None:
     PortAudio's ALSA side asks only when told; JACK gives its clients real time itself. Not for streams of
     another host API, whose memory it would write into.
     """
-    door: Any = sounddevice
+    portaudio: Any = sounddevice
     try:
-        pointer = int(door._ffi.cast("uintptr_t", stream._ptr))
-        ctypes.CDLL(door._libname).PaAlsa_EnableRealtimeScheduling(ctypes.c_void_p(pointer), 1)
+        pointer = int(portaudio._ffi.cast("uintptr_t", stream._ptr))
+        ctypes.CDLL(portaudio._libname).PaAlsa_EnableRealtimeScheduling(ctypes.c_void_p(pointer), 1)
     except (AttributeError, OSError) as missing:
         logging.warning("the audio thread has no real-time priority: %s", missing)
 
 
-def told_latency_s(told_s: float, rate_Hz: int) -> float:
+def reported_latency_s(told_s: float, rate_Hz: int) -> float:
     """A stream's latency; 0 where PortAudio subtracted a block from a JACK port's 0 frames, in 32 bits without sign."""
     return told_s if told_s * rate_Hz < 2**31 else 0.0
 

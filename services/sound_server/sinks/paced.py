@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from realtime.clock import now_ns, sleep_until
-from realtime.kernels.borrowed_view import lend
+from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.float_mode import flush_denormals, restore
 from realtime.kernels.jit import njit
 from realtime.records import Records
@@ -21,7 +21,7 @@ from sound_server.sinks.sink import SINK_COUNTERS, SinkCounters
 from sound_server.stage import Boards, Stage
 
 _CHUNK_S = 0.05
-_LOOK_S = 0.02
+_POLL_S = 0.02
 _LATE_NS = 50_000_000
 _GIVE_UP_NS = 1_000_000_000
 
@@ -38,7 +38,7 @@ def play_chunk(
     clock: npt.NDArray[np.int64],
 ) -> None:
     """Fill `out` block by block, each at its own time after `start_ns`. Sink's thread; blocks as long as it plays."""
-    boards = lend(boards)
+    boards = borrowed_view(boards)
     counts: SinkCounters = counters[0]
     mode = flush_denormals()
     first = 0
@@ -110,7 +110,7 @@ class PacedSink:
         play_chunk(boards, self._counters, out[:0], self._block, 0, clock)  # compiles, where it must
         while self.stage.drums == 0:  # a recording begins with the first drum
             self.turns += 1
-            if self._stop.wait(_LOOK_S):
+            if self._stop.wait(_POLL_S):
                 return
         origin_ns, frames = time.monotonic_ns(), 0
         while not self._stop.is_set():

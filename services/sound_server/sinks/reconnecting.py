@@ -15,7 +15,7 @@ from sound_server.sinks.paced import PacedSink
 from sound_server.sinks.selection import AUTO, labels
 from sound_server.sinks.sink import SinkError
 
-_FIRST_LOOK_S, _LONGEST_LOOK_S = 1.0, 10.0
+_FIRST_POLL_S, _LONGEST_POLL_S = 1.0, 10.0
 _HANGS_S = 20.0
 
 
@@ -42,20 +42,20 @@ class DeviceWatch:
         self.found = False
         self._name = name
         self._stop = stop
-        self._look = look
+        self._poll = look
         threading.Thread(target=self._run, name="device_watch", daemon=True).start()
 
     def _run(self) -> None:
-        pause_s = _FIRST_LOOK_S
+        pause_s = _FIRST_POLL_S
         while not self._stop.wait(pause_s):
-            if self._look(self._name):
+            if self._poll(self._name):
                 logging.info("%s is there", _called(self._name))
                 self.found = True
                 self._stop.ask()
-            pause_s = min(2.0 * pause_s, _LONGEST_LOOK_S)
+            pause_s = min(2.0 * pause_s, _LONGEST_POLL_S)
 
 
-def stand_in(name: str, why: Exception, rate_Hz: int, block: int) -> PacedSink:
+def placeholder_sink(name: str, why: Exception, rate_Hz: int, block: int) -> PacedSink:
     """What plays meanwhile: in time, for nobody. Its words tell every meter what is awaited."""
     logging.warning("%s; playing for nobody until %s is there", why, _called(name))
     return PacedSink(f"waiting for {_called(name)}", rate_Hz, block)

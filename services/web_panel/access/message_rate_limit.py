@@ -4,7 +4,7 @@ _PER_S = 250.0  # a page moves a slider 20 times a second, its camera 60 times, 
 _AT_ONCE = 1000.0
 
 
-class Pace:
+class MessageRateLimit:
     """Rate limit of one connection: 250 messages a second, and as many more as it has saved up, 1000 at most."""
 
     def __init__(self, now_s: float) -> None:

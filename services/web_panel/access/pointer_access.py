@@ -14,7 +14,7 @@ import websockets.asyncio.server as websocket_server
 from websockets.exceptions import ConnectionClosed
 
 from protocol.messages import Pointer
-from web_panel.access.message_rate_limit import Pace
+from web_panel.access.message_rate_limit import MessageRateLimit
 
 PATH = "/pointer"
 _MOST_PADS = 16
@@ -71,7 +71,7 @@ class PointerAccess:
         if self._pads >= _MOST_PADS:
             await connection.close(1013, "too many pads are open")
             return
-        pad, pace = Pad(), Pace(time.monotonic())
+        pad, pace = Pad(), MessageRateLimit(time.monotonic())
         self._pads += 1
         try:
             while True:

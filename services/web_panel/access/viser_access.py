@@ -29,7 +29,7 @@ from websockets.http11 import Request, Response
 
 from web_panel.access.admission import Admission
 from web_panel.access.client_message import CAMERA_AT_FIRST, MAX_FRAME_BYTES, ClientMessages
-from web_panel.access.message_rate_limit import Pace
+from web_panel.access.message_rate_limit import MessageRateLimit
 from web_panel.access.pointer_access import PATH as POINTER_PATH
 from web_panel.access.pointer_access import PointerAccess
 
@@ -49,7 +49,7 @@ class _Wire:
         self._connection = connection
         self._messages = messages
         self._greeted = False
-        self._pace = Pace(time.monotonic())
+        self._pace = MessageRateLimit(time.monotonic())
 
     @property
     def subprotocol(self) -> str | None:
@@ -206,27 +206,27 @@ def start(
     logging.getLogger("websockets.server").addFilter(_quiet)
     os.environ.pop("_VISER_PORT_OVERRIDE", None)
     ring_in_the_loop()
-    door = _GuardedServe(admission, messages, pointers)
+    guarded = _GuardedServe(admission, messages, pointers)
 
     def make() -> None:
         try:
-            door.made.put(viser.ViserServer(host=HOST, port=admission.port, verbose=False))
+            guarded.made.put(viser.ViserServer(host=HOST, port=admission.port, verbose=False))
         except Exception as error:  # noqa: BLE001  told to the waiting thread, which raises it
-            door.made.put(error)
+            guarded.made.put(error)
 
-    websocket_server.serve = door.serve
+    websocket_server.serve = guarded.serve
     try:
         # In a thread: when its server thread dies, viser's constructor waits for ever.
         threading.Thread(target=make, name="viser start", daemon=True).start()
-        made = door.made.get(timeout=_START_S)
+        made = guarded.made.get(timeout=_START_S)
     except queue.Empty:
         raise GuardError(f"viser did not start within {_START_S:g} s") from None
     finally:
-        websocket_server.serve = door.original
+        websocket_server.serve = guarded.original
     if not isinstance(made, viser.ViserServer):
         raise made if isinstance(made, GuardError) else GuardError(f"viser did not start: {made!r}")
     try:
-        _try_the_door(made, door)
+        _check_from_outside(made, guarded)
     except GuardError:
         made.stop()
         raise
@@ -239,16 +239,16 @@ def _no_share_url(verbose: bool = True) -> str | None:
     return None
 
 
-def _try_the_door(server: viser.ViserServer, door: _GuardedServe) -> None:
-    port = door.admission.port
+def _check_from_outside(server: viser.ViserServer, guarded: _GuardedServe) -> None:
+    port = guarded.admission.port
     websockets: Any = server._websock_server  # pyright: ignore[reportPrivateUsage]
     if not isinstance(getattr(websockets.get_message_buffer(), "message_event", None), _Bell):
         raise GuardError("viser's messages are not told by the bell that the guard gave them")
-    if door.calls != 1 or server.get_port() != port:
-        raise GuardError(f"viser served {door.calls} times through the guard, at port {server.get_port()}")
+    if guarded.calls != 1 or server.get_port() != port:
+        raise GuardError(f"viser served {guarded.calls} times through the guard, at port {server.get_port()}")
     tries: tuple[tuple[str, dict[str, str], HTTPStatus], ...] = (
         ("/", {}, HTTPStatus.UNAUTHORIZED),
-        (f"/?token={door.admission.token}", {}, HTTPStatus.OK),
+        (f"/?token={guarded.admission.token}", {}, HTTPStatus.OK),
         ("/", {"Host": "elsewhere.example"}, HTTPStatus.MISDIRECTED_REQUEST),
     )
     for path, headers, expected in tries:

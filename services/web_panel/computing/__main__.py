@@ -10,7 +10,7 @@ import msgspec
 
 from drumstick.parameters.scene import from_tables
 from drumstick.parameters.table import Refusal
-from web_panel.computing.computing_messages import Answer, FindTheory, Foresee, Question, Trouble
+from web_panel.computing.computing_messages import Answer, FindTheory, PredictRoll, Question, Trouble
 
 _NICENESS = (
     5  # behind everything else that runs; much more, and a busy machine would not get to it for minutes
@@ -21,10 +21,10 @@ def answer(question: Question) -> Answer:
     """Blocks: 5 to 40 ms for Foresee, about a second for the others, the first time for as long as kernels compile."""
     try:
         scene = from_tables(question.scene)
-        if isinstance(question, Foresee):
-            from web_panel.computing.predicted_roll import foresee
+        if isinstance(question, PredictRoll):
+            from web_panel.computing.predicted_roll import predicted_roll
 
-            return foresee(scene, question.values, question.limits)
+            return predicted_roll(scene, question.values, question.limits)
         if isinstance(question, FindTheory):
             from web_panel.computing.theory import theory_of
 

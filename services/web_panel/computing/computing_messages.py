@@ -5,7 +5,7 @@ from typing import Any, Literal
 import msgspec
 
 
-class Foresee(msgspec.Struct, frozen=True, tag="foresee"):
+class PredictRoll(msgspec.Struct, frozen=True, tag="predict_roll"):
     """A scene as tables, the values that would hold (wire names, SI), and what device and scene allow; {}: the scene's
     own guard. Answered by Foreseen."""
 
@@ -27,7 +27,7 @@ class TimeTicks(msgspec.Struct, frozen=True, tag="ticks"):
     scene: dict[str, Any]
 
 
-class Foreseen(msgspec.Struct, frozen=True, tag="foreseen"):
+class PredictedRoll(msgspec.Struct, frozen=True, tag="predicted_roll"):
     """What a stick thrown with these values ends in, by the exact motion. `refusal` is not empty when the envelope
     would not accept them. v_lc is the speed after the strongest contact of the cycle; the dominant multiplier says how
     a small departure grows (above 1) or dies away.
@@ -69,5 +69,5 @@ class Trouble(msgspec.Struct, frozen=True, tag="trouble"):
     why: str
 
 
-Question = Foresee | FindTheory | TimeTicks
-Answer = Foreseen | Theory | Ticks | Trouble
+Question = PredictRoll | FindTheory | TimeTicks
+Answer = PredictedRoll | Theory | Ticks | Trouble

@@ -10,15 +10,15 @@ from drumstick.parameters.scene import Scene
 from drumstick.parameters.table import Refusal, table_of, with_changes
 from drumstick.safety import envelope
 from drumstick.stick.law import law_of
-from web_panel.computing.computing_messages import Foreseen
+from web_panel.computing.computing_messages import PredictedRoll
 
 
-def foresee(scene: Scene, values: Mapping[str, float], limits: Mapping[str, float]) -> Foreseen:
+def predicted_roll(scene: Scene, values: Mapping[str, float], limits: Mapping[str, float]) -> PredictedRoll:
     """`values` by wire names, SI; `limits` as envelope.Limits has them, or empty: those of the scene's guard."""
     try:
         law = with_changes(law_of(scene), table_of(scene), values)
     except Refusal as refusal:
-        return Foreseen(refusal=str(refusal))
+        return PredictedRoll(refusal=str(refusal))
     why = ""
     try:
         given: dict[str, Any] = dict(limits)
@@ -26,8 +26,8 @@ def foresee(scene: Scene, values: Mapping[str, float], limits: Mapping[str, floa
     except Refusal as refusal:
         why = str(refusal)
     if any(name in scene.effects for name in NEVER_REPEATING):
-        return Foreseen("endless", refusal=why)
+        return PredictedRoll("endless", refusal=why)
     end, cycle = settle(law, scratch_of(scene), scene.hand.throw_m_per_s)
     if cycle is None:
-        return Foreseen(end, refusal=why)
-    return Foreseen(end, cycle.v_e_m_per_s, cycle.rate_Hz, cycle.multiplier, cycle.period, why)
+        return PredictedRoll(end, refusal=why)
+    return PredictedRoll(end, cycle.v_e_m_per_s, cycle.rate_Hz, cycle.multiplier, cycle.period, why)

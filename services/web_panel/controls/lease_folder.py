@@ -22,9 +22,9 @@ class LeaseFolder:
     """Made and shown by the main thread; clicks come on viser's."""
 
     def __init__(
-        self, server: viser.ViserServer, messages: ClientMessages, door: LeaseAccess, order: float
+        self, server: viser.ViserServer, messages: ClientMessages, lease: LeaseAccess, order: float
     ) -> None:
-        self._door = door
+        self._lease = lease
         gui = server.gui
         with gui.add_folder("Lock tuning", order=order, expand_by_default=False):
             gui.add_html(markup.line(_WORDS, "lease-help"))
@@ -41,19 +41,19 @@ class LeaseFolder:
 
     async def _take(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
         if event.client_id is not None:
-            self._door.take(event.client_id, self._name.value.strip() or "technician")
+            self._lease.take(event.client_id, self._name.value.strip() or "technician")
 
     async def _give(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
         if event.client_id is not None:
-            self._door.give_back(event.client_id)
+            self._lease.give_back(event.client_id)
 
     async def _gone(self, client: viser.ClientHandle) -> None:
-        self._door.give_back(client.client_id)
+        self._lease.give_back(client.client_id)
 
     def show(self) -> None:
         """Write what the haptic server answered."""
-        while not self._door.outcomes.empty():
-            words, alarm = self._door.outcomes.get()
+        while not self._lease.outcomes.empty():
+            words, alarm = self._lease.outcomes.get()
             if words != self._said:
                 self._said = words
                 self._words.content = markup.line(words, "lease-answer", alarm)
@@ -62,6 +62,6 @@ class LeaseFolder:
         """Who alone may set, for everybody to see; "" when everybody may."""
         if not lease_of:
             return ""
-        if lease_of == self._door.name:
+        if lease_of == self._lease.name:
             return f"Locked by {lease_of}, from a browser at this panel: all others are refused until it is unlocked."
         return f"Locked by {lease_of}: all others are refused until it is unlocked."

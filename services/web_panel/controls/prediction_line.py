@@ -4,7 +4,7 @@ import viser
 
 from web_panel.computing.computing_messages import Trouble
 from web_panel.page import markup
-from web_panel.page.wording import foreseen_words
+from web_panel.page.wording import prediction_words
 from web_panel.rig.rig_state import RigState
 from web_panel.tuning.compare import settable
 from web_panel.tuning.prediction import Newest, Prediction
@@ -40,9 +40,9 @@ class PredictionLine:
             return ""
         if newest is None:
             return markup.line("Prediction: being prepared; the first time takes a minute.", "prediction")
-        values, foreseen = newest
-        if isinstance(foreseen, Trouble):
-            return markup.line(f"No prediction: {foreseen.why}.", "prediction", alarm=True)
+        values, predicted = newest
+        if isinstance(predicted, Trouble):
+            return markup.line(f"No prediction: {predicted.why}.", "prediction", alarm=True)
         used = {name: readback.value for name, readback in rig_state.readbacks.items()}
         other = {n: v for n, v in values.items() if n in used and v != used[n]}
-        return markup.prediction(foreseen_words(foreseen, other, rig_state.table))
+        return markup.prediction(prediction_words(predicted, other, rig_state.table))

@@ -11,7 +11,7 @@ import viser
 
 from drumstick.parameters.scene import Scene
 from protocol.messages import Membrane, State
-from web_panel.page.strike_marks import Spots
+from web_panel.page.strike_marks import StrikeMarks
 from web_panel.page.wording import figure
 from web_panel.rig.rig_state import RigState
 from web_panel.rig.surface_mesh import Corners, Exaggeration, disc, heights_of, hoop, tallness
@@ -45,7 +45,7 @@ class DrumView:
         self._exaggeration = Exaggeration()
         self._label = scene.add_label("/label", _SILENT, position=(0.0, -1.07, -0.62), anchor="top-center")
         self._shown: Membrane | None = None
-        self._spots = Spots(scene)
+        self._spots = StrikeMarks(scene)
         self._stick = scene.add_frame("/stick", show_axes=False, position=(0.0, 0.0, 0.5))
         scene.add_icosphere("/stick/tip", 0.045, (245, 215, 160))
         scene.add_cylinder(

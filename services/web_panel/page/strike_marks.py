@@ -29,7 +29,7 @@ def faded(age_s: float) -> int:
     return round(_FADE_STEPS * (1.0 - min(max(age_s / _LIFE_S, 0.0), 1.0)))
 
 
-class Spots:
+class StrikeMarks:
     """Six marks by turns; the one that has faded most is the next."""
 
     def __init__(self, scene: viser.SceneApi) -> None:

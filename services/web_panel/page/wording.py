@@ -8,7 +8,7 @@ from drumstick.parameters.declare import Quantity
 from drumstick.parameters.table import Parameter
 from protocol.keys import command
 from protocol.messages import Meter, Readback, State
-from web_panel.computing.computing_messages import Foreseen
+from web_panel.computing.computing_messages import PredictedRoll
 
 Mood = Literal["wait", "good", "busy", "bad"]
 
@@ -154,17 +154,19 @@ _ENDS = {
 }
 
 
-def foreseen_words(foreseen: Foreseen, other: dict[str, float], table: dict[str, Parameter]) -> Forecast:
+def prediction_words(
+    predicted: PredictedRoll, other: dict[str, float], table: dict[str, Parameter]
+) -> Forecast:
     """What the exact motion will do; `other`: the values that differ from the readbacks."""
     shown = [
         f"{table[n].quantity.symbol or n} {measured(v, table[n].quantity.unit)}" for n, v in other.items()
     ]
     about = f"Predicted with {', '.join(shown)}" if shown else "Predicted"
-    rate, speed, multiplier = foreseen.rate_Hz, foreseen.v_lc_m_per_s, foreseen.multiplier
+    rate, speed, multiplier = predicted.rate_Hz, predicted.v_lc_m_per_s, predicted.multiplier
     if rate is None or speed is None or multiplier is None:
-        return Forecast(about, (), _ENDS[foreseen.end], foreseen.refusal)
+        return Forecast(about, (), _ENDS[predicted.end], predicted.refusal)
     numbers = (("roll", steady(rate, 1), "Hz"), ("v_lc", steady(speed, 2), "m/s"))
-    return Forecast(about, numbers, _stability(multiplier, foreseen.period), foreseen.refusal)
+    return Forecast(about, numbers, _stability(multiplier, predicted.period), predicted.refusal)
 
 
 def _stability(multiplier: float, period: int) -> str:

@@ -23,9 +23,9 @@ from protocol.foreign_text import shown
 from protocol.keys import Keys
 from protocol.messages import Lease, Message, Meter, PresetNews, Readback, State, decode
 from protocol.rate_limited_log import RateLimitedLog
-from web_panel.rig.query import Asking
+from web_panel.rig.query import RepeatedQuery
 from web_panel.rig.rig_state import SILENT_AFTER_S, RigState
-from web_panel.rig.view_subscriptions import Watching
+from web_panel.rig.view_subscriptions import ViewSubscriptions
 
 _log = logging.getLogger("panel")
 _M = TypeVar("_M", bound=Message)
@@ -58,12 +58,12 @@ class Listener:
         self._present = session.liveliness().declare_subscriber(
             keys.alive("*", "*"), zenoh.handlers.RingChannel(_DEPTH), history=True
         )
-        self.watching = Watching(session, keys, rig_state, self._read)
-        self._scene = Asking(session, keys.scene, self._read_scene)
-        self._readbacks = Asking(session, keys.param("*"), self._read_readback, _READBACKS_AGAIN_S)
-        self._presets = Asking(session, keys.preset, self._read_presets)
-        self._lease = Asking(session, keys.lease, self._read_lease)
-        self._limits = Asking(session, keys.doctor, self._read_limits)
+        self.watching = ViewSubscriptions(session, keys, rig_state, self._read)
+        self._scene = RepeatedQuery(session, keys.scene, self._read_scene)
+        self._readbacks = RepeatedQuery(session, keys.param("*"), self._read_readback, _READBACKS_AGAIN_S)
+        self._presets = RepeatedQuery(session, keys.preset, self._read_presets)
+        self._lease = RepeatedQuery(session, keys.lease, self._read_lease)
+        self._limits = RepeatedQuery(session, keys.doctor, self._read_limits)
         self._revision_explained = -1
         self._log_limited = RateLimitedLog(
             time.monotonic_ns, _QUIET_S, lambda line: _log.warning("panel: %s", line)
@@ -100,11 +100,11 @@ class Listener:
         try:
             note(key.rpartition("/")[2], decode(sample.payload.to_bytes(), kind))
         except ValueError as error:
-            self._complain(key, str(error))
+            self._warn(key, str(error))
             return False
         return True
 
-    def _complain(self, key: str, words: str) -> None:
+    def _warn(self, key: str, words: str) -> None:
         # Not once for each key: who publishes rubbish also makes up any number of keys.
         self._log_limited.warn(f"{key}: {words}")
 
@@ -152,7 +152,7 @@ class Listener:
         try:
             rows = msgspec.json.decode(sample.payload.to_bytes(), type=list[_PresetRow])
         except (msgspec.MsgspecError, UnicodeDecodeError) as error:
-            self._complain(str(sample.key_expr), f"the presets cannot be read: {error}")
+            self._warn(str(sample.key_expr), f"the presets cannot be read: {error}")
             return False
         self._rig_state.presets = tuple(row.name for row in rows)
         return True
@@ -161,7 +161,7 @@ class Listener:
         try:
             limits = msgspec.json.decode(sample.payload.to_bytes(), type=_Health).limits
         except (msgspec.MsgspecError, UnicodeDecodeError) as error:
-            self._complain(str(sample.key_expr), f"the limits cannot be read: {error}")
+            self._warn(str(sample.key_expr), f"the limits cannot be read: {error}")
             return False
         known = vars(limits) if limits is not None else {}
         self._rig_state.limits = {name: value for name, value in known.items() if math.isfinite(value)}
@@ -172,7 +172,7 @@ class Listener:
             tables: Any = json.loads(sample.payload.to_bytes())
             scene = from_tables(tables)
         except (ValueError, SceneError, AttributeError) as error:
-            self._complain(str(sample.key_expr), f"the scene cannot be read: {error}")
+            self._warn(str(sample.key_expr), f"the scene cannot be read: {error}")
             return False
         self._rig_state.note_scene(scene, table_of(scene))
         return True

@@ -7,7 +7,7 @@ import zenoh
 _TIMEOUT_S = 1.0
 
 
-class Question:
+class Query:
     """Query of one key; `heard` grows until it has ended. Main thread."""
 
     def __init__(self, session: zenoh.Session, key: str) -> None:
@@ -26,7 +26,7 @@ class Question:
         return False
 
 
-class Asking:
+class RepeatedQuery:
     """Repeated query of one key while `stale`, until an answer is read: it can get lost. `read` takes each answer, and
     says whether it could be read. Times are seconds of one clock. Main thread."""
 
@@ -34,7 +34,7 @@ class Asking:
         self, session: zenoh.Session, key: str, read: Callable[[zenoh.Sample], bool], again_s: float = 1.0
     ) -> None:
         self._session, self._key, self._read, self._again_s = session, key, read, again_s
-        self._question: Question | None = None
+        self._question: Query | None = None
         self._asked_at = float("-inf")
         self.stale = True
 
@@ -49,5 +49,5 @@ class Asking:
             self.stale = self.stale or not any(read)
             self._question = None
         if self.stale and self._question is None and now - self._asked_at >= self._again_s:
-            self._question, self._asked_at = Question(self._session, self._key), now
+            self._question, self._asked_at = Query(self._session, self._key), now
             self.stale = False  # whoever says so from now on wants another answer than this one

@@ -13,7 +13,7 @@ import zenoh
 
 from protocol.announced import Announcements
 from protocol.messages import Cost, Membrane, Message, Release, Spectrum, Strike
-from web_panel.rig.query import Question
+from web_panel.rig.query import Query
 from web_panel.rig.rig_state import METER_LIFE_S
 from web_panel.rig.spectrum_data import levels_of
 from web_panel.rig.surface_mesh import heights_of
@@ -31,7 +31,7 @@ _MOST_COSTS = 8
 Read = Callable[[zenoh.Sample, type[Any], Callable[[str, Any], None]], bool]
 
 
-class Watching:
+class ViewSubscriptions:
     """Optional subscriptions of one session. `want` says what is looked at; `read` decodes a sample and hands it on.
 
     Surface, spectrum and costs come at least once a second; like meters, those of long ago are forgotten.
@@ -51,7 +51,7 @@ class Watching:
         self._now = 0.0
         self._subscribers: dict[str, zenoh.Subscriber[Any]] = {}
         self._doctor_wanted = False
-        self._doctor: Question | None = None
+        self._doctor: Query | None = None
         self._doctor_asked_at = float("-inf")
 
     def _note(self, name: str, read: Callable[[Any], object]) -> Callable[[str, Any], None]:
@@ -109,7 +109,7 @@ class Watching:
             self._rig_state.doctor = _newest_object(self._doctor.heard)
             self._doctor = None
         if self._doctor_wanted and self._doctor is None and now - self._doctor_asked_at >= _DOCTOR_EVERY_S:
-            self._doctor = Question(self._session, self._doctor_key)
+            self._doctor = Query(self._session, self._doctor_key)
             self._doctor_asked_at = now
 
 

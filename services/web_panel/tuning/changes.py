@@ -11,7 +11,7 @@ from web_panel.rig.rig_state import RigState
 from web_panel.tuning.compare import SLOTS, Compare, settable
 from web_panel.tuning.set_queue import SetQueue, SetRequest
 from web_panel.tuning.undo import History
-from web_panel.tuning.undo_file import Kept
+from web_panel.tuning.undo_file import UndoFile
 
 UNDO, REDO, PRESET = "undo", "redo", "preset"
 _WRITE_EVERY_S = 0.5
@@ -30,12 +30,12 @@ class Changes:
         load_preset: Callable[[str, str], Answer],
         lease_of: Callable[[int | None], str],
         foresee: Callable[[dict[str, float]], None],
-        kept: Kept,
+        kept: UndoFile,
     ) -> None:
         self._queue = SetQueue(set_)
         self._load_preset = load_preset
         self._lease_of = lease_of
-        self._foresee = foresee
+        self._predict_roll = foresee
         self._standing: dict[str, float] = {}  # replaced, never written: viser's threads read it
         self.history = History()
         self.compare = Compare()
@@ -55,7 +55,7 @@ class Changes:
     def want_one(self, name: str, value: float, client: int | None) -> None:
         """Ask for one value. Never blocks."""
         self._queue.want(SetRequest({name: value}, self._lease_of(client), before=self._standing))
-        self._foresee(self._with(name, value))
+        self._predict_roll(self._with(name, value))
 
     def refuse(self, name: str, value: float, reason: str) -> None:
         """Answer a request that need not be sent. Never blocks."""

@@ -9,14 +9,14 @@ from typing import NamedTuple
 
 from drumstick.parameters.scene import Scene, as_tables
 from web_panel.computing.computer import Computer
-from web_panel.computing.computing_messages import Foresee, Foreseen, Trouble
+from web_panel.computing.computing_messages import PredictedRoll, PredictRoll, Trouble
 
 
 class Newest(NamedTuple):
     """The newest answer, behind the values of its question."""
 
     values: dict[str, float]
-    answer: Foreseen | Trouble
+    answer: PredictedRoll | Trouble
 
 
 class Prediction:
@@ -25,7 +25,7 @@ class Prediction:
     def __init__(self, computer: Computer) -> None:
         self._computer = computer
         self._scene: Scene | None = None
-        self._rig: Foresee | None = None  # without values
+        self._rig: PredictRoll | None = None  # without values
         self.asked: dict[str, float] | None = None
         self.asked_at = float("-inf")
         self._lock = threading.Lock()
@@ -34,7 +34,7 @@ class Prediction:
         """Set the rig that the questions are about; questions about another one are forgotten."""
         with self._lock:
             if self._rig is None or scene is not self._scene or limits != self._rig.limits:
-                self._scene, self._rig, self.asked = scene, Foresee(as_tables(scene), {}, limits), None
+                self._scene, self._rig, self.asked = scene, PredictRoll(as_tables(scene), {}, limits), None
                 self._computer.forget()
 
     def ask(self, values: dict[str, float]) -> None:
@@ -42,7 +42,7 @@ class Prediction:
         with self._lock:
             if (rig := self._rig) is not None:
                 self.asked, self.asked_at = values, time.monotonic()
-                self._computer.ask(Foresee(rig.scene, values, rig.limits))
+                self._computer.ask(PredictRoll(rig.scene, values, rig.limits))
 
     @property
     def newest(self) -> Newest | None:
@@ -51,8 +51,8 @@ class Prediction:
         if newest is None:
             return None
         question, answer = newest
-        assert isinstance(question, Foresee)
-        assert isinstance(answer, Foreseen | Trouble)
+        assert isinstance(question, PredictRoll)
+        assert isinstance(answer, PredictedRoll | Trouble)
         if self._rig is None or question.scene is not self._rig.scene or question.limits != self._rig.limits:
             return None
         return Newest(question.values, answer)

@@ -23,7 +23,7 @@ class NotOurs(ValueError):
     """The file holds something else; the message says what."""
 
 
-class Kept:
+class UndoFile:
     """The file at `path`, of one scene at a time."""
 
     def __init__(self, path: Path) -> None:

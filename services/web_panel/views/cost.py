@@ -10,7 +10,7 @@ from web_panel.rig.history import SPAN_S, History
 from web_panel.rig.rig_state import RigState
 from web_panel.rig.view_subscriptions import COST
 from web_panel.views import html_tables
-from web_panel.views.theory_client import Theorist
+from web_panel.views.theory_client import TheoryClient
 
 _PERIOD_S = 0.5
 _SOUNDING = 0.25  # of the largest load
@@ -29,7 +29,7 @@ class CostView:
 
     needs = frozenset({COST})
 
-    def __init__(self, gui: viser.GuiApi, order: float, theorist: Theorist) -> None:
+    def __init__(self, gui: viser.GuiApi, order: float, theorist: TheoryClient) -> None:
         self._theorist = theorist
         self._drawn_at = float("-inf")
         self._loads: deque[tuple[float, float]] = deque()

@@ -8,7 +8,7 @@ from web_panel.rig.history import History
 from web_panel.rig.rig_state import RigState
 from web_panel.views.plot_data import joined, largest, top_of
 from web_panel.views.plot_style import AMBER, BLUE, GREEN, GREY, Missing, axis, dots, line, plot
-from web_panel.views.theory_client import Theorist
+from web_panel.views.theory_client import TheoryClient
 
 _PERIOD_S = 0.2
 _SPAN_S = 3.0
@@ -16,13 +16,13 @@ _NONE = (np.empty(0), np.empty(0))
 _LEAST_M_PER_S = 0.1
 
 
-class OrbitView:
+class PhasePlaneView:
     """Dots are what the servo told in the last three seconds, thirty a second; the line is one round of the exact
     motion with the servo's own parameters. Main thread."""
 
     needs: frozenset[str] = frozenset()
 
-    def __init__(self, gui: viser.GuiApi, order: float, theorist: Theorist) -> None:
+    def __init__(self, gui: viser.GuiApi, order: float, theorist: TheoryClient) -> None:
         self._theorist = theorist
         self._drawn_at = float("-inf")
         self._ends = -1.0, 1.0

@@ -8,7 +8,7 @@ from web_panel.rig.history import History
 from web_panel.rig.rig_state import RigState
 from web_panel.views.plot_data import joined, largest, top_of
 from web_panel.views.plot_style import AMBER, BLUE, GREEN, GREY, Missing, axis, dots, line, plot
-from web_panel.views.theory_client import Theorist
+from web_panel.views.theory_client import TheoryClient
 
 _PERIOD_S = 0.25
 _LEAST_M_PER_S = 0.1
@@ -20,7 +20,7 @@ class ReturnMapView:
 
     needs: frozenset[str] = frozenset()
 
-    def __init__(self, gui: viser.GuiApi, order: float, theorist: Theorist) -> None:
+    def __init__(self, gui: viser.GuiApi, order: float, theorist: TheoryClient) -> None:
         self._theorist = theorist
         self._drawn_at = float("-inf")
         self._top = 1.0

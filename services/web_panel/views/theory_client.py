@@ -41,7 +41,7 @@ def _theory(message: TheoryMessage | Trouble) -> Theory:
     return Theory(_pair(message.rising), _pair(message.falling), _pair(message.mapped), _pair(message.stable))
 
 
-class Theorist:
+class TheoryClient:
     """Keeps the newest theory; while another is computed, the old one is not shown as if it still held."""
 
     def __init__(self, computer: Computer) -> None:

@@ -22,12 +22,12 @@ from web_panel.views.accuracy import AccuracyView
 from web_panel.views.cost import CostView
 from web_panel.views.health import HealthView
 from web_panel.views.level import LevelView
-from web_panel.views.phase_plane import OrbitView
+from web_panel.views.phase_plane import PhasePlaneView
 from web_panel.views.plot_style import View
 from web_panel.views.return_map import ReturnMapView
 from web_panel.views.roll import RollView
 from web_panel.views.spectrum import SpectrumView
-from web_panel.views.theory_client import Theorist
+from web_panel.views.theory_client import TheoryClient
 
 Make = Callable[[viser.GuiApi, float], View]
 _NOTHING = "Nothing"
@@ -97,11 +97,11 @@ class Views:
         self._server, self._messages, self._order = server, messages, order
         self._history = History()
         self._looking: dict[int, Looking] = {}
-        theorist = Theorist(sources.computer)
+        theorist = TheoryClient(sources.computer)
         self._kinds: dict[str, Make] = {
             "Roll": RollView,
             "Level": LevelView,
-            "Orbit": lambda gui, at: OrbitView(gui, at, theorist),
+            "Orbit": lambda gui, at: PhasePlaneView(gui, at, theorist),
             "Return map": lambda gui, at: ReturnMapView(gui, at, theorist),
             "Spectrum": SpectrumView,
             "Cost": lambda gui, at: CostView(gui, at, theorist),

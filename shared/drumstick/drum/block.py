@@ -15,7 +15,7 @@ from drumstick.drum.output.display_data import show_sound, show_surface
 from drumstick.drum.output.limiter import limit, limited
 from drumstick.drum.output.upsample import TAPS, interpolated, remember
 from drumstick.drum.step import step
-from realtime.kernels.borrowed_view import lend
+from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.float_mode import flush_denormals, restore
 from realtime.kernels.jit import njit
 from realtime.ring import drain
@@ -106,7 +106,7 @@ def render_block(engine: Engine, out: npt.NDArray[np.float32], block_start_ns: i
 @njit()
 def render_all(engine: Engine, out: npt.NDArray[np.float32], block: int, first_ns: int) -> None:
     """Fill `out` block by block without pacing, in the audio float mode, as if it began at `first_ns`; limited."""
-    engine = lend(engine)
+    engine = borrowed_view(engine)
     mode = flush_denormals()
     start = 0
     while start < out.shape[0]:

@@ -34,7 +34,7 @@ class Mode(NamedTuple):
     level_dB: float | None
 
 
-class Heard(NamedTuple):
+class MeasuredModes(NamedTuple):
     """The modes, lowest first, and the spectrum in which they were found: f (Hz) and level (dB), shape (n,)."""
 
     modes: list[Mode]
@@ -60,7 +60,7 @@ def _peak(f_Hz: Numbers, level_dB: Numbers, ideal_Hz: float, within_cents: float
     return float(f_Hz[top] + 0.5 * (below - above) / (below - 2.0 * at + above) * (f_Hz[1] - f_Hz[0]))
 
 
-def heard_modes(scene: Scene, rate_Hz: int, count: int = 12) -> Heard:
+def measured_modes(scene: Scene, rate_Hz: int, count: int = 12) -> MeasuredModes:
     """The first `count` modes of one soft strike, by the first pickup or microphone that is heard on the left."""
     sound = render(scene, [blow_at(scene, _SOFT_M_PER_S, *_PLACE)], _WAIT_S + _WINDOW_S, rate_Hz)
     part = sound[round(_WAIT_S * rate_Hz) :, 0].astype(float)
@@ -79,4 +79,4 @@ def heard_modes(scene: Scene, rate_Hz: int, count: int = 12) -> Heard:
             continue
         top_dB = float(level_dB[np.argmin(np.abs(f_Hz - found_Hz))])
         modes.append(Mode(m, n, ideal_Hz, found_Hz, 1200.0 * math.log2(found_Hz / ideal_Hz), top_dB))
-    return Heard(modes, f_Hz, level_dB)
+    return MeasuredModes(modes, f_Hz, level_dB)

@@ -171,8 +171,8 @@ def _meshed(engine: Engine) -> Any:
     total += brake(engine, then)
     total += on_mesh.strike(engine, then)
     cavity.step(engine, control.plane, total)
-    left, right = cavity.heard(engine, control.plane)
-    from_air = microphones.heard(engine, now, then)
+    left, right = cavity.picked_up(engine, control.plane)
+    from_air = microphones.captured(engine, now, then)
     left += from_air[0]
     right += from_air[1]
     for i in range(engine.ears.shape[0]):

@@ -19,7 +19,7 @@ LONGEST_S = 0.25  # a stick that is still in the head then lies there, whatever 
 _MOST_EVENTS, _MOST_SAMPLES = 64, 400
 
 
-class Foreseen(NamedTuple):
+class PredictedContact(NamedTuple):
     """Largest force N, duration s and impulse N s of a contact."""
 
     peak_N: float
@@ -28,10 +28,10 @@ class Foreseen(NamedTuple):
 
 
 @njit()
-def isolated(law: Law, speed: float) -> Foreseen:
+def isolated(law: Law, speed: float) -> PredictedContact:
     """A blow at `speed` m/s without hand, pulse and effects, by closed forms; impulse m v (1 + beta)."""
     back = contact.beta(law.release, law.m, law.k_coll, law.r_in)
-    return Foreseen(
+    return PredictedContact(
         contact.peak_force(law.m, law.k_coll, law.r_in, speed),
         contact.contact_time(law.release, law.m, law.k_coll, law.r_in),
         law.m * speed * (1.0 + back),
@@ -39,7 +39,7 @@ def isolated(law: Law, speed: float) -> Foreseen:
 
 
 @njit()
-def contact_ahead(law: Law, motion: Motion, ahead: Records) -> Foreseen:
+def contact_ahead(law: Law, motion: Motion, ahead: Records) -> PredictedContact:
     """Play the contact that `motion` has just entered, at motion.v_in < 0, to its end, under this law.
 
     One that does not end, because the stick stays in the head, is announced as an isolated blow: the rest is a press.
@@ -55,7 +55,7 @@ def contact_ahead(law: Law, motion: Motion, ahead: Records) -> Foreseen:
         what, gone_s = exact.advance(law, stick, left_s)
         left_s -= gone_s
         if what == exact.RELEASE:
-            return Foreseen(stick.peak_N, stick.contact_s, stick.impulse_N_s)
+            return PredictedContact(stick.peak_N, stick.contact_s, stick.impulse_N_s)
         if what == exact.HORIZON:
             break
     return isolated(law, -motion.v_in)

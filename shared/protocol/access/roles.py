@@ -14,9 +14,9 @@ class Role:
     """What the owner of one kind of certificate may do; everything else is refused."""
 
     words: str
-    hears: tuple[str, ...] = ()  # may subscribe
+    subscribes: tuple[str, ...] = ()  # may subscribe
     asks: tuple[str, ...] = ()  # may query
-    tells: tuple[str, ...] = ()  # may put
+    publishes: tuple[str, ...] = ()  # may put
     is_seen_as: tuple[str, ...] = ()  # may declare these liveliness tokens
     sees: tuple[str, ...] = ()  # may look for these liveliness tokens, and is shown those of the carried rigs
 
@@ -24,15 +24,15 @@ class Role:
 ROLES: dict[str, Role] = {
     "sound": Role(
         "a machine that plays the drum",
-        hears=("strike", "release", "contact", "state", "meter", "param/*"),
+        subscribes=("strike", "release", "contact", "state", "meter", "param/*"),
         asks=("scene", "clock"),
-        tells=("meter", "membrane", "spectrum", "cost"),
+        publishes=("meter", "membrane", "spectrum", "cost"),
         is_seen_as=("alive/sound/*",),
         sees=("alive/haptic/*",),
     ),
     "panel": Role(
         "the technician's page, run on another machine",
-        hears=(
+        subscribes=(
             "strike",
             "release",
             "state",
@@ -58,13 +58,13 @@ ROLES: dict[str, Role] = {
             "door",
             "panic",
         ),
-        tells=("pointer",),
+        publishes=("pointer",),
         is_seen_as=("alive/panel/*",),
         sees=("alive/*/*",),
     ),
     "technician": Role(
         "`drumstick params`, `rigs` and `panic` from another machine",
-        hears=("state", "meter", "param/*", "preset", "lease"),
+        subscribes=("state", "meter", "param/*", "preset", "lease"),
         asks=(
             "set",
             "set/*",
@@ -82,7 +82,7 @@ ROLES: dict[str, Role] = {
     ),
     "listener": Role(
         "programs that only follow the play: light, video, recording",
-        hears=("strike", "release", "state", "meter", "param/*", "preset", "lease"),
+        subscribes=("strike", "release", "state", "meter", "param/*", "preset", "lease"),
         asks=("param/*", "preset", "scene", "clock"),
         is_seen_as=("alive/record/*",),
         sees=("alive/*/*",),

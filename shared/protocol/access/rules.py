@@ -36,15 +36,15 @@ def role_rules(name: str, role: Role, rigs: Sequence[str]) -> list[Rule]:
 
     # A publisher that is told of no subscriber sends nothing. Whoever may put is told of all of them, or he would not
     # learn of one who listens to `drumstick/**`; of a subscriber only his pattern is told.
-    subscribers = _EVERY_KEY if role.tells else []
+    subscribers = _EVERY_KEY if role.publishes else []
     # Whoever may look may look for all rigs at once, not to have to know their names; of the carried ones he is shown.
     looked_for = [f"drumstick/*/{tail}" for tail in role.sees]
     wanted = (
-        ("hears", "ingress", ("declare_subscriber",), below(role.hears)),
-        ("is told", "egress", ("put",), below(role.hears)),
+        ("hears", "ingress", ("declare_subscriber",), below(role.subscribes)),
+        ("is told", "egress", ("put",), below(role.subscribes)),
         ("asks", "ingress", ("query",), below(role.asks)),
         ("is answered", "egress", ("reply", "declare_queryable"), below(role.asks)),
-        ("tells", "ingress", ("put",), below(role.tells)),
+        ("tells", "ingress", ("put",), below(role.publishes)),
         ("is heard", "egress", ("declare_subscriber",), subscribers),
         ("is seen", "ingress", ("liveliness_token",), below(role.is_seen_as)),
         ("sees", "ingress", ("liveliness_query", "declare_liveliness_subscriber"), looked_for),

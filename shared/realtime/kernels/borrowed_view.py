@@ -18,7 +18,7 @@ from numba.extending import intrinsic, models, register_model
 from realtime.kernels.handover import borrowed, is_plain
 
 
-class Lent(types.Type):
+class BorrowedView(types.Type):
     """The type of a lent tuple. `types` and `fields` are the tuple's own: choices at compile time work on both."""
 
     def __init__(self, kind) -> None:
@@ -33,8 +33,8 @@ class Lent(types.Type):
         return "lent", (hashlib.sha256(self.name.encode()).hexdigest()[:24],)
 
 
-@register_model(Lent)
-class _LentModel(models.OpaqueModel):
+@register_model(BorrowedView)
+class _BorrowedViewModel(models.OpaqueModel):
     """An address."""
 
 
@@ -44,27 +44,27 @@ def _pointer(context, builder, kind, address):
 
 @infer_getattr
 class _Attributes(AttributeTemplate):
-    key = Lent
+    key = BorrowedView
 
-    def generic_resolve(self, lent, name):
-        if name not in lent.fields:
+    def generic_resolve(self, view, name):
+        if name not in view.fields:
             return None
-        member = lent.types[lent.fields.index(name)]
-        return Lent(member) if isinstance(member, types.NamedTuple) else member
+        member = view.types[view.fields.index(name)]
+        return BorrowedView(member) if isinstance(member, types.NamedTuple) else member
 
 
-@lower_getattr_generic(Lent)
-def _member(context, builder, lent, address, name):
-    at = lent.fields.index(name)
-    member = cgutils.gep_inbounds(builder, _pointer(context, builder, lent.kind, address), 0, at)
-    if isinstance(lent.types[at], types.NamedTuple):  # a tuple within stays where it is
-        return builder.bitcast(member, context.get_value_type(Lent(lent.types[at])))
-    return borrowed(context, builder, lent.types[at], builder.load(member))
+@lower_getattr_generic(BorrowedView)
+def _member(context, builder, view, address, name):
+    at = view.fields.index(name)
+    member = cgutils.gep_inbounds(builder, _pointer(context, builder, view.kind, address), 0, at)
+    if isinstance(view.types[at], types.NamedTuple):  # a tuple within stays where it is
+        return builder.bitcast(member, context.get_value_type(BorrowedView(view.types[at])))
+    return borrowed(context, builder, view.types[at], builder.load(member))
 
 
 @intrinsic
-def _lend(typingctx, value):
-    if isinstance(value, Lent):
+def _borrowed_view(typingctx, value):
+    if isinstance(value, BorrowedView):
         return value(value), lambda context, builder, signature, args: args[0]
     if not (isinstance(value, types.NamedTuple) and is_plain(value)):
         return None
@@ -74,9 +74,9 @@ def _lend(typingctx, value):
         builder.store(args[0], place)
         return builder.bitcast(place, context.get_value_type(signature.return_type))
 
-    return Lent(value)(value), codegen
+    return BorrowedView(value)(value), codegen
 
 
 # lend(value): the named tuple by its address, good until the calling function returns. From compiled code only; the
 # caller holds the tuple meanwhile. What is lent already stays as it is.
-lend: Any = _lend
+borrowed_view: Any = _borrowed_view

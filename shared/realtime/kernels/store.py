@@ -35,7 +35,7 @@ KERNEL_PACKAGES = ("realtime", "drumstick", "haptic_server", "sound_server")
 _KEPT = 4  # folders a module
 # Longer than any kernel takes to compile: whoever holds a lock for longer was stopped, and is waited for no more.
 _PATIENCE_S = 60.0
-_LOOK_AGAIN_S = 0.01
+_POLL_AGAIN_S = 0.01
 _IMPORT = re.compile(
     rb"^\s*(?:from\s+([\w.]+)\s+import\s+(\([^)]*\)|[^\n]*)|import\s+([^\n]*))", re.MULTILINE
 )
@@ -191,7 +191,7 @@ def _lock(name: str) -> int | None:
             fcntl.lockf(_LOCKS, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, place)
             return place
         except BlockingIOError:
-            time.sleep(_LOOK_AGAIN_S)
+            time.sleep(_POLL_AGAIN_S)
         except OSError:
             return None
     return None

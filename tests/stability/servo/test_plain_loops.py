@@ -76,7 +76,7 @@ def _pushing() -> tuple[memory.Servo, int]:
 
 def _force(servo: memory.Servo, now_ns: int, span_s: float, **told: float) -> float:
     reading = servo.reading[0]
-    phantom.tell(servo.plant[0], reading, now_ns)
+    phantom.measure(servo.plant[0], reading, now_ns)
     for name, value in told.items():
         reading[name] = value
     return sampled_arm.render_once(servo, reading, now_ns, span_s)

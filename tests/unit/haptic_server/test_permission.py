@@ -132,12 +132,12 @@ def test_an_arm_given_before_a_fault_is_told_does_not_clear_it(tmp_path: Path, p
     for _ in range(2):
         bench.servo.player["fault"] = TOO_FAST  # found by this tick, which has obeyed its orders
         poke(control, blocks.ARM, 1)
-        event_output.tell(bench.servo, bench.now)
+        event_output.publish_status(bench.servo, bench.now)
         assert peek(control, blocks.ARM) == 0
         bench.tick()
         assert bench.state == FAULTED
         poke(control, blocks.ARM, 1)
-        event_output.tell(bench.servo, bench.now)
+        event_output.publish_status(bench.servo, bench.now)
         assert peek(control, blocks.ARM) == 1
         assert (
             orders.obey(bench.servo) == permission.ARM

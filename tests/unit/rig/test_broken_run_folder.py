@@ -64,7 +64,7 @@ def test_limits_come_as_they_were_written(tmp_path: Path) -> None:
 @pytest.mark.parametrize("harm", ["folder", "pipe", "not UTF-8", "cut off", "huge", "deep", "a list"])
 def test_doctor_is_told_that_a_file_cannot_be_read(tmp_path: Path, harm: str) -> None:
     HARMS[harm](tmp_path / files.GRANTED)
-    found = limits.told(tmp_path / files.GRANTED)
+    found = limits.read_object(tmp_path / files.GRANTED)
     assert list(found) == ["unreadable"]
 
 

@@ -47,7 +47,7 @@ class _Link:
     def scene(self) -> Scene:
         return self._scene
 
-    def hear_contacts(self, take: object) -> None:
+    def subscribe_contacts(self, take: object) -> None:
         pass
 
 

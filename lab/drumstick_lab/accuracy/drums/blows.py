@@ -21,10 +21,10 @@ from drumstick.drum.excitation.offline import Press, Score
 from drumstick.drum.excitation.point_force import JunctionForce
 from drumstick.drum.excitation.strikes import Blow, StrikeRing
 from drumstick.parameters.scene import Scene, parse, shipped_text
-from drumstick.stick.contact_ahead import Foreseen, contact_ahead
+from drumstick.stick.contact_ahead import PredictedContact, contact_ahead
 from drumstick.stick.law import law_of, thrown
 from drumstick.stick.motion import exact
-from realtime.kernels.borrowed_view import lend
+from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.jit import njit
 
 SCENE = "roll"
@@ -50,7 +50,7 @@ def scene(streamed: bool) -> Scene:
 class Contact(NamedTuple):
     """What is announced at its beginning, the speed, and the head's impulse, N s, up to each time in s."""
 
-    announced: Foreseen
+    announced: PredictedContact
     speed_m_per_s: float
     t_s: Numbers
     impulse_N_s: Numbers
@@ -118,7 +118,7 @@ def press_of(impulse: Impulse, at_s: float, rate_Hz: float) -> Press:
 @njit()
 def pressed(engine: Engine, start_ns: int, out: Numbers) -> None:
     """The mean force, N, that a stream brings in each of the next len(out) steps of the mesh."""
-    lent = lend(engine)
+    lent = borrowed_view(engine)
     control: Control = lent.control[0]
     force_resampling.take(lent, start_ns, out.shape[0] * control.divisor)
     for i in range(out.shape[0]):

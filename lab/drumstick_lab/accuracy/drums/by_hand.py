@@ -26,7 +26,7 @@ from drumstick.drum.step import step
 from drumstick.parameters.scene import Scene
 from drumstick_lab.accuracy.drums.heads import DEVICE_RATE_Hz
 from drumstick_lab.accuracy.timing import Window, spent_ns
-from realtime.kernels.borrowed_view import lend
+from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.float_mode import flush_denormals, restore
 from realtime.kernels.jit import njit
 from realtime.records import Records
@@ -96,7 +96,7 @@ def by_hand(drum: Drum, out: Floats) -> None:
 @njit()
 def composed(engine: Engine, out: Floats) -> None:
     """As many steps of the scene's own."""
-    engine = lend(engine)
+    engine = borrowed_view(engine)
     mode = flush_denormals()
     for at in range(out.shape[0]):
         left, right = step(engine)

@@ -17,7 +17,7 @@ from haptic_server.servo.force import guard
 from haptic_server.servo.force.rendering import ask, see
 from haptic_server.servo.force.velocity import LONGEST, Track, follow, forget, new_track
 from haptic_server.servo.memory import Servo
-from realtime.kernels.borrowed_view import lend
+from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.jit import njit
 from realtime.records import Record, dtype_of
 
@@ -99,7 +99,7 @@ def fall(servo: Servo, kind: Filter, speed: float, phase: float, guarded: bool) 
     Negative when the arm does not come back within 40,000 ticks. servo: of a scene with the plant `phantom`; a hand or
     friction would take part. guarded: with the guard's energy account.
     """
-    servo = lend(servo)
+    servo = borrowed_view(servo)
     plant, motion, plan, held = servo.plant[0], servo.motion[0], servo.plan[0], servo.guard[0]
     period_s = plan.period_ns * 1e-9
     forget(servo.track[0])

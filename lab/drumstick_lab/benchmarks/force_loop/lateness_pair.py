@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from drumstick.parameters.scene import Scene
 from haptic_server.servo.priority import FIFO_PRIORITY
-from haptic_server.servo.stall_detector import Witnesses, excused
+from haptic_server.servo.stall_detector import StallDetector, excused
 
 HERE = Path(__file__).parent
 
@@ -122,7 +122,7 @@ class Window(NamedTuple):
 def window(ours: Loop, other: Loop, rate_Hz: int, ticks: int, swapped: bool) -> Window:
     """Both loops at the same time, half a period apart; `swapped`: the second comes first."""
     half = round(0.5e9 / rate_Hz)
-    with Witnesses() as witnesses:
+    with StallDetector() as witnesses:
         first = time.monotonic_ns() + _LEAD_NS
         ours.start(first + half * swapped, ticks)
         other.start(first + half * (not swapped), ticks)

@@ -23,7 +23,7 @@ from rig_process import Listener, running, wait_for
 from drumstick.parameters.scene import parse, shipped_text
 from drumstick_lab.checkout import RESULTS
 from drumstick_lab.soak.quicker import quicker
-from haptic_server.servo.stall_detector import Witnesses, excused
+from haptic_server.servo.stall_detector import StallDetector, excused
 from protocol.keys import Keys
 from protocol.messages import CONTACT_PIECE_S, Contact, Meter, Release, decode
 from rig.machine.this_machine import description
@@ -154,7 +154,7 @@ def played(text: str, contacts: int, patience_s: float) -> dict[str, Any]:
             meters = Listener(session, rig.keys.meter, Meter)
             wait_for("contacts that sound", lambda: meters.got and meters.got[-1].played > 0)
             before = meters.got[-1]
-            with Witnesses() as witnesses:
+            with StallDetector() as witnesses:
                 ear = Ear(session, rig.keys)
                 wait_for("the contacts", lambda: ear.count >= contacts + 2, patience_s)
                 heard, releases = ear.close()

@@ -24,7 +24,7 @@ import numpy.typing as npt
 
 from drumstick_lab.benchmarks.network.wire_servo import WARM_S
 from drumstick_lab.checkout import RESULTS
-from haptic_server.servo.stall_detector import Witnesses, excused
+from haptic_server.servo.stall_detector import StallDetector, excused
 from rig.machine.this_machine import description
 
 RESULT = RESULTS / "wire.json"
@@ -110,7 +110,7 @@ def strike(rate_Hz: float, seconds: float, subscribers: int) -> Run:
                 script = "drumstick_lab.benchmarks.network.wire_listener"
                 listener = listening.enter_context(child(script, str(folder / f"{kind}.npz"), kind, *words))
                 assert line(listener) == "ready\n"
-            with Witnesses() as witnesses:
+            with StallDetector() as witnesses:
                 assert servo.stdin is not None
                 servo.stdin.write("go\n")
                 servo.stdin.flush()

@@ -27,7 +27,7 @@ from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.output.display_data import FRAMES_PER_S, show_sound, show_surface, want
 from drumstick.parameters.scene import Scene, parse, shipped_text
 from drumstick_lab.checkout import RESULTS
-from realtime.kernels.borrowed_view import lend
+from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.jit import njit
 from rig.machine.this_machine import description
 
@@ -112,7 +112,7 @@ def processes(seconds: float) -> dict[str, dict[str, float]]:
 
 @njit()
 def _shown(engine: Engine, out: npt.NDArray[np.float32], calls: int) -> None:
-    lent: Any = lend(engine)
+    lent: Any = borrowed_view(engine)
     for _ in range(calls):
         show_surface(lent, out.shape[0])
         show_sound(lent, out)

@@ -182,14 +182,14 @@ def newcomer(browser: Browser, where: str) -> dict[str, float]:
 def one_prediction() -> dict[str, float]:
     """Milliseconds that a prediction takes for one set of values, its process and pipes left out."""
     from drumstick.parameters.scene import parse, shipped_text
-    from web_panel.computing.predicted_roll import foresee
+    from web_panel.computing.predicted_roll import predicted_roll
 
     roll = parse(shipped_text("roll"), "roll")
-    foresee(roll, {}, {})
+    predicted_roll(roll, {}, {})
     took_ms: list[float] = []
     for value in np.linspace(0.05, 1.0, 200):
         begin = time.process_time_ns()
-        foresee(roll, {"dv_pls": float(value)}, {})
+        predicted_roll(roll, {"dv_pls": float(value)}, {})
         took_ms.append((time.process_time_ns() - begin) * 1e-6)
     return {"p50": statistics.median(took_ms), "max": max(took_ms), "values": len(took_ms)}
 

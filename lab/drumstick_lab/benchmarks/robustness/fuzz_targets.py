@@ -55,7 +55,7 @@ def _osc() -> Target:
     def feed(data: bytes) -> None:
         time.s += 1.0
         parameters.now_s += 10.0
-        front.hear(data, (MUTANT_HOST, 40000))
+        front.receive(data, (MUTANT_HOST, 40000))
         assert "fault" not in front.counters
         assert all(math.isfinite(value) for values, _ in parameters.sets for value in values.values())
         parameters.sets.clear()

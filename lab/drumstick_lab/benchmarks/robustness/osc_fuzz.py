@@ -23,7 +23,7 @@ from pythonosc.osc_message_builder import OscMessageBuilder
 from rig_process import Rig, ask, running, wait_for
 
 from drumstick_lab.checkout import RESULTS
-from haptic_server.servo.stall_detector import Witnesses, excused
+from haptic_server.servo.stall_detector import StallDetector, excused
 from osc_mutants import KILLERS, MUTANT_HOST, mutant
 from rig.machine.this_machine import description
 
@@ -82,7 +82,7 @@ def attack(rig: Rig, messages: int, seed: int) -> dict[str, object]:
         warm = resident_mb(gateway)
         memory: list[float] = []
         begun = time.monotonic()
-        with Witnesses() as witnesses:
+        with StallDetector() as witnesses:
             for i, packet in enumerate(packets(seed, messages)):
                 stranger.sendto(packet, where)
                 if i % GROUP == GROUP - 1:

@@ -26,7 +26,7 @@ from drumstick.parameters.drum import Modal
 from drumstick.parameters.mallet import MATERIALS, Mallet
 from drumstick.parameters.scene import Scene, parse, shipped_text
 from drumstick_lab.checkout import RESULTS
-from realtime.kernels.borrowed_view import lend
+from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.float_mode import flush_denormals, restore
 from realtime.kernels.jit import njit
 from realtime.records import is_there
@@ -56,7 +56,7 @@ def scene_of(name: str, material: str | None, **numbers: float) -> Scene:
 
 @njit()
 def _stepped(engine: Engine, steps: int) -> None:
-    lent, mode = lend(engine), flush_denormals()
+    lent, mode = borrowed_view(engine), flush_denormals()
     for _ in range(steps):
         step(lent)
     restore(mode)

@@ -26,7 +26,7 @@ from drumstick.parameters.drum_effects import DRUM_EFFECTS
 from drumstick.parameters.scene import Scene
 from drumstick_lab.benchmarks.sound.bare_mesh import RATE_HZ, BareMesh, start, timed
 from drumstick_lab.checkout import RESULTS
-from realtime.kernels.borrowed_view import lend
+from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.float_mode import flush_denormals, restore
 from realtime.kernels.jit import njit
 from realtime.records import is_there
@@ -44,7 +44,7 @@ Window = Callable[[int], None]
 
 @njit()
 def _steps(engine: Engine, steps: int) -> None:
-    engine = lend(engine)
+    engine = borrowed_view(engine)
     mode = flush_denormals()
     for _ in range(steps):
         step(engine)

@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 import sampled_arm
 from drumstick.parameters.scene import Scene, parse, shipped_names, shipped_text
-from drumstick.stick.contact_ahead import Foreseen, contact_ahead, isolated
+from drumstick.stick.contact_ahead import PredictedContact, contact_ahead, isolated
 from drumstick.stick.law import law_of, thrown
 from drumstick.stick.motion import exact
 from drumstick_lab.checkout import RESULTS
@@ -51,7 +51,7 @@ DEAREST = {
 }
 
 Floats = npt.NDArray[np.float64]
-Triples = list[tuple[Foreseen, Foreseen, Foreseen]]  # announced, of a lone blow, real
+Triples = list[tuple[PredictedContact, PredictedContact, PredictedContact]]  # announced, of a lone blow, real
 
 
 def of_the_stick(scene: Scene) -> Triples:
@@ -59,7 +59,7 @@ def of_the_stick(scene: Scene) -> Triples:
     law, motion = law_of(scene), thrown(scene, scene.hand.throw_m_per_s)
     stick, ahead = motion[0], motion.copy()
     found: Triples = []
-    announced = alone = Foreseen(0.0, 0.0, 0.0)
+    announced = alone = PredictedContact(0.0, 0.0, 0.0)
     for _ in range(EVENTS):
         if len(found) == CONTACTS or stick["fate"] != exact.MOVING:
             break
@@ -68,7 +68,13 @@ def of_the_stick(scene: Scene) -> Triples:
             announced = contact_ahead(law[0], stick, ahead)
             alone = isolated(law[0], -float(stick["v_in"]))
         elif what == exact.RELEASE:
-            found.append((announced, alone, Foreseen(*(float(stick[name]) for name in Foreseen._fields))))
+            found.append(
+                (
+                    announced,
+                    alone,
+                    PredictedContact(*(float(stick[name]) for name in PredictedContact._fields)),
+                )
+            )
     return found
 
 
@@ -95,14 +101,15 @@ def _pairs(scene: Scene, events: np.ndarray) -> Triples:
         begun = strikes.get(int(one["seq"]))
         if begun is not None and one["speed_m_per_s"] > 0.0:
             ahead, real = (
-                Foreseen(*(float(each[name]) for name in Foreseen._fields)) for each in (begun, one)
+                PredictedContact(*(float(each[name]) for name in PredictedContact._fields))
+                for each in (begun, one)
             )
             found.append((ahead, isolated(law_of(scene)[0], float(begun["speed_m_per_s"])), real))
     return found
 
 
 @njit()
-def _carried(law: Records, speed: float, hand_m: Floats, period_s: float) -> Foreseen:
+def _carried(law: Records, speed: float, hand_m: Floats, period_s: float) -> PredictedContact:
     # A contact with the hand on its way, by steps so small that they do not count.
     one, z, v, t = law[0], 0.0, -speed, 0.0
     peak = impulse = 0.0
@@ -114,7 +121,7 @@ def _carried(law: Records, speed: float, hand_m: Floats, period_s: float) -> For
         t += STEP_S
         peak = max(peak, push)
         impulse += STEP_S * push
-    return Foreseen(peak, t, impulse)
+    return PredictedContact(peak, t, impulse)
 
 
 def with_the_hands_way(k: float, r: float, rate_Hz: int) -> Triples:
@@ -136,7 +143,7 @@ def with_the_hands_way(k: float, r: float, rate_Hz: int) -> Triples:
     for one, (_, alone, real) in zip(releases, _pairs(scene, events), strict=True):
         seq = int(one["seq"])
         ahead = _carried(law, speeds[seq], hand_m[begun[seq] :], 1.0 / rate_Hz)
-        found.append((Foreseen(*ahead), alone, real))
+        found.append((PredictedContact(*ahead), alone, real))
     return found
 
 
@@ -166,7 +173,7 @@ def cost_us(scene: Scene) -> float:
 def _row(name: str, found: Triples) -> dict[str, Any]:
     ahead, alone, real = (np.array(column, float) for column in zip(*found, strict=True))
     row: dict[str, Any] = {"name": name, "contacts": len(found)}
-    for at, field in enumerate(Foreseen._fields):
+    for at, field in enumerate(PredictedContact._fields):
         for which, numbers in (("announced", ahead), ("alone", alone)):
             share = numbers[:, at] / real[:, at]
             off = 100.0 * (share - 1.0) if field == "contact_s" else 20.0 * np.log10(share)

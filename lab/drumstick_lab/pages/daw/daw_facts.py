@@ -66,7 +66,7 @@ def sent(row: osc.Sent, name: str = "") -> str:
     return osc.address(PREFIX, row, name)
 
 
-def heard(row: osc.Heard, name: str = "") -> str:
+def heard(row: osc.Incoming, name: str = "") -> str:
     """The whole address of what the rig hears."""
     return osc.address(PREFIX, row, name)
 
@@ -87,7 +87,7 @@ def words() -> dict[str, str]:
     }
     found |= {
         f"HEARD{row.path.replace('/', '_').upper()}": heard(row)
-        for row in osc.HEARD
+        for row in osc.INCOMING
         if "NAME" not in row.path
     }
     found |= {f"TYPES{row.path.replace('/', '_').upper()}": row.types for row in osc.SENT}

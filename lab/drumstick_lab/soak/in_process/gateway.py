@@ -15,7 +15,7 @@ from drumstick_lab.soak.listeners import OSC_NUMBERS, Sequence
 from haptic_server import limits
 from haptic_server.device.simulated import Simulated
 from haptic_server.gateway.link import ServoLink
-from haptic_server.gateway.osc.osc_server import OscFront
+from haptic_server.gateway.osc.osc_server import OscServer
 from haptic_server.gateway.presets import Presets
 from haptic_server.gateway.relay import Relay, Wires
 from haptic_server.gateway.settings import Parameters
@@ -56,7 +56,7 @@ class Gateway:
             self._wall,
         )
         self._listener = _listening()
-        self.osc = OscFront(
+        self.osc = OscServer(
             ("127.0.0.1", 0), [self._listener.getsockname()], osc.DEFAULT_PREFIX, self.parameters, self._presets.load,
             now=self._now,
         )  # fmt: skip

@@ -11,7 +11,7 @@ from protocol.messages import Release, State, Strike, decode, encode
 from realtime import ring
 from rig.recording import channels
 from rig.recording.channels import Channel
-from rig.recording.lost_messages import Gaps
+from rig.recording.lost_messages import LostMessages
 from rig.recording.mcap_writer import SCENE_ATTACHMENT, McapWriter
 from rig.recording.times import TimeLine
 
@@ -115,7 +115,7 @@ class Recording:
         self._line = TimeLine(_WALL_NS)
         self._filing = McapWriter(out, {"rig": "soak"})
         self._filing.attach_scene(SCENE_ATTACHMENT, json.dumps(as_tables(scene)).encode(), _WALL_NS)
-        self.gaps = Gaps()
+        self.gaps = LostMessages()
         self.worst_ns = 0.0  # of a strike's place on the time line
         self.strikes = Sequence()
 

@@ -21,7 +21,7 @@ class LocalSession:
         self._listeners: dict[str, list[Take]] = {}
         self.put_bytes = 0
 
-    def hear(self, key: str, take: Take) -> None:
+    def subscribe(self, key: str, take: Take) -> None:
         """Call `take` with each payload of this key."""
         self._listeners.setdefault(key, []).append(take)
 

@@ -6,7 +6,7 @@ import signal
 import sys
 from pathlib import Path
 
-from drumstick_lab.soak.listeners import hear_osc, hear_zenoh
+from drumstick_lab.soak.listeners import count_osc, count_zenoh
 from drumstick_lab.soak.processes.visitor import Visitor, Where
 from realtime.stop import StopRequest
 
@@ -31,9 +31,9 @@ def main() -> int:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, stop.ask)
     if given.what == OSC:
-        counts = hear_osc(given.osc_out, stop)
+        counts = count_osc(given.osc_out, stop)
     elif given.what == ZENOH:
-        counts = hear_zenoh(given.connect, given.rig, stop)
+        counts = count_zenoh(given.connect, given.rig, stop)
     else:
         where = Where(given.rig, given.connect, given.osc_in, given.panel_port, given.token_file)
         counts = Visitor(where, given.parameter).run(stop, given.pause, given.hurry)

@@ -11,7 +11,7 @@ from haptic_server.records import Reading
 from haptic_server.servo.event_output import publish_status
 from haptic_server.servo.memory import Servo
 from haptic_server.servo.trace import note
-from realtime.kernels.borrowed_view import lend
+from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.handover import Handed, take_up
 from realtime.kernels.jit import CFunction, cfunction, njit
 
@@ -64,7 +64,7 @@ def _compiled(law: Rendering, kind: Any) -> CFunction:
     @cfunction("uint32(voidptr)", cache=False)
     def servo_callback(argument: Any) -> int:
         taken, port = take_up(argument, kind)
-        servo = lend(taken)
+        servo = borrowed_view(taken)
         reading = servo.reading[0]
         span_s = begin(port, reading)
         now_ns = port.state[0].now_ns

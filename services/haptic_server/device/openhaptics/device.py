@@ -18,7 +18,7 @@ from realtime.atomics import peek, poke
 from realtime.stop import StopRequest
 
 _log = logging.getLogger("servo")
-_LOOK_S = 0.02
+_POLL_S = 0.02
 _SILENT_S = 0.5  # a driver that has not called for so long has ended its servo thread
 _FIRST_S = 2.0  # and one that has not begun after so long will not
 
@@ -165,7 +165,7 @@ class OpenHaptics:
         # Polls: whoever wants to stop, the callback that has ended, the driver that no longer calls.
         ticks, since = 0, time.monotonic()
         while peek(gate.cells, port.ENDED) == 0:
-            time.sleep(_LOOK_S)
+            time.sleep(_POLL_S)
             if stop.is_set():
                 poke(servo.block.control, STOP, 1)
             now, seen = time.monotonic(), int(peek(gate.cells, port.TICKS))

@@ -16,7 +16,7 @@ from haptic_server.gateway.midi.carrier import Carrier, Report
 from haptic_server.gateway.midi.encoding import MESSAGE_BYTES
 from haptic_server.gateway.midi.library import RtMidi
 
-_LOOK_EVERY_S = 1.0
+_POLL_EVERY_S = 1.0
 _LEAVE_WITHIN_S = (
     0.25  # JACK takes messages once a block, of 85 ms at most as a rule, and those of a closed port never
 )
@@ -41,14 +41,14 @@ def _carry(carrier: Carrier, library: RtMidi, output: IO[str]) -> None:
     last: Report | None = None
     while True:
         if time.monotonic() >= look_at:
-            look_at = time.monotonic() + _LOOK_EVERY_S
+            look_at = time.monotonic() + _POLL_EVERY_S
             report = carrier.look()
             if report != last and report is not None:
                 _report(output, report)
                 last = report
         if library.jack is not None and library.jack.ended.is_set():
             _end(output, Report(False, "JACK has ended; waiting for it"))
-        if not select.select([0], [], [], _LOOK_EVERY_S)[0]:
+        if not select.select([0], [], [], _POLL_EVERY_S)[0]:
             continue
         chunk = os.read(0, 4096)
         if not chunk:

@@ -16,7 +16,7 @@ from protocol.messages import Strike
 _log = logging.getLogger("gateway")
 MOST_QUEUED = 256
 LATE_S = 0.05  # a note that could not be sent for so long is not sent any more
-_LOOK_S = 0.25
+_POLL_S = 0.25
 _JOIN_S = 2.0
 _SILENT_STATES = ("panic", "fault")
 
@@ -104,10 +104,10 @@ class MidiSender:
         closing = False
         try:
             while not closing:
-                self._look()
+                self._poll()
                 with self._changed:
                     self._changed.wait_for(
-                        lambda: self._queue or self._must_silence or self._closing, timeout=_LOOK_S
+                        lambda: self._queue or self._must_silence or self._closing, timeout=_POLL_S
                     )
                     events = list(self._queue)
                     self._queue.clear()
@@ -120,7 +120,7 @@ class MidiSender:
         finally:
             self._port.close()
 
-    def _look(self) -> None:
+    def _poll(self) -> None:
         news = self._port.look(self._now())
         if news:
             _log.warning("midi: %s", news)

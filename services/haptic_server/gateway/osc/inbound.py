@@ -16,17 +16,17 @@ from drumstick.parameters.table import Parameter, Refusal
 from haptic_server.gateway.lease import LONGEST_S
 from haptic_server.gateway.osc.arguments import Refused, in_range, number, port, text
 from haptic_server.gateway.osc.echo_filter import EchoFilter
-from haptic_server.gateway.osc.osc_sender import Outlet
+from haptic_server.gateway.osc.osc_sender import OscSender
 from haptic_server.gateway.osc.own_addresses import OwnAddress
 from haptic_server.gateway.osc.prescan import Unreadable, prescan
 from haptic_server.gateway.osc.refusal_counts import RefusalCounts
-from haptic_server.gateway.osc.reply_rate_limit import Allowance
-from haptic_server.gateway.osc.reply_targets import Echoes
+from haptic_server.gateway.osc.reply_rate_limit import ReplyRateLimit
+from haptic_server.gateway.osc.reply_targets import ReplyTargets
 from haptic_server.gateway.osc.targets import SUBSCRIPTION_S, Endpoint, Targets
 from haptic_server.gateway.parameter_access import ParameterAccess
 from haptic_server.gateway.rounding import is_norm_of, is_same
 from haptic_server.presets.preset import PresetError
-from haptic_server.set_rate_limit import SETS_A_SECOND, Pace, Verdict
+from haptic_server.set_rate_limit import SETS_A_SECOND, SetRateLimit, Verdict
 from protocol import osc
 from protocol.requests import Claim
 
@@ -53,9 +53,9 @@ class Outbound(NamedTuple):
     """The sending side of a front. `own` is its own socket, which is never heard and never becomes a target."""
 
     own: OwnAddress
-    outlet: Outlet
+    packets_out: OscSender
     targets: Targets
-    echoes: Echoes
+    reply_targets: ReplyTargets
     echo_filter: EchoFilter
     refusals: RefusalCounts
 
@@ -75,16 +75,16 @@ class Inbound:
         self._parameters = parameters
         self._load_preset = load_preset
         self._secret = secrets.token_hex(8)  # a sender's lease is its address here, and nobody's elsewhere
-        self._own, self._outlet, self._targets = outbound.own, outbound.outlet, outbound.targets
-        self._echoes, self._echo_filter = outbound.echoes, outbound.echo_filter
+        self._own, self._packets_out, self._targets = outbound.own, outbound.packets_out, outbound.targets
+        self._reply_targets, self._echo_filter = outbound.reply_targets, outbound.echo_filter
         self._refusals = outbound.refusals
-        self._pace = Pace()
-        self._heard_itself = False
-        self._errors = Allowance(*ERRORS_A_SECOND)
-        self._syncs = Allowance(*SYNCS_A_SECOND)
-        self._loads = Allowance(*PRESETS_A_SECOND)
-        self._tracebacks = Allowance(1, 1)
-        self._shared_asks = Allowance(*SHARED_ASKS_A_SECOND)
+        self._set_rates = SetRateLimit()
+        self._received_own = False
+        self._errors = ReplyRateLimit(*ERRORS_A_SECOND)
+        self._syncs = ReplyRateLimit(*SYNCS_A_SECOND)
+        self._loads = ReplyRateLimit(*PRESETS_A_SECOND)
+        self._tracebacks = ReplyRateLimit(1, 1)
+        self._shared_asks = ReplyRateLimit(*SHARED_ASKS_A_SECOND)
 
         @lru_cache(_REMEMBERED_HOSTS)
         def allowed(host: str) -> bool:
@@ -112,7 +112,7 @@ class Inbound:
         """Every address that is heard."""
         return frozenset(self._actions)
 
-    def hear(self, datagram: bytes, sender: Endpoint, now_s: float) -> None:
+    def receive(self, datagram: bytes, sender: Endpoint, now_s: float) -> None:
         """Act on one datagram, or refuse it. Never raises."""
         if self._own.holds(sender):
             self._note_own()
@@ -143,8 +143,8 @@ class Inbound:
 
     def _note_own(self) -> None:
         self._refusals.count("own")
-        if not self._heard_itself:  # once: it comes back with every message that goes out
-            self._heard_itself = True
+        if not self._received_own:  # once: it comes back with every message that goes out
+            self._received_own = True
             _log.warning(
                 "osc: what the rig sends comes back to its own port, and is dropped: look at the targets"
             )
@@ -157,7 +157,7 @@ class Inbound:
         self._refusals.refuse(reason, sender[0], f"{address}: {why}", now_s)
         if address in self._never_answered or not self._errors.spend(sender, now_s):
             return
-        self._outlet.send([osc.error(self._prefix, address, why)], self._with_targets(sender, now_s))
+        self._packets_out.send([osc.error(self._prefix, address, why)], self._with_targets(sender, now_s))
 
     def _with_targets(self, sender: Endpoint, now_s: float) -> Iterable[Endpoint]:
         return [sender, *self._targets.present(now_s)]
@@ -204,12 +204,12 @@ class Inbound:
             return False
         self._refusals.count("echo")
         if math.isfinite(present) and self._echo_filter.spend(row.name, present, sender, now_s):
-            self._outlet.send(self._both_forms(row, present), [sender])
+            self._packets_out.send(self._both_forms(row, present), [sender])
         return True
 
     def _require_calm(self, sender: Endpoint, now_s: float) -> None:
         # One error, and then silence: whoever floods the rig with sets would get a flood of answers, and answer them.
-        verdict = self._pace.judge(sender, now_s)
+        verdict = self._set_rates.judge(sender, now_s)
         if verdict is Verdict.HELD_FIRST:
             why = f"more than {SETS_A_SECOND:g} sets a second: a loop? None is taken from you until there are fewer"
             raise Refused("held_back", why)
@@ -221,7 +221,7 @@ class Inbound:
         packets = self._both_forms(row, value)
         targets = self._targets.present(now_s) if self._shared_asks.spend(sender, now_s) else []
         self._note_published(row.name, value, targets, sender, now_s)
-        self._outlet.send(packets, [sender, *targets])
+        self._packets_out.send(packets, [sender, *targets])
 
     def _note_published(
         self, name: str, value: float, targets: Iterable[Endpoint], sender: Endpoint, now_s: float
@@ -229,18 +229,18 @@ class Inbound:
         self._echo_filter.note(name, value, [target for target in targets if target != sender], now_s)
 
     def _set(self, row: Parameter, value: float, sender: Endpoint, now_s: float) -> None:
-        before = self._echoes.expect(row.name, sender, value, now_s)
+        before = self._reply_targets.expect(row.name, sender, value, now_s)
         try:
             reply = self._parameters.set({row.name: value}, _named(sender), self._claim(sender))
         except Refusal:
-            self._echoes.forget(row.name, sender, before)
+            self._reply_targets.forget(row.name, sender, before)
             raise
         if not reply.pending:
             # Nothing changes, so no readback will come. The sender alone is answered.
-            self._echoes.forget(row.name, sender)
+            self._reply_targets.forget(row.name, sender)
             accepted = reply.values[row.name]
             if self._echo_filter.spend(row.name, accepted, sender, now_s):
-                self._outlet.send(self._both_forms(row, accepted), [sender])
+                self._packets_out.send(self._both_forms(row, accepted), [sender])
 
     def _sync(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
         # Buttons of touch screens send a number with every message: it means nothing here.
@@ -252,18 +252,18 @@ class Inbound:
         for name, row in self._parameters.table.items():
             if math.isfinite(values[name]):
                 self._note_published(name, values[name], targets, sender, now_s)
-                self._outlet.send(self._both_forms(row, values[name]), endpoints)
+                self._packets_out.send(self._both_forms(row, values[name]), endpoints)
             else:
                 refused = osc.address(self._prefix, osc.SET, name)
                 why = f"{name} has no value at present"
-                self._outlet.send([osc.error(self._prefix, refused, why)], endpoints)
+                self._packets_out.send([osc.error(self._prefix, refused, why)], endpoints)
 
     def _ping(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
         try:
             pong = osc.pong(self._prefix, args)
         except ValueError as error:
             raise Refused("value", str(error)) from None
-        self._outlet.send([pong], [sender])
+        self._packets_out.send([pong], [sender])
 
     def _subscribe(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
         self._require_own_address(sender)
@@ -294,7 +294,7 @@ class Inbound:
         name = text(args)
         seconds = LONGEST_S if name else 0.0
         holder = self._parameters.take_lease(self._claim(sender).lease, name or _named(sender), seconds)
-        self._outlet.send([osc.lease(self._prefix, *holder)], [sender])
+        self._packets_out.send([osc.lease(self._prefix, *holder)], [sender])
 
     def _panic(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
         # Whatever comes with it: zero force is never refused.

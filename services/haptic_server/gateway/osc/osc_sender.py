@@ -3,20 +3,20 @@
 import socket
 from collections.abc import Iterable, Sequence
 
-from haptic_server.gateway.osc.refusal_counts import Tally
+from haptic_server.gateway.osc.refusal_counts import RefusalCounts
 from haptic_server.gateway.osc.targets import Endpoint
 
 
-class Outlet:
+class OscSender:
     """Sends through a non-blocking UDP socket that belongs to the front.
 
     Any thread; never blocks, never raises: what a full buffer or an absent listener keeps from being sent is counted as
     `send_full` and `send_failed`.
     """
 
-    def __init__(self, udp: socket.socket, tally: Tally) -> None:
+    def __init__(self, udp: socket.socket, refusals: RefusalCounts) -> None:
         self._udp = udp
-        self._tally = tally
+        self._refusals = refusals
 
     def send(self, packets: Sequence[bytes], endpoints: Iterable[Endpoint]) -> None:
         """Send all packets, in order, to each endpoint; an endpoint named twice gets them once."""
@@ -25,6 +25,6 @@ class Outlet:
                 try:
                     self._udp.sendto(packet, endpoint)
                 except BlockingIOError:
-                    self._tally.count("send_full")
+                    self._refusals.count("send_full")
                 except OSError:
-                    self._tally.count("send_failed")
+                    self._refusals.count("send_failed")

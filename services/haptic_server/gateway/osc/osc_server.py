@@ -12,11 +12,11 @@ from ipaddress import ip_network
 from haptic_server.gateway.osc.echo_filter import EchoFilter
 from haptic_server.gateway.osc.inbound import Inbound, LoadPreset, Network, Outbound
 from haptic_server.gateway.osc.name_resolution import find, numeric, split
-from haptic_server.gateway.osc.osc_sender import Outlet
+from haptic_server.gateway.osc.osc_sender import OscSender
 from haptic_server.gateway.osc.own_addresses import OwnAddress
 from haptic_server.gateway.osc.prescan import MAX_BYTES
 from haptic_server.gateway.osc.refusal_counts import RefusalCounts
-from haptic_server.gateway.osc.reply_targets import Echoes
+from haptic_server.gateway.osc.reply_targets import ReplyTargets
 from haptic_server.gateway.osc.targets import Endpoint, Targets
 from haptic_server.gateway.parameter_access import ParameterAccess
 from protocol import osc
@@ -28,7 +28,7 @@ _AT_ONCE = 256
 _log = logging.getLogger("osc")
 
 
-class OscFront:
+class OscServer:
     """Hears at `bind`, sends to `targets` and to whoever subscribed; IPv4.
 
     The constructor opens the socket and starts the receive thread. It raises OSError when `bind` cannot be had,
@@ -50,7 +50,7 @@ class OscFront:
         self._prefix = osc.checked_prefix(prefix)
         self._now = now
         self._refusals = RefusalCounts()
-        self._echoes = Echoes()
+        self._reply_targets = ReplyTargets()
         self._echo_filter = EchoFilter()
         known, names = split(targets)
         self._udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -66,9 +66,14 @@ class OscFront:
             self._udp.close()
             raise
         self._targets = Targets(known)
-        self._outlet = Outlet(self._udp, self._refusals)
+        self._packets_out = OscSender(self._udp, self._refusals)
         outbound = Outbound(
-            self._own, self._outlet, self._targets, self._echoes, self._echo_filter, self._refusals
+            self._own,
+            self._packets_out,
+            self._targets,
+            self._reply_targets,
+            self._echo_filter,
+            self._refusals,
         )
         self._inbound = Inbound(self._prefix, parameters, load_preset, allow, outbound)
         self._closing = threading.Event()
@@ -137,7 +142,7 @@ class OscFront:
     def readback(self, name: str, value: float, norm: float) -> None:
         """Send what the servo uses now, to every target and to whoever set this value within the last second."""
         p, now_s = self._prefix, self._now()
-        claimed = self._echoes.claim(name, value, now_s)
+        claimed = self._reply_targets.claim(name, value, now_s)
         if math.isfinite(value):
             self._echo_filter.note_value(name, value, claimed, now_s)
             self._echo_filter.note(
@@ -171,9 +176,9 @@ class OscFront:
             each.close()
         self._refusals.log_line(self._now(), at_once=True)
 
-    def hear(self, datagram: bytes, sender: Endpoint) -> None:
+    def receive(self, datagram: bytes, sender: Endpoint) -> None:
         """Act on one datagram: what the receive thread does with each. Only for that thread, and for tests."""
-        self._inbound.hear(datagram, sender, self._now())
+        self._inbound.receive(datagram, sender, self._now())
 
     def _found(self, target: Endpoint) -> None:
         if self._own.holds(target):
@@ -188,7 +193,7 @@ class OscFront:
         except ValueError as error:  # a number that is not finite must not reach an instrument
             self._refusals.refuse("unsendable", "the rig itself", str(error), now_s)
             return
-        self._outlet.send(packets, [*self._targets.present(now_s), *others])
+        self._packets_out.send(packets, [*self._targets.present(now_s), *others])
 
     def _listen(self) -> None:
         poll = select.poll()
@@ -208,4 +213,4 @@ class OscFront:
             except OSError:  # an ICMP refusal of something sent earlier
                 self._refusals.count("receive_failed")
                 return
-            self.hear(datagram, sender)
+            self.receive(datagram, sender)

@@ -4,7 +4,7 @@ import math
 from collections.abc import Hashable
 
 
-class Allowance:
+class ReplyRateLimit:
     """Counts by source in windows of one second, and all sources together.
 
     The sum bounds how many sources are remembered. One thread only (the OSC receive thread); never blocks.

@@ -20,7 +20,7 @@ def _same(a: float, b: float) -> bool:
     return math.isclose(a, b, rel_tol=1e-6, abs_tol=1e-12)
 
 
-class Echoes:
+class ReplyTargets:
     """Parameter name -> who waits for which value. Any thread; held locks are short.
 
     While a fader moves, readbacks of older values arrive first: they go to the sender too, and the wait ends with the

@@ -14,7 +14,7 @@ from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
 from haptic_server.gateway.osc.prescan import MAX_BYTES
-from haptic_server.gateway.oscquery.osc_bridge import Inlet
+from haptic_server.gateway.oscquery.osc_bridge import OscBridge
 from haptic_server.gateway.oscquery.tree import READ, Node
 
 MOST_WAITING = 512  # packets; a roll of 23 Hz with every address listened to sends 200 a second
@@ -29,13 +29,13 @@ class Client:
         self,
         connection: ServerConnection,
         root: Node,
-        writer: Callable[[], Inlet],
+        writer: Callable[[], OscBridge],
         count: Callable[[str], None],
     ) -> None:
         self._connection = connection
         self._root = root
         self._make_writer = writer
-        self._writer: Inlet | None = None
+        self._writer: OscBridge | None = None
         self._count = count
         self._listened: set[str] = set()  # addresses of the tree, so no more than it has
         self._waiting: asyncio.Queue[bytes] = asyncio.Queue(MOST_WAITING)

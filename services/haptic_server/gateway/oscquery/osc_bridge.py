@@ -24,7 +24,7 @@ def _inner_host(front: str) -> str:
     return "127.0.0.1" if numeric == "0.0.0.0" else numeric
 
 
-class Inlet:
+class OscBridge:
     """One UDP socket, bound where the front can reach it. One thread at a time; never blocks.
 
     The constructor raises OSError. Give `endpoint` to the front as a target, then `join` the front; it is one of

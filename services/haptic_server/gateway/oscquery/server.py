@@ -20,11 +20,11 @@ from websockets.http11 import Request, Response
 from haptic_server.gateway.osc.inbound import Network
 from haptic_server.gateway.osc.osc_server import LOOPBACK
 from haptic_server.gateway.osc.prescan import MAX_BYTES
-from haptic_server.gateway.osc.reply_rate_limit import Allowance
+from haptic_server.gateway.osc.reply_rate_limit import ReplyRateLimit
 from haptic_server.gateway.osc.targets import Endpoint
 from haptic_server.gateway.oscquery.admission import Admission, is_loopback
 from haptic_server.gateway.oscquery.client import Client
-from haptic_server.gateway.oscquery.osc_bridge import Inlet
+from haptic_server.gateway.oscquery.osc_bridge import OscBridge
 from haptic_server.gateway.oscquery.pages import Page, page
 from haptic_server.gateway.oscquery.tree import EXTENSIONS, tree_of
 from haptic_server.gateway.oscquery.values import Values
@@ -66,7 +66,7 @@ class OscQuery:
         prefix: str,
         parameters: ParameterAccess,
         front: Endpoint,
-        inlet: Inlet,
+        bridge: OscBridge,
         allow: Sequence[Network] = LOOPBACK,
         insiders: set[Endpoint] | None = None,
     ) -> None:
@@ -75,9 +75,9 @@ class OscQuery:
         self._values = Values(parameters)
         self._front = front
         self._insiders: set[Endpoint] = set() if insiders is None else insiders
-        self._inlet = inlet
-        self._allowance = Allowance(*QUESTIONS_A_SECOND)
-        self._log_limited = Allowance(1, 1)
+        self._bridge = bridge
+        self._allowance = ReplyRateLimit(*QUESTIONS_A_SECOND)
+        self._log_limited = ReplyRateLimit(1, 1)
         self._clients: set[Client] = set()
         self._open = 0
         self._counts: Counter[str] = Counter()
@@ -94,7 +94,7 @@ class OscQuery:
         host, port = self._tcp.getsockname()
         self.endpoint: Endpoint = (str(host), int(port))
         self._admission = Admission(self.endpoint[0], allow)
-        inlet.join(front[1])
+        bridge.join(front[1])
         self._loop = asyncio.new_event_loop()
         self._stop = asyncio.Event()
         self._thread = threading.Thread(target=self._run, name="oscquery", daemon=True)
@@ -108,7 +108,7 @@ class OscQuery:
     @property
     def counters(self) -> dict[str, int]:
         """How many questions by status, clients that were too slow, connections turned away ...; a copy. Any thread."""
-        return {**self._counts, "clients": len(self._clients), "dropped": self._inlet.dropped}
+        return {**self._counts, "clients": len(self._clients), "dropped": self._bridge.dropped}
 
     def close(self) -> None:
         """End the thread and close the port. Any thread; waits three seconds at most. Idempotent."""
@@ -121,11 +121,11 @@ class OscQuery:
             self._loop.run_until_complete(self._serve())
         finally:
             self._loop.close()
-            self._inlet.close()
+            self._bridge.close()
             self._tcp.close()
 
     async def _serve(self) -> None:
-        self._loop.add_reader(self._inlet, self._sent)
+        self._loop.add_reader(self._bridge, self._sent)
         async with serve(
             self._client,
             sock=self._tcp,
@@ -139,7 +139,7 @@ class OscQuery:
             logger=_quiet,
         ):
             await self._stop.wait()
-        self._loop.remove_reader(self._inlet)
+        self._loop.remove_reader(self._bridge)
 
     def _connections(self) -> type[ServerConnection]:
         # A connection is counted, and turned away, before the first byte of it is read.
@@ -220,8 +220,8 @@ class OscQuery:
         finally:
             self._clients.discard(client)
 
-    def _writer(self) -> Inlet:
-        made = Inlet(self._front[0], self._insiders)
+    def _writer(self) -> OscBridge:
+        made = OscBridge(self._front[0], self._insiders)
         made.join(self._front[1])
         return made
 
@@ -229,7 +229,7 @@ class OscQuery:
         self._counts[what] += 1
 
     def _sent(self) -> None:
-        for packet in self._inlet.take():
+        for packet in self._bridge.take():
             address = self._values.note(packet)
             for client in self._clients:
                 if client.listens(address):

@@ -80,11 +80,11 @@ def _of_sent(row: osc.Sent, parameter: Parameter | None) -> dict[str, object]:
     return described
 
 
-def _words(row: osc.Sent | osc.Heard, parameter: Parameter | None) -> str:
+def _words(row: osc.Sent | osc.Incoming, parameter: Parameter | None) -> str:
     return row.words if parameter is None else f"{parameter.quantity.words}; {row.words}"
 
 
-def _add(root: Node, prefix: str, row: osc.Sent | osc.Heard, parameter: Parameter | None) -> Node:
+def _add(root: Node, prefix: str, row: osc.Sent | osc.Incoming, parameter: Parameter | None) -> Node:
     path = osc.address(prefix, row, parameter.name if parameter is not None else "")
     node = root
     for part in path.split("/")[1:]:
@@ -104,7 +104,7 @@ def _add_sent(root: Node, prefix: str, row: osc.Sent, parameter: Parameter | Non
     node.fixed |= _of_sent(row, parameter)
 
 
-def _add_heard(root: Node, prefix: str, row: osc.Heard, parameter: Parameter | None) -> None:
+def _add_heard(root: Node, prefix: str, row: osc.Incoming, parameter: Parameter | None) -> None:
     node = _add(root, prefix, row, parameter)
     forms = ["" if form == "any" else form for form in row.forms]
     read_as = node.fixed.get("TYPE")
@@ -125,7 +125,7 @@ def _add_heard(root: Node, prefix: str, row: osc.Heard, parameter: Parameter | N
         node.fixed["CRITICAL"] = True
 
 
-def _named(row: osc.Sent | osc.Heard, table: Mapping[str, Parameter]) -> Iterable[Parameter | None]:
+def _named(row: osc.Sent | osc.Incoming, table: Mapping[str, Parameter]) -> Iterable[Parameter | None]:
     return table.values() if "NAME" in row.path else (None,)
 
 
@@ -135,7 +135,7 @@ def tree_of(prefix: str, table: Mapping[str, Parameter]) -> Node:
     for sent in osc.SENT:
         for parameter in _named(sent, table):
             _add_sent(root, prefix, sent, parameter)
-    for heard in osc.HEARD:
+    for heard in osc.INCOMING:
         for parameter in _named(heard, table):
             _add_heard(root, prefix, heard, parameter)
     for node in root.all():

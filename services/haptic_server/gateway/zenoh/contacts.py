@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import zenoh
 
 _log = logging.getLogger("gateway")
-_LOOK_EVERY_NS = 5_000_000
+_POLL_EVERY_NS = 5_000_000
 _AT_ONCE = 256
 
 
@@ -45,7 +45,7 @@ class Contacts:
         self._samples = np.zeros(_AT_ONCE, rings.SAMPLE)
         self._ring: rings.ContactRing | None = None
         self._wanted = False
-        self._look_ns = 0
+        self._poll_ns = 0
         self._put = 0
         self._reported = ""
         ring.drain(
@@ -54,9 +54,9 @@ class Contacts:
 
     def step(self, now_ns: int) -> None:
         """Hand on what the servo told since the last call."""
-        if now_ns >= self._look_ns:
-            self._look_ns = now_ns + _LOOK_EVERY_NS
-            self._look()
+        if now_ns >= self._poll_ns:
+            self._poll_ns = now_ns + _POLL_EVERY_NS
+            self._poll()
         if not self._wanted or self._ring is None:
             return
         count = ring.drain(self._ring.cells, self._ring.slots, self._samples)
@@ -69,7 +69,7 @@ class Contacts:
         dropped = peek(self._ring.cells, ring.DROPPED) if self._ring is not None else 0
         return {"wanted": self._wanted, "put": self._put, "dropped": dropped, "stale": self._pieces.stale}
 
-    def _look(self) -> None:
+    def _poll(self) -> None:
         status: Any = self._publisher.matching_status  # zenoh's own annotation says bool, which it is not
         wanted: bool = status.matching
         found = self._ring if wanted else None

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _log = logging.getLogger("gateway")
 SILENT_NS = 400_000_000  # who points and is not heard for so long has let go, here as in the servo
 _AT_ONCE = 8  # in one round; a flood costs that much and no more
-_COMPLAIN_NS = 10_000_000_000
+_WARN_EVERY_NS = 10_000_000_000
 
 
 class Pointable(Protocol):
@@ -70,7 +70,7 @@ class Pointing:
         self._token: zenoh.LivelinessToken | None = None
         self._subscriber: zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]] | None = None
         self._holder = Holder()
-        self._complain_at_ns = 0
+        self._warn_at_ns = 0
 
     def step(self, now_ns: int) -> None:
         """Hand on what has been heard since the last call."""
@@ -106,8 +106,8 @@ class Pointing:
         try:
             pointer = decode(payload, Pointer)
         except ValueError as error:
-            if now_ns >= self._complain_at_ns:
-                self._complain_at_ns = now_ns + _COMPLAIN_NS
+            if now_ns >= self._warn_at_ns:
+                self._warn_at_ns = now_ns + _WARN_EVERY_NS
                 _log.warning("a pointer that cannot be read: %s", shown(error))
             return
         if self._holder.admits(pointer, now_ns):

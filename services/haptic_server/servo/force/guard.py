@@ -40,9 +40,9 @@ MEMORY = 9  # ticks of the head's force: the longest delay of a device, and the 
 # _MOST_OWED and above that share of the blow, or so many contacts in a row that begin in debt, are a fault. So are as
 # many contacts in a row at the limit of force, faster than a hand strikes, without a pulse, and not much slower than
 # the first of them: then the account itself is wrong, by a delay that nobody declared.
-_OWED_M_PER_S = 0.05
-_MOST_OWED_M_PER_S = 0.5
-_MOST_OWED_SHARE = 0.5
+_EXCESS_M_PER_S = 0.05
+_FAULT_EXCESS_M_PER_S = 0.5
+_FAULT_EXCESS_SHARE = 0.5
 _MOST_DRIVEN = 12
 _FASTEST_HAND_NS = 80_000_000
 _AT_THE_LIMIT = 0.99
@@ -104,7 +104,7 @@ ALLOWED = dtype_of(Allowed)
 
 
 @njit()
-def _owed(guard: GuardState) -> float:
+def _excess_energy(guard: GuardState) -> float:
     # What the head gave beyond what it took and what its effects may add, J; that it keeps some of a blow is no debt.
     return max(guard.given_J - max(guard.budget_J, 0.0), 0.0)
 
@@ -117,14 +117,14 @@ def let_go(guard: GuardState) -> None:
     guard.force_N = 0.0
     for tick in range(MEMORY):
         guard.head_N[tick] = 0.0
-    guard.given_J = _owed(guard)  # a debt outlives it
+    guard.given_J = _excess_energy(guard)  # a debt outlives it
     guard.budget_J = 0.0
     guard.driven = 0
     guard.saturated = 0
 
 
 @njit()
-def look(guard: GuardState, allowed: Allowed, reading: Reading, now_ns: int, span_s: float) -> int:
+def check_reading(guard: GuardState, allowed: Allowed, reading: Reading, now_ns: int, span_s: float) -> int:
     """Is this reading fit to render from? NO_FAULT, or the code of what is wrong for good. In accept form."""
     if reading.trouble != NO_FAULT:
         return int(reading.trouble)
@@ -145,7 +145,7 @@ def look(guard: GuardState, allowed: Allowed, reading: Reading, now_ns: int, spa
 
 
 @njit()
-def look_at_speed(allowed: Allowed, v: float) -> int:
+def check_speed(allowed: Allowed, v: float) -> int:
     """Is the stick slow enough? NO_FAULT or TOO_FAST."""
     return NO_FAULT if abs(v) <= allowed.max_speed_m_per_s else TOO_FAST
 
@@ -177,7 +177,7 @@ def _energy(allowed: Allowed, speed: float) -> float:
 
 
 @njit()
-def open_account(guard: GuardState, allowed: Allowed, m: float, v_in: float, now_ns: int) -> int:
+def begin_contact(guard: GuardState, allowed: Allowed, m: float, v_in: float, now_ns: int) -> int:
     """A contact begins at v_in: the head may give back what it took, and what its effects are meant to add.
 
     guard.e and guard.b as in drumstick.safety.bounds: the contact may end at e |v_in| + b, without its pulses. A live m
@@ -187,12 +187,12 @@ def open_account(guard: GuardState, allowed: Allowed, m: float, v_in: float, now
     speed = abs(v_in)
     leaving = guard.e * speed + guard.b
     added = leaving * leaving - speed * speed
-    owed = _owed(guard)
-    guard.given_J = owed
+    excess_J = _excess_energy(guard)
+    guard.given_J = excess_J
     guard.budget_J = 0.5 * min(m, allowed.m_kg) * max(added, -_KEPT * speed * speed)
     guard.blow_J = _energy(allowed, speed)
-    indebted = owed > _energy(allowed, _OWED_M_PER_S) and speed > _OWED_M_PER_S
-    guard.driven = guard.driven + 1 if indebted else 0
+    has_excess = excess_J > _energy(allowed, _EXCESS_M_PER_S) and speed > _EXCESS_M_PER_S
+    guard.driven = guard.driven + 1 if has_excess else 0
     soon = now_ns - guard.entry_ns < _FASTEST_HAND_NS
     at_the_limit = guard.peak_N >= _AT_THE_LIMIT * allowed.max_force_N
     if soon and at_the_limit and guard.pulsed == 0 and speed > _UNTIRED * guard.first_m_per_s:
@@ -207,14 +207,14 @@ def open_account(guard: GuardState, allowed: Allowed, m: float, v_in: float, now
 
 
 @njit()
-def look_at_account(guard: GuardState, allowed: Allowed) -> int:
+def check_energy(guard: GuardState, allowed: Allowed) -> int:
     """NO_FAULT, or SELF_DRIVEN where the head has given far more than it may."""
-    most = max(_energy(allowed, _MOST_OWED_M_PER_S), _MOST_OWED_SHARE * guard.blow_J)
-    return NO_FAULT if _owed(guard) <= most else SELF_DRIVEN
+    most = max(_energy(allowed, _FAULT_EXCESS_M_PER_S), _FAULT_EXCESS_SHARE * guard.blow_J)
+    return NO_FAULT if _excess_energy(guard) <= most else SELF_DRIVEN
 
 
 @njit()
-def _observe(guard: GuardState, allowed: Allowed, z: float) -> None:
+def _observe_energy(guard: GuardState, allowed: Allowed, z: float) -> None:
     # The head's force that acted over the last tick: of a tick ago, or earlier by the device's own delay. A count that
     # flips to and fro is no motion, though force and count flip together: what is less than two counts waits.
     way = z - guard.z_m
@@ -224,7 +224,7 @@ def _observe(guard: GuardState, allowed: Allowed, z: float) -> None:
 
 
 @njit()
-def _most(v: float, left_J: float, c: float, period_s: float) -> float:
+def _max_force(v: float, left_J: float, c: float, period_s: float) -> float:
     # The largest force F >= 0 for which a stick at v gets no more than left_J in a tick: F (v T + c F) <= left, where
     # c F = F T^2/(2m) is what F itself moves it. Where nothing is left, the one that takes most from a stick that
     # comes.
@@ -236,7 +236,7 @@ def _most(v: float, left_J: float, c: float, period_s: float) -> float:
 
 
 @njit()
-def _affordable(guard: GuardState, allowed: Allowed, v: float, period_s: float) -> tuple[float, float]:
+def _passive_range(guard: GuardState, allowed: Allowed, v: float, period_s: float) -> tuple[float, float]:
     # Between which forces the head may push now, N. Passivity observer and controller in one: Hannaford and Ryu,
     # "Time-domain passivity control of haptic interfaces", IEEE Trans. Robotics and Automation 18(1), 2002. Theirs adds
     # damping; this holds the head back, which cannot overshoot. Nothing is forgiven, not even a stick at rest: a head
@@ -251,12 +251,12 @@ def _affordable(guard: GuardState, allowed: Allowed, v: float, period_s: float) 
         coming = guard.head_N[(guard.newest - back) % MEMORY]
         left_J -= coming * (v * period_s + c * coming)
         v += coming * period_s / allowed.m_kg
-    most = _most(v, left_J, c, period_s)
+    most = _max_force(v, left_J, c, period_s)
     if (
         seen <= 0.0
     ):  # a stick that rests in the head may always be held, with what moves it by _SLOW at most in a tick
         most = max(most, _SLOW_M_PER_S * allowed.m_kg / period_s)
-    return -_most(-v, left_J, c, period_s), most
+    return -_max_force(-v, left_J, c, period_s), most
 
 
 @njit()
@@ -275,12 +275,12 @@ def limit(
     all of it; a force that may only fall slowly would push on behind a stick that has left. Ramp and fade are shares of
     what the motors may do: of a deep press, which asks for far more, they would be nothing.
     """
-    _observe(guard, allowed, z)
+    _observe_energy(guard, allowed, z)
     share = guard.gain * _faded(allowed, z, allowed.head_z_m)
     wanted = share * head_N + guard.gain * pulse_N
     head_N = share * min(max(head_N, -allowed.max_force_N), allowed.max_force_N)
     pulse_N *= guard.gain
-    least, most = _affordable(guard, allowed, v, period_s)
+    least, most = _passive_range(guard, allowed, v, period_s)
     force = min(max(head_N + pulse_N, -allowed.max_force_N), allowed.max_force_N)
     step = allowed.max_slew_N_per_s * period_s
     force = min(max(force, guard.force_N - step), guard.force_N + step)

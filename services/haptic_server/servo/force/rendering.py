@@ -51,7 +51,7 @@ def _enter(servo: Servo, ahead_m: float, now_ns: int) -> None:
     # ahead_m: how far above the head the stick really is; the lead has seen the contact before it happens.
     law, motion = servo.law[0], servo.motion[0]
     transitions.apply(law, motion, exact.ENTRY)
-    servo.player[0].fault = guard.open_account(servo.guard[0], servo.allowed[0], law.m, motion.v_in, now_ns)
+    servo.player[0].fault = guard.begin_contact(servo.guard[0], servo.allowed[0], law.m, motion.v_in, now_ns)
     # Between the last tick and as far ahead as is led: a slow stick that the last contact left below z = 0 is no nearer
     # to its instant by z/v than now.
     plan = servo.plan[0]
@@ -124,7 +124,7 @@ def _rendered(servo: Servo, reading: Reading, now_ns: int, span_s: float) -> flo
     z = reading.z_m - plan.head_z_m
     v = follow(servo.track[0], now_ns * 1e-9, z, allowed.resolution_m)
     hand_estimate.feel(servo, z, now_ns)
-    player.fault = guard.look_at_speed(allowed, v)
+    player.fault = guard.check_speed(allowed, v)
     if player.fault != NO_FAULT:
         return 0.0
     if guard.ready(held, allowed, reading, z, period_s) != NO_FAULT or held.seen_above == 0:
@@ -142,7 +142,7 @@ def _rendered(servo: Servo, reading: Reading, now_ns: int, span_s: float) -> flo
         player.fault = OUT_OF_BOUNDS
         return 0.0
     force = guard.limit(held, allowed, head_N, pulse_N, z, v, period_s)
-    player.fault = guard.look_at_account(held, allowed)
+    player.fault = guard.check_energy(held, allowed)
     if player.fault != NO_FAULT:
         return 0.0
     _keep(servo, period_s)
@@ -157,7 +157,7 @@ def render(servo: Servo, reading: Reading, now_ns: int, span_s: float) -> float:
     _orders(servo, now_ns)
     force = 0.0
     if player.fault == NO_FAULT:
-        player.fault = guard.look(servo.guard[0], servo.allowed[0], reading, now_ns, span_s)
+        player.fault = guard.check_reading(servo.guard[0], servo.allowed[0], reading, now_ns, span_s)
     if player.fault == NO_FAULT and player.panicked == 0:
         player.x = min(max(reading.x_m / plan.reach_m, -1.0), 1.0)
         player.y = min(max(reading.y_m / plan.reach_m, -1.0), 1.0)

@@ -2,7 +2,7 @@
 
 from matplotlib.figure import Figure
 
-from drumstick.drum.mode_measurement import Heard, Mode
+from drumstick.drum.mode_measurement import MeasuredModes, Mode
 from rig.figures.style import BLUE, DPI, GREY, WIDTH_IN, styled
 
 _COLUMNS = ["mode m, n", "ideal, Hz", "heard, Hz", "error, cents", "level, dB"]
@@ -16,7 +16,7 @@ def _cells(mode: Mode) -> list[str]:
 
 
 @styled
-def modes(heard: Heard, title: str) -> Figure:
+def modes(heard: MeasuredModes, title: str) -> Figure:
     """Lines in the spectrum mark where an ideal membrane of this pitch has its modes."""
     figure = Figure(figsize=(WIDTH_IN, 7.0), dpi=DPI, layout="constrained")
     above, below = figure.subplots(2, 1, height_ratios=(1.0, 1.0))

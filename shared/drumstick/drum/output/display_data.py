@@ -18,20 +18,20 @@ if TYPE_CHECKING:
     from drumstick.drum.engine import Engine
 
 FRAMES_PER_S = 30
-HEARD = (
+SOUND_SAMPLES = (
     1 << 15
 )  # samples kept: a reader of half of them has as long as they last before they are written over
 _SURFACE, _SOUND, _WRITTEN = 0, 8, 16  # cells, each on a cache line of its own
 
 
-class Pace(Record):
+class DisplayRate(Record):
     """`due`: device frames until the next copy; `rested`: 1 when a head at rest was shown."""
 
     due: int
     rested: int
 
 
-PACE = dtype_of(Pace)
+PACE = dtype_of(DisplayRate)
 
 
 class Shown(NamedTuple):
@@ -45,7 +45,7 @@ class Shown(NamedTuple):
     places: npt.NDArray[np.int64]
     shares: npt.NDArray[np.float32]
     heard: npt.NDArray[np.float32]
-    pace: Rows[Pace]
+    pace: Rows[DisplayRate]
 
 
 def shown_of(places: npt.NDArray[np.int64], shares: npt.NDArray[np.float32]) -> Shown:
@@ -53,7 +53,7 @@ def shown_of(places: npt.NDArray[np.int64], shares: npt.NDArray[np.float32]) -> 
     cells = np.zeros(triple_buffer.CELLS, np.int64)
     slots = np.zeros((3, len(places)), np.float32)
     cells[triple_buffer.READER], cells[triple_buffer.BETWEEN] = 2, 1
-    heard = np.zeros(HEARD, np.float32)
+    heard = np.zeros(SOUND_SAMPLES, np.float32)
     return Shown(np.zeros(24, np.int64), cells, slots, places, shares, heard, np.zeros(1, PACE))
 
 
@@ -83,7 +83,7 @@ def show_surface(engine: "Engine", frames: int) -> None:
     shown: Shown = engine.shown
     if load_acquire(shown.wanted, _SURFACE) == 0:
         return
-    pace: Pace = shown.pace[0]
+    pace: DisplayRate = shown.pace[0]
     pace.due -= frames
     asleep = engine.control[0].asleep
     if pace.due > 0 or (asleep != 0 and pace.rested != 0):
@@ -103,7 +103,7 @@ def show_sound(engine: "Engine", out: npt.NDArray[np.float32]) -> None:
         return
     written = load_acquire(shown.wanted, _WRITTEN)
     for i in range(out.shape[0]):
-        shown.heard[(written + i) % HEARD] = np.float32(0.5) * (out[i, 0] + out[i, 1])
+        shown.heard[(written + i) % SOUND_SAMPLES] = np.float32(0.5) * (out[i, 0] + out[i, 1])
     store_release(shown.wanted, _WRITTEN, written + out.shape[0])
 
 
@@ -125,4 +125,4 @@ def take_surface(shown: Shown) -> npt.NDArray[np.float32] | None:
 def last_heard(shown: Shown, samples: int) -> npt.NDArray[np.float32]:
     """A copy of the newest samples, at most 16384, oldest first. Any thread."""
     end = peek(shown.wanted, _WRITTEN)
-    return shown.heard[(end - samples + np.arange(samples)) % HEARD]
+    return shown.heard[(end - samples + np.arange(samples)) % SOUND_SAMPLES]

@@ -46,7 +46,7 @@ def _together(now: Floats, then: Floats, near: Floats, far: Floats) -> tuple[flo
 
 
 @only_with("microphones", otherwise=(0.0, 0.0))
-def heard(engine: "Engine", now: Floats, then: Floats) -> Any:
+def captured(engine: "Engine", now: Floats, then: Floats) -> Any:
     """Send off what the head's step radiates; returns what arrives, left and right."""
     air = engine.microphones
     t, last = air.at[0], air.line.shape[1] - 1

@@ -18,7 +18,7 @@ from drumstick.drum.render import render
 from drumstick.drum.tiers import divisor_for
 from drumstick.parameters.scene import Scene
 from realtime.kernels.jit import allocations
-from sound_server.sinks.callback import Heard, block_start, stream_callback
+from sound_server.sinks.callback import CallbackData, block_start, stream_callback
 from sound_server.sinks.load_meter import noted
 from sound_server.sinks.sink import NOTED, SINK_COUNTERS
 from sound_server.stage import Stage
@@ -167,7 +167,7 @@ def through_callback(engine: Engine, frames: int, block: int, channels: int) -> 
     counters = np.zeros(1, SINK_COUNTERS)
     counters["rate_Hz"], counters["channels"] = RATE, channels
     stage = Stage(RATE)
-    heard = Heard(stage, counters)
+    heard = CallbackData(stage, counters)
     call = ctypes.CFUNCTYPE(
         ctypes.c_int,
         *[ctypes.c_void_p, ctypes.c_void_p, ctypes.c_ulong, ctypes.c_void_p, ctypes.c_ulong, ctypes.c_void_p],

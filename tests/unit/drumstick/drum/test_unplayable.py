@@ -71,7 +71,7 @@ class _Link:
     def scene(self) -> Scene:
         return self.told
 
-    def hear_contacts(self, take: object) -> None:
+    def subscribe_contacts(self, take: object) -> None:
         pass
 
 

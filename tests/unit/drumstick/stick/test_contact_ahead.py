@@ -9,7 +9,7 @@ import sampled_arm
 from drumstick.parameters.scene import Scene, parse, shipped_text
 from drumstick.parameters.stick import Stick
 from drumstick.stick import contact
-from drumstick.stick.contact_ahead import Foreseen, contact_ahead, isolated
+from drumstick.stick.contact_ahead import PredictedContact, contact_ahead, isolated
 from drumstick.stick.law import law_of, thrown
 from drumstick.stick.motion import exact
 from haptic_server.records import RELEASE, STRIKE
@@ -37,12 +37,12 @@ z_ss_m = -0.005
 """
 
 
-def _announced_and_real(scene: Scene, contacts: int) -> tuple[list[Foreseen], list[Foreseen]]:
+def _announced_and_real(scene: Scene, contacts: int) -> tuple[list[PredictedContact], list[PredictedContact]]:
     """Announcements and contacts of a stick that is thrown, as long as it plays."""
     law, motion = law_of(scene), thrown(scene, scene.hand.throw_m_per_s)
     stick, ahead = motion[0], motion.copy()
-    announced: list[Foreseen] = []
-    real: list[Foreseen] = []
+    announced: list[PredictedContact] = []
+    real: list[PredictedContact] = []
     for _ in range(500):  # events: a stick that lies in the head may turn for ever
         if len(real) == contacts or stick["fate"] != exact.MOVING:
             break
@@ -50,7 +50,7 @@ def _announced_and_real(scene: Scene, contacts: int) -> tuple[list[Foreseen], li
         if what == exact.ENTRY:
             announced.append(contact_ahead(law[0], stick, ahead))
         elif what == exact.RELEASE:
-            real.append(Foreseen(*(float(stick[name]) for name in Foreseen._fields)))
+            real.append(PredictedContact(*(float(stick[name]) for name in PredictedContact._fields)))
     return announced[: len(real)], real
 
 

@@ -11,14 +11,14 @@ from typing import Any
 import zenoh
 from rig_process import free_port, wait_for
 
-from haptic_server.access.session_limits import MOST, Allowances
+from haptic_server.access.session_limits import MOST, SessionLimits
 from made_keys import Keyring
 from osc_bench import Time
 from protocol.session import client_config, open_client, open_router
 
 
 def test_each_session_has_its_own_limit_of_each_kind() -> None:
-    allowances = Allowances()
+    allowances = SessionLimits()
     for kind, (most, words) in MOST.items():
         for who in ("a1", "b2"):
             assert not any(allowances.spend(who, kind, f"key {number}") for number in range(most))
@@ -30,7 +30,7 @@ def test_each_session_has_its_own_limit_of_each_kind() -> None:
 
 def test_a_flood_of_queries_is_ended_once_and_a_fader_is_not() -> None:
     now = Time()
-    allowances = Allowances(now)
+    allowances = SessionLimits(now)
     ended: list[tuple[str, str]] = []
     for _ in range(
         3000
@@ -44,7 +44,7 @@ def test_a_flood_of_queries_is_ended_once_and_a_fader_is_not() -> None:
 
 
 def test_what_is_remembered_is_bounded() -> None:
-    allowances = Allowances()
+    allowances = SessionLimits()
     for number in range(10_000):
         allowances.spend(f"{number:x}", "Query", "x" * 1000)
     assert len(vars(allowances)["_named"]) == 2000

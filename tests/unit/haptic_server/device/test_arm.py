@@ -73,10 +73,10 @@ def test_friction_turns_with_the_motion() -> None:
 def test_encoders_round_and_late_motors_queue() -> None:
     plant = _plant(z_m=1.4999e-5, delay_ticks=2)
     reading = np.zeros(1, sampled_arm.memory.READING)
-    phantom.tell(plant[0], reading[0], 5)
+    phantom.measure(plant[0], reading[0], 5)
     assert reading["z_m"][0] == 0.0
     plant["z_m"] = 1.5001e-5
-    phantom.tell(plant[0], reading[0], 6)
+    phantom.measure(plant[0], reading[0], 6)
     assert reading["z_m"][0] == RESOLUTION
     forces = []
     for asked in (1.0, 2.0, 30.0, 4.0, 5.0):

@@ -49,7 +49,7 @@ def test_a_fault_that_cannot_be_kept_is_told_and_the_servo_goes_on(
 
 def test_what_the_system_granted_is_not_worth_a_fault(full: Path, caplog: pytest.LogCaptureFixture) -> None:
     with caplog.at_level(logging.WARNING):
-        process._tell_granted(full, {"scheduler": "SCHED_FIFO 80"})  # pyright: ignore[reportPrivateUsage]
+        process._write_granted(full, {"scheduler": "SCHED_FIFO 80"})  # pyright: ignore[reportPrivateUsage]
     assert f"{full} cannot be written: No space left" in caplog.text
 
 

@@ -14,7 +14,7 @@ from haptic_server.records import EVENT, RELEASE, STRIKE
 from haptic_server.servo import loop, memory
 from realtime import ring
 from realtime.atomics import add_to, poke
-from realtime.kernels.borrowed_view import lend
+from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.jit import allocations, njit
 from streamed_engine import STREAMS, streamed_text
 
@@ -95,7 +95,7 @@ def test_a_buzz_of_many_contacts_in_one_tick_keeps_every_impulse() -> None:
 
 @njit()
 def tick_once(servo: memory.Servo, now_ns: int, span_s: float) -> None:
-    loop.traced_tick(lend(servo), now_ns, span_s)
+    loop.traced_tick(borrowed_view(servo), now_ns, span_s)
 
 
 @pytest.mark.parametrize("ticks", [1, 4, 20])

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from drumstick_lab.accuracy.sticks.falling import Sampled, rebounds
-from drumstick_lab.accuracy.sticks.filters import ADAPTIVE, FILTERS, FIXED_TICKS, CUTOFFS_Hz, filter_of, told
+from drumstick_lab.accuracy.sticks.filters import (
+    ADAPTIVE,
+    FILTERS,
+    FIXED_TICKS,
+    CUTOFFS_Hz,
+    estimated_speeds,
+    filter_of,
+)
 from haptic_server.servo.force.velocity import LONGEST, follow, new_track
 
 T, COUNT_M = 1e-3, 3e-5
@@ -21,7 +28,7 @@ def _positions() -> np.ndarray:
 @pytest.mark.parametrize("name", FIXED_TICKS)
 def test_a_fixed_window_is_the_mean_speed_over_it(name: str) -> None:
     z, ticks = _positions(), FIXED_TICKS[name]
-    found = told(name, z, T, COUNT_M)
+    found = estimated_speeds(name, z, T, COUNT_M)
     np.testing.assert_allclose(found[ticks:], (z[ticks:] - z[:-ticks]) / (ticks * T), rtol=1e-9, atol=1e-12)
     assert found[0] == 0.0
 
@@ -31,20 +38,20 @@ def test_a_low_pass_weakens_its_cutoff_by_three_decibels(name: str) -> None:
     period_s = 1e-5  # far above the cutoff, where the discrete filter is the continuous one
     w = 2.0 * math.pi * CUTOFFS_Hz[name]
     t = period_s * np.arange(20_000)
-    found = told(name, np.sin(w * t) / w, period_s, COUNT_M)
+    found = estimated_speeds(name, np.sin(w * t) / w, period_s, COUNT_M)
     assert np.max(found[-10_000:]) == pytest.approx(math.sqrt(0.5), rel=0.01)
 
 
 @pytest.mark.parametrize("name", FILTERS)
 def test_an_even_motion_has_its_speed(name: str) -> None:
     z = -0.3 * T * np.arange(400)
-    assert told(name, z, T, COUNT_M)[-1] == pytest.approx(-0.3, rel=1e-9)
+    assert estimated_speeds(name, z, T, COUNT_M)[-1] == pytest.approx(-0.3, rel=1e-9)
 
 
 def test_the_servos_own_is_called_as_it_stands() -> None:
     track, z = new_track(), _positions()
     wanted = [follow(track[0], i * T, float(at), COUNT_M) for i, at in enumerate(z)]
-    assert told(ADAPTIVE, z, T, COUNT_M).tolist() == wanted
+    assert estimated_speeds(ADAPTIVE, z, T, COUNT_M).tolist() == wanted
 
 
 def test_there_is_no_other_filter() -> None:

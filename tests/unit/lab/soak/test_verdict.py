@@ -7,7 +7,7 @@ import numpy.typing as npt
 import pytest
 
 from drumstick_lab.soak.slope import slope_of
-from drumstick_lab.soak.verdict import of_count, of_growth, told
+from drumstick_lab.soak.verdict import of_count, of_growth, unjudged
 
 N, BOUND = 240, 100.0
 HOURS = np.arange(N) * 5.0 / 3600.0  # twenty minutes
@@ -98,7 +98,7 @@ def test_counts_and_what_is_only_told() -> None:
     over = of_count("gaps", "strikes", 2, 0, "missing")
     assert over.passed is False
     assert "at most 0" in over.words
-    assert told("xruns", "times", 7, "late blocks").passed is None
+    assert unjudged("xruns", "times", 7, "late blocks").passed is None
 
 
 @pytest.mark.parametrize(("per_h", "word"), [(0.0, "zero"), (50.0, "rises"), (-50.0, "falls")])

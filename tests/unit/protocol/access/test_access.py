@@ -30,7 +30,11 @@ def rules_of(acl: dict[str, Any], subject: str) -> list[dict[str, Any]]:
 
 
 def test_the_table_names_keys_that_there_are() -> None:
-    named = {tail for r in ROLES.values() for tail in (*r.hears, *r.asks, *r.tells, *r.is_seen_as, *r.sees)}
+    named = {
+        tail
+        for r in ROLES.values()
+        for tail in (*r.subscribes, *r.asks, *r.publishes, *r.is_seen_as, *r.sees)
+    }
     assert named <= EVERY_TAIL
 
 

@@ -20,7 +20,7 @@ from protocol import session as sessions
 from protocol.access.identity import Identity
 from protocol.access.roles import HAPTIC, ROLES, Role
 from protocol.access.rules import access_control
-from protocol.session import Public, client_config, open_client, open_door, open_router
+from protocol.session import Public, client_config, open_access, open_client, open_router
 
 RIG = "r"
 TAILS = (
@@ -113,7 +113,7 @@ def gateway_of(
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sessions, "access_control", rules)
         admitted = Public(public, keyring.listener(), (RIG,), roles)
-        with open_router(local) as session, open_door(local, admitted) as door:
+        with open_router(local) as session, open_access(local, admitted) as door:
             gateway = Gateway(session, door, local, public)
             gateway.begin()
             yield gateway
@@ -170,7 +170,7 @@ def test_puts_and_deletes_only_where_its_row_says_so(gateway: Gateway, keyring: 
         marked = name.encode()
         publishers = [session.declare_publisher(key(tail)) for tail in TAILS]
         settle(session, name)
-        expected = {(key(tail), "put") for tail in of(EVERYBODY[name].tells, *TAILS)}
+        expected = {(key(tail), "put") for tail in of(EVERYBODY[name].publishes, *TAILS)}
         told: list[tuple[str, str]] = []
         # A client puts nothing before it was told of a subscriber, and that takes its time.
         for _ in range(_TRIES):
@@ -262,7 +262,7 @@ def test_hears_only_what_its_row_says(leaky: Gateway, keyring: Keyring, name: st
                     source.put(key(tail, "other"), b"told")
             settle(local)
         settle(session, name)
-    assert set(heard) == {key(tail) for tail in of(EVERYBODY[name].hears, *TAILS)}
+    assert set(heard) == {key(tail) for tail in of(EVERYBODY[name].subscribes, *TAILS)}
 
 
 @pytest.mark.parametrize("name", EVERYBODY)
@@ -400,7 +400,7 @@ def test_who_says_to_be_a_router_or_a_peer_may_do_no_more(
         time.sleep(0.3)
         row = EVERYBODY[name]
         assert {where for where, payload, _ in gateway.put if payload == b"forged"} <= {
-            key(tail) for tail in of(row.tells, *TAILS)
+            key(tail) for tail in of(row.publishes, *TAILS)
         }
         assert set(gateway.asked) <= {key(tail) for tail in of(row.asks, *TAILS)}
         assert "told" not in heard  # `**` is in nobody's row

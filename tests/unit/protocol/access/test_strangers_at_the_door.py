@@ -13,7 +13,7 @@ from made_keys import Keyring
 from protocol.access.handshake import why_refused
 from protocol.access.identity import Identity
 from protocol.access.roles import ROLES
-from protocol.session import Public, client_config, open_client, open_door, open_router
+from protocol.session import Public, client_config, open_access, open_client, open_router
 
 RIG = "r"
 
@@ -37,7 +37,7 @@ def port() -> int:
 @pytest.fixture(scope="module")
 def router(keyring: Keyring, port: int) -> Iterator[zenoh.Session]:
     public = Public(f"tls/127.0.0.1:{port}", keyring.listener(), (RIG,), tuple(ROLES))
-    with open_door(NOBODY, public) as session:
+    with open_access(NOBODY, public) as session:
         session.declare_queryable(
             f"drumstick/{RIG}/scene", lambda query: query.reply(query.key_expr, b"scene")
         )
@@ -108,7 +108,7 @@ def test_we_do_not_speak_to_another_authoritys_listener(
 def test_we_do_not_speak_to_a_host_of_another_name(keyring: Keyring) -> None:
     port = free_port()
     elsewhere = Public(f"tls/127.0.0.2:{port}", keyring.listener(), (RIG,), tuple(ROLES))
-    with open_door(NOBODY, elsewhere):
+    with open_access(NOBODY, elsewhere):
         mine = keyring.identity("sound")
         assert not is_let_in(elsewhere.endpoint, mine)
         assert "its certificate is not for the name 127.0.0.2" in words_of(elsewhere.endpoint, mine)
@@ -119,7 +119,7 @@ def test_a_clients_certificate_makes_no_listener(keyring: Keyring, role: str) ->
     # A stolen one cannot stand in for the haptic machine: neither by its use nor by its (missing) names.
     port = free_port()
     false = Public(f"tls/127.0.0.1:{port}", keyring.identity(role), (RIG,), tuple(ROLES))
-    with open_door(NOBODY, false):
+    with open_access(NOBODY, false):
         mine = keyring.identity("panel")
         assert not is_let_in(f"tls/127.0.0.1:{port}", mine)
         assert "its certificate" in words_of(f"tls/127.0.0.1:{port}", mine)
@@ -135,7 +135,7 @@ def test_a_listeners_certificate_that_has_ended(keyring: Keyring, tmp_path: Path
         "haptic", ("127.0.0.1",), days=1.0, begun=certificates.present() - timedelta(days=2)
     )
     public = Public(f"tls/127.0.0.1:{port}", old, (RIG,), tuple(ROLES))
-    with open_door(NOBODY, public):
+    with open_access(NOBODY, public):
         mine = keyring.identity("sound")
         assert not is_let_in(f"tls/127.0.0.1:{port}", mine)
         assert "its certificate is out of date" in words_of(f"tls/127.0.0.1:{port}", mine)
@@ -198,7 +198,7 @@ def test_a_door_waits_for_its_network_and_for_the_gateways_router(keyring: Keyri
         return [reply.ok is not None for reply in client.get(scene, timeout=5.0)] == [True]
 
     blocker = socket.create_server(("127.0.0.1", port))
-    with open_door(local, public):
+    with open_access(local, public):
         blocker.close()
         far = open_client(f"tls/127.0.0.1:{port}", lambda: True, keyring.identity("sound"), lambda _: None)
         assert far is not None  # the listener was tried again

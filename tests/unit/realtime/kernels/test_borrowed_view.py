@@ -8,7 +8,7 @@ import numpy.typing as npt
 import pytest
 from numba.core.errors import TypingError
 
-from realtime.kernels.borrowed_view import lend
+from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.jit import allocations, is_none, njit, overload
 
 RECORD: np.dtype[Any] = np.dtype([("a", "f8"), ("path", "f8", (4,))], align=True)
@@ -41,10 +41,10 @@ def _work(value: Outer) -> float:
 
 @njit()
 def _work_often(value: Outer, times: int) -> float:
-    value = lend(value)
+    value = borrowed_view(value)
     total = 0.0
     for _ in range(times):
-        total += _work(lend(value))  # what is lent already stays as it is
+        total += _work(borrowed_view(value))  # what is lent already stays as it is
     return total
 
 
@@ -81,7 +81,7 @@ def _kind_by_type(value: Any) -> Any:
 
 @njit()
 def _kind_of_lent(value: Outer) -> int:
-    return _kind(lend(value))
+    return _kind(borrowed_view(value))
 
 
 def test_types_choose_the_code_as_they_do_for_the_tuple() -> None:
@@ -91,12 +91,12 @@ def test_types_choose_the_code_as_they_do_for_the_tuple() -> None:
 
 @njit()
 def _wrong_name(value: Outer) -> float:
-    return lend(value).grids[0, 0]
+    return borrowed_view(value).grids[0, 0]
 
 
 @njit()
 def _no_named_tuple(value: tuple[npt.NDArray[np.float64]]) -> float:
-    return lend(value)[0][0]
+    return borrowed_view(value)[0][0]
 
 
 def test_a_wrong_name_and_what_is_no_named_tuple_are_refused_when_compiled() -> None:

@@ -8,7 +8,7 @@ import typer
 from typer.testing import CliRunner
 
 from rig.cli.grouped import grouped
-from rig.options import Gateway, Haptic
+from rig.options import GatewayOptions, HapticOptions
 from rig.supervision.plan import Options
 
 
@@ -64,7 +64,7 @@ def test_one_option_cannot_come_twice() -> None:
 
 
 def test_a_rigs_processes_have_the_commands_own_defaults() -> None:
-    haptic = Haptic()
+    haptic = HapticOptions()
     for name in ("device", "pose_is_held", "prefix", "fresh", "midi_note", "midi_channel"):
         assert getattr(Options, name) == getattr(haptic, name)
-    assert Gateway().osc_in is None, "what the rig file may say is not given"
+    assert GatewayOptions().osc_in is None, "what the rig file may say is not given"

@@ -11,7 +11,7 @@ from protocol.keys import Keys
 from protocol.session import open_router
 from rig.recording import channels
 from rig.recording.channels import Channel
-from rig.recording.recorder_session import Heard, Item, Listening
+from rig.recording.recorder_session import Item, Received, RecorderSession
 from rig.supervision.resolved_options import FarEnd
 
 MANY = 300
@@ -37,7 +37,7 @@ def test_what_was_heard_is_there_when_it_has_closed(monkeypatch: pytest.MonkeyPa
     endpoint, keys = f"tcp/127.0.0.1:{free_port()}", Keys("test")
     heard: list[int] = []
     with open_router(endpoint) as rig:
-        listening = Listening(FarEnd(endpoint, keys))
+        listening = RecorderSession(FarEnd(endpoint, keys))
         kept = listening._put
 
         def slowly(channel: Channel, item: Item) -> None:
@@ -61,6 +61,6 @@ def test_what_was_heard_is_there_when_it_has_closed(monkeypatch: pytest.MonkeyPa
         listening.close()
         while not listening.items.empty():
             item = listening.items.get()
-            if isinstance(item, Heard) and item.channel is channels.STRIKE:
+            if isinstance(item, Received) and item.channel is channels.STRIKE:
                 heard.append(messages.decode(item.payload, messages.Strike).seq)
     assert sorted(heard) == list(range(MANY))

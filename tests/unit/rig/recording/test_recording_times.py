@@ -7,7 +7,7 @@ from protocol.clock import HapticClock
 from protocol.messages import Contact
 from recordings import a_release, a_strike
 from rig.recording import channels
-from rig.recording.lost_messages import Gaps
+from rig.recording.lost_messages import LostMessages
 from rig.recording.times import TimeLine, wall_minus_monotonic_ns
 
 MS = 1_000_000
@@ -72,7 +72,7 @@ def piece(seq: int, tick: int, count: int = 2, boot: int = 1) -> Contact:
 
 
 def test_gaps_in_the_numbers_are_counted_once() -> None:
-    gaps = Gaps()
+    gaps = LostMessages()
     for seq in (5, 6, 9, 9, 8, 10):
         gaps.note(channels.STRIKE, a_strike(seq))
     gaps.note(channels.STRIKE, a_strike(1, boot=8))
@@ -82,7 +82,7 @@ def test_gaps_in_the_numbers_are_counted_once() -> None:
 
 
 def test_a_hole_in_a_contact_is_counted_and_the_time_between_contacts_is_none() -> None:
-    gaps = Gaps()
+    gaps = LostMessages()
     for each in (piece(1, 100), piece(1, 102), piece(2, 140), piece(2, 144), piece(2, 146), piece(1, 101)):
         gaps.note(channels.CONTACT, each)
     assert dict(gaps.missing) == {"/contact": 1}

@@ -12,7 +12,7 @@ from protocol.keys import DEFAULT_ROUTER
 from rig.exit_status import GIVEN, LACKING, Stop
 from rig.identity import certificates
 from rig.supervision.plan import Options, commands
-from rig.supervision.resolved_options import FOLLOWERS, READERS, ResolvedOptions, far_end, settle
+from rig.supervision.resolved_options import FOLLOWERS, READERS, ResolvedOptions, far_end, resolve
 
 ALL = frozenset({"haptic", "door", "sound", "panel"})
 
@@ -46,7 +46,7 @@ def plan_of(ends: ResolvedOptions, parts: frozenset[str]) -> dict[str, list[str]
 
 
 def test_without_anything_all_is_loopback() -> None:
-    ends = settle(ALL, None)
+    ends = resolve(ALL, None)
     assert ends == ResolvedOptions(
         "main", None, DEFAULT_ROUTER, None, None, ("127.0.0.1", 9100), ("127.0.0.1:9101",), ()
     )
@@ -58,14 +58,14 @@ def test_without_anything_all_is_loopback() -> None:
 def test_the_file_speaks_and_the_command_line_wins(tmp_path: Path, ring: Keyring) -> None:
     osc = '[osc]\nbind = "192.168.1.10:9000"\ntargets = ["192.168.1.20:9001"]\nallow = ["192.168.1.0/24"]\n'
     path = rig_file(tmp_path, ring, "haptic", osc)
-    ends = settle(ALL, path)
+    ends = resolve(ALL, path)
     assert (ends.rig, ends.connect, ends.listen) == ("stage", None, DEFAULT_ROUTER)
     assert ends.public is not None
     assert ends.public.endpoint == "tls/0.0.0.0:7448"
     assert (ends.public.rigs, ends.public.roles) == (("stage",), tuple(ROLES))
     assert (ends.osc_bind, ends.osc_targets) == (("192.168.1.10", 9000), ("192.168.1.20:9001",))
     assert ends.osc_allow == ("192.168.1.0/24",)
-    over = settle(ALL, path, rig="other", listen="tcp/127.0.0.1:7999", osc_in=9999, osc_out=["127.0.0.1:1"])
+    over = resolve(ALL, path, rig="other", listen="tcp/127.0.0.1:7999", osc_in=9999, osc_out=["127.0.0.1:1"])
     assert (over.rig, over.listen) == ("other", "tcp/127.0.0.1:7999")
     assert (over.osc_bind, over.osc_targets) == (("192.168.1.10", 9999), ("127.0.0.1:1",))
     assert over.public is not None
@@ -75,7 +75,7 @@ def test_the_file_speaks_and_the_command_line_wins(tmp_path: Path, ring: Keyring
 def test_local_sound_and_panel_go_by_loopback_though_there_is_a_public_listener(
     tmp_path: Path, ring: Keyring
 ) -> None:
-    plan = plan_of(settle(ALL, rig_file(tmp_path, ring, "haptic")), ALL)
+    plan = plan_of(resolve(ALL, rig_file(tmp_path, ring, "haptic")), ALL)
     door = plan["door"]
     assert door[door.index("--public") + 1] == "tls/0.0.0.0:7448"
     assert door[door.index("--admit") + 1] == ",".join(ROLES)
@@ -93,10 +93,10 @@ def test_a_part_on_another_machine_shows_its_own_certificate(
     tmp_path: Path, ring: Keyring, part: str
 ) -> None:
     parts = frozenset({part})
-    command = plan_of(settle(parts, rig_file(tmp_path, ring, part)), parts)[part]
+    command = plan_of(resolve(parts, rig_file(tmp_path, ring, part)), parts)[part]
     assert command[command.index("--connect") + 1] == "tls/haptic.local:7448"
     assert command[command.index("--certificate") + 1].endswith(f"{part}.pem")
-    here = plan_of(settle(parts, tmp_path / "rig.toml", connect=DEFAULT_ROUTER), parts)[part]
+    here = plan_of(resolve(parts, tmp_path / "rig.toml", connect=DEFAULT_ROUTER), parts)[part]
     assert "--certificate" not in here
 
 
@@ -114,35 +114,35 @@ def _ill(ring: Keyring, kind: str) -> Identity:
 def test_the_gateway_does_not_judge_what_the_door_shows(tmp_path: Path, ring: Keyring, kind: str) -> None:
     path = rig_file(tmp_path, ring, "haptic", mine=_ill(ring, kind))
     haptic, door = frozenset({"haptic"}), frozenset({"door"})
-    assert list(plan_of(settle(haptic, path), haptic)) == ["servo", "gateway"]
+    assert list(plan_of(resolve(haptic, path), haptic)) == ["servo", "gateway"]
     with pytest.raises(Stop) as stop:
-        settle(door, path)
+        resolve(door, path)
     # What time mends is tried again, what is wrong in the file is not.
     assert stop.value.status == (GIVEN if kind == "gone" else LACKING)
     path = rig_file(tmp_path, ring, "haptic")
-    assert list(plan_of(settle(door, path), door)) == ["door"]
+    assert list(plan_of(resolve(door, path), door)) == ["door"]
 
 
 @pytest.mark.parametrize("kind", ["later", "ended"])
 def test_what_time_mends_keeps_no_force_from_starting(
     tmp_path: Path, ring: Keyring, kind: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    ends = settle(ALL, rig_file(tmp_path, ring, "haptic", mine=_ill(ring, kind)))
+    ends = resolve(ALL, rig_file(tmp_path, ring, "haptic", mine=_ill(ring, kind)))
     assert ends.public is not None
     assert "nobody comes in" in capsys.readouterr().err
 
 
 def test_nobody_asks_for_the_address_of_a_name_before_the_gateway_runs(tmp_path: Path, ring: Keyring) -> None:
     path = rig_file(tmp_path, ring, "haptic", '[osc]\ntargets = ["nosuch.invalid:9101"]\n')
-    assert settle(frozenset({"haptic"}), path).osc_targets == ("nosuch.invalid:9101",)
-    assert settle(ALL, None, osc_out=["nosuch.invalid:9101"]).osc_targets == ("nosuch.invalid:9101",)
+    assert resolve(frozenset({"haptic"}), path).osc_targets == ("nosuch.invalid:9101",)
+    assert resolve(ALL, None, osc_out=["nosuch.invalid:9101"]).osc_targets == ("nosuch.invalid:9101",)
     with pytest.raises(Stop, match="write host:port"):
-        settle(ALL, None, osc_out=["nosuch.invalid"])
+        resolve(ALL, None, osc_out=["nosuch.invalid"])
 
 
 def test_targets_that_are_nobody(tmp_path: Path, ring: Keyring) -> None:
     path = rig_file(tmp_path, ring, "haptic", "[osc]\ntargets = []\n")
-    gateway = plan_of(settle(ALL, path), ALL)["gateway"]
+    gateway = plan_of(resolve(ALL, path), ALL)["gateway"]
     assert "--no-osc-out" in gateway
     assert "--osc-out" not in gateway
 
@@ -153,24 +153,24 @@ def test_targets_that_are_nobody(tmp_path: Path, ring: Keyring) -> None:
 )
 def test_only_loopback_is_open_to_those_without_a_certificate(listen: str) -> None:
     with pytest.raises(Stop, match="whoever comes in there may do everything") as stop:
-        settle(ALL, None, listen=listen)
+        resolve(ALL, None, listen=listen)
     assert stop.value.status == GIVEN
     for good in ("tcp/127.0.0.1:7999", "tcp/[::1]:7447", "tcp/localhost:7447", "tcp/127.1.2.3:7447"):
-        assert settle(ALL, None, listen=good).listen == good
+        assert resolve(ALL, None, listen=good).listen == good
 
 
 def test_a_public_address_that_includes_the_loopback_one(tmp_path: Path, ring: Keyring) -> None:
     path = rig_file(tmp_path, ring, "haptic")
     with pytest.raises(Stop, match=r"port 7448 is that of --listen tcp/127\.0\.0\.1:7448.*e\.g\. 7449"):
-        settle(ALL, path, listen="tcp/127.0.0.1:7448")
+        resolve(ALL, path, listen="tcp/127.0.0.1:7448")
 
 
 def test_the_certificate_must_fit_the_part(tmp_path: Path, ring: Keyring) -> None:
     path = rig_file(tmp_path, ring, "listener")
     with pytest.raises(Stop, match="is of 'listener'; drumstick sound needs the certificate of sound"):
-        settle(frozenset({"sound"}), path)
+        resolve(frozenset({"sound"}), path)
     with pytest.raises(Stop, match="each part needs a certificate of its own"):
-        settle(ALL, path)
+        resolve(ALL, path)
     with pytest.raises(Stop, match="this command needs the certificate of technician or panel"):
         far_end(path, None, None)
     assert far_end(path, None, None, roles=READERS)[2] is not None
@@ -189,7 +189,7 @@ def test_commands_for_a_running_rig(tmp_path: Path, ring: Keyring) -> None:
 def test_an_end_that_is_near_is_told_on_stderr(
     tmp_path: Path, ring: Keyring, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    settle(frozenset({"sound"}), rig_file(tmp_path, ring, "sound"))  # the ring's last a day
+    resolve(frozenset({"sound"}), rig_file(tmp_path, ring, "sound"))  # the ring's last a day
     assert "sound.pem ends in 1 days; renew it" in capsys.readouterr().err
 
 
@@ -198,14 +198,14 @@ def test_a_router_without_rules_is_for_this_machine_only(listen: str) -> None:
     from rig.replaying.replay import ReplayOptions, checked
 
     with pytest.raises(Stop, match="must be a loopback address over TCP"):
-        settle(ALL, None, listen=listen)
+        resolve(ALL, None, listen=listen)
     with pytest.raises(Stop, match="must be a loopback address over TCP"):
         checked(ReplayOptions(Path("x.mcap"), 1.0, False, False, listen, None, (), "/drumstick", 3600.0))
 
 
 def test_tls_without_a_certificate_is_told_at_once() -> None:
     with pytest.raises(Stop, match="must show a certificate"):
-        settle(frozenset({"sound"}), None, connect="tls/haptic.local:7448")
+        resolve(frozenset({"sound"}), None, connect="tls/haptic.local:7448")
     with pytest.raises(Stop, match="must show a certificate"):
         far_end(None, None, "tls/haptic.local:7448")
 

@@ -48,7 +48,7 @@ def test_a_held_servo_keeps_running_and_so_keeps_its_words(
     monkeypatch.setattr(rig, "_services", [Child("servo", life), Child("gateway", life)])
     monkeypatch.setattr(rig, "_terminal", type("Said", (), {"say": staticmethod(said.append)}))
     (tmp_path / files.WANTED).write_text("tom")
-    rig._look(1.0)
+    rig._poll(1.0)
     assert not (tmp_path / files.WANTED).exists()
     assert life == ([] if is_held else ["gateway stops", "servo stops", "servo starts", "gateway starts"])
     assert ("the scene stays; drumstick arm first" in said[-1]) == is_held

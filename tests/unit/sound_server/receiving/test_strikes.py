@@ -170,7 +170,7 @@ def test_how_long_strikes_took_to_come_is_told_whatever_they_sound_by(is_streame
     bench.scheduler.note = noted.append if is_streamed else None
     for seq, took_ms in enumerate((2, 3, 4)):
         bench.scheduler.take(message(seq, NOW + OFFSET - took_ms * MS), NOW)
-    told = bench.scheduler.arrivals.told()
+    told = bench.scheduler.arrivals.summary()
     assert told.arrival_ms == pytest.approx(3.0)
     assert told.jitter_ms == pytest.approx(1.8)
     assert told.unpunctual == 0
@@ -181,7 +181,7 @@ def test_a_strike_that_comes_after_its_instant_is_unpunctual_though_it_sounds() 
     bench = Bench(latency_s=0.02)
     for seq, took_ms in enumerate((19, 21)):
         bench.scheduler.take(message(seq, NOW + OFFSET - took_ms * MS), NOW)
-    assert bench.scheduler.arrivals.told().unpunctual == 1
+    assert bench.scheduler.arrivals.summary().unpunctual == 1
     assert bench.scheduler.played == 2
 
 

@@ -105,8 +105,8 @@ def test_without_the_private_door_python_plays_the_same(
 
 
 def test_a_latency_below_nothing_is_none() -> None:
-    assert device.told_latency_s(0.02, 48000) == 0.02
-    assert device.told_latency_s((2**32 - 128) / 48000, 48000) == 0.0
+    assert device.reported_latency_s(0.02, 48000) == 0.02
+    assert device.reported_latency_s((2**32 - 128) / 48000, 48000) == 0.0
 
 
 def test_a_device_keeps_its_own_rate_when_it_has_to(portaudio: Callable[..., None]) -> None:

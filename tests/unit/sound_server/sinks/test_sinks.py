@@ -200,9 +200,9 @@ def test_auto_that_is_awaited_waits_for_any_device_and_writes_no_file(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setitem(sys.modules, "sounddevice", NoSound([]))
     with pytest.raises(SinkError, match="no audio output device") as refusal:
-        selection.open_sink("auto", 48000, 128, reconnecting=True)
+        selection.open_sink("auto", 48000, 128, awaited=True)
     assert refusal.value.status == 3
-    sink = reconnecting.stand_in("auto", refusal.value, 48000, 128)
+    sink = reconnecting.placeholder_sink("auto", refusal.value, 48000, 128)
     assert sink.words == "waiting for an audio device"
     assert "no audio output device; playing for nobody until an audio device is there" in caplog.text
     assert not list(tmp_path.iterdir())

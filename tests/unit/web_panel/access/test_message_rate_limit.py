@@ -4,12 +4,12 @@ import itertools
 
 import pytest
 
-from web_panel.access.message_rate_limit import Pace
+from web_panel.access.message_rate_limit import MessageRateLimit
 
 
 def admitted(per_s: float, seconds: float) -> float:
     """For how long so many messages a second pass, s."""
-    pace = Pace(0.0)
+    pace = MessageRateLimit(0.0)
     for number in itertools.count():
         if number / per_s > seconds or not pace.allows(number / per_s):
             return number / per_s
@@ -27,5 +27,5 @@ def test_a_flood_ends(per_s: float, seconds: float) -> None:
 
 
 def test_what_was_saved_up_does_not_grow_without_end() -> None:
-    pace = Pace(0.0)
+    pace = MessageRateLimit(0.0)
     assert sum(pace.allows(1e6) for _ in range(5000)) == 1000

@@ -9,7 +9,7 @@ import pytest
 
 from drumstick.parameters.scene import as_tables, parse, shipped_text
 from web_panel.computing.computer import COMMAND, Computer
-from web_panel.computing.computing_messages import Answer, Foresee, Foreseen, TimeTicks, Trouble
+from web_panel.computing.computing_messages import Answer, PredictedRoll, PredictRoll, TimeTicks, Trouble
 
 BAD = TimeTicks({"stick": {"m_kg": -1.0}})
 # Answers with the value that it was asked about, slowly, and ends when asked about 0.
@@ -20,12 +20,12 @@ for line in sys.stdin:
     if value == 0.0:
         sys.exit(1)
     time.sleep(0.05)
-    print(json.dumps({"type": "foreseen", "end": "cycle", "v_lc_m_per_s": value}), flush=True)
+    print(json.dumps({"type": "predicted_roll", "end": "cycle", "v_lc_m_per_s": value}), flush=True)
 """
 
 
-def about(value: float) -> Foresee:
-    return Foresee({}, {"dv_pls": value}, {})
+def about(value: float) -> PredictRoll:
+    return PredictRoll({}, {"dv_pls": value}, {})
 
 
 @pytest.fixture
@@ -64,9 +64,9 @@ def test_a_wrong_scene_is_told_and_asking_does_not_wait(computer: Computer) -> N
 def test_the_process_itself_foresees(computer: Computer) -> None:
     """A roll whose pulse is too strong for its range: no kernel is needed to say so."""
     roll = parse(shipped_text("roll"), "roll.toml")
-    question = Foresee(as_tables(roll), {"dv_pls": 11.0}, {})
+    question = PredictRoll(as_tables(roll), {"dv_pls": 11.0}, {})
     computer.ask(question)
-    assert answered(computer, question) == Foreseen(refusal="dv_pls: 11 m/s is outside 0 .. 10 m/s")
+    assert answered(computer, question) == PredictedRoll(refusal="dv_pls: 11 m/s is outside 0 .. 10 m/s")
 
 
 def test_the_newest_question_wins_and_asking_never_waits(slow: Computer) -> None:
@@ -75,7 +75,7 @@ def test_the_newest_question_wins_and_asking_never_waits(slow: Computer) -> None
     for question in questions:
         slow.ask(question)
     asking_s = time.monotonic() - begun
-    assert answered(slow, questions[-1]) == Foreseen("cycle", questions[-1].values["dv_pls"])
+    assert answered(slow, questions[-1]) == PredictedRoll("cycle", questions[-1].values["dv_pls"])
     assert time.monotonic() - begun < 0.05 * len(questions) / 4
     assert asking_s < 0.05 * len(questions) / 4
 
@@ -85,7 +85,7 @@ def test_a_process_that_ends_is_told_and_started_again(slow: Computer) -> None:
     slow.ask(ending)
     assert isinstance(answered(slow, ending), Trouble)
     slow.ask(after)
-    assert answered(slow, after) == Foreseen("cycle", 0.5)
+    assert answered(slow, after) == PredictedRoll("cycle", 0.5)
 
 
 def test_what_is_forgotten_is_not_answered(slow: Computer) -> None:
@@ -94,7 +94,7 @@ def test_what_is_forgotten_is_not_answered(slow: Computer) -> None:
     slow.forget()
     assert not slow.busy
     slow.ask(other)
-    assert answered(slow, other) == Foreseen("cycle", 0.2)
+    assert answered(slow, other) == PredictedRoll("cycle", 0.2)
     slow.forget()
     assert slow.newest is None
 

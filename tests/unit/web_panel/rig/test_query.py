@@ -5,7 +5,7 @@ from typing import Any, cast
 
 import zenoh
 
-from web_panel.rig.query import Asking
+from web_panel.rig.query import RepeatedQuery
 
 
 class Session:
@@ -32,15 +32,15 @@ class Replies:
         return self._replies.pop()
 
 
-def asking(session: Session, read: list[str]) -> Asking:
+def asking(session: Session, read: list[str]) -> RepeatedQuery:
     def take(sample: Any) -> bool:
         read.append(sample)
         return sample != "rubbish"
 
-    return Asking(cast(zenoh.Session, session), "k", take)
+    return RepeatedQuery(cast(zenoh.Session, session), "k", take)
 
 
-def follow(one: Asking, *times: float) -> None:
+def follow(one: RepeatedQuery, *times: float) -> None:
     for now in times:
         one.follow(now)
 

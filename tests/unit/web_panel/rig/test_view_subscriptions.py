@@ -9,7 +9,7 @@ import zenoh
 from protocol.keys import Keys
 from protocol.messages import Cost, Membrane, Message, Release, Spectrum, Strike
 from web_panel.rig.rig_state import METER_LIFE_S, RigState
-from web_panel.rig.view_subscriptions import COST, MEMBRANE, RELEASES, SPECTRUM, STRIKES, Watching
+from web_panel.rig.view_subscriptions import COST, MEMBRANE, RELEASES, SPECTRUM, STRIKES, ViewSubscriptions
 
 MEMBRANE_HEARD = Membrane(id="s", t_ns=0, rings=1, spokes=3, unit_m=1e-6, heights=bytes(8))
 SPECTRUM_HEARD = Spectrum(id="s", t_ns=0, top_Hz=1e3, window_s=0.3, levels=bytes(8))
@@ -59,7 +59,7 @@ def hand_on(sample: Any, _: object, note: Callable[[str, Any], None]) -> bool:
 )
 def test_what_a_sound_server_said_last_is_forgotten_when_it_says_no_more(name: str, message: Message) -> None:
     session, rig_state, keys = Session(), RigState(), Keys("main")
-    watching = Watching(cast(zenoh.Session, session), keys, rig_state, hand_on)
+    watching = ViewSubscriptions(cast(zenoh.Session, session), keys, rig_state, hand_on)
 
     def shown() -> object:
         return {MEMBRANE: rig_state.membrane, SPECTRUM: rig_state.spectrum, COST: rig_state.costs.get("now")}[
@@ -84,7 +84,7 @@ def test_what_a_sound_server_said_last_is_forgotten_when_it_says_no_more(name: s
 
 def test_strikes_are_held_against_releases_while_somebody_looks_at_both() -> None:
     session, rig_state, keys = Session(), RigState(), Keys("main")
-    watching = Watching(cast(zenoh.Session, session), keys, rig_state, hand_on)
+    watching = ViewSubscriptions(cast(zenoh.Session, session), keys, rig_state, hand_on)
     watching.want(frozenset({STRIKES, RELEASES}))
     for seq in range(3):
         strike, release = contact(seq)

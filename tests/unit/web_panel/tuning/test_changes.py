@@ -16,7 +16,7 @@ from web_panel.rig.answer import Answer
 from web_panel.rig.rig_state import RigState
 from web_panel.tuning.changes import Changes
 from web_panel.tuning.set_queue import SetRequest
-from web_panel.tuning.undo_file import Kept
+from web_panel.tuning.undo_file import UndoFile
 
 SCENE = parse(shipped_text("roll"), "roll.toml")
 TABLE = table_of(SCENE)
@@ -42,7 +42,7 @@ class Rig:
 
     def start_panel(self) -> None:
         """A panel as it starts, and the first that it hears."""
-        self.changes = Changes(self.set, self.load, self.lease_of, self.foresee, Kept(self.path))
+        self.changes = Changes(self.set, self.load, self.lease_of, self.foresee, UndoFile(self.path))
         self.changes.start()
         self.changes.take_answers(self.rig_state, self.now)
 

@@ -12,20 +12,20 @@ from drumstick.parameters.scene import parse, shipped_text
 from drumstick.parameters.table import table_of
 from protocol.messages import Readback
 from web_panel.computing.computer import Computer
-from web_panel.computing.computing_messages import Foreseen
-from web_panel.page.wording import foreseen_words
+from web_panel.computing.computing_messages import PredictedRoll
+from web_panel.page.wording import prediction_words
 from web_panel.rig.answer import Answer
 from web_panel.tuning.changes import Changes
 from web_panel.tuning.prediction import Prediction
 from web_panel.tuning.set_queue import SetRequest
-from web_panel.tuning.undo_file import Kept
+from web_panel.tuning.undo_file import UndoFile
 
 ROLL = parse(shipped_text("roll"), "roll.toml")
 ECHO = """
 import json, sys
 for line in sys.stdin:
     asked = json.loads(line)
-    print(json.dumps({"type": "foreseen", "refusal": json.dumps(asked["limits"])}), flush=True)
+    print(json.dumps({"type": "predicted_roll", "refusal": json.dumps(asked["limits"])}), flush=True)
 """
 
 
@@ -50,7 +50,7 @@ def test_it_is_about_the_rig_that_is_shown_and_its_limits(prediction: Prediction
     while prediction.newest is None:
         assert time.monotonic() < end
         time.sleep(0.005)
-    assert prediction.newest == ({"dv_pls": 0.5}, Foreseen(refusal="{}"))
+    assert prediction.newest == ({"dv_pls": 0.5}, PredictedRoll(refusal="{}"))
     prediction.show_for(ROLL, {})
     assert prediction.asked == {"dv_pls": 0.5}
     prediction.show_for(ROLL, {"max_force_N": 8.0, "max_speed_m_per_s": 3.0})
@@ -69,7 +69,7 @@ def test_a_set_is_sent_while_its_prediction_is_still_computed(tmp_path: Path) ->
         return Answer({name: Readback(value=value, revision=1) for name, value in request.values.items()})
 
     changes = Changes(
-        set_, lambda _name, _lease: Answer(), lambda _client: "", prediction.ask, Kept(tmp_path / "kept")
+        set_, lambda _name, _lease: Answer(), lambda _client: "", prediction.ask, UndoFile(tmp_path / "kept")
     )
     changes.start()
     try:
@@ -83,11 +83,13 @@ def test_a_set_is_sent_while_its_prediction_is_still_computed(tmp_path: Path) ->
 
 def test_it_is_worded_with_its_verdict() -> None:
     table = table_of(ROLL)
-    forecast = foreseen_words(Foreseen("cycle", 0.628, 23.05, 0.694, 1), {"dv_pls": 0.3}, table)
+    forecast = prediction_words(PredictedRoll("cycle", 0.628, 23.05, 0.694, 1), {"dv_pls": 0.3}, table)
     assert forecast.about == "Predicted with Δv_pls 0.3 m/s"
     assert forecast.numbers == (("roll", "23.1", "Hz"), ("v_lc", "0.63", "m/s"))
     assert forecast.verdict == "stable, recovers in 7 strokes"
-    assert "grows" in foreseen_words(Foreseen("cycle", 0.6, 23.0, -1.2, 1), {}, table).verdict
-    assert "2 strokes by turns" in foreseen_words(Foreseen("cycle", 0.6, 23.0, 0.5, 2), {}, table).verdict
-    assert "comes to rest" in foreseen_words(Foreseen("captured"), {}, table).verdict
-    assert foreseen_words(Foreseen(refusal="too much"), {}, table).refusal == "too much"
+    assert "grows" in prediction_words(PredictedRoll("cycle", 0.6, 23.0, -1.2, 1), {}, table).verdict
+    assert (
+        "2 strokes by turns" in prediction_words(PredictedRoll("cycle", 0.6, 23.0, 0.5, 2), {}, table).verdict
+    )
+    assert "comes to rest" in prediction_words(PredictedRoll("captured"), {}, table).verdict
+    assert prediction_words(PredictedRoll(refusal="too much"), {}, table).refusal == "too much"

@@ -16,7 +16,7 @@ NASTY = "<script>alert(1)</script>"
 def cost(accuracy: str, share: float) -> Cost:
     return Cost(
         id="s",
-        html_tables=f"mesh {NASTY}",
+        words=f"mesh {NASTY}",
         accuracy=accuracy,
         mesh_rate_Hz=16000.0,
         across=66.7,

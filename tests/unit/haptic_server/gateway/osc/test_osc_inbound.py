@@ -6,7 +6,7 @@ from ipaddress import ip_network
 
 import pytest
 
-from haptic_server.gateway.osc.osc_server import OscFront
+from haptic_server.gateway.osc.osc_server import OscServer
 from haptic_server.gateway.osc.targets import MOST_OF_A_HOST, MOST_SUBSCRIPTIONS, Targets
 from osc_bench import FakeParameters, Time, built, client, no_preset, opened_front, tell
 from protocol import osc
@@ -39,7 +39,7 @@ def test_a_subscription_lasts_a_minute_and_can_be_renewed(as_kind: type) -> None
         time.s += 59.0
         front.alive("main", "ready", 0)
         assert len(listener.waiting()) == 1
-        front.hear(subscribe, sender.endpoint)
+        front.receive(subscribe, sender.endpoint)
         time.s += 59.0
         front.alive("main", "ready", 0)
         assert len(listener.waiting()) == 1
@@ -55,7 +55,7 @@ def test_unsubscribing_one_port_or_all() -> None:
 
         def subscribe() -> None:
             for port in ports:
-                front.hear(built(P + "/subscribe", port), sender.endpoint)
+                front.receive(built(P + "/subscribe", port), sender.endpoint)
 
         def heard() -> list[int]:
             front.alive("main", "ready", 0)
@@ -63,22 +63,22 @@ def test_unsubscribing_one_port_or_all() -> None:
 
         subscribe()
         assert heard() == [1, 1]
-        front.hear(built(P + "/unsubscribe", ports[0]), sender.endpoint)
+        front.receive(built(P + "/unsubscribe", ports[0]), sender.endpoint)
         assert heard() == [0, 1]
         subscribe()
-        front.hear(built(P + "/unsubscribe"), sender.endpoint)
+        front.receive(built(P + "/unsubscribe"), sender.endpoint)
         assert heard() == [0, 0]
         assert tell(front, sender, built(P + "/unsubscribe", 9)) == []
         subscribe()
         for another_machine in (built(P + "/unsubscribe"), built(P + "/unsubscribe", ports[0])):
-            front.hear(another_machine, ("127.0.0.2", sender.endpoint[1]))
+            front.receive(another_machine, ("127.0.0.2", sender.endpoint[1]))
         assert heard() == [1, 1]
 
 
 def test_a_given_target_stays_whatever_is_unsubscribed() -> None:
     with client() as target, opened_front(FakeParameters(), target) as front:
-        front.hear(built(P + "/subscribe", target.endpoint[1]), target.endpoint)
-        front.hear(built(P + "/unsubscribe"), target.endpoint)
+        front.receive(built(P + "/subscribe", target.endpoint[1]), target.endpoint)
+        front.receive(built(P + "/unsubscribe"), target.endpoint)
         front.alive("main", "ready", 0)
         assert len(target.waiting()) == 1
 
@@ -121,7 +121,7 @@ def test_the_rigs_own_port_can_be_no_target() -> None:
     with client() as probe:
         free = probe.endpoint
     with pytest.raises(ValueError, match="send to another port"):
-        OscFront(free, [free], P, FakeParameters(), no_preset)
+        OscServer(free, [free], P, FakeParameters(), no_preset)
 
 
 def test_errors_are_capped_for_each_source_but_ping_and_panic_never() -> None:
@@ -134,14 +134,14 @@ def test_errors_are_capped_for_each_source_but_ping_and_panic_never() -> None:
     ):
         wrong = built(P + "/nonsense")
         for _ in range(500):
-            front.hear(wrong, bad.endpoint)
+            front.receive(wrong, bad.endpoint)
         assert len(bad.waiting()) == 20
         assert len(target.waiting()) == 20
         assert front.counters["address"] == 500
         for _ in range(200):
             assert tell(front, bad, built(P + "/ping")) == [("/drumstick/pong", [])]
         for _ in range(50):
-            front.hear(built(P + "/panic"), bad.endpoint)
+            front.receive(built(P + "/panic"), bad.endpoint)
         assert len(parameters.panics) == 50
         assert len(tell(front, good, wrong)) == 1  # another source has its own allowance
         time.s += 1.0
@@ -154,7 +154,7 @@ def test_errors_to_many_sources_are_bounded_together() -> None:
     with client() as target, opened_front(FakeParameters(), target, now=time) as front:
         heard = 0
         for port in range(30000, 32000):
-            front.hear(b"/x\0\0", ("127.0.0.1", port))
+            front.receive(b"/x\0\0", ("127.0.0.1", port))
             heard += len(target.waiting())
         assert heard == 200
 
@@ -175,7 +175,7 @@ def test_a_flood_writes_at_most_one_line_a_second(caplog: pytest.LogCaptureFixtu
     with client() as a, opened_front(FakeParameters(), now=time) as front, caplog.at_level(logging.WARNING):
         for _ in range(3):
             for _ in range(100):
-                front.hear(b"junk", a.endpoint)
+                front.receive(b"junk", a.endpoint)
             time.s += 1.0
         front.close()
     told = [r.getMessage() for r in caplog.records]
@@ -198,7 +198,7 @@ def test_only_allowed_sources_are_heard() -> None:
         assert tell(front, a, built(P + "/panic")) == []
         assert parameters.panics == []
         assert front.counters == {"source": 2}
-        front.hear(built(P + "/panic"), ("127.0.0.2", 5000))
+        front.receive(built(P + "/panic"), ("127.0.0.2", 5000))
         assert len(parameters.panics) == 1
 
 
@@ -206,9 +206,9 @@ def test_loopback_alone_is_allowed_by_default() -> None:
     parameters = FakeParameters()
     with opened_front(parameters) as front:
         for host in ("192.168.1.4", "10.0.0.1", "8.8.8.8", "0.0.0.0"):
-            front.hear(built(P + "/panic"), (host, 5000))
+            front.receive(built(P + "/panic"), (host, 5000))
         assert parameters.panics == []
-        front.hear(built(P + "/panic"), ("127.3.2.1", 5000))
+        front.receive(built(P + "/panic"), ("127.3.2.1", 5000))
         assert len(parameters.panics) == 1
 
 
@@ -220,10 +220,10 @@ def test_a_fault_of_the_rig_is_told_and_does_not_deafen_it(caplog: pytest.LogCap
         assert answers == [("/drumstick/error", ["/drumstick/param/tau", "a fault of the rig: see its log"])]
         assert front.counters["fault"] == 1
         for _ in range(50):
-            front.hear(built(P + "/sync"), a.endpoint)
+            front.receive(built(P + "/sync"), a.endpoint)
         assert sum(r.exc_info is not None for r in caplog.records) == 1
         assert "the block is gone" in caplog.text
-        front.hear(built(P + "/panic"), a.endpoint)
+        front.receive(built(P + "/panic"), a.endpoint)
         assert len(parameters.panics) == 1
 
 
@@ -257,12 +257,12 @@ def test_a_lease_belongs_to_the_port_that_took_it() -> None:
             assert address == "/drumstick/error"
             assert "Ada is tuning" in str(why)
         assert parameters.sets == []
-        front.hear(built(P + "/param/dv_pls", 0.5), a.endpoint)
+        front.receive(built(P + "/param/dv_pls", 0.5), a.endpoint)
         assert parameters.sets[-1][0] == {"dv_pls": 0.5}
-        front.hear(built(P + "/panic"), b.endpoint)
+        front.receive(built(P + "/panic"), b.endpoint)
         assert parameters.panics != []
         assert tell(front, a, built(P + "/lease", "")) == [("/drumstick/lease", ["", 0.0])]
-        front.hear(built(P + "/param/dv_pls", 0.625), b.endpoint)
+        front.receive(built(P + "/param/dv_pls", 0.625), b.endpoint)
         assert parameters.sets[-1][0] == {"dv_pls": 0.625}
 
 
@@ -270,11 +270,11 @@ def test_presets_are_capped_for_each_sender() -> None:
     parameters, time = FakeParameters(), Time()
     with client() as a, client() as b, opened_front(parameters, now=time) as front:
         for _ in range(50):
-            front.hear(built(P + "/preset/load", "slow"), a.endpoint)
+            front.receive(built(P + "/preset/load", "slow"), a.endpoint)
         assert len(parameters.asked) == 5
         assert "more than 5 presets in a second" in str(a.waiting()[-1])
-        front.hear(built(P + "/preset/load", "slow"), b.endpoint)
+        front.receive(built(P + "/preset/load", "slow"), b.endpoint)
         assert len(parameters.asked) == 6
         time.s += 1.0
-        front.hear(built(P + "/preset/load", "slow"), a.endpoint)
+        front.receive(built(P + "/preset/load", "slow"), a.endpoint)
         assert len(parameters.asked) == 7

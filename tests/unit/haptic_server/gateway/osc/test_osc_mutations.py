@@ -4,7 +4,7 @@ import math
 import random
 import socket
 
-from haptic_server.gateway.osc.osc_server import OscFront
+from haptic_server.gateway.osc.osc_server import OscServer
 from osc_bench import FakeParameters, Time, built, client, opened_front, tell
 from osc_mutants import KILLERS, MUTANT_HOST, mutant
 from stability.catalogue import shows
@@ -12,15 +12,15 @@ from stability.catalogue import shows
 P = "/drumstick"
 
 
-def _assert_serves(front: OscFront, parameters: FakeParameters, time: Time) -> None:
+def _assert_serves(front: OscServer, parameters: FakeParameters, time: Time) -> None:
     with client() as good:
         assert tell(front, good, built(P + "/ping", 7)) == [("/drumstick/pong", [7])]
         assert len(tell(front, good, built(P + "/param/m"))) == 2
         time.s += 1.0
         parameters.now_s += 10.0  # a mutant may have taken the lease
         sets, panics = len(parameters.sets), len(parameters.panics)
-        front.hear(built(P + "/param/r_in", 1.0 + 1e-3 * sets), good.endpoint)  # another value each time
-        front.hear(built(P + "/panic"), good.endpoint)
+        front.receive(built(P + "/param/r_in", 1.0 + 1e-3 * sets), good.endpoint)  # another value each time
+        front.receive(built(P + "/panic"), good.endpoint)
         assert (len(parameters.sets), len(parameters.panics)) == (sets + 1, panics + 1)
 
 
@@ -32,7 +32,7 @@ def test_twenty_thousand_mutants() -> None:
         for i in range(20_000):
             time.s += 0.001
             packet = KILLERS[i // 1000 % len(KILLERS)] if i % 1000 == 0 else mutant(chance)
-            front.hear(packet, (MUTANT_HOST, 40000 + i % 50))
+            front.receive(packet, (MUTANT_HOST, 40000 + i % 50))
             if i % 500 == 0:
                 _assert_serves(front, parameters, time)
                 good += 4

@@ -5,7 +5,7 @@ import logging
 import pytest
 
 from haptic_server.gateway.osc import own_addresses
-from haptic_server.gateway.osc.osc_server import OscFront
+from haptic_server.gateway.osc.osc_server import OscServer
 from haptic_server.gateway.osc.own_addresses import OwnAddress
 from osc_bench import FakeParameters, built, client, no_preset, opened_front
 from ports import free_port
@@ -58,7 +58,7 @@ def test_an_address_of_nobody_is_not_this_machines() -> None:
 
 @pytest.mark.parametrize("bind", ["0.0.0.0", "127.0.0.1", "localhost"])
 def test_a_subscription_to_the_rigs_own_port_is_refused(bind: str) -> None:
-    front = OscFront((bind, 0), [], P, FakeParameters(), no_preset)
+    front = OscServer((bind, 0), [], P, FakeParameters(), no_preset)
     try:
         with client() as a:
             a.udp.sendto(built(P + "/subscribe", front.endpoint[1]), ("127.0.0.1", front.endpoint[1]))
@@ -71,7 +71,7 @@ def test_a_subscription_to_the_rigs_own_port_is_refused(bind: str) -> None:
 def test_a_front_that_hears_everywhere_takes_none_of_its_addresses_as_target(target: str) -> None:
     port = free_port()
     with pytest.raises(ValueError, match="send to another port"):
-        OscFront(("0.0.0.0", port), [(target, port)], P, FakeParameters(), no_preset)
+        OscServer(("0.0.0.0", port), [(target, port)], P, FakeParameters(), no_preset)
 
 
 def test_what_comes_from_its_own_socket_is_dropped_counted_and_told_once(
@@ -81,7 +81,7 @@ def test_what_comes_from_its_own_socket_is_dropped_counted_and_told_once(
     with client() as a, opened_front(parameters, a) as front, caplog.at_level(logging.WARNING):
         for _ in range(20):
             for datagram in (built(P + "/param/dv_pls", 0.5), built(P + "/sync"), b"junk"):
-                front.hear(datagram, front.endpoint)
+                front.receive(datagram, front.endpoint)
         assert front.counters == {"own": 60}
         assert parameters.asked == []
         assert a.waiting() == []

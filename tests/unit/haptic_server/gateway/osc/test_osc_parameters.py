@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from haptic_server.gateway.osc.echo_filter import ANSWERS, Told
-from haptic_server.gateway.osc.reply_targets import MOST_WAITING, Echoes
+from haptic_server.gateway.osc.echo_filter import ANSWERS, EchoFilter
+from haptic_server.gateway.osc.reply_targets import MOST_WAITING, ReplyTargets
 from osc_bench import FakeParameters, Time, built, client, opened_front, tell
 from protocol import osc
 
@@ -31,7 +31,7 @@ def test_asking_tells_sender_and_targets_once_each() -> None:
 def test_setting_reaches_the_desk(value: float) -> None:
     parameters = FakeParameters()
     with client() as a, client() as target, opened_front(parameters, target) as front:
-        front.hear(built(P + "/param/dv_pls", value), a.endpoint)
+        front.receive(built(P + "/param/dv_pls", value), a.endpoint)
         host, port = a.endpoint
         assert parameters.sets == [({"dv_pls": float(value)}, f"osc {host}:{port}")]
         # Nothing is sent before the servo has it.
@@ -42,7 +42,7 @@ def test_setting_reaches_the_desk(value: float) -> None:
 def test_norm_sets_over_the_declared_range() -> None:
     parameters = FakeParameters()
     with client() as a, opened_front(parameters) as front:
-        front.hear(built(P + "/param/k_coll/norm", 0.5), a.endpoint)
+        front.receive(built(P + "/param/k_coll/norm", 0.5), a.endpoint)
         assert parameters.sets[0][0] == {"k_coll": pytest.approx(1000.0)}  # 1 .. 1e6, by logarithm
 
 
@@ -50,7 +50,7 @@ def test_norm_sets_over_the_declared_range() -> None:
 def test_a_limit_can_be_set_in_32_bits(name: str, limit: float) -> None:
     parameters = FakeParameters()
     with client() as a, opened_front(parameters) as front:
-        front.hear(built(f"{P}/param/{name}", limit), a.endpoint)
+        front.receive(built(f"{P}/param/{name}", limit), a.endpoint)
         assert parameters.asked == [{name: limit}]
 
 
@@ -140,7 +140,7 @@ def test_a_sync_cannot_multiply_a_flood() -> None:
 def test_who_set_a_value_gets_its_readback_once() -> None:
     parameters, time = FakeParameters(), Time()
     with client() as a, client() as target, opened_front(parameters, target, now=time) as front:
-        front.hear(built(P + "/param/dv_pls", 0.5), a.endpoint)
+        front.receive(built(P + "/param/dv_pls", 0.5), a.endpoint)
         time.s += 0.9
         front.readback("k_coll", 1000.0, 0.5)
         assert a.waiting() == []
@@ -157,7 +157,7 @@ def test_who_set_a_value_gets_its_readback_once() -> None:
 def test_a_moving_fader_gets_the_last_value_too() -> None:
     with client() as a, opened_front(FakeParameters()) as front:
         for value in (0.25, 0.5):
-            front.hear(built(P + "/param/dv_pls", value), a.endpoint)
+            front.receive(built(P + "/param/dv_pls", value), a.endpoint)
         for value in (0.25, 0.5, 0.75):
             front.readback("dv_pls", value, value / 10)
         assert [v for address, (v,) in a.waiting() if address.endswith("dv_pls")] == [0.25, 0.5]
@@ -166,7 +166,7 @@ def test_a_moving_fader_gets_the_last_value_too() -> None:
 def test_an_echo_is_awaited_for_one_second() -> None:
     time = Time()
     with client() as a, opened_front(FakeParameters(), now=time) as front:
-        front.hear(built(P + "/param/dv_pls", 0.5), a.endpoint)
+        front.receive(built(P + "/param/dv_pls", 0.5), a.endpoint)
         time.s += 1.0
         front.readback("dv_pls", 0.5, 0.05)
         assert a.waiting() == []
@@ -174,7 +174,7 @@ def test_an_echo_is_awaited_for_one_second() -> None:
 
 def test_a_sender_that_is_a_target_gets_the_readback_once() -> None:
     with client() as target, opened_front(FakeParameters(), target) as front:
-        front.hear(built(P + "/param/dv_pls", 0.5), target.endpoint)
+        front.receive(built(P + "/param/dv_pls", 0.5), target.endpoint)
         front.readback("dv_pls", 0.5, 0.05)
         assert len(target.waiting()) == 2
 
@@ -188,7 +188,7 @@ def test_a_refused_set_awaits_nothing() -> None:
 
 def test_a_refused_set_keeps_the_wait_for_the_one_before() -> None:
     with client() as a, opened_front(FakeParameters()) as front:
-        front.hear(built(P + "/param/dv_pls", 0.5), a.endpoint)
+        front.receive(built(P + "/param/dv_pls", 0.5), a.endpoint)
         tell(front, a, built(P + "/param/dv_pls", 6.0))
         front.readback("dv_pls", 0.5, 0.05)
         assert len(a.waiting()) == 2
@@ -259,8 +259,8 @@ def test_what_a_target_was_told_anyway_is_not_told_again_when_it_sends_it_back()
         back = built(P + "/param/dv_pls", 0.2)
         for tell_it in (
             lambda: front.readback("dv_pls", 0.2, 0.02),
-            lambda: front.hear(built(P + "/param/dv_pls"), plain.endpoint),
-            lambda: front.hear(built(P + "/sync"), plain.endpoint),
+            lambda: front.receive(built(P + "/param/dv_pls"), plain.endpoint),
+            lambda: front.receive(built(P + "/sync"), plain.endpoint),
         ):
             tell_it()
             plain.waiting()
@@ -282,7 +282,7 @@ def test_the_same_again_and_again_is_answered_a_few_times() -> None:
 
 
 def test_a_crowd_that_is_told_is_not_remembered() -> None:
-    told = Told()
+    told = EchoFilter()
     crowd = [("127.0.0.1", port) for port in range(1, 1001)]
     told.note("tau", 0.5, crowd, 0.0)
     assert [told.spend("tau", 0.5, each, 0.0) for each in crowd] == [True] * 1000
@@ -292,14 +292,14 @@ def test_a_crowd_that_is_told_is_not_remembered() -> None:
 
 def test_a_readback_with_another_last_digit_ends_the_wait() -> None:
     with client() as a, opened_front(FakeParameters()) as front:
-        front.hear(built(P + "/param/z_h0", 0.01), a.endpoint)
+        front.receive(built(P + "/param/z_h0", 0.01), a.endpoint)
         for value in (0.01 * (1 + 1e-9), 0.02):  # z_h0 comes back through z_ss
             front.readback("z_h0", value, 0.5)
         assert [round(v, 6) for address, (v,) in a.waiting() if address.endswith("z_h0")] == [0.01]
 
 
 def test_a_flood_of_senders_is_not_remembered() -> None:
-    echoes = Echoes()
+    echoes = ReplyTargets()
     for port in range(1, 1001):
         echoes.expect("tau", ("127.0.0.1", port), 0.5, 0.0)
     assert echoes.claim("tau", 0.5, 0.0) == [("127.0.0.1", port) for port in range(1001 - MOST_WAITING, 1001)]

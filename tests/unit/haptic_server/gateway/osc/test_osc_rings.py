@@ -14,7 +14,7 @@ from drumstick.parameters.table import Refusal
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server.gateway.link import ServoLink
-from haptic_server.gateway.osc.osc_server import OscFront
+from haptic_server.gateway.osc.osc_server import OscServer
 from haptic_server.gateway.osc.targets import Endpoint
 from haptic_server.gateway.settings import Echo, Parameters
 from haptic_server.servo import loop, memory
@@ -26,15 +26,15 @@ MANY = 200  # messages in one go: it would never end
 TICKS = 60  # longer than a stroke: the stick was above the head
 
 
-class Counting(OscFront):
+class Counting(OscServer):
     """Counts what it hears besides pings, before it acts on it."""
 
     heard = 0
 
-    def hear(self, datagram: bytes, sender: Endpoint) -> None:
+    def receive(self, datagram: bytes, sender: Endpoint) -> None:
         if not datagram.startswith(b"/drumstick/ping"):
             self.heard += 1
-        super().hear(datagram, sender)
+        super().receive(datagram, sender)
 
 
 class Rig:

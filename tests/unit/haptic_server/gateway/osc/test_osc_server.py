@@ -8,7 +8,7 @@ import time
 import pytest
 
 from haptic_server.gateway.osc import name_resolution
-from haptic_server.gateway.osc.osc_server import OscFront
+from haptic_server.gateway.osc.osc_server import OscServer
 from osc_bench import BOUND_S, RELEASE, STRIKE, FakeParameters, built, client, no_preset, opened_front, tell
 from protocol import osc
 
@@ -62,7 +62,7 @@ def test_targets_that_cannot_be_reached_are_counted_and_the_others_served() -> N
     parameters = FakeParameters()
     with client() as a:
         # Port 0 of a numeric address cannot be sent to on any system.
-        front = OscFront(
+        front = OscServer(
             ("127.0.0.1", 0), [("127.0.0.1", 0), a.endpoint], P, parameters, parameters.load_preset
         )
         try:
@@ -95,13 +95,13 @@ def test_over_the_socket() -> None:
 
 def test_a_taken_port_is_an_error() -> None:
     with opened_front(FakeParameters()) as front, pytest.raises(OSError, match="already in use"):
-        OscFront(front.endpoint, [], P, FakeParameters(), no_preset)
+        OscServer(front.endpoint, [], P, FakeParameters(), no_preset)
 
 
 def test_an_unusable_prefix_is_an_error_and_leaves_no_thread() -> None:
     before = threading.active_count()
     with pytest.raises(ValueError, match="OSC prefix"):
-        OscFront(("127.0.0.1", 0), [], "/a*", FakeParameters(), no_preset)
+        OscServer(("127.0.0.1", 0), [], "/a*", FakeParameters(), no_preset)
     assert threading.active_count() == before
 
 
@@ -119,13 +119,13 @@ def test_close_ends_the_thread_and_frees_the_port() -> None:
 def test_every_row_of_the_table_is_heard() -> None:
     parameters = FakeParameters()
     with opened_front(parameters) as front:
-        named = {osc.address(P, row, name) for row in osc.HEARD for name in parameters.table}
+        named = {osc.address(P, row, name) for row in osc.INCOMING for name in parameters.table}
         assert front.addresses == named
 
 
 def test_another_prefix() -> None:
     with client() as a:
-        front = OscFront(("127.0.0.1", 0), [a.endpoint], "/kit/left", FakeParameters(), no_preset)
+        front = OscServer(("127.0.0.1", 0), [a.endpoint], "/kit/left", FakeParameters(), no_preset)
         try:
             assert tell(front, a, built("/kit/left/ping")) == [("/kit/left/pong", [])]
             assert tell(front, a, built("/drumstick/ping"))[0][0] == "/kit/left/error"
@@ -148,7 +148,7 @@ def test_a_target_whose_name_nobody_knows_yet_holds_up_nothing(monkeypatch: pyte
     monkeypatch.setattr(name_resolution, "_AGAIN_S", 0.01)
     monkeypatch.setattr(socket, "getaddrinfo", answer)
     with client() as a, client() as b:
-        front = OscFront(
+        front = OscServer(
             ("127.0.0.1", 0), [a.endpoint, ("light.stage", b.endpoint[1])], P, FakeParameters(), no_preset
         )
         try:

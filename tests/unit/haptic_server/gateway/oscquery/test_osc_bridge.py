@@ -4,12 +4,12 @@ import sys
 
 import pytest
 
-from haptic_server.gateway.oscquery.osc_bridge import Inlet
+from haptic_server.gateway.oscquery.osc_bridge import OscBridge
 from osc_bench import client
 
 
 def test_only_the_front_is_heard() -> None:
-    inlet = Inlet("127.0.0.1")
+    inlet = OscBridge("127.0.0.1")
     try:
         with client() as front, client() as stranger:
             inlet.join(front.endpoint[1])
@@ -23,7 +23,7 @@ def test_only_the_front_is_heard() -> None:
 
 
 def test_a_front_that_hears_everywhere_is_reached_on_loopback() -> None:
-    inlet = Inlet("0.0.0.0")
+    inlet = OscBridge("0.0.0.0")
     try:
         assert inlet.endpoint[0] == "127.0.0.1"
     finally:
@@ -32,7 +32,7 @@ def test_a_front_that_hears_everywhere_is_reached_on_loopback() -> None:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux counts what a full socket buffer drops")
 def test_what_a_full_buffer_drops_is_counted() -> None:
-    inlet = Inlet("127.0.0.1")
+    inlet = OscBridge("127.0.0.1")
     try:
         with client() as front:
             inlet.join(front.endpoint[1])
@@ -50,7 +50,7 @@ def test_what_a_full_buffer_drops_is_counted() -> None:
 
 
 def test_nobody_there_is_no_error() -> None:
-    inlet = Inlet("127.0.0.1")
+    inlet = OscBridge("127.0.0.1")
     try:
         with client() as gone:
             port = gone.endpoint[1]

@@ -12,10 +12,10 @@ from pythonosc.osc_message import OscMessage
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
-from haptic_server.gateway.osc.osc_server import OscFront
+from haptic_server.gateway.osc.osc_server import OscServer
 from haptic_server.gateway.oscquery import client as clients
 from haptic_server.gateway.oscquery import server as servers
-from haptic_server.gateway.oscquery.osc_bridge import Inlet
+from haptic_server.gateway.oscquery.osc_bridge import OscBridge
 from haptic_server.gateway.oscquery.server import OscQuery
 from osc_bench import BOUND_S, FakeParameters, built, client
 from oscquery_bench import connected_deaf, frame, get, listening, served, told, until
@@ -29,18 +29,18 @@ def parameters() -> FakeParameters:
 
 
 @pytest.fixture
-def both(parameters: FakeParameters) -> Iterator[tuple[OscQuery, OscFront]]:
+def both(parameters: FakeParameters) -> Iterator[tuple[OscQuery, OscServer]]:
     with served(parameters) as opened:
         yield opened
 
 
 @pytest.fixture
-def query(both: tuple[OscQuery, OscFront]) -> OscQuery:
+def query(both: tuple[OscQuery, OscServer]) -> OscQuery:
     return both[0]
 
 
 @pytest.fixture
-def front(both: tuple[OscQuery, OscFront]) -> OscFront:
+def front(both: tuple[OscQuery, OscServer]) -> OscServer:
     return both[1]
 
 
@@ -63,7 +63,7 @@ def pinged(listener: ClientConnection) -> None:
         pass
 
 
-def test_questions_over_http(port: int, front: OscFront) -> None:
+def test_questions_over_http(port: int, front: OscServer) -> None:
     assert told(port)["CONTENTS"]["drumstick"]["FULL_PATH"] == "/drumstick"
     info = told(port, "/?HOST_INFO")
     assert info["NAME"] == "drumstick main"
@@ -82,7 +82,7 @@ def test_value_follows_the_desk(port: int, parameters: FakeParameters) -> None:
     assert told(port, f"{PATH}?VALUE") == {"VALUE": [0.375]}
 
 
-def test_a_listener_gets_what_is_sent_to_its_address_and_nothing_else(port: int, front: OscFront) -> None:
+def test_a_listener_gets_what_is_sent_to_its_address_and_nothing_else(port: int, front: OscServer) -> None:
     with listening(port, PATH, "/drumstick/level") as listener:
         pinged(listener)
         front.readback("k_coll", 5000.0, 0.5)
@@ -137,7 +137,7 @@ def test_each_writer_has_a_lease_of_its_own(port: int, parameters: FakeParameter
     ],
 )  # fmt: skip
 def test_a_mistake_changes_nothing_and_is_counted(
-    mistake: str | bytes, port: int, query: OscQuery, front: OscFront
+    mistake: str | bytes, port: int, query: OscQuery, front: OscServer
 ) -> None:
     with listening(port, PATH) as listener:
         listener.send(mistake)
@@ -191,7 +191,7 @@ def test_a_strangers_page_can_neither_read_nor_listen(
 
 
 def test_sources_that_are_not_allowed_get_no_answer(parameters: FakeParameters) -> None:
-    inlet = Inlet("127.0.0.1")
+    inlet = OscBridge("127.0.0.1")
     with client() as there:
         query = OscQuery(("127.0.0.1", 0), "main", "/drumstick", parameters, there.endpoint, inlet, allow=())
         try:
@@ -203,7 +203,7 @@ def test_sources_that_are_not_allowed_get_no_answer(parameters: FakeParameters) 
 
 
 def test_a_taken_port_is_an_error_and_closes_nothing_else(parameters: FakeParameters, port: int) -> None:
-    inlet = Inlet("127.0.0.1")
+    inlet = OscBridge("127.0.0.1")
     try:
         with pytest.raises(OSError, match="in use"):
             OscQuery(("127.0.0.1", port), "main", "/drumstick", parameters, ("127.0.0.1", 9), inlet)
@@ -279,7 +279,7 @@ def test_a_flood_of_questions_is_answered_only_so_often(
     assert answers[-1][1]["retry-after"] == "1"
 
 
-def test_a_slow_reader_is_dropped_and_the_others_served(port: int, query: OscQuery, front: OscFront) -> None:
+def test_a_slow_reader_is_dropped_and_the_others_served(port: int, query: OscQuery, front: OscServer) -> None:
     with connected_deaf(port) as deaf, listening(port, "/drumstick/error") as listener:
         pinged(listener)
         deaf.sendall(frame(json.dumps({"COMMAND": "LISTEN", "DATA": "/drumstick/error"}).encode()))
@@ -338,7 +338,7 @@ COMMANDS = st.builds(
 
 @given(st.lists(st.binary(max_size=200) | st.text(max_size=200) | COMMANDS, max_size=20))
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=50)
-def test_no_message_ends_the_server(port: int, front: OscFront, messages: list[bytes | str]) -> None:
+def test_no_message_ends_the_server(port: int, front: OscServer, messages: list[bytes | str]) -> None:
     with listening(port, PATH) as listener:
         for message in messages:
             listener.send(message)
@@ -352,8 +352,8 @@ def test_who_is_admitted_here_is_heard_whatever_the_front_allows_by_address(
     parameters: FakeParameters,
 ) -> None:
     # All of it is on 127.0.0.1 here; the WebSocket client stands for one that came by another address.
-    inlet = Inlet("127.0.0.1")
-    front = OscFront(
+    inlet = OscBridge("127.0.0.1")
+    front = OscServer(
         ("127.0.0.1", 0), [inlet.endpoint], "/drumstick", parameters, parameters.load_preset, allow=()
     )
     query = OscQuery(

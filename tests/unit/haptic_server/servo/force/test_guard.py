@@ -19,7 +19,7 @@ class Guard(NamedTuple):
     allowed: npt.NDArray[np.void]
 
     def opened(self, v_in: float, now_ns: int = 0) -> int:
-        return int(guard.open_account(self.state[0], self.allowed[0], M, v_in, now_ns))
+        return int(guard.begin_contact(self.state[0], self.allowed[0], M, v_in, now_ns))
 
     def limited(self, head_N: float, pulse_N: float = 0.0, z: float = 0.0, v: float = 0.0) -> float:
         return float(guard.limit(self.state[0], self.allowed[0], head_N, pulse_N, z, v, T))
@@ -80,7 +80,7 @@ def test_a_head_may_add_what_its_effects_are_meant_to(held: Guard) -> None:
 
 def test_a_live_mass_above_the_arms_own_raises_nothing(held: Guard) -> None:
     held.state["b"] = 0.2
-    guard.open_account(held.state[0], held.allowed[0], 10.0 * M, -0.3, 0)
+    guard.begin_contact(held.state[0], held.allowed[0], 10.0 * M, -0.3, 0)
     assert held.of_state("budget_J") == pytest.approx(energy(0.35) - energy(0.3))
 
 
@@ -209,11 +209,11 @@ def test_a_debt_beyond_half_a_blow_is_a_fault_at_once(held: Guard) -> None:
     held.opened(-1.2)
     for share, code in ((0.49, NO_FAULT), (0.51, SELF_DRIVEN)):
         held.state["given_J"] = share * energy(1.2)
-        assert guard.look_at_account(held.state[0], held.allowed[0]) == code
+        assert guard.check_energy(held.state[0], held.allowed[0]) == code
     held.opened(-0.1)  # of a light blow: below the energy of 0.5 m/s it is none
     for speed, code in ((0.49, NO_FAULT), (0.51, SELF_DRIVEN)):
         held.state["given_J"] = energy(speed)
-        assert guard.look_at_account(held.state[0], held.allowed[0]) == code
+        assert guard.check_energy(held.state[0], held.allowed[0]) == code
 
 
 @pytest.mark.parametrize("room_m", [0.0, 0.001, 0.005, 0.009])
@@ -256,7 +256,7 @@ def test_a_limit_takes_from_the_pulse_first(held: Guard) -> None:
 def test_a_stall(held: Guard, span_s: float, code: int, seen: int) -> None:
     reading = np.zeros(1, READING)
     reading["fresh"] = 1
-    assert guard.look(held.state[0], held.allowed[0], reading[0], 10**9, span_s) == code
+    assert guard.check_reading(held.state[0], held.allowed[0], reading[0], 10**9, span_s) == code
     assert held.of_state("seen_above") == seen
 
 
@@ -282,4 +282,4 @@ def test_a_place_a_kilometre_away_is_no_number(held: Guard, axis: str) -> None:
     ):
         reading = np.zeros(1, READING)
         reading["fresh"], reading[axis] = 1, place
-        assert guard.look(held.state[0], held.allowed[0], reading[0], 10**9, T) == code
+        assert guard.check_reading(held.state[0], held.allowed[0], reading[0], 10**9, T) == code

@@ -9,7 +9,7 @@ import sampled_arm
 from drumstick.parameters.scene import Scene, parse
 from haptic_server.servo import loop
 from haptic_server.servo.force import hand_estimate
-from realtime.kernels.borrowed_view import lend
+from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.jit import njit
 
 HAND_M, HAND_M_PER_S = 0.02, -0.25
@@ -23,12 +23,12 @@ def scene(device: str = "", rate_Hz: int = 1000) -> Scene:
 
 @njit()
 def feel_once(servo: sampled_arm.memory.Servo, z: float, now_ns: int) -> None:
-    hand_estimate.feel(lend(servo), z, now_ns)
+    hand_estimate.feel(borrowed_view(servo), z, now_ns)
 
 
 @njit()
 def hold_once(servo: sampled_arm.memory.Servo) -> None:
-    hand_estimate.hold(lend(servo))
+    hand_estimate.hold(borrowed_view(servo))
 
 
 def felt(played: Scene, force_N: float, seconds: float, step_m: float = STEP_M) -> sampled_arm.memory.Servo:

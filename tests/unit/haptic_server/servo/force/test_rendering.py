@@ -57,7 +57,7 @@ def pushing() -> tuple[memory.Servo, int]:
 def _force(servo: memory.Servo, now_ns: int, span_s: float = T, **told: float) -> float:
     # One more reading, where the arm is, but for what is told.
     reading = servo.reading[0]
-    phantom.tell(servo.plant[0], reading, now_ns)
+    phantom.measure(servo.plant[0], reading, now_ns)
     for name, value in told.items():
         reading[name] = value
     return render_once(servo, reading, now_ns, span_s)
