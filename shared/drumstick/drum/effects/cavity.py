@@ -34,7 +34,7 @@ class CavityTable:
     head_kg_per_m2: float = number(0.26, 0.05, 2.0, "kg/m^2", "Both heads' mass per area")
     f01_Hz: float = number(180.0, 20.0, 2000.0, "Hz", "Pitch of the second head alone")
     t60_s: float = number(1.0, 0.02, 60.0, "s", "Its own decay")
-    listened: float = number(0.5, 0.0, 1.0, "1", "How much of the second head the pickups hear")
+    heard: float = number(0.5, 0.0, 1.0, "1", "How much of the second head the pickups hear")
 
 
 TABLE = CavityTable
