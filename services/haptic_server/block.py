@@ -92,7 +92,7 @@ class Block(NamedTuple):
 
     @property
     def is_pointed(self) -> bool:
-        """Whether the servo's device is a hand that follows a pointer; no other device has code that looks at one."""
+        """True when the servo's device is a hand that follows a pointer; no other device has code that looks at one."""
         return bool(self.header[_POINTED])
 
     def follow_pointer(self) -> None:
@@ -176,7 +176,7 @@ def _start(block: Block, law: npt.NDArray[np.void], revision: int = 0) -> None:
 
 
 def legacy(folder: Path, law: np.dtype[Any]) -> Legacy | None:
-    """What the servo before this one left in `folder`, when it played the same scene; None otherwise.
+    """Values and permission of the servo before this one in `folder`, if it played the same scene; None otherwise.
 
     Only for a servo that is about to make its own block: it takes the dead one's side.
     """

@@ -63,23 +63,23 @@ def front(folder: Path) -> BlockHeader | None:
 
 
 def is_alive(control: Cells) -> bool:
-    """Whether the servo ticked within the last tenth of a second."""
+    """True when the servo ticked within the last tenth of a second."""
     return time.monotonic_ns() - peek(control, HEARTBEAT) < STALE_NS
 
 
 def is_about_to_tick(front: BlockHeader) -> bool:
-    """Whether the servo is there and has not ticked yet."""
+    """True when the servo is there and has not ticked yet."""
     return peek(front.control, HEARTBEAT) == 0 and _runs(front)
 
 
 def is_held(control: Cells) -> bool:
-    """Whether a servo is held by a panic or a fault, or will be at its next tick. Of one that is dead: or would be."""
+    """True when a servo is held by a panic or a fault, or will be at its next tick; of a dead one: or would be."""
     # In this order: a servo that obeys a panic says that it is held before it says that it has seen it.
     return peek(control, PANIC) != peek(control, PANICS_SEEN) or peek(control, HELD) != 0
 
 
 def was_held(folder: Path) -> bool:
-    """Whether the servo whose block lies in `folder` is or was held; also when that cannot be known."""
+    """True when the servo whose block lies in `folder` is or was held; also when that cannot be known."""
     try:
         found = front(folder)
     except OSError:
@@ -88,7 +88,7 @@ def was_held(folder: Path) -> bool:
 
 
 def is_stuck(folder: Path) -> bool:
-    """Whether the servo whose block lies in `folder` is there and does not tick; also when that cannot be known."""
+    """True when the servo whose block lies in `folder` is there and does not tick; also when that cannot be known."""
     try:
         found = front(folder)
     except OSError:
@@ -108,7 +108,7 @@ def _runs(front: BlockHeader) -> bool:
 
 
 def disown(folder: Path) -> None:
-    """For another scene: nothing but whether its servo was held will be taken over from the block in place.
+    """Mark the block for another scene: of it only whether its servo was held will be taken over.
 
     The file stays: a gateway that has not noticed yet may raise a panic in it until there is a new one.
     """

@@ -23,12 +23,12 @@ def lag_s(scene: Scene) -> float:
 
 
 def lead_s(scene: Scene) -> float:
-    """By how much the law leads the position that a sampled device tells."""
+    """Time by which the law leads the position of a sampled device, s."""
     return lag_s(scene) if scene.servo.predictor == "lead" else 0.0
 
 
 def limits_of(scene: Scene, specification: Specification) -> Limits:
-    """What the scene's guard and the device allow, whichever is tighter: a scene never raises a device's limits."""
+    """Limits of guard and device, whichever is tighter: a scene never raises a device's limits."""
     if specification is EXACT_STICK:
         return Limits.of(scene)
     return Limits(
@@ -46,7 +46,7 @@ def limits_of(scene: Scene, specification: Specification) -> Limits:
 
 
 def write(folder: Path, limits: Limits) -> None:
-    """For the gateway: the servo knows its device, the gateway does not. OSError when the folder has no room."""
+    """Write them for the gateway, which does not know the device. OSError when the folder has no room."""
     finite = {key: value for key, value in vars(limits).items() if math.isfinite(value)}
     beside = folder / f".{LIMITS}.{os.getpid()}"
     write_text(beside, json.dumps(finite))
@@ -54,7 +54,7 @@ def write(folder: Path, limits: Limits) -> None:
 
 
 def read(folder: Path, scene: Scene) -> Limits:
-    """What the servo of this folder wrote before it made its block; a number that it left out has no limit.
+    """Limits that the servo of this folder wrote before it made its block; a number that it left out has no limit.
 
     Where that cannot be read, what the scene itself allows, with a warning: the servo judges every set again.
     """
@@ -69,7 +69,7 @@ def read(folder: Path, scene: Scene) -> Limits:
 
 
 def read_object(path: Path) -> dict[str, object]:
-    """What the servo wrote there for `doctor`; why not, where it could not or a crash cut it off."""
+    """JSON object that the servo wrote there for `doctor`; the reason where it cannot be read."""
     try:
         found: object = json.loads(read_text(path, MOST_BYTES))
     except (OSError, ValueError, RecursionError) as error:

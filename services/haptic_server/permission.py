@@ -25,7 +25,7 @@ class Event(NamedTuple):
 
     @property
     def while_held(self) -> bool:
-        """Whether it can happen while a panic or a fault is latched."""
+        """True when it can happen while a panic or a fault is latched."""
         return REFUSED not in self.then
 
 

@@ -78,7 +78,7 @@ STATUS = dtype_of(Status)
 
 
 class Player(Record):
-    """What the simulated player and the tick remember. `phase` walks the strikes over the head; `rest_s` is how long
+    """State of the simulated player and the tick. `phase` walks the strikes over the head; `rest_s` is how long
     the stick has lain dead, `still_s` how long it crept or was out of reach; the last two strike instants make the
     roll rate. `reach`: the fastest entry that keeps all limits, m/s, with the law that plays (envelope.Judgement).
     `holding`: a set that passed waits to be latched, with its own reach and its longest window for the speed.
@@ -117,7 +117,7 @@ PLAYER = dtype_of(Player)
 
 
 class Reading(Record):
-    """What a device tells once a tick, in the paper's frame: x to the right, y away from the player, z up, from the
+    """Reading of a device at a tick, in the paper's frame: x to the right, y away from the player, z up, from the
     middle of its workspace. `fresh` is 0 when nothing new came; `trouble` is a fault code; temperature is the
     warmest motor's, 0 .. 1.
     """
@@ -136,8 +136,8 @@ READING = dtype_of(Reading)
 
 
 class Pointer(Record):
-    """Where a pointer wants the hand, as the gateway heard it at t_ns of this machine's clock. lift: 0 at z_ss .. 1
-    lifted.
+    """Place where a pointer wants the hand, as the gateway heard it at t_ns of this machine's clock. lift: 0 at z_ss
+    .. 1 lifted.
     """
 
     t_ns: int
@@ -151,7 +151,7 @@ POINTER = dtype_of(Pointer)
 
 
 class Plan(Record):
-    """What does not change while a servo runs."""
+    """Constants of a running servo."""
 
     period_ns: int
     throw_m_per_s: float

@@ -11,7 +11,7 @@ _MOST_SOURCES = 1024
 
 
 class Verdict(enum.Enum):
-    """What becomes of a set."""
+    """Treatment of a set."""
 
     FREE = enum.auto()
     HELD_FIRST = enum.auto()  # the first one that is held back: its sender is to be told

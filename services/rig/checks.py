@@ -36,7 +36,7 @@ def sound_rigs(own: str, also: Sequence[str], most: int) -> None:
 
 
 def room(latency_ms: float, level_dB: float) -> None:
-    """What a room adds to the scenes that are played in it."""
+    """Check a room's delay and gain."""
     finite(latency_ms, "--room-latency", 0.0, 500.0, "ms")
     finite(level_dB, "--room-level", -60.0, 12.0, "dB")
 
@@ -73,7 +73,7 @@ def target(text: str, option: str = "--osc-out") -> str:
 
 
 def known_target(text: str, option: str = "--osc-out") -> str:
-    """The same, of one that is sent to at once."""
+    """Like `target`, for one that is sent to at once."""
     host, _, number = target(text, option).rpartition(":")
     try:
         socket.getaddrinfo(host, int(number), socket.AF_INET, socket.SOCK_DGRAM)

@@ -14,7 +14,7 @@ class Stop(Exception):
 
 
 def wrong(message: str) -> NoReturn:
-    """What the user gave is wrong."""
+    """Stop with status 2: the user's input is wrong."""
     raise Stop(GIVEN, message)
 
 

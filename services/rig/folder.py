@@ -30,12 +30,12 @@ def _states() -> Path:
 
 
 def state_folder(rig: str) -> Path:
-    """Where presets are kept; not made before something is."""
+    """Folder of the presets; not made before something is."""
     return _states() / "drumstick" / rig
 
 
 def accuracy_folder() -> Path:
-    """Where `drumstick accuracy` keeps its newest result; not made before there is one."""
+    """Folder of the newest result of `drumstick accuracy`; not made before there is one."""
     return _states() / "drumstick-accuracy"
 
 

@@ -196,7 +196,7 @@ class PageOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class RecordOptions:
-    """What is recorded."""
+    """Recording: file and contents."""
 
     record: Record = None
     record_force: RecordForce = False
@@ -204,7 +204,7 @@ class RecordOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class PlaybackOptions:
-    """How a recording is replayed."""
+    """Replay of a recording: speed, repetition, limits."""
 
     speed: Annotated[float, typer.Option(help="Times the recorded speed; a contact keeps its length.")] = 1.0
     loop: Annotated[bool, typer.Option("--loop", help="Again and again, until Ctrl-C.")] = False
@@ -218,7 +218,7 @@ class PlaybackOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class FigureOptions:
-    """What is drawn beside a rendered sound."""
+    """Figures beside a rendered sound."""
 
     spectrogram: Annotated[
         Path | None, typer.Option(help="Also draw the sound's spectrogram (PNG or SVG).")

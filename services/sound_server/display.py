@@ -69,7 +69,7 @@ class DrumDisplay:
         self._drum: _Drum | None = None
 
     def show(self, scene: Scene, engine: Engine, words: str) -> None:
-        """From now on this drum is the one to look at; `words` say what renders it."""
+        """Display this drum from now on; `words` say what renders it."""
         shapes = None
         if scene.modal is not None:
             from drumstick.drum.modal.modes import highest_zero

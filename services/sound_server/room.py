@@ -22,7 +22,7 @@ class Room(NamedTuple):
 
     @property
     def words(self) -> str:
-        """For the log and the meter; empty for a room that changes nothing."""
+        """Description for the log and the meter; empty for a room that changes nothing."""
         later = f"{1e3 * self.latency_s:g} ms later" if self.latency_s else ""
         louder = f"{self.level_dB:+g} dB" if self.level_dB else ""
         return ", ".join(filter(None, (later, louder)))

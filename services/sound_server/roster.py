@@ -72,12 +72,12 @@ class Roster:
 
     @property
     def rigs(self) -> list[str]:
-        """Who has a seat."""
+        """Rigs that have a seat."""
         return list(self._seats)
 
     @property
     def is_broken(self) -> bool:
-        """Whether a drum's thread ended without having been asked to."""
+        """True when a drum's thread ended without having been asked to."""
         return any(seat.is_over and not seat.stop.is_set() for seat in self._seats.values())
 
     def close(self) -> None:

@@ -52,7 +52,7 @@ PLACE = dtype_of(Place)
 
 
 class Boards(NamedTuple):
-    """What the audio thread sees. Shapes: states, places and begun (16,), one and sum (1024, 2). begun: the pulses that
+    """Arrays of the audio thread. Shapes: states, places and begun (16,), one and sum (1024, 2). begun: the pulses that
     each drum was given so far."""
 
     states: npt.NDArray[np.int64]
@@ -165,7 +165,7 @@ class Stage:
         poke(self.boards.states, at, LEAVING)
 
     def has_left(self, at: int) -> bool:
-        """Whether the drum that left this place has faded; then nothing of it is held here any more."""
+        """True when the drum that left this place has faded; then nothing of it is held here any more."""
         with self._filling:
             self._clear()
             return at not in self._held
@@ -179,5 +179,5 @@ class Stage:
 
     @property
     def drums(self) -> int:
-        """How many places are taken, those of fading drums included."""
+        """Number of places taken, those of fading drums included."""
         return len(self._held)

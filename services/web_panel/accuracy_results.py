@@ -21,7 +21,7 @@ _DRAWN = {
 
 
 class Files(NamedTuple):
-    """Where the two results lie; None: nowhere."""
+    """Paths of the two results; None: nowhere."""
 
     shipped: Path | None = None
     own: Path | None = None
@@ -31,7 +31,7 @@ NO_FILES = Files()
 
 
 class Result(NamedTuple):
-    """Which machine and when, in words; cost (ns) and error of the mesh's pitch (cents) and of the stick (relative)."""
+    """Machine and date in words; cost (ns) and error of the mesh's pitch (cents) and of the stick (relative)."""
 
     words: str
     pitch: Pair

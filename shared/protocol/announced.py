@@ -26,7 +26,7 @@ class Off(NamedTuple):
 
     @property
     def words(self) -> str:
-        """In a sentence."""
+        """One sentence."""
         return f"{_signed(self.median_dB)} dB (worst {_signed(self.worst_dB)} dB)"
 
 
@@ -39,7 +39,7 @@ class Report(NamedTuple):
 
     @property
     def is_good(self) -> bool:
-        """Whether strikes announce what the stick then does."""
+        """True when strikes announce what the stick then does."""
         return abs(self.peak.median_dB) <= PEAK_WITHIN_dB and abs(self.impulse.median_dB) <= IMPULSE_WITHIN_dB
 
 
@@ -85,7 +85,7 @@ class Announcements:
             self._compare(pair)
 
     def report(self) -> Report | None:
-        """As it stands; None before a contact was heard from beginning to end."""
+        """Present agreement; None before a contact was heard from beginning to end."""
         if not self._offs:
             return None
         peaks, impulses = zip(*self._offs, strict=True)
@@ -106,7 +106,7 @@ class Announcements:
 
 
 def sentence(report: Report | None) -> str:
-    """For a technician."""
+    """Sentence for a technician."""
     if report is None:
         return "Strikes against contacts: no contact was heard from beginning to end yet."
     contacts = "contact" if report.contacts == 1 else f"{report.contacts} contacts"

@@ -92,7 +92,7 @@ class ClockMap:
 
     @property
     def pause_s(self) -> float:
-        """When to compare again: soon at first, while a drift is not known, then every ten seconds."""
+        """Pause before the next comparison: short at first, while a drift is not known, then ten seconds."""
         if not self._trips:
             return _SHORTEST_PAUSE_S
         compared_s = (self._trips[-1].received_ns - self._trips[0].sent_ns) * 1e-9

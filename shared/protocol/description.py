@@ -15,7 +15,7 @@ from protocol.keys import Keys
 
 
 class Use(NamedTuple):
-    """How a key is used: `payload` is what is put or answered (None: JSON), `asked` what a query carries."""
+    """Use of a key: `payload` is what is put or answered (None: JSON), `asked` what a query carries."""
 
     member: str  # of Keys
     kind: str  # put, query, put and query, token
@@ -67,7 +67,7 @@ def words_of(thing: object) -> str:
 
 
 def words_of_key(use: Use) -> str:
-    """What a key is for."""
+    """Purpose of a key."""
     member = vars(Keys)[use.member]
     return words_of(member.fget if isinstance(member, property) else member)
 

@@ -15,12 +15,12 @@ def host_and_port(endpoint: str) -> tuple[str, int]:
 
 
 def is_tls(endpoint: str) -> bool:
-    """Whether the other end is known by its certificate."""
+    """True when the other end is known by its certificate."""
     return endpoint.startswith("tls/")
 
 
 def is_loopback(host: str) -> bool:
-    """Whether only this machine's own processes can be there. Of names only `localhost` counts."""
+    """True when only this machine's own processes can be there. Of names only `localhost` counts."""
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
@@ -28,7 +28,7 @@ def is_loopback(host: str) -> bool:
 
 
 def is_every_address(host: str) -> bool:
-    """Whether a socket bound there listens on every address of the machine."""
+    """True when a socket bound there listens on every address of the machine."""
     try:
         return ipaddress.ip_address(host).is_unspecified
     except ValueError:

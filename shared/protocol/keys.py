@@ -16,7 +16,7 @@ def checked_rig(name: str) -> str:
 
 
 def command(words: str, rig: str) -> str:
-    """What to type about this rig: there may be several on one machine."""
+    """Command to type about this rig: there may be several on one machine."""
     return f"drumstick {words}" if rig == DEFAULT_RIG else f"drumstick {words} --rig {rig}"
 
 
@@ -49,12 +49,12 @@ class Keys:
 
     @property
     def state(self) -> str:
-        """How the servo stands, 30 times a second."""
+        """State of the servo, 30 times a second."""
         return self._key("state")
 
     @property
     def meter(self) -> str:
-        """How a sound server stands, 10 times a second; put by the sound server."""
+        """State of a sound server, 10 times a second; put by the sound server."""
         return self._key("meter")
 
     @property
@@ -69,12 +69,12 @@ class Keys:
 
     @property
     def cost(self) -> str:
-        """What the drum costs at each accuracy, once a second; put by the sound server while somebody subscribes."""
+        """Cost of the drum at each accuracy, once a second; put by the sound server while somebody subscribes."""
         return self._key("cost")
 
     @property
     def pointer(self) -> str:
-        """Where a pointer wants the simulated stick, best effort, at 60 Hz. Heard while `alive/pointer/ID` is there."""
+        """Wanted place of the simulated stick, best effort, at 60 Hz. Heard while `alive/pointer/ID` is there."""
         return self._key("pointer")
 
     @property

@@ -135,7 +135,7 @@ class LeaseRequest(Message, array_like=True, frozen=True, kw_only=True):
 
 
 class Lease(Message, array_like=True, frozen=True, kw_only=True):
-    """Who alone may set, and for how long still; "" and 0 when everybody may."""
+    """Holder of the exclusive right to set, and for how long still; "" and 0 when everybody may."""
 
     name: str
     left_s: float
@@ -148,7 +148,7 @@ class RefusalReply(Message, array_like=True, frozen=True, kw_only=True):
 
 
 class Pointer(Message, array_like=True, frozen=True, kw_only=True):
-    """Where a pointer wants the simulated stick: lift 0 presses at z_ss, 1 is lifted; x, y in -1..1 of the radius.
+    """Wanted place of the simulated stick: lift 0 presses at z_ss, 1 is lifted; x, y in -1..1 of the radius.
 
     `source` names one page or program, whose `seq` grows; `held` is false when it lets go. What is not heard again for
     0.4 s lets go too. Numbers outside are cut.
@@ -205,8 +205,8 @@ class Membrane(Message, array_like=True, frozen=True, kw_only=True):
 
 
 class Spectrum(Message, array_like=True, frozen=True, kw_only=True):
-    """What the drum sounded last. `levels`: float32, little-endian, dB of full scale, from 0 Hz to top_Hz in equal
-    steps, each the loudest of its step; over the last window_s.
+    """Spectrum of the drum's last sound. `levels`: float32, little-endian, dB of full scale, from 0 Hz to top_Hz in
+    equal steps, each the loudest of its step; over the last window_s.
     """
 
     id: str
@@ -217,7 +217,7 @@ class Spectrum(Message, array_like=True, frozen=True, kw_only=True):
 
 
 class Cost(Message, array_like=True, frozen=True, kw_only=True):
-    """What the drum is or could be rendered with: `accuracy` is "now", or one that a scene may ask for. `words` say
+    """Cost of a way to render the drum: `accuracy` is "now", or one that a scene may ask for. `words` say
     what renders it now. share: of the computing that it takes now; cents: the rms error of the first twenty modes,
     the lowest being in tune. A bank of modes tells only "now".
     """

@@ -10,7 +10,7 @@ _PREFIX, _ALIVE = "drumstick", "alive"
 
 
 class Presence(NamedTuple):
-    """What a token says: a service of a rig is there."""
+    """Meaning of a token: a service of a rig is there."""
 
     rig: str
     service: str
@@ -18,7 +18,7 @@ class Presence(NamedTuple):
 
 
 def is_pattern(text: str) -> bool:
-    """Whether it stands for any number of rigs, rather than being the name of one."""
+    """True when it stands for any number of rigs, rather than being the name of one."""
     return "*" in text
 
 
@@ -40,7 +40,7 @@ def alive_key(pattern: str = "*", service: str = "*") -> str:
 
 
 def presence_of(key: str) -> Presence | None:
-    """What the token at `key` says; None for one that is not of this wire."""
+    """Presence of the token at `key`; None for one that is not of this wire."""
     parts = key.split("/")
     if len(parts) != 5 or (parts[0], parts[2]) != (_PREFIX, _ALIVE):
         return None

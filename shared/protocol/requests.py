@@ -14,7 +14,7 @@ _JSON_START = b'-0123456789{["tfnN \t\r\n'
 
 
 class Claim(NamedTuple):
-    """What must hold for a set to be taken: `lease` is the secret of who sets, `revision` the newest set they know."""
+    """Conditions of a set: `lease` is the secret of who sets, `revision` the newest set they know."""
 
     lease: str = ""
     revision: int | None = None

@@ -34,7 +34,7 @@ def sleep_until(buffer: npt.NDArray[np.int64], deadline_ns: int) -> None:
 
 @njit()
 def wait_until(buffer: npt.NDArray[np.int64], deadline_ns: int, spin_ns: int) -> None:
-    """As `sleep_until`, but awake for the last spin_ns: less lateness for a share of the processor."""
+    """Like `sleep_until`, but awake for the last spin_ns: less lateness for a share of the processor."""
     sleep_until(buffer, deadline_ns - spin_ns)
     while spin_ns > 0 and now_ns(buffer) < deadline_ns:
         pass

@@ -28,12 +28,12 @@ class LineWriter:
 
     @property
     def is_idle(self) -> bool:
-        """Whether nothing waits to be written. Any thread."""
+        """True when nothing waits to be written. Any thread."""
         return self._queue.unfinished_tasks == 0
 
     @property
     def lost(self) -> int:
-        """How many texts found the queue full or could not be written. Any thread."""
+        """Number of texts that found the queue full or could not be written. Any thread."""
         return self._refused + self._failed
 
     def put(self, text: str) -> None:

@@ -20,7 +20,7 @@ _STDERR = 2
 
 
 def is_journal(environment: Mapping[str, str] = os.environ, fd: int = _STDERR) -> bool:
-    """Whether this descriptor is the journal's own; JOURNAL_STREAM alone also reaches children that have a pipe."""
+    """True when this descriptor is the journal's own; JOURNAL_STREAM alone also reaches children that have a pipe."""
     try:
         found = os.fstat(fd)
     except OSError:

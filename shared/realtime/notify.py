@@ -46,7 +46,7 @@ class Supervisor:
 
     @property
     def is_due(self) -> bool:
-        """Whether `turned` would send something: for callers whose words cost something."""
+        """True when `turned` would send something: for callers whose words cost something."""
         return self._socket is not None and (not self._is_ready or self._now_s() >= self._due_s)
 
     def turned(self, words: str) -> None:

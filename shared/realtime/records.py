@@ -19,7 +19,7 @@ ABSENT: Any = None
 
 
 def is_there(part: object) -> bool:
-    """Does this scene have that part of a named tuple?"""
+    """True when this scene has that part of a named tuple."""
     return part is not None
 
 
@@ -71,7 +71,7 @@ class Rows(Protocol[R]):
         ...
 
     def copy(self) -> "Rows[R]":
-        """The same rows in memory of their own."""
+        """Copy of the rows in memory of their own."""
         ...
 
     def tobytes(self) -> bytes:

@@ -63,7 +63,9 @@ def read_text(path: Path, most_bytes: int) -> str:
 
 
 def read_lines(path: Path, most_bytes: int) -> TextIO:
-    """The same as lines with their own ends, for csv; raises OSError, and UnicodeDecodeError when they are read."""
+    """Like `read_text`, as lines with their own ends, for csv; raises OSError, and UnicodeDecodeError when they are
+    read.
+    """
     return io.TextIOWrapper(io.BytesIO(read_bytes(path, most_bytes)), encoding="utf-8", newline="")
 
 

@@ -22,7 +22,7 @@ class StopRequest:
         self._asked = True
 
     def is_set(self) -> bool:
-        """Whether somebody asked."""
+        """True when somebody asked."""
         return self._asked
 
     def wait(self, seconds: float) -> bool:

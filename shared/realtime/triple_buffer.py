@@ -52,7 +52,7 @@ def take(cells: npt.NDArray[np.int64], slots: Records | npt.NDArray[Any]) -> int
 
 @njit()
 def has_fresh(cells: npt.NDArray[np.int64]) -> bool:
-    """Whether `take` would return a record that the reader has not seen."""
+    """True when `take` would return a record that the reader has not seen."""
     return load_acquire(cells, BETWEEN) >= FRESH
 
 

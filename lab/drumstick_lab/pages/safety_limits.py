@@ -194,7 +194,7 @@ def always() -> str:
             ),
             (
                 "energy that the head gives the arm",
-                "what the arm brought into the contact, and what the effects in the scene are meant to add. A debt is carried into the next"
+                "what the arm brought into the contact, and what the effects in the scene are meant to add. An excess is carried into the next"
                 f" contact; what is left over is not. Counted for an arm of {PREMIUM_1_5.moving_kg[0] * 1e3:g} g, the lightest declared",
                 f"{servo}; what effects may add comes from the same bounds as in the envelope",
                 "the head pushes less",
@@ -206,8 +206,8 @@ def always() -> str:
             ),
             (
                 "a head that drives the arm by itself",
-                f"a debt above the energy at {most_owed:g} m/s and above {constant(guard, '_FAULT_EXCESS_SHARE'):.0%} of the contact's incoming energy; or more than {contacts}"
-                f" contacts in a row that begin with a debt above the energy at {owed:g} m/s; or more than {contacts} in a row without a pulse that"
+                f"an excess above the energy at {most_owed:g} m/s and above {constant(guard, '_FAULT_EXCESS_SHARE'):.0%} of the contact's incoming energy; or more than {contacts}"
+                f" contacts in a row that begin with an excess above the energy at {owed:g} m/s; or more than {contacts} in a row without a pulse that"
                 f" reach {constant(guard, '_AT_THE_LIMIT'):.0%} of the force limit, each within {constant(guard, '_FASTEST_HAND_NS') * 1e-6:g} ms and at"
                 f" more than {constant(guard, '_UNTIRED'):.0%} of the first one's speed",
                 servo,

@@ -27,7 +27,7 @@ def soak(
     as_json: bool,
     out: Path | None,
 ) -> bool:
-    """Whether everything passed. Raises Stop."""
+    """True when everything passed. Raises Stop."""
     rate = (REAL_SPEED if real_time else 1.0) if speed is None else speed
     found = scene_file.read(scene)
     scene_file.load(scene)

@@ -21,7 +21,7 @@ class Result:
 
     @property
     def passed(self) -> bool:
-        """Whether no quantity failed."""
+        """True when no quantity failed."""
         return all_passed(self.verdicts)
 
     def as_json(self, scene: str) -> dict[str, Any]:

@@ -22,7 +22,7 @@ class Usage(NamedTuple):
 
 
 def is_readable() -> bool:
-    """Whether this system tells all of it."""
+    """True when this system tells all of it."""
     return (_PROC / "self" / "smaps_rollup").exists()
 
 

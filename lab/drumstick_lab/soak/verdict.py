@@ -102,5 +102,5 @@ def unjudged(name: str, unit: str, value: float, words: str) -> Verdict:
 
 
 def all_passed(verdicts: Sequence[Verdict]) -> bool:
-    """Whether nothing failed."""
+    """True when nothing failed."""
     return all(verdict.passed is not False for verdict in verdicts)

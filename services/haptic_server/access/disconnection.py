@@ -25,21 +25,21 @@ _MOST_ENDED = 256
 
 
 class Ended:
-    """Who was ended of late, by certificate and address. One thread; bounded, whoever was ended first is forgotten."""
+    """Sessions ended in the last minute, by certificate and address. One thread; bounded, the oldest is forgotten."""
 
     def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
         self._now = now
         self._until_s: dict[tuple[str, str], float] = {}
 
     def note(self, certificate: str, host: str) -> None:
-        """It was ended now."""
+        """Note that its session was ended now."""
         self._until_s.pop((certificate, host), None)
         if len(self._until_s) >= _MOST_ENDED:
             del self._until_s[next(iter(self._until_s))]
         self._until_s[certificate, host] = self._now() + TURNED_BACK_S
 
     def holds(self, certificate: str, host: str) -> bool:
-        """Whether it is to be turned back."""
+        """True when its connections are still refused."""
         return self._now() < self._until_s.get((certificate, host), 0.0)
 
 

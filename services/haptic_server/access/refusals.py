@@ -137,7 +137,7 @@ class Refusals:
             self._unreported = 0
 
     def counters(self) -> dict[str, object]:
-        """For `doctor`."""
+        """Counts for `doctor`."""
         return {
             "handshakes_refused": self.handshakes,
             "without_role": self.without_role,

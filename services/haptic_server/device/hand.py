@@ -18,7 +18,7 @@ _LIFTED_S = 0.3  # every gesture begins with a rest where it starts: lifted, or 
 
 
 class Gesture(Record):
-    """How a simulated hand moves: the kind of its gesture, heights (m), times (s), and the way over the head."""
+    """Motion of a simulated hand: the kind of its gesture, heights (m), times (s), and the way over the head."""
 
     kind: int
     rest_m: float
@@ -55,7 +55,7 @@ def _recorded(path: npt.NDArray[np.float64], t: float) -> float:
 
 @njit()
 def later(gesture: Gesture, path: npt.NDArray[np.float64], t: float, span_s: float) -> float:
-    """Where in its gesture a hand is that was at t s, `span_s` later: after the lift it starts again each period.
+    """Time in its gesture, s, of a hand that was at t s, `span_s` later; after the lift it starts again each period.
 
     A time that only grew would be rounded ever more coarsely: after a month its rate is 1.6e-7 off at 1 kHz.
     """

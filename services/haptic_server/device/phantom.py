@@ -120,7 +120,7 @@ def move_on(plant: Plant, duration_s: float) -> None:
 
 @njit()
 def measure(plant: Plant, reading: Reading, now_ns: int) -> None:
-    """What the encoders say now."""
+    """Read the simulated encoders."""
     steps = plant.z_m / plant.resolution_m
     reading.z_m = math.floor(steps + 0.5) * plant.resolution_m
     reading.t_ns = now_ns

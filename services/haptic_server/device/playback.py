@@ -9,7 +9,7 @@ from realtime.records import Record, dtype_of
 
 
 class Replay(Record):
-    """What playback remembers. Its fields tell the loop, at compile time, which device it is."""
+    """State of a playback. Its fields tell the loop, at compile time, which device it is."""
 
     replayed_s: float
     row: int
@@ -22,7 +22,7 @@ REPLAY = dtype_of(Replay)
 def measure(
     replay: Replay, path: Recording, head_z_m: float, reading: Reading, now_ns: int, span_s: float
 ) -> None:
-    """Where the recording is `span_s` later, between its rows in a straight line."""
+    """Position of the recording `span_s` later, interpolated linearly between its rows."""
     last = path.shape[0] - 1
     t = replay.replayed_s + span_s
     if t >= path[last, 0]:

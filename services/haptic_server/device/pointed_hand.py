@@ -42,13 +42,13 @@ HAND = dtype_of(PointedHand)
 
 @njit()
 def top_of(hand: PointedHand, rest_m: float) -> float:
-    """Where the lifted hand is, m above the head, when it presses at `rest_m`."""
+    """Height of the lifted hand above the head, m, when it presses at `rest_m`."""
     return max(rest_m + hand.height_m, LIFTED_M)
 
 
 @njit()
 def height_of(hand: PointedHand, rest_m: float) -> float:
-    """Where the hand holds its spring now, m above the head."""
+    """Height at which the hand holds its spring now, m above the head."""
     return rest_m + hand.lift * (top_of(hand, rest_m) - rest_m)
 
 

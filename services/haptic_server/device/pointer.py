@@ -28,10 +28,10 @@ class Pointed:
         self._sampled = scene.device.plant == "phantom"
 
     def open(self) -> None:
-        """It is always there."""
+        """Do nothing: it is always there."""
 
     def info(self) -> Info:
-        """What the hand holds, and what it waits for."""
+        """Sentences on what the hand holds and what it waits for."""
         words = "in a hand that follows the pointer of the technician's page"
         if self._sampled:
             return Info(
@@ -71,4 +71,4 @@ class Pointed:
         return paced.run(self.info().specification, servo, stop)
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Do nothing: no resource is held."""

@@ -13,7 +13,7 @@ if TYPE_CHECKING:  # the memory of a servo is made for a device, from its specif
 
 
 class Info(NamedTuple):
-    """What is known of an open device: its specification, and what a technician should read."""
+    """Facts about an open device: its specification, and sentences for a technician."""
 
     specification: Specification
     words: tuple[str, ...]
@@ -35,7 +35,7 @@ class Device(Protocol):
         ...
 
     def info(self) -> Info:
-        """What the open device tells of itself. Does not block."""
+        """Facts about the open device. Does not block."""
         ...
 
     def furnish(self, servo: "Servo") -> "Servo":

@@ -25,7 +25,7 @@ Row = tuple[float, float, float, float]  # t s from 0, x, y, z m
 
 
 class RecordingError(ValueError):
-    """What is wrong, with file, line, column, value, limit and unit."""
+    """Mistake in a recording, with file, line, column, value, limit and unit."""
 
 
 class _Table:

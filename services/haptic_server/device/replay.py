@@ -43,7 +43,7 @@ class Replay:
         self.recording = read(self._path)
 
     def info(self) -> Info:
-        """As a PHANTOM, whose guard a rehearsal should meet."""
+        """Facts as of a PHANTOM, whose guard a rehearsal should meet."""
         seconds = self.recording[-1, 0]
         return Info(
             PREMIUM_1_5,
@@ -63,4 +63,4 @@ class Replay:
         return paced.run(PREMIUM_1_5, servo, stop)
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Do nothing: no resource is held."""

@@ -68,7 +68,7 @@ class Simulated:
         self._path: npt.NDArray[np.float64] | None = None
 
     def open(self) -> None:
-        """It is always there; a recorded gesture is read."""
+        """Read the recorded gesture, if there is one; the device is always there."""
         if self._scene.hand.gesture != "recorded":
             return
         if self._folder is None:
@@ -107,4 +107,4 @@ class Simulated:
         return paced.run(self.info().specification, servo, stop)
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Do nothing: no resource is held."""

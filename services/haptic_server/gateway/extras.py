@@ -34,7 +34,7 @@ class Extras:
 
     @property
     def targets(self) -> list[Endpoint]:
-        """What the OSC front is to send to besides its targets."""
+        """Targets of OSC besides those that were given."""
         return [] if self._bridge is None else [self._bridge.endpoint]
 
     def open(
@@ -85,7 +85,7 @@ class Extras:
         self.midi = MidiSender(Voice(given.midi_note, given.midi_channel), port)
 
     def counters(self) -> dict[str, dict[str, int]]:
-        """For `doctor`."""
+        """Counts for `doctor`."""
         parts = {"oscquery": self._query, "midi": self.midi}
         return {name: each.counters for name, each in parts.items() if each is not None}
 

@@ -12,7 +12,7 @@ _LONGEST_NAME = 60
 
 
 class Holder(NamedTuple):
-    """Who holds the lease: `name` is shown to others, `left_s` is until it ends. Nobody: "" and 0."""
+    """Holder of the lease: `name` is shown to others, `left_s` is until it ends. Nobody: "" and 0."""
 
     name: str
     left_s: float
@@ -22,7 +22,7 @@ NOBODY = Holder("", 0.0)
 
 
 class Lease:
-    """Who may set."""
+    """Exclusive right to set, taken for a time."""
 
     def __init__(self) -> None:
         self._id = ""
@@ -30,7 +30,7 @@ class Lease:
         self._until_s = 0.0
 
     def holder(self, now_s: float) -> Holder:
-        """Who holds it now."""
+        """Present holder."""
         return Holder(self._name, self._until_s - now_s) if now_s < self._until_s else NOBODY
 
     def take(self, who: str, name: str, seconds: float, now_s: float) -> Holder:

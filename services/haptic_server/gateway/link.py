@@ -64,11 +64,11 @@ class ServoLink:
         return True
 
     def servo_is_alive(self) -> bool:
-        """Whether the servo ticked within the last tenth of a second."""
+        """True when the servo ticked within the last tenth of a second."""
         return is_alive(self.block.control)
 
     def servo_is_about_to_tick(self) -> bool:
-        """Whether the servo waits with its first tick until somebody hears it."""
+        """True when the servo waits with its first tick until somebody hears it."""
         return is_about_to_tick(self.block.front)
 
     def await_events(self, until_ns: int) -> None:
@@ -113,7 +113,9 @@ class ServoLink:
         return self._status[0]
 
     def lateness(self) -> dict[str, object]:
-        """For `doctor`: how many ticks were how late since the servo started, in bins of 10 us, up to the last one."""
+        """Histogram of the ticks' lateness since the servo started, for `doctor`, in bins of 10 us up to the last
+        filled one.
+        """
         filled = np.flatnonzero(self.block.lateness)
         counts = self.block.lateness[: filled[-1] + 1 if len(filled) else 0]
         return {"bin_us": blocks.LATENESS_BIN_NS / 1e3, "ticks": [int(count) for count in counts]}
@@ -134,7 +136,7 @@ class ServoLink:
 
     @property
     def is_pointed(self) -> bool:
-        """Whether this servo's hand follows a pointer."""
+        """True when this servo's hand follows a pointer."""
         return self.block.is_pointed
 
     def point(self, held: bool, lift: float, x: float, y: float) -> None:
@@ -149,7 +151,7 @@ class ServoLink:
         raise_panic(self._folder, self.block.front)
 
     def is_held(self) -> bool:
-        """Whether a panic or a fault is latched, or a panic is on its way to the next tick."""
+        """True when a panic or a fault is latched, or a panic is on its way to the next tick."""
         return is_held(self.block.control)
 
 

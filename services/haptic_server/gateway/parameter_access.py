@@ -22,7 +22,7 @@ class ParameterAccess(Protocol):
         ...
 
     def accepted_values(self) -> dict[str, float]:
-        """What the servo will use once it has taken the newest accepted set."""
+        """Values that the servo will use once it has taken the newest accepted set."""
         ...
 
     def set(self, changes: Mapping[str, float], source: str, claim: Claim = ANYBODY) -> SetReply:

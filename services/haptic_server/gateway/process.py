@@ -77,7 +77,7 @@ def _scene(path: Path) -> Scene:
 
 
 class _Gateway:
-    """Between one servo's block and the wires. `_Ended` from any method: it cannot run."""
+    """Connection of one servo's block with the wires. `_Ended` from any method: it cannot run."""
 
     def __init__(
         self,

@@ -35,7 +35,7 @@ _ALIVE_PERIOD_NS = 1_000_000_000
 
 
 class Wires(NamedTuple):
-    """Where a gateway publishes; None: not asked for, or not in this scene."""
+    """Publishers of a gateway; None: not asked for, or not in this scene."""
 
     zenoh: Wire
     osc: OscServer

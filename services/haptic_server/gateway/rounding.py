@@ -17,11 +17,11 @@ def as_float32(value: float) -> float:
 
 
 def is_same(value: float, present: float) -> bool:
-    """Whether a 32-bit client cannot tell these two apart. NaN is never the same."""
+    """True when a 32-bit client cannot tell these two apart. NaN is never the same."""
     return as_float32(value) == as_float32(present)
 
 
 def is_norm_of(row: Parameter, norm: float, present: float) -> bool:
-    """Whether `norm` is how a client that knows `present` to 32 bits would write it over 0..1, in 32 bits again."""
+    """True when `norm` is how a client that knows `present` to 32 bits would write it over 0..1, in 32 bits again."""
     slack = abs(present) * _STEP
     return as_float32(row.norm(present - slack)) <= norm <= as_float32(row.norm(present + slack))

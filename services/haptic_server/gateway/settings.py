@@ -59,12 +59,12 @@ class Parameters:
         self._touched: set[str] = set()
 
     def values(self) -> dict[str, float]:
-        """What the servo uses, by wire name. z_h0 is NaN while the hand has no stiffness."""
+        """Values that the servo uses, by wire name. z_h0 is NaN while the hand has no stiffness."""
         with self._lock:
             return parameters.values_of(self._live, self.table)
 
     def accepted_values(self) -> dict[str, float]:
-        """What the servo will use once it has taken the newest accepted set."""
+        """Values that the servo will use once it has taken the newest accepted set."""
         with self._lock:
             return parameters.values_of(self._accepted, self.table)
 
@@ -80,7 +80,7 @@ class Parameters:
 
     @property
     def pending(self) -> bool:
-        """Whether an accepted set still waits for the stick to be above the head."""
+        """True when an accepted set still waits for the stick to be above the head."""
         return self._live_revision < self._revision
 
     def take_lease(self, who: str, name: str, seconds: float) -> Holder:
@@ -89,7 +89,7 @@ class Parameters:
             return self._lease.take(who, name, seconds, self._now())
 
     def lease_holder(self) -> Holder:
-        """Who alone may set now."""
+        """Holder of the lease."""
         with self._lock:
             return self._lease.holder(self._now())
 

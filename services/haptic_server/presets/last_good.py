@@ -53,7 +53,7 @@ class LastGood:
         self._wanted.set()
 
     def fault(self, kind: int, now_ns: int) -> None:
-        """How the servo stands, as often as it is known; a fault counts when it comes, not while it lasts."""
+        """Take the servo's status, as often as it is known; a fault counts when it comes, not while it lasts."""
         came, self._fault = kind != self._fault, kind
         if not came or kind not in _OF_MOTION:
             return

@@ -19,7 +19,7 @@ _NAME = re.compile(r"[A-Za-z0-9_-]([A-Za-z0-9 _.-]{0,58}[A-Za-z0-9_-])?")
 
 
 class PresetError(ValueError):
-    """What is wrong with a preset, its name or its file, and what to do."""
+    """Fault of a preset, its name or its file, with what to do."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Preset:
 
 
 def is_name(name: str) -> bool:
-    """Whether it can be that of a file on every system."""
+    """True when it can be the name of a file on every system."""
     return _NAME.fullmatch(name) is not None
 
 

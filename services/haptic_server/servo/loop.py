@@ -82,7 +82,7 @@ def run_virtual(servo: Servo, ticks: int, start_ns: int) -> int:
 
 
 class Log(NamedTuple):
-    """What a self-test keeps of each tick, ns: when it was due, how late it came, how long it took. Shapes (n,)."""
+    """Times of each tick for a self-test, ns: when it was due, how late it came, how long it took. Shapes (n,)."""
 
     due_ns: npt.NDArray[np.int64]
     late_ns: npt.NDArray[np.int64]

@@ -89,7 +89,7 @@ def _memory(scene: Scene, run_dir: Path, specification: Specification) -> memory
 
 
 def _await_listeners(run_dir: Path, stop: StopRequest) -> None:
-    """Until `drumstick up` hears gateway and sound, so that nobody misses the first strikes; 3 s at most."""
+    """Wait until `drumstick up` has gateway and sound, so that nobody misses the first strikes; 3 s at most."""
     awaited, until = run_dir / files.LISTENERS_AWAITED, time.monotonic() + _LISTENERS_WITHIN_S
     while awaited.exists() and time.monotonic() < until and not stop.wait(0.02):
         pass

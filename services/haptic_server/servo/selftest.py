@@ -29,7 +29,7 @@ _PERCENTILES = (50.0, 99.0, 99.9, 99.99, 100.0)
 
 
 class Played(NamedTuple):
-    """What a run of the loop left: `log` without the first ticks, and what the system granted its thread."""
+    """Result of a run of the loop: `log` without the first ticks, and what the system granted its thread."""
 
     log: Log
     granted: dict[str, str]

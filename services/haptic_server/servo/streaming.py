@@ -127,7 +127,7 @@ def begin(servo: "Servo") -> None:
 
 @only_with("stream")
 def end(servo: "Servo") -> None:
-    """It ends in this tick: its last sample, and the 0 N that closes it."""
+    """Put the last sample of a contact that ends in this tick, and the 0 N that closes it."""
     state = servo.stream.state[0]
     if state.inside != 0:
         _grown(servo)

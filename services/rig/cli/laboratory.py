@@ -24,7 +24,7 @@ def _run(context: typer.Context) -> None:
 
 
 def accuracy_command(context: typer.Context) -> None:
-    """What accuracy costs in time on this machine: stick, servo, mesh, excitation, effects; with figures."""
+    """Measure what accuracy costs in time on this machine: stick, servo, mesh, excitation, effects; with figures."""
     _run(context)
 
 

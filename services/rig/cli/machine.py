@@ -64,7 +64,7 @@ def keys_show(
     folder: Annotated[Path, typer.Argument(help="A folder that `keys make` made, or one of its folders.")],
     as_json: Json = False,
 ) -> None:
-    """Who each certificate is for, and until when."""
+    """Show who each certificate is for, and until when it is valid."""
     from rig.identity import keys as rig_keys
 
     rig_keys.show(folder, as_json)

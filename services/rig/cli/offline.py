@@ -97,7 +97,7 @@ def scene_check(scene: SceneName) -> None:
 
 
 def scene_cost(scene: SceneName, as_json: Json = False) -> None:
-    """What each effect and the mesh cost per tick and per sample here, and what accuracy that buys."""
+    """Measure the cost of each effect and of the mesh here, per tick and per sample, and the accuracy it buys."""
     from rig.offline.scene_cost import cost
 
     cost(scene, as_json)

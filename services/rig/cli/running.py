@@ -136,7 +136,7 @@ def params_get(
     connect: Connect = None,
     as_json: Json = False,
 ) -> None:
-    """What the servo uses now."""
+    """Print the values that the servo uses now."""
     from rig.network import remote
     from rig.supervision.resolved_options import READERS, far_end
 

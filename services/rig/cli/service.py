@@ -80,7 +80,7 @@ def panel_command(*, page: PageOptions, rig_options: RigOptions) -> None:
 
 
 def servo_ticks_command(rig: RigName = "main") -> None:
-    """For the servo's unit, after its start: the scene plays, and needs no way back any more."""
+    """Confirm, after the servo's unit has started, that the scene plays and needs no way back."""
     from rig.supervision.service import servo_ticks
 
     servo_ticks(rig)
@@ -91,7 +91,7 @@ def servo_ended_command(
     status: ExitStatus,
     rig: RigName = "main",
 ) -> None:
-    """For the servo's unit, after its end: a scene that cannot be played here gives way to the one before."""
+    """Go back, after the servo's unit has ended, from a scene that cannot be played here to the one before."""
     from rig.supervision.service import servo_ended
 
     servo_ended(rig, how, status)

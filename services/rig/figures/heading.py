@@ -57,7 +57,7 @@ def own_value(scene: Scene, name: str) -> float:
 
 
 def scale_of(values: npt.NDArray[np.float64]) -> Scale:
-    """Are these values, shape (n,), spaced by equal ratios rather than by equal steps?"""
+    """Scale of these values, shape (n,): True when they are spaced by equal ratios rather than by equal steps."""
     if len(values) < 3 or not (values > 0.0).all():
         return "linear"
     steps, ratios = np.diff(values), np.diff(np.log(values))

@@ -67,7 +67,7 @@ def _close(scene: Scene, swept: Swept, figure: Figure, axes: Axes, patches: list
 
 @styled
 def kinds(scene: Scene, swept: Swept) -> Figure:
-    """What becomes of a throw, over the two axes of `swept`."""
+    """Map of how a throw ends, over the two axes of `swept`."""
     figure, axes, x, y = _open(scene, swept, "what becomes of a throw")
     patches = [_region(axes, x, y, np.equal(swept.kind.T, kind), kind) for kind in _LOOKS]
     _close(scene, swept, figure, axes, patches)

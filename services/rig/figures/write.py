@@ -31,7 +31,7 @@ Report = Callable[[str, int, int], None]
 
 
 class Folder:
-    """Where the files go, and which were written."""
+    """Folder of the files, and those written so far."""
 
     def __init__(self, path: Path) -> None:
         self.path = path

@@ -132,7 +132,7 @@ def name_of(certificate: x509.Certificate) -> str:
 
 
 def hosts_of(certificate: x509.Certificate) -> list[str]:
-    """What a server may be called that shows this certificate."""
+    """Host names of a server that shows this certificate."""
     try:
         names = certificate.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
     except x509.ExtensionNotFound:
@@ -141,7 +141,7 @@ def hosts_of(certificate: x509.Certificate) -> list[str]:
 
 
 def is_of(certificate: x509.Certificate, authority: x509.Certificate) -> bool:
-    """Whether the authority signed it."""
+    """True when the authority signed it."""
     try:
         certificate.verify_directly_issued_by(authority)
     except (ValueError, TypeError, InvalidSignature):
@@ -150,12 +150,12 @@ def is_of(certificate: x509.Certificate, authority: x509.Certificate) -> bool:
 
 
 def belongs(key: ec.EllipticCurvePrivateKey, certificate: x509.Certificate) -> bool:
-    """Whether it is this certificate's key."""
+    """True when it is this certificate's key."""
     return key.public_key() == certificate.public_key()
 
 
 def days_left(certificate: x509.Certificate, now: datetime) -> float:
-    """Until it ends; negative when it has."""
+    """Days until it ends; negative when it has."""
     return (certificate.not_valid_after_utc - now).total_seconds() / 86400.0
 
 

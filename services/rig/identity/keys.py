@@ -101,7 +101,7 @@ def renew(out: Path, role: str, hosts: Sequence[str], days: int) -> None:
 
 
 def show(folder: Path, as_json: bool) -> None:
-    """Who each certificate below `folder` is for, and until when. Raises Stop when there is none."""
+    """Owner and end of each certificate below `folder`. Raises Stop when there is none."""
     from rig.identity import certificates
 
     now = certificates.present()

@@ -29,7 +29,7 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True)
 class Zenoh:
-    """Where other machines come in, or where this one goes."""
+    """Endpoints at which other machines come in, or to which this one goes."""
 
     public: str = text("", "endpoint at which other machines come in, e.g. tls/0.0.0.0:7448")
     connect: str = text("", "endpoint of the haptic machine's public listener, e.g. tls/haptic.local:7448")
@@ -46,13 +46,13 @@ class Keys:
 
 @dataclass(frozen=True)
 class Osc:
-    """Where OSC is heard."""
+    """Address at which OSC is received, sources and targets."""
 
     bind: str = text("", "host:port")
 
 
 class RigFile(NamedTuple):
-    """What a rig file says; None where it says nothing."""
+    """Contents of a rig file; None where it says nothing."""
 
     name: str | None = None
     public: str | None = None
@@ -66,7 +66,7 @@ class RigFile(NamedTuple):
 
 
 class RigFileError(ValueError):
-    """What is wrong with a rig file, one line per mistake."""
+    """Mistakes in a rig file, one line each."""
 
     def __init__(self, mistakes: list[str]) -> None:
         super().__init__("\n".join(mistakes))

@@ -6,7 +6,7 @@ PUBLIC_PORT = 7448  # not the loopback listener's 7447: a socket on every addres
 
 
 def rig_file_text(role: str, rig: str, host: str, router: str | None = None) -> str:
-    """For the machine that carries the keys of `role`; the haptic machine is reached at `host`.
+    """Rig file for the machine that carries the keys of `role`; the haptic machine is reached at `host`.
 
     With `router` everybody connects to that machine, the haptic one too.
     """

@@ -88,7 +88,7 @@ def _ports() -> list[Finding]:
 
 
 def openhaptics() -> Finding:
-    """What can be seen of a PHANTOM's driver without loading it."""
+    """Findings about a PHANTOM's driver, without loading it."""
     from haptic_server.device.openhaptics.driver import diagnosis
 
     seen = diagnosis.of_machine if sys.platform == "linux" else diagnosis.of_environment
@@ -136,7 +136,10 @@ def _picture(last: "LastFault") -> tuple[str | None, str]:
 
 
 def last_fault(rig: str) -> tuple[Finding, Fault | None]:
-    """What the rig's force loop last stopped for on this machine; draws the picture. Raises Stop for a bad name."""
+    """Find what the rig's force loop last stopped for on this machine; draws the picture.
+
+    Raises Stop for a bad name.
+    """
     from rig import checks, folder
     from rig.machine.last_fault import TraceError, read
 
@@ -156,7 +159,7 @@ def last_fault(rig: str) -> tuple[Finding, Fault | None]:
 
 
 def examine() -> list[Finding]:
-    """What the machine has, in the order in which it is told."""
+    """Findings about this machine, in the order in which they are printed."""
     again = "make install"
     return [
         _python(),

@@ -20,12 +20,12 @@ _LARGEST_BYTES = 10_000_000  # the servo's own are some 60 kB
 
 
 class TraceError(ValueError):
-    """Why a trace cannot be shown: file, line, column, value."""
+    """Reason why a trace cannot be shown: file, line, column, value."""
 
 
 @dataclass(frozen=True)
 class LastFault:
-    """What went wrong, when, and the ticks before it, oldest first.
+    """Last fault of a servo: what, when, and the ticks before it, oldest first.
 
     The arrays have shape (n,). t_s counts back from the tick of the fault, which is 0; span_s is the time from the
     tick before; z_m is where the law had the stick, told_z_m what the device told; what was no number is NaN.

@@ -27,7 +27,7 @@ def require_free_udp(host: str, port: int, what: str, option: str) -> None:
 
 
 def listens(host: str, port: int) -> bool:
-    """Whether something accepts TCP connections there now."""
+    """True when something accepts TCP connections there now."""
     try:
         socket.create_connection((host, port), timeout=0.2).close()
     except OSError:  # nobody there, or a name that cannot be resolved now

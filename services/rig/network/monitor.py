@@ -17,7 +17,9 @@ _MOST_METERS = 100  # whoever may publish could make up any number
 
 
 class Monitor:
-    """What a rig said so far. `note_...` and `line` on one thread; times are seconds of one clock that only grows."""
+    """State of a rig from its messages. `note_...` and `line` on one thread; times are seconds of one clock that
+    only grows.
+    """
 
     def __init__(self) -> None:
         self._announcements = Announcements()
@@ -50,7 +52,7 @@ class Monitor:
                 raise TypeError(kind)
 
     def line(self, now: float, as_json: bool) -> str:
-        """How it is now."""
+        """Present state in one line."""
         state = self._state if _is_fresh(self._state_at, now) else None
         meters = [meter for at, meter in self._meters.values() if _is_fresh(at, now)]
         report = self._announcements.report()

@@ -159,7 +159,7 @@ def panic(end: FarEnd) -> None:
 
 
 def health(end: FarEnd) -> tuple[dict[str, Any], dict[str, Any] | None]:
-    """What the gateway tells about itself, and the public listener if there is one. Stop when the gateway is silent."""
+    """Reports of the gateway, and of the public listener if there is one. Stop when the gateway is silent."""
     with opened(end) as session:
         gateway = json.loads(_ask(session, end.keys.doctor)[0].payload.to_bytes())
         replies = [reply.ok for reply in session.get(end.keys.door, timeout=_ANSWER_WITHIN_S) if reply.ok]

@@ -45,7 +45,10 @@ class _Piece(NamedTuple):
 
 
 def played(path: Path, scene: Scene) -> Played:
-    """For this scene's drum. Stop with what is wrong with the recording, or with the two together."""
+    """Strikes and contacts for this scene's drum.
+
+    Stop with what is wrong with the recording, or with the two together.
+    """
     try:
         recording = read(path, (channels.STRIKE, channels.CONTACT))
     except RecordingError as error:

@@ -32,7 +32,7 @@ _ONE_STRIKE_S = 0.05  # when the one strike falls that is played without --strik
 
 
 class RenderOptions(NamedTuple):
-    """What is to be rendered; `strikes` is a CSV file or a recording, `roll`: what the scene's own stick plays."""
+    """Request for a render; `strikes` is a CSV file or a recording, `roll`: what the scene's own stick plays."""
 
     out: Path
     duration_s: float
@@ -91,7 +91,7 @@ def strikes_of(path: Path, scene: "Scene") -> list["Blow"]:
 
 
 def rolled(scene: "Scene", duration_s: float) -> list["Blow"]:
-    """What the scene's own stick plays, thrown once, on the hand's circle."""
+    """Strikes of the scene's own stick, thrown once, on the hand's circle."""
     from drumstick.drum.calibrate import blow_at, stroke_of
     from drumstick.drum.excitation.strikes import Blow
     from drumstick.stick.contact_ahead import LONGEST_S
@@ -124,7 +124,7 @@ def _strikes(scene: "Scene", options: RenderOptions) -> list["Blow"]:
 
 
 class Score(NamedTuple):
-    """What is played: strikes by their messages, contacts by their forces; how long that lasts, if it tells."""
+    """Strikes by their messages, contacts by their forces, and how long they last, where that is known."""
 
     blows: "list[Blow]"
     presses: "list[Press]"

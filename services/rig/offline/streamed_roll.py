@@ -49,7 +49,9 @@ def servo_of(scene: "Scene", gesture: str | None = None) -> "Servo":
 
 
 def contacts(scene: "Scene", duration_s: float, gesture: str | None = None) -> "Iterator[Contact]":
-    """What the gateway would publish up to duration_s from the first throw, oldest first. Arguments: see servo_of."""
+    """Contacts that the gateway would publish up to duration_s from the first throw, oldest first. Arguments: see
+    servo_of.
+    """
     import numpy as np
 
     from haptic_server.contacts import SAMPLE, SLOTS
@@ -71,7 +73,7 @@ def contacts(scene: "Scene", duration_s: float, gesture: str | None = None) -> "
 
 
 def presses(scene: "Scene", duration_s: float, gesture: str | None = None) -> "Iterator[Press]":
-    """The same for the offline renderer, a press for each contact."""
+    """Forces of `contacts` for the offline renderer, a press for each contact."""
     import numpy as np
 
     from drumstick.drum.excitation.offline import Press

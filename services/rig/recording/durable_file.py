@@ -32,11 +32,11 @@ class DurableFile:
         return len(content)
 
     def tell(self) -> int:
-        """How many bytes there are."""
+        """Number of bytes written."""
         return self.size
 
     def flush(self) -> None:
-        """Nothing is held back."""
+        """Do nothing: no bytes are held back."""
 
     def sync(self) -> None:
         """Return when the disk has it all; at once when nothing is new."""

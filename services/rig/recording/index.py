@@ -23,7 +23,7 @@ class _Piece:
         self._content = content
 
     def write(self, stream: RecordBuilder) -> None:
-        """As a record writes itself."""
+        """Write all records, as mcap's own records do."""
         stream.write(self._content)
 
 

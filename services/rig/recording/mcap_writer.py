@@ -93,7 +93,7 @@ class McapWriter:
         self.chunk_if_due(now_ns)
 
     def chunk_due_ns(self) -> int | None:
-        """When the chunk in hand must be ended (monotonic); None when it is empty."""
+        """Monotonic time by which the chunk in hand must be ended; None when it is empty."""
         return None if self._chunk_since_ns is None else self._chunk_since_ns + CHUNK_NS
 
     def chunk_if_due(self, now_ns: int) -> None:

@@ -36,7 +36,7 @@ _WAKE_S = 0.2  # of the writing thread, to end a chunk that is old enough
 
 @dataclass
 class Result:
-    """What a recording holds, and how it ended. `failure`: what the system said when it could not be written."""
+    """Contents of a recording, and how it ended. `failure`: what the system said when it could not be written."""
 
     file: str
     duration_s: float = 0.0
@@ -50,7 +50,7 @@ class Result:
 
 
 class NoRig(Exception):
-    """Nobody answers; the text says where."""
+    """No rig answers; the text says where."""
 
 
 class NoForce(Exception):
@@ -297,5 +297,5 @@ class Recorder:
 
 
 def to_stderr(words: str) -> None:
-    """Where a recorder says what is amiss."""
+    """Print a recorder's warnings."""
     say(logging.WARNING, f"record: {words}")

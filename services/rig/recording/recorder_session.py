@@ -51,7 +51,7 @@ class NewClock(NamedTuple):
 
 
 class NewScene(NamedTuple):
-    """What the `scene` query answered, in a start of the servo."""
+    """Answer to the `scene` query, in a start of the servo."""
 
     payload: bytes
     boot: int

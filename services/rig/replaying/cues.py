@@ -33,7 +33,7 @@ class Cue(NamedTuple):
 
 
 class Numbers(NamedTuple):
-    """How far strikes of a recorded boot are renumbered, and how many numbers one pass takes."""
+    """Offsets by which strikes of a recorded boot are renumbered, and how many numbers one pass takes."""
 
     shift: dict[int, int]
     span: int
@@ -85,7 +85,7 @@ def _check(event: Event) -> None:
 
 
 def numbers_of(cues: Iterable[Cue]) -> Numbers:
-    """How strikes are renumbered: those of each boot follow those of the one before."""
+    """Offsets of the strikes' numbers: those of each boot follow those of the one before."""
     lowest: dict[int, int] = {}
     highest: dict[int, int] = {}
     for cue in cues:
@@ -104,7 +104,7 @@ def numbers_of(cues: Iterable[Cue]) -> Numbers:
 
 
 def pass_ns(cues: list[Cue]) -> int:
-    """How long a pass of a loop lasts: to its last cue, and as long again as strikes are usually apart."""
+    """Length of a pass of a loop: to its last cue, and as long again as strikes are usually apart."""
     strikes = [cue.at_ns for cue in cues if cue.channel is channels.STRIKE]
     gaps = sorted(later - earlier for earlier, later in pairwise(strikes))
     breath_ns = gaps[len(gaps) // 2] if gaps else 0

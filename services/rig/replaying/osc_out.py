@@ -37,7 +37,7 @@ class OscOut:
             self._udp.bind(("127.0.0.1", 0))
 
     def send(self, name: str, message: Message) -> None:
-        """What the live rig would send for this message; nothing for most kinds."""
+        """Send what the live rig would send for this message; nothing for most kinds."""
         try:
             packets = self._packets(name, message)
         except ValueError:

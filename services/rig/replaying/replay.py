@@ -30,7 +30,7 @@ _LEAD_S = 1.0  # for those who only now find a router: they try twice a second
 
 
 class ReplayOptions(NamedTuple):
-    """How to play it; `connect` None: this is the Zenoh router itself, at `listen`."""
+    """Options of a replay; `connect` None: this is the Zenoh router itself, at `listen`."""
 
     file: Path
     speed: float
@@ -200,7 +200,7 @@ def _words(summary: dict[str, Any]) -> str:
 
 
 def checked(options: ReplayOptions) -> ReplayOptions:
-    """The same, checked. Raises Stop."""
+    """Check the options of a replay. Raises Stop."""
     from rig import checks
     from rig.supervision.resolved_options import require_loopback
 

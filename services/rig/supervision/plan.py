@@ -18,7 +18,7 @@ NOT_ESSENTIAL = frozenset({RECORD})  # whose end never ends a rig
 
 @dataclass(frozen=True)
 class Options(DeviceOptions, OutputOptions, AudioOptions, RoomOptions, PageOptions, RecordOptions):
-    """What the user chose, with what follows from it and the rig file; defaults are those of the commands."""
+    """Options of a rig's processes, from the command line and the rig file; defaults are those of the commands."""
 
     rig: str
     folder: Path
@@ -42,7 +42,7 @@ class Options(DeviceOptions, OutputOptions, AudioOptions, RoomOptions, PageOptio
 
     @property
     def is_router(self) -> bool:
-        """Whether this rig's own gateway is the Zenoh router."""
+        """True when this rig's own gateway is the Zenoh router."""
         return HAPTIC in self.parts and self.connect is None
 
 

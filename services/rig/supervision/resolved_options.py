@@ -29,7 +29,7 @@ _ROLES_OF = {HAPTIC_PART: (HAPTIC,), SOUND: ("sound",), PANEL: ("panel",)}
 
 
 class ResolvedOptions(NamedTuple):
-    """Where a rig listens, connects and sends, and as whom."""
+    """Endpoints and identity of a rig: where it listens, connects and sends, and as whom."""
 
     rig: str
     connect: str | None
@@ -51,7 +51,7 @@ def resolve(
     osc_in: int | None = None,
     osc_out: Sequence[str] | None = None,
 ) -> ResolvedOptions:
-    """For the services in `parts`. Raises Stop; tells on stderr which certificates end soon, or have ended.
+    """Resolve the options of the services in `parts`. Raises Stop; warns of certificates that end soon, or have ended.
 
     No force waits for a network: what time can mend, a certificate or a clock, ends no start that the force loop or its
     gateway is part of, and nobody asks here for the addresses of names.

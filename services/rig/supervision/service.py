@@ -51,7 +51,7 @@ def become_servo(options: Options, scene: str) -> NoReturn:
 
 
 def servo_ticks(rig: str) -> None:
-    """After the servo said that it is ready."""
+    """Note that the scene plays, after the servo said that it is ready."""
     from rig.supervision import scene_change
 
     checks.rig_name(rig)
@@ -59,7 +59,7 @@ def servo_ticks(rig: str) -> None:
 
 
 def servo_ended(rig: str, how: str, status: str) -> None:
-    """After the servo ended; `how` and `status` as systemd tells them (EXIT_CODE, EXIT_STATUS). Raises Stop."""
+    """Note how the servo ended; `how` and `status` as systemd tells them (EXIT_CODE, EXIT_STATUS). Raises Stop."""
     from rig.supervision import scene_change
 
     checks.rig_name(rig)

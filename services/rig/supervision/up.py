@@ -167,7 +167,7 @@ class Rig:
         self._terminal.end_status()
 
     def summary(self) -> dict[str, Any]:
-        """How it went, with units in the names; null where a service was not part of it."""
+        """Summary of the run, with units in the names; null where a service was not part of it."""
         state, meter = self._watch.state, self._watch.meter
         return {
             "scene": self._scene.name,

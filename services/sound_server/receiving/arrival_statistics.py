@@ -35,7 +35,7 @@ class ArrivalStatistics:
         self._unpunctual += took_ns > latency_ns > 0
 
     def summary(self) -> Summary:
-        """As it stands."""
+        """Present delay, jitter and number of late strikes."""
         count = min(self._noted, _KEPT)
         if count == 0:
             return Summary(0.0, 0.0, 0)

@@ -51,14 +51,14 @@ class ContactScheduler:
         self.refused = 0
 
     def play_on(self, stream: Stream | None, latency_s: float, room_s: float = 0.0) -> None:
-        """From now on for this engine's stream, with the latency of its scene and of the room; None: for none. Any
+        """Play for this engine's stream from now on, with the latency of its scene and of the room; None: for none. Any
         thread."""
         self.latency_s, self.room_s = latency_s, room_s
         self._feed = None if stream is None else Feed(stream)
 
     @property
     def delay_s(self) -> float:
-        """From a tick to its sound."""
+        """Delay from a tick to its sound."""
         block_s = self._feed.block_s if self._feed is not None else 0.0
         own_s = self.latency_s if self.latency_s > 0.0 else _PIECES * CONTACT_PIECE_S + block_s
         return own_s + self.room_s
@@ -69,7 +69,7 @@ class ContactScheduler:
         return int(self._feed.stream.state["underflows"][0]) if self._feed is not None else 0
 
     def note(self, strike: Strike) -> None:
-        """Where a contact is, for pieces that do not say so. The thread that reads strikes."""
+        """Note a contact's place, for pieces that do not say so. The thread that reads strikes."""
         self._places[strike.boot, strike.seq] = (strike.x, strike.y)
         if len(self._places) > _PLACES:
             self._places.popitem(last=False)

@@ -14,7 +14,7 @@ LET_GO_S = 10.0
 
 
 class Presences:
-    """What the tokens said so far. One thread; `clock` returns seconds that only grow."""
+    """Rigs by the tokens seen so far. One thread; `clock` returns seconds that only grow."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
@@ -38,7 +38,7 @@ class Presences:
                 self._gone_at.setdefault(presence.rig, self._clock())
 
     def rigs(self) -> list[str]:
-        """Those that are there, or went less than LET_GO_S ago: a router or a gateway that starts again takes a second
+        """Rigs that are there, or went less than LET_GO_S ago: a router or a gateway that starts again takes a second
         or two. In the order in which they were first seen."""
         for rig, gone_at in list(self._gone_at.items()):
             if self._clock() - gone_at >= LET_GO_S:

@@ -58,7 +58,7 @@ class Link:
 
     @property
     def clock_pause_s(self) -> float:
-        """When to ask for the clock again."""
+        """Pause before the clock is asked for again."""
         return self._clock_map.pause_s
 
     def _ask(self, key: str) -> bytes | None:
@@ -109,7 +109,7 @@ class Link:
             self._log_limited.warn(f"meter not sent: {error}")
 
     def publisher(self, key: str) -> zenoh.Publisher:
-        """For what is put only while somebody listens. It ends with the session."""
+        """Publisher of a key that is put to only while somebody subscribes. It ends with the session."""
         return self._session.declare_publisher(
             key, encoding=zenoh.Encoding(ENCODING), congestion_control=zenoh.CongestionControl.DROP
         )

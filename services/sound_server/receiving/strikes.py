@@ -33,7 +33,7 @@ class Once:
         self._remembered = remembered
 
     def is_new(self, *names: int) -> bool:
-        """Whether what is so named was not seen before; it is from now on."""
+        """True the first time a name is given; it is known from then on."""
         if names in self._seen:
             return False
         self._seen[names] = None

@@ -29,7 +29,7 @@ class Subscription:
         self.end()
 
     def end(self) -> None:
-        """As `close`, when the session is closed already."""
+        """Like `close`, when the session is closed already."""
         self._waiting.put(None)
         self._reader.join()
 

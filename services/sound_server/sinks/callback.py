@@ -27,7 +27,7 @@ _LOST_NS = 20_000_000
 
 @njit()
 def block_start(counters: Records, now: int, frames: int) -> int:
-    """When this block began by the device's steady clock, from callbacks that come with jitter. Audio thread."""
+    """Start of this block by the device's steady clock, from callbacks that come with jitter. Audio thread."""
     counts: SinkCounters = counters[0]
     error = now - counts.expected_ns
     start = now if abs(error) > _LOST_NS else counts.expected_ns + int(_PULL * error)
@@ -65,7 +65,7 @@ def stream_callback(_input: Any, output: Any, frames: Any, _time: Any, flags: An
 
 
 class CallbackData:
-    """What the callback reads. It must live as long as the stream; `counters` is (1,) of SINK_COUNTERS."""
+    """Memory that the callback reads. It must live as long as the stream; `counters` is (1,) of SINK_COUNTERS."""
 
     def __init__(self, stage: Stage, counters: Records) -> None:
         self._handed = _handed(stage, counters)

@@ -89,7 +89,7 @@ class DeviceSink:
 
     @property
     def lost(self) -> str:
-        """Why the stream stopped by itself; empty while it plays."""
+        """Reason why the stream stopped by itself; empty while it plays."""
         return "" if self._stream.active else "the device stopped"
 
     def close(self) -> None:

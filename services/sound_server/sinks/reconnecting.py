@@ -20,7 +20,7 @@ _HANGS_S = 20.0
 
 
 def is_there(name: str) -> bool:
-    """Whether an audio output of this name (any, for auto) is there now; asked of a process new to the devices."""
+    """True when an audio output of this name (any, for auto) is there now; asked of a process new to the devices."""
     try:
         found = subprocess.run(
             [sys.executable, "-m", "sound_server.sinks.reconnecting"],
@@ -56,7 +56,7 @@ class DeviceWatch:
 
 
 def placeholder_sink(name: str, why: Exception, rate_Hz: int, block: int) -> PacedSink:
-    """What plays meanwhile: in time, for nobody. Its words tell every meter what is awaited."""
+    """Sink that plays in time for nobody while a device is awaited; its words tell every meter which."""
     logging.warning("%s; playing for nobody until %s is there", why, _called(name))
     return PacedSink(f"waiting for {_called(name)}", rate_Hz, block)
 

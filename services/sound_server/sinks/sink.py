@@ -45,12 +45,12 @@ class Sink(Protocol):
 
     @property
     def comes_back(self) -> bool:
-        """Whether, once lost, it may be found again by its words."""
+        """True when, once lost, it may be found again by its words."""
         ...
 
     @property
     def words(self) -> str:
-        """What it is, for the log and the meter."""
+        """Description for the log and the meter."""
         ...
 
     @property
@@ -60,7 +60,7 @@ class Sink(Protocol):
 
     @property
     def latency_ms(self) -> float:
-        """From the start of a block's rendering to its last frame's sound, without the interpolator."""
+        """Time from the start of a block's rendering to its last frame's sound, without the interpolator."""
         ...
 
     @property
@@ -80,7 +80,7 @@ class Sink(Protocol):
 
     @property
     def lost(self) -> str:
-        """Why it plays no longer; empty while it does."""
+        """Reason why it plays no longer; empty while it does."""
         ...
 
     def close(self) -> None:

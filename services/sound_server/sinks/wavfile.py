@@ -28,7 +28,7 @@ def _header(rate_Hz: int, sound_bytes: int) -> bytes:
 
 
 def bytes_of(duration_s: float, rate_Hz: int) -> float:
-    """How large the sound of such a file is."""
+    """Size of such a file's sound, bytes."""
     return duration_s * rate_Hz * _FRAME_BYTES
 
 
@@ -49,7 +49,7 @@ class WavFile:
 
     @property
     def is_open(self) -> bool:
-        """Whether more can be recorded."""
+        """True when more can be recorded."""
         return self._fd is not None
 
     def _append(self, fd: int, content: bytes) -> None:

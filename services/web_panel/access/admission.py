@@ -19,7 +19,7 @@ _COOKIE_LIFE_S = 30 * 24 * 3600
 
 
 class Headers(Protocol):
-    """What is needed of a request's headers."""
+    """The part of a request's headers used here."""
 
     def get_all(self, key: str, /) -> list[str]:
         """Every value sent under this name, in any case of letters."""

@@ -53,7 +53,7 @@ def is_short_text(value: object, longest: int) -> bool:
 
 
 def is_click(value: object) -> bool:
-    """What a button sends."""
+    """True for what a button sends."""
     return value is True
 
 

@@ -51,7 +51,7 @@ class LeaseAccess:
 
     @property
     def name(self) -> str:
-        """Who holds it at this panel; "" nobody."""
+        """Holder of the lease at this panel; "" nobody."""
         holder = self._holder
         return holder.name if holder is not None else ""
 

@@ -23,7 +23,7 @@ _MAX_FRAME = 200
 
 
 class Frame(msgspec.Struct, array_like=True, frozen=True, forbid_unknown_fields=True):
-    """What the pad sends."""
+    """Message of the pad."""
 
     held: bool
     lift: float

@@ -43,7 +43,7 @@ class GuardError(Exception):
 
 
 class _Wire:
-    """What viser may do with a connection: these four things and no other."""
+    """The four things that viser may do with a connection, and no other."""
 
     def __init__(self, connection: websocket_server.ServerConnection, messages: ClientMessages) -> None:
         self._connection = connection
@@ -235,7 +235,7 @@ def start(
 
 
 def _no_share_url(verbose: bool = True) -> str | None:
-    """In place of viser's tunnel to a public server."""
+    """Refuse viser's tunnel to a public server."""
     return None
 
 

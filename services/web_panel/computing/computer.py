@@ -41,7 +41,7 @@ class Computer:
 
     @property
     def busy(self) -> bool:
-        """Is a question waiting or under way?"""
+        """True while a question waits or is computed."""
         return self._wanted is not None or self._under_way is not None
 
     def ask(self, question: Question) -> None:
@@ -51,7 +51,7 @@ class Computer:
             self._changed.notify()
 
     def forget(self) -> None:
-        """What was asked up to now is of no interest any more, nor is its answer."""
+        """Drop all questions asked up to now, and their answers."""
         with self._changed:
             self._wanted = self._under_way = self.newest = None
 

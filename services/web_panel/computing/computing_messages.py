@@ -28,7 +28,7 @@ class TimeTicks(msgspec.Struct, frozen=True, tag="ticks"):
 
 
 class PredictedRoll(msgspec.Struct, frozen=True, tag="predicted_roll"):
-    """What a stick thrown with these values ends in, by the exact motion. `refusal` is not empty when the envelope
+    """End of a throw with these values, by the exact motion. `refusal` is not empty when the envelope
     would not accept them. v_lc is the speed after the strongest contact of the cycle; the dominant multiplier says how
     a small departure grows (above 1) or dies away.
     """
@@ -64,7 +64,7 @@ class Ticks(msgspec.Struct, frozen=True, tag="ticks"):
 
 
 class Trouble(msgspec.Struct, frozen=True, tag="trouble"):
-    """There is no answer; `why`, in words."""
+    """Failure to answer; `why`, in words."""
 
     why: str
 

@@ -59,7 +59,7 @@ class LeaseFolder:
                 self._words.content = markup.line(words, "lease-answer", alarm)
 
     def notice(self, lease_of: str) -> str:
-        """Who alone may set, for everybody to see; "" when everybody may."""
+        """Notice of who holds the lock, for everybody; "" when nobody does."""
         if not lease_of:
             return ""
         if lease_of == self._lease.name:

@@ -20,7 +20,7 @@ _LONGEST_NAME = 60
 
 
 class PresetActions(NamedTuple):
-    """What the haptic server is asked, on a thread that may wait: by a preset's name, and the browser that loads."""
+    """Requests to the haptic server, on a thread that may wait: by a preset's name, and the browser that loads."""
 
     load: Callable[[str, int | None], Answer]
     save: Callable[[str], Answer]

@@ -23,7 +23,7 @@ _MOST_NAMED = 3
 def step_words(
     values: Mapping[str, float], standing: Mapping[str, float], table: Mapping[str, Parameter]
 ) -> str:
-    """What these values would change of what holds, whoever set that: `Δv_pls 0.25 → 0.2 m/s`."""
+    """Changes that these values would make to the present ones: `Δv_pls 0.25 → 0.2 m/s`."""
     changed = [name for name in values if name in table and standing.get(name, values[name]) != values[name]]
     shown = [
         f"{_symbol(table[n])} {measured(standing[n], '1')} → {measured(values[n], table[n].quantity.unit)}"
@@ -38,7 +38,7 @@ def _symbol(parameter: Parameter) -> str:
 
 
 def sets_words(changes: Changes, values: Mapping[str, float], table: Mapping[str, Parameter]) -> str:
-    """Which set is on, whether it is what holds, and what A and B differ in."""
+    """State of the sets A and B: which is on, whether it is in force, and how they differ."""
     compare = changes.compare
     if not compare.slots:
         return "A and B are empty: store the present values in one, change them, store them in the other."

@@ -23,7 +23,7 @@ STYLE = f'<style onload="{escape(page_script())}">{CSS}</style>'
 
 
 def beat(number: int) -> str:
-    """Nothing to see: while the number changes, the page's script knows that the panel is there."""
+    """Invisible number that changes while the panel is there; the page's script watches it."""
     return f'<div data-beat="{number}" hidden></div>'
 
 
@@ -79,7 +79,7 @@ def tiles(state: State | None, strike: Strike | None, old: bool) -> str:
 
 
 def health(scene: Scene | None, state: State | None, sound: str) -> str:
-    """Which scene, timing of the servo, and the sound servers' meters."""
+    """Scene, timing of the servo, and the sound servers' meters."""
     name = (
         f'<div class="dr-small" data-part="scene">Scene: <b>{escape(scene.name)}</b></div>' if scene else ""
     )
@@ -97,12 +97,12 @@ def health(scene: Scene | None, state: State | None, sound: str) -> str:
 
 
 def sets(words: str, on: str) -> str:
-    """Which of A and B is on; the style lights its button by the mark."""
+    """Mark of which of A and B is on; the style lights its button by it."""
     return f'<div class="dr" data-part="sets"><div class="dr-small" data-on="{escape(on)}">{escape(words)}</div></div>'
 
 
 def prediction(forecast: Forecast) -> str:
-    """What the value under the thumb would do; in red when the envelope would refuse it."""
+    """Prediction for the value under the thumb; in red when the envelope would refuse it."""
     numbers = "".join(
         f"<span>{symbol(label)} <b>{escape(value)}</b> {escape(unit)}</span>"
         for label, value, unit in forecast.numbers

@@ -25,7 +25,7 @@ class _Spot:
 
 
 def faded(age_s: float) -> int:
-    """How much is left of a mark, 10 when it is made, 0 at its end, in whole steps."""
+    """Remaining strength of a mark, 10 when it is made, 0 at its end, in whole steps."""
     return round(_FADE_STEPS * (1.0 - min(max(age_s / _LIFE_S, 0.0), 1.0)))
 
 

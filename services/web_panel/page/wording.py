@@ -73,14 +73,14 @@ def hint_of(parameter: Parameter) -> str:
 
 
 def readback_note(readback: Readback | None, waits: bool = False) -> str:
-    """What must be said beside a readback, with `waits` of a set accepted but not taken yet; empty when it holds."""
+    """Note beside a readback, with `waits` of a set accepted but not taken yet; empty when it holds."""
     if readback is None:
         return "not heard yet"
     return "waits until the stick is above the head" if readback.pending or waits else ""
 
 
 def chosen_elsewhere(name: str) -> str:
-    """To whoever presses a button about something that somebody else has chosen: browsers share what they show."""
+    """Message for a press on something that another browser has changed: browsers share what they show."""
     return f"{name} was chosen in another browser: choose here what you want, and press again"
 
 
@@ -157,7 +157,7 @@ _ENDS = {
 def prediction_words(
     predicted: PredictedRoll, other: dict[str, float], table: dict[str, Parameter]
 ) -> Forecast:
-    """What the exact motion will do; `other`: the values that differ from the readbacks."""
+    """Words for what the exact motion will do; `other`: the values that differ from the readbacks."""
     shown = [
         f"{table[n].quantity.symbol or n} {measured(v, table[n].quantity.unit)}" for n, v in other.items()
     ]

@@ -24,11 +24,11 @@ class Answer:
 
     @property
     def words(self) -> str:
-        """What to show beside the control; empty when taken and nothing more need be known."""
+        """Text beside the control; empty when taken and nothing more need be known."""
         return self.words_about("")
 
     def words_about(self, value: str) -> str:
-        """As `words`, naming the value, with its unit, that was asked for."""
+        """Like `words`, naming the value, with its unit, that was asked for."""
         if self.taken:
             return self.note
         verdict = "Refused" if self.refused else "Not confirmed"
@@ -36,7 +36,7 @@ class Answer:
 
 
 def refused(payload: bytes) -> Answer:
-    """From the payload of an error reply; one that is no RefusalReply is shown as text."""
+    """Answer from the payload of an error reply; one that is no RefusalReply is shown as text."""
     try:
         reason = decode(payload, RefusalReply).reason
     except ValueError:
@@ -45,7 +45,7 @@ def refused(payload: bytes) -> Answer:
 
 
 def loaded(payload: bytes) -> Answer:
-    """From the payload of a reply to `preset/load`: the values it brought, and the note for the technician."""
+    """Answer from the payload of a reply to `preset/load`: the values it brought, and the note for the technician."""
     try:
         reply = decode(payload, PresetReply)
     except ValueError:
@@ -54,7 +54,7 @@ def loaded(payload: bytes) -> Answer:
 
 
 def accepted(name: str, payload: bytes) -> Answer:
-    """From the payload of a reply to `set/<name>`: a Readback."""
+    """Answer from the payload of a reply to `set/<name>`: a Readback."""
     try:
         return Answer({name: decode(payload, Readback)})
     except ValueError:
@@ -62,7 +62,7 @@ def accepted(name: str, payload: bytes) -> Answer:
 
 
 def all_accepted(payload: bytes) -> Answer:
-    """From the payload of a reply to `set`."""
+    """Answer from the payload of a reply to `set`."""
     try:
         return Answer(_readbacks(decode(payload, SetReply)))
     except ValueError:

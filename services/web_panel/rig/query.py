@@ -39,7 +39,7 @@ class RepeatedQuery:
         self.stale = True
 
     def ask_at_once(self) -> None:
-        """What is known is of another time."""
+        """Ask again at once: the last answer is out of date."""
         self.stale, self._asked_at = True, float("-inf")
 
     def follow(self, now: float) -> None:

@@ -77,7 +77,7 @@ class RigState:
         self.announcements.note_release(release)
 
     def forget_news(self) -> None:
-        """What is new has been looked at."""
+        """Mark all news as seen."""
         self.new_states.clear()
         self.new_strikes.clear()
         self.new_releases.clear()
@@ -126,9 +126,9 @@ class RigState:
         return max((readback.revision for readback in known), default=-1)
 
     def standing(self) -> dict[str, float]:
-        """What was accepted last of every parameter, as far as this panel knows."""
+        """Newest accepted value of every parameter, as far as this panel knows."""
         return {name: (self.setpoints.get(name) or known).value for name, known in self.readbacks.items()}
 
     def living_meters(self, now: float) -> list[Meter]:
-        """Those of the sound servers heard lately, by id."""
+        """Meters of the sound servers heard lately, by id."""
         return [meter for _, (at, meter) in sorted(self.meters.items()) if now - at < METER_LIFE_S]

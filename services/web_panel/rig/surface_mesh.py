@@ -70,13 +70,13 @@ def hoop(inner: float, outer: float, bottom: float, top: float, segments: int = 
 
 
 def tallness(heights: npt.NDArray[np.float64]) -> float:
-    """How tall a surface is, m."""
+    """Height of a surface, m."""
     return float(np.percentile(np.abs(heights), _TALL_SHARE))
 
 
 class Exaggeration:
-    """By how much heights are drawn larger: 1, 2 or 5 times a power of ten, so that the tallest of the last ten seconds
-    fills the picture. It changes rarely: a soft stroke must look softer than a loud one."""
+    """Factor by which heights are drawn larger: 1, 2 or 5 times a power of ten, so that the tallest of the last ten
+    seconds fills the picture. It changes rarely: a soft stroke must look softer than a loud one."""
 
     def __init__(self) -> None:
         self._tallest: deque[tuple[float, float]] = deque()  # falling

@@ -13,7 +13,7 @@ SLOTS = ("A", "B")
 
 
 def settable(values: Mapping[str, float]) -> dict[str, float]:
-    """What a whole set may hold: all but z_h0, which is another view of z_ss."""
+    """Values that a whole set may hold: all but z_h0, which is another view of z_ss."""
     return {name: value for name, value in values.items() if name != Z_H0}
 
 

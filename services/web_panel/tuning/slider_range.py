@@ -41,7 +41,7 @@ class SliderRange:
         return _LOG_STEP if self.log else _round_down((self.high - self.low) / _STEPS)
 
     def position(self, value: float) -> float:
-        """Where `value` stands, kept within the travel."""
+        """Position of `value`, kept within the travel."""
         value = min(max(value, self.low), self.high)
         return math.log10(value) if self.log else value
 

@@ -81,7 +81,7 @@ def _drum(costs: Mapping[str, Cost], load: tuple[float, float] | None) -> str:
 
 
 def cost(ticks: Ticks | Trouble | None, drum: Mapping[str, Cost], load: tuple[float, float] | None) -> str:
-    """What the stick and the drum cost, and what accuracy that buys.
+    """Table of what the stick and the drum cost, and what accuracy that buys.
 
     `told`: ns a tick by what is left out; `drum`: by accuracy; load: shares of a block while the drum
     sounds, the usual and the largest of the last ten seconds.
@@ -135,6 +135,6 @@ def health(
     state: State | None,
     announced: Report | None,
 ) -> str:
-    """Who is there, what the network does to strikes, how true they are, how late the ticks come."""
+    """Table of connections, the network's effect on strikes, their accuracy, and the ticks' lateness."""
     found = _present(present, browsers) + _network(meters) + _small("announced", sentence(announced))
     return f'<div class="dr">{found}{_servo(doctor, state)}</div>'

@@ -16,7 +16,7 @@ _NONE = (np.empty(0), np.empty(0))
 
 
 class ReturnMapView:
-    """Where the line crosses the diagonal a roll repeats itself. Main thread."""
+    """The return map; where the line crosses the diagonal a roll repeats itself. Main thread."""
 
     needs: frozenset[str] = frozenset()
 

@@ -65,7 +65,7 @@ class TheoryClient:
         return None
 
     def ticks(self, rig_state: RigState) -> Ticks | Trouble | None:
-        """What a tick costs on this machine with each effect, of the scene as it stands; None while it is measured."""
+        """Cost of a tick on this machine with each effect, of the scene as it stands; None while it is measured."""
         if rig_state.scene is None:
             return None
         self._take()

@@ -36,7 +36,7 @@ _HIDDEN_PX = 8  # as wide a picture is where the style hides it: one pixel of th
 
 
 class Sources(NamedTuple):
-    """What views draw from besides the rig."""
+    """Sources of the views besides the rig."""
 
     computer: Computer
     accuracy: Files
@@ -64,7 +64,7 @@ class Looking:
 
     @property
     def needs(self) -> frozenset[str]:
-        """What must be heard for it: the picture, too, where there is room for one."""
+        """Subscriptions needed for this view: the picture, too, where there is room for one."""
         has_picture = self._client.camera.image_width > _HIDDEN_PX
         needs = _ALWAYS | {MEMBRANE} if has_picture else _ALWAYS
         return needs if self._view is None else needs | self._view.needs
@@ -111,7 +111,7 @@ class Views:
 
     @property
     def needs(self) -> frozenset[str]:
-        """What must be heard for all that is looked at."""
+        """Subscriptions needed for everything that is shown."""
         return frozenset[str]().union(*(looking.needs for looking in self._looking.values()))
 
     def follow(self) -> bool:

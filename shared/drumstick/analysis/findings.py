@@ -21,7 +21,7 @@ from drumstick.stick.law import law_of
 
 @dataclass(frozen=True)
 class Findings:
-    """What `drumstick analyse` tells. None: the value does not exist.
+    """Results of `drumstick analyse`. None: the value does not exist.
 
     alpha and beta_measured are those of the primary cycle's own speeds, v_E and |v_in|; without a cycle, of the scene's
     throw. primary: the index in `cycles` of the roll that the throw ends in, else of the stable one with the largest

@@ -22,7 +22,7 @@ _ROUNDING = 1e-12
 
 
 def overdamped(stick: Stick) -> bool:
-    """Does equation (3) have no value: R_in^2 >= 4 m K_coll, to within rounding?"""
+    """True when equation (3) has no value: R_in^2 >= 4 m K_coll, to within rounding."""
     critical = 4.0 * stick.m_kg * stick.k_coll_N_per_m
     return stick.r_in_N_s_per_m**2 >= critical * (1.0 - _ROUNDING)
 

@@ -38,7 +38,7 @@ class _Head:
         self.motion = self._fresh.copy()
 
     def returns(self, speed: float) -> bool:
-        """Does a stick that comes down at this speed leave the head again?"""
+        """True when a stick that comes down at this speed leaves the head again."""
         self.motion[0] = self._fresh[0]
         self.motion["v"] = -speed
         measured = np.zeros(lap.MEASURED_SIZE)

@@ -133,7 +133,7 @@ def size_of(engine: Engine) -> int:
 
 
 def words(engine: Engine) -> str:
-    """What renders the head, in a few words, for the log."""
+    """Description of the renderer in a few words, for the log."""
     control: Control = engine.control[0]
     rate = control["rate_Hz"] / control["divisor"]
     if is_there(engine.modal):

@@ -26,7 +26,7 @@ PENDING = 256
 
 
 class Control(Record):
-    """What changes while it plays, and the scalars that the kernels need."""
+    """Values that change while it plays, and the scalars that the kernels need."""
 
     rate_Hz: float
     divisor: int

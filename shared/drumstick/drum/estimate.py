@@ -34,7 +34,9 @@ class Estimate(NamedTuple):
 
 
 def rms_cents(scheme: Scheme, across: float) -> float:
-    """How far the first twenty modes of a mesh so many junctions across are from an ideal membrane's, in float32."""
+    """Pitch error of the first twenty modes of a mesh so many junctions across, against an ideal membrane, in
+    float32.
+    """
     if scheme.order_4:
         a, b = _FOURTH
     elif not scheme.topology.shifted:

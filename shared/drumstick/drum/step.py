@@ -28,12 +28,12 @@ _LOOK_EVERY = 4096  # steps between looks at whether the head has come to rest
 
 @folded(EFFECTS, each)
 def note(engine: Engine, then: Floats) -> None:
-    """Before the sweep, which overwrites u-: effects keep what they need of it."""
+    """Let effects keep what they need of u-, before the sweep overwrites it."""
 
 
 @folded(EFFECTS, added)
 def brake(engine: Engine, then: Floats) -> float:
-    """After the sweep: effects move u+; by how much its sum changed."""
+    """Let effects move u+ after the sweep; returns by how much its sum changed."""
     return 0.0
 
 

@@ -14,7 +14,7 @@ Scale = Literal["linear", "log"]
 
 @dataclass(frozen=True)
 class Quantity:
-    """What may stand at one key of a scene.
+    """Declaration of one key of a scene: unit, range, words.
 
     `wire` is the name on the wire of a value that can be set live; `scale` maps it to 0..1 for DAWs.
     `choices` lists the permitted words or integers of a choice; then low, high and unit mean nothing.

@@ -33,7 +33,7 @@ class Drum:
 
 @dataclass(frozen=True)
 class Mesh:
-    """How finely the membrane is computed: the mesh rate is the device rate over a whole number."""
+    """Fineness of the membrane: the mesh rate is the device rate over a whole number."""
 
     accuracy: Literal["draft", "standard", "fine", "auto"] = choice(
         "standard",
@@ -77,7 +77,7 @@ class Modal:
 
 @dataclass(frozen=True)
 class Listen:
-    """Where the drum is heard."""
+    """Pickups or microphones of the drum."""
 
     gain_dB: float = number(0.0, -60.0, 12.0, "dB", "Level of the drum")
     pickups: tuple[tuple[float, ...], ...] = numbers(

@@ -54,7 +54,7 @@ def check_mallet(reader: Reader, drum: Drum, named: Collection[str]) -> None:
 
 
 def check_mesh(reader: Reader, mesh: Mesh, named: Collection[str]) -> None:
-    """What accuracy = "auto" chooses is not said by hand, and is there to be chosen."""
+    """Check that accuracy = "auto" has a choice, and that nothing it chooses is also given by hand."""
     if mesh.accuracy == "auto":
         if "modal" in named:
             reader.refuse("mesh.accuracy", '"auto" is for a mesh: the scene has [modal] instead')
@@ -77,7 +77,7 @@ def check_listen(reader: Reader, listen: Listen, named: Collection[str]) -> None
 
 
 def check_drum(reader: Reader, drum: Drum) -> None:
-    """What only several values together can get wrong."""
+    """Check what only several values together can get wrong."""
     if "snare" in drum.effects and "cavity" not in drum.effects:
         reader.refuse("drum.effects.snare", "needs [drum.effects.cavity]: the wires lie on the second head")
     loss = drum.effects.get("internal_loss")

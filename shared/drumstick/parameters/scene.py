@@ -57,7 +57,7 @@ _OPTIONAL = ("modal", "mallet")  # None in a scene that has none
 
 
 class SceneError(ValueError):
-    """What is wrong with a scene, one line per mistake: file, line, key, value, limit, unit."""
+    """Mistakes in a scene, one line each: file, line, key, value, limit, unit."""
 
     def __init__(self, mistakes: list[str]) -> None:
         super().__init__("\n".join(mistakes))

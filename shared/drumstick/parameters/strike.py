@@ -14,7 +14,7 @@ _SOFTEST_M_PER_S = 0.05
 
 @dataclass(frozen=True)
 class Strike:
-    """How strikes become numbers for instruments, and strokes of a mallet."""
+    """Conversion of strikes to numbers for instruments, and to strokes of a mallet."""
 
     curve: Literal["linear", "log", "table"] = choice(
         "linear",
@@ -81,7 +81,7 @@ def _are_a_curve(reader: Reader, points: tuple[tuple[float, ...], ...]) -> bool:
 
 
 def check_strike(reader: Reader, strike: Strike, drum: Drum) -> None:
-    """What only several values together can get wrong: numbers that the curve or the drum does not use."""
+    """Check what only several values together can get wrong: numbers that the curve or the drum does not use."""
     if strike.curve == "log" and not strike.softest_m_per_s < strike.full_scale_m_per_s:
         reader.refuse(
             "strike.softest_m_per_s",

@@ -20,7 +20,7 @@ Z_H0 = "z_h0"
 
 
 class Refusal(ValueError):
-    """Why a set of values was not accepted: what, where, limit, unit, what to do."""
+    """Reason why a set of values was not accepted: what, where, limit, unit, what to do."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ def table_of(scene: Scene) -> dict[str, Parameter]:
 
 
 def _sag(record: Any) -> float:
-    """How far gravity pulls the stick below z_h0, m; k_hand must be above 0."""
+    """Distance by which gravity pulls the stick below z_h0, m; k_hand must be above 0."""
     return float(record["m"] * record["g_star_m_per_s2"] / record["k_hand"])
 
 

@@ -11,7 +11,7 @@ from realtime.kernels.folding import added, all_of, folded, largest, multiplied
 
 @folded(EFFECTS, all_of)
 def usable(law: Law) -> bool:
-    """Are the effects' numbers fit for a device? Comparisons written so that NaN fails them."""
+    """True when the effects' numbers are fit for a device. Comparisons are written so that NaN fails them."""
     return True
 
 
@@ -41,7 +41,7 @@ def max_push(law: Law, soonest: float) -> float:
 
 @folded(EFFECTS, added)
 def max_push_per_speed(law: Law, soonest: float) -> float:
-    """The same by pulses as strong as the blow was fast, m/s^2 per m/s of the blow."""
+    """Largest push of pulses that are as strong as the blow was fast, m/s^2 per m/s of the blow."""
     return 0.0
 
 

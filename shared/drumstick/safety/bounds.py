@@ -42,7 +42,7 @@ class Blows(NamedTuple):
 
 @njit()
 def blows_of(law: Law) -> Blows:
-    """What the law makes of a blow; the costly part of every bound."""
+    """Bounds of one contact under this law; the costly part of every bound."""
     own = contact_bounds.of(law, law.r_in)
     if negative_damping.below(law) > 0.0:
         return Blows(own, contact_bounds.of(law, negative_damping.lowest(law)))
@@ -56,7 +56,7 @@ def _at_least(of: Blow, rebound: float) -> Blow:
 
 @njit()
 def rendered(blows: Blows, rebound: float) -> Blows:
-    """The same on a device that gives back at least `rebound` of a blow's speed."""
+    """Like `blows_of`, on a device that gives back at least `rebound` of a blow's speed."""
     return Blows(_at_least(blows.own, rebound), _at_least(blows.slow, rebound))
 
 
@@ -214,7 +214,7 @@ def fastest(law: Law, blows: Blows) -> float:
 
 @njit()
 def fastest_thrown(law: Law, blows: Blows, roll: float, throw: float) -> float:
-    """As `fastest`, which is `roll` and finite, when the stick is thrown from z = 0 at `throw` m/s at most.
+    """Like `fastest`, which is `roll` and finite, when the stick is thrown from z = 0 at `throw` m/s at most.
 
     A stick faster than the roll loses speed with each contact and flight, so the first one bounds the rest.
     """

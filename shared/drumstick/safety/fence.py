@@ -49,7 +49,7 @@ def fence_of(scene: Scene) -> npt.NDArray[np.void]:
 
 @njit()
 def within(fence: Rows[Fence], words: npt.NDArray[np.int64], numbers: npt.NDArray[np.float64]) -> bool:
-    """Is this law, seen as words and as numbers (both shape (n,)), one that its scene could have? In accept form."""
+    """True when this law, as words and as numbers (both shape (n,)), is one that its scene could have. NaN fails."""
     for at in range(fence.shape[0]):
         row = fence[at]
         if row.live != 0:

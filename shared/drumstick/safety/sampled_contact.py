@@ -72,7 +72,7 @@ class Arm(NamedTuple):
 
 
 class Head(NamedTuple):
-    """What the law renders: K N/m, its own damping R = R_in - R_out N s/m, and the rule of release."""
+    """Rendered head: K N/m, its own damping R = R_in - R_out N s/m, and the rule of release."""
 
     k: float
     r: float
@@ -105,7 +105,7 @@ def _inside_unit_circle(c: Coefficients, degree: int) -> bool:
 
 @njit()
 def is_stable(arm: Arm, head: Head, window: int, room: Coefficients) -> bool:
-    """Whether the arm that stays in the head comes to rest, with its speed taken over `window` ticks.
+    """True when the arm that stays in the head comes to rest, with its speed taken over `window` ticks.
 
     `room`: shape (ROOM,), written to.
     """
@@ -292,7 +292,7 @@ def widest_window(lightest: Arm, heaviest: Arm, head: Head, room: Coefficients) 
 
 @njit()
 def kick(arm: Arm, head: Head, window: int, resolution_m: float) -> float:
-    """What one encoder count changes of the arm's speed in a tick by way of the damper, m/s."""
+    """Change of the arm's speed in a tick by one encoder count by way of the damper, m/s."""
     return (head.r + head.k * arm.lead_s) * resolution_m / (window * arm.m)
 
 

@@ -43,7 +43,7 @@ def remaining_speed(law: Law, motion: Motion) -> float:
 
 @folded(EFFECTS, sizes_added, hook="remaining_speed")
 def most_remaining_speed(law: Law, motion: Motion) -> float:
-    """As `remaining_speed`, when pulses of opposite sign do not cancel."""
+    """Like `remaining_speed`, when pulses of opposite sign do not cancel."""
     return 0.0
 
 
@@ -55,19 +55,19 @@ def pending_speed(law: Law, motion: Motion) -> float:
 
 @folded(EFFECTS, multiplied)
 def stiffening(law: Law, motion: Motion) -> float:
-    """What multiplies K_coll now."""
+    """Factor of K_coll now."""
     return 1.0
 
 
 @folded(EFFECTS, added)
 def removed_damping(law: Law, motion: Motion) -> float:
-    """What is taken from R_in now, N s/m."""
+    """Damping taken from R_in now, N s/m."""
     return 0.0
 
 
 @folded(EFFECTS, added)
 def force(law: Law, motion: Motion) -> float:
-    """What the head pushes with besides spring and damper now, N."""
+    """Force of the head besides spring and damper now, N."""
     return 0.0
 
 
@@ -96,7 +96,7 @@ def renew(law: Law, motion: Motion, in_head: bool, force: float) -> None:
 
 @folded(EFFECTS, listed, hook="fade")
 def fades(law: Law, duration: float) -> Fades:
-    """What is left of each pulse after `duration` seconds: for steps of one length it is computed once."""
+    """Share left of each pulse after `duration` seconds: for steps of one length it is computed once."""
     return ()
 
 
@@ -107,31 +107,31 @@ def elapse(law: Law, motion: Motion, duration: float, fades: Fades) -> None:
 
 @folded(EFFECTS, any_of)
 def can_add_energy(law: Law, motion: Motion) -> bool:
-    """May an effect other than a running pulse still give the stick energy, without a new contact?"""
+    """True when an effect other than a running pulse may still give the stick energy, without a new contact."""
     return False
 
 
 @folded(EFFECTS, any_of)
 def can_move_resting_stick(law: Law, motion: Motion, least: float) -> bool:
-    """Can an effect other than a pulse give more than `least` m/s to a stick that lies still at z = 0?"""
+    """True when an effect other than a pulse can give more than `least` m/s to a stick that lies still at z = 0."""
     return False
 
 
 @folded(EFFECTS, any_of)
 def varies_at_rest(law: Law) -> bool:
-    """May the head's force change although nothing happens?"""
+    """True when the head's force may change although nothing happens."""
     return False
 
 
 @folded(EFFECTS, any_of)
 def still_pushes(law: Law, motion: Motion) -> bool:
-    """May an effect other than a running pulse still push the stick above the head?"""
+    """True when an effect other than a running pulse may still push the stick above the head."""
     return False
 
 
 @folded(EFFECTS, each)
 def keep_speed(law: Law, new_law: Law, motion: Motion) -> None:
-    """Before `new_law` takes over: what running pulses still have to give stays as it is."""
+    """Keep what running pulses still have to give, before `new_law` takes over."""
 
 
 @folded(EFFECTS, each)

@@ -55,7 +55,7 @@ def trajectory(scene: Scene, v0_m_per_s: float, duration_s: float, points: int) 
 
 
 def onward(law: Records, motion: Records, duration_s: float, points: int) -> Trajectory:
-    """As `trajectory`, from any motion; law and motion: shape (1,), the motion is carried along."""
+    """Like `trajectory`, from any motion; law and motion: shape (1,), the motion is carried along."""
     if points < 2 or not 0.0 < duration_s < np.inf:
         raise ValueError(
             f"{points} points over {duration_s} s: give 2 points or more and a duration above 0 s"

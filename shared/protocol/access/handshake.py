@@ -32,7 +32,7 @@ _EXPIRED, _NOT_YET, _OTHER_NAME, _OTHER_IP = 10, 9, 62, 64  # OpenSSL's X509_V_E
 
 
 class Refusal(NamedTuple):
-    """Why we are not let in, and whether anything answers there at all."""
+    """Reason why a TLS endpoint refuses us, and whether anything answers there at all."""
 
     words: str
     somebody_is_there: bool = True

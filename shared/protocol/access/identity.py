@@ -16,7 +16,7 @@ class Identity(NamedTuple):
     private_key: Path
 
     def options(self) -> list[str]:
-        """The same as `add_options` reads, for the command line of a service."""
+        """Arguments that `add_options` reads, for the command line of a service."""
         named = zip(_OPTIONS, self, strict=True)
         return [word for option, path in named for word in (option, str(path))]
 

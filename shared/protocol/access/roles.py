@@ -11,7 +11,7 @@ HAPTIC = "haptic"  # the haptic machine itself: the public listener's own certif
 
 @dataclass(frozen=True)
 class Role:
-    """What the owner of one kind of certificate may do; everything else is refused."""
+    """Rights of the owner of one kind of certificate; everything else is refused."""
 
     words: str
     subscribes: tuple[str, ...] = ()  # may subscribe

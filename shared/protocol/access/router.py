@@ -18,7 +18,7 @@ _OTHER_WAY = {"ingress": "egress", "egress": "ingress"}
 
 
 class Crossing(NamedTuple):
-    """Which rigs' play passes between two venues: ours to the far router, theirs to us."""
+    """Rigs whose play passes between two venues: ours to the far router, theirs to us."""
 
     ours: tuple[str, ...] = ()
     theirs: tuple[str, ...] = ()

@@ -28,7 +28,7 @@ def rule(ident: str, flow: str, messages: tuple[str, ...], keys: list[str]) -> R
 
 
 def role_rules(name: str, role: Role, rigs: Sequence[str]) -> list[Rule]:
-    """What the owner of `role` may do with these rigs, each rule named `name` and what it permits."""
+    """Rights of the owner of `role` over these rigs, each rule named `name` and what it permits."""
 
     # Ingress is what comes from the role's owner, egress what goes to him.
     def below(tails: tuple[str, ...]) -> list[str]:

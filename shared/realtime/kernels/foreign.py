@@ -28,7 +28,7 @@ _WORD, _PAIR = ir.IntType(32), ir.IntType(64)
 
 
 def rule_of(system: str, machine: str) -> str:
-    """How C returns twelve bytes by value on this platform, by the words of `sys.platform` and `platform.machine`."""
+    """Rule by which C returns twelve bytes by value on this platform, by `sys.platform` and `platform.machine`."""
     machine = machine.lower()
     if machine in ("aarch64", "arm64"):
         return AAPCS64

@@ -17,14 +17,14 @@ from realtime.kernels.jit import njit
 
 
 def is_plain(kind) -> bool:
-    """Whether a value of this numba type is made of arrays and numbers only."""
+    """True when a value of this numba type is made of arrays and numbers only."""
     if isinstance(kind, types.BaseTuple):
         return all(is_plain(member) for member in kind)
     return isinstance(kind, types.Array | types.Number | types.NoneType)
 
 
 def borrowed(context, builder, kind, value):
-    """At compile time: the same arrays without their owners, so that numba counts no references to them."""
+    """Compile-time: the same arrays without their owners, so that numba counts no references to them."""
     if isinstance(kind, types.Array):
         array = context.make_array(kind)(context, builder, value)
         array.meminfo = cgutils.get_null_value(array.meminfo.type)
@@ -134,5 +134,5 @@ class Handed:
 
     @property
     def address(self) -> int:
-        """What `take_up` is given."""
+        """Address for `take_up`."""
         return int(self._memory.ctypes.data)

@@ -13,7 +13,7 @@ _UNWRAPPED = "no_cpython_wrapper"  # numba's option
 
 
 def is_wrapped(compiled: Any) -> bool:
-    """Whether Python can call this result of a compile; without its wrapper it would jump to address 0."""
+    """True when Python can call this result of a compile; without its wrapper it would jump to address 0."""
     return bool(compiled.library.get_pointer_to_function(compiled.fndesc.llvm_cpython_wrapper_name))
 
 

@@ -81,12 +81,12 @@ def overload(function: Callable[..., Any]) -> Callable[[F], F]:
 
 
 def record_has(law: Any, field: str) -> bool:
-    """At compile time: does the scene's record type name this effect?"""
+    """Compile-time test: does the scene's record type name this effect?"""
     return field in law.fields
 
 
 def names(kind: ArgumentType, part: str) -> bool:
-    """At compile time: has a record this part, or a named tuple other than None, itself or among its `effects`?"""
+    """Compile-time test: has a record this part, or a named tuple other than None, itself or among its `effects`?"""
     if not hasattr(kind, "types"):
         return record_has(kind, part)
     if part in kind.fields:
@@ -95,14 +95,14 @@ def names(kind: ArgumentType, part: str) -> bool:
 
 
 def is_none(named: ArgumentType, field: str) -> bool:
-    """At compile time: is this field of a named tuple None?"""
+    """Compile-time test: is this field of a named tuple None?"""
     from numba.core import types
 
     return isinstance(named.types[named.fields.index(field)], types.NoneType)
 
 
 def array_has(named: ArgumentType, array: str, field: str) -> bool:
-    """At compile time: have the records of this array, a field of a named tuple, such a field?"""
+    """Compile-time test: have the records of this array, a field of a named tuple, such a field?"""
     return field in named.types[named.fields.index(array)].dtype.fields
 
 
@@ -172,7 +172,7 @@ class CFunction:
 
     @property
     def was_stored(self) -> bool:
-        """Whether it came from the store instead of being compiled."""
+        """True when it came from the store instead of being compiled."""
         return bool(self._cfunc.cache_hits)
 
 
@@ -189,7 +189,7 @@ def cfunction(signature: str, *, cache: bool = True) -> Callable[[Callable[..., 
 
 
 def allocations() -> int:
-    """How many arrays the compiled code has allocated so far: the proof of "no allocation in the tick"."""
+    """Number of arrays the compiled code has allocated so far: the proof of "no allocation in the tick"."""
     from numba.core.runtime import _nrt_python, rtsys
 
     if not _nrt_python.memsys_stats_enabled():

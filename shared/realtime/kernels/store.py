@@ -43,7 +43,7 @@ _IMPORT = re.compile(
 
 @functools.cache
 def _roots() -> list[tuple[str, Path]]:
-    """Where the packages with kernels lie."""
+    """Folders of the packages with kernels."""
     found: list[tuple[str, Path]] = []
     for name in KERNEL_PACKAGES:
         spec = find_spec(name)
@@ -67,7 +67,7 @@ def _source(module: str) -> bytes | None:
 
 @functools.cache
 def _imports(module: str) -> frozenset[str]:
-    """What of ours a module imports, anywhere in its text, each with the packages around it."""
+    """Modules of ours that a module imports, anywhere in its text, each with the packages around it."""
     named: set[str] = set()
     for origin, names, plain in _IMPORT.findall(_source(module) or b""):
         named |= {f"{origin.decode()}.{name.decode()}" for name in re.findall(rb"\w+", names)}

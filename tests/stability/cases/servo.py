@@ -8,7 +8,7 @@ CASES = (
         "servo",
         hard="3500 N/m on 75 g at 1 kHz with a tick of delay: the force lags by a tick and a half.",
         naive="The plain law gives the arm back 1.3 times the speed of its blow, at every phase of the tick.",
-        ours="The envelope refuses the set, at the gateway and in the servo; the guard's energy account"
+        ours="The envelope refuses the set, at the gateway and in the servo; the guard's passivity controller"
         " holds back what"
         " still comes through.",
         bound="Naive: 1.3, as measured. Ours: 1.1, what the account's slack of 1 % and a tick of unseen"
@@ -58,7 +58,7 @@ CASES = (
         "servo",
         hard="A change of K_coll by dK in the head adds dK z^2/2 to the stick.",
         naive="Three times the stiffness at the deepest point: out at the root of three times the speed.",
-        ours="What shapes the contact is latched above the head only; an arm's energy account counts the"
+        ours="What shapes the contact is latched above the head only; the guard's passivity observer counts the"
         " rest.",
         bound="Naive: 1.6 times, below the root of 3 by the hand's part. Ours: the same bytes as without"
         " the change.",

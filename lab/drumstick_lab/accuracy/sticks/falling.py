@@ -1,7 +1,7 @@
 """What the rendered head gives back to an arm that falls on it, and what it should.
 
 A simulated arm of the plant `phantom` (0.03 mm encoders, held force, no hand, no friction) falls at SPEED, at PHASES
-phases of the tick, without the guard's energy account and with it. The design is the closed form of a head that only
+phases of the tick, without the guard's passivity control and with it. The design is the closed form of a head that only
 pushes; the theory of lag puts R_eff = R_in - K_coll (T/2 + t_d - lead) into it (docs/servo.md). Any thread; blocks for
 milliseconds once compiled.
 """

@@ -97,7 +97,7 @@ def fall(servo: Servo, kind: Filter, speed: float, phase: float, guarded: bool) 
     """Fall at `speed` m/s from 20 mm, `phase` (0..1) of a tick late; returns the rebound's speed over it.
 
     Negative when the arm does not come back within 40,000 ticks. servo: of a scene with the plant `phantom`; a hand or
-    friction would take part. guarded: with the guard's energy account.
+    friction would take part. guarded: with the guard's passivity control.
     """
     servo = borrowed_view(servo)
     plant, motion, plan, held = servo.plant[0], servo.motion[0], servo.plan[0], servo.guard[0]

@@ -71,7 +71,7 @@ class Gateway:
         return None
 
     def answers(self) -> bool:
-        """Whether it is there; waits half a second for it."""
+        """True when it is there; waits half a second for it."""
         return self._asked(Keys(self.rig).clock) is not None
 
     def counters(self) -> dict[str, int]:

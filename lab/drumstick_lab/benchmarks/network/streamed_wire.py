@@ -77,7 +77,7 @@ def _on_arrival(take: Callable[[zenoh.Sample], None]) -> Any:
 
 
 def is_whole(pieces: Sequence[Contact], impulse_N_s: float) -> bool:
-    """Whether these are all of one contact: ticks in a row, one 0 N at the end, its release's impulse."""
+    """True when these are all of one contact: ticks in a row, one 0 N at the end, its release's impulse."""
     found = sorted(pieces, key=lambda piece: piece.first_tick)
     forces = [np.frombuffer(piece.forces, "<f4").astype(float) for piece in found]
     following = found[0].first_tick if found else 0

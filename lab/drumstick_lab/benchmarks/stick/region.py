@@ -3,7 +3,7 @@
 For an arm of 75 g in the hand of the scene `phantom`, at several rates, delays and with or without prediction: between
 which R_in the envelope accepts each K_coll, and which rule ends the range below and above; how much of the table's
 range that was accepted before 2026-11-23, when there was no rule above, is refused now; and what the very tick that
-plays makes of sets all over that range, in virtual time, without friction and without the guard's energy account,
+plays makes of sets all over that range, in virtual time, without friction and without the guard's passivity control,
 judged by tests/arm_witness.py at the lightest, the nominal and the heaviest arm that the envelope reckons with. Of the
 accepted ones some hundred more are played at random, half of them near the stiffest, with masses at random.
 Besides, the largest R_in over the mass of the arm. Results go to lab/results/region.json.
@@ -140,7 +140,7 @@ class Judge:
 
 
 def played(setting: Setting, arm_kg: float, k: float, r: float) -> arm_witness.Verdict:
-    """One set on an arm of `arm_kg`, without the guard's energy account."""
+    """One set on an arm of `arm_kg`, without the guard's passivity control."""
     scene = held_arms.scene_of(k=k, r=r, **_values(setting, HAND.m_kg))
     servo = live_sets.servo_of(scene)
     servo.guard["b"] = 1e3

@@ -87,7 +87,7 @@ def page() -> str:
         f"A simulated arm of {result['m_kg'] * 1e3:.0f} g (encoder counts of 0.03 mm, no hand, no friction) falls on the head at "
         f"{result['speed_m_per_s']:g} m/s,",
         f"R_in {result['r_in']:g} N s/m, 32 phases of the tick; `drumstick lab rendered-restitution`, {machine['date']}. The guard's",
-        "energy account is off but for the two columns that say so: there, the fastest rebound of all phases.",
+        "passivity control is off but for the two columns that say so: there, the fastest rebound of all phases.",
         "",
         "| K_coll N/m | rate Hz | delay ticks | ticks in contact | design | predicted: mean | not predicted: mean | theory of lag | guarded, predicted | guarded, not predicted | envelope |",
         "|---|---|---|---|---|---|---|---|---|---|---|",

@@ -110,7 +110,7 @@ def _search(held: dict[str, Any]) -> list[str]:
     return [
         "`drumstick lab held-arm` draws sets at random, over masses, hands, rates, delays, friction and both kinds of release."
         f" {search['sets']} that the envelope accepts were",
-        f"played, {search['within_2_percent_of_the_boundary']} of them within 2 % of where it refuses, half of all without the guard's energy account. {words}.",
+        f"played, {search['within_2_percent_of_the_boundary']} of them within 2 % of where it refuses, half of all without the guard's passivity control. {words}.",
         f"The fastest arm at the end: {1e3 * search['worst_late_m_per_s']:.1f} mm/s; the fastest entry then: {1e3 * search['worst_late_entry_m_per_s']:.1f} mm/s.",
         "",
     ]
@@ -173,7 +173,7 @@ def section() -> list[str]:
         "",
         f"An arm of {nominal:.0f} g in the hand of the scene `phantom` ({result['k_hand_N_per_m']:g} N/m, {result['r_hand_N_s_per_m']:g} N s/m), unilateral release; `drumstick lab region`,",
         f"{result['machine']['date']}. The marks are the tick that plays, in virtual time: the hand presses the arm into the head for {result['played_s']:g} s, without",
-        f"friction and without the guard's energy account, with {light:.0f}, {nominal:.0f} and {heavy:.0f} g. A cross: one of the three moves faster than {slow:.0f} mm/s at the end,",
+        f"friction and without the guard's passivity control, with {light:.0f}, {nominal:.0f} and {heavy:.0f} g. A cross: one of the three moves faster than {slow:.0f} mm/s at the end,",
         f"meets the head faster than the time before (above {slow:.0f} mm/s), or ends in a fault. The envelope judges each set by itself, and what a few counts do is chance: towards the stiff end the region is ragged and has holes.",
         "",
         f"The share of what was accepted before that is refused now, of the range K_coll {k_low:g} .. {k_high:g} N/m and R_in {r_low:g} .. {r_high:g} N s/m, evenly by",
@@ -194,7 +194,7 @@ def section() -> list[str]:
         "The linear boundary of a sampled wall is that of Gil, Avello, Rubio and Florez, IEEE Trans. Control Systems Technology 12(4), 2004,",
         "583-588, and with delay of Hulin, Preusche and Hirzinger, IROS 2006; the window is added here. Passivity asks more: b > K T/2 + |B|, where",
         "b is the arm's own damping alone and the rendered B counts *against* it (Colgate and Schenkel, J. Robotic Systems 14(1), 1997). No arm",
-        "without damping of its own fulfils that, and none is claimed here. The guard's account watches the energy while it plays, after Hannaford",
+        "without damping of its own fulfils that, and none is claimed here. The guard's passivity observer watches the energy while it plays, after Hannaford",
         "and Ryu, IEEE Trans. Robotics and Automation 18(1), 2002.",
         "",
     ]

@@ -54,7 +54,7 @@ class Callback:
 
     @property
     def argument(self) -> int:
-        """What it must be given."""
+        """Address of the callback's argument."""
         return self._handed.address
 
 

@@ -66,11 +66,11 @@ class OpenHaptics:
         self._open = _Open(hd, found.handle, arm, has_switch)
 
     def info(self) -> Info:
-        """What the open device tells of itself, and how the last run was scheduled. Does not block."""
+        """Facts about the open device, and how its last run was scheduled. Does not block."""
         return Info(self._opened().facts.specification, tuple(self._words))
 
     def furnish(self, servo: Servo) -> Servo:
-        """As it is: a real arm moves nothing in our memory."""
+        """Return the servo unchanged: a real arm moves nothing in our memory."""
         return servo
 
     def rehearse(self, spare: Servo) -> None:

@@ -64,7 +64,10 @@ def _speed(state: Freshness) -> float:
 
 @njit()
 def is_new(state: Freshness, position_mm: npt.NDArray[np.float64], force_N: float, span_s: float) -> bool:
-    """Is this position, shape (3,), finite, one of now? `force_N` was on the motors over the `span_s` before it."""
+    """Check whether this position, shape (3,), finite, is new.
+
+    `force_N` was on the motors over the `span_s` before it.
+    """
     if state.known == 0:
         state.known = 1
         for axis in range(3):

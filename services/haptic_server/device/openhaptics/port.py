@@ -34,7 +34,7 @@ _MOST_MOTORS = 16  # 3 or 6 are known; a driver that tells more must not write o
 
 
 class PortState(Record):
-    """What the driver's callback keeps between ticks: handle, clock, faults, and what the motors may do."""
+    """State of the driver's callback between ticks: handle, clock, faults, and the motors' limits."""
 
     device: int
     period_ns: int

@@ -29,7 +29,7 @@ class Limits(NamedTuple):
     ramp_N_per_s: float
 
     def words(self) -> str:
-        """As a technician reads them."""
+        """Sentences for a technician."""
         return (
             f"the driver's own limits: {self.speed_m_per_s:.3g} m/s, {self.slew_N_per_s:.4g} N/s in force, "
             f"ramp back {self.ramp_N_per_s:.3g} N/s (a pulse that rises faster is a fault)"

@@ -14,7 +14,7 @@ FIREWIRE_RATES_HZ = tuple(
 
 
 def refusal(rate_Hz: int) -> str:
-    """What to tell whoever asked for a rate that the driver refused."""
+    """Message for a rate that the driver refused."""
     near = sorted(sorted(FIREWIRE_RATES_HZ, key=lambda r: (abs(r - rate_Hz), r))[:3])
     return (
         f"the driver refuses a servo rate of {rate_Hz} Hz: set [servo] rate_Hz to 500, 1000 or 2000 "

@@ -114,7 +114,7 @@ def begin(port: Port, reading: Reading) -> float:
 
 @njit()
 def begin_at(port: Port, reading: Reading, now: int) -> float:
-    """As `begin`, at a time that is given, ns: a test's own clock."""
+    """Like `begin`, at a given time, ns: a test's own clock."""
     state = port.state[0]
     span_ns = state.period_ns if state.last_ns == 0 else now - state.last_ns
     state.last_ns = now

@@ -71,7 +71,7 @@ def _end(output: IO[str], report: Report) -> NoReturn:
 
 
 def main() -> int:
-    """Until the input ends; exit status 3 without the library."""
+    """Carry messages until the input ends; exit status 3 without the library."""
     parser = argparse.ArgumentParser(prog="haptic_server.gateway.midi", description=__doc__)
     parser.add_argument("--port", help="part of the port's name, or virtual")
     parser.add_argument("--client", default="drumstick")

@@ -12,7 +12,7 @@ VIRTUAL = "virtual"
 
 
 class Output(Protocol):
-    """What is needed of rtmidi2.MidiOut: a client of one MIDI system, with at most one port open."""
+    """The part of rtmidi2.MidiOut used here: a client of one MIDI system, with at most one port open."""
 
     @property
     def ports(self) -> Sequence[str]:
@@ -20,7 +20,7 @@ class Output(Protocol):
         ...
 
     def open_port(self, port: int, /) -> object:
-        """By its number in `ports`."""
+        """Open the port of this number in `ports`."""
         ...
 
     def open_virtual_port(self, port_name: str, /) -> object:
@@ -45,7 +45,7 @@ class Library(Protocol):
 
 
 class Report(NamedTuple):
-    """Whether the port is open, and words for the log."""
+    """State of the port (open or not), and words for the log."""
 
     open: bool
     words: str

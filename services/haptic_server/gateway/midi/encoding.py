@@ -30,7 +30,7 @@ def controller_value(place: float) -> int:
 
 @dataclass(frozen=True)
 class Voice:
-    """Which note on which channel: 0 .. 127, and 1 .. 16 as musicians count."""
+    """Note and channel of a strike: 0 .. 127, and 1 .. 16 as musicians count."""
 
     note: int = DEFAULT_NOTE
     channel: int = DEFAULT_CHANNEL

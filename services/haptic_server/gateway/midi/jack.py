@@ -28,7 +28,10 @@ class Jack:
         self.ended.set()
 
     def runs(self, client: str) -> bool:
-        """Whether a server is there. From then on `ended` tells its end, by a client without ports."""
+        """Look for a JACK server; True when there is one.
+
+        From then on `ended` reports its end, by a client without ports.
+        """
         if self._client is None:
             name = f"{client} watch".encode()
             self._client = self._library.jack_client_open(name, _NO_START_SERVER, None)

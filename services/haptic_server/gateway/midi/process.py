@@ -19,7 +19,7 @@ _END_WITHIN_S = 1.0
 
 
 def command(port: str, client: str) -> list[str]:
-    """What carries messages to the port."""
+    """Command line of the process that carries messages to the port."""
     return [sys.executable, "-m", "haptic_server.gateway.midi", "--port", port, "--client", client]
 
 
@@ -36,7 +36,7 @@ class PortProcess:
 
     @property
     def is_open(self) -> bool:
-        """Whether the process said that it has the port."""
+        """True when the process has reported that it has the port."""
         return self._is_open
 
     def look(self, now_s: float) -> str:
@@ -55,7 +55,7 @@ class PortProcess:
         return news
 
     def send(self, messages: bytes) -> bool:
-        """Whole messages; a process that does not take them any more is ended, and another one started later."""
+        """Send whole messages; a process that no longer takes them is ended, and another one started later."""
         assert len(messages) % MESSAGE_BYTES == 0
         if self._process is None or self._process.stdin is None or not self._is_open:
             return False

@@ -22,11 +22,11 @@ _SILENT_STATES = ("panic", "fault")
 
 
 class Port(Protocol):
-    """Where messages go. All of it belongs to the sender's thread; nothing may block for long."""
+    """Destination of the messages. Belongs to the sender's thread; nothing may block for long."""
 
     @property
     def is_open(self) -> bool:
-        """Whether `send` reaches anything now."""
+        """True when `send` reaches anything now."""
         ...
 
     def look(self, now_s: float) -> str:
@@ -72,7 +72,7 @@ class MidiSender:
         self._put(_Event(self._now(), None))
 
     def status(self, words: str) -> None:
-        """How the servo stands: a panic or a fault ends every note, once. The relay thread."""
+        """Take the servo's status: a panic or a fault ends every note, once. The relay thread."""
         silent = words.startswith(_SILENT_STATES)
         if silent != self._is_silenced:
             self._is_silenced = silent

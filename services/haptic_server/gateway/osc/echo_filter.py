@@ -39,7 +39,7 @@ class EchoFilter:
         self._lock = threading.Lock()
 
     def note(self, name: str, value: float, endpoints: Iterable[Endpoint], now_s: float) -> None:
-        """They are told without having asked: for a while they need no answer."""
+        """Note a value sent to endpoints that did not ask: for a while they need no answer."""
         with self._lock:
             for endpoint in endpoints:
                 self._keep(name, endpoint, _Publication(value, now_s + MEMORY_S, 0))
@@ -51,7 +51,7 @@ class EchoFilter:
             values.append(_Value(value, now_s + ECHO_S, frozenset(setters)))
 
     def is_echo(self, name: str, is_it: Callable[[float], bool], sender: Endpoint, now_s: float) -> bool:
-        """Whether a wish that differs from what holds is only what the sender heard a moment ago from this rig.
+        """True when a set that differs from the present value only repeats what this rig sent the sender a moment ago.
 
         `is_it` recognises the value. Whoever set it himself may go back to it at any time.
         """
@@ -60,7 +60,7 @@ class EchoFilter:
             return bool(same) and not any(sender in v.setters for v in same)
 
     def spend(self, name: str, value: float, sender: Endpoint, now_s: float) -> bool:
-        """Whether to answer the sender of a set that changes nothing: `value` is what holds."""
+        """True when the sender of a set that changes nothing is to be answered: `value` is in force."""
         with self._lock:
             known = self._published.get(name, {}).get(sender)
             if known is None or known.until_s <= now_s or not is_same(known.value, value):

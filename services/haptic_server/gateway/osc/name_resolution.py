@@ -18,7 +18,7 @@ def numeric(endpoint: tuple[str, int], flags: int = 0) -> Endpoint:
 
 
 def split(targets: Sequence[tuple[str, int]]) -> tuple[list[Endpoint], list[tuple[str, int]]]:
-    """Those that are numbers already, and those that must be asked for. Does not block."""
+    """Separate numeric targets from those given by name. Does not block."""
     known: list[Endpoint] = []
     names: list[tuple[str, int]] = []
     for target in targets:

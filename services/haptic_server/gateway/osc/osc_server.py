@@ -84,7 +84,7 @@ class OscServer:
 
     @property
     def counters(self) -> dict[str, int]:
-        """How many messages were served, refused by reason, or could not be sent; a copy."""
+        """Counts of messages served, refused by reason, or not sent; a copy."""
         return self._refusals.counters()
 
     @property

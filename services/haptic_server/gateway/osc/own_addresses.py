@@ -15,7 +15,7 @@ class OwnAddress:
         self._host, self._port = bound
 
     def holds(self, endpoint: Endpoint) -> bool:
-        """Whether what is sent there reaches the front, or what comes from there was sent by it."""
+        """True when a datagram to this endpoint would reach this socket, or one from there came from it."""
         host, port = endpoint
         if port != self._port:
             return False

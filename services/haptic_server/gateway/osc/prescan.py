@@ -31,14 +31,14 @@ class Message(NamedTuple):
 
 
 class Unreadable(NamedTuple):
-    """Why a datagram is no message; `address` is what could be read of it, else "?"."""
+    """Reason why a datagram is no message; `address` is what could be read of it, else "?"."""
 
     address: str
     why: str
 
 
 def _padded_end(datagram: bytes, start: int) -> tuple[int, int] | None:
-    """Where the string at `start` ends, and where its NUL padding ends; None when it is not terminated or padded."""
+    """End of the string at `start`, and of its NUL padding; None when it is not terminated or padded."""
     end = datagram.find(b"\0", start)
     if end < 0:
         return None

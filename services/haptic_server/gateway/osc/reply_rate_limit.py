@@ -33,5 +33,5 @@ class ReplyRateLimit:
 
     @property
     def remembered(self) -> int:
-        """How many sources are remembered now; never more than `in_all`."""
+        """Number of sources remembered now; never more than `in_all`."""
         return len(self._spent)

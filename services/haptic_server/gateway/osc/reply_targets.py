@@ -50,7 +50,7 @@ class ReplyTargets:
                 waiting[sender] = before
 
     def claim(self, name: str, value: float, now_s: float) -> list[Endpoint]:
-        """Who is to get this readback besides the targets."""
+        """Senders that get this readback besides the targets."""
         with self._lock:
             waiting = self._waiting.get(name)
             if not waiting:

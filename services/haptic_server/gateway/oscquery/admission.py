@@ -18,7 +18,7 @@ _LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 
 
 class Headers(Protocol):
-    """What is needed of a request's headers."""
+    """The part of a request's headers used here."""
 
     def get_all(self, key: str, /) -> list[str]:
         """Every value sent under this name, in any case of letters."""
@@ -36,7 +36,7 @@ _WELCOME = Verdict(HTTPStatus.OK)
 
 
 def is_loopback(host: str) -> bool:
-    """Whether a numeric address can be reached from this machine only."""
+    """True when a numeric address can be reached from this machine only."""
     return ip_address(host).is_loopback
 
 
@@ -48,7 +48,7 @@ class Admission:
     allow: Sequence[IPv4Network | IPv6Network]
 
     def admits(self, source: str) -> bool:
-        """Whether this numeric address may connect at all."""
+        """True when this numeric address may connect at all."""
         return any(ip_address(source) in network for network in self.allow)
 
     def judge(self, headers: Headers) -> Verdict:

@@ -43,7 +43,7 @@ class Client:
         self._is_cut = False
 
     def listens(self, address: str) -> bool:
-        """Whether this client wants what is sent to `address`."""
+        """True when this client wants what is sent to `address`."""
         return address in self._listened
 
     def push(self, packet: bytes) -> None:

@@ -31,7 +31,7 @@ def _own_addresses() -> list[str]:
 def services_of(
     rig: str, query: Endpoint, osc: Endpoint, own_addresses: list[str]
 ) -> "list[zeroconf.ServiceInfo]":
-    """What is announced: OSCQuery, and OSC unless only this machine can reach it while others can reach OSCQuery.
+    """Services to announce: OSCQuery, and OSC unless only this machine can reach it while others can reach OSCQuery.
 
     `own_addresses` stand for an endpoint at 0.0.0.0.
     """

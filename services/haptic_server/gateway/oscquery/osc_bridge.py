@@ -50,20 +50,20 @@ class OscBridge:
 
     @property
     def endpoint(self) -> Endpoint:
-        """Where it can be sent to."""
+        """Endpoint that reaches this socket."""
         host, port = self._udp.getsockname()
         return str(host), int(port)
 
     def fileno(self) -> int:
-        """For select."""
+        """File descriptor, for select."""
         return self._udp.fileno()
 
     def join(self, front_port: int) -> None:
-        """From now on only the front is heard."""
+        """Receive from the OSC server at this port only, from now on."""
         self._udp.connect((self._host, front_port))
 
     def send(self, datagram: bytes) -> bool:
-        """To the front; False when it could not be sent."""
+        """Send to the OSC server; False when it could not be sent."""
         try:
             self._udp.send(datagram)
         except OSError:
@@ -71,7 +71,7 @@ class OscBridge:
         return True
 
     def take(self) -> list[bytes]:
-        """What has arrived since the last call, at most 256 datagrams."""
+        """Datagrams that arrived since the last call, at most 256."""
         taken: list[bytes] = []
         while len(taken) < _AT_ONCE:
             try:

@@ -102,12 +102,12 @@ class OscQuery:
 
     @property
     def is_on_loopback(self) -> bool:
-        """Whether only this machine can reach it."""
+        """True when only this machine can reach it."""
         return is_loopback(self.endpoint[0])
 
     @property
     def counters(self) -> dict[str, int]:
-        """How many questions by status, clients that were too slow, connections turned away ...; a copy. Any thread."""
+        """Counts of questions by status, slow clients, connections turned away ...; a copy. Any thread."""
         return {**self._counts, "clients": len(self._clients), "dropped": self._bridge.dropped}
 
     def close(self) -> None:

@@ -59,7 +59,7 @@ class Node:
 
 
 def unit_name(unit: str) -> str | None:
-    """How the proposal calls an SI unit; None for a number without one."""
+    """Name of an SI unit in the OSCQuery proposal; None for a number without one."""
     return _UNITS.get(unit, unit) if unit not in ("", "1") else None
 
 

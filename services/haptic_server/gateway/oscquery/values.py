@@ -27,7 +27,7 @@ class Values:
         return message.address
 
     def look(self) -> "Look":
-        """What holds now: one readback for a whole tree."""
+        """Snapshot of the present values: one readback for a whole tree."""
         return Look(self._parameters, self._newest)
 
 

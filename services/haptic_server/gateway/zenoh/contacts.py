@@ -65,7 +65,7 @@ class Contacts:
             self._put += 1
 
     def counters(self) -> dict[str, int | bool]:
-        """For `doctor`: messages put, samples that found the ring full, and those too old to be put."""
+        """Counts for `doctor`: messages put, samples that found the ring full, and those too old to be put."""
         dropped = peek(self._ring.cells, ring.DROPPED) if self._ring is not None else 0
         return {"wanted": self._wanted, "put": self._put, "dropped": dropped, "stale": self._pieces.stale}
 
@@ -107,7 +107,7 @@ class Contacts:
 def contacts_of(
     scene: Scene, session: zenoh.Session, keys: Keys, folder: Path, boot: Callable[[], int]
 ) -> Contacts | None:
-    """For a scene that streams; None for any other."""
+    """Publisher of contacts for a scene that streams; None for any other."""
     if scene.drum.excitation != "streamed":
         return None
     return Contacts(session, keys.contact, folder, float(scene.servo.rate_Hz), boot)

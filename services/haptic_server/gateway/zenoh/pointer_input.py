@@ -23,7 +23,7 @@ _WARN_EVERY_NS = 10_000_000_000
 
 
 class Pointable(Protocol):
-    """What of a ServoLink is needed here."""
+    """The part of a ServoLink used here."""
 
     @property
     def boot(self) -> int:
@@ -32,7 +32,7 @@ class Pointable(Protocol):
 
     @property
     def is_pointed(self) -> bool:
-        """Whether this servo's hand follows a pointer."""
+        """True when this servo's hand follows a pointer."""
         ...
 
     def point(self, held: bool, lift: float, x: float, y: float) -> None:
@@ -41,7 +41,7 @@ class Pointable(Protocol):
 
 
 class Holder:
-    """Whose pointer counts."""
+    """Sender whose pointer counts."""
 
     def __init__(self) -> None:
         self._source = ""
@@ -50,7 +50,7 @@ class Holder:
         self._heard_ns = 0
 
     def admits(self, pointer: Pointer, now_ns: int) -> bool:
-        """Whether this message counts; one of another's, or one that was overtaken, does not."""
+        """True when this message counts; one of another's, or one that was overtaken, does not."""
         ours = pointer.source == self._source
         if ours and pointer.seq <= self._seq:
             return False

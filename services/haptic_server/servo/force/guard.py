@@ -1,9 +1,11 @@
-"""The guard of a device that a hand holds: what it refuses to render, and how it gives up. Always on.
+"""The guard of a device that a hand holds: limits of force, speed and energy, and the faults that end them. Always on.
 
-Every tick it looks at the reading first and at the force last. What is wrong for good is a latched fault: zero force on
-the same tick, until `drumstick arm` on this machine. It is a second line behind the envelope: the envelope bounds what
-parameters may ask, the guard what may reach the motors whatever they ask. Tick thread: no allocation, no locks, no
-Python, no exceptions.
+Every tick it checks the reading first and limits the force last. A reading that cannot be rendered from is a latched
+fault: zero force on the same tick, until `drumstick arm` on this machine. The guard is the second line behind the
+envelope: the envelope bounds what parameters may ask for, the guard what reaches the motors whatever they ask. Energy
+is limited by a passivity observer and controller (Hannaford and Ryu, "Time-domain passivity control of haptic
+interfaces", IEEE Trans. Robotics and Automation 18(1), 2002). Tick thread: no allocation, no locks, no Python, no
+exceptions.
 """
 
 import math
@@ -36,10 +38,11 @@ _SLOW_M_PER_S = 0.01
 _SOFT_M = 0.01  # over so much before the lowest position the head's force fades to none
 MEMORY = 9  # ticks of the head's force: the longest delay of a device, and the present
 
-# A head that drives the stick by itself. Debts below the energy of _OWED are the encoders'; one above that of
-# _MOST_OWED and above that share of the blow, or so many contacts in a row that begin in debt, are a fault. So are as
-# many contacts in a row at the limit of force, faster than a hand strikes, without a pulse, and not much slower than
-# the first of them: then the account itself is wrong, by a delay that nobody declared.
+# A head that drives the stick by itself: the observer finds more energy going out than the contact may give. An excess
+# below the energy of _EXCESS is the encoders'. One above that of _FAULT_EXCESS and above that share of the blow is a
+# fault, and so are more than _MOST_DRIVEN contacts in a row that begin with an excess. As many contacts in a row at
+# the limit of force, faster than a hand strikes, without a pulse, and not much slower than the first of them are one
+# too: then the observer itself is wrong, by a delay that nobody declared.
 _EXCESS_M_PER_S = 0.05
 _FAULT_EXCESS_M_PER_S = 0.5
 _FAULT_EXCESS_SHARE = 0.5
@@ -50,12 +53,14 @@ _UNTIRED = 0.6
 
 
 class GuardState(Record):
-    """What it remembers. `gain` ramps from 0 to 1; `given_J` is what the head has given the stick since the contact
-    began, with what it owed then, and `budget_J` what it may give; `head_N` is a ring of the head's share in the
-    forces that went out, `z_m` the position up to which it was counted, `blow_J` the blow's own energy. `driven`,
-    `saturated`: contacts in a row that began in debt, or at the limit of force (the first of these at
-    `first_m_per_s`). `peak_N`, `pulsed`: the largest force and whether a pulse pushed since the last contact began
-    at `entry_ns`.
+    """State of the guard from tick to tick.
+
+    `gain` ramps from 0 to 1. Passivity observer: `given_J` is the energy that the head has given the stick since the
+    contact began, plus the excess carried into it; `budget_J` is what it may give, `blow_J` the stick's kinetic energy
+    at the entry; `head_N` is a ring of the head's share in the forces that went out, `z_m` the position up to which
+    their work was counted. `driven`, `saturated`: contacts in a row that began with an excess, or at the limit of force
+    (the first of these at `first_m_per_s`). `peak_N`, `pulsed`: the largest force, and whether a pulse pushed, since
+    the last contact began at `entry_ns`.
     """
 
     seen_above: int
@@ -85,7 +90,7 @@ GUARD = dtype_of(GuardState)
 
 
 class Allowed(Record):
-    """What a device and the scene allow, in the paper's frame. It does not change while a servo runs."""
+    """Limits of the device and the scene, in the paper's frame. They do not change while a servo runs."""
 
     max_force_N: float
     max_slew_N_per_s: float
@@ -105,7 +110,7 @@ ALLOWED = dtype_of(Allowed)
 
 @njit()
 def _excess_energy(guard: GuardState) -> float:
-    # What the head gave beyond what it took and what its effects may add, J; that it keeps some of a blow is no debt.
+    # Energy that the head gave beyond its budget, J. A negative budget (it keeps some of a blow) makes no excess.
     return max(guard.given_J - max(guard.budget_J, 0.0), 0.0)
 
 
@@ -117,7 +122,7 @@ def let_go(guard: GuardState) -> None:
     guard.force_N = 0.0
     for tick in range(MEMORY):
         guard.head_N[tick] = 0.0
-    guard.given_J = _excess_energy(guard)  # a debt outlives it
+    guard.given_J = _excess_energy(guard)  # an excess outlives it
     guard.budget_J = 0.0
     guard.driven = 0
     guard.saturated = 0
@@ -125,7 +130,9 @@ def let_go(guard: GuardState) -> None:
 
 @njit()
 def check_reading(guard: GuardState, allowed: Allowed, reading: Reading, now_ns: int, span_s: float) -> int:
-    """Is this reading fit to render from? NO_FAULT, or the code of what is wrong for good. In accept form."""
+    """Check a reading before it is rendered from: NO_FAULT, or the fault's code. Comparisons are written so that NaN
+    fails them.
+    """
     if reading.trouble != NO_FAULT:
         return int(reading.trouble)
     if not (abs(reading.x_m) < 1e3 and abs(reading.y_m) < 1e3 and abs(reading.z_m) < 1e3):
@@ -146,13 +153,13 @@ def check_reading(guard: GuardState, allowed: Allowed, reading: Reading, now_ns:
 
 @njit()
 def check_speed(allowed: Allowed, v: float) -> int:
-    """Is the stick slow enough? NO_FAULT or TOO_FAST."""
+    """Check the stick's speed: NO_FAULT or TOO_FAST; NaN is too fast."""
     return NO_FAULT if abs(v) <= allowed.max_speed_m_per_s else TOO_FAST
 
 
 @njit()
 def ready(guard: GuardState, allowed: Allowed, reading: Reading, z: float, period_s: float) -> int:
-    """May it push now? NO_FAULT, or DEAD_MAN while the button that must be held is not. Moves the ramp on."""
+    """Check the dead man's button and move the ramp on: NO_FAULT, or DEAD_MAN while the button is not held."""
     if allowed.dead_man != 0 and reading.buttons == 0:
         let_go(guard)
         return DEAD_MAN
@@ -167,7 +174,7 @@ def ready(guard: GuardState, allowed: Allowed, reading: Reading, z: float, perio
 
 @njit()
 def may_add(law: Law) -> tuple[float, float]:
-    """e and b of drumstick.safety.bounds without the pulses: what the head may make of an entry speed."""
+    """Bounds e and b of drumstick.safety.bounds without the pulses: a contact may end at e |v_in| + b."""
     return bounds.multiplied_by_head(law), bounds.added_by_head(law)
 
 
@@ -178,11 +185,11 @@ def _energy(allowed: Allowed, speed: float) -> float:
 
 @njit()
 def begin_contact(guard: GuardState, allowed: Allowed, m: float, v_in: float, now_ns: int) -> int:
-    """A contact begins at v_in: the head may give back what it took, and what its effects are meant to add.
+    """Set the energy budget of the contact that begins at v_in: NO_FAULT, or SELF_DRIVEN.
 
-    guard.e and guard.b as in drumstick.safety.bounds: the contact may end at e |v_in| + b, without its pulses. A live m
-    above what the arm has does not raise what the arm may be given. What the contact before gave too much is owed on;
-    what it kept is not saved up. NO_FAULT, or SELF_DRIVEN.
+    The head may give back what it took, and what its effects are meant to add: the contact may end at
+    guard.e |v_in| + guard.b (drumstick.safety.bounds), without its pulses. A live m above the arm's own does not raise
+    the budget. An excess of the contact before is carried over; energy that it kept is not.
     """
     speed = abs(v_in)
     leaving = guard.e * speed + guard.b
@@ -208,15 +215,16 @@ def begin_contact(guard: GuardState, allowed: Allowed, m: float, v_in: float, no
 
 @njit()
 def check_energy(guard: GuardState, allowed: Allowed) -> int:
-    """NO_FAULT, or SELF_DRIVEN where the head has given far more than it may."""
+    """Check the observed energy: NO_FAULT, or SELF_DRIVEN where the head has given far more than its budget."""
     most = max(_energy(allowed, _FAULT_EXCESS_M_PER_S), _FAULT_EXCESS_SHARE * guard.blow_J)
     return NO_FAULT if _excess_energy(guard) <= most else SELF_DRIVEN
 
 
 @njit()
 def _observe_energy(guard: GuardState, allowed: Allowed, z: float) -> None:
-    # The head's force that acted over the last tick: of a tick ago, or earlier by the device's own delay. A count that
-    # flips to and fro is no motion, though force and count flip together: what is less than two counts waits.
+    # Adds the work of the head's force that acted over the last tick: of a tick ago, or earlier by the device's own
+    # delay. A count that flips to and fro is no motion, though force and count flip together: less than two counts
+    # wait.
     way = z - guard.z_m
     if abs(way) > 1.5 * allowed.resolution_m:
         guard.given_J += guard.head_N[(guard.newest - allowed.delay_ticks) % MEMORY] * way
@@ -225,9 +233,9 @@ def _observe_energy(guard: GuardState, allowed: Allowed, z: float) -> None:
 
 @njit()
 def _max_force(v: float, left_J: float, c: float, period_s: float) -> float:
-    # The largest force F >= 0 for which a stick at v gets no more than left_J in a tick: F (v T + c F) <= left, where
-    # c F = F T^2/(2m) is what F itself moves it. Where nothing is left, the one that takes most from a stick that
-    # comes.
+    # The largest force F >= 0 that gives a stick at v no more than left_J in a tick: F (v T + c F) <= left_J, where
+    # c F = F T^2/(2m) is how far F itself moves it. Where no energy is left, the force that takes most from a stick
+    # that comes.
     way = v * period_s
     inside = way * way + 4.0 * c * left_J
     if inside < 0.0:
@@ -237,10 +245,9 @@ def _max_force(v: float, left_J: float, c: float, period_s: float) -> float:
 
 @njit()
 def _passive_range(guard: GuardState, allowed: Allowed, v: float, period_s: float) -> tuple[float, float]:
-    # Between which forces the head may push now, N. Passivity observer and controller in one: Hannaford and Ryu,
-    # "Time-domain passivity control of haptic interfaces", IEEE Trans. Robotics and Automation 18(1), 2002. Theirs adds
-    # damping; this holds the head back, which cannot overshoot. Nothing is forgiven, not even a stick at rest: a head
-    # that is pressed has taken energy, and pushes back out of that.
+    # The least and the largest force with which the head may push now, N: the passivity controller. Hannaford's and
+    # Ryu's adds damping; this one limits the head's force, which cannot overshoot. The observer is never reset, not
+    # even for a stick at rest: a head that is pressed has taken energy, and pushes back out of that.
     #
     # The estimate of v is half a tick late at least, and forces on their way act before this one.
     seen, c = v, 0.5 * period_s * period_s / allowed.m_kg
@@ -269,11 +276,11 @@ def _faded(allowed: Allowed, z: float, head_z_m: float) -> float:
 def limit(
     guard: GuardState, allowed: Allowed, head_N: float, pulse_N: float, z: float, v: float, period_s: float
 ) -> float:
-    """The force that goes to the motors, N, out of what the head and the pulses ask for: both must be numbers.
+    """Limit the forces of head and pulses, both finite, N, to the force that goes to the motors, N.
 
-    The account is of forces that really go out. While the ramp rises a head takes little of a blow and could give back
-    all of it; a force that may only fall slowly would push on behind a stick that has left. Ramp and fade are shares of
-    what the motors may do: of a deep press, which asks for far more, they would be nothing.
+    The observer counts forces that really go out. While the ramp rises a head takes little of a blow and could give
+    back all of it; a force that may only fall slowly would push on behind a stick that has left. Ramp and fade are
+    shares of the motors' limit, since a deep press asks for far more than that.
     """
     _observe_energy(guard, allowed, z)
     share = guard.gain * _faded(allowed, z, allowed.head_z_m)
@@ -305,5 +312,5 @@ def limit(
 
 @njit()
 def felt(guard: GuardState) -> float:
-    """The head's share of the force that was let through last, N."""
+    """Share of the head in the force that went out last, N."""
     return guard.head_N[guard.newest]

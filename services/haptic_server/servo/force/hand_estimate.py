@@ -36,7 +36,7 @@ _MOST_DELAY_TICKS = 8
 
 
 class HandPull(Record):
-    """What an arm's motion tells of the hand: its pull as an acceleration, and how that changes."""
+    """Estimate of the hand from an arm's motion: its pull as an acceleration, and how that changes."""
 
     t_ns: int
     known_s: float

@@ -13,7 +13,7 @@ from realtime.kernels.jit import njit
 
 @njit()
 def passes(servo: Servo) -> bool:
-    """Whether the law in servo.offer is one that its scene could have, and safe: the servo trusts nobody.
+    """True when the law in servo.offer is one that its scene could have, and safe: the servo trusts nobody.
 
     Keeps what the judgement tells in servo.player.
     """
@@ -70,7 +70,7 @@ def latch_in_hand(servo: Servo) -> bool:
 
 @njit()
 def latch(servo: Servo) -> None:
-    """As `latch_in_hand`, for a stick whose hand is the law's own spring.
+    """Like `latch_in_hand`, for a stick whose hand is the law's own spring.
 
     A set that would turn the stick's height into too much speed waits for a better moment, at the latest the next
     release.

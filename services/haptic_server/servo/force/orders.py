@@ -26,7 +26,7 @@ def state_of(player: Player) -> int:
 
 @njit()
 def held_word(player: Player) -> int:
-    """What the block says of the permission, and the servo after this one goes on from: 0, 1 for a panic, 1 + fault."""
+    """Word of the permission in the block, from which the next servo goes on: 0, 1 for a panic, 1 + fault."""
     if player.fault != NO_FAULT:
         return 1 + player.fault
     return 1 if player.panicked != 0 else 0
@@ -58,6 +58,6 @@ def obey(servo: Servo) -> int:
 
 @njit()
 def forget_arm(servo: Servo) -> None:
-    """Before the status is told: an arm that was given before a fault is told cannot have been meant for it."""
+    """Clear an arm given before a fault was published, which cannot have been meant for it. Before each status."""
     if servo.player[0].fault != NO_FAULT and servo.status[0].fault == NO_FAULT:
         exchange(servo.block.control, block.ARM, 0)

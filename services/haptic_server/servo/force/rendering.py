@@ -87,7 +87,7 @@ def see(servo: Servo, z: float, v: float, now_ns: int) -> None:
 
 @njit()
 def ask(servo: Servo, period_s: float) -> tuple[float, float]:
-    """What the head and the pulses ask for over the coming tick, N, before the guard.
+    """Forces that the head and the pulses ask for over the coming tick, N, before the guard.
 
     A pulse's held force is its mean over the tick, so that it gives m dv in all, whatever T:
     h0 = m dv (1 - exp(-T/tau))/T.

@@ -37,11 +37,11 @@ class Cycle:
 
     @property
     def stable(self) -> bool:
-        """Does a small departure die away?"""
+        """True when a small departure dies away."""
         return abs(self.multiplier) < 1.0
 
     def passes(self, state: Numbers) -> bool:
-        """Is `state` one of the cycle's own?"""
+        """True when `state` is one of the cycle's own."""
         scale = float(np.sum(np.abs(self.states[0, : lap.PULSE_AGE])))
         apart = np.abs(self.states[:, : lap.PULSE_AGE] - state[: lap.PULSE_AGE]).sum(axis=1)
         return bool(np.min(apart) <= _SAME * scale)

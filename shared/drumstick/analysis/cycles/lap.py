@@ -139,7 +139,9 @@ def until(law: Law, motion: Motion, wanted: int, patience: int, measured: Number
 
 @njit(inline=True)
 def next_release(law: Law, motion: Motion, patience: int, measured: Numbers) -> int:
-    """From above the head through one contact; returns how that ended, as `until`. told: shape (6,), filled."""
+    """Advance from above the head through one contact; returns how that ended, as `until`. measured: shape (6,),
+    filled.
+    """
     fate, flight = until(law, motion, exact.ENTRY, patience, measured)
     if fate == exact.MOVING:
         measured[APEX_M] = motion.z_apex
@@ -177,5 +179,5 @@ def laps(law: Law, motion: Motion, states: Numbers, patience: int, measured: Num
 
 
 def scratch_of(scene: Scene) -> npt.NDArray[np.void]:
-    """What the kernels work on: shape (2,), a motion and a fresh one."""
+    """Work space of the kernels: shape (2,), a motion and a fresh one."""
     return np.repeat(thrown(scene, 0.0), 2)

@@ -133,7 +133,7 @@ class ReturnMap:
 
     @property
     def effort(self) -> float:
-        """How much computing it took so far, in events (lap.EFFORT)."""
+        """Computing done so far, in events (lap.EFFORT)."""
         return float(self.measured[:, EFFORT].sum())
 
     def at(self, speed: float, of: int) -> bool:

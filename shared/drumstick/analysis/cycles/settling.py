@@ -24,7 +24,7 @@ End = Literal["cycle", "captured", "left", "unsettled"]
 
 
 class Settled(NamedTuple):
-    """How the throw ends, and the cycle if it is one."""
+    """End of the throw, and the cycle if it is one."""
 
     end: End
     cycle: Cycle | None

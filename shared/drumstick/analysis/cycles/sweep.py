@@ -64,7 +64,7 @@ class Swept:
 
 @njit()
 def period_of(v_e: npt.NDArray[np.float64]) -> int:
-    """After how many contacts these speeds, shape (n,), repeat; 0 when not within LONGEST_PERIOD."""
+    """Number of contacts after which these speeds, shape (n,), repeat; 0 when not within LONGEST_PERIOD."""
     for period in range(1, LONGEST_PERIOD + 1):
         same = True
         for i in range(period, v_e.shape[0]):

@@ -121,7 +121,7 @@ def step(engine: "Engine", plane: int, sum_1: float) -> None:
 
 @only_with("cavity", otherwise=(0.0, 0.0))
 def picked_up(engine: "Engine", plane: int) -> tuple[float, float]:
-    """What the pickups hear of the second head, after its step."""
+    """Pickups' signal of the second head, after its step."""
     cavity = engine.effects.cavity
     now, after = cavity.head.planes[plane], cavity.head.planes[1 - plane]
     left, right = 0.0, 0.0

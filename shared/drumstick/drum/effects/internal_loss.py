@@ -40,7 +40,7 @@ class Momentum(NamedTuple):
 
 
 def part_of(building: "Building") -> Momentum:
-    """At rest; None where losses are in the coefficients: on modes, or if they hardly rise."""
+    """Memory at rest; None where losses are in the coefficients: on modes, or if they hardly rise."""
     if not (is_there(building.numbers) and building.numbers.with_momentum):
         return ABSENT
     losses = building.numbers.losses

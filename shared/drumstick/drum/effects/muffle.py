@@ -65,14 +65,14 @@ def part_of(building: "Building") -> Muffle:
 
 @only_with("muffle")
 def note(engine: "Engine", then: Floats) -> None:
-    """Before the sweep: keep u- where it will be needed."""
+    """Keep u- where it will be needed, before the sweep."""
     for i in range(engine.effects.muffle.places.shape[0]):
         engine.effects.muffle.before[i] = then[engine.effects.muffle.places[i]]
 
 
 @only_with("muffle", otherwise=0.0)
 def brake(engine: "Engine", then: Floats) -> float:
-    """After the sweep: let the patches brake; returns by how much the sum of u+ changed."""
+    """Brake the patches' junctions, after the sweep; returns by how much the sum of u+ changed."""
     changed = 0.0
     muffle = engine.effects.muffle
     for i in range(muffle.places.shape[0]):
@@ -86,7 +86,9 @@ def brake(engine: "Engine", then: Floats) -> float:
 
 @only_with("muffle", otherwise=0.0)
 def hidden_stretch(engine: "Engine", share: Floats, now: Floats, own_gain: float) -> float:
-    """What the masses of `share`, less by g under a patch, leave out of sum M d u-: before the sweep, after `note`."""
+    """Part of sum M d u- that the masses of `share`, less by g under a patch, leave out: before the sweep, after
+    `note`.
+    """
     muffle, hidden = engine.effects.muffle, 0.0
     for i in range(muffle.places.shape[0]):
         at, g = muffle.places[i], float(muffle.shares[i])

@@ -37,7 +37,7 @@ MODAL_EFFECTS = tuple(name for name, module in EFFECTS.items() if hasattr(module
 if TYPE_CHECKING:
 
     class Effects(NamedTuple):
-        """What the kernels need of each effect; None of those that the scene does not name."""
+        """Memory of each effect for the kernels; None for those that the scene does not name."""
 
         internal_loss: Momentum = ABSENT
         muffle: Muffle = ABSENT

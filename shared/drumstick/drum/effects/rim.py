@@ -94,13 +94,13 @@ def part_of(building: "Building") -> Rim:
 
 @only_with("rim")
 def begin(engine: "Engine") -> None:
-    """Before this step's forces."""
+    """Clear the hoop's share before this step's forces."""
     engine.effects.rim.state[0].force = 0.0
 
 
 @only_with("rim", otherwise=0.0)
 def share(engine: "Engine", x: float, y: float) -> float:
-    """What of a blow at (x, y), in radii, the hoop gets: all from the rim on, none further in than `width`."""
+    """Share of a blow at (x, y), in radii, that the hoop gets: all from the rim on, none further in than `width`."""
     width = engine.effects.rim.state[0].width
     return min(max((math.hypot(x, y) - (1.0 - width)) / width, 0.0), 1.0)
 

@@ -134,7 +134,9 @@ def met(before: float, free: float, give: float) -> float:
 
 @only_with("snare", otherwise=0.0)
 def rattle(engine: "Engine", head_after: npt.NDArray[np.float32]) -> float:
-    """After the second head's sweep: beads move on, push it and are pushed; returns by how much its sum changed."""
+    """Move the beads on after the second head's sweep: they push it and are pushed; returns by how much its sum
+    changed.
+    """
     state, beads = engine.effects.snare.state[0], engine.effects.snare.beads
     weights = engine.effects.cavity.head.weights
     changed = 0.0

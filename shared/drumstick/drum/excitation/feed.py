@@ -34,5 +34,5 @@ class Feed:
 
     @property
     def block_s(self) -> float:
-        """How long the audio thread's blocks are; 0 before the first."""
+        """Length of the audio thread's blocks, s; 0 before the first."""
         return float(self.stream.state["block_ns"][0]) * 1e-9

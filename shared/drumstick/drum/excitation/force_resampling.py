@@ -78,7 +78,7 @@ def _lay(engine: "Engine", piece: Piece) -> None:
 
 @only_with("stream")
 def take(engine: "Engine", block_start_ns: int, frames: int) -> None:
-    """Before a block: take up the pieces that have come."""
+    """Take up the pieces that have come, before a block."""
     control, stream = engine.control[0], engine.stream
     state = stream.state[0]
     to_next_step = (control.divisor - control.phase) % control.divisor

@@ -50,10 +50,10 @@ CELL = dtype_of(Cell)
 
 
 class StreamState(Record):
-    """Where it plays: `inside` (0..1) of cell `tick`, whose force is a parabola with the mean `mean` from `left` to
-    `right`; `before` was the mean before it; cells up to `entered` take no more samples, those before `begin` are
-    silent. `newest` is the last tick that came, `held` the last force, `gap` for how many ticks it has been held or
-    faded.
+    """Position of the playing stream: `inside` (0..1) of cell `tick`, whose force is a parabola with the mean `mean`
+    from `left` to `right`; `before` was the mean before it; cells up to `entered` take no more samples, those before
+    `begin` are silent. `newest` is the last tick that came, `held` the last force, `gap` for how many ticks it has
+    been held or faded.
     """
 
     epoch: int

@@ -92,7 +92,7 @@ class Mallets(NamedTuple):
 
 @only_with("mallets", otherwise=0)
 def playing(engine: "Engine") -> int:
-    """How many mallets may still meet the head."""
+    """Number of mallets that may still meet the head."""
     state = engine.mallets.state[0]
     return int(state.begun - state.oldest)
 
@@ -134,7 +134,7 @@ def swing(engine: "Engine", event: StrikeEvent, age: float) -> bool:
 
 @njit()
 def due(mallet: MalletMotion) -> bool:
-    """Whether its instant falls into the coming step; one that is still to come has a step less to wait."""
+    """True when its instant falls into the coming step; one that is still to come has a step less to wait."""
     if mallet.stage != COMING:
         return False
     if mallet.age <= -1.0:
@@ -171,13 +171,13 @@ def arrive(engine: "Engine", slot: int, y: float, y_before: float) -> None:
 
 @njit()
 def full_impulse(state: MalletsState, speed: float) -> float:
-    """What a whole mallet gives to something that throws it back as fast as it came, N steps."""
+    """Impulse that a whole mallet gives to something that throws it back as fast as it came, N steps."""
     return float(2.0 * speed * state.step_s / state.own_give)
 
 
 @njit()
 def free(engine: "Engine", slot: int, y_free: float) -> float:
-    """How deep the tip would be after this step without its own push, over a head that would be at y_free, m."""
+    """Depth of the tip after this step without its own push, over a head that would be at y_free, m."""
     mallet = engine.mallets.pool[slot]
     return float(2.0 * mallet.now - mallet.before - y_free)
 
@@ -201,7 +201,7 @@ def fly(engine: "Engine", slot: int, after: float, force: float) -> None:
 
 @njit()
 def forget(engine: "Engine") -> None:
-    """After a step: mallets that are gone leave the pool in their turn."""
+    """Remove mallets that are gone from the pool, after a step, in their turn."""
     state, pool = engine.mallets.state[0], engine.mallets.pool
     while state.oldest < state.begun and pool[state.oldest % POOL].stage == GONE:
         state.oldest += 1

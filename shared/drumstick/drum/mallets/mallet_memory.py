@@ -48,7 +48,7 @@ def _state_of(scene: Scene, mallet: Mallet, step_s: float) -> Records:
 
 
 def mallets_on_mesh(scene: Scene, step_s: float, spacing: float) -> Mallets:
-    """For a mesh that steps every step_s, its junctions `spacing` radii apart; None without [mallet]."""
+    """Mallets for a mesh that steps every step_s, its junctions `spacing` radii apart; None without [mallet]."""
     mallet = scene.mallet
     if mallet is None:
         return ABSENT
@@ -59,7 +59,7 @@ def mallets_on_mesh(scene: Scene, step_s: float, spacing: float) -> Mallets:
 
 
 def mallets_on_modes(scene: Scene, step_s: float, modes: int) -> Mallets:
-    """For a bank of so many oscillators that steps every step_s; None without [mallet]."""
+    """Mallets for a bank of so many oscillators that steps every step_s; None without [mallet]."""
     mallet = scene.mallet
     if mallet is None:
         return ABSENT

@@ -33,7 +33,7 @@ def _clear(engine: "Engine", slot: int) -> None:
 
 @only_with("mallets")
 def come(engine: "Engine", now: Any, then: Any) -> None:
-    """Before the sweep, while `then` still holds u-: mallets whose instant has come arrive."""
+    """Let mallets arrive whose instant has come: before the sweep, while `then` still holds u-."""
     state, pool = engine.mallets.state[0], engine.mallets.pool
     for number in range(state.oldest, state.begun):
         slot = number % POOL
@@ -50,7 +50,7 @@ def _keep_moving(engine: "Engine", slot: int, force: float) -> None:
 
 @only_with("mallets", otherwise=0.0)
 def strike(engine: "Engine", then: Any) -> float:
-    """After all else has moved u+: mallets and head meet; returns by how much its sum changed."""
+    """Let mallets and head meet after all else has moved u+; returns by how much its sum changed."""
     state, pool, changed = engine.mallets.state[0], engine.mallets.pool, 0.0
     if state.begun == state.oldest:
         return changed

@@ -116,5 +116,5 @@ def _meet(engine: "Engine") -> None:
 
 @only_with("mallets")
 def strike(engine: "Engine") -> None:
-    """Before the step of a bank: mallets and head meet, and their pushes drive the modes."""
+    """Let mallets and head meet before the step of a bank, and drive the modes by their pushes."""
     _meet(engine)

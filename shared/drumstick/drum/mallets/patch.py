@@ -159,7 +159,7 @@ def under(patches: Patches, slot: int, plane: Floats) -> float:
 
 @njit()
 def free_under(patches: Patches, slot: int, plane: Floats) -> float:
-    """The same, less what a muffle holds."""
+    """Like `under`, less what a muffle holds."""
     return float(_summed(patches, patches.free, slot, plane))
 
 

@@ -90,6 +90,6 @@ def _after(still: Floats, moving: Floats, q: Floats, d: Floats) -> float:
 
 @njit()
 def ahead(engine: "Engine", slot: int) -> float:
-    """Where the head under the tip would be after this step without a push."""
+    """Position of the head under the tip after this step without a push."""
     own = engine.mallets.shares
     return float(_after(own.still[slot], own.moving[slot], engine.modal.q, engine.modal.d))

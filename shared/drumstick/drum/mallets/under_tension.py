@@ -151,5 +151,5 @@ def _settled(engine: "Engine", now: Any, then: Any, push: float) -> float:
 
 @only_with("mallets", otherwise=0.0)
 def more(engine: "Engine", now: Any, then: Any, push: float) -> float:
-    """After `tension.tightened`: by how much mallets change its q. push: f of the whole head."""
+    """Amount by which mallets change q, after `tension.tightened`. push: f of the whole head."""
     return float(_settled(engine, now, then, push))

@@ -78,5 +78,5 @@ def _around_by_type(
 
 @njit()
 def corners_of(head: Head, x: float, y: float) -> Corners:
-    """As `around`, from Python."""
+    """Like `around`, from Python."""
     return around(head, x, y)

@@ -21,7 +21,7 @@ _RIM = 1.0 - 1e-9  # squared: a junction on the rim itself would have an infinit
 
 @dataclass(frozen=True)
 class Topology:
-    """Which neighbours a junction has.
+    """Neighbours of a junction.
 
     neighbours: in directions that divide the circle evenly, from 0 on. row_height: between rows, in spacings.
     most_bend: largest eigenvalue of u - mean of the neighbours.
@@ -76,7 +76,7 @@ class Lattice:
         return math.pi / (self.topology.row_height * self.spacing**2)
 
     def shift(self, row: int) -> float:
-        """How far a row's junctions lie to the right, in spacings."""
+        """Offset of a row's junctions to the right, in spacings."""
         return 0.5 * ((row - self.centre_row) & 1) if self.topology.shifted else 0.0
 
     def position(self, row: int, column: int) -> tuple[float, float]:

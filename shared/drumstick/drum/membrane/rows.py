@@ -26,7 +26,7 @@ from drumstick.drum.membrane.strip import Strip, walk
 
 
 class Place(NamedTuple):
-    """Where a strip begins and ends, as in `Strip`; int64."""
+    """Begin and end of a strip, as in `Strip`; int64."""
 
     stride: int
     start: int

@@ -32,7 +32,7 @@ class Scheme:
     order_4: float = 0.0
 
     def squeezed(self, most: float) -> "Scheme":
-        """The same with tau as large as q <= `most` allows, if that is less."""
+        """Like `tuned`, with tau as large as q <= `most` allows, if that is less."""
         return Scheme(self.topology, min(self.tau, most / self.topology.most_bend), self.order_4)
 
     def bend_of(self, q: float) -> float:
@@ -56,7 +56,7 @@ def scheme_of(topology: Topology, order: int, lossless: bool) -> Scheme:
 
 @dataclass(frozen=True)
 class Losses:
-    """What is lost in each step. `s` for all alike; or, when `eta` > 0, rho and eta."""
+    """Losses of each step. `s` for all alike; or, when `eta` > 0, rho and eta."""
 
     s: float
     rho: float = 1.0

@@ -58,11 +58,11 @@ class Lanes:
         return ir.Constant(ir.VectorType(_LANE, len(constants)), constants)
 
     def after(self, first, second):
-        """What lies a lane to the right of `first`, when `second` follows it. Not for width 1."""
+        """Vector a lane to the right of `first`, when `second` follows it. Not for width 1."""
         return self._shifted(first, second, 1)
 
     def before(self, first, second):
-        """What lies a lane to the left of `second`, when it follows `first`. Not for width 1."""
+        """Vector a lane to the left of `second`, when it follows `first`. Not for width 1."""
         return self._shifted(first, second, self.width - 1)
 
     def _shifted(self, first, second, begin):
@@ -72,13 +72,13 @@ class Lanes:
         return self.builder.bitcast(self.builder.gep(base, [index]), self.kind.as_pointer())
 
     def load(self, base, index, aligned: bool = True):
-        """From an address that is aligned to the vector, or to its lanes only."""
+        """Load from an address that is aligned to the vector, or to its lanes only."""
         value = self.builder.load(self._place(base, index))
         value.align = 4 * self.width if aligned else 4
         return value
 
     def store(self, value, base, index):
-        """To an address that is aligned to the vector."""
+        """Store to an address that is aligned to the vector."""
         self.builder.store(value, self._place(base, index)).align = 4 * self.width
 
     def plus(self, a, b):

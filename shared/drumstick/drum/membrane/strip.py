@@ -25,7 +25,7 @@ Turn = Callable[[Any, Any, Any, Any, list[Any]], list[Any]]
 
 
 class Strip(NamedTuple):
-    """Where it lies: planes are pointers, the rest flat indices (int64) in its first row, whose side is `side`."""
+    """Place of a strip: planes are pointers, the rest flat indices (int64) in its first row, whose side is `side`."""
 
     now: Any
     weights: Any
@@ -66,14 +66,14 @@ class _Row:
         return self._lanes.load(self._now, place, aligned=aside % self._lanes.width == 0)
 
     def first(self, i) -> list[Any]:
-        """What the loop begins with."""
+        """State with which the loop begins."""
         if not self._shifts:
             return []
         ahead = [(-LANES, self._to_left), (0, self._to_right)]
         return [self._load(i, aside) for aside, is_kept in ahead if is_kept]
 
     def seen(self, i, kept: list[Any]) -> tuple[_Seen, list[Any]]:
-        """What there is at i; and what to keep for the next place."""
+        """Vector at i, and what to keep for the next place."""
         lanes = self._lanes
         if self._shifts:
             centre = kept[-1] if self._to_right else self._load(i, 0)

@@ -32,7 +32,7 @@ def rings() -> tuple[Numbers, Numbers]:
 
 
 class Places(NamedTuple):
-    """Where the values that are shown lie in what renders the head, and their shares: shape (N, C). `shapes`: None, or
+    """Places of the displayed values in what renders the head, and their shares: shape (N, C). `shapes`: None, or
     (769, N) from values to heights."""
 
     places: npt.NDArray[np.int64]
@@ -68,7 +68,7 @@ def of_modes(highest_zero: float) -> Places:
 
 
 def metres_per_unit(scene: Scene) -> float:
-    """What 1 of a renderer's displacement is: it works with a tension of 1 N/m, a real head has sigma c^2.
+    """Metres for 1 of a renderer's displacement: it works with a tension of 1 N/m, a real head has sigma c^2.
 
     sigma is the cavity's head_kg_per_m2, or its default where the scene has none: a polyester head of 0.2 mm.
     """

@@ -21,7 +21,7 @@ Floats = npt.NDArray[np.float32]
 
 
 class SquareGrid(Record):
-    """Where a square mesh's junctions are; lengths in radii of the head."""
+    """Junctions of a square mesh; lengths in radii of the head."""
 
     spacing: float
     centre_row: int
@@ -30,7 +30,7 @@ class SquareGrid(Record):
 
 
 class TriangularGrid(SquareGrid):
-    """The same of a triangular mesh, which has a field more: its type says what it is."""
+    """Junctions of a triangular mesh. It has one field more than `SquareGrid`: its type says what it is."""
 
     shifted: int
 
@@ -49,7 +49,7 @@ class Head(NamedTuple):
 
 
 def is_triangular_type(head: ArgumentType) -> bool:
-    """At compile time: the same of a head's type."""
+    """Compile-time form of `is_triangular`, for a head's type."""
     return array_has(head, "grid", "shifted")
 
 

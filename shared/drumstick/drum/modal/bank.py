@@ -57,7 +57,10 @@ def _turn(turns: npt.NDArray[np.float64], angle: float) -> None:
 
 @njit(fastmath={"contract"})
 def take_aim(bank: Bank, row: int, x: float, y: float) -> None:
-    """How a force at (x, y), in radii, drives each mode, into bank.aimed[row]. By cubic interpolation (Catmull-Rom)."""
+    """Weights by which a force at (x, y), in radii, drives each mode, into bank.aimed[row].
+
+    Cubic interpolation (Catmull-Rom).
+    """
     _turn(bank.turns, math.atan2(y, x))
     at = min(math.hypot(x, y), 1.0) * (bank.radial.shape[0] - 3)
     first = min(int(at), bank.radial.shape[0] - 4)

@@ -49,7 +49,7 @@ class Shown(NamedTuple):
 
 
 def shown_of(places: npt.NDArray[np.int64], shares: npt.NDArray[np.float32]) -> Shown:
-    """Nothing wanted yet. Any thread; allocates."""
+    """Display data with nothing wanted yet. Any thread; allocates."""
     cells = np.zeros(triple_buffer.CELLS, np.int64)
     slots = np.zeros((3, len(places)), np.float32)
     cells[triple_buffer.READER], cells[triple_buffer.BETWEEN] = 2, 1

@@ -67,7 +67,7 @@ def captured(engine: "Engine", now: Floats, then: Floats) -> Any:
 
 @only_with("microphones")
 def rest(engine: "Engine") -> None:
-    """Nothing is on its way."""
+    """Empty the delay lines."""
     engine.microphones.line[:] = 0.0
 
 

@@ -74,13 +74,13 @@ def max_force(law: "Law") -> float:
 
 @only_with("chaos", otherwise=False)
 def can_add_energy(law: "Law", motion: "Motion") -> bool:
-    """May it still give the stick energy in this contact? Its force comes with the first turn."""
+    """True when it may still give the stick energy in this contact. Its force comes with the first turn."""
     return motion.turned == 0 and law.chaos.force * law.chaos.growth > 0.0
 
 
 @only_with("chaos", otherwise=True)
 def usable(law: "Law") -> bool:
-    """Are its numbers fit for a device? Above 4 the logistic map leaves 0 .. 1."""
+    """True when its numbers are fit for a device. Above 4 the logistic map leaves 0 .. 1."""
     return 0.0 <= law.chaos.force < 1e6 and 0.0 <= law.chaos.growth <= 4.0
 
 

@@ -91,7 +91,7 @@ def elapse(law: "Law", motion: "Motion", duration: float, fade: float) -> None:
 
 @only_with("cor_pulse")
 def keep_speed(law: "Law", new_law: "Law", motion: "Motion") -> None:
-    """Before `new_law` takes over: what a running push still has to give stays as it is."""
+    """Keep what a running push still has to give, before `new_law` takes over."""
     motion.cor_pulse.push *= law.cor_pulse.tau / new_law.cor_pulse.tau
 
 
@@ -103,7 +103,7 @@ def stop(law: "Law", motion: "Motion") -> None:
 
 @only_with("cor_pulse", otherwise=0.0)
 def max_speed_factor(law: "Law") -> float:
-    """What it adds to the coefficient of restitution."""
+    """Increase of the coefficient of restitution."""
     return law.cor_pulse.gamma
 
 
@@ -121,6 +121,6 @@ def time_constant(law: "Law") -> float:
 
 @only_with("cor_pulse", otherwise=True)
 def usable(law: "Law") -> bool:
-    """Are its numbers fit for a device?"""
+    """True when its numbers are fit for a device."""
     given = law.cor_pulse
     return 0.0 <= given.gamma < 1e3 and 0.0 < given.tau < 1e3 and given.gamma / given.tau < 1e12

@@ -35,7 +35,7 @@ class HystereticSpringLaw(Record):
 
 
 class HystereticSpringState(Record):
-    """Whether the stick rises in the head."""
+    """Direction of the stick in the head: rising or not."""
 
     rising: int
 
@@ -57,7 +57,7 @@ def fire(law: "Law", motion: "Motion", when: int) -> None:
 
 @only_with("hysteretic_spring", otherwise=1.0)
 def stiffening(law: "Law", motion: "Motion") -> float:
-    """What multiplies K_coll now."""
+    """Factor of K_coll now."""
     return law.hysteretic_spring.ratio if motion.hysteretic_spring.rising != 0 else 1.0
 
 
@@ -69,11 +69,11 @@ def max_stiffening(law: "Law") -> float:
 
 @only_with("hysteretic_spring", otherwise=True)
 def usable(law: "Law") -> bool:
-    """Is its number fit for a device?"""
+    """True when its number is fit for a device."""
     return 1.0 <= law.hysteretic_spring.ratio < 1e3
 
 
 @only_with("hysteretic_spring", otherwise=False)
 def can_add_energy(law: "Law", motion: "Motion") -> bool:
-    """May it still give the stick energy in this contact?"""
+    """True when it may still give the stick energy in this contact."""
     return law.hysteretic_spring.ratio > 1.0

@@ -27,7 +27,7 @@ SPENT_M_PER_S = 1e-25  # a tail that can still give less than this is set to 0, 
 
 
 class Push(Record):
-    """What a pulse remembers between ticks: its push h/m, m/s^2, and the time since it fired, s."""
+    """State of a pulse between ticks: its push h/m, m/s^2, and the time since it fired, s."""
 
     push: float
     age: float
@@ -70,5 +70,7 @@ def elapse(given: "Given", state: Push, duration: float, fade: float) -> None:
 
 @njit()
 def stacked(given: "Given", soonest: float) -> float:
-    """How many pulses push at once at most, counted by their force, when two never fire within `soonest` seconds."""
+    """Largest number of pulses that push at once, counted by their force, when two never fire within `soonest`
+    seconds.
+    """
     return 1.0 / -math.expm1(-soonest / given.tau) if given.overlap == ADD else 1.0

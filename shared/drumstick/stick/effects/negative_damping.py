@@ -40,7 +40,7 @@ class NegativeDampingLaw(Record):
 
 
 class NegativeDampingState(Record):
-    """Whether this contact is slow enough."""
+    """Mark of a contact that is slow enough."""
 
     active: int
 
@@ -66,13 +66,13 @@ def fire(law: "Law", motion: "Motion", when: int) -> None:
 
 @only_with("negative_damping", otherwise=0.0)
 def removed_damping(law: "Law", motion: "Motion") -> float:
-    """What is taken from R_in now, N s/m."""
+    """Damping taken from R_in now, N s/m."""
     return law.r_in - lowered(law) if motion.negative_damping.active != 0 else 0.0
 
 
 @only_with("negative_damping", otherwise=False)
 def can_add_energy(law: "Law", motion: "Motion") -> bool:
-    """May it still give the stick energy in this contact?"""
+    """True when it may still give the stick energy in this contact."""
     return motion.negative_damping.active != 0 and lowered(law) < 0.0
 
 
@@ -90,5 +90,5 @@ def below(law: "Law") -> float:
 
 @only_with("negative_damping", otherwise=True)
 def usable(law: "Law") -> bool:
-    """Are its numbers fit for a device?"""
+    """True when its numbers are fit for a device."""
     return 0.0 <= law.negative_damping.r < 1e6 and 0.0 <= law.negative_damping.below < 1e3

@@ -119,13 +119,13 @@ def max_force(law: "Law") -> float:
 
 @only_with("noise", otherwise=True)
 def usable(law: "Law") -> bool:
-    """Are its numbers fit for a device?"""
+    """True when its numbers are fit for a device."""
     return 0.0 <= law.noise.force < 1e6 and 0.0 < law.noise.hold < 1e3
 
 
 @only_with("noise", otherwise=False)
 def can_add_energy(law: "Law") -> bool:
-    """May it give the stick energy?"""
+    """True when it may give the stick energy."""
     return law.noise.force > 0.0
 
 
@@ -137,5 +137,5 @@ def can_move_resting_stick(law: "Law") -> bool:
 
 @only_with("noise", otherwise=False)
 def varies_at_rest(law: "Law") -> bool:
-    """May its force change although nothing happens?"""
+    """True when its force may change although nothing happens."""
     return law.noise.force > 0.0

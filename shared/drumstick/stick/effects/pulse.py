@@ -90,7 +90,7 @@ def elapse(law: "Law", motion: "Motion", duration: float, fade: float) -> None:
 
 @only_with("pulse")
 def keep_speed(law: "Law", new_law: "Law", motion: "Motion") -> None:
-    """Before `new_law` takes over: what a running pulse still has to give, push times tau, stays as it is."""
+    """Keep what a running pulse still has to give, push times tau, before `new_law` takes over."""
     motion.pulse.push *= law.pulse.tau / new_law.pulse.tau
 
 
@@ -120,6 +120,6 @@ def time_constant(law: "Law") -> float:
 
 @only_with("pulse", otherwise=True)
 def usable(law: "Law") -> bool:
-    """Are its numbers fit for a device? A tau below 0 would make the pulse grow for ever."""
+    """True when its numbers are fit for a device. A tau below 0 would make the pulse grow for ever."""
     given = law.pulse
     return 0.0 <= given.dv_pls < 1e3 and 0.0 < given.tau < 1e3 and given.dv_pls / given.tau < 1e12

@@ -35,7 +35,7 @@ class SystemDelay:
 
     @property
     def mean_lag_s(self) -> float:
-        """How old the force is on the average."""
+        """Mean age of the force, s."""
         return self.period_s * (0.5 + self.delay_ticks)
 
 
@@ -63,7 +63,7 @@ NEVER_REPEATS = True
 
 @only_with("system_delay", otherwise=False)
 def sampled(law: "Law") -> bool:
-    """Is the head's force a held sample?"""
+    """True when the head's force is a held sample."""
     return True
 
 
@@ -128,7 +128,7 @@ def _pending(state: SystemDelayState) -> float:
 
 @only_with("system_delay", otherwise=False)
 def still_pushes(law: "Law", motion: "Motion") -> bool:
-    """Is a force acting or on its way?"""
+    """True when a force is acting or on its way."""
     return _pending(motion.system_delay) != 0.0
 
 
@@ -140,7 +140,7 @@ def can_add_energy(law: "Law") -> bool:
 
 @only_with("system_delay", otherwise=False)
 def can_move_resting_stick(law: "Law", motion: "Motion", least: float) -> bool:
-    """Can the forces acting or on their way give more than `least` m/s?"""
+    """True when the forces acting or on their way can give more than `least` m/s."""
     return _pending(motion.system_delay) * law.system_delay.period / law.m > least
 
 
@@ -154,5 +154,5 @@ def stop(law: "Law", motion: "Motion") -> None:
 
 @only_with("system_delay", otherwise=True)
 def usable(law: "Law") -> bool:
-    """Is its number fit for a device?"""
+    """True when its number is fit for a device."""
     return 0.0 < law.system_delay.period < 1e3

@@ -63,7 +63,7 @@ def point_after(seg: Segment, t: float) -> Point:
 
 @njit()
 def stay(p: Point, t: float) -> Point:
-    """The same point later: for a stick that rests."""
+    """Copy of the point at a later time, for a stick that rests."""
     return Point(t, p.z, p.v, p.z2, p.z3, p.z4, p.z5, p.z6)
 
 
@@ -81,7 +81,7 @@ def weighted(weights: Weights, p: Point) -> tuple[float, float, float, float]:
 
 @njit()
 def changes(before: float, after: float) -> bool:
-    """Does the sign change on the way? Reaching 0 is a change, leaving it is none."""
+    """True when the sign changes on the way. Reaching 0 is a change, leaving it is none."""
     return before < 0.0 <= after or before > 0.0 >= after
 
 

@@ -34,7 +34,7 @@ Event = tuple[int, Point]
 
 @njit()
 def push_of(seg: Segment, z: float, v: float) -> float:
-    """What the segment's head pushes with, N; below 0 it would pull."""
+    """Push of the segment's head, N; below 0 it would pull."""
     return -seg.k * z - seg.r * v + seg.f
 
 

@@ -259,13 +259,13 @@ def _sum_at_start(pushes: Any) -> Callable[..., float]:
 
 @njit()
 def acceleration_at_start(seg: Segment) -> float:
-    """As `acceleration` at the segment's start, to the last bit, without a look at how pulses fade."""
+    """Like `acceleration` at the segment's start, to the last bit, without a look at how pulses fade."""
     return seg.g - 2.0 * seg.a * seg.v - seg.w2 * seg.z + _pushes_at_start(seg.pushes)
 
 
 @njit()
 def onward(seg: Segment, z: float, v: float, pushes: Pushes) -> Segment:
-    """The same equation, from another start."""
+    """Same equation, from another start."""
     return Segment(seg.a, seg.w2, seg.g, z, v, pushes, seg.k, seg.r, seg.f, seg.release, seg.method)
 
 

@@ -27,7 +27,7 @@ _OUT_BY = 2.0
 
 
 class Nodes(NamedTuple):
-    """When the next spans end, s: for z', for the push's rate, for a motion that dies away; half an oscillation."""
+    """Ends of the next spans, s: for z', for the push's rate, for a motion that dies away; half an oscillation."""
 
     speed: float
     push: float
@@ -99,7 +99,9 @@ def _first_node_for_each(seg: Any, weights: Any, start: Any) -> Callable[..., fl
 
 @njit()
 def is_brief(seg: Segment, duration: float) -> bool:
-    """Is this well under half an oscillation, with no pulse running? Then it is one span: most ticks of a servo are."""
+    """True when this is well under half an oscillation, with no pulse running: then it is one span, as most ticks
+    are.
+    """
     return duration > 0.0 and quickest_push(seg) == 0.0 and duration * fastest_rate(seg.a, seg.w2, 0.0) < 1.0
 
 

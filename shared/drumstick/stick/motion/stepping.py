@@ -33,7 +33,7 @@ _NEGLIGIBLE = 1e-12  # of a step: what rounding may leave of a horizon that is a
 
 @njit()
 def located(law: Law, motion: Motion, horizon: float, method: int, dt: float) -> tuple[int, float]:
-    """As `exact.advance`, by a stepper of steps `dt` s (drumstick.stick.methods.carry): order as its method
+    """Like `exact.advance`, by a stepper of steps `dt` s (drumstick.stick.methods.carry): order as its method
     declares."""
     return advance(law, motion, horizon, method, dt)
 
@@ -60,7 +60,7 @@ def _seen(place: int, seg: Segment, z: float, v: float) -> int:
 
 @njit()
 def unlocated(law: Law, motion: Motion, horizon: float, method: int, dt: float) -> tuple[int, float]:
-    """As `exact.advance`, but an event is only noticed at the end of its step: order one, whatever the method."""
+    """Like `exact.advance`, but an event is only noticed at the end of its step: order one, whatever the method."""
     moved = 0.0
     seg, fades = begin(law, motion, method), composition.fades(law, dt)
     while True:

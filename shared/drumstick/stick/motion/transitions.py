@@ -37,7 +37,7 @@ _RUNAWAY_M_PER_S = (
 
 @njit()
 def head_push(law: Law, motion: Motion) -> float:
-    """What the head pushes with now, N, if nothing delays it; a head that only pushes never pulls."""
+    """Push of the head now, N, if nothing delays it; a head that only pushes never pulls."""
     if motion.place == ABOVE:
         return 0.0
     k, r, f = composition.head(law, motion)
@@ -122,7 +122,7 @@ def _turns(motion: Motion, a: float, w: float, rest: float) -> bool:
 
 @njit()
 def never_releases(law: Law, motion: Motion) -> bool:
-    """Can nothing bring the stick out of the head again?
+    """True when nothing can bring the stick out of the head again.
 
     Energy about the point of rest in the head, with all that a pulse can still add, cannot reach z = 0. A head that
     lets go and meets the stick again higher up only takes energy away.
@@ -209,7 +209,7 @@ def _leave(law: Law, motion: Motion) -> None:
 
 @njit()
 def apply(law: Law, motion: Motion, event: int) -> None:
-    """What the event changes: the place, the contact's record, the effects, the stick's fate."""
+    """Apply the event: to the place, the contact's record, the effects, the stick's fate."""
     if event == ENTRY:
         _enter(law, motion)
     elif event == TURN:

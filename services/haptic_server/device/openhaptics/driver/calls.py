@@ -18,7 +18,7 @@ Library: Any = ctypes.WinDLL if sys.platform == "win32" else ctypes.CDLL
 
 
 class ErrorInfo(ctypes.Structure):
-    """What hdGetError returns by value: 12 bytes."""
+    """Error of the HD layer as hdGetError returns it, by value: 12 bytes."""
 
     _fields_ = (("code", ctypes.c_uint32), ("internal", ctypes.c_int32), ("device", ctypes.c_uint32))
 

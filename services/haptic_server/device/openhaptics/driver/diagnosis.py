@@ -19,7 +19,7 @@ _CURES = {
 
 
 def of_library(refusals: Iterable[str], environment: dict[str, str]) -> list[str]:
-    """What to do about a library that was not loaded; `refusals` are the loader's own messages."""
+    """Advice for a library that was not loaded; `refusals` are the loader's own messages."""
     text = "\n".join(refusals)
     advice = [cure for part, cure in _CURES.items() if part in text]
     if not advice:
@@ -30,7 +30,7 @@ def of_library(refusals: Iterable[str], environment: dict[str, str]) -> list[str
 
 
 def of_environment(environment: dict[str, str]) -> list[str]:
-    """What is wrong with the environment of this process for the driver of a Touch."""
+    """Faults in this process's environment that keep the driver of a Touch from working."""
     home = environment.get(_VARIABLE, "")
     if not home:
         return [
@@ -43,7 +43,7 @@ def of_environment(environment: dict[str, str]) -> list[str]:
 
 
 def of_ports(folder: Path = Path("/dev")) -> list[str]:
-    """What is wrong with the serial ports under which USB arms appear on Linux."""
+    """Faults of the serial ports under which USB arms appear on Linux."""
     ports = sorted(folder.glob("ttyACM*"))
     if not ports:
         return [

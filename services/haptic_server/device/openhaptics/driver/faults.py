@@ -55,7 +55,7 @@ def fault_of(code: int) -> int:
 
 @njit()
 def is_hard(fault: int) -> bool:
-    """Whether only a new process can get over it. Tick thread."""
+    """True when only a new process can get over it. Tick thread."""
     return fault in (UNPLUGGED, SCHEDULER)
 
 

@@ -32,7 +32,7 @@ class Hd:
         self._library = library
 
     def address(self, name: str) -> int:
-        """Where this function is, for compiled code."""
+        """Address of this function, for compiled code."""
         return int(ctypes.cast(getattr(self._library, name), ctypes.c_void_p).value or 0)
 
     def errors(self) -> list[HdError]:
@@ -87,7 +87,7 @@ class Hd:
         return self.is_enabled(capability)
 
     def is_enabled(self, capability: int) -> bool:
-        """Whether a capability is on."""
+        """True when a capability is on."""
         return bool(self._library.hdIsEnabled(capability))
 
     def set_rate(self, rate_hz: int) -> None:

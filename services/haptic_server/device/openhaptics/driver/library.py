@@ -19,7 +19,7 @@ _loaded: list[str] = []
 
 
 def candidates(system: str, environment: dict[str, str]) -> tuple[str, ...]:
-    """What to try to load, in order: the file that the environment names and nothing else, or the platform's names."""
+    """Libraries to try, in order: the file that the environment names and nothing else, or the platform's names."""
     chosen = environment.get(VARIABLE, "")
     if chosen:
         return (chosen,)
