@@ -18,7 +18,7 @@ def accuracy_command(
         typer.Option(help="Folder for the result and its figures; without it, one of this user's."),
     ] = None,
 ) -> None:
-    """What accuracy costs in time on this machine: stick, servo, mesh, excitation, effects; with figures."""
+    """Measure what accuracy costs in time on this machine: stick, servo, mesh, excitation, effects; with figures."""
     from drumstick_lab.accuracy.command import accuracy
 
     accuracy(quick, as_json, out)

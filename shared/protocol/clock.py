@@ -1,4 +1,4 @@
-"""When it is on the haptic machine: its monotonic clock against ours, from round trips of the `clock` query.
+"""Time on the haptic machine: its monotonic clock against ours, from round trips of the `clock` query.
 
 The answer was given somewhere within the round trip, so each trip bounds the offset between the two clocks by what no
 delay can undo, however uneven the two ways are; a short trip bounds it tightly. The trips of the last two minutes are

@@ -62,7 +62,7 @@ def _is_close(row: Row) -> bool:
 
 
 def worst_energy(row: Row) -> float:
-    """What a contact adds at the worst phase of the tick, of the energy before it."""
+    """Energy that a contact adds at the worst phase of the tick, as a share of the energy before it."""
     return row["restitution"]["most"] ** 2 - row["design"] ** 2
 
 
@@ -95,7 +95,7 @@ def _of_servo(found: Row) -> Iterator[Choice]:
 
 
 def mesh_words(row: Row) -> str:
-    """What makes a row of the mesh's table: what a scene says, and what that is."""
+    """Words for a row of the mesh's table: the scene's own keys, and what they choose."""
     if row["renderer"] == "modal":
         return f"`modal.top_Hz = {row['bandwidth_Hz']:g}`: {row['junctions']} modes"
     keys = f"{SCHEMES[row['scheme']]}`mesh.rate_Hz = {row['rate_Hz']:g}`"
@@ -183,7 +183,7 @@ def _of_effects(found: Row) -> Iterator[Choice]:
 
 
 def choices(found: Row) -> list[Choice]:
-    """Of all parts that the result has, in their order."""
+    """Choices of all parts that the result has, in their order."""
     readers = {
         "stick": _of_stick,
         "servo": _of_servo,

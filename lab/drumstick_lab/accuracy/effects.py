@@ -1,4 +1,4 @@
-"""What the effects cost and what they change: of the drum a sample, of the stick a tick; and what composing costs."""
+"""Cost and result of the effects: of the drum a sample, of the stick a tick; and the cost of composing."""
 
 import statistics
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""What excites the drum: a strike's message, or the servo's force as a stream; how true, how late, at what cost.
+"""Excitation of the drum by a strike's message or by the servo's streamed force: error, delay, cost.
 
 Errors are against a contact of the roll, hand and pulse included (drumstick_lab.accuracy.drums.blows), on the mean over places between
 two ticks; of the sound below BAND_Hz, the same for all: twenty modes of the default drum lie there. A servo knows

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 
 class Job(NamedTuple):
-    """What is done, in words, and doing it: it notes what it finds in the part of the result that it was made for."""
+    """One measurement, in words, and doing it: it notes its result in the part that it was made for."""
 
     words: str
     run: Callable[[], None]

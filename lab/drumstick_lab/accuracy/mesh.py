@@ -1,4 +1,4 @@
-"""How true a head's modes are, and what that costs: the mesh's schemes, the bank of modes, and other programs' meshes.
+"""Error of a head's modes, and its cost: the mesh's schemes, the bank of modes, and other programs' meshes.
 
 Errors are of the first twenty modes, pairs counted twice, relative to the lowest, whose own error is told beside them
 (`f01_cents`): a rim without weights puts the whole head out of tune, not only its overtones. All rows are timed in the
@@ -37,7 +37,7 @@ _ROUNDS, _QUICK_ROUNDS = 40, 15
 
 
 def errors(poles: Poles, due_s: float) -> Row:
-    """What a row tells of the modes: `poles` of the first twenty, T60 as it is due."""
+    """Errors of a row's modes: `poles` of the first twenty, T60 as it is due."""
     off = cents_off(poles.f_Hz, due_s)
     return {
         "rms_cents": float(np.sqrt(np.mean(off**2))),

@@ -1,4 +1,4 @@
-"""What a sampled device makes of the head: rendered restitution, energy added, and what the ticks cost.
+"""Head as rendered on a sampled device: restitution, energy added, and the ticks' cost.
 
 Over rate, prediction, delay and speed filter. The servo has one filter (drumstick_lab.accuracy.sticks.filters names it ADAPTIVE); its
 restitution is measured by the text that plays. The other filters, which stand in for those of other force loops, take

@@ -1,4 +1,4 @@
-"""What accuracy costs of the stick: every method over its step, with and without event location, beside `exact`.
+"""Cost of the stick's accuracy: every method over its step, with and without event location, beside `exact`.
 
 The scene is `roll`. Errors are relative to `exact`, whose own error is rounding (EXACT_ERROR); CPU time is that of the
 thread for a simulated second, of a whole run as `drumstick simulate` makes it. A peer does the same where it is
@@ -78,12 +78,12 @@ class Roll:
         return found[:_AIMED_AT]
 
     def errors_of(self, stepper: Stepper | None) -> Errors:
-        """Of a stepper, or of `exact` for None: none, by definition."""
+        """Errors of a stepper, or of `exact` for None: none, by definition."""
         duration_s = float(self.truth[-1, 2]) / _SLOWEST
         return errors(simulate(self.scene, duration_s, self.throw, stepper).contacts, self.truth)
 
     def errors_of_peer(self, rtol: float) -> Errors:
-        """Of solve_ivp. Raises ImportError where scipy is not installed."""
+        """Errors of solve_ivp. Raises ImportError where scipy is not installed."""
         return errors(self.peers(_AIMED_AT, rtol), self.truth)
 
     def peers(self, count: int, rtol: float) -> Contacts:

@@ -30,7 +30,7 @@ def keep(found: dict[str, Any], out: Path, name: str = FILE) -> None:
 
 
 def is_full(out: Path) -> bool:
-    """Does a full run's result lie there?"""
+    """True when a full run's result lies there."""
     try:
         return json.loads(read_text(out / FILE, _LARGEST_BYTES))["machine"]["quick"] is False
     except (OSError, ValueError, KeyError, TypeError, RecursionError):

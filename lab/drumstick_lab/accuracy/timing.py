@@ -29,7 +29,7 @@ def spent_ns(work: Callable[[], object]) -> float:
 
 
 def in_turn(windows: Mapping[str, Window], rounds: int) -> dict[str, float]:
-    """Of each window the least of so many rounds, after one that is not counted."""
+    """Least time of each window in so many rounds, after one that is not counted."""
     for window in windows.values():
         window()
     found = [{name: window() for name, window in windows.items()} for _ in range(rounds)]
@@ -37,7 +37,7 @@ def in_turn(windows: Mapping[str, Window], rounds: int) -> dict[str, float]:
 
 
 def apart(some: Sequence[float], others: Sequence[float]) -> tuple[float, float]:
-    """How much more some engines cost than as many others: the median, and half of what their differences span."""
+    """Extra cost of some engines over as many others: the median, and half of what their differences span."""
     off = [one - other for one, other in zip(some, others, strict=True)]
     return statistics.median(off), 0.5 * (max(off) - min(off))
 

@@ -1,4 +1,4 @@
-"""What got worse between two runs of `drumstick accuracy`: drumstick lab worse NEW.json [OLD.json] [--by 1.3].
+"""Numbers that got worse between two runs of `drumstick accuracy`: drumstick lab worse NEW.json [OLD.json] [--by 1.3].
 
 OLD is the result that comes with the package, if not given. Rows are matched by what they are about. Costs are compared
 as ratios to a yardstick of the same run, so the machine's own speed falls out, though not its noise: a row counts when
@@ -97,7 +97,7 @@ def _grew(key: str, before: float, after: float) -> bool:
 
 
 def changes(new: dict[str, Any], old: dict[str, Any], by: float) -> tuple[list[Change], list[Change]]:
-    """What got worse, and what got better."""
+    """Numbers that got worse, and those that got better."""
     worse: list[Change] = []
     better: list[Change] = []
     for what, before, after in _pairs(new, old):

@@ -258,7 +258,7 @@ def _added(row: Row) -> str:
 
 @styled
 def effects(found: Row) -> Figure:
-    """What each effect adds to a sample and to a tick, and what leaving it out changes."""
+    """Time that each effect adds to a sample and to a tick, and the change when it is left out."""
     figure = Figure(figsize=(WIDTH_IN, HEIGHT_IN + 1.6), dpi=DPI, layout="constrained")
     both: Any = figure.subplots(2, 1, height_ratios=(len(found["sample"]) + 1, len(found["tick"]) + 1))
 

@@ -1,1 +1,1 @@
-"""What makes the made pages under docs/, each a program: `drumstick lab` lists them."""
+"""Generators of the made pages under docs/, each a program: `drumstick lab` lists them."""

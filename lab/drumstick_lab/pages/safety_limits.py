@@ -55,7 +55,7 @@ LATCHED = f"{RENDERING}::test_a_fault_is_zero_force_on_the_same_tick_and_latched
 
 
 def before() -> str:
-    """What is refused before it plays."""
+    """Limits that act before it plays."""
     both = "envelope, twice: gateway, servo"
     return table(
         [
@@ -153,7 +153,7 @@ SOFT_STOP: tuple[str, ...] = (
 
 
 def always() -> str:
-    """What is watched on every tick."""
+    """Limits watched on every tick."""
     servo = "guard"
     most_owed, owed = constant(guard, "_MOST_OWED_M_PER_S"), constant(guard, "_OWED_M_PER_S")
     contacts = constant(guard, "_MOST_DRIVEN")

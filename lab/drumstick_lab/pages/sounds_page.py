@@ -24,7 +24,7 @@ _COLOURS = 40  # a palette makes the files a third as large; the eye sees no dif
 
 
 def digest(name: str) -> str:
-    """Of what a file was made from."""
+    """Digest of what a file was made from."""
     text = shipped_text(name)
     if gesture := parse(text, name).hand.gesture_file:
         text += shipped_gesture(gesture)

@@ -28,7 +28,7 @@ class Library:
             raise ArithmeticError("the peer's mesh overflowed")
 
     def response(self, samples: int) -> npt.NDArray[np.float64]:
-        """What the mesh's own pickup hears of one blow, (samples,); of a library that tells it."""
+        """Signal of the mesh's own pickup after one blow, (samples,); of a library that gives it."""
         out = np.zeros(samples)
         self._library.response(ctypes.c_long(samples), ctypes.c_void_p(out.ctypes.data))
         return out

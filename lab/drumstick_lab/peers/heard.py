@@ -28,7 +28,7 @@ def free_square() -> list[float]:
 
 
 def round_modes() -> list[float]:
-    """Those of the circle's first twenty modes that have no node at the centre."""
+    """Modes among the circle's first twenty that have no node at the centre."""
     modes = modes_below(12.0)
     before = 0
     found: list[float] = []

@@ -37,7 +37,7 @@ class Point(NamedTuple):
 
 
 class Peer(NamedTuple):
-    """What it needs, what its numbers are, junctions across, whether it is built within seconds; and building it."""
+    """A peer: its needs, its numbers, junctions across, whether it is built within seconds; and building it."""
 
     packages: tuple[str, ...]
     precision: str
@@ -94,7 +94,7 @@ def _row(name: str, point: Point) -> Row:
 
 
 def stored() -> dict[str, Any]:
-    """What the package brings: machine, packages, and rows by the peer's name."""
+    """Results that the package brings: machine, packages, and rows by the peer's name."""
     text = (resources.files("drumstick_lab.peers") / STORED).read_text(encoding="utf-8")
     return json.loads(text)
 
@@ -114,7 +114,7 @@ def _lacks(peer: Peer, quick: bool) -> str:
 
 
 class Peers:
-    """Those that are installed, built in `folder`. Time their `windows` while it is there; `rows` then tells of all.
+    """Installed peers, built in `folder`. Time their `windows` while it is there; `rows` then covers all.
 
     One that fails, when it is built or in any round, has the stored row and the reason.
     """
@@ -132,7 +132,7 @@ class Peers:
 
     @property
     def windows(self) -> dict[str, Window]:
-        """By name; one that fails takes for ever from then on."""
+        """Windows by name; a failed peer counts as infinitely slow."""
         return {name: partial(self._run, name) for name in self._points}
 
     def rows(self, ns: Mapping[str, float]) -> list[Row]:
@@ -159,7 +159,7 @@ class Peers:
 
 
 def rows(quick: bool, rounds: int) -> list[Row]:
-    """Of the peers alone."""
+    """Rows of the peers alone."""
     with tempfile.TemporaryDirectory() as folder:
         peers = Peers(Path(folder), quick)
         return peers.rows(in_turn({SWEEP: plain_sweep()} | peers.windows, rounds))

@@ -142,7 +142,7 @@ class Membranes:
 
 
 def response(folder: Path, kind: str, seconds: float) -> npt.NDArray[np.float64]:
-    """What a membrane's own pickup, at its centre, hears of one impulse there. ChildProcessError as above."""
+    """Signal of a membrane's own pickup, at its centre, after one impulse there. ChildProcessError as above."""
     score_file, sound = folder / "impulse.osc", folder / "impulse.wav"
     score_file.write_bytes(score(kind, 1, seconds, 0.0))  # of 0 Hz: one impulse
     _played(score_file, sound, "float")

@@ -23,7 +23,7 @@ PACKAGES: Mapping[str, Callable[[], bool]] = {
 
 
 def missing(names: tuple[str, ...] = tuple(PACKAGES)) -> list[str]:
-    """Which of these packages are not installed."""
+    """Packages that are not installed."""
     return [name for name in names if not PACKAGES[name]()]
 
 
@@ -49,7 +49,7 @@ def of_supercollider(folder: Path, kind: str, seconds: float) -> Window:
 
 
 def versions() -> dict[str, str]:
-    """Of those of Debian's packages that are installed, by its own tool; of none where there is no such tool."""
+    """Versions of the installed ones of Debian's packages, by its own tool; none where there is no such tool."""
     try:
         said = subprocess.run(
             ["dpkg-query", "-W", "-f", "${Package} ${Version}\n", *PACKAGES],

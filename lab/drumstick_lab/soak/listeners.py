@@ -1,4 +1,4 @@
-"""Who listens to a rig that soaks: one by OSC, one by Zenoh. Each counts what came, is missing, or came twice."""
+"""Listeners to a rig that soaks: one by OSC, one by Zenoh. Each counts what came, is missing, or came twice."""
 
 import socket
 import threading
@@ -44,7 +44,7 @@ class Sequence:
         self._newest = seq
 
     def counts(self) -> dict[str, int]:
-        """What to report."""
+        """Counts to report."""
         return {name: value for name, value in asdict(self).items() if not name.startswith("_")}
 
 

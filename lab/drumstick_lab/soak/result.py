@@ -1,4 +1,4 @@
-"""What came of a soak: verdicts, JSON, words."""
+"""Result of a soak: verdicts, JSON, words."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -32,7 +32,7 @@ class Samples:
             self._rows.writerow(COLUMNS)
 
     def note(self, t_s: float, who: str, values: Mapping[str, float]) -> None:
-        """What one process, or the rig, was like at this time."""
+        """Note the state of one process, or of the rig, at this time."""
         for what, value in values.items():
             self._times[who, what].append(t_s)
             self._values[who, what].append(float(value))
@@ -47,7 +47,7 @@ class Samples:
         return np.array(self._times.get(key, _empty())) / 3600.0, np.array(self._values.get(key, _empty()))
 
     def whos(self, what: str) -> list[str]:
-        """Of whom this was noted, in the order of coming."""
+        """Names noted, in the order of coming."""
         return [who for who, noted in self._values if noted == what]
 
     def close(self) -> None:

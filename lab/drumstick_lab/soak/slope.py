@@ -1,4 +1,4 @@
-"""Does a quantity grow? The slope of Theil and Sen with its confidence interval, and what may be said of it.
+"""Slope of Theil and Sen with its confidence interval, and the growth that it shows.
 
 The slope is the median of the slopes between all pairs of samples (Sen 1968): a few wild samples do not move it.
 Its interval comes from the variance of Kendall's S; samples that follow each other are alike (a sawtooth, a cache that
@@ -26,13 +26,13 @@ class Slope(NamedTuple):
     high: float
 
     def times(self, factor: float) -> "Slope":
-        """In another unit of the quantity or of time."""
+        """This slope in another unit of the quantity or of time."""
         low, high = sorted((self.low * factor, self.high * factor))
         return Slope(self.per_h * factor, low, high)
 
 
 def slope_of(hours: Floats, values: Floats) -> Slope:
-    """Of samples, shape (n,), at times in h that grow. ValueError below ten samples."""
+    """Slope of samples, shape (n,), at times in h that grow. ValueError below ten samples."""
     if len(values) < FEWEST:
         raise ValueError(f"{len(values)} samples: a slope takes at least {FEWEST}")
     hours, values = _thinned(hours, values)
@@ -85,7 +85,7 @@ class Step(NamedTuple):
 
 
 def largest_step(hours: Floats, values: Floats) -> Step:
-    """Where the median of the samples after differs most from that of the five before; 0 where nothing is to say."""
+    """Largest difference of the median of the samples after from that of the five before; 0 where there is none."""
     around = 5
     if len(values) < 2 * around:
         return Step(float(hours[0]), 0.0)

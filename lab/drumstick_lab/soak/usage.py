@@ -1,4 +1,4 @@
-"""What processes use, from /proc: memory, descriptors, threads, switches, processor time. Linux only."""
+"""Usage of processes, from /proc: memory, descriptors, threads, switches, processor time. Linux only."""
 
 import os
 from collections.abc import Iterable
@@ -10,7 +10,7 @@ _TICKS_A_SECOND = os.sysconf("SC_CLK_TCK") if hasattr(os, "sysconf") else 100
 
 
 class Usage(NamedTuple):
-    """Of one process, or of a service with its children together."""
+    """Usage of one process, or of a service with its children together."""
 
     processes: int
     rss_kB: int
@@ -33,7 +33,7 @@ def _fields(path: Path) -> dict[str, int]:
 
 
 def usage(pid: int) -> Usage:
-    """Of one process. ProcessLookupError or FileNotFoundError when it has gone."""
+    """Usage of one process. ProcessLookupError or FileNotFoundError when it has gone."""
     place = _PROC / str(pid)
     status = _fields(place / "status")
     stat = (place / "stat").read_text(encoding="ascii", errors="replace").rpartition(")")[2].split()
@@ -74,7 +74,7 @@ def family(pid: int) -> list[int]:
 
 
 def module_of(pid: int) -> str | None:
-    """What `python -m` was given; None for another process, or one that has gone."""
+    """Module given to `python -m`; None for another process, or one that has gone."""
     try:
         words = (_PROC / str(pid) / "cmdline").read_bytes().decode("utf-8", "replace").split("\0")
     except (FileNotFoundError, ProcessLookupError):
@@ -83,7 +83,7 @@ def module_of(pid: int) -> str | None:
 
 
 def service_usage(pid: int, apart: Iterable[int] = ()) -> Usage | None:
-    """Of a process and its descendants but for those `apart` and theirs; None when it has gone."""
+    """Usage of a process and its descendants but for those `apart` and theirs; None when it has gone."""
     left_out = {one for each in apart for one in family(each)}
     try:
         return together(usage(one) for one in family(pid) if one not in left_out)

@@ -1,4 +1,4 @@
-"""What is said of each quantity of a soak: passed or failed, with the numbers and in words."""
+"""Verdicts on the quantities of a soak: passed or failed, with the numbers and in words."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -14,7 +14,7 @@ WARM_UP = 0.25  # this share of the samples is warm-up: pools fill, pages of cod
 
 @dataclass(frozen=True)
 class Verdict:
-    """Of one quantity. `passed` is None where a number is told and not judged."""
+    """Verdict on one quantity. `passed` is None where a number is reported and not judged."""
 
     name: str
     unit: str

@@ -136,7 +136,7 @@ class Virtual:
         self._recording.close()
 
     def counted(self) -> list[Verdict]:
-        """What was lost, came twice, wrapped or was wrongly timed."""
+        """Counts of what was lost, came twice, wrapped or was wrongly timed."""
         sound, recorded, heard = self._sound.scheduler, self._recording, self._gateway.heard
         cells, strikes = self._servo.block.ring_cells, self.strikes
         status = self._servo.status[0]
@@ -196,7 +196,7 @@ def growths(samples: Samples, speed: float) -> list[Verdict]:
 
 
 def cycle_off_ns(minutes: int) -> float:
-    """How far strikes of the default scene get from the exact cycle in so many minutes, across the same limits."""
+    """Distance of the default scene's strikes from the exact cycle in so many minutes, across the same limits."""
     servo = ticks.servo_of(parse(shipped_text("roll"), "roll"))
     minute = 60_000
     ticks.begin_at(servo, Counted(2**31 - minutes // 2 * minute, 2**32 - minutes // 2 * 1383))

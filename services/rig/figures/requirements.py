@@ -1,4 +1,4 @@
-"""Can figures be drawn and written here? Asked before anything is computed. Raises Stop."""
+"""Check, before anything is computed, that figures can be drawn and written here. Raises Stop."""
 
 import sys
 import tempfile

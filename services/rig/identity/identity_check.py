@@ -1,4 +1,4 @@
-"""Is this machine's certificate fit for what it is to do? Looked at before anything starts.
+"""Check of this machine's certificate for what it is to do, before anything starts.
 
 Raises Stop: status 2 for what stays wrong, 3 for what a renewed certificate or a clock that is set will mend.
 """

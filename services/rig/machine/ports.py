@@ -1,4 +1,4 @@
-"""Are the ports free? Asked before anything starts, so that a taken one gives a clear line and exit status 3."""
+"""Check for free ports before anything starts, so that a taken one gives a clear line and exit status 3."""
 
 import socket
 

@@ -1,4 +1,4 @@
-"""When what of a recording goes out again, and what its messages say by then. No I/O; any one thread.
+"""Cues: times at which parts of a recording go out again, and their messages by then. No I/O; any one thread.
 
 A replay is one start of the servo: all boots of the recording become one, whose strikes are numbered on, also from one
 pass of a loop to the next. Times are the events' own, so the rhythm is the recorded one whatever the network then did.

@@ -1,4 +1,4 @@
-"""Why a TLS endpoint does not let us in, in words. Zenoh only says "Timeout!".
+"""Reasons why a TLS endpoint does not let us in, in words. Zenoh only says "Timeout!".
 
 One handshake of Python's own ssl with the same three files tells what went wrong, from both ends: our own check of the
 other's certificate, and in TLS 1.3 the other's alert about ours, which comes just after the handshake. It costs the

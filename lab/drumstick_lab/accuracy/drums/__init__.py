@@ -1,1 +1,1 @@
-"""What the parts about the mesh, the excitation and the drum's effects measure with."""
+"""Measuring tools for the mesh, the excitation and the drum's effects."""

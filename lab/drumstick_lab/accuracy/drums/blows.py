@@ -48,7 +48,7 @@ def scene(streamed: bool) -> Scene:
 
 
 class Contact(NamedTuple):
-    """What is announced at its beginning, the speed, and the head's impulse, N s, up to each time in s."""
+    """One exact contact: its announcement, its speed, and the head's impulse, N s, up to each time in s."""
 
     announced: PredictedContact
     speed_m_per_s: float
@@ -81,13 +81,13 @@ def roll() -> Contact:
 
 
 def strike(at_s: float) -> Blow:
-    """What the strike's message says: peak, duration and impulse."""
+    """Strike message of the contact: peak, duration and impulse."""
     ahead = roll().announced
     return Blow(at_s, *PLACE, ahead.peak_N, ahead.contact_s, ahead.impulse_N_s)
 
 
 def true_impulse() -> Impulse:
-    """By the exact solver."""
+    """Impulse by the exact solver."""
     contact = roll()
     return lambda t_s: np.interp(t_s, contact.t_s, contact.impulse_N_s)
 

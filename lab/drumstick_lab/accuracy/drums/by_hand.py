@@ -1,4 +1,4 @@
-"""What composing costs: a scene without effects beside the step that one would write by hand for just that drum.
+"""Cost of composing: a scene without effects beside the step that one would write by hand for just that drum.
 
 A scene gets its step by leaving out, when it is compiled, whatever it does not name. By hand it is a sweep of the mesh,
 the blows that last, two pickups, a look now and then whether it still sounds. It stands for the same drum when it takes
@@ -95,7 +95,7 @@ def by_hand(drum: Drum, out: Floats) -> None:
 
 @njit()
 def composed(engine: Engine, out: Floats) -> None:
-    """As many steps of the scene's own."""
+    """Several of the scene's own steps."""
     engine = borrowed_view(engine)
     mode = flush_denormals()
     for at in range(out.shape[0]):
@@ -105,7 +105,7 @@ def composed(engine: Engine, out: Floats) -> None:
 
 
 def drum_of(engine: Engine, x: float, y: float, blows: int) -> Drum:
-    """The same drum as the engine, moving alike, with planes of its own."""
+    """Copy of the engine's drum, moving alike, with planes of its own."""
     control: Control = engine.control[0]
     head = engine.head
     planes = aligned(head.planes.shape)

@@ -1,4 +1,4 @@
-"""What each effect of the drum costs a sample, and what it changes in the sound. Any thread; blocks for seconds.
+"""Cost of each effect of the drum per sample, and the change it makes in the sound. Any thread; blocks for seconds.
 
 Alone on the default drum; `snare` needs a second head to lie on, and is compared with `cavity`. The change is the level
 of the difference of two spectrograms, with the effect and without, relative to the one with: magnitudes only, for the
@@ -44,7 +44,7 @@ def _named(effect: str) -> tuple[str, ...]:
 
 
 def without(effect: str) -> str:
-    """What an effect is compared with."""
+    """Table with which an effect is compared."""
     return "cavity" if effect == "snare" else NONE
 
 

@@ -93,7 +93,7 @@ def played_step(head: HeadAt) -> Step:
 
 
 def plain_step(head: HeadAt) -> Step:
-    """The same step in float64."""
+    """Plain form of the step in float64."""
     mesh, places = head.plain, np.flatnonzero(head.lattice.weights)
 
     def step(u: Numbers, before: Numbers) -> Numbers:

@@ -40,7 +40,7 @@ def ideal_ratios() -> Numbers:
 
 
 class Patterns(NamedTuple):
-    """Of the lowest modes: `places`, flat indices of the junctions inside (J,); `shapes` and `duals` (20, J), with
+    """The lowest modes: `places`, flat indices of the junctions inside (J,); `shapes` and `duals` (20, J), with
     duals @ shapes.T the identity."""
 
     places: npt.NDArray[np.int64]
@@ -92,7 +92,7 @@ class Poles(NamedTuple):
 
 
 def poles_of(bend: Numbers, kept: Numbers, step_s: float) -> Poles:
-    """Of v(n+1) = bend v(n) - kept v(n-1), all of shape (20,)."""
+    """Poles of v(n+1) = bend v(n) - kept v(n-1), all of shape (20,)."""
     theta = np.arccos(np.clip(0.5 * bend / np.sqrt(kept), -1.0, 1.0))
     with np.errstate(divide="ignore"):
         t60_s = np.where(kept < 1.0, -2.0 * _NEPERS * step_s / np.log(kept), np.inf)
@@ -109,7 +109,7 @@ def measured(step: Step, patterns: Patterns, step_s: float) -> Poles:
 
 
 def cents_off(f_Hz: Numbers, t60_s: float) -> Numbers:
-    """How far each mode is from the ideal membrane's, the lowest taken as in tune.
+    """Pitch error of each mode against the ideal membrane's, the lowest taken as in tune.
 
     The ideal one decays as this one should, every mode alike, which lowers its lowest mode by some hundredths of a
     cent: w^2 = w0^2 - sigma^2 with w0 in the ratios of the Bessel zeros.
@@ -139,7 +139,7 @@ def dispersion(scheme: Scheme, kh: Numbers, way: float) -> tuple[Numbers, Number
 
 
 def bandwidth(scheme: Scheme) -> float:
-    """Where a plane wave is 10 cents off, in the direction in which that comes first, as a part of the step rate."""
+    """Frequency at which a plane wave is 10 cents off, in the worst direction, as a part of the step rate."""
     kh = np.linspace(0.0, math.pi, _WAVENUMBERS + 1)[1:]
     lowest = 0.5
     for way in np.linspace(0.0, math.pi / scheme.topology.neighbours, _DIRECTIONS):

@@ -73,7 +73,7 @@ def plain_steps(mesh: PlainMesh, at: int, steps: int) -> None:
 
 
 def plain_mesh(lattice: Lattice, scheme: Scheme, losses: Losses) -> PlainMesh:
-    """At rest, with even losses: the gains of drumstick.drum.membrane.scheme's step."""
+    """Plain mesh at rest, with even losses: the gains of drumstick.drum.membrane.scheme's step."""
     held_back = 1.0 + losses.s
     spans = np.zeros(lattice.spans.shape, np.int64)
     for row, weights in enumerate(lattice.weights):

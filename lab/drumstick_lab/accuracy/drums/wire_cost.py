@@ -1,4 +1,4 @@
-"""What one strike is on the wire, and what passing it on costs: in the gateway and in the sound server. Any thread."""
+"""Size of one strike on the wire, and the cost of passing it on: in the gateway and in the sound server. Any thread."""
 
 from collections.abc import Callable
 from typing import Any
@@ -57,7 +57,7 @@ def _contact_scheduler() -> ContactScheduler:
 
 
 def streaming_delay_s() -> float:
-    """From a tick to its force in the mesh, as the sound server plays a stream in blocks of 128 samples at 48 kHz."""
+    """Delay from a tick to its force in the mesh, as the sound server plays a stream in blocks of 128 samples at 48 kHz."""
     return _contact_scheduler().delay_s
 
 
@@ -76,7 +76,7 @@ def _encoded(samples: Any, rate_Hz: float) -> list[bytes]:
 
 
 def bytes_of(rate_Hz: float | None) -> float:
-    """Of the payloads of one strike; with rate_Hz, its force's pieces too."""
+    """Bytes of the payloads of one strike; with rate_Hz, its force's pieces too."""
     pieces = [] if rate_Hz is None else _encoded(_samples(1, rate_Hz), rate_Hz)
     return float(len(_message(1, 0)) + sum(map(len, pieces)))
 

@@ -1,1 +1,1 @@
-"""What the parts about the stick and the servo measure with."""
+"""Measuring tools for the stick and the servo."""

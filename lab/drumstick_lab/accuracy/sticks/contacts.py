@@ -1,4 +1,4 @@
-"""How wrong a played roll is against another: its first contacts, and the speed and the rate of its limit cycle.
+"""Error of a played roll against another: its first contacts, and the speed and the rate of its limit cycle.
 
 Contacts have shape (n, 5) or more, columns as drumstick.stick.simulate.COLUMNS: t_in (s), v_in (m/s), t_out (s), v_out
 (m/s), v_E (m/s). Any thread.
@@ -59,7 +59,7 @@ def finite(value: float) -> float | None:
 
 
 def errors(found: Contacts, true: Contacts) -> Errors:
-    """Of `found` against `true`, a roll of at least SETTLED + AVERAGED contacts."""
+    """Errors of `found` against `true`, a roll of at least SETTLED + AVERAGED contacts."""
     first = finite(largest_error(found, true[:COMPARED, :_INSTANTS_AND_SPEEDS]))
     own, wanted = cycle_of(found), cycle_of(true)
     if own is None or wanted is None:

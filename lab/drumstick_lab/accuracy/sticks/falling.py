@@ -1,4 +1,4 @@
-"""What the rendered head gives back to an arm that falls on it, and what it should.
+"""Speed that a rendered head gives back to an arm that falls on it, beside the design's.
 
 A simulated arm of the plant `phantom` (0.03 mm encoders, held force, no hand, no friction) falls at SPEED, at PHASES
 phases of the tick, without the guard's passivity control and with it. The design is the closed form of a head that only
@@ -88,7 +88,7 @@ def spread(values: list[float]) -> dict[str, float]:
 
 
 def passes(scene: Scene) -> bool:
-    """Does the envelope let this set play on this device?"""
+    """True when the envelope lets this set play on this device."""
     try:
         envelope.require(law_of(scene), limits_of(scene, Simulated(scene).info().specification))
     except Refusal:
@@ -108,5 +108,5 @@ def theory(k_coll: float, lag_s: float) -> float | None:
 
 
 def ticks_in_contact(k_coll: float, rate_Hz: int) -> float:
-    """Of the design's contact."""
+    """Length of the design's contact in ticks."""
     return float(contact.contact_time(contact.UNILATERAL, M_KG, k_coll, R_IN) * rate_Hz)

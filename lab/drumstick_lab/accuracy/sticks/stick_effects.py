@@ -1,4 +1,4 @@
-"""What each effect of the stick costs a tick, and what leaving it out does to the roll. Any thread; blocks for seconds.
+"""Cost of each effect of the stick per tick, and the roll without it. Any thread; blocks for seconds.
 
 Each by the shipped scene that names it, whose stick and tables are taken: alone, beside that stick with none. Left to
 themselves the two would move differently, one roll and the other lie: so both go one tick from every state that the
@@ -84,7 +84,7 @@ def _each(law: Law, motions: Records, period_s: float) -> None:
 
 
 def states(scene: Scene) -> Records:
-    """Where the stick is at the beginning of so many ticks; one that lies dead or has left is thrown again."""
+    """State of the stick at the beginning of so many ticks; one that lies dead or has left is thrown again."""
     law, motion = law_of(scene), thrown(scene, scene.hand.throw_m_per_s)
     kept = np.zeros(_TICKS, motion.dtype)
     for k in range(_TICKS):
@@ -96,7 +96,7 @@ def states(scene: Scene) -> Records:
 
 
 def bare(kept: Records) -> Records:
-    """The same states of a stick without effects."""
+    """These states of a stick without effects."""
     found = np.zeros(len(kept), motion_type(()))
     for name in found.dtype.names or ():
         found[name] = kept[name]

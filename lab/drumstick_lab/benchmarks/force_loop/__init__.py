@@ -1,1 +1,1 @@
-"""How late the force loop is, what a tick costs, and a month of them."""
+"""Lateness of the force loop, the cost of a tick, and a month of ticks."""

@@ -1,4 +1,4 @@
-"""How late the force loop is, beside an equal loop in C: drumstick lab lateness [--window-s 5] [--scene roll].
+"""Lateness of the force loop, beside an equal loop in C: drumstick lab lateness [--window-s 5] [--scene roll].
 
 Ours is the servo process with its own loop (lateness_servo.py); the other is lateness_loop.c, built with the system's
 compiler: the same rate, priority, locked memory, timer slack, processor and spin. Both run at the same time, so that
@@ -48,7 +48,7 @@ _GATEWAY_STARTS_S = 120.0  # it may have to compile
 
 
 class Bench(NamedTuple):
-    """What every condition uses: the scene, the loop in C, ticks in a window."""
+    """Fixture of every condition: the scene, the loop in C, ticks in a window."""
 
     scene: Scene
     program: Path

@@ -1,4 +1,4 @@
-"""What runs beside the loops of lateness.py: busy processes, a real gateway, floods. Each ends what it started."""
+"""Loads beside the loops of lateness.py: busy processes, a real gateway, floods. Each ends what it started."""
 
 import json
 import os
@@ -75,7 +75,7 @@ class Gateway:
         return self._asked(Keys(self.rig).clock) is not None
 
     def counters(self) -> dict[str, int]:
-        """What its OSC side has counted so far."""
+        """Counts of its OSC side so far."""
         report = self._asked(Keys(self.rig).doctor)
         return json.loads(report)["osc"] if report else {}
 

@@ -24,7 +24,7 @@ Times = npt.NDArray[np.int64]
 
 
 class Kept(NamedTuple):
-    """Of each tick: when it was due, how late it came, ns."""
+    """Record of each tick: when it was due, how late it came, ns."""
 
     due_ns: Times
     late_ns: Times
@@ -111,7 +111,7 @@ class ServoLoop:
 
 
 class Window(NamedTuple):
-    """What two loops kept in the same stretch of time, and the host's stalls in it."""
+    """Ticks of two loops in the same stretch of time, and the host's stalls in it."""
 
     ours: Kept
     other: Kept
@@ -136,14 +136,14 @@ def discounted(kept: Kept, stalls: Times) -> Times:
 
 
 def percentiles(late_ns: Times) -> dict[str, float]:
-    """By name, us."""
+    """Percentiles by name, us."""
     found = np.percentile(late_ns, PERCENTILES) / 1e3
     names = [f"p{p:g}_us" for p in PERCENTILES[:-1]] + ["max_us"]
     return dict(zip(names, found.round(2).tolist(), strict=True))
 
 
 def summary(kept: list[Kept], stalls: list[Times]) -> dict[str, Any]:
-    """Of all windows together: ticks, percentiles as they were and discounted, how much was discounted."""
+    """Summary of all windows: ticks, percentiles as they were and discounted, how much was discounted."""
     late = np.concatenate([each.late_ns for each in kept])
     left = np.concatenate([discounted(each, seen) for each, seen in zip(kept, stalls, strict=True)])
     return {

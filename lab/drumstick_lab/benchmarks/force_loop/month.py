@@ -143,13 +143,13 @@ def of_stretch(rows: list[dict[str, Any]], first: int, days: int) -> list[dict[s
 
 
 def memory_growth_kb(rows: list[dict[str, Any]]) -> int:
-    """From the first days to the last ones; on the very first one this script makes its own arrays."""
+    """Growth of memory from the first days to the last ones; on the very first one this script makes its own arrays."""
     days = max(len(rows) // 3, 1)
     return max(r["resident_kB"] for r in rows[-days:]) - max(r["resident_kB"] for r in rows[1 : 1 + days])
 
 
 def summary(rows: list[dict[str, Any]], stretches: list[tuple[int, int]]) -> dict[str, Any]:
-    """What the days come to."""
+    """Summary of all days."""
     ticks = DAYS * MINUTES_A_DAY * TICKS_A_MINUTE
     ends = [(own[0], own[-1]) for own in (of_stretch(rows, *stretch) for stretch in stretches)]
     rates = [row["roll_rate_Hz"] for row in rows]

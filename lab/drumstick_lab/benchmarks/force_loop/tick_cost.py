@@ -1,4 +1,4 @@
-"""What one tick of the force loop costs: drumstick lab tick-cost [--runs 25] [--ticks 10000].
+"""Cost of one tick of the force loop: drumstick lab tick-cost [--runs 25] [--ticks 10000].
 
 The whole tick as the loop does it, in virtual time and with warm caches: orders, latch, physics or rendering and guard,
 events, trace, status for the gateway; without the sleep. Scenes: the stick of `roll` without its effects, with them,
@@ -50,7 +50,7 @@ def _without_effects(text: str) -> str:
 
 
 def scenes() -> dict[str, Scene]:
-    """By the name that results show; a stick that has come to rest is thrown again soon, so that it does not idle."""
+    """Scenes by the name that results show; a stick that has come to rest is thrown again soon, so that it does not idle."""
     again: dict[str, Any] = {"rest_s": 0.05}
 
     def played(name: str, effects: bool = True, plant: str = "stick", **hand: Any) -> Scene:

@@ -1,1 +1,1 @@
-"""Which wrong programs the tests notice."""
+"""Mutation testing: wrong programs that the tests notice, or do not."""

@@ -98,7 +98,7 @@ _THIS: dict[tuple[str, str, str], str] = {
 
 
 def reason_of(mutant: Mutant) -> str | None:
-    """Why this one does not count, or None: it does."""
+    """Reason why this mutant does not count, or None: it does."""
     if mutant.kind == "Number" and (mutant.path, mutant.removed) in _ANY_NUMBER:
         return _ANY_NUMBER[mutant.path, mutant.removed]
     if (

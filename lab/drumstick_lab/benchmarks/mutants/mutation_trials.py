@@ -192,7 +192,7 @@ def _verdict(status: int, said: str, seconds: float) -> Verdict:
 
 
 def stored_verdicts(path: Path) -> dict[str, Verdict]:
-    """By mutant, the newest: a file of one JSON object a line, whose last may be torn."""
+    """Newest verdict by mutant: a file of one JSON object a line, whose last may be torn."""
     found: dict[str, Verdict] = {}
     for line in path.read_text(encoding="utf-8").splitlines() if path.exists() else []:
         try:

@@ -1,1 +1,1 @@
-"""What the wire carries, how soon and to how many; recordings; starts."""
+"""Load of the wire, its delays and listeners; recordings; starts."""

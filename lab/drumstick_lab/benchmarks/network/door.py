@@ -1,4 +1,4 @@
-"""What the public listener adds to a message's way: drumstick lab door [--messages 3000].
+"""Delay that the public listener adds to a message: drumstick lab door [--messages 3000].
 
 From a put in the gateway's place to a callback in a client of the same machine: one on loopback TCP, one with a
 listener's certificate over TLS through the door; also while fifty handshakes a second fail. Both take each message of

@@ -1,4 +1,4 @@
-"""What the first start costs, which compiles every kernel, beside a second one: drumstick lab first-start [--runs 2].
+"""Cost of the first start, which compiles every kernel, beside a second one: drumstick lab first-start [--runs 2].
 
 `drumstick up` with an empty store of kernels, then again with what the first left there: seconds, and processor seconds
 of all its processes, until an OSC client hears a strike and until the sound server has played one. Ratios are to Python
@@ -29,7 +29,7 @@ _TICK_S = 1.0 / os.sysconf("SC_CLK_TCK")
 
 
 def processor_s(pid: int) -> float:
-    """Of a process, its children, and those of them that have ended."""
+    """Processor time of a process, its children, and those of them that have ended."""
     fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     own = sum(int(ticks) for ticks in fields[11:15]) * _TICK_S
     children = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()

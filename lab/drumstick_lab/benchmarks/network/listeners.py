@@ -1,4 +1,4 @@
-"""How one rig's messages reach many listeners: drumstick lab listeners [--quick] stores results/listeners.json.
+"""Delivery of one rig's messages to many listeners: drumstick lab listeners [--quick] stores results/listeners.json.
 
 A real Zenoh router in a process of its own; a process that puts what a rig puts, at a rig's rates
 (lab/drumstick_lab/benchmarks/network/rig_load.py); up to 300 real subscribers, each with a session of its own, in four more processes. All on
@@ -45,7 +45,7 @@ class End:
         )
 
     def line(self) -> Any:
-        """What it says next."""
+        """Next line of its output."""
         assert self.process.stdout is not None
         said = self.process.stdout.readline()
         if not said:
@@ -70,7 +70,7 @@ class End:
 
 
 class Layout(NamedTuple):
-    """Where the rig puts, and the routers at which listeners sit, in turn."""
+    """Endpoint at which the rig puts, and the routers at which listeners sit, in turn."""
 
     at: str
     listeners_at: Sequence[str]
@@ -163,7 +163,7 @@ def many(profile: str, counts: Sequence[int], seconds: float) -> dict[str, Any]:
 
 
 def chained(profile: str, listeners: int, seconds: float) -> dict[str, Any]:
-    """The same listeners at the rig's router, behind a second one, and behind two that share them."""
+    """Listeners at the rig's router, behind a second one, and behind two that share them."""
     report: dict[str, Any] = {"profile": profile}
     with ExitStack() as routers:
         first = routers.enter_context(lone_router())

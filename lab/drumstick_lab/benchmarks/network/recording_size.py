@@ -1,4 +1,4 @@
-"""How large recordings are and what their recorder costs: drumstick lab recording-size [--seconds 20].
+"""Size of recordings and cost of their recorder: drumstick lab recording-size [--seconds 20].
 
 A rig plays `roll` with a streamed drum, a sound server beside it; it is recorded without and with the contacts' force.
 Bytes and messages are counted; CPU time is the recorder's own, after it has begun, and depends on the machine.

@@ -1,4 +1,4 @@
-"""What one rig that plays the default roll puts on the wire: each stream's rate, and a message of the true size.
+"""Load of one rig that plays the default roll on the wire: each stream's rate, and a message of the true size.
 
 For drumstick lab listeners, which puts it, and drumstick lab scaling-page, which counts it.
 """
@@ -42,12 +42,12 @@ class Stream(NamedTuple):
 
     @property
     def key(self) -> str:
-        """Where it is put."""
+        """Key of the stream."""
         return str(getattr(Keys(RIG), self.name))
 
     @property
     def payload_bytes(self) -> int:
-        """How long a message is."""
+        """Length of a message."""
         return len(encode(self.message(12_345, _T_NS)))
 
 

@@ -1,4 +1,4 @@
-"""How long a start takes, and how soon a killed service is back: drumstick lab start-and-restart [--runs 5].
+"""Time of a start, and until a killed service is back: drumstick lab start-and-restart [--runs 5].
 
 Baselines from the same run: starting Python, and importing numba and zenoh in it; ratios are to those. `--help` is
 timed beside `python -c pass`. "Back" means: the sound server has played a strike again, the panel accepts
@@ -37,7 +37,7 @@ def spread(values: list[float]) -> dict[str, float]:
 
 
 def commands(runs: int) -> dict[str, list[float]]:
-    """Whole processes, interleaved."""
+    """Time whole processes, interleaved."""
     shown: dict[str, list[str]] = {
         "python": [sys.executable, "-c", "pass"],
         "imports": [sys.executable, "-c", "import numba, zenoh"],

@@ -93,7 +93,7 @@ def is_whole(pieces: Sequence[Contact], impulse_N_s: float) -> bool:
 
 
 def broken(heard: Iterable[Heard], releases: Sequence[Release]) -> tuple[int, list[int]]:
-    """How many contacts there were, and the numbers of those that did not come whole, or that no release told of.
+    """Number of contacts, and the numbers of those that did not come whole, or that no release ended.
 
     The first and the last release that came do not count: the one may have begun before anybody listened, and what
     belongs to the other may be on its way.

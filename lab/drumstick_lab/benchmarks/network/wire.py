@@ -1,4 +1,4 @@
-"""What the gateway adds: drumstick lab wire [--quick]. Stores lab/results/wire.json.
+"""Delay that the gateway adds: drumstick lab wire [--quick]. Stores lab/results/wire.json.
 
 A stand-in servo strikes at 1 kHz for a minute into a real block; the real gateway carries the strikes to an OSC port
 and to a Zenoh subscriber; a bare datagram sent by the servo itself goes to a third listener. Each has a process of its
@@ -124,7 +124,7 @@ def strike(rate_Hz: float, seconds: float, subscribers: int) -> Run:
 
 
 def delays_us(run: Run, kind: str, first: int) -> npt.NDArray[np.float64]:
-    """From tick to listener, less what witnesses saw the machine stand still; strikes from number `first` on."""
+    """Delays from tick to listener, less what witnesses saw the machine stand still; strikes from number `first` on."""
     rows = run.heard[kind][0]
     rows = rows[rows[:, 0] >= first]
     ticks = run.ticks[rows[:, 0] - 1]

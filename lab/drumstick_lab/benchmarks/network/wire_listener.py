@@ -21,7 +21,7 @@ Heard = list[tuple[int, int]]
 
 
 def datagrams(kind: str, port: int, ended: threading.Event) -> list[Heard]:
-    """Until `ended`."""
+    """Receive datagrams until `ended`."""
     from pythonosc.osc_message import OscMessage
 
     heard: Heard = []
@@ -46,7 +46,7 @@ def datagrams(kind: str, port: int, ended: threading.Event) -> list[Heard]:
 
 
 def samples(endpoint: str, sessions: int, ended: threading.Event) -> list[Heard]:
-    """Until `ended`; what is told of are the strikes' numbers and when the callbacks ran."""
+    """Receive samples until `ended`; reports the strikes' numbers and when the callbacks ran."""
     raw: list[list[tuple[zenoh.ZBytes, int]]] = [[] for _ in range(sessions)]
     opened = []
     for each in raw:

@@ -1,1 +1,1 @@
-"""What the technician's page costs, how soon it acts, and what an attack on it does."""
+"""Cost and delay of the technician's page, and the effect of an attack on it."""

@@ -1,4 +1,4 @@
-"""What an attack on the technician's page does to the force: drumstick lab panel-attack [--seconds 20].
+"""Effect of an attack on the technician's page on the force: drumstick lab panel-attack [--seconds 20].
 
 The real rig (servo, gateway, sound on a null device, panel). Attackers are a process of their own: connections without
 the token, as many as come; frames of a megabyte, each of which ends its connection; 10,000 well-formed messages a
@@ -34,7 +34,7 @@ LAST_BIN = 511
 
 
 def attack(kind: str, port: int, cookie: str) -> None:
-    """For ever, in this process."""
+    """Attack for ever, in this process."""
     own, end_of_second = f"http://127.0.0.1:{port}", time.monotonic()
     while kind == "no token":
         try:

@@ -1,4 +1,4 @@
-"""What looking costs: drumstick lab panel-cost [--seconds 12].
+"""Cost of looking at the page: drumstick lab panel-cost [--seconds 12].
 
 A whole rig plays its roll. The panel's and the sound server's CPU time, children included, are taken from the kernel
 while nobody looks, while one browser (Chromium) looks at each view on a page too narrow for the picture, and at the
@@ -61,7 +61,7 @@ def cpu_s(pid: int) -> float:
 
 
 def shares(rig: Rig, seconds: float) -> dict[str, float]:
-    """Of a core, that the panel and the sound server take."""
+    """Shares of a core that the panel and the sound server take."""
     pids = {name: rig.children()[name] for name in ("web_panel", "sound_server")}
     before, begun = {name: cpu_s(pid) for name, pid in pids.items()}, time.monotonic()
     time.sleep(seconds)

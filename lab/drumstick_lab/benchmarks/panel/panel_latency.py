@@ -39,12 +39,12 @@ PATIENCE_MS = 120_000.0
 
 
 def address(rig: Rig) -> str | None:
-    """What the panel printed."""
+    """Address that the panel printed."""
     return next((line.split("panel: ")[1] for line in rig.lines if "panel: http" in line), None)
 
 
 class Heard:
-    """What the rig told, and when it came here (monotonic ns)."""
+    """Messages of the rig, and when they came here (monotonic ns)."""
 
     def __init__(self, session: Any, rig: Rig) -> None:
         self.strikes = Listener(session, rig.keys.strike, Strike)
@@ -55,7 +55,7 @@ class Heard:
         )
 
     def contact_changed_ns(self, since_ns: int, before_N: float) -> int | None:
-        """When the first contact began after `since_ns` whose peak differs."""
+        """Begin of the first contact after `since_ns` whose peak differs."""
         begun = {strike.seq: strike.t_ns for strike in self.strikes.got[-200:]}
         for release in self.releases.got[-200:]:
             at = begun.get(release.seq)
@@ -144,7 +144,7 @@ def shares(pids: dict[str, int], play: Callable[[float], None]) -> dict[str, flo
 
 
 def dragging(page: Page) -> Callable[[float], None]:
-    """To and fro, sixty times a second."""
+    """Drag to and fro, sixty times a second."""
 
     def drag(seconds: float) -> None:
         box = slider(page, "dv_pls").bounding_box()

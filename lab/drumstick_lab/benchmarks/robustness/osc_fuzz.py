@@ -124,7 +124,7 @@ def against_us(messages: int, seed: int) -> dict[str, object]:
 
 
 def against_scsynth(messages: int, seed: int, killers: Sequence[bytes]) -> dict[str, object] | None:
-    """How many of the same bytes SuperCollider's server bears."""
+    """Number of the same bytes that SuperCollider's server bears."""
     program = shutil.which("scsynth")
     if program is None:
         return None

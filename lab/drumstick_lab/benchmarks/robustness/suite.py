@@ -1,4 +1,4 @@
-"""How long `make test` takes, by layer, and whether it is ever red for nothing: drumstick lab suite [--runs 1] [--busy].
+"""Time of `make test` by layer, and its false alarms: drumstick lab suite [--runs 1] [--busy].
 
 Runs `make test` so many times in this checkout, one after another; --busy: beside a process that keeps one core busy.
 Each run is kept as it ends, with its commit, seconds by layer, and the names of what failed: lab/results/suite.json.

@@ -26,11 +26,11 @@ class Link:
         self._is_cut.set()
 
     def hold(self) -> None:
-        """Nothing passes, and nobody is told."""
+        """Let nothing pass, without telling anybody."""
         self._is_held.set()
 
     def mend(self) -> None:
-        """As new."""
+        """Carry again as new."""
         self._is_cut.clear()
         self._is_held.clear()
 

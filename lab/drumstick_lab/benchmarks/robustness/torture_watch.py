@@ -93,7 +93,7 @@ class Watch:
         return {name: decode(ask(session, keys.param(name)), Readback).value for name in RANGES}
 
     def values_lost(self) -> list[str]:
-        """Which accepted values are not there; these are taken as they are from now on.
+        """Accepted values that are not there; these are taken as they are from now on.
 
         Not so a value whose set nobody has answered: it may still come into force.
         """
@@ -137,7 +137,7 @@ class Watch:
                 raise Broken(f"{state.force_N} N after a panic")
 
     def arm(self) -> None:
-        """At the haptic machine, as a player does."""
+        """Arm at the haptic machine, as a player does."""
         subprocess.run([*DRUMSTICK, "arm", "--rig", self._stage.rig.name], check=False, timeout=60)
 
     def back(self, sounds: int) -> dict[str, float]:

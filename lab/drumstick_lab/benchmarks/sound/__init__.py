@@ -1,1 +1,1 @@
-"""What the drum's junctions, effects and strikes cost, and how soon they sound."""
+"""Cost of the drum's junctions, effects and strikes, and the delay until they sound."""

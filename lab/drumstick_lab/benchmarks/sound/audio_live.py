@@ -81,7 +81,7 @@ Work = Callable[[threading.Event], None]
 
 
 def scheduled() -> dict[int, Numbers]:
-    """Of every thread of this process that is not Python's: ns it ran, ns it was ready and had to wait for others."""
+    """Times of every thread of this process that is not Python's: ns it ran, ns it was ready and had to wait for others."""
     ours = {thread.native_id for thread in threading.enumerate()}
     tasks = [task for task in Path("/proc/self/task").iterdir() if int(task.name) not in ours]
     return {
@@ -92,7 +92,7 @@ def scheduled() -> dict[int, Numbers]:
 def callback_shares(
     before: dict[int, Numbers], after: dict[int, Numbers], blocks: int
 ) -> tuple[float, float]:
-    """Of the period, on the mean: the callback's own time on a processor, and its waiting for one."""
+    """Shares of the period, on the mean: the callback's own time on a processor, and its waiting for one."""
     spent = [after[task] - before[task] for task in after if task in before]
     ran, waited = max(spent, key=lambda times: int(times[0]))  # the callback's thread computes most of all
     return float(ran) / blocks / PERIOD_NS, float(waited) / blocks / PERIOD_NS

@@ -1,4 +1,4 @@
-"""What composing costs: drumstick lab composed [--rounds 100].
+"""Cost of composing a drum's step of its effects: drumstick lab composed [--rounds 100].
 
 A scene without effects gets its step by leaving out, when it is compiled, whatever it does not name. Here is the step
 that one would write by hand for just such a drum: a sweep of the mesh, the blows that last, two pickups, a look now and

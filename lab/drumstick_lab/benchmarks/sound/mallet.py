@@ -1,4 +1,4 @@
-"""What a mallet costs: drumstick lab mallet [--runs 15].
+"""Cost of a mallet: drumstick lab mallet [--runs 15].
 
 CPU time of the thread, interleaved: a step of a ringing head that strikes excite; the same with mallets while none
 plays; while one of wood or of felt is pressed in. On `roll`, on `tom`, whose glide has to agree with each push, and on

@@ -1,4 +1,4 @@
-"""What a junction costs: drumstick lab mesh-kernel [--rounds 60].
+"""Cost of a junction: drumstick lab mesh-kernel [--rounds 60].
 
 The triangular mesh of N junctions across: our step against the same step in C (mesh_kernel.c, gcc -O3 -march=native
 and, to be fair to it, with -ffast-math too), and our step with each of the drum's effects. Thread CPU time, windows of

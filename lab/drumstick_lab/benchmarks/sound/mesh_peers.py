@@ -1,4 +1,4 @@
-"""What a junction costs beside others: drumstick lab mesh-peers [--rounds 15] [--faust-16].
+"""Cost of a junction beside other programs': drumstick lab mesh-peers [--rounds 15] [--faust-16].
 
 Peers from Debian's packages, as they are distributed: STK's Mesh2D (11 x 11), SuperCollider's MembraneCircle and
 MembraneHexagon (`scsynth -N`, the same score without membranes taken off), Faust's mesh_square, compiled with
@@ -55,7 +55,7 @@ def measured(windows: dict[str, Window], rounds: int) -> dict[str, list[float]]:
 
 
 def ratios(found: dict[str, list[float]], peers: list[str], ours: list[str]) -> dict[str, Any]:
-    """How many times ours a peer's cost is."""
+    """Cost of each peer as a multiple of ours."""
     rows: dict[str, Any] = {}
     for own in ours:
         rows[own] = {

@@ -1,4 +1,4 @@
-"""What the sound server's accuracy costs: drumstick lab sound-cost [--runs 7].
+"""Cost of the sound server's accuracy: drumstick lab sound-cost [--runs 7].
 
 For each accuracy: the share of a core that a ringing 150 Hz head takes, ns per junction and step, and the pitch error
 of the lowest mode (from the audio itself). Baseline in the same run: the same update written with numpy slices on a

@@ -1,4 +1,4 @@
-"""What a streamed force costs and how true it is: drumstick lab streamed-force [--runs 15].
+"""Cost and error of a streamed force: drumstick lab streamed-force [--runs 15].
 
 Truth: a half-sine blow of the scene `roll`, told as means over ticks of the servo, beside the analytic blow; the error
 of the sound below a quarter and below half of the servo's rate, and of the force's peak. Cost, interleaved, CPU time of

@@ -1,1 +1,1 @@
-"""What the stick's motion costs and how true it is, on paper's stick and on a sampled arm."""
+"""Cost and error of the stick's motion, on the paper's stick and on a sampled arm."""

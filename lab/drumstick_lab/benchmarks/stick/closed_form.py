@@ -1,4 +1,4 @@
-"""What one evaluation of the stick's closed-form motion costs: the unit in which `exact` is counted."""
+"""Cost of one evaluation of the stick's closed-form motion: the unit in which `exact` is counted."""
 
 import time
 

@@ -1,4 +1,4 @@
-"""Does a held arm come to rest, whatever was accepted? drumstick lab held-arm [--sets 1000000 --seed 1].
+"""Search for an accepted set on which a held arm does not come to rest: drumstick lab held-arm [--sets 1000000 --seed 1].
 
 Sets of parameters for a sampled arm (stiffness, damping, mass, hand, rate, delay, predictor, friction, release) are
 drawn at random, half of them moved to within 2 % of the boundary of what the envelope accepts, by r_in or by k_coll.

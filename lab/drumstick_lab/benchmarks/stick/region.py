@@ -43,7 +43,7 @@ PLAYED_S = 4.0  # ten time constants of the arm on its hand and more
 
 
 class Setting(NamedTuple):
-    """How the arm is sampled."""
+    """Sampling of the arm."""
 
     rate: int
     delay: int
@@ -92,7 +92,7 @@ class Judge:
         self.masses_kg = specification_of(scene).moving_kg
 
     def rule(self, k: float, r: float) -> str:
-        """What refuses it, or `accepted`."""
+        """Rule that refuses the set, or `accepted`."""
         self._law["k_coll"], self._law["r_in"] = k, r
         code = envelope.judge(self._law[0], self._limits[0], self._room).code
         if code == envelope.SELF_DRIVEN and self._has_stable_poles(k, r):
@@ -126,7 +126,7 @@ class Judge:
         return math.sqrt(low * high)
 
     def bands(self, k: float) -> list[dict[str, Any]]:
-        """What becomes of R_in at one stiffness, from the least up: from .. to, N s/m, and the rule."""
+        """Verdicts on R_in at one stiffness, from the least up: from .. to, N s/m, and the rule."""
         found: list[dict[str, Any]] = []
         low, since, words = float(DAMPINGS[0]), float(DAMPINGS[0]), self.rule(k, float(DAMPINGS[0]))
         for high in DAMPINGS[1:].tolist():

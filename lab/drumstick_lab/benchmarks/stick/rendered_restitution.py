@@ -1,4 +1,4 @@
-"""Does a sampled device give back what the design says? drumstick lab rendered-restitution.
+"""Restitution of a sampled device beside the design's: drumstick lab rendered-restitution.
 
 A simulated arm (0.03 mm encoders, held force, no friction, no hand) falls on the rendered head at 0.3 m/s, at 32 phases
 of the tick. Its coefficient of restitution over K_coll, T and delay, with and without prediction, without the guard's

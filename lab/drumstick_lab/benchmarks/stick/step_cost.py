@@ -1,4 +1,4 @@
-"""What effects cost a step: drumstick lab step-cost [--rounds 60].
+"""Cost of effects per step: drumstick lab step-cost [--rounds 60].
 
 The composed kernels against loops written by hand (tests/plain_steps.py) for scenes with 0, 1 and 3 effects: the same
 steps of semi-implicit Euler without event location, the same result to the last bit. And every effect alone, on the

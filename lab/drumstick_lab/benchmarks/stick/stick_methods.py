@@ -1,4 +1,4 @@
-"""What accuracy costs in time, stick only: drumstick lab stick-methods [--rounds 12].
+"""Cost of accuracy in time, stick only: drumstick lab stick-methods [--rounds 12].
 
 `exact` against scipy's solve_ivp (DOP853, terminal events, rtol 1e-10) on the same bounces; every stepper with and
 without event location over its step; scipy over its tolerance; and what bounds `exact`. Errors are the largest relative
@@ -100,7 +100,7 @@ def scipy_tolerances(name: str, rounds: int) -> list[dict[str, Any]]:
 
 
 def limits(name: str, rounds: int) -> dict[str, Any]:
-    """What bounds `exact`: the closed form's own cost, ticks that cut bounces, and rounding over many contacts."""
+    """Limits of `exact`: the closed form's own cost, ticks that cut bounces, and rounding over many contacts."""
     free = bounces.Window(name)
     best = min(free() for _ in range(rounds))
     ticked: dict[str, float] = {}

@@ -78,7 +78,7 @@ def blow(phase: float) -> tuple[Samples, Samples, Samples]:
 
 
 def late(estimate: Callable[[Samples], Samples]) -> tuple[float, float]:
-    """How late it tells the speed during a blow, s (the delay that explains it best), and its rms error then, m/s."""
+    """Lateness of the estimate during a blow, s (the delay that explains it best), and its rms error then, m/s."""
     delays = np.arange(0.0, LONGEST_LAG_S, T / FINE)
     off, errors = np.zeros(len(delays)), []
     for i in range(PHASES):

@@ -1,1 +1,1 @@
-"""What makes the ready files for DAWs and patching programs."""
+"""Generators of the ready files for DAWs and patching programs."""

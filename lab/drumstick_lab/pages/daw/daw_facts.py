@@ -1,4 +1,4 @@
-"""What the files under docs/daw/files know of the rig, taken from the code: addresses, ports, faders, the note.
+"""Facts in the files under docs/daw/files, taken from the code: addresses, ports, faders, the note.
 
 A fader travels as far as the panel's slider does: around the value of the scene `roll`, within the table's range.
 """
@@ -46,12 +46,12 @@ class Fader:
 
     @property
     def address(self) -> str:
-        """Where its value goes, and comes back from."""
+        """Address to which its value goes, and from which it comes back."""
         return heard(osc.SET, self.name)
 
     @property
     def norm_address(self) -> str:
-        """The same for its 0..1 form."""
+        """Address of its 0..1 form."""
         return heard(osc.SET_NORM, self.name)
 
     @property
@@ -81,7 +81,7 @@ def faders() -> tuple[Fader, ...]:
 
 
 def words() -> dict[str, str]:
-    """What a template may name as <<NAME>>."""
+    """Words that a template may name as <<NAME>>."""
     found = {
         f"SENT{row.path.replace('/', '_').upper()}": sent(row) for row in osc.SENT if "NAME" not in row.path
     }

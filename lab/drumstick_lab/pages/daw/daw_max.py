@@ -52,7 +52,7 @@ class Patcher:
         return self.box(x, y, 1, 2, "flonum", width=70, parameter_enable=0)
 
     def wire(self, box: str, outlet: int, into: str, inlet: int = 0) -> None:
-        """From an outlet to an inlet."""
+        """Connect an outlet to an inlet."""
         self._lines.append({"patchline": {"source": [box, outlet], "destination": [into, inlet]}})
 
     def file(self) -> str:

@@ -75,7 +75,7 @@ class Patch:
         return self.obj(x, y, f"hsl 220 19 {ends} 0 empty {name} {label} -2 -9 0 12 {_COLOURS} 0 1")
 
     def wire(self, box: int, outlet: int, into: int, inlet: int) -> None:
-        """From an outlet to an inlet."""
+        """Connect an outlet to an inlet."""
         self._wires.append(f"#X connect {box} {outlet} {into} {inlet};")
 
     def file(self) -> str:
@@ -89,7 +89,7 @@ def _label(fader: Fader) -> str:
 
 
 def _hear(patch: Patch) -> tuple[int, int]:
-    """What comes in; the box that has it by kind, and that of the parameters."""
+    """Boxes that receive by kind, and that of the parameters."""
     patch.text(20, 60, f"The rig's messages, port {PORT_OUT}:")
     receive = patch.obj(20, 80, f"netreceive -u -b {PORT_OUT}")
     trim = patch.obj(20, 130, "list trim", patch.obj(20, 105, "oscparse", receive))

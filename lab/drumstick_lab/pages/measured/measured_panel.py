@@ -4,7 +4,7 @@ from drumstick_lab.pages.measured.stored import read, where
 
 
 def looking() -> list[str]:
-    """What looking at the drum costs."""
+    """Cost of looking at the drum."""
     found = read("panel_cost")
     audio, rows = found["audio_ns"], found["share_of_core"]
     block_us = found["block_frames"] / 48.0 * 1e3
@@ -33,7 +33,7 @@ def looking() -> list[str]:
 
 
 def panel() -> list[str]:
-    """How soon a move on the page is felt, and what the page costs."""
+    """Delay from a move on the page to the force, and the page's cost."""
     found = read("panel_latency")
     names = {
         "force": "the first contact with another force begins",
@@ -84,7 +84,7 @@ def panel() -> list[str]:
 
 
 def attacked() -> list[str]:
-    """What attacks on the page do to the force."""
+    """Effect of attacks on the page on the force."""
     found = read("panel_attack")
     names = {
         "none": "nobody",

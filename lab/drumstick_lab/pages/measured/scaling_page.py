@@ -32,19 +32,19 @@ _WORDS = {
 
 
 class Router(NamedTuple):
-    """What one message costs a router, fitted to the rows that lost nothing: us = own_us + each_us N."""
+    """Cost of one message at a router, fitted to the rows that lost nothing: us = own_us + each_us N."""
 
     own_us: float
     each_us: float
     bytes_each: float  # on the wire, for one delivery, headers and acknowledgements included
 
     def share(self, messages_per_s: float, receivers: float) -> float:
-        """Of one core."""
+        """Share of one core."""
         return 1e-6 * messages_per_s * (self.own_us + self.each_us * receivers)
 
 
 def whole(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Those in which everything was delivered."""
+    """Rows in which everything was delivered."""
     return [row for row in rows if row["delivered_share"] == 1.0]
 
 
@@ -80,7 +80,7 @@ def most_in_time(rows: list[dict[str, Any]]) -> int:
 
 
 def ceilings(name: str, router: Router, rows: list[dict[str, Any]]) -> dict[str, float]:
-    """How many listeners each limit allows."""
+    """Number of listeners that each limit allows."""
     rate = per_s(name)
     found = {f"{words} link": speed / (rate * router.bytes_each) for words, speed in _LINKS.items()}
     found[_GATEWAY] = carried_by_the_gateway() / rate

@@ -7,11 +7,11 @@ from drumstick_lab.checkout import RESULTS
 
 
 def read(name: str) -> dict[str, Any]:
-    """What a program of the laboratory stored."""
+    """Result that a program of the laboratory stored."""
     return json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8"))
 
 
 def where(result: dict[str, Any]) -> str:
-    """When and on what machine, as one sentence."""
+    """Date and machine of a result, as one sentence."""
     machine = result["machine"]
     return f"{machine['date']}, {machine['processor']}, {machine['cores']} cores, Python {machine['python']}."

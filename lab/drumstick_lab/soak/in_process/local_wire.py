@@ -15,7 +15,7 @@ class _Publisher:
 
 
 class LocalSession:
-    """As much of a session as the gateway's wire uses to publish; queries reach nobody. One thread."""
+    """The part of a session that the gateway's wire uses to publish; queries reach nobody. One thread."""
 
     def __init__(self) -> None:
         self._listeners: dict[str, list[Take]] = {}
@@ -26,23 +26,23 @@ class LocalSession:
         self._listeners.setdefault(key, []).append(take)
 
     def declare_publisher(self, key: str, **_: Any) -> _Publisher:
-        """As zenoh's."""
+        """Like zenoh's."""
         return _Publisher(self, key)
 
     def put(self, key: str, payload: bytes, **_: Any) -> None:
-        """As zenoh's."""
+        """Like zenoh's."""
         self.put_bytes += len(payload)
         for take in self._listeners.get(key, ()):
             take(payload)
 
     def declare_queryable(self, key: str, receive: Any) -> str:
-        """As zenoh's; what is declared is kept by the caller."""
+        """Like zenoh's; what is declared is kept by the caller."""
         return f"{key} {receive}"
 
     def liveliness(self) -> "LocalSession":
-        """As zenoh's."""
+        """Like zenoh's."""
         return self
 
     def declare_token(self, key: str) -> str:
-        """As zenoh's."""
+        """Like zenoh's."""
         return key

@@ -23,11 +23,11 @@ Events = npt.NDArray[np.void]
 
 
 class Astray(Exception):
-    """What a long run must never do; the text says what was found."""
+    """A fault that a long run must never have; the text says which."""
 
 
 class Counted(NamedTuple):
-    """Where a run's counters begin, as if it had come so far already."""
+    """First values of a run's counters, as if it had come so far already."""
 
     ticks: int = 0
     strikes: int = 0
@@ -73,12 +73,12 @@ def strikes_of(events: Events, after: int) -> Events:
 
 
 def room() -> Events:
-    """Where events are taken to: as many as the ring holds."""
+    """Memory into which events are taken: as many as the ring holds."""
     return np.zeros(blocks.RING_SLOTS, EVENT)
 
 
 class Comb:
-    """Where each strike of a steady cycle of `rate_Hz` must be, counted from one strike once it has settled."""
+    """Instants of the strikes of a steady cycle of `rate_Hz`, counted from one strike once it has settled."""
 
     def __init__(self, rate_Hz: np.longdouble, settled: int = SETTLED_STRIKES) -> None:
         self._rate_Hz = rate_Hz
@@ -90,7 +90,7 @@ class Comb:
     def residuals_ns(
         self, numbers: npt.NDArray[np.int64], t_ns: npt.NDArray[np.int64]
     ) -> npt.NDArray[np.float64]:
-        """How far strikes, shape (n,), are from their places; none before it has settled."""
+        """Distances of strikes, shape (n,), from their instants; none before it has settled."""
         self._seen += len(numbers)
         if self.origin is None and self._seen >= self._settled and len(numbers):
             self.origin = (int(numbers[-1]), int(t_ns[-1]))

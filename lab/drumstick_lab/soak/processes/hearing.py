@@ -1,4 +1,4 @@
-"""What a soaking rig says of itself, by its state and its meter: one Zenoh session, its callbacks keep the newest."""
+"""State and meter of a soaking rig: one Zenoh session, its callbacks keep the newest."""
 
 from typing import Any
 
@@ -59,7 +59,7 @@ class Hearing:
         self.sounds.add(meter.id)
 
     def levels(self) -> dict[str, float]:
-        """What may be looked at over time; nothing before both have spoken."""
+        """Quantities to watch over time; nothing before both have spoken."""
         if self.state is None or self.meter is None:
             return {}
         return {

@@ -78,7 +78,7 @@ class Playing:
         )
 
     def ended(self) -> str | None:
-        """Which process ended by itself; None while all run."""
+        """Process that ended by itself; None while all run."""
         all_of_them = {"drumstick up": self._up, **self._companions}
         for name, process in all_of_them.items():
             if process is not None and process.poll() is not None:

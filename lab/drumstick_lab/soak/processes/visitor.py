@@ -1,4 +1,4 @@
-"""Who comes and goes while a rig soaks: asks and sets, by Zenoh and OSC, uses presets, looks at the page.
+"""Visitor of a soaking rig: asks and sets, by Zenoh and OSC, uses presets, looks at the page.
 
 Every visit opens everything anew and closes it again: what a rig keeps of those who left would show as growth.
 """

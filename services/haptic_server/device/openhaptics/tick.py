@@ -1,4 +1,4 @@
-"""Before the law and after it: one frame of the HD layer, each tick. Compiled; called by the driver's own thread.
+"""One frame of the HD layer around each tick of the law. Compiled; called by the driver's own thread.
 
 Tick thread: no allocation, no locks, no Python, no exceptions. What the foreign calls do inside is the driver's affair.
 """

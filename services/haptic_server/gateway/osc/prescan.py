@@ -1,4 +1,4 @@
-"""Is this datagram one well-formed OSC message? Decided strictly, in one pass, before anything acts on it.
+"""Strict check, in one pass, that a datagram is one well-formed OSC message, before anything acts on it.
 
 Parsers of OSC have been stopped by one datagram each: a bundle whose element has a negative size, a time tag far in the
 future, an address that is a costly pattern, a truncated string. So: no bundles, no time tags, no patterns, and the

@@ -1,4 +1,4 @@
-"""When a set of parameters takes effect: whole, above the head, inside the envelope, without throwing the stick.
+"""The latch: a set of parameters takes effect whole, above the head, inside the envelope, without throwing the stick.
 
 Tick thread: no allocation, no locks, no Python, no exceptions.
 """

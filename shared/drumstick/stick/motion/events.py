@@ -1,4 +1,4 @@
-"""When does something happen? The first event on a segment of motion.
+"""The first event on a segment of motion, and its time.
 
 Between two nodes (drumstick.stick.motion.spans) z' and the rate of the head's push change their sign at most once each,
 so z and the push are monotone between these changes: comparing signs finds every event. Kernels: any thread; no
