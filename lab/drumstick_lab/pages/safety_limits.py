@@ -155,7 +155,7 @@ SOFT_STOP: tuple[str, ...] = (
 def always() -> str:
     """Limits watched on every tick."""
     servo = "guard"
-    most_owed, owed = constant(guard, "_MOST_OWED_M_PER_S"), constant(guard, "_OWED_M_PER_S")
+    most_owed, owed = constant(guard, "_FAULT_EXCESS_M_PER_S"), constant(guard, "_EXCESS_M_PER_S")
     contacts = constant(guard, "_MOST_DRIVEN")
     return table(
         [
