@@ -54,7 +54,7 @@ class Stream(NamedTuple):
 def _strike(seq: int, t_ns: int) -> Strike:
     return Strike(
         boot=_BOOT, seq=seq, t_ns=t_ns, x=0.31, y=0.12, z_speed_m_per_s=0.628, level=0.314, peak_estimate_N=5.03,
-        contact_estimate_s=0.0055,
+        contact_estimate_s=0.0055, impulse_N_s=0.0157,
     )  # fmt: skip
 
 
