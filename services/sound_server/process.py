@@ -6,14 +6,18 @@ import os
 import signal
 import sys
 
+import msgspec
+
 from realtime.log import flush_log, open_log
+from realtime.service_options import command, options_of_process
 from realtime.stop import StopRequest
-from sound_server import options
+from sound_server.options import SoundOptions
+from sound_server.room import Room
 
 
 def main() -> int:
     """Make the parts, join them, run until SIGTERM or SIGINT; anew, in the same process, when the device is lost."""
-    wanted = options.read()
+    wanted = options_of_process(SoundOptions, "sound_server")
     open_log(names_level=True)
     stop, ended = StopRequest(), StopRequest()
 
@@ -40,8 +44,9 @@ def main() -> int:
         device_watch = reconnecting.DeviceWatch(wanted.audio, stop)
     try:
         supervisor = Supervisor()
+        room = Room(1e-3 * wanted.room_latency_ms, wanted.room_level_dB)
         Server(
-            wanted.rigs, wanted.connect, sink, stop, wanted.identity, wanted.most, wanted.room, supervisor
+            wanted.rigs, wanted.connect, sink, stop, wanted.identity, wanted.most_rigs, room, supervisor
         ).run()
     except DeviceLost as lost:
         logging.error("audio device lost: %s", lost)
@@ -49,18 +54,23 @@ def main() -> int:
         if ended.is_set() or not sink.comes_back:
             os._exit(0 if ended.is_set() else 1)
         # Not closed: PortAudio would wait for ever for a JACK that is dead.
-        _start_anew(options.again(wanted, sink.words))
+        _start_again(wanted, sink.words)
     if device_watch is not None and device_watch.found and not ended.is_set():
-        _start_anew(options.again(wanted, wanted.audio))
+        _start_again(wanted, wanted.audio)
     sink.close()
     return 0
 
 
-def _start_anew(command: list[str]) -> None:
+def again(wanted: SoundOptions, audio: str) -> list[str]:
+    """Command line that serves the same rigs through the device `audio`, which is awaited."""
+    return command("sound_server", msgspec.structs.replace(wanted, audio=audio, awaited=True))
+
+
+def _start_again(wanted: SoundOptions, audio: str) -> None:
     # The process keeps its number, so whoever supervises it sees no end. What the driver had open stays behind.
     flush_log()
     for fd in (int(name) for name in os.listdir("/dev/fd")):
         if fd > sys.stderr.fileno():
             with contextlib.suppress(OSError):  # the listing's own
                 os.set_inheritable(fd, False)
-    os.execv(command[0], command)
+    os.execv(sys.executable, again(wanted, audio))

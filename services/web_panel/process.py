@@ -4,40 +4,18 @@ Exit status 0 stopped, 1 a fault of ours (viser is not as the guard knows it), 2
 something (port taken, viser not installed).
 """
 
-import argparse
 import logging
 import signal
-from pathlib import Path
 
-from protocol.access.identity import add_options, identity_of
-from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, checked_rig
 from realtime.log import open_log
 from realtime.notify import Supervisor
+from realtime.service_options import options_of_process
 from web_panel.access.port import free_port
 from web_panel.access.visitor_token import TokenFileError, token_of
+from web_panel.options import PanelOptions
 
 CHANGES = "panel-changes.json"  # beside the token: undo, A and B
 _log = logging.getLogger("panel")
-
-
-def _arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="web_panel", description="The technician's page.")
-    parser.add_argument("--rig", type=checked_rig, default=DEFAULT_RIG)
-    parser.add_argument("--connect", default=DEFAULT_ROUTER, metavar="ENDPOINT", help="the Zenoh router")
-    parser.add_argument("--port", type=int, default=8080, help="0: any free port")
-    parser.add_argument("--token-file", type=Path, required=True, metavar="FILE", help="made when missing")
-    words = "a result of `drumstick accuracy`"
-    parser.add_argument("--accuracy-shipped", type=Path, metavar="FILE", help=f"{words}, for comparison")
-    parser.add_argument(
-        "--accuracy-own", type=Path, metavar="FILE", help=f"{words}, this machine's, once it is there"
-    )
-    add_options(parser)
-    given = parser.parse_args()
-    try:
-        given.identity = identity_of(given)
-    except ValueError as error:
-        parser.error(str(error))
-    return given
 
 
 def _end(status: int, words: str) -> int:
@@ -50,7 +28,7 @@ def main() -> int:
     stopped: list[int] = []
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda signum, frame: stopped.append(signum))
-    given = _arguments()
+    given = options_of_process(PanelOptions, "web_panel")
     open_log()
     logging.getLogger().setLevel(logging.WARNING)  # each browser that comes is news to viser's libraries
     _log.setLevel(logging.INFO)

@@ -4,7 +4,6 @@ import dataclasses
 import json
 import os
 import subprocess
-import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -19,6 +18,8 @@ from drumstick.parameters.scene import Scene, as_tables
 from protocol.keys import Keys
 from protocol.messages import Clock, Meter, State, Strike, decode, encode
 from protocol.session import router_config
+from realtime.service_options import command
+from sound_server.options import SoundOptions
 
 _T = TypeVar("_T")
 PATIENCE_S = 60.0  # how long a test waits for something that must come; kernels may have to compile first
@@ -156,7 +157,7 @@ class SoundProcess:
     ) -> None:
         self.lines: list[str] = []
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "sound_server", "--rig", rigs, "--connect", endpoint, "--audio", audio],
+            command("sound_server", SoundOptions(rigs=tuple(rigs.split(",")), connect=endpoint, audio=audio)),
             stderr=subprocess.PIPE,
             text=True,
             env=environment,

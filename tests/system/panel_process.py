@@ -3,13 +3,15 @@
 import re
 import signal
 import subprocess
-import sys
 import threading
 from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from queue import Empty, SimpleQueue
+
+from realtime.service_options import command
+from web_panel.options import PanelOptions
 
 
 @dataclass
@@ -52,18 +54,18 @@ class PanelProcess:
             raise AssertionError("the panel did not end when told to") from None
 
 
-def arguments(endpoint: str, port: int, token_file: Path, rig: str = "main", *more: str) -> list[str]:
-    given = ["--rig", rig, "--connect", endpoint, "--port", str(port), "--token-file", str(token_file)]
-    return [sys.executable, "-m", "web_panel", *given, *more]
+def arguments(endpoint: str, port: int, token_file: Path, rig: str = "main", **more: Path) -> list[str]:
+    options = PanelOptions(rig=rig, connect=endpoint, port=port, token_file=token_file, **more)
+    return command("web_panel", options)
 
 
 @contextmanager
 def panel(
-    endpoint: str, port: int, token_file: Path, rig: str = "main", *more: str
+    endpoint: str, port: int, token_file: Path, rig: str = "main", **more: Path
 ) -> Generator[PanelProcess]:
     """The panel, ready, with `more` arguments; stopped at the end unless the test did so."""
     process = subprocess.Popen(
-        arguments(endpoint, port, token_file, rig, *more),
+        arguments(endpoint, port, token_file, rig, **more),
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,

@@ -9,7 +9,11 @@ from pathlib import Path
 import pytest
 from hosts import Venue, require_root
 
+from haptic_server.access.options import AccessOptions
 from made_keys import Keyring
+from protocol.access.roles import ROLES
+from protocol.session import Public
+from realtime.service_options import command
 
 pytestmark = [pytest.mark.system, pytest.mark.needs("nft")]
 FILTER = Path(__file__).parents[2] / "deploy" / "nftables" / "drumstick.nft"
@@ -71,7 +75,8 @@ def test_handshakes_that_stand_keep_no_other_machine_out(tmp_path: Path) -> None
             venue.join(name, address)
         venue["haptic"].run("nft", "-f", str(FILTER))
         public = f"tls/{HAPTIC}:7448"
-        start("haptic", "-m", "haptic_server.access", "--public", public, "--carry", "r", *mine.options())
+        options = AccessOptions(public=Public(public, mine, ("r",), tuple(ROLES)))
+        start("haptic", *command("haptic_server.access", options)[1:])
         good = start("sound", "-c", JOIN, public, *map(str, theirs))
         assert good.stdout is not None
         assert good.stdout.readline() == "in\n"

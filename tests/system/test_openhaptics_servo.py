@@ -3,7 +3,6 @@
 import os
 import signal
 import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -16,8 +15,10 @@ from drumstick.stick.law import law_of
 from haptic_server import block, files
 from haptic_server.device.openhaptics.driver import library
 from haptic_server.records import FAULT, READY, STATUS, UNPLUGGED
+from haptic_server.servo.options import ServoOptions
 from hd_stand_in import CENTRE_MM, build
 from realtime import triple_buffer
+from realtime.service_options import command
 
 pytestmark = [pytest.mark.needs("cc"), pytest.mark.real_clock, pytest.mark.timeout(180)]
 SCENE = shipped_text("phantom")
@@ -38,15 +39,7 @@ class Servo:
         (run_dir / files.SCENE).write_text(SCENE, encoding="utf-8")
         named = {library.VARIABLE: str(stand_in)} if stand_in else {}
         self.process = subprocess.Popen(
-            [
-                sys.executable,
-                "-m",
-                "haptic_server.servo",
-                "--run-dir",
-                str(run_dir),
-                "--device",
-                "openhaptics",
-            ],
+            command("haptic_server.servo", ServoOptions(run_dir=run_dir, device="openhaptics")),
             env={**os.environ, **named, **environment},
             stderr=subprocess.PIPE,
             text=True,

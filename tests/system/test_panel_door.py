@@ -1,6 +1,7 @@
 """Who gets in, by raw HTTP and raw websockets, and what a hostile program that has the token can do: no harm."""
 
 import http.client
+import json
 import re
 import signal
 import socket
@@ -251,10 +252,14 @@ def test_a_taken_port_is_said_in_one_line(rig: FakeRig, tmp_path: Path) -> None:
     assert ended.stdout == ""
 
 
-@pytest.mark.parametrize("wrong", [["--rig", "a/b"], ["--port", "eighty"]])
-def test_a_wrong_argument_is_status_2(tmp_path: Path, wrong: list[str]) -> None:
-    command = [*arguments("tcp/127.0.0.1:1", 0, tmp_path / "token"), *wrong]
-    assert subprocess.run(command, capture_output=True, timeout=60).returncode == 2
+@pytest.mark.parametrize("wrong", [{"rig": "a/b"}, {"port": "eighty"}])
+def test_a_wrong_argument_is_status_2(tmp_path: Path, wrong: dict[str, str]) -> None:
+    *command, options = arguments("tcp/127.0.0.1:1", 0, tmp_path / "token")
+    given = json.dumps({**json.loads(options), **wrong})
+    ended = subprocess.run([*command, given], capture_output=True, text=True, timeout=60)
+    assert ended.returncode == 2
+    assert next(iter(wrong.values())) in ended.stderr or "$.port" in ended.stderr
+    assert len(ended.stderr.splitlines()) == 1
 
 
 @pytest.mark.long

@@ -47,8 +47,8 @@ def served(
     folder = tmp_path_factory.mktemp("panel")
     shipped = folder / "shipped.json"
     shipped.write_text(accuracy_result("a fast machine", 100.0))
-    files = ("--accuracy-shipped", str(shipped), "--accuracy-own", str(own_accuracy))
-    with panel(rig.endpoint, free_port(), folder / "token", "main", *files) as running:
+    files = {"accuracy_shipped": shipped, "accuracy_own": own_accuracy}
+    with panel(rig.endpoint, free_port(), folder / "token", "main", **files) as running:
         yield running
 
 

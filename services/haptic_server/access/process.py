@@ -5,52 +5,31 @@ fault of Zenoh that somebody provokes from outside ends this process, not the ga
 thread.
 """
 
-import argparse
 import json
 import signal
 from functools import partial
 
 from haptic_server.access.disconnection import Disconnector
+from haptic_server.access.options import AccessOptions
 from haptic_server.access.refusals import Refusals
 from haptic_server.access.report import listener_report
 from haptic_server.access.sockets import hold_silent
-from protocol.access.identity import add_options, identity_of
-from protocol.access.roles import ROLES, checked_roles
 from protocol.endpoint import host_and_port
-from protocol.keys import DEFAULT_ROUTER, Keys
+from protocol.keys import Keys
 from protocol.queryables import Queryables
-from protocol.session import Public, open_access
+from protocol.session import open_access
 from realtime.log import open_log
 from realtime.notify import Supervisor
+from realtime.service_options import options_of_process
 from realtime.stop import StopRequest
 
 _TURN_S = 1.0
 
 
-def _names(text: str) -> tuple[str, ...]:
-    return tuple(name for name in text.split(",") if name)
-
-
-def _arguments() -> tuple[str, Public]:
-    parser = argparse.ArgumentParser(prog="haptic_server.access", description=__doc__)
-    parser.add_argument("--connect", default=DEFAULT_ROUTER, help="the gateway's own router, on loopback")
-    parser.add_argument("--public", required=True, help="where other machines come in: tls/...")
-    parser.add_argument("--admit", type=_names, default=tuple(ROLES), help="roles that may come in")
-    parser.add_argument("--carry", type=_names, required=True, help="rigs whose keys they may use")
-    add_options(parser)
-    given = parser.parse_args()
-    try:
-        identity = identity_of(given)
-        if identity is None:
-            raise ValueError("give --authority, --certificate and --private-key")
-        return given.connect, Public(given.public, identity, given.carry, checked_roles(given.admit))
-    except ValueError as error:
-        parser.error(str(error))
-
-
 def main() -> int:
     """Listen until a signal; the network and the gateway may come and go."""
-    router, public = _arguments()
+    given = options_of_process(AccessOptions, "haptic_server.access")
+    router, public = given.connect, given.public
     open_log()
     stop = StopRequest()
     for number in (signal.SIGTERM, signal.SIGINT):

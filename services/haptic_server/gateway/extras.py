@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from haptic_server.gateway.options import GatewayOptions
 from haptic_server.gateway.osc.inbound import Network
 from haptic_server.gateway.osc.targets import Endpoint
 from haptic_server.gateway.parameter_access import ParameterAccess
@@ -21,7 +21,7 @@ class Lacking(OSError):
 class Extras:
     """Optional parts of one gateway. The constructor and `open` raise Lacking. Main thread."""
 
-    def __init__(self, given: argparse.Namespace) -> None:
+    def __init__(self, given: GatewayOptions) -> None:
         self._given = given
         self._bridge = self._query = self._announcement = self.midi = None
         if given.oscquery is not None:
@@ -44,14 +44,15 @@ class Extras:
 
         `insiders` are senders that the front hears besides: whoever they speak for was admitted already.
         """
-        if self._bridge is not None:
-            self._open_query(self._bridge, parameters, front, allow, insiders)
+        if self._bridge is not None and self._given.oscquery is not None:
+            self._open_query(self._bridge, self._given.oscquery, parameters, front, allow, insiders)
         if self._given.midi_out is not None:
-            self._open_midi()
+            self._open_midi(self._given.midi_out)
 
     def _open_query(
         self,
         bridge: OscBridge,
+        bind: Endpoint,
         parameters: ParameterAccess,
         front: Endpoint,
         allow: Sequence[Network],
@@ -60,10 +61,10 @@ class Extras:
         given = self._given
         try:
             self._query = self._server.OscQuery(
-                given.oscquery, given.rig, given.prefix, parameters, front, bridge, allow, insiders
+                bind, given.rig, given.prefix, parameters, front, bridge, allow, insiders
             )
         except OSError as error:
-            host, port = given.oscquery
+            host, port = bind
             raise Lacking(
                 f"OSCQuery port {host}:{port} cannot be opened: {error.strerror}; choose another with --oscquery"
             ) from None
@@ -75,13 +76,13 @@ class Extras:
             except ImportError as error:
                 raise _lacking("announcing OSCQuery", error) from None
 
-    def _open_midi(self) -> None:
+    def _open_midi(self, name: str) -> None:
         from haptic_server.gateway.midi.encoding import Voice
         from haptic_server.gateway.midi.process import PortProcess, command
         from haptic_server.gateway.midi.sender import MidiSender
 
         given = self._given
-        port = PortProcess(command(given.midi_out, f"drumstick {given.rig}"))
+        port = PortProcess(command(name, f"drumstick {given.rig}"))
         self.midi = MidiSender(Voice(given.midi_note, given.midi_channel), port)
 
     def counters(self) -> dict[str, dict[str, int]]:

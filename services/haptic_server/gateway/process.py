@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 import logging
 import signal
 from collections.abc import Mapping
+from ipaddress import ip_network
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,9 +14,9 @@ from drumstick.parameters.scene import Scene, SceneError, as_tables, parse
 from drumstick.parameters.table import values_of
 from drumstick.stick.law import law_of
 from haptic_server import files, limits
-from haptic_server.gateway import options
 from haptic_server.gateway.extras import Extras, Lacking
 from haptic_server.gateway.link import ServoLink, rehearse, wait_for_servo
+from haptic_server.gateway.options import GatewayOptions
 from haptic_server.gateway.osc.osc_server import LOOPBACK, OscServer
 from haptic_server.gateway.presets import Presets
 from haptic_server.gateway.relay import Relay, Wires
@@ -31,6 +31,7 @@ from protocol.session import open_client, open_router
 from realtime.log import open_log
 from realtime.notify import Supervisor
 from realtime.regular_file import read_text
+from realtime.service_options import options_of_process
 from realtime.stop import StopRequest
 
 if TYPE_CHECKING:
@@ -50,7 +51,7 @@ class _Ended(Exception):
 
 def main() -> int:
     """Run until SIGTERM or SIGINT; the exit status."""
-    given = options.read()
+    given = options_of_process(GatewayOptions, "haptic_server.gateway")
     open_log()
     stop = StopRequest()
     for number in (signal.SIGTERM, signal.SIGINT):
@@ -81,7 +82,7 @@ class _Gateway:
 
     def __init__(
         self,
-        given: argparse.Namespace,
+        given: GatewayOptions,
         scene: Scene,
         link: ServoLink,
         supervisor: Supervisor,
@@ -92,15 +93,14 @@ class _Gateway:
         self._parameters = Parameters(scene, link, limits.read(given.run_dir, scene), rig=given.rig)
         values = values_of(law_of(scene), self._parameters.table)
         self._presets = Presets(PresetStore(given.state_dir), self._parameters, scene.name, values)
-        self._allow = given.osc_allow or LOOPBACK
+        self._allow = [ip_network(each) for each in given.osc_allow] or LOOPBACK
         self._extras, self._osc = self._open_osc()
 
     def _open_osc(self) -> tuple[Extras, OscServer]:
         given = self._given
-        targets = [("127.0.0.1", 9101)] if given.osc_out is None else given.osc_out
         try:
             extras = Extras(given)
-            targets = [*targets, *extras.targets]
+            targets = [*given.osc_out, *extras.targets]
             load = self._presets.load
             front = OscServer(given.osc_in, targets, given.prefix, self._parameters, load, self._allow)
         except ValueError as error:

@@ -3,7 +3,6 @@
 No sockets, but the one by which it tells a supervisor that it ticks, where there is one.
 """
 
-import argparse
 import json
 import logging
 import signal
@@ -17,13 +16,14 @@ from drumstick.safety import envelope
 from drumstick.stick.law import law_of
 from haptic_server import block, contacts, files
 from haptic_server.device.protocol import Device, DeviceError
-from haptic_server.device.selection import KINDS, chosen
+from haptic_server.device.selection import chosen
 from haptic_server.device.specification import Specification
 from haptic_server.limits import limits_of
 from haptic_server.limits import write as write_limits
 from haptic_server.records import FAULT_WORDS, NO_FAULT
 from haptic_server.servo import memory, priority, trace
 from haptic_server.servo.force.latch import passes
+from haptic_server.servo.options import ServoOptions
 from haptic_server.servo.streaming import stream_to
 from haptic_server.servo.watchdog import Watchdog
 from realtime.atomics import poke
@@ -31,6 +31,7 @@ from realtime.log import open_log
 from realtime.notify import Supervisor
 from realtime.records import is_there
 from realtime.regular_file import read_text, write_text
+from realtime.service_options import options_of_process
 from realtime.stop import StopRequest
 
 _log = logging.getLogger("servo")
@@ -135,16 +136,8 @@ def _play(device: Device, scene: Scene, run_dir: Path, stop: StopRequest) -> int
 
 
 def main() -> int:
-    """Parse the command line, open the device, make the block, run the loop on its own thread, wait for a signal."""
-    arguments = argparse.ArgumentParser(prog="haptic_server.servo", description=__doc__)
-    arguments.add_argument(
-        "--run-dir", type=Path, required=True, help="holds scene.toml; the block is made here"
-    )
-    arguments.add_argument("--device", default="simulated", help=KINDS)
-    arguments.add_argument(
-        "--pose-is-held", action="store_true", help="somebody holds a real arm in its neutral pose now"
-    )
-    given = arguments.parse_args()
+    """Read the options, open the device, make the block, run the loop on its own thread, wait for a signal."""
+    given = options_of_process(ServoOptions, "haptic_server.servo")
     open_log()
     stop = StopRequest()
     for number in (signal.SIGTERM, signal.SIGINT):

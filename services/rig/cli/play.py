@@ -40,7 +40,7 @@ def up_command(
     as_json: Json = False,
 ) -> None:
     """Play: force loop, sound and panel together, until Ctrl-C."""
-    from rig.supervision.plan import ACCESS, HAPTIC, PANEL, SOUND
+    from rig.supervision.parts import ACCESS, HAPTIC, PANEL, SOUND
     from rig.supervision.rig_options import checked_options
     from rig.supervision.up import up
 

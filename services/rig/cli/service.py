@@ -23,7 +23,7 @@ from rig.options import (
 @grouped
 def servo_command(*, scene: Scene = "roll", device: DeviceOptions, rig: RigName = "main") -> None:
     """Run the force loop in the foreground, for systemd. Without a rig file it stays off the network."""
-    from rig.supervision.plan import HAPTIC
+    from rig.supervision.parts import HAPTIC
     from rig.supervision.rig_options import checked_options
     from rig.supervision.service import become_servo
 
@@ -33,7 +33,7 @@ def servo_command(*, scene: Scene = "roll", device: DeviceOptions, rig: RigName 
 @grouped
 def gateway_command(*, rig_options: RigOptions, gateway: GatewayOptions) -> None:
     """Become the gateway between a force loop and the network."""
-    from rig.supervision.plan import HAPTIC
+    from rig.supervision.parts import HAPTIC
     from rig.supervision.rig_options import checked_options
     from rig.supervision.service import become_gateway
 

@@ -1,15 +1,15 @@
 """python -m rig.recording: the service of `drumstick up --record`. Status 3: the disk took no more."""
 
-import argparse
 import logging
 import sys
 from itertools import chain
 from pathlib import Path
 
-from protocol.access.identity import add_options, identity_of
 from protocol.keys import Keys
 from realtime.log import open_log
+from realtime.service_options import options_of_process
 from rig.exit_status import Stop, lacking
+from rig.recording.options import RecordingOptions
 from rig.recording.record import recorded, words
 from rig.supervision.resolved_options import FarEnd
 
@@ -32,17 +32,8 @@ def _warn(what: str) -> None:
 
 def main() -> int:
     """Record until SIGTERM."""
-    parser = argparse.ArgumentParser(prog="rig.recording", description=__doc__)
-    parser.add_argument("--rig", required=True)
-    parser.add_argument("--connect", required=True, help="the rig's Zenoh router")
-    parser.add_argument("--out", type=Path, required=True, help="FILE.mcap; FILE-2.mcap if that exists")
-    parser.add_argument("--force", action="store_true", help="also the force of every contact")
-    add_options(parser)
-    given = parser.parse_args()
-    try:
-        end = FarEnd(given.connect, Keys(given.rig), identity_of(given))
-    except ValueError as error:
-        parser.error(str(error))
+    given = options_of_process(RecordingOptions, "rig.recording")
+    end = FarEnd(given.connect, Keys(given.rig), given.identity)
     open_log()
     try:
         out = _free(given.out)

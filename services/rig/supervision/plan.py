@@ -1,19 +1,22 @@
-"""Processes of a rig, and the command line of each. Services are started, never imported."""
+"""Processes of a rig, and the command line of each. Of a service only its options are imported."""
 
-import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from haptic_server.access.options import AccessOptions
+from haptic_server.gateway.options import GatewayOptions
+from haptic_server.servo.options import ServoOptions
 from protocol.access.identity import Identity
 from protocol.keys import DEFAULT_ROUTER
 from protocol.session import Public
+from realtime.service_options import ServiceOptions, command
 from rig.accuracy_files import FILE, SHIPPED
 from rig.folder import accuracy_folder
 from rig.options import AudioOptions, DeviceOptions, OutputOptions, PageOptions, RecordOptions, RoomOptions
-
-HAPTIC, SOUND, PANEL = "haptic", "sound", "panel"
-RECORD, ACCESS = "record", "door"
-NOT_ESSENTIAL = frozenset({RECORD})  # whose end never ends a rig
+from rig.recording.options import RecordingOptions
+from rig.supervision.parts import ACCESS, HAPTIC, PANEL, RECORD, SOUND
+from sound_server.options import SoundOptions
+from web_panel.options import PanelOptions
 
 
 @dataclass(frozen=True)
@@ -46,71 +49,58 @@ class Options(DeviceOptions, OutputOptions, AudioOptions, RoomOptions, PageOptio
         return HAPTIC in self.parts and self.connect is None
 
 
-def _extras(options: Options) -> list[str]:
-    words: list[str] = []
-    if options.query is not None:
-        host, port = options.query
-        words += ["--oscquery", f"{host}:{port}"]
-    if options.oscquery_announce:
-        words.append("--oscquery-announce")
-    if options.midi_out is not None:
-        words += [f"--midi-out={options.midi_out}", "--midi-note", str(options.midi_note)]
-        words += ["--midi-channel", str(options.midi_channel)]
-    return words
-
-
 def commands(options: Options) -> dict[str, list[str]]:
     """Name -> command line, in the order of starting."""
-    python = [sys.executable, "-m"]
-    rig = ["--rig", options.rig]
-    router = ["--connect", options.router, *(options.identity.options() if options.identity else [])]
-    folder = ["--run-dir", str(options.folder)]
-    plan: dict[str, list[str]] = {}
+    plan: dict[str, tuple[str, ServiceOptions]] = {}
     if HAPTIC in options.parts:
-        plan["servo"] = [*python, "haptic_server.servo", *folder, "--device", options.device]
-        if options.pose_is_held:
-            plan["servo"].append("--pose-is-held")
-        osc = ["--osc-in", f"{options.osc_host}:{options.osc_port}", "--prefix", options.prefix]
-        osc += [] if options.osc_targets else ["--no-osc-out"]
-        for target in options.osc_targets:
-            osc += ["--osc-out", target]
-        for network in options.osc_allow:
-            osc += ["--osc-allow", network]
-        zenoh = router if options.connect else ["--listen", options.listen]
-        kept = ["--state-dir", str(options.state), *(["--fresh"] if options.fresh else []), "--supervised"]
-        plan["gateway"] = [
-            *python, "haptic_server.gateway", *folder, *rig, *osc, *zenoh, *kept, *_extras(options)
-        ]  # fmt: skip
+        held = options.pose_is_held
+        servo = ServoOptions(run_dir=options.folder, device=options.device, pose_is_held=held)
+        plan["servo"] = "haptic_server.servo", servo
+        plan["gateway"] = "haptic_server.gateway", _gateway(options)
     if ACCESS in options.parts and options.public is not None:
-        plan[ACCESS] = [
-            *python,
-            "haptic_server.access",
-            "--connect",
-            options.router,
-            *_public(options.public),
-        ]
+        access = AccessOptions(connect=options.router, public=options.public)
+        plan[ACCESS] = "haptic_server.access", access
     if SOUND in options.parts:
-        plan["sound"] = [*python, "sound_server", *router, *_sound(options)]
+        plan["sound"] = "sound_server", _sound(options)
     if PANEL in options.parts:
-        its_own = ["--token-file", str(options.folder / "panel-token")]
-        its_own += ["--accuracy-shipped", str(SHIPPED)]
-        its_own += ["--accuracy-own", str(accuracy_folder() / FILE)]
-        plan["panel"] = [*python, "web_panel", *rig, *router, "--port", str(options.panel_port), *its_own]
+        plan["panel"] = "web_panel", _panel(options)
     if options.record is not None:
-        plan[RECORD] = [*python, "rig.recording", *rig, *router, "--out", str(options.record)]
-        if options.record_force:
-            plan[RECORD].append("--force")
-    return plan
+        recording = RecordingOptions(
+            rig=options.rig, connect=options.router, identity=options.identity, out=options.record,
+            force=options.record_force,
+        )  # fmt: skip
+        plan[RECORD] = "rig.recording", recording
+    return {name: command(*started) for name, started in plan.items()}
 
 
-def _sound(options: Options) -> list[str]:
-    words = ["--rig", ",".join((options.rig, *(options.also or ()))), "--most-rigs", str(options.most_rigs)]
-    words += [f"--room-latency={options.room_latency!r}", f"--room-level={options.room_level!r}"]
-    words += ["--audio", options.audio, "--rate", str(options.audio_rate)]
-    words += ["--block", str(options.audio_block)]
-    return [*words, "--awaited"] if options.audio_awaited else words
+def _address(target: str) -> tuple[str, int]:
+    host, _, port = target.rpartition(":")
+    return host, int(port)
 
 
-def _public(public: Public) -> list[str]:
-    admitted = ["--admit", ",".join(public.roles), "--carry", ",".join(public.rigs)]
-    return ["--public", public.endpoint, *admitted, *public.identity.options()]
+def _gateway(options: Options) -> GatewayOptions:
+    return GatewayOptions(
+        run_dir=options.folder, state_dir=options.state, rig=options.rig, listen=options.listen,
+        connect=options.connect, identity=options.identity if options.connect else None,
+        osc_in=(options.osc_host, options.osc_port), osc_out=tuple(map(_address, options.osc_targets)),
+        osc_allow=options.osc_allow, prefix=options.prefix, fresh=options.fresh, supervised=True,
+        oscquery=options.query, oscquery_announce=options.oscquery_announce, midi_out=options.midi_out,
+        midi_note=options.midi_note, midi_channel=options.midi_channel,
+    )  # fmt: skip
+
+
+def _sound(options: Options) -> SoundOptions:
+    return SoundOptions(
+        rigs=tuple(dict.fromkeys((options.rig, *(options.also or ())))), most_rigs=options.most_rigs,
+        connect=options.router, identity=options.identity, audio=options.audio, rate=options.audio_rate,
+        block=options.audio_block, awaited=options.audio_awaited, room_latency_ms=options.room_latency,
+        room_level_dB=options.room_level,
+    )  # fmt: skip
+
+
+def _panel(options: Options) -> PanelOptions:
+    return PanelOptions(
+        token_file=options.folder / "panel-token", rig=options.rig, connect=options.router,
+        identity=options.identity, port=options.panel_port, accuracy_shipped=SHIPPED,
+        accuracy_own=accuracy_folder() / FILE,
+    )  # fmt: skip

@@ -17,8 +17,8 @@ from rig import checks
 from rig.exit_status import LACKING, Stop, wrong
 from rig.identity import identity_check
 from rig.identity.rig_file import RigFile, load
-from rig.supervision.plan import ACCESS, PANEL, SOUND
-from rig.supervision.plan import HAPTIC as HAPTIC_PART
+from rig.supervision.parts import ACCESS, PANEL, SOUND
+from rig.supervision.parts import HAPTIC as HAPTIC_PART
 
 _OSC_HOST, _OSC_PORT = "127.0.0.1", 9100
 _OSC_TARGETS = ("127.0.0.1:9101",)

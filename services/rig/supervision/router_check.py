@@ -1,7 +1,8 @@
 """Asking a router at once whether it lets us in, before a process is started that would only be refused."""
 
 from rig.exit_status import lacking
-from rig.supervision.plan import HAPTIC, Options
+from rig.supervision.parts import HAPTIC
+from rig.supervision.plan import Options
 
 
 def require_admission(options: Options) -> None:

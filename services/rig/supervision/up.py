@@ -16,7 +16,8 @@ from rig.exit_status import OURS, Stop, wrong
 from rig.machine import ports
 from rig.machine.machine_needs import require_machine
 from rig.recording.record import check_out
-from rig.supervision.plan import HAPTIC, NOT_ESSENTIAL, PANEL, SOUND, Options, commands
+from rig.supervision.parts import HAPTIC, NOT_ESSENTIAL, PANEL, SOUND
+from rig.supervision.plan import Options, commands
 from rig.supervision.process import Service
 from rig.supervision.router_check import require_admission
 from rig.supervision.scene_files import SceneFiles

@@ -4,11 +4,14 @@ import time
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from drumstick.parameters.scene import Scene
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
+from haptic_server.gateway.options import GatewayOptions
 from realtime.atomics import peek, poke
+from realtime.service_options import read
 from rig import checks, folder
 from rig.exit_status import GIVEN, LACKING, Stop
 from rig.machine import ports
@@ -119,14 +122,11 @@ def test_an_extra_that_is_not_installed() -> None:
 
 
 def test_extras_are_words_of_the_gateway_only_when_asked_for(runtime: Path) -> None:
-    plain = commands(Options("r", runtime, runtime))["gateway"]
-    assert not [word for word in plain if "oscquery" in word or "midi" in word]
+    plain = read(GatewayOptions, commands(Options("r", runtime, runtime))["gateway"][-1])
+    assert (plain.oscquery, plain.midi_out) == (None, None)
     asked = Options("r", runtime, runtime, query=("127.0.0.1", 9102), midi_out="--x", midi_note=40)
-    words = commands(asked)["gateway"]
-    assert words[: len(plain)] == plain
-    assert words[len(plain):] == [
-        "--oscquery", "127.0.0.1:9102", "--midi-out=--x", "--midi-note", "40", "--midi-channel", "10",
-    ]  # fmt: skip
+    given = read(GatewayOptions, commands(asked)["gateway"][-1])
+    assert given == replace(plain, oscquery=("127.0.0.1", 9102), midi_out="--x", midi_note=40)
 
 
 def test_arm_without_a_servo_or_with_a_dead_one_arms_nothing(

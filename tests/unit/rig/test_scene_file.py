@@ -10,7 +10,8 @@ from rig import scene_file
 from rig.exit_status import GIVEN, Stop
 from rig.offline import scene_commands
 from rig.supervision import up
-from rig.supervision.plan import HAPTIC, Options
+from rig.supervision.parts import HAPTIC
+from rig.supervision.plan import Options
 
 
 def scene_in(folder: Path, gesture: str | bytes | None) -> str:

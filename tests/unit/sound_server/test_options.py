@@ -1,48 +1,51 @@
-"""The command line of the sound server: a restart for a lost device is who it was before."""
+"""Options of the sound server: a restart for a lost device is who it was before; what is out of range is refused."""
 
-import sys
+import json
+import re
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from protocol.access.identity import Identity
-from sound_server import options
+from realtime.service_options import command, read
+from sound_server.options import SoundOptions
+from sound_server.process import again
 
 IDENTITY = Identity(Path("ca.pem"), Path("sound.pem"), Path("sound.key"))
 
 
-def read(monkeypatch: pytest.MonkeyPatch, *words: str):
-    monkeypatch.setattr(sys, "argv", ["sound_server", *words])
-    return options.read()
+def test_a_restart_keeps_rigs_router_room_and_certificate() -> None:
+    given = SoundOptions(
+        rigs=("a", "x-*"), most_rigs=3, connect="tls/haptic.local:7448", block=64, identity=IDENTITY,
+        room_latency_ms=12.5, room_level_dB=-3.0,
+    )  # fmt: skip
+    assert read(SoundOptions, command("sound_server", given)[-1]) == given
+    after = read(SoundOptions, again(given, "null")[-1])
+    assert after == msgspec.structs.replace(given, audio="null", awaited=True)
 
 
-def test_a_restart_keeps_rigs_router_and_certificate(monkeypatch: pytest.MonkeyPatch) -> None:
-    given = read(
-        monkeypatch,
-        "--rig",
-        "a,b",
-        "--connect",
-        "tls/haptic.local:7448",
-        "--block",
-        "64",
-        *IDENTITY.options(),
-    )
-    assert given.identity == IDENTITY
-    again = read(monkeypatch, *options.again(given, "null")[3:])
-    assert (again.rigs, again.connect, again.block) == (("a", "b"), "tls/haptic.local:7448", 64)
-    assert (again.audio, again.awaited, again.identity) == ("null", True, IDENTITY)
+def test_without_a_certificate_there_is_none_after_a_restart_either() -> None:
+    assert read(SoundOptions, again(SoundOptions(), "null")[-1]).identity is None
 
 
-def test_without_a_certificate_there_is_none_after_a_restart_either(monkeypatch: pytest.MonkeyPatch) -> None:
-    given = read(monkeypatch)
-    assert given.identity is None
-    assert "--certificate" not in options.again(given, "null")
-
-
-def test_a_part_of_a_certificate_is_a_mistake(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises(SystemExit) as ended:
-        read(monkeypatch, "--certificate", "sound.pem")
-    assert ended.value.code == 2
-    assert "give all of --authority, --certificate, --private-key, or none" in capsys.readouterr().err
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"room_latency_ms": 500.1}, "<= 500"),
+        ({"room_latency_ms": -1}, ">= 0"),
+        ({"room_level_dB": 13}, "<= 12"),
+        ({"most_rigs": 9}, "<= 8"),
+        (
+            {"rigs": ["a", "b", "c", "x-*"], "most_rigs": 2},
+            "3 rigs are more than the 2 that this server plays",
+        ),
+        ({"rigs": ["a", "*/b"]}, "*/b"),
+        ({"rate": 8000}, "$.rate"),
+        ({"identity": ["ca.pem"]}, "$.identity"),
+        ({"blok": 64}, "blok"),
+    ],
+)
+def test_what_is_outside_is_refused(options: dict[str, object], words: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(words)):
+        read(SoundOptions, json.dumps(options))

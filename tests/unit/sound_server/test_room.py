@@ -1,7 +1,6 @@
 """The room's latency and level: what two sound servers play of the same strikes differs by what was asked, exactly."""
 
 import dataclasses
-import sys
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,6 @@ from protocol.clock import HapticClock
 from protocol.messages import Contact, Strike, encode
 from protocol.rate_limited_log import RateLimitedLog
 from realtime.stop import StopRequest
-from sound_server import options
 from sound_server.drum import Drum
 from sound_server.room import Room
 from sound_server.stage import Stage, mix
@@ -149,43 +147,3 @@ def test_the_meter_says_which_room_it_is() -> None:
     assert drum._meter().sink == "nothing"
     drum, _ = drum_in(Room(0.02, -6.0), scene_of())
     assert drum._meter().sink == "nothing, 20 ms later, -6 dB"
-
-
-@pytest.mark.parametrize(
-    ("words", "told"),
-    [
-        (["--room-latency", "500.1"], "500.1 is outside 0 .. 500 ms"),
-        (["--room-latency=-1"], "-1 is outside 0 .. 500 ms"),
-        (["--room-latency", "nan"], "nan is outside 0 .. 500 ms"),
-        (["--room-level", "13"], "13 is outside -60 .. 12 dB"),
-        (["--most-rigs", "9"], "9 is outside 1 .. 8"),
-        (["--rig", "a,b,c,x-*", "--most-rigs", "2"], "3 rigs are more than the 2 that this server plays"),
-        (["--rig", "a,*/b"], "invalid _rigs value"),
-    ],
-)
-def test_what_is_outside_is_refused(
-    words: list[str], told: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(sys, "argv", ["sound_server", *words])
-    with pytest.raises(SystemExit) as ended:
-        options.read()
-    assert ended.value.code == 2
-    assert told in capsys.readouterr().err
-
-
-def test_a_restart_is_in_the_same_room_with_the_same_rigs(monkeypatch: pytest.MonkeyPatch) -> None:
-    given = [
-        "sound_server",
-        "--rig",
-        "a,x-*",
-        "--most-rigs",
-        "3",
-        "--room-latency",
-        "12.5",
-        "--room-level=-3",
-    ]
-    monkeypatch.setattr(sys, "argv", given)
-    first = options.read()
-    monkeypatch.setattr(sys, "argv", ["sound_server", *options.again(first, "null")[3:]])
-    again = options.read()
-    assert (again.rigs, again.most, again.room) == (("a", "x-*"), 3, Room(0.0125, -3.0))

@@ -14,8 +14,10 @@ from typing import Any
 import zenoh
 from rig_process import free_port
 
+from haptic_server.gateway.options import GatewayOptions
 from protocol.keys import Keys
 from protocol.session import client_config
+from realtime.service_options import command
 
 
 @contextmanager
@@ -38,26 +40,12 @@ class Gateway:
         self.rig = f"lateness-{os.getpid()}"
         self.endpoint = f"tcp/127.0.0.1:{free_port()}"
         self.osc_port, out = free_port(), free_port()
-        command = [
-            sys.executable,
-            "-m",
-            "haptic_server.gateway",
-            "--run-dir",
-            str(run_dir),
-            "--state-dir",
-            str(run_dir / "state"),
-            "--rig",
-            self.rig,
-        ]
-        command += [
-            "--listen",
-            self.endpoint,
-            "--osc-in",
-            str(self.osc_port),
-            "--osc-out",
-            f"127.0.0.1:{out}",
-        ]
-        self._process = subprocess.Popen(command, stderr=subprocess.DEVNULL)
+        options = GatewayOptions(
+            run_dir=run_dir, state_dir=run_dir / "state", rig=self.rig, listen=self.endpoint,
+            osc_in=("127.0.0.1", self.osc_port), osc_out=(("127.0.0.1", out),),
+        )  # fmt: skip
+        started = command("haptic_server.gateway", options)
+        self._process = subprocess.Popen(started, stderr=subprocess.DEVNULL)
 
     def _asked(self, key: str) -> bytes | None:
         # Every answer needs a session of its own: none of the benchmark's may run beside the loops.

@@ -8,7 +8,6 @@ the same series. The clients and the putting session are one Python process, so 
 import argparse
 import json
 import socket
-import sys
 import tempfile
 import threading
 import time
@@ -21,9 +20,12 @@ import zenoh
 from rig_process import free_port, wait_for
 
 from drumstick_lab.checkout import RESULTS
+from haptic_server.access.options import AccessOptions
 from made_keys import Keyring
+from protocol.access.roles import ROLES
 from protocol.keys import Keys
-from protocol.session import client_config, open_client, open_router
+from protocol.session import Public, client_config, open_client, open_router
+from realtime.service_options import command
 from rig.machine.this_machine import description
 
 RESULT = RESULTS / "door.json"
@@ -91,8 +93,9 @@ def main() -> None:
     public = f"tls/127.0.0.1:{port}"
     with tempfile.TemporaryDirectory() as folder, open_router(local) as source:
         keyring = Keyring(Path(folder) / "keys")
-        command = [sys.executable, "-m", "haptic_server.access", "--connect", local, "--public", public]
-        door = Popen([*command, "--carry", KEYS.rig, *keyring.listener().options()], stderr=DEVNULL)
+        listener = Public(public, keyring.listener(), (KEYS.rig,), tuple(ROLES))
+        options = AccessOptions(connect=local, public=listener)
+        door = Popen(command("haptic_server.access", options), stderr=DEVNULL)
         try:
             far = open_client(public, lambda: door.poll() is None, keyring.identity("listener"))
             assert far is not None

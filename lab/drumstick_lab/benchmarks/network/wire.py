@@ -24,7 +24,9 @@ import numpy.typing as npt
 
 from drumstick_lab.benchmarks.network.wire_servo import WARM_S
 from drumstick_lab.checkout import RESULTS
+from haptic_server.gateway.options import GatewayOptions
 from haptic_server.servo.stall_detector import StallDetector, excused
+from realtime.service_options import command
 from rig.machine.this_machine import description
 
 RESULT = RESULTS / "wire.json"
@@ -68,18 +70,11 @@ def child(*words: str) -> Iterator["subprocess.Popen[str]"]:
 @contextmanager
 def gateway(folder: Path, router: str, osc_in: int, osc_out: int) -> Iterator[None]:
     """The real one."""
-    words = [
-        "--run-dir",
-        str(folder),
-        "--state-dir",
-        str(folder / "state"),
-        "--rig",
-        "wire",
-        "--listen",
-        router,
-    ]
-    words += ["--osc-in", str(osc_in), "--osc-out", f"127.0.0.1:{osc_out}"]
-    process = subprocess.Popen([sys.executable, "-m", "haptic_server.gateway", *words])
+    options = GatewayOptions(
+        run_dir=folder, state_dir=folder / "state", rig="wire", listen=router, osc_in=("127.0.0.1", osc_in),
+        osc_out=(("127.0.0.1", osc_out),),
+    )  # fmt: skip
+    process = subprocess.Popen(command("haptic_server.gateway", options))
     try:
         yield
     finally:

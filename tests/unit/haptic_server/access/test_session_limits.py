@@ -2,7 +2,6 @@
 
 import json
 import subprocess
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,10 +10,13 @@ from typing import Any
 import zenoh
 from rig_process import free_port, wait_for
 
+from haptic_server.access.options import AccessOptions
 from haptic_server.access.session_limits import MOST, SessionLimits
 from made_keys import Keyring
 from osc_bench import Time
-from protocol.session import client_config, open_client, open_router
+from protocol.access.roles import ROLES
+from protocol.session import Public, client_config, open_client, open_router
+from realtime.service_options import command
 
 
 def test_each_session_has_its_own_limit_of_each_kind() -> None:
@@ -52,9 +54,9 @@ def test_what_is_remembered_is_bounded() -> None:
 
 @contextmanager
 def door_of(keyring: Keyring, local: str, public: str) -> Iterator[None]:
-    mine = keyring.listener()
-    words = ["--connect", local, "--public", public, "--carry", "r", *mine.options()]
-    with subprocess.Popen([sys.executable, "-m", "haptic_server.access", *words]) as door:
+    listener = Public(public, keyring.listener(), ("r",), tuple(ROLES))
+    options = AccessOptions(connect=local, public=listener)
+    with subprocess.Popen(command("haptic_server.access", options)) as door:
         try:
             yield
         finally:

@@ -8,12 +8,12 @@ EXTRA_PACKAGES = ("asyncio", "websockets", "zeroconf", "ifaddr", "rtmidi2")
 
 def test_a_gateway_that_is_not_asked_for_extras_imports_nothing_of_them() -> None:
     look = (
-        "import argparse, sys\n"
+        "import sys\n"
+        "from pathlib import Path\n"
         "import haptic_server.gateway.process\n"
-        "from haptic_server.gateway import options\n"
+        "from haptic_server.gateway.options import GatewayOptions\n"
         "from haptic_server.gateway.extras import Extras\n"
-        "sys.argv = ['gateway', '--run-dir', '.', '--state-dir', '.']\n"
-        "extras = Extras(options.read())\n"
+        "extras = Extras(GatewayOptions(run_dir=Path(), state_dir=Path()))\n"
         "extras.close()\n"
         f"print(sorted(set(sys.modules) & set({EXTRA_PACKAGES!r})), extras.targets, extras.counters())\n"
     )

@@ -2,17 +2,24 @@
 
 from datetime import timedelta
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from haptic_server.access.options import AccessOptions
+from haptic_server.gateway.options import GatewayOptions
+from haptic_server.servo.options import ServoOptions
 from made_keys import Keyring
 from protocol.access.identity import Identity
 from protocol.access.roles import ROLES
 from protocol.keys import DEFAULT_ROUTER
+from realtime.service_options import read
 from rig.exit_status import GIVEN, LACKING, Stop
 from rig.identity import certificates
 from rig.supervision.plan import Options, commands
 from rig.supervision.resolved_options import FOLLOWERS, READERS, ResolvedOptions, far_end, resolve
+from sound_server.options import SoundOptions
+from web_panel.options import PanelOptions
 
 ALL = frozenset({"haptic", "door", "sound", "panel"})
 
@@ -34,15 +41,34 @@ def rig_file(folder: Path, ring: Keyring, role: str, more: str = "", mine: Ident
     return path
 
 
-def plan_of(ends: ResolvedOptions, parts: frozenset[str]) -> dict[str, list[str]]:
+MODULES = {
+    "servo": "haptic_server.servo",
+    "gateway": "haptic_server.gateway",
+    "door": "haptic_server.access",
+    "sound": "sound_server",
+    "panel": "web_panel",
+}
+READS = {
+    "servo": ServoOptions,
+    "gateway": GatewayOptions,
+    "door": AccessOptions,
+    "sound": SoundOptions,
+    "panel": PanelOptions,
+}
+
+
+def plan_of(ends: ResolvedOptions, parts: frozenset[str]) -> dict[str, Any]:
+    """Options of each service, as it reads them."""
     host, port = ends.osc_bind
-    return commands(
+    started = commands(
         Options(
             ends.rig, Path("/run"), Path("/state"), connect=ends.connect, listen=ends.listen, osc_port=port,
             osc_targets=ends.osc_targets, parts=parts, osc_host=host, osc_allow=ends.osc_allow,
             public=ends.public, identity=ends.identity,
         )
     )  # fmt: skip
+    assert [command[2] for command in started.values()] == [MODULES[name] for name in started]
+    return {name: read(READS[name], command[-1]) for name, command in started.items()}
 
 
 def test_without_anything_all_is_loopback() -> None:
@@ -50,9 +76,12 @@ def test_without_anything_all_is_loopback() -> None:
     assert ends == ResolvedOptions(
         "main", None, DEFAULT_ROUTER, None, None, ("127.0.0.1", 9100), ("127.0.0.1:9101",), ()
     )
-    words = [word for command in plan_of(ends, ALL).values() for word in command]
-    assert not {"--public", "--certificate", "--osc-allow", "--no-osc-out"} & set(words)
-    assert not any("0.0.0.0" in word or "tls/" in word for word in words)
+    plan = plan_of(ends, ALL)
+    assert "door" not in plan
+    assert plan["gateway"].osc_allow == ()
+    assert plan["gateway"].osc_out == (("127.0.0.1", 9101),)
+    assert plan["sound"].identity is plan["panel"].identity is plan["gateway"].identity is None
+    assert not any("0.0.0.0" in repr(each) or "tls/" in repr(each) for each in plan.values())
 
 
 def test_the_file_speaks_and_the_command_line_wins(tmp_path: Path, ring: Keyring) -> None:
@@ -76,16 +105,12 @@ def test_local_sound_and_panel_go_by_loopback_though_there_is_a_public_listener(
     tmp_path: Path, ring: Keyring
 ) -> None:
     plan = plan_of(resolve(ALL, rig_file(tmp_path, ring, "haptic")), ALL)
-    door = plan["door"]
-    assert door[door.index("--public") + 1] == "tls/0.0.0.0:7448"
-    assert door[door.index("--admit") + 1] == ",".join(ROLES)
-    assert door[door.index("--carry") + 1] == "stage"
-    assert "--private-key" in door
-    assert "--private-key" not in plan["gateway"]
+    public = plan["door"].public
+    assert (public.endpoint, public.roles, public.rigs) == ("tls/0.0.0.0:7448", tuple(ROLES), ("stage",))
     for name in ("sound", "panel", "door"):
-        assert plan[name][plan[name].index("--connect") + 1] == DEFAULT_ROUTER
-    for name in ("sound", "panel"):
-        assert "--private-key" not in plan[name]
+        assert plan[name].connect == DEFAULT_ROUTER
+    for name in ("sound", "panel", "gateway"):
+        assert plan[name].identity is None
 
 
 @pytest.mark.parametrize("part", ["sound", "panel"])
@@ -93,11 +118,11 @@ def test_a_part_on_another_machine_shows_its_own_certificate(
     tmp_path: Path, ring: Keyring, part: str
 ) -> None:
     parts = frozenset({part})
-    command = plan_of(resolve(parts, rig_file(tmp_path, ring, part)), parts)[part]
-    assert command[command.index("--connect") + 1] == "tls/haptic.local:7448"
-    assert command[command.index("--certificate") + 1].endswith(f"{part}.pem")
+    there = plan_of(resolve(parts, rig_file(tmp_path, ring, part)), parts)[part]
+    assert there.connect == "tls/haptic.local:7448"
+    assert there.identity.certificate.name.endswith(f"{part}.pem")
     here = plan_of(resolve(parts, tmp_path / "rig.toml", connect=DEFAULT_ROUTER), parts)[part]
-    assert "--certificate" not in here
+    assert here.identity is None
 
 
 def _ill(ring: Keyring, kind: str) -> Identity:
@@ -142,9 +167,7 @@ def test_nobody_asks_for_the_address_of_a_name_before_the_gateway_runs(tmp_path:
 
 def test_targets_that_are_nobody(tmp_path: Path, ring: Keyring) -> None:
     path = rig_file(tmp_path, ring, "haptic", "[osc]\ntargets = []\n")
-    gateway = plan_of(resolve(ALL, path), ALL)["gateway"]
-    assert "--no-osc-out" in gateway
-    assert "--osc-out" not in gateway
+    assert plan_of(resolve(ALL, path), ALL)["gateway"].osc_out == ()
 
 
 @pytest.mark.parametrize(

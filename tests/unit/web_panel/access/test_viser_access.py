@@ -18,9 +18,11 @@ from viser._messages import ResetGuiMessage
 from viser.infra._async_message_buffer import AsyncMessageBuffer
 from websockets.sync.client import connect
 
+from realtime.service_options import command
 from web_panel.access import viser_access
 from web_panel.access.admission import Admission
 from web_panel.access.client_message import ClientMessages
+from web_panel.options import PanelOptions
 
 TOKEN = "a" * 43
 # viser's thread is ended by SystemExit, which Python passes over in silence and pytest reports.
@@ -265,10 +267,8 @@ def test_the_program_then_exits_with_one_line(tmp_path: Path, free_port: Callabl
     program = (
         "import sys, viser; viser.__version__ = '2.0.0'; import web_panel.process as m; sys.exit(m.main())"
     )
-    arguments = ["--port", str(free_port()), "--token-file", str(tmp_path / "token")]
-    ended = subprocess.run(
-        [sys.executable, "-c", program, *arguments], capture_output=True, text=True, timeout=60
-    )
+    given = command("web_panel", PanelOptions(port=free_port(), token_file=tmp_path / "token"))[-1]
+    ended = subprocess.run([sys.executable, "-c", program, given], capture_output=True, text=True, timeout=60)
     assert ended.returncode == 1
     assert ended.stdout == ""
     assert len(ended.stderr.splitlines()) == 1

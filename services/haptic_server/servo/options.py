@@ -1,0 +1,16 @@
+"""Options of the servo's process. Any thread."""
+
+from pathlib import Path
+
+from realtime.service_options import ServiceOptions
+
+
+class ServoOptions(ServiceOptions, frozen=True):
+    """run_dir holds scene.toml, and the block is made there; device: as `drumstick up --device`.
+
+    pose_is_held: somebody holds a real arm in its neutral pose now, so that its encoders may be reset.
+    """
+
+    run_dir: Path
+    device: str = "simulated"
+    pose_is_held: bool = False

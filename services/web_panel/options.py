@@ -1,0 +1,25 @@
+"""Options of the panel's process. Any thread."""
+
+from pathlib import Path
+
+from protocol.access.identity import Identity
+from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, checked_rig
+from realtime.service_options import ServiceOptions
+
+
+class PanelOptions(ServiceOptions, frozen=True):
+    """port 0: any free one. token_file: made when missing; undo is kept beside it.
+
+    accuracy_shipped, accuracy_own: results of `drumstick accuracy`, for comparison, and of this machine.
+    """
+
+    token_file: Path
+    rig: str = DEFAULT_RIG
+    connect: str = DEFAULT_ROUTER
+    identity: Identity | None = None
+    port: int = 8080
+    accuracy_shipped: Path | None = None
+    accuracy_own: Path | None = None
+
+    def __post_init__(self) -> None:
+        checked_rig(self.rig)
