@@ -303,3 +303,11 @@ def test_what_is_installed_on_a_stage_is_all_that_the_program_imports() -> None:
                 if not brought & locked:
                     lacking.setdefault(name, set()).add(str(path.relative_to(ROOT)))
     assert lacking == {}
+
+
+def test_the_wheel_has_seven_names_of_ours_at_its_top() -> None:
+    """docs/decisions/0034-top-level-names.md."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    packages = project["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]
+    services = {"haptic_server", "sound_server", "web_panel", "rig"}
+    assert {Path(each).name for each in packages} == services | {"drumstick", "protocol", "realtime"}
