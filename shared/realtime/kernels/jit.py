@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 import numba
 from numba.core.errors import NumbaWarning
 
-from realtime.kernels import inner_kernels, store
+from realtime.kernels import inner_kernels, inner_libraries, store
 
 # The loop of a `parallel` kernel; everywhere else it is `range`.
 prange: Any = numba.prange
@@ -38,6 +38,8 @@ def _name_records_by_content() -> None:
 
 
 _name_records_by_content()
+if True:
+    inner_libraries.install()
 if store.ROOT is not None:
     numba.config.CACHE_DIR = str(store.ROOT)
     numba.config.CACHE_LOCATOR_CLASSES = f"{store.__name__}.{store.Locator.__name__}"
