@@ -1,7 +1,7 @@
 """Permission to push: the one small table of panic, fault, arm, lease and restart. Pure; any thread.
 
-The tick's compiled orders (`servo.orders`), the gateway's settings, docs/permission.md, tests and the model that is
-searched exhaustively (tests/model) come from it. What is not in it changes nothing about the permission.
+The tick's compiled orders (`servo.force.orders`), the gateway's settings, docs/permission.md, tests and the model
+that is searched exhaustively (tests/model) come from it. What is not in it changes nothing about the permission.
 """
 
 from typing import NamedTuple
@@ -34,8 +34,8 @@ EVENTS = (
     Event("panic", "whoever may speak to the rig: page, OSC, Zenoh", (PANICKED, PANICKED, FAULTED)),
     Event("fault", "the tick itself: guard, device, numbers that are none", (FAULTED, FAULTED, FAULTED)),
     Event("arm", "a person at the haptic machine: `drumstick arm`", (FREE, FREE, FREE)),
-    Event("servo starts anew", "its supervisor, after whatever ended it", (FREE, PANICKED, FAULTED)),
-    Event("gateway starts anew", "its supervisor, after whatever ended it", (FREE, PANICKED, FAULTED)),
+    Event("servo restarts", "its supervisor, after whatever ended it", (FREE, PANICKED, FAULTED)),
+    Event("gateway restarts", "its supervisor, after whatever ended it", (FREE, PANICKED, FAULTED)),
     Event("another scene", "whoever may set: page, Zenoh", (FREE, REFUSED, REFUSED), beside_lease=False),
     Event("set", "whoever may set: page, OSC, Zenoh", (FREE, PANICKED, FAULTED), beside_lease=False),
     Event(

@@ -34,13 +34,15 @@ NO_FAULT, OUT_OF_BOUNDS, NOT_A_NUMBER, UNPLUGGED, STALLED, STALE, TOO_FAST = 0, 
 FORCE_ERROR, WARM, SAFETY_SWITCH, SCHEDULER = 8, 9, 10, 11
 DEAD_MAN = 12  # no fault: the button that must be held is not
 SELF_DRIVEN = 13
+STALL_FAULT_S = 0.020  # a longer gap between ticks is a latched fault
+STALE_S = 0.010  # so is a device without a new position for so long
 FAULT_WORDS = {
     NO_FAULT: "",
     OUT_OF_BOUNDS: "the stick's motion or its force is not a number, or beyond 1000 m or m/s",
-    NOT_A_NUMBER: "the device told a position that is not a number",
+    NOT_A_NUMBER: "the device gave a position that is not a number",
     UNPLUGGED: "the device does not answer: look at its cable and power",
-    STALLED: "the force loop stood still for more than 20 ms: something else took the processor",
-    STALE: "the device has told no new position for 10 ms",
+    STALLED: f"the force loop stood still for more than {STALL_FAULT_S * 1e3:g} ms: something else took the processor",
+    STALE: f"the device has given no new position for {STALE_S * 1e3:g} ms",
     TOO_FAST: "the stick was moved faster than [guard] max_speed_m_per_s",
     FORCE_ERROR: "the device's own force protection stopped the motors",
     WARM: "the motors are too warm: let them rest",

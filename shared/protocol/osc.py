@@ -93,7 +93,11 @@ TAKE_LEASE = Incoming(
     ("s",),
     "be the only one who sets, for 5 s, under this name; again to renew; empty gives it back",
 )
-PANIC = Incoming("/panic", ("any",), "zero force at once, latched; cleared only on the haptic machine")
+PANIC = Incoming(
+    "/panic",
+    ("any",),
+    "takes all force away from the next tick on; OSC cannot undo it: `drumstick arm` on the haptic machine",
+)
 INCOMING = (SET, SET_NORM, SYNC, PING, SUBSCRIBE, UNSUBSCRIBE, PRESET_LOAD, TAKE_LEASE, PANIC)
 
 

@@ -57,6 +57,9 @@ def page() -> str:
         "naive method must fail as it is said, ours must hold. A new hard case is a row in `tests/stability/cases` and a test with `@shows`;",
         "`pytest -m shows` runs them all.",
         "",
+        "Symbols: T is the period of a tick or a step; m, K_coll, R_in, z_ss, dv and tau as in [stick.md](stick.md). In the mesh tau = 4 (c T/h)^2, h the",
+        "spacing; u- and u+ are the heights a step before and after, rho and eta the losses, q the squared frequency of a mode per step.",
+        "",
     ]
     for subject in catalogue.SUBJECTS:
         lines += [f"## {_TITLES[subject]}", "", *_rows(catalogue, subject), ""]

@@ -11,7 +11,8 @@ _INTRODUCTION = """\
 Made by `drumstick lab permission-page` from the table in `services/haptic_server/permission.py`; do not edit.
 
 A motor pushes somebody's hand only while the servo is *free*. A panic or a fault takes the permission away from the next tick on (a fault that the tick itself finds: on that tick);
-only a person at the haptic machine gives it back, with `drumstick arm`.
+while the rig runs, over restarts of its processes too, only a person at the haptic machine gives it back, with `drumstick arm`. A new
+`drumstick up` or a reboot of that machine gives it back too.
 """
 
 _REST = """\
@@ -40,7 +41,7 @@ compiled tick, for the simulated stick and for a sampled device (`tests/unit/hap
 killed (`tests/system/test_permission_holds.py`).
 
 A panic has happened when the gateway has written it down, a fault when the servo has. A packet that the gateway has not
-read when it is killed, or a fault in the very microsecond in which the servo dies, was told to nobody. A panic takes
+read when it is killed, or a fault in the very microsecond in which the servo dies, was reported to nobody. A panic takes
 effect with the first tick that begins after it was written.
 """
 
@@ -59,7 +60,7 @@ def page() -> str:
         "|---|---|",
         *(f"| {state} | {'yes' if may else 'none'} |" for state, may in zip(STATES, MAY_PUSH, strict=True)),
         "",
-        f"| what happens | who may cause it | {' | '.join(f'when {state}' for state in STATES)} | beside another's lease |",
+        f"| what happens | who may cause it | {' | '.join(f'when {state}' for state in STATES)} | while another client holds the tuning lock |",
         "|" + "---|" * (len(STATES) + 3),
         *(
             f"| {row.name} | {row.cause} | {' | '.join(_cell(*pair) for pair in enumerate(row.then))} |"

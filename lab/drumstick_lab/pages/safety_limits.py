@@ -175,7 +175,7 @@ def always() -> str:
                 "change of force",
                 _key("max_slew_N_per_s"),
                 f"{servo}; the driver's own impulse limit, if it came on",
-                "the force follows more slowly (20000 N/s at 1 kHz are 20 N a tick: below a force limit of 10 N that never acts). What the energy account, a fault or a panic takes away goes at once",
+                "the force follows more slowly (20000 N/s at 1 kHz are 20 N a tick: with a force limit below 10 N this limit never acts). What the energy account, a fault or a panic takes away goes at once",
                 _tests(
                     f"{RENDERING}::test_force_and_slew_stay_within_the_limits",
                     f"{LIVE}::test_an_arm_is_never_given_more_than_its_account",
@@ -194,8 +194,8 @@ def always() -> str:
             ),
             (
                 "energy that the head gives the arm",
-                "what the arm brought into the contact, and what the effects in the scene are meant to add. An excess is carried into the next"
-                f" contact; what is left over is not. Counted for an arm of {PREMIUM_1_5.moving_kg[0] * 1e3:g} g, the lightest declared",
+                "what the arm brought into the contact, and what the effects in the scene are meant to add. Energy given beyond that is deducted from the next"
+                f" contact's allowance; an unused allowance is not saved. Counted for an arm of {PREMIUM_1_5.moving_kg[0] * 1e3:g} g, the lightest declared",
                 f"{servo}; what effects may add comes from the same bounds as in the envelope",
                 "the head pushes less",
                 _tests(
@@ -293,7 +293,7 @@ def always() -> str:
                 "panic",
                 "from the page, OSC, Zenoh, `drumstick panic`; a tuning lock does not stop it",
                 "gateway to servo by shared memory; the servo latches it",
-                "no force on the next tick. Only `drumstick arm` on the machine with the arm gives it back",
+                "no force from the next tick on. `drumstick arm` on the machine with the arm gives it back; so does a reboot, or a new `drumstick up` (part 3)",
                 _tests(
                     f"{RENDERING}::test_panic_is_zero_force_on_the_same_tick",
                     "unit/haptic_server/device/test_conformance.py::test_a_panic_takes_all_force_away_until_it_is_armed",

@@ -49,8 +49,8 @@ _MORE = {
         "",
     ],
     "mallet": [
-        'Only with `[drum] excitation = "mallet"`, on a mesh or a bank of modes. Each strike sends a mallet at the strike\'s speed down to the head',
-        "as it then moves; the head throws it back, late and long when it is soft or struck softly, and may meet it again. So a hard stroke is",
+        'Only with `[drum] excitation = "mallet"`, on a mesh or a bank of modes. Each strike throws a virtual mallet at the moving',
+        "head, and the head throws it back. Soft mallets and soft strokes stay on the head longer, and the two may meet more than once. So a hard stroke is",
         "brighter than a soft one, and no two strokes of a roll are the same. What the hand feels stays the stick's own contact.",
         "Numbers that are given stand in the place of the material's:",
         "",
@@ -73,8 +73,8 @@ _MORE = {
         "table = [[0.1, 0.05], [0.6, 0.4], [1.5, 1.0]]    # m/s, level",
         "```",
         "",
-        "A haptic stick moves at 0.2 to 2 m/s, a drummer's at 1 to 13. Which stroke a level stands for is told to a mallet",
-        '(`[drum] excitation = "mallet"`), from soft to hard: it comes down at soft + level (hard - soft), with',
+        "A haptic stick moves at 0.2 to 2 m/s, a drummer's at 1 to 13. So that a mallet",
+        '(`[drum] excitation = "mallet"`) can play its whole dynamic range, its speed is soft + level (hard - soft), with',
         "`soft_stroke_m_per_s` and `stroke_m_per_s`. A drum without a mallet plays the force of the contact itself, whatever the level.",
         "",
     ],
@@ -96,7 +96,8 @@ def _range(quantity: Quantity) -> str:
         )
     if quantity.kind is str:
         return f"text, at most {quantity.high:g} characters"
-    return f"{quantity.low:g} .. {quantity.high:g} {quantity.unit}"
+    unit = "" if quantity.unit in ("1", "number") else f" {quantity.unit}"
+    return f"{quantity.low:g} .. {quantity.high:g}{unit}"
 
 
 def _default(value: object) -> str:
@@ -152,7 +153,8 @@ def page() -> str:
         *_scenes(),
         "## `[stick]`",
         "",
-        "Equations (1) and (2): above the head m z'' + R_out z' + K_hand (z - z_ss) = f, in it R_in for R_out and K_coll z besides.",
+        "Above the head (1): m z'' + R_out z' + K_hand (z - z_ss) = f. In contact (2): m z'' + R_in z' + K_hand (z - z_ss) + K_coll z = f.",
+        "z: height of the tip above the head; f: force of the effects; the symbols are explained in [stick.md](stick.md).",
         "",
         *_keys(Stick),
         f"`z_h0_m` ({_range(Z_H0)}) may stand instead of `z_ss_m`: {Z_H0.words.lower()}, {Z_H0.equation}.",

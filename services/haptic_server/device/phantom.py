@@ -13,13 +13,13 @@ from typing import Annotated
 import numpy as np
 import numpy.typing as npt
 
+from drumstick.parameters.rig import MAX_DELAY_TICKS
 from drumstick.stick.motion.segment import Segment, propagate
 from haptic_server.device.hand import Gesture, hand_at, later
 from haptic_server.records import Reading
 from realtime.kernels.jit import njit
 from realtime.records import Record, dtype_of
 
-MOST_DELAY_TICKS = 8
 _MOST_TRIES = 60
 _CLOSE = 1e-14
 _MOST_TURNS = 4  # in one tick; a stick that turns more often has come to rest
@@ -44,7 +44,7 @@ class Plant(Record):
     highest_m: float
     delay_ticks: int
     next: int
-    queue_N: Annotated[npt.NDArray[np.float64], "f8", (MOST_DELAY_TICKS,)]
+    queue_N: Annotated[npt.NDArray[np.float64], "f8", (MAX_DELAY_TICKS,)]
 
 
 PLANT = dtype_of(Plant)

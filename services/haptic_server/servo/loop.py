@@ -22,7 +22,7 @@ from realtime.clock import now_ns, wait_until
 from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.jit import ArgumentType, array_has, is_none, njit, overload
 
-_WARM_TICKS = 100  # lateness before this is the machine getting started, not the loop
+WARM_TICKS = 100  # lateness before this is the machine getting started, not the loop
 _FOR_EVER = 2**62  # ticks
 
 Times = npt.NDArray[np.int64]
@@ -120,7 +120,7 @@ def _run(servo: Servo, log: Log, first_ns: int, most_ticks: int) -> int:
             traced_tick(servo, deadline, span * 1e-9)
         last = woken
         status.tick += 1
-        if status.tick > _WARM_TICKS:
+        if status.tick > WARM_TICKS:
             block.lateness[min(lateness // LATENESS_BIN_NS, LATENESS_BINS - 1)] += 1
             status.lateness_worst_ns = max(status.lateness_worst_ns, lateness)
         missed = max(now_ns(servo.timespec) - deadline, 0) // period

@@ -17,13 +17,12 @@ from drumstick.parameters.scene import Scene, parse, shipped_text
 from drumstick.stick.law import law_of
 from haptic_server import block
 from haptic_server.servo import loop, memory, priority
-from haptic_server.servo.loop import Log, Times
+from haptic_server.servo.loop import WARM_TICKS, Log, Times
 from haptic_server.servo.memory import Servo
 from haptic_server.servo.stall_detector import StallDetector, excused
 
 # The promise: discounted by what witnesses saw, at 1 kHz with SCHED_FIFO.
 P9999_NS, WORST_NS = 300_000, 500_000
-_WARM_TICKS = 100
 _START_NS = 10_000_000  # what a thread may take to start
 _PERCENTILES = (50.0, 99.0, 99.9, 99.99, 100.0)
 
@@ -40,7 +39,7 @@ def play(servo: Servo, ticks: int, cpu: int, first_ns: int) -> Played:
 
     `first_ns`: when its first tick is due, by the monotonic clock. Control thread; `rehearse` before.
     """
-    log = _log_of(ticks + _WARM_TICKS)
+    log = _log_of(ticks + WARM_TICKS)
     granted: dict[str, str] = {}
     made: list[int] = []
 
@@ -51,7 +50,7 @@ def play(servo: Servo, ticks: int, cpu: int, first_ns: int) -> Played:
     thread = threading.Thread(target=run, name="servo")
     thread.start()
     thread.join()
-    return Played(Log(*(kept[_WARM_TICKS : made[0]] for kept in log)), granted)
+    return Played(Log(*(kept[WARM_TICKS : made[0]] for kept in log)), granted)
 
 
 def _log_of(ticks: int) -> Log:

@@ -72,7 +72,7 @@ def _push(servo: "Servo", back: int, force_N: float) -> None:
 
 @njit()
 def _grown(servo: "Servo") -> None:
-    # What the contact's impulse grew by since it was last told, evenly over the ticks that this one stands for.
+    # What the contact's impulse grew by since the last sample, evenly over the ticks that this one stands for.
     state, impulse_N_s = servo.stream.state[0], servo.motion[0].impulse_N_s
     ticks = state.missed + 1
     force_N = (impulse_N_s - state.streamed_N_s) * 1e9 / (ticks * servo.plan[0].period_ns)
@@ -137,7 +137,7 @@ def end(servo: "Servo") -> None:
 
 @only_with("stream")
 def forget(servo: "Servo") -> None:
-    """The contact's record was wiped by a fault: nothing more of it is told."""
+    """The contact's record was wiped by a fault: nothing more of it is streamed."""
     servo.stream.state[0].streamed_N_s = servo.motion[0].impulse_N_s
 
 

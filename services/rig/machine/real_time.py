@@ -7,7 +7,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
-FIFO_PRIORITY = 80
+from haptic_server.servo.priority import FIFO_PRIORITY
+
 MEMLOCK_BYTES = 200_000_000  # 121 MB were locked with everything loaded
 _LIMITS = "'@audio - rtprio 95' and '@audio - memlock unlimited' in /etc/security/limits.d/audio.conf"
 

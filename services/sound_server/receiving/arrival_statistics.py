@@ -1,6 +1,6 @@
 """Delay and jitter of arriving strikes: from the contact to their arrival here, by the mapped clock.
 
-`note` is for the one thread that reads strikes; `told` for any.
+`note` is for the one thread that reads strikes; `summary` for any.
 """
 
 from typing import NamedTuple

@@ -17,15 +17,13 @@ from drumstick.drum.excitation.timeline import Stream
 from protocol.clock import HapticClock
 from protocol.messages import CONTACT_PIECE_S, Contact, Strike, decode
 from protocol.rate_limited_log import RateLimitedLog
-from sound_server.receiving.strikes import Once
+from sound_server.receiving.strikes import MAX_N, TOO_LATE_NS, Once
 
 _PIECES = 3
 _LEAST_S = 0.001  # beside a block: from a piece's arrival to its sound, so that the next one comes in time
-_TOO_LATE_NS = 50_000_000
 _IMPLAUSIBLE_NS = 200_000_000
 _PLACES = 256
 # What a drum stick can do, generously; beyond it the float32 mesh would overflow.
-_MOST_N = 1e4
 _MOST_SAMPLES = 512
 _RATES_HZ = (100.0, 48000.0)
 _MOST_TICKS = 2**53
@@ -115,14 +113,14 @@ class ContactScheduler:
         clock = self.clock
         if contact.t_ns is not None and clock is not None and clock.boot == contact.boot:
             due_ns = clock.ours(contact.t_ns) + delay_ns
-            if now_ns > due_ns + _TOO_LATE_NS:
+            if now_ns > due_ns + TOO_LATE_NS:
                 return None
             if due_ns < now_ns + delay_ns + _IMPLAUSIBLE_NS:
                 return max(due_ns, soonest_ns)
         # Without a clock: as it comes, each piece after the one before.
         first, period_before_ns, instant_ns = self._anchor
         due_ns = instant_ns + round((contact.first_tick - first) * period_ns)
-        if period_before_ns != period_ns or abs(due_ns - (now_ns + delay_ns)) > _TOO_LATE_NS:
+        if period_before_ns != period_ns or abs(due_ns - (now_ns + delay_ns)) > TOO_LATE_NS:
             due_ns = now_ns + delay_ns
             self._anchor = (contact.first_tick, period_ns, due_ns)
         return max(due_ns, soonest_ns)
@@ -163,7 +161,7 @@ def checked_forces(contact: Contact) -> Forces:
     if not (abs(contact.x or 0.0) <= 1e3 and abs(contact.y or 0.0) <= 1e3):
         raise ValueError(f"position {contact.x}, {contact.y} is nowhere near the head")
     forces = np.frombuffer(contact.forces, "<f4").astype(np.float32)
-    wrong = ~(np.abs(forces) <= _MOST_N)
+    wrong = ~(np.abs(forces) <= MAX_N)
     if wrong.any():
-        raise ValueError(f"force {forces[wrong][0]:g} N is outside -{_MOST_N:g} .. {_MOST_N:g} N")
+        raise ValueError(f"force {forces[wrong][0]:g} N is outside -{MAX_N:g} .. {MAX_N:g} N")
     return forces

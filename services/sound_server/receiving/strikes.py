@@ -14,12 +14,12 @@ from protocol.messages import Strike, decode
 from protocol.rate_limited_log import RateLimitedLog
 from sound_server.receiving.arrival_statistics import ArrivalStatistics
 
-_TOO_LATE_NS = 50_000_000
+TOO_LATE_NS = 50_000_000
 # A strike that is due later than this beyond its latency comes from a clock that was mapped wrongly.
 _IMPLAUSIBLE_NS = 500_000_000
 _REMEMBERED = 4096
 # What a drum stick can do, generously; beyond it the float32 mesh would overflow.
-_MOST_N = 1e4
+MAX_N = 1e4
 _LONGEST_S = 1.0
 _MOST_STROKE_M_PER_S = 1e3  # only a mallet's push grows with it
 
@@ -108,7 +108,7 @@ class StrikeScheduler:
         if contact_ns is None:
             return self._at_once(now_ns)
         due_ns = contact_ns + latency_ns
-        if now_ns > due_ns + _TOO_LATE_NS:
+        if now_ns > due_ns + TOO_LATE_NS:
             return None
         if latency_ns == 0 or due_ns > now_ns + latency_ns + _IMPLAUSIBLE_NS:
             return self._at_once(now_ns)
@@ -129,11 +129,11 @@ class StrikeScheduler:
 
 def check(strike: Strike) -> None:
     """ValueError, worded, for a strike that no stick can make."""
-    if not 0.0 <= strike.peak_estimate_N <= _MOST_N:
-        raise ValueError(f"peak force {strike.peak_estimate_N:g} N is outside 0 .. {_MOST_N:g} N")
+    if not 0.0 <= strike.peak_estimate_N <= MAX_N:
+        raise ValueError(f"peak force {strike.peak_estimate_N:g} N is outside 0 .. {MAX_N:g} N")
     if not 0.0 <= strike.contact_estimate_s <= _LONGEST_S:
         raise ValueError(f"contact of {strike.contact_estimate_s:g} s is outside 0 .. {_LONGEST_S:g} s")
-    if not abs(strike.impulse_N_s) <= _MOST_N * _LONGEST_S:
+    if not abs(strike.impulse_N_s) <= MAX_N * _LONGEST_S:
         raise ValueError(f"an impulse of {strike.impulse_N_s:g} N s is no stick's")
     if not (abs(strike.x) <= 1e3 and abs(strike.y) <= 1e3):
         raise ValueError(f"position {strike.x:g}, {strike.y:g} is nowhere near the head")

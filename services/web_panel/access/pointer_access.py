@@ -1,7 +1,7 @@
 """Messages of the pad's websocket, checked and passed on. viser's thread; nothing here blocks.
 
-A frame is the JSON of [held, lift, x]: lift 0 pressed .. 1 lifted, x from -1 left to 1 right. Whoever gets here has
-passed the door (guard). A connection that ends has let go.
+A frame is the JSON of [held, lift, x]: lift 0 pressed .. 1 lifted, x from -1 left to 1 right. Whoever gets here
+has passed web_panel.access.admission. A connection that ends has let go.
 """
 
 import secrets

@@ -83,7 +83,7 @@ def _drum(costs: Mapping[str, Cost], load: tuple[float, float] | None) -> str:
 def cost(ticks: Ticks | Trouble | None, drum: Mapping[str, Cost], load: tuple[float, float] | None) -> str:
     """Table of what the stick and the drum cost, and what accuracy that buys.
 
-    `told`: ns a tick by what is left out; `drum`: by accuracy; load: shares of a block while the drum
+    `ticks`: ns a tick by what is left out; `drum`: by accuracy; load: shares of a block while the drum
     sounds, the usual and the largest of the last ten seconds.
     """
     return f'<div class="dr">{_drum(drum, load)}{_stick(ticks)}</div>'

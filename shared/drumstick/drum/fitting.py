@@ -26,7 +26,6 @@ from realtime.kernels.cache_files import read_beside, write_beside
 _MOST_DIVISOR = 12
 _NAMES = {2: "standard", 4: "fine"}  # what a scene calls the order of the scheme
 _FRAMES, _WINDOWS, _BLOCK = 1200, 9, 128
-_FEWEST_ACROSS = 24.0
 _BLOW_N, _BLOW_S, _BLOW_M_PER_S = 5.0, 0.005, 1.0
 _AS_TRUE_CENTS = 0.05  # a hundredth of what the best ear tells from another pitch
 _FILE = "speeds.json"
@@ -129,7 +128,9 @@ def _lines(scene: Scene, rate_Hz: int, found: list[_Candidate], again: bool) -> 
 
 def _measured(found: list[_Candidate], rate_Hz: int) -> Line:
     # Of two meshes, by turns: the coarsest that is not too coarse to tell, and one of about four times the work.
-    usual = [each for each in found if tiers.across_of(each.scene, each.scene.mesh.rate_Hz) >= _FEWEST_ACROSS]
+    usual = [
+        each for each in found if tiers.across_of(each.scene, each.scene.mesh.rate_Hz) >= tiers.MIN_ACROSS
+    ]
     by_size = sorted(usual or found, key=lambda each: each.updates)
     small = next((each for each in by_size if _can_be(each, rate_Hz)), by_size[-1])
     by_ratio = sorted(found, key=lambda each: abs(math.log(each.updates / (4.0 * small.updates))))

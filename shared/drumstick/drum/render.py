@@ -1,4 +1,4 @@
-"""One drum's audio: strikes in, mesh forward, pickups out. The stage and the offline renderer run this text."""
+"""Offline rendering: builds a drum, feeds it strikes or streamed contacts, yields its audio block by block."""
 
 from collections import deque
 from collections.abc import Iterable, Iterator

@@ -7,7 +7,7 @@ from drumstick.drum.membrane.scheme import Scheme, scheme_of
 from drumstick.parameters.scene import Scene
 
 _DIVISOR = {"draft": 4, "standard": 3, "fine": 2}
-_FEWEST_ACROSS = 24.0  # below this the pitch of the higher modes is off by more than 8 cents
+MIN_ACROSS = 24.0  # below this the pitch of the higher modes is off by more than 8 cents
 _FEWEST_BY_HAND = 8.0  # below this a head is none
 _LARGEST_DIVISOR = 12
 # Junction updates that a core does in a second: 0.13 to 0.18 ns each were measured (docs/mesh.md).
@@ -49,7 +49,7 @@ def divisor_for(scene: Scene, rate_Hz: int) -> int:
     very low one would need more than one thread can compute (it gets a slower mesh, and loses overtones at the top).
     """
     divisor = _DIVISOR[scene.mesh.accuracy]
-    fewest = _FEWEST_ACROSS
+    fewest = MIN_ACROSS
     if scene.mesh.rate_Hz > 0.0:
         divisor = min(max(round(rate_Hz / scene.mesh.rate_Hz), 1), _LARGEST_DIVISOR)
         fewest = _FEWEST_BY_HAND

@@ -1,4 +1,4 @@
-"""The drum that is heard: `[drum]`, `[mesh]` or `[modal]`, `[listen]`. Its kernels live in the sound server."""
+"""The drum that is heard: `[drum]`, `[mesh]` or `[modal]`, `[listen]`. Its kernels: drumstick.drum."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -38,7 +38,8 @@ class Mesh:
     accuracy: Literal["draft", "standard", "fine", "auto"] = choice(
         "standard",
         ("draft", "standard", "fine", "auto"),
-        "draft: rate/4, standard: rate/3, fine: rate/2 and fourth order where the drum's effects allow it; "
+        "draft, standard, fine: a mesh step for every 4th, 3rd, 2nd audio sample; fine of fourth order where effects "
+        "allow it; "
         "auto: the truest that fits cpu_budget on the machine that plays",
     )
     topology: Literal["triangular", "rectilinear"] = choice(
@@ -47,14 +48,14 @@ class Mesh:
     courant: Literal["limit", "lossless"] = choice(
         "limit",
         ("limit", "lossless"),
-        "limit: as fast as is stable; lossless: the textbook's mesh, tau = 2, for comparison",
+        "limit: the largest stable step; lossless: the textbook mesh, whose waves go slower by step, for comparison",
     )
     rate_Hz: float = number(
         0.0,
         0.0,
         192000.0,
         "Hz",
-        "Steps a second, as near as a whole part of the device's rate comes; 0: by accuracy",
+        "Mesh steps per second, rounded to the audio rate over a whole number; 0: as accuracy says",
     )
     junctions_across: float = number(
         0.0, 0.0, 1000.0, "junctions", "At least so many across the head, by the mesh rate; 0: by accuracy"

@@ -1,4 +1,4 @@
-"""`[mallet]`: what strikes the head where `[drum] excitation = "mallet"`. Its kernels: drumstick.drum.excitation."""
+"""`[mallet]`: what strikes the head where `[drum] excitation = "mallet"`. Its kernels: drumstick.drum.mallets."""
 
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -67,10 +67,14 @@ class Mallet:
     )
     mass_kg: float = _of_wood("mass_kg", 0.001, 1.0, "kg", "What the head feels of the mallet's mass")
     stiffness_N_per_m_p: float = _of_wood(
-        "stiffness_N_per_m_p", 1e2, 1e12, "N/m^p", "K, the push of a tip pressed in by a metre"
+        "stiffness_N_per_m_p",
+        1e2,
+        1e12,
+        "N/m^p",
+        "K of the contact force F = K d^p (1 + lambda d'), d: compression of the tip",
     )
-    exponent: float = _of_wood("exponent", 1.0, 4.0, "1", "p, how the push grows with the depth")
-    loss_s_per_m: float = _of_wood("loss_s_per_m", 0.0, 10.0, "s/m", "lambda, what the tip itself takes")
+    exponent: float = _of_wood("exponent", 1.0, 4.0, "1", "p, exponent of that force")
+    loss_s_per_m: float = _of_wood("loss_s_per_m", 0.0, 10.0, "s/m", "lambda, loss in the tip")
     tip_radius_m: float = _of_wood(
         "tip_radius_m", 0.0005, 0.1, "m", "Radius of the patch that the tip covers"
     )

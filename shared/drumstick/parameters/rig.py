@@ -5,6 +5,8 @@ from typing import Literal
 
 from drumstick.parameters.declare import choice, count, number, text
 
+MAX_DELAY_TICKS = 8  # of a sampled device: servo, guard and the simulated arm keep so many forces
+
 
 @dataclass(frozen=True)
 class Device:
@@ -15,10 +17,16 @@ class Device:
         ("stick", "phantom"),
         "The paper's stick itself, advanced exactly (stick); an arm that is sampled, as hardware is (phantom)",
     )
-    delay_ticks: int = count(0, 0, 8, "ticks", "How late the simulated arm gets its force")
+    delay_ticks: int = count(0, 0, MAX_DELAY_TICKS, "ticks", "How late the simulated arm gets its force")
     friction_N: float = number(0.04, 0.0, 2.0, "N", "Friction of the arm, simulated or real")
     head_z_m: float = number(0.0, -0.3, 0.3, "m", "Height of the head in the device's workspace")
-    reach_m: float = number(0.08, 0.01, 0.5, "m", "Distance in the workspace that is the radius of the head")
+    reach_m: float = number(
+        0.08,
+        0.01,
+        0.5,
+        "m",
+        "How far the device's tip moves sideways from the centre to the edge of the head",
+    )
 
 
 @dataclass(frozen=True)
@@ -45,7 +53,7 @@ class Hand:
         choice(
             "hold",
             ("hold", "strokes", "single-stroke-roll", "double-stroke-roll", "press", "recorded"),
-            "What the hand does with a sampled arm; it throws and holds the exact stick",
+            "How the simulated hand moves a simulated arm (plant phantom); with plant stick it throws the stick",
         )
     )
     gesture_file: str = text(
@@ -67,8 +75,14 @@ class Hand:
 class Guard:
     """`[guard]`: limits for live sets, only tighter than the device's own (defaults: the stick plant's)."""
 
-    max_force_N: float = number(100.0, 0.1, 100.0, "N", "Largest predicted contact force plus pulse")
-    max_speed_m_per_s: float = number(10.0, 0.1, 10.0, "m/s", "Largest predicted speed of the roll")
+    max_force_N: float = number(
+        100.0, 0.1, 100.0, "N",
+        "A set is refused whose predicted contact force plus pulse is larger; a sampled device's force is cut to it",
+    )  # fmt: skip
+    max_speed_m_per_s: float = number(
+        10.0, 0.1, 10.0, "m/s",
+        "A set is refused whose predicted speed is larger; on a sampled device a faster stick is a latched fault",
+    )  # fmt: skip
     max_slew_N_per_s: float = number(
         20000.0, 100.0, 1e6, "N/s", "Fastest change of force on a sampled device"
     )
@@ -76,5 +90,13 @@ class Guard:
     dead_man: Literal["off", "button"] = choice(
         "off", ("off", "button"), "button: a sampled device pushes only while its button is held"
     )
-    lowest_m: float = number(-0.1, -0.3, -0.001, "m", "Lowest position, from the head, on a sampled device")
-    highest_m: float = number(0.3, 0.01, 0.5, "m", "Highest position, from the head, on a sampled device")
+    lowest_m: float = number(
+        -0.1,
+        -0.3,
+        -0.001,
+        "m",
+        "On a sampled device force fades over the 10 mm above this height, from the head",
+    )
+    highest_m: float = number(
+        0.3, 0.01, 0.5, "m", "On a sampled device there is no force above this height, from the head"
+    )

@@ -200,7 +200,7 @@ def _on_arm(law: Law, limits: Limits, room: Coefficients) -> tuple[int, float, i
         return STIFF, 0.0, 0
     lightest, heaviest = _arm(law, limits, limits.lightest_kg), _arm(law, limits, limits.heaviest_kg)
     lag_s = (0.5 + lightest.delay_ticks) * limits.period_s
-    if not (lightest.delay_ticks <= sampled_contact.MOST_DELAY_TICKS and law.r_in - stiffest * lag_s > 0.0):
+    if not (lightest.delay_ticks <= sampled_contact.MAX_DELAY_TICKS and law.r_in - stiffest * lag_s > 0.0):
         return LATE, 0.0, 0
     head = Head(stiffest, law.r_in - law.r_out, law.release)
     window = sampled_contact.widest_window(lightest, heaviest, head, room)

@@ -24,13 +24,13 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from drumstick.parameters.rig import MAX_DELAY_TICKS
 from drumstick.stick import contact
 from drumstick.stick.contact import PAPER
 from drumstick.stick.motion.segment import free_response
 from realtime.kernels.jit import njit
 
 LONGEST_WINDOW = 15  # ticks; the servo keeps 16 positions
-MOST_DELAY_TICKS = 8
 # Of a blow's speed; the rest of 1 is for what the model leaves out: encoder counts, and the motors' limit.
 MOST_REBOUND = 0.92
 # An arm at rest hunts by a count or two. So what one count changes of its speed by way of the damper in a tick, and how
@@ -52,7 +52,7 @@ _PHASES = 6  # of the tick, in which a blow is tried
 _SLOW_PHASES, _COUNT_PHASES = 2, 4  # of the tick and of the count, in which a slow one is
 # Of SLOW_M_PER_S; and of the way from the lightest arm to the heaviest: counts favour some speeds, and some masses.
 _SLOW_SPEEDS, _SLOW_MASSES = (0.97, 1.0, 1.03, 1.06, 1.1), (0.0, 0.5, 1.0)
-ROOM = LONGEST_WINDOW + MOST_DELAY_TICKS + 3
+ROOM = LONGEST_WINDOW + MAX_DELAY_TICKS + 3
 _INSIDE = 1.0 - 1e-9
 _MOST_TICKS = 400  # of a blow that is played
 _AT_REST_TICKS = 250  # then an arm that stays in the head moves by counts alone, or slowly

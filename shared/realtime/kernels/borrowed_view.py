@@ -1,9 +1,9 @@
 """A named tuple of arrays, passed on by its address: for a compiled loop whose functions all take it whole.
 
 By value a tuple of 27 arrays is 200 words, pushed at each call, and each array taken out of it has its references
-counted with atomic instructions: 5 us for a tick whose arithmetic takes 0.2 us. `lend` puts the tuple on the stack of
-the function that calls it; what it returns is one pointer with the same attributes, whose arrays are borrowed, so that
-nothing is counted. It may be passed down, never returned or kept.
+counted with atomic instructions: 5 us for a tick whose arithmetic takes 0.2 us. `borrowed_view` puts the tuple on the
+stack of the function that calls it; what it returns is one pointer with the same attributes, whose arrays are
+borrowed, so that nothing is counted. It may be passed down, never returned or kept.
 """
 
 import hashlib
@@ -19,7 +19,7 @@ from realtime.kernels.handover import borrowed, is_plain
 
 
 class BorrowedView(types.Type):
-    """The type of a lent tuple. `types` and `fields` are the tuple's own: choices at compile time work on both."""
+    """The type of a borrowed tuple. `types` and `fields` are the tuple's own: choices at compile time work on both."""
 
     def __init__(self, kind) -> None:
         self.kind = kind
@@ -77,6 +77,6 @@ def _borrowed_view(typingctx, value):
     return BorrowedView(value)(value), codegen
 
 
-# lend(value): the named tuple by its address, good until the calling function returns. From compiled code only; the
-# caller holds the tuple meanwhile. What is lent already stays as it is.
+# borrowed_view(value): the named tuple by its address, good until the calling function returns. From compiled code
+# only; the caller holds the tuple meanwhile. What is borrowed already stays as it is.
 borrowed_view: Any = _borrowed_view

@@ -57,7 +57,7 @@ CASES = (
         "parameter jump in contact",
         "servo",
         hard="A change of K_coll by dK in the head adds dK z^2/2 to the stick.",
-        naive="Three times the stiffness at the deepest point: out at the root of three times the speed.",
+        naive="Three times the stiffness at the deepest point: the stick leaves at sqrt(3) times the speed.",
         ours="What shapes the contact is latched above the head only; the guard's passivity observer counts the"
         " rest.",
         bound="Naive: 1.6 times, below the root of 3 by the hand's part. Ours: the same bytes as without"

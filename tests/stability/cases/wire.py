@@ -17,7 +17,7 @@ CASES = (
     Case(
         "clocks that drift apart",
         "wire",
-        hard="100 millionths: 60 ms in ten minutes.",
+        hard="Clocks that differ by 100 ppm drift apart by 60 ms in ten minutes.",
         naive="One comparison for ever: after ten minutes strikes come too late to be played.",
         ours="Drift is estimated from round trips, and its error is bounded.",
         bound="As above; the naive one must lose strikes within a quarter of an hour.",
@@ -26,7 +26,7 @@ CASES = (
         "clock that is set",
         "wire",
         hard="Somebody sets the wall clock while a roll is played.",
-        naive="By the wall all that follows is two seconds late, and dropped.",
+        naive="Timed by the wall clock, every later strike counts as two seconds late and is dropped.",
         ours="Monotonic clocks only: not a nanosecond's difference.",
         bound="Counts: 50 of 100 against none.",
     ),

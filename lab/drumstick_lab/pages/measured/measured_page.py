@@ -30,7 +30,7 @@ def _first_start() -> list[str]:
         "| kernels | until an OSC client hears a strike, s | processor time, s | until the sound server has played one, s | processor time, s |",
         "|---|---|---|---|---|",
     ]
-    names = {"empty": "compiled anew", "filled": "found compiled"}
+    names = {"empty": "compiled", "filled": "found compiled"}
     for store, row in found["rows"].items():
         cells = " | ".join(
             f"{row[name]:.1f}" for name in ("strike_s", "strike_processor_s", "sound_s", "sound_processor_s")

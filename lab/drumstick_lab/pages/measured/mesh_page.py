@@ -20,7 +20,7 @@ def _kernel() -> list[str]:
         "The same step, written in C as one would and on the same arrays, by gcc with `-O3 -march=native`.",
         f"{_where('mesh_kernel', result)} {result['gcc']}.",
         "",
-        "| across | junctions | ours, ns | gcc, ns | gcc over ours |",
+        "| across | junctions | ours, ns | gcc, ns | gcc / ours |",
         "|---|---|---|---|---|",
     ]
     lines += [
@@ -32,7 +32,7 @@ def _kernel() -> list[str]:
         "",
         "What the drum's effects cost, as a whole step of the default drum; `snare` and `cavity` are a second head too:",
         "",
-        "| effect | ns a step | of a head alone |",
+        "| effect | ns a step | times a head without effects |",
         "|---|---|---|",
     ]
     lines += [
@@ -58,7 +58,13 @@ def _peers() -> list[str]:
         "|---|---|---|",
     ]
     lines += [f"| {name} | {row['junctions']} | {row['ns']:.3f} |" for name, row in result["rows"].items()]
-    lines += ["", "Times ours:", "", f"| | {' | '.join(own)} |", f"|---|{'---|' * len(own)}"]
+    lines += [
+        "",
+        "Cost of a junction of theirs, as a multiple of ours:",
+        "",
+        f"| | {' | '.join(own)} |",
+        f"|---|{'---|' * len(own)}",
+    ]
     for peer in times[own[0]]:
         ratios = (f"{times[name][peer]['of_bests']:.1f}" for name in own)
         lines.append(f"| {peer} | {' | '.join(ratios)} |")
@@ -91,7 +97,7 @@ def _live() -> list[str]:
         f"{result['junctions']} junctions, a step for every sample, {result['block']} frames at {result['rate_Hz']} Hz on JACK's dummy device;"
         " `sorting` has a thread of pure",
         "Python in the same process. Shares of the period; `ran` and `waited`: on a processor, and ready while others ran. The machine's own",
-        "stalls are told by real-time threads that only sleep.",
+        "stalls are seen by real-time threads that only sleep.",
         _where("audio_live", result),
         "",
         "| interpreter | blocks | p50 | p99 | max | ran, mean | waited, mean | late | late without stalls | xruns | stalls over 1 ms | longest stall, ms |",
@@ -112,7 +118,7 @@ def _latency() -> list[str]:
     lines = [
         "## From a strike's message to the device",
         "",
-        f"{result['strikes']} messages at moments that know nothing of the blocks ({result['block_ms']:.2f} ms each): ms until the block"
+        f"{result['strikes']} messages at random moments within an audio block ({result['block_ms']:.2f} ms each): ms until the block"
         " begins in which the force enters the",
         "mesh, and until that block is handed to the device. After that come the interpolator's delay,"
         f" {result['then_interpolator_ms']:.2f} ms, and the device's own.",
@@ -134,7 +140,7 @@ def page() -> str:
         "",
         "Made by `drumstick lab mesh-page` from `lab/results/`; do not edit. CPU time per junction and sample, everything in turn in"
         " short windows,",
-        "of each the best. The machines were shared: trust the ratios.",
+        "the fastest window of each is shown. The machines were shared: trust the ratios.",
         "",
     ]
     for part in (_kernel, _peers, _composed, _live, _latency):

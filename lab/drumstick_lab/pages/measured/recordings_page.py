@@ -52,7 +52,7 @@ took them. A file that exists is never overwritten.
 | what ends it | what is left |
 |---|---|
 | Ctrl-C, SIGTERM, `--duration`, the end of `drumstick up` | a whole file with its index |
-| kill -9, a crash | all but the last second, or the last {CHUNK_BYTES // 1024} KiB; no index |
+| kill -9, a crash | all but the last chunk (at most {CHUNK_NS / 1e9:g} s, or {CHUNK_BYTES // 1024} KiB before compression); no index |
 | a power cut | the same: each chunk is flushed to the disk (fsync) when it is {CHUNK_NS / 1e9:g} s old or full |
 | a full disk, a write error | the same; one line, exit status 3; the rig plays on and the recorder is not started again |
 | a byte that the disk spoilt | what stands before the chunk that it is in (each has a checksum) |
@@ -76,8 +76,8 @@ readbacks, `alive`.
 - `set` is refused with a reason; `panic` ends it. It will not play beside a live rig of the same `--rig` name on the
   same router.
 - Each message has an absolute deadline; how late they went out is told at the end.
-- What would play for more than an hour is refused, with its length and its longest silence: one bad time makes years.
-  `--longest SECONDS` allows more. So are messages whose times no recorder writes: that go back, that happened after
+- What would play for more than an hour is refused, with its length and its longest silence: one wrong time can make it last for years.
+  `--longest SECONDS` allows more. Messages with impossible times are refused too: that go back, that happened after
   they were recorded or more than an hour before.
 - A file that was cut off is played to its last whole chunk, which is said. A recording across a change of scene is
   played with the first one.

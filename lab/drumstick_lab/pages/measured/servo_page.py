@@ -13,7 +13,7 @@ SHOWN_RATE_HZ = 1000
 
 
 def _row(row: dict[str, Any]) -> str:
-    theory = "below 0" if row["theory"] is None else f"{row['theory']:.3f}"
+    theory = "none, R_eff < 0" if row["theory"] is None else f"{row['theory']:.3f}"
     cells = (
         f"{row['k_coll']:.0f}",
         f"{row['rate_Hz']}",
@@ -48,7 +48,7 @@ def _speed() -> list[str]:
         f"`drumstick lab velocity-estimate`, {result['machine']['date']}: {1e-3 / result['period_s']:g} kHz, held still with the noise of"
         f" {result['noise_counts']:g} counts; moved evenly at about",
         f"{result['speed_m_per_s']:g} m/s; a blow at {result['speed_m_per_s']:g} m/s whose contact lasts {result['contact_s'] * 1e3:.1f} ms."
-        " The lag is the delay that explains best what is told in the contact.",
+        " The lag is the delay that best fits the estimated to the true velocity during the contact.",
         "",
         "| estimate | still, mm/s rms | moving evenly, mm/s rms | lag in a blow, ms | error in a blow, mm/s rms |",
         "|---|---|---|---|---|",
@@ -73,13 +73,13 @@ def page() -> str:
     result = read("rendered_restitution")
     machine = result["machine"]
     lines = [
-        "# What a sampled device gives back",
+        "# The head on a sampled device: restitution, velocity estimate, stability",
         "",
         "Made by `drumstick lab servo-page` from `rendered_restitution.json`, `velocity_estimate.json`, `region.json`",
         "and `held_arm.json` in `lab/results`; do not edit.",
         "",
-        "A motor arm tells its position at ticks and holds its force until the next. A head computed that way answers T/2 late, and",
-        "by the device's own delay t_d besides; a late spring gives back more than it took, as if its damping were",
+        "A motor arm is read at each tick and holds its force until the next (zero-order hold). The rendered force so lags by T/2, T being",
+        "the tick's period, plus the device's own delay t_d. A delayed spring generates energy; to first order its effective damping is",
         "R_eff = R_in - K_coll (T/2 + t_d). The servo therefore leads the position by T/2 + t_d (`[servo] predictor`).",
         "",
         "![Coefficient of restitution against stiffness](images/servo-restitution.png)",
@@ -89,12 +89,12 @@ def page() -> str:
         f"R_in {result['r_in']:g} N s/m, 32 phases of the tick; `drumstick lab rendered-restitution`, {machine['date']}. The guard's",
         "passivity control is off but for the two columns that say so: there, the fastest rebound of all phases.",
         "",
-        "| K_coll N/m | rate Hz | delay ticks | ticks in contact | design | predicted: mean | not predicted: mean | theory of lag | guarded, predicted | guarded, not predicted | envelope |",
+        "| K_coll N/m | rate Hz | delay ticks | ticks in contact | restitution of the ideal head | predictor on: mean over phases | predictor off: mean | with R_eff, predictor off | guard and predictor on: worst phase | guard on, predictor off: worst phase | envelope |",
         "|---|---|---|---|---|---|---|---|---|---|---|",
         *(_row(row) for row in result["rows"]),
         "",
         "What to choose: the highest rate that `drumstick servo-test` calls fit, prediction on, and a stiffness whose contact lasts ten ticks.",
-        "The envelope refuses what lag alone would make active, without credit for the prediction, at the gateway and again in the servo;",
+        "The envelope refuses every set with R_in <= K_coll (T/2 + t_d), even with prediction on, and by the other rules below, at the gateway and again in the servo;",
         "the guard holds back what still gives more than it took.",
         "",
         *_speed(),

@@ -6,9 +6,8 @@ import sys
 
 from numba import types
 
+from haptic_server.servo.priority import FIFO_PRIORITY
 from realtime.kernels.jit import njit
-
-_FIFO_PRIORITY = 80  # as haptic_server.servo.priority gives our own loop
 
 if sys.platform == "linux" and hasattr(ctypes.CDLL(None), "gettid"):
     _gettid = types.ExternalFunction("gettid", types.int32())
@@ -35,11 +34,11 @@ def favour(thread: int) -> str:
         if policy in names:
             priority = os.sched_getparam(thread).sched_priority
             return f"the driver's servo thread runs under {names[policy]} {priority}"
-        os.sched_setscheduler(thread, os.SCHED_FIFO, os.sched_param(_FIFO_PRIORITY))
+        os.sched_setscheduler(thread, os.SCHED_FIFO, os.sched_param(FIFO_PRIORITY))
     except ProcessLookupError:
         return "the driver's servo thread has ended already"
     except OSError as error:
         return (
             f"the driver's servo thread has no real-time priority: {error.strerror} (raise the rtprio limit)"
         )
-    return f"the driver's servo thread was given SCHED_FIFO {_FIFO_PRIORITY}"
+    return f"the driver's servo thread was given SCHED_FIFO {FIFO_PRIORITY}"

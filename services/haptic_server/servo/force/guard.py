@@ -14,6 +14,7 @@ from typing import Annotated
 import numpy as np
 import numpy.typing as npt
 
+from drumstick.parameters.rig import MAX_DELAY_TICKS
 from drumstick.safety import bounds
 from drumstick.stick.records import Law
 from haptic_server.records import (
@@ -22,6 +23,8 @@ from haptic_server.records import (
     NOT_A_NUMBER,
     SELF_DRIVEN,
     STALE,
+    STALE_S,
+    STALL_FAULT_S,
     STALLED,
     TOO_FAST,
     Reading,
@@ -30,13 +33,11 @@ from realtime.kernels.jit import njit
 from realtime.records import Record, dtype_of
 
 STALL_PAUSE_S = 0.005  # a longer gap between ticks: no force until the stick was above the head again
-STALL_FAULT_S = 0.020  # a longer one is a latched fault
-STALE_S = 0.010  # a device that has told nothing new for so long
 _SEEN_ABOVE_M = 1e-3  # so far above the head the stick must have been before anything is rendered
 _KEPT = 0.01  # of a blow's energy the head keeps at least, whatever its law says
 _SLOW_M_PER_S = 0.01
 _SOFT_M = 0.01  # over so much before the lowest position the head's force fades to none
-MEMORY = 9  # ticks of the head's force: the longest delay of a device, and the present
+MEMORY = MAX_DELAY_TICKS + 1  # ticks of the head's force: the longest delay of a device, and the present
 
 # A head that drives the stick by itself: the observer finds more energy going out than the contact may give. An excess
 # below the energy of _EXCESS is the encoders'. One above that of _FAULT_EXCESS and above that share of the blow is a

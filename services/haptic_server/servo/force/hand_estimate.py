@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 import numpy.typing as npt
 
+from drumstick.parameters.rig import MAX_DELAY_TICKS
 from drumstick.parameters.scene import Scene
 from drumstick.stick import contact
 from drumstick.stick.records import Law
@@ -32,7 +33,6 @@ _LONGEST_S = 0.005  # after a longer pause it begins anew
 # strokes, rolls of either kind and a hand that holds is right on the median (docs/measured.md).
 _GOES_ON_S = 0.005
 _CREEPS_M_PER_S = 1e-3  # below it friction has no sign
-_MOST_DELAY_TICKS = 8
 
 
 class HandPull(Record):
@@ -47,7 +47,7 @@ class HandPull(Record):
     friction_N: float
     gains: Annotated[npt.NDArray[np.float64], "f8", (4,)]
     next: int
-    queue_N: Annotated[npt.NDArray[np.float64], "f8", (_MOST_DELAY_TICKS,)]
+    queue_N: Annotated[npt.NDArray[np.float64], "f8", (MAX_DELAY_TICKS,)]
 
 
 HAND = dtype_of(HandPull)

@@ -111,7 +111,7 @@ def _first_wait(law: Law, above: bool) -> float:
 
 @njit()
 def until(law: Law, motion: Motion, wanted: int, patience: int, measured: Numbers) -> tuple[int, float]:
-    """Move on to the next `wanted` event; returns how that ended and the seconds moved. told: EFFORT grows.
+    """Move on to the next `wanted` event; returns how that ended and the seconds moved. measured: EFFORT grows.
 
     exact.MOVING: it came; exact.CAPTURED, exact.LEFT: it never will; UNDECIDED: it did not come within `patience`.
     """
@@ -164,7 +164,7 @@ def place(law: Law, fresh: Records, motion: Records, state: Numbers) -> None:
 
 @njit()
 def laps(law: Law, motion: Motion, states: Numbers, patience: int, measured: Numbers) -> int:
-    """Play on for a number of laps; states: shape (laps, 5), that after each; told: shape (laps, 6).
+    """Play on for a number of laps; states: shape (laps, 5), that after each; measured: shape (laps, 6).
 
     Returns how it ended, as `until`.
     """

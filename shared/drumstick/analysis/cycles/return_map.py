@@ -75,8 +75,8 @@ def _self_consistent(
 ) -> int:
     """Find the pushes that a number of laps from `speed` reproduce, by Broyden's method (with one pulse: secant).
 
-    scratch: shape (2,). start: shape (5,), the first guess, then the state found. states, told: as lap.laps. Returns
-    exact.MOVING; how the laps ended instead; or UNSETTLED.
+    scratch: shape (2,). start: shape (5,), the first guess, then the state found. states, measured: as lap.laps.
+    Returns exact.MOVING; how the laps ended instead; or UNSETTLED.
     """
     # b is the inverse of the Jacobian of the mismatch h; -1 times the unit matrix makes the first step a plain lap.
     b00, b01, b10, b11 = -1.0, 0.0, 0.0, -1.0
@@ -117,7 +117,7 @@ class ReturnMap:
     """A number of laps from a speed, with pushes that fit.
 
     law: shape (1,), scratch: shape (2,) (lap.scratch_of). After `at`: `start` is the state that was found, shape (5,),
-    `states` those after each lap, `told` what lap.laps tells. The next speed starts from the pushes found last.
+    `states` those after each lap, `measured` what lap.laps measures. The next speed starts from the pushes found last.
     """
 
     def __init__(self, law: Records, scratch: Records, laps: int, patience: int) -> None:

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.analysis.cycles import lap
+from drumstick.analysis.cycles.settling import LONGEST_PERIOD
 from drumstick.parameters.scene import Scene
 from drumstick.parameters.table import table_of, with_changes
 from drumstick.stick.law import law_of, thrown
@@ -32,7 +33,6 @@ KINDS = ("stable roll", "buzzing", "rests in the head", "leaves")
 # Contacts less than 10 ms apart are heard as a tone, not as strokes. A convention: nothing in the motion changes there.
 BUZZ_HZ = 100.0
 MEASURED = 64
-LONGEST_PERIOD = 8
 SAME = 1e-6  # two speeds that differ by less than this share are the same
 _MOST_EFFORT = 100_000.0  # of one point (lap.EFFORT): it would take a second
 

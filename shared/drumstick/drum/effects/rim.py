@@ -31,7 +31,9 @@ class RimTable:
 
     f_Hz: float = number(700.0, 50.0, 8000.0, "Hz", "Pitch of its lowest mode")
     t60_s: float = number(0.12, 0.005, 10.0, "s", "Decay of its lowest mode")
-    level: float = number(0.6, 0.0, 4.0, "1", "Of a full stroke on the rim, to one on the head")
+    level: float = number(
+        0.6, 0.0, 4.0, "1", "Loudness of a full stroke on the rim, relative to one on the head"
+    )
     width: float = number(0.1, 0.01, 0.5, "radii", "How far inside the rim it is felt")
 
 

@@ -40,7 +40,8 @@ class SnareTable:
         0.0,
         2.0,
         "1",
-        "How firmly they lie on: to what a stroke of full scale at half radius does to the head",
+        "How firmly the wires press on the head: their deflection, as a share of the snare head's largest "
+        "movement after a full-scale stroke at half radius",
     )
 
 

@@ -32,7 +32,7 @@ class Scheme:
     order_4: float = 0.0
 
     def squeezed(self, most: float) -> "Scheme":
-        """Like `tuned`, with tau as large as q <= `most` allows, if that is less."""
+        """This scheme with tau lowered, where needed, so that q <= `most`."""
         return Scheme(self.topology, min(self.tau, most / self.topology.most_bend), self.order_4)
 
     def bend_of(self, q: float) -> float:

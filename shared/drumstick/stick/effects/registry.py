@@ -3,15 +3,15 @@
 A new effect is one module of this folder and one line here. The module has
 
 - `TABLE`, the dataclass of `[effects.<name>]`: the scene's keys, the wire, the panel and the docs follow from it;
-- `STATE`, what it remembers between ticks, as fields of a numpy record (may be empty);
+- `LAW`, its parameters for the kernels, and `STATE`, what it keeps between ticks: fields of a record;
 - `STRENGTH`, the wire name of the parameter that makes it stronger: the one to lower when a set goes too far;
 - if so, `NEVER_REPEATS` (a roll with it has no return map: chance, or a memory from contact to contact) and
   `ALTERS_HEAD` (it changes the head's spring or damper, so that equation (7) has nothing to say);
 - `usable(law)`, which every effect must have, and those of the functions named in `drumstick.stick.composition` that it
   needs, decorated with `only_with`. Each asks by name for the arguments it needs.
 
-`drumstick.safety.bounds` takes the `max_...` ones for upper bounds. An effect that adds force, speed or stiffness must
-have the one that says how much, or a device would be let in that it can overcome.
+`drumstick.safety.all_effects` makes upper bounds of `usable` and the `max_...` ones. An effect that adds force, speed
+or stiffness must have the one that says how much, or a device would be let in that it can overcome.
 """
 
 from types import ModuleType

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from drumstick.safety.sampled_contact import (
     LONGEST_WINDOW,
-    MOST_DELAY_TICKS,
+    MAX_DELAY_TICKS,
     MOST_SLOW_REBOUND,
     ROOM,
     Arm,
@@ -69,7 +69,7 @@ def _matrix(arm: Arm, head: Head, window: int) -> np.ndarray:
     k=st.floats(10.0, 3500.0),
     r=st.floats(0.0, 200.0),
     window=st.integers(1, LONGEST_WINDOW),
-    delay=st.integers(0, MOST_DELAY_TICKS),
+    delay=st.integers(0, MAX_DELAY_TICKS),
     lead=st.booleans(),
     k_hand=st.floats(0.0, 2000.0),
     r_hand=st.floats(0.0, 5.0),
