@@ -37,9 +37,11 @@ CASES = (
         "NaN from the device",
         "servo",
         hard="NaN is neither below nor above anything.",
-        naive="Limits in reject form let it pass, the head has no force any more and no fault; a filter"
+        naive='A limit written as "refuse if x > limit" lets it pass; the head has no force any more and no '
+        "fault; a filter"
         " never recovers.",
-        ours="Inputs are tested in accept form: zero force and a latched fault on the same tick; armed"
+        ours='Inputs are accepted only if "x <= limit" holds, which NaN never does: zero force and a latched '
+        "fault on the same tick; armed"
         " again, it plays on.",
         bound="No numbers: force 0.0, the fault's code.",
     ),

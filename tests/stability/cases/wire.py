@@ -51,7 +51,7 @@ CASES = (
         "NaN in a message",
         "wire",
         hard="NaN and infinity are numbers of the format.",
-        naive="The reader of the format takes them, and limits in reject form let NaN through.",
+        naive='The reader of the format takes them, and limits written as "refuse if x > limit" let NaN through.',
         ours="Every message's numbers are finite, or it is refused by the field's name.",
         bound="No numbers: refused.",
     ),
