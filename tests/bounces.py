@@ -24,7 +24,7 @@ from realtime.kernels.jit import njit
 
 THROW_M_PER_S = 0.4
 COPIES = 200  # throws in one window of a compiled method: about a millisecond
-_LONGEST_S = 1.0
+_MAX_S = 1.0
 
 
 def _shipped(name: str, pulse: dict[str, Any] | None = None, **stick: Any) -> Scene:
@@ -107,7 +107,7 @@ class Window:
     """
 
     def __init__(
-        self, name: str, stepper: Stepper | None = None, copies: int = COPIES, tick_s: float = _LONGEST_S
+        self, name: str, stepper: Stepper | None = None, copies: int = COPIES, tick_s: float = _MAX_S
     ) -> None:
         self._law, self._start = law_of(CASES[name].scene), thrown(CASES[name].scene, THROW_M_PER_S)
         self._bounces, self._copies, self._tick_s = CASES[name].bounces, copies, tick_s

@@ -32,7 +32,7 @@ ROOM = 1 << 17
 # The middle of its usable workspace, mm: x, y, z of the device's frame.
 CENTRE_MM = (0.0, 53.5, 0.0)
 _ATTEMPTS = 6
-_LONGEST_S = 90.0  # the first run may compile everything, on a machine that does other things too
+_MAX_S = 90.0  # the first run may compile everything, on a machine that does other things too
 
 
 def build(folder: Path) -> Path:
@@ -83,7 +83,7 @@ class StandIn:
 
     def wait(self, what: Callable[[], bool]) -> None:
         """Until `what` is true."""
-        end = time.monotonic() + _LONGEST_S
+        end = time.monotonic() + _MAX_S
         while not what():
             assert time.monotonic() < end, f"waited in vain; {self.sim('words')} {self.sim('diary')}"
             time.sleep(0.002)
@@ -116,7 +116,7 @@ class Playing:
 
     def join(self) -> int:
         """Wait for its end; returns the fault."""
-        self._thread.join(_LONGEST_S)
+        self._thread.join(_MAX_S)
         assert not self._thread.is_alive()
         if self.error is not None:
             raise self.error

@@ -20,7 +20,7 @@ from haptic_server.limits import limits_of
 
 RATES_HZ, DELAYS, FRICTIONS_N = (500, 1000, 2000, 4000), (0, 0, 1, 2, 4, 8), (0.0, 0.04, 0.2)
 NEAR = 0.02  # of the boundary
-LONGEST_S, LEAST_S, STEP_S, STILL_M_PER_S = 30.0, 3.0, 0.25, 1e-3
+MAX_S, MIN_S, STEP_S, STILL_M_PER_S = 30.0, 3.0, 0.25, 1e-3
 SET = {
     "m": 0.075, "k": 3500.0, "r": 75.0, "k_hand": 60.0, "r_out": 0.5, "z_ss": -0.01, "release": "unilateral",
     "rate": 1000, "predictor": "lead", "delay": 0, "friction": 0.04, "force": 8.5,
@@ -123,7 +123,7 @@ class Trial:
     def seconds(self) -> float:
         """How long it may take to come to rest: 3 s, or ten of its passive time constants if longer."""
         value = self.values
-        return max(LEAST_S, 10.0 * time_constant(value))
+        return max(MIN_S, 10.0 * time_constant(value))
 
 
 def time_constant(value: dict[str, Any]) -> float:
@@ -146,7 +146,7 @@ def play(trial: Trial, other: Trial | None, guarded: bool) -> dict[str, Any]:
     seen = np.zeros(1, arm_witness.SEEN)
     arm_witness.begin(servo, seen)
     rate, now, gone = trial.values["rate"], 0, 0.0
-    limit, quiet = min(trial.seconds(), LONGEST_S), 0
+    limit, quiet = min(trial.seconds(), MAX_S), 0
     if other is not None:
         now = arm_witness.watch(servo, seen, round(0.45 * rate), now, False)
         changes = {name: float(other.law[name][0]) for name in ("k_coll", "r_in")}

@@ -12,4 +12,4 @@ LISTENERS_AWAITED = (
 )
 CONTACTS = "contacts.ring"  # the force of contacts, where the scene streams it; the servo makes it
 
-LARGEST_SCENE_BYTES = 200_000  # as much as `drumstick` lays out
+MAX_SCENE_BYTES = 200_000  # as much as `drumstick` lays out

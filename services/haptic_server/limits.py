@@ -13,7 +13,7 @@ from haptic_server.device.specification import EXACT_STICK, Specification
 from haptic_server.files import LIMITS
 from realtime.regular_file import read_text, write_text
 
-MOST_BYTES = 100_000  # of a file that the servo writes for the gateway: some hundred bytes
+MAX_BYTES = 100_000  # of a file that the servo writes for the gateway: some hundred bytes
 _log = logging.getLogger("gateway")
 
 
@@ -46,7 +46,7 @@ def limits_of(scene: Scene, specification: Specification) -> Limits:
 
 
 def write(folder: Path, limits: Limits) -> None:
-    """Write them for the gateway, which does not know the device. OSError when the folder has no room."""
+    """Write `limits` for the gateway, which does not know the device. OSError when the folder has no room."""
     finite = {key: value for key, value in vars(limits).items() if math.isfinite(value)}
     beside = folder / f".{LIMITS}.{os.getpid()}"
     write_text(beside, json.dumps(finite))
@@ -59,8 +59,8 @@ def read(folder: Path, scene: Scene) -> Limits:
     Where that cannot be read, what the scene itself allows, with a warning: the servo judges every set again.
     """
     try:
-        read_object = cast(dict[str, Any], json.loads(read_text(folder / LIMITS, MOST_BYTES)))
-        limits = Limits(**read_object)
+        given = cast(dict[str, Any], json.loads(read_text(folder / LIMITS, MAX_BYTES)))
+        limits = Limits(**given)
         limits.record()  # each of them a number
         return limits
     except (OSError, ValueError, TypeError, RecursionError) as error:
@@ -71,7 +71,7 @@ def read(folder: Path, scene: Scene) -> Limits:
 def read_object(path: Path) -> dict[str, object]:
     """JSON object that the servo wrote there for `doctor`; the reason where it cannot be read."""
     try:
-        found: object = json.loads(read_text(path, MOST_BYTES))
+        found: object = json.loads(read_text(path, MAX_BYTES))
     except (OSError, ValueError, RecursionError) as error:
         return {"unreadable": str(error)[:200]}
     return cast(dict[str, object], found) if isinstance(found, dict) else {"unreadable": "no JSON object"}

@@ -7,7 +7,7 @@ from typing import NamedTuple
 SETS_A_SECOND = 500.0  # automation in a DAW sends some 200
 PATIENCE_S = 2.0
 _FORGIVEN_S = 1.0  # after a flood, silence for this long is calm
-_MOST_SOURCES = 1024
+_MAX_SOURCES = 1024
 
 
 class Verdict(enum.Enum):
@@ -36,7 +36,7 @@ class SetRateLimit:
         stretch = self._stretches.pop(source, None)
         if stretch is None or stretch.calm_at_s <= now_s:
             stretch = _Stretch(now_s, now_s, False)
-        if len(self._stretches) >= _MOST_SOURCES:
+        if len(self._stretches) >= _MAX_SOURCES:
             del self._stretches[next(iter(self._stretches))]  # whoever sent longest ago
         is_held = now_s - stretch.since_s >= PATIENCE_S
         calm_at_s = min(stretch.calm_at_s + 1.0 / SETS_A_SECOND, now_s + _FORGIVEN_S)

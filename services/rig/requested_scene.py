@@ -9,7 +9,7 @@ from rig import scene_file
 from rig.exit_status import Stop
 from rig.supervision.scene_files import SceneFiles
 
-_LONGEST_BYTES = 4096  # a scene's name, or the path of its file
+_MAX_BYTES = 4096  # a scene's name, or the path of its file
 
 
 def take(run: Path, say: Callable[[str], None]) -> SceneFiles | None:
@@ -18,7 +18,7 @@ def take(run: Path, say: Callable[[str], None]) -> SceneFiles | None:
 
     wanted = run / files.WANTED
     try:
-        name = read_text(wanted, _LONGEST_BYTES)
+        name = read_text(wanted, _MAX_BYTES)
     except FileNotFoundError:
         return None
     except (OSError, UnicodeDecodeError) as error:

@@ -7,7 +7,7 @@ from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from haptic_server.files import LARGEST_SCENE_BYTES
+from haptic_server.files import MAX_SCENE_BYTES
 from realtime.regular_file import read_text
 from rig.exit_status import wrong
 from rig.supervision.scene_files import SceneFiles
@@ -35,7 +35,7 @@ def read(scene: str) -> SceneText:
         meant = f" (did you mean {near[0]!r}?)" if near else ""
         wrong(f"no scene {scene!r}{meant}; shipped: {', '.join(shipped_names())}; or give a .toml file")
     try:
-        return SceneText(read_text(path, LARGEST_SCENE_BYTES), str(path))
+        return SceneText(read_text(path, MAX_SCENE_BYTES), str(path))
     except UnicodeDecodeError as error:
         wrong(f"{scene}: not UTF-8 text (byte {error.start}); save it as UTF-8")
     except OSError as error:
@@ -45,11 +45,11 @@ def read(scene: str) -> SceneText:
 def _gesture_text(scene: str, file_name: str) -> str:
     # Beside the scene: in the package for a shipped one, else in the scene file's own folder.
     from drumstick.parameters.scene import shipped_gesture, shipped_names
-    from haptic_server.device.recording import LARGEST_SCENE_BYTES as LARGEST_GESTURE
+    from haptic_server.device.recording import MAX_SCENE_BYTES as MAX_GESTURE
 
     if scene in shipped_names():
         return shipped_gesture(file_name)
-    return read_text(Path(scene).parent / file_name, LARGEST_GESTURE)
+    return read_text(Path(scene).parent / file_name, MAX_GESTURE)
 
 
 def gesture(scene: str, loaded: Scene) -> str | None:

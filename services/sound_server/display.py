@@ -27,7 +27,7 @@ _POLL_S = 0.2
 _SPECTRUM_S, _COST_S = 0.25, 1.0
 _WINDOW = SOUND_SAMPLES // 2
 _TOP = 8.0  # of the spectrum, to the pitch of the lowest mode
-_MOST_LEVELS = 400
+_MAX_LEVELS = 400
 _FLOOR_dB = -120.0
 
 Numbers = npt.NDArray[np.float64]
@@ -38,7 +38,7 @@ def spectrum(sound: npt.NDArray[np.float32], rate_Hz: float, top_Hz: float) -> N
     window = np.hanning(len(sound))
     amplitude = 2.0 * np.abs(np.fft.rfft(sound * window)) / window.sum()
     bins = amplitude[: max(2, round(top_Hz * len(sound) / rate_Hz) + 1)]
-    starts = np.linspace(0, len(bins), min(len(bins), _MOST_LEVELS), endpoint=False).astype(int)
+    starts = np.linspace(0, len(bins), min(len(bins), _MAX_LEVELS), endpoint=False).astype(int)
     loudest = np.maximum.reduceat(bins, starts)
     return np.maximum(20.0 * np.log10(np.maximum(loudest, 1e-30)), _FLOOR_dB)
 

@@ -54,7 +54,7 @@ class Drum:
         self._log_limited = limited_log
         self._strikes = StrikeScheduler(StrikeRing(), limited_log, self._heard_boot)
         self._contacts = ContactScheduler(limited_log, self._heard_boot)
-        self._viewing = DrumDisplay(link.publisher, link.keys, ident, self._haptic_ns)
+        self._display = DrumDisplay(link.publisher, link.keys, ident, self._haptic_ns)
         self._boot: int | None = None  # the boot whose clock and scene are in use
         self._heard: int | None = None  # the boot of the newest message
         self._other_boot = threading.Event()
@@ -70,7 +70,7 @@ class Drum:
         while not self._stop.is_set() and self._scene is None:
             if not self._find():
                 self._stop.wait(_RETRY_S)
-        viewing = threading.Thread(target=self._viewing.run, args=(self._stop,), name="viewing", daemon=True)
+        viewing = threading.Thread(target=self._display.run, args=(self._stop,), name="viewing", daemon=True)
         viewing.start()
         while not self._stop.wait(_TURN_S):
             self._turn()
@@ -155,7 +155,7 @@ class Drum:
             self._strikes.note = None
         self._scene, self._engine, self._place = scene, engine, place
         summary = "; ".join(filter(None, (words(engine), fit.words)))
-        self._viewing.show(fit.scene, engine, summary)
+        self._display.show(fit.scene, engine, summary)
         logging.info("%s at %d Hz: %s, %s", self._sink.words, self._sink.rate_Hz, scene.name, summary)
 
     def _heard_boot(self, boot: int) -> None:

@@ -8,29 +8,29 @@ from protocol.access.identity import Identity
 from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER
 from protocol.pattern import checked_pattern, is_pattern
 from realtime.service_options import ServiceOptions
-from sound_server.room import MOST_LATENCY_MS, LEVELS_dB
+from sound_server.room import MAX_LATENCY_MS, LEVELS_dB
 
-MOST_RIGS = 8  # half the places on the stage: each drum may be followed by its next
+MAX_RIGS = 8  # half the places on the stage: each drum may be followed by its next
 
 
-class SoundOptions(ServiceOptions, frozen=True):
+class SoundOptions(ServiceOptions, frozen=True, kw_only=True):
     """rigs: whose drums to play; one with * stands for all that come and go. Rate in Hz, block in frames.
 
     room_latency_ms, room_level_dB: beyond the scenes' own. awaited: play for nobody until the audio device is there.
     """
 
-    rigs: tuple[str, ...] = (DEFAULT_RIG,)
-    most_rigs: Annotated[int, Meta(ge=1, le=MOST_RIGS)] = MOST_RIGS
+    rigs: Annotated[tuple[str, ...], Meta(min_length=1)] = (DEFAULT_RIG,)
+    most_rigs: Annotated[int, Meta(ge=1, le=MAX_RIGS)] = MAX_RIGS
     connect: str = DEFAULT_ROUTER
     identity: Identity | None = None
     audio: str = "auto"
     rate: Annotated[int, Meta(ge=22050, le=192000)] = 48000
     block: Annotated[int, Meta(ge=16, le=8192)] = 128
     awaited: bool = False
-    room_latency_ms: Annotated[float, Meta(ge=0.0, le=MOST_LATENCY_MS)] = 0.0
+    room_latency_ms: Annotated[float, Meta(ge=0.0, le=MAX_LATENCY_MS)] = 0.0
     room_level_dB: Annotated[float, Meta(ge=LEVELS_dB[0], le=LEVELS_dB[1])] = 0.0
 
     def __post_init__(self) -> None:
-        named = [rig for rig in self.rigs if not is_pattern(checked_pattern(rig))]
+        named = {rig for rig in self.rigs if not is_pattern(checked_pattern(rig))}
         if len(named) > self.most_rigs:
             raise ValueError(f"{len(named)} rigs are more than the {self.most_rigs} that this server plays")

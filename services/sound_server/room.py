@@ -1,11 +1,14 @@
 """The room that a sound server plays in: how much later and louder than the scene says its drums sound."""
 
+from __future__ import annotations
+
 import dataclasses
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from drumstick.parameters.scene import Scene
+if TYPE_CHECKING:  # the options of this service are read without a compiler
+    from drumstick.parameters.scene import Scene
 
-MOST_LATENCY_MS = 500.0
+MAX_LATENCY_MS = 500.0
 LEVELS_dB = (-60.0, 12.0)
 
 

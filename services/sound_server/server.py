@@ -21,7 +21,7 @@ from protocol.session import open_client
 from realtime.notify import Supervisor
 from realtime.stop import StopRequest
 from sound_server.drum import Drum
-from sound_server.options import MOST_RIGS
+from sound_server.options import MAX_RIGS
 from sound_server.receiving.discovery import Discovery
 from sound_server.receiving.link import Link
 from sound_server.room import Room
@@ -47,7 +47,7 @@ class Server:
         sink: Sink,
         stop: StopRequest,
         identity: Identity | None = None,
-        most: int = MOST_RIGS,
+        most: int = MAX_RIGS,
         room: Room = _HERE,
         supervisor: Supervisor | None = None,
     ) -> None:

@@ -33,7 +33,7 @@ from realtime.records import Record, Rows, dtype_of
 
 PLACES = 16
 EMPTY, PLAYING, LEAVING, GONE = 0, 1, 2, 3
-_MOST_FRAMES = 1024  # rendered at once; longer blocks come in parts
+_MAX_FRAMES = 1024  # rendered at once; longer blocks come in parts
 _FADE_S = 0.06
 _array: Any = carray  # numba knows it by value; its own annotations do not fit addresses
 
@@ -94,7 +94,7 @@ def mix(boards: Boards, out: npt.NDArray[np.float32], rate_Hz: float, start_ns: 
     """
     first = 0
     while first < out.shape[0]:
-        frames = min(out.shape[0] - first, _MOST_FRAMES)
+        frames = min(out.shape[0] - first, _MAX_FRAMES)
         boards.sum[:frames] = np.float32(0.0)
         for at in range(PLACES):
             state = load_acquire(boards.states, at)
@@ -136,8 +136,8 @@ class Stage:
         self.boards = Boards(
             np.zeros(PLACES, np.int64),
             np.zeros(PLACES, PLACE),
-            np.zeros((_MOST_FRAMES, 2), np.float32),
-            np.zeros((_MOST_FRAMES, 2), np.float32),
+            np.zeros((_MAX_FRAMES, 2), np.float32),
+            np.zeros((_MAX_FRAMES, 2), np.float32),
             np.zeros(PLACES, np.int64),
         )
         self._held: dict[int, tuple[Handed, CFunction]] = {}

@@ -10,7 +10,7 @@ import numpy as np
 from realtime.regular_file import read_text
 from web_panel.views.plot_data import Pair
 
-_MOST_BYTES = 20_000_000
+_MAX_BYTES = 20_000_000
 _ROUNDING = 2.0**-52  # an exact method errs by no less; on a logarithmic scale it needs a place
 # Of the mesh's rows: what a scene can have. Rows of the stick have none of these keys.
 _PLAYED = {"measured": True, "renderer": "mesh", "rim": "weights", "precision": "float32"}
@@ -43,7 +43,7 @@ def read(path: Path | None) -> Result | None:
     if path is None:
         return None
     try:
-        found = json.loads(read_text(path, _MOST_BYTES))
+        found = json.loads(read_text(path, _MAX_BYTES))
         machine = found["machine"]
         words = f"{machine['processor']}, {machine['date']}" + (", quick" if machine["quick"] else "")
         pairs = {name: _pair(found, *where) for name, where in _DRAWN.items()}

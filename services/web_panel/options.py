@@ -1,13 +1,16 @@
 """Options of the panel's process. Any thread."""
 
 from pathlib import Path
+from typing import Annotated
+
+from msgspec import Meta
 
 from protocol.access.identity import Identity
 from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, checked_rig
 from realtime.service_options import ServiceOptions
 
 
-class PanelOptions(ServiceOptions, frozen=True):
+class PanelOptions(ServiceOptions, frozen=True, kw_only=True):
     """port 0: any free one. token_file: made when missing; undo is kept beside it.
 
     accuracy_shipped, accuracy_own: results of `drumstick accuracy`, for comparison, and of this machine.
@@ -17,7 +20,7 @@ class PanelOptions(ServiceOptions, frozen=True):
     rig: str = DEFAULT_RIG
     connect: str = DEFAULT_ROUTER
     identity: Identity | None = None
-    port: int = 8080
+    port: Annotated[int, Meta(ge=0, le=65535)] = 8080
     accuracy_shipped: Path | None = None
     accuracy_own: Path | None = None
 

@@ -16,10 +16,10 @@ from typing import NamedTuple
 from protocol.messages import Clock, decode
 
 _ROUND_TRIPS = 5
-_SHORTEST_PAUSE_S, _LONGEST_PAUSE_S = 0.5, 10.0
+_SHORTEST_PAUSE_S, _MAX_PAUSE_S = 0.5, 10.0
 _KEPT_NS = 120_000_000_000
 # Quartz is off by less, two of them together.
-_MOST_DRIFT = 300e-6
+_MAX_DRIFT = 300e-6
 # How far the drift may be from what was estimated: temperature, and the estimate's own error beyond its bounds.
 _WANDER = 5e-6
 
@@ -96,7 +96,7 @@ class ClockMap:
         if not self._trips:
             return _SHORTEST_PAUSE_S
         compared_s = (self._trips[-1].received_ns - self._trips[0].sent_ns) * 1e-9
-        return min(max(compared_s, _SHORTEST_PAUSE_S), _LONGEST_PAUSE_S)
+        return min(max(compared_s, _SHORTEST_PAUSE_S), _MAX_PAUSE_S)
 
     def clock(self) -> HapticClock | None:
         """The best that the trips say, as of the newest; None without any."""
@@ -108,7 +108,7 @@ class ClockMap:
         if low > high:
             # No drift explains them all: one of the clocks stood still or jumped, a machine was suspended.
             self._trips = deque([self._trips[-1]])
-            bounds, low, high = bounds[-1:], -_MOST_DRIFT, _MOST_DRIFT
+            bounds, low, high = bounds[-1:], -_MAX_DRIFT, _MAX_DRIFT
         least = -_highest(lambda drift: min(b.error - b.offset + drift * b.age for b in bounds), low, high)
         most = _highest(lambda drift: min(b.offset + b.error - drift * b.age for b in bounds), low, high)
         offset_ns, error_ns = round((least + most) / 2), math.ceil((most - least) / 2) + 1
@@ -129,7 +129,7 @@ class _Bound(NamedTuple):
 
 def _drift_bounds(bounds: list[_Bound]) -> tuple[float, float]:
     # Each pair of trips bounds the drift; some sixty trips are kept.
-    low, high = -_MOST_DRIFT, _MOST_DRIFT
+    low, high = -_MAX_DRIFT, _MAX_DRIFT
     for i, one in enumerate(bounds):
         for other in bounds[i + 1 :]:
             span = other.age - one.age
@@ -153,7 +153,7 @@ def _highest(value: Callable[[float], float], low: float, high: float) -> float:
 def _likely_drift(bounds: list[_Bound], low: float, high: float) -> float:
     # The straight line through the offsets, each weighing by its own bound, kept within what is certain. With nothing
     # certain it is 0: two clocks that nobody compared for long are best taken for equal.
-    if high - low >= 2.0 * _MOST_DRIFT:
+    if high - low >= 2.0 * _MAX_DRIFT:
         return 0.0
     weights = [1.0 / bound.error**2 for bound in bounds]
     total = sum(weights)
@@ -171,8 +171,8 @@ def asked_clock(
 ) -> HapticClock | None:
     """Five more round trips for `known`, and what it says then. Blocks as long as `ask` does, five times at most.
 
-    `ask` returns the payload of one answer to the `clock` query, or None; `complain` hears of one that is nonsense.
-    None when nobody answers: what was known may be of another machine.
+    `ask` returns the payload of one answer to the `clock` query, or None; `warn` is called with words about one that
+    is nonsense. None when nobody answers: what was known may be of another machine.
     """
     trips: list[RoundTrip] = []
     for _ in range(_ROUND_TRIPS):

@@ -1,6 +1,6 @@
 """OSC: which addresses there are, with which types, and the bytes of everything that the rig sends.
 
-`SENT` and `HEARD` are the one table: the gateway's dictionary, the encoders and the documentation follow it.
+`SENT` and `INCOMING` are the one table: the gateway's dictionary, the encoders and the documentation follow it.
 Types on the wire are i, f and s only, because Pd and SuperCollider read no others. Every address stands
 behind a prefix. Any thread; encoding allocates and costs about 15 us a message.
 """
@@ -18,8 +18,8 @@ DEFAULT_PREFIX = "/drumstick"
 DEFAULT_IN = ("127.0.0.1", 9100)
 DEFAULT_OUT = ("127.0.0.1", 9101)
 
-LARGEST_FLOAT = 3.4028234663852886e38  # of 32 bits: beyond it struct raises OverflowError
-_LONGEST_TEXT = 400
+MAX_FLOAT = 3.4028234663852886e38  # of 32 bits: beyond it struct raises OverflowError
+_MAX_TEXT = 400
 _PREFIX = re.compile(r"(/[A-Za-z0-9_.-]{1,32}){1,4}")
 
 
@@ -123,7 +123,7 @@ def _int32(value: int) -> int:
 
 def _float32(value: float) -> float:
     number = float(value)
-    if not math.isfinite(number) or abs(number) > LARGEST_FLOAT:
+    if not math.isfinite(number) or abs(number) > MAX_FLOAT:
         raise ValueError(f"{number!r} is not a finite 32-bit number")
     return number
 
@@ -186,12 +186,12 @@ def param_norm(prefix: str, name: str, norm: float) -> bytes:
 
 def alive(prefix: str, rig: str, state: str, strikes: int) -> bytes:
     """/alive."""
-    return _encode(address(prefix, ALIVE), ALIVE.types, rig, state[:_LONGEST_TEXT], strikes)
+    return _encode(address(prefix, ALIVE), ALIVE.types, rig, state[:_MAX_TEXT], strikes)
 
 
 def error(prefix: str, refused: str, why: str) -> bytes:
     """/error; texts become ASCII and are cut after 400 characters."""
-    return _encode(address(prefix, ERROR), ERROR.types, refused[:_LONGEST_TEXT], why[:_LONGEST_TEXT])
+    return _encode(address(prefix, ERROR), ERROR.types, refused[:_MAX_TEXT], why[:_MAX_TEXT])
 
 
 def pong(prefix: str, arguments: Sequence[Argument]) -> bytes:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import zenoh
 
 _log = logging.getLogger(__name__)
-_MOST_QUEUED = 256
+_MAX_QUEUED = 256
 _SETTLE_PERIOD_S = 0.005
 _QUIET_S = 10.0
 
@@ -41,7 +41,7 @@ class Questions:
         self._settle = settle
         self.refused = 0
         self._faults = RateLimitedLog(time.monotonic_ns, _QUIET_S, lambda line: _log.error("%s", line))
-        self._queries: queue.Queue[zenoh.Query | None] = queue.Queue(_MOST_QUEUED)
+        self._queries: queue.Queue[zenoh.Query | None] = queue.Queue(_MAX_QUEUED)
         self._thread = threading.Thread(target=self._answer_all, name=name, daemon=True)
         self._thread.start()
 

@@ -26,7 +26,7 @@ _TURN_S = 0.1
 # How often a client of this machine looks for a router that is gone, s.
 RETRY_S = 0.1
 # Nothing here is larger than a scene's text; Zenoh's own limit is 1 GB, in the memory of the receiver.
-LARGEST_MESSAGE_BYTES = 4_000_000
+MAX_MESSAGE_BYTES = 4_000_000
 # Of one link of the public listener: so much is still acted on after the link was ended for going beyond a limit.
 UNREAD_BYTES = 8192
 # A reply that finds a full queue waits so long for its reader, and then closes the link.
@@ -99,9 +99,9 @@ def open_client(
 ) -> zenoh.Session | None:
     """Open a client session, waiting for the router while `keep_trying()`; None when it said no.
 
-    Any ordinary thread; blocks a second at a time (over TLS up to three), so that a stop signal is heard. (With zenoh's
-    own endless timeout `open` would not return to Python.) `tell` hears, once, why a TLS router refuses us. Close the
-    session before the process ends, or the exit hangs.
+    Any ordinary thread; blocks a second at a time (over TLS up to three), so that a stop signal is heard. (With
+    zenoh's own endless timeout `open` would not return to Python.) `report` is called, once, with the reason why a
+    TLS router refuses us. Close the session before the process ends, or the exit hangs.
     """
     import zenoh
 
@@ -167,7 +167,7 @@ def open_access(router: str, public: Public) -> zenoh.Session:
                 "connect/endpoints": [router],
                 **_PATIENT,
                 "access_control": access_control(public.rigs, public.roles),
-                "transport/link/rx/max_message_size": LARGEST_MESSAGE_BYTES,
+                "transport/link/rx/max_message_size": MAX_MESSAGE_BYTES,
                 "transport/link/tls/so_rcvbuf": UNREAD_BYTES,
                 "transport/link/tx/batch_size": UNREAD_BYTES,
                 "transport/link/tx/queue/congestion_control/block/wait_before_close": SLOW_READER_US,

@@ -10,7 +10,7 @@ import select
 import threading
 from collections.abc import Callable
 
-MOST_WAITING = 1000
+MAX_WAITING = 1000
 
 
 class LineWriter:
@@ -19,7 +19,7 @@ class LineWriter:
     def __init__(self, fd: int | None, worded: Callable[[str], str] = "{}\n".format) -> None:
         self._fd = fd
         self._worded = worded
-        self._queue: queue.Queue[bytes] = queue.Queue(MOST_WAITING)
+        self._queue: queue.Queue[bytes] = queue.Queue(MAX_WAITING)
         self._lock = threading.Lock()
         self._refused = 0  # of those that put
         self._failed = 0  # of the writing thread, as is the next one

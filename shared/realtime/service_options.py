@@ -10,16 +10,19 @@ from typing import Any, TypeVar
 import msgspec
 
 
-class ServiceOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Base of the structs. A `__post_init__` raises ValueError for what no single field can tell."""
+class ServiceOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Base of the structs. A `__post_init__` raises ValueError for what types and ranges cannot say."""
 
 
 Kind = TypeVar("Kind", bound=ServiceOptions)
 
 
 def command(module: str, options: ServiceOptions) -> list[str]:
-    """Command line that runs `python -m module` with these options."""
-    return [sys.executable, "-m", module, msgspec.json.encode(options, enc_hook=_as_text).decode()]
+    """Command line that runs `python -m module` with these options. ValueError for text that is not UTF-8."""
+    try:
+        return [sys.executable, "-m", module, msgspec.json.encode(options, enc_hook=_as_text).decode()]
+    except UnicodeEncodeError as error:
+        raise ValueError(f"{ascii(error.object)} is not UTF-8 text: rename the file or folder") from None
 
 
 def read(kind: type[Kind], text: str) -> Kind:
@@ -30,8 +33,9 @@ def read(kind: type[Kind], text: str) -> Kind:
 def options_of_process(kind: type[Kind], module: str) -> Kind:
     """The struct that this process was given. Ends the process with status 2 and one line when there is none."""
     try:
-        (text,) = sys.argv[1:]
-        return read(kind, text)
+        if len(sys.argv) != 2:
+            raise ValueError(f"{len(sys.argv) - 1} arguments were given")
+        return read(kind, sys.argv[1])
     except ValueError as error:
         print(
             f"{module}: {error}; its one argument is a JSON object, as `drumstick` gives it", file=sys.stderr
@@ -46,6 +50,8 @@ def _as_text(value: object) -> str:
 
 
 def _from_text(kind: type, text: object) -> Any:
-    if kind is Path and isinstance(text, str):
-        return Path(text)
+    if kind is Path:
+        if isinstance(text, str):
+            return Path(text)
+        raise ValueError(f"Expected a path as `str`, got `{type(text).__name__}`")
     raise NotImplementedError(f"{kind.__name__} cannot be an option of a service")

@@ -4,7 +4,7 @@ import ast
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-MOST_ARGUMENTS = 8
+MAX_ARGUMENTS = 8
 # Headless clauses and genitive fragments: "What the servo tells", "Of one stream".
 HEADLESS = (
     "What", "How", "Who", "Whose", "Which", "Where", "When", "Why", "Whether", "Of", "As", "All that", "Those",
@@ -25,7 +25,7 @@ def long_argument_lists(tree: ast.Module) -> list[str]:
     for node in ast.walk(tree):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             taken = [a.arg for a in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs)]
-            if len([name for name in taken if name not in ("self", "cls")]) > MOST_ARGUMENTS:
+            if len([name for name in taken if name not in ("self", "cls")]) > MAX_ARGUMENTS:
                 found.append(node.name)
     return found
 

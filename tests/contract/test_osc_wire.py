@@ -103,7 +103,7 @@ def test_a_pong_brings_back_what_the_ping_had(args: list[osc.Argument]) -> None:
 
 @given(st.floats(allow_nan=False, allow_infinity=False))
 def test_a_double_comes_back_as_a_float_or_not_at_all(value: float) -> None:
-    if abs(value) > osc.LARGEST_FLOAT:
+    if abs(value) > osc.MAX_FLOAT:
         with pytest.raises(ValueError, match="32-bit"):
             osc.pong(P, [value])
     else:

@@ -9,7 +9,7 @@ from drumstick.parameters.scene import Scene
 from drumstick.stick.law import law_of, thrown
 from drumstick.stick.motion import exact
 
-MOST_EVENTS = 60
+MAX_EVENTS = 60
 
 
 def _finite(record: npt.NDArray[Any]) -> bool:
@@ -22,7 +22,7 @@ def _finite(record: npt.NDArray[Any]) -> bool:
 def play_on(scene: Scene, v0: float, duration_s: float) -> float:
     """Play up to so many events: no NaN, each moves on, contacts as they can be. The largest speed at an event."""
     law, motion, t, fastest = law_of(scene), thrown(scene, v0), 0.0, abs(v0)
-    for _ in range(MOST_EVENTS):
+    for _ in range(MAX_EVENTS):
         event, moved = exact.advance(law[0], motion[0], duration_s - t)
         t += moved
         assert 0.0 <= moved <= duration_s

@@ -66,8 +66,8 @@ def test_handshakes_that_stand_keep_no_other_machine_out(tmp_path: Path) -> None
     venue, started = Venue(), []
 
     def start(machine: str, *words: str) -> subprocess.Popen[str]:
-        command = [*venue[machine].enter, sys.executable, *words]
-        started.append(subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True))
+        entered = [*venue[machine].enter, sys.executable, *words]
+        started.append(subprocess.Popen(entered, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True))
         return started[-1]
 
     try:

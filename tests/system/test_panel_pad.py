@@ -11,7 +11,7 @@ from panel_wire import dial_port
 from playwright.sync_api import Browser, Page, WebSocket, expect
 
 pytestmark = [pytest.mark.system, pytest.mark.needs("chromium")]
-MOST_PADS = 16
+MAX_PADS = 16
 
 
 @pytest.fixture
@@ -66,7 +66,7 @@ def test_a_pad_comes_and_goes_with_the_rig_that_follows_a_pointer(page: Page, ri
 def test_a_pad_that_comes_and_goes_leaves_no_connection_behind(page: Page, rig: FakeRig) -> None:
     opened = pad_sockets(page)
     pad = part(page, "pad")
-    for coming in range(MOST_PADS + 4):
+    for coming in range(MAX_PADS + 4):
         rig.follow_pointer(True)
         expect(pad).to_be_visible(timeout=PATIENCE_MS)
         pad.focus()
@@ -76,7 +76,7 @@ def test_a_pad_that_comes_and_goes_leaves_no_connection_behind(page: Page, rig: 
         expect(pad).to_have_count(0, timeout=PATIENCE_MS)
         wait_until(lambda: not rig.pointers[-1].held, "a pad that was taken away to have let go")
         page.keyboard.up(" ")
-    assert len(opened) == MOST_PADS + 4
+    assert len(opened) == MAX_PADS + 4
     wait_until(
         lambda: page.wait_for_timeout(100) or all(each.is_closed() for each in opened), "closed sockets"
     )
@@ -86,7 +86,7 @@ def test_a_pad_that_comes_and_goes_leaves_no_connection_behind(page: Page, rig: 
 def test_a_pad_without_a_connection_says_so_and_tries_once_a_second(
     page: Page, rig: FakeRig, served: PanelProcess
 ) -> None:
-    others = [dial_port(served.port, path="/pointer", Cookie=served.cookie) for _ in range(MOST_PADS)]
+    others = [dial_port(served.port, path="/pointer", Cookie=served.cookie) for _ in range(MAX_PADS)]
     opened = pad_sockets(page)
     rig.follow_pointer(True)
     pad = part(page, "pad")

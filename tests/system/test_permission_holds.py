@@ -37,7 +37,7 @@ SERVO, GATEWAY = "haptic_server.servo", "haptic_server.gateway"
 STILL = (FAULT_WORDS[STALLED], FAULT_WORDS[STALE])
 SILENT = "the servo process does not tick"
 STOPPED_S = 0.06  # three times what is a fault
-MOST_TRIES = 5
+MAX_TRIES = 5
 STATES_SEEN = 3  # of a servo that is held: so many in a row are without force
 
 
@@ -164,7 +164,7 @@ class Played:
     def step(self, state: int, event: int) -> None:
         """One event of a trace: from this state to the one that the table says."""
         expected = after(state, event)
-        for _ in range(MOST_TRIES):
+        for _ in range(MAX_TRIES):
             if not self.bring_to(state):
                 continue
             reached = self.cause(event, state)
@@ -173,7 +173,7 @@ class Played:
             # Never free where it should be held, and no fault but the machine's own.
             assert reached == FAULTED, (STATES[state], EVENTS[event].name, STATES[reached])
             assert self.since()[-1].status.removeprefix("fault: ") in STILL, self.since()[-1]
-        raise AssertionError(f"{STATES[state]}, {EVENTS[event].name}: disturbed {MOST_TRIES} times")
+        raise AssertionError(f"{STATES[state]}, {EVENTS[event].name}: disturbed {MAX_TRIES} times")
 
 
 @pytest.fixture(scope="module")

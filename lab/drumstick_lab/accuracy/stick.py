@@ -32,7 +32,7 @@ ROUNDS, QUICK_ROUNDS = 40, 10  # neighbours on the processor come and go within 
 _AIMED_AT = SETTLED + AVERAGED  # contacts
 _SLOWEST = 0.8  # of the true rate: a roll that is slower yet is another roll
 _STEPS_A_WINDOW = 200_000
-_SHORTEST_S, _LONGEST_S = 1.0, 50.0  # simulated in a window: making a run's memory must not count
+_SHORTEST_S, _MAX_S = 1.0, 50.0  # simulated in a window: making a run's memory must not count
 
 
 class Sweep(NamedTuple):
@@ -94,8 +94,8 @@ class Roll:
 
     def window(self, stepper: Stepper | None) -> Window:
         """CPU ns for a simulated second of a stepper, or of `exact`."""
-        wanted_s = _LONGEST_S if stepper is None else _STEPS_A_WINDOW * stepper.dt_s
-        play = partial(simulate, self.scene, min(max(wanted_s, _SHORTEST_S), _LONGEST_S), self.throw, stepper)
+        wanted_s = _MAX_S if stepper is None else _STEPS_A_WINDOW * stepper.dt_s
+        play = partial(simulate, self.scene, min(max(wanted_s, _SHORTEST_S), _MAX_S), self.throw, stepper)
         lasted_s = play().t_end_s  # less when the stick leaves
         return lambda: spent_ns(play) / lasted_s
 

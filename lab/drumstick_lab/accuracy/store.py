@@ -11,7 +11,7 @@ from rig.accuracy_files import FILE
 from rig.exit_status import lacking
 
 UNFINISHED = "accuracy-unfinished.json"  # of a run that was stopped or failed
-_LARGEST_BYTES = 20_000_000
+_MAX_BYTES = 20_000_000
 FULL = RESULTS / FILE
 # What the panel draws: rows of the mesh that a scene can have, and of the stick.
 _MACHINE = ("processor", "date", "quick")
@@ -32,7 +32,7 @@ def keep(found: dict[str, Any], out: Path, name: str = FILE) -> None:
 def is_full(out: Path) -> bool:
     """True when a full run's result lies there."""
     try:
-        return json.loads(read_text(out / FILE, _LARGEST_BYTES))["machine"]["quick"] is False
+        return json.loads(read_text(out / FILE, _MAX_BYTES))["machine"]["quick"] is False
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return False
 

@@ -26,7 +26,7 @@ from rig.figures.style import (
 
 Row = dict[str, Any]
 _LEAST = 1e-16  # errors below rounding are drawn there
-_LEAST_CENTS = 1e-2
+_MIN_CENTS = 1e-2
 _METHODS = {
     "semi_implicit_euler": (VERMILION, "o", "semi-implicit Euler"),
     "verlet": (ORANGE, "s", "velocity Verlet"),
@@ -167,12 +167,12 @@ def pitch(found: Row) -> Figure:
         height_in=HEIGHT_IN + 0.6,
     )
     _log(axes)
-    _over_cost(axes, found["rows"], "rms_cents", _LEAST_CENTS)
+    _over_cost(axes, found["rows"], "rms_cents", _MIN_CENTS)
     for row in found["rows"]:
         if row["renderer"] == "mesh" or row["rms_cents"] is None or row["ns_per_sample"] is None:
             continue
         is_modal = row["renderer"] == "modal"
-        cents = max(row["rms_cents"], _LEAST_CENTS)
+        cents = max(row["rms_cents"], _MIN_CENTS)
         axes.plot(
             row["ns_per_sample"],
             cents,

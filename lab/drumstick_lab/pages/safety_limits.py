@@ -103,8 +103,8 @@ def before() -> str:
             (
                 "an arm that would keep moving in the head by itself",
                 "it comes to rest: the poles of the sampled loop lie inside the unit circle, without a hand and in the firmest grip. Every blow in that"
-                f" grip comes back at less than {sampled_contact.MOST_REBOUND:g} of its speed, or, where the ideal head itself returns more, {constant(sampled_contact, '_LIVELY'):g}"
-                f" times that and {constant(sampled_contact, '_MOST_OWN'):g} at most, at {constant(sampled_contact, '_PHASES')} phases of the tick."
+                f" grip comes back at less than {sampled_contact.MAX_REBOUND:g} of its speed, or, where the ideal head itself returns more, {constant(sampled_contact, '_LIVELY'):g}"
+                f" times that and {constant(sampled_contact, '_MAX_OWN'):g} at most, at {constant(sampled_contact, '_PHASES')} phases of the tick."
                 " For the lightest and the heaviest arm that the device declares",
                 both,
                 "the same",
@@ -112,7 +112,7 @@ def before() -> str:
             ),
             (
                 "roughness by single encoder counts, on an arm",
-                f"one count may change the speed by {sampled_contact.MOST_KICK_M_PER_S * 1e3:g} mm/s a tick, by way of the damper, less the later the force comes. A blow of {sampled_contact.SLOW_M_PER_S * 1e3:g} mm/s, or up to a tenth more, seen in counts, comes back at {sampled_contact.MOST_SLOW_REBOUND:g} of its speed at most; for that the head holds back {sampled_contact.SLOW_LOSS:.0%} of its push while so slow a blow leaves. Three masses from the lightest arm to the heaviest",
+                f"one count may change the speed by {sampled_contact.MAX_KICK_M_PER_S * 1e3:g} mm/s a tick, by way of the damper, less the later the force comes. A blow of {sampled_contact.SLOW_M_PER_S * 1e3:g} mm/s, or up to a tenth more, seen in counts, comes back at {sampled_contact.MAX_SLOW_REBOUND:g} of its speed at most; for that the head holds back {sampled_contact.SLOW_LOSS:.0%} of its push while so slow a blow leaves. Three masses from the lightest arm to the heaviest",
                 both,
                 "the same",
                 _tests(*SELF_MOVING),
@@ -156,7 +156,7 @@ def always() -> str:
     """Limits watched on every tick."""
     servo = "guard"
     most_owed, owed = constant(guard, "_FAULT_EXCESS_M_PER_S"), constant(guard, "_EXCESS_M_PER_S")
-    contacts = constant(guard, "_MOST_DRIVEN")
+    contacts = constant(guard, "_MAX_DRIVEN")
     return table(
         [
             ("limited", "value", "enforced by", "when it is reached", "test"),

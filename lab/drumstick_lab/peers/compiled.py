@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 HERE = Path(__file__).parent
 _NATIVE = ["g++", "-O3", "-march=native", "-shared", "-fPIC"]
-_LONGEST_S = 600.0  # Faust's 16 x 16 takes more than a minute
+_MAX_S = 600.0  # Faust's 16 x 16 takes more than a minute
 
 
 class Library:
@@ -35,7 +35,7 @@ class Library:
 
 
 def _run(command: list[str]) -> None:
-    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, timeout=_LONGEST_S)
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, timeout=_MAX_S)
 
 
 def stk(folder: Path) -> Library:

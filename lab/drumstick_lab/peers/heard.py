@@ -16,7 +16,7 @@ from drumstick.drum.modal.modes import modes_below
 from drumstick_lab.accuracy.drums.modes import MODES
 
 Numbers = npt.NDArray[np.float64]
-FARTHEST_CENTS = 300.0  # beyond, a mode counts as missing
+MAX_CENTS = 300.0  # beyond, a mode counts as missing
 _FLOOR = 1e-3  # of the strongest peak
 _PADDED = 4
 
@@ -58,4 +58,4 @@ def cents_heard(sound: Numbers, rate_Hz: float, ratios: list[float]) -> Numbers:
         return np.empty(0)
     off = 1200.0 * np.log2(peaks[None, :] / peaks[0] / np.array(ratios)[:, None] * ratios[0])
     nearest = off[np.arange(len(ratios)), np.argmin(np.abs(off), axis=1)]
-    return nearest[np.abs(nearest) <= FARTHEST_CENTS]
+    return nearest[np.abs(nearest) <= MAX_CENTS]

@@ -18,7 +18,7 @@ _SCALAR, _AUDIO = 0, 2
 _ADD = 0
 _TENSION, _LOSS = 0.05, 0.99999
 _IMPULSES_HZ = 10.0  # so often that the membranes never decay into denormals
-_LONGEST_S = 60.0  # a score takes a part of a second; an scsynth that hangs is ended
+_MAX_S = 60.0  # a score takes a part of a second; an scsynth that hangs is ended
 _SIZE = 12  # of the plug-in's shapes, in half spacings across
 
 
@@ -110,7 +110,7 @@ def _played(score: Path, sound: Path, sample: str) -> tuple[str, float]:
         stderr=subprocess.STDOUT,
         text=True,
         env=environment,
-        timeout=_LONGEST_S,
+        timeout=_MAX_S,
         check=False,
     )
     used = resource.getrusage(resource.RUSAGE_CHILDREN)

@@ -10,7 +10,7 @@ from drumstick_lab.peers.compiled import Library
 from drumstick_lab.peers.supercollider import RATE_HZ, Membranes
 
 _UPDATES = 4e6  # of junctions, in a window
-_LONGEST_S = 30.0
+_MAX_S = 30.0
 MEMBRANES = 8  # so many that starting scsynth is little beside them
 # Debian's package: is it there?
 PACKAGES: Mapping[str, Callable[[], bool]] = {
@@ -56,7 +56,7 @@ def versions() -> dict[str, str]:
             capture_output=True,
             text=True,
             check=False,
-            timeout=_LONGEST_S,
+            timeout=_MAX_S,
         ).stdout
     except (OSError, subprocess.TimeoutExpired):
         return {}

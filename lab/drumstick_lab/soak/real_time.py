@@ -15,7 +15,7 @@ from realtime.stop import StopRequest
 from rig.exit_status import OURS, Stop, lacking
 
 _READY_WITHIN_S = 600.0  # the very first start compiles every kernel
-_LONGEST_PAUSE_S, _SHORTEST_PAUSE_S, _SAMPLES = 5.0, 0.5, 200
+_MAX_PAUSE_S, _SHORTEST_PAUSE_S, _SAMPLES = 5.0, 0.5, 200
 # Bounds per hour at the usual rate of strikes; at N times the rate N of its hours pass in one.
 RSS_KB_PER_H, DESCRIPTORS_PER_H, THREADS_PER_H = 100.0, 1.0, 1.0
 RIG = "rig"
@@ -79,7 +79,7 @@ def _watch(
     playing: Playing, hearing: Hearing, samples: Samples, duration_s: float, say: Callable[[str], None],
     stop: StopRequest,
 ) -> None:  # fmt: skip
-    pause_s = min(max(duration_s / _SAMPLES, _SHORTEST_PAUSE_S), _LONGEST_PAUSE_S)
+    pause_s = min(max(duration_s / _SAMPLES, _SHORTEST_PAUSE_S), _MAX_PAUSE_S)
     begun = time.monotonic()
     due = begun
     while not stop.is_set() and (t_s := time.monotonic() - begun) <= duration_s:

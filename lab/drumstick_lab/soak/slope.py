@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 Floats = npt.NDArray[np.float64]
-MOST_SAMPLES = 600  # pairs grow with the square: more samples than this are thinned to their medians
+MAX_SAMPLES = 600  # pairs grow with the square: more samples than this are thinned to their medians
 FEWEST = 10
 _Z = 1.959963984540054  # 95 %
 
@@ -49,7 +49,7 @@ def slope_of(hours: Floats, values: Floats) -> Slope:
 
 
 def _thinned(hours: Floats, values: Floats) -> tuple[Floats, Floats]:
-    together = -(-len(values) // MOST_SAMPLES)
+    together = -(-len(values) // MAX_SAMPLES)
     if together == 1:
         return hours, values
     groups = [slice(i, i + together) for i in range(0, len(values) - together + 1, together)]

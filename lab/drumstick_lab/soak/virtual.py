@@ -32,7 +32,7 @@ _COMPARE_EVERY_S, _VISIT_EVERY_S = 10.0, 30.0
 # Bounds per virtual hour at the usual rate of strikes.
 RSS_KB_PER_H, BLOCKS_PER_H, DESCRIPTORS_PER_H, THREADS_PER_H = 100.0, 1000.0, 1.0, 1.0
 # Of a strike from its place in the exact cycle while nobody sets anything: whole ns, and one to spare.
-_MOST_OFF_NS = 2.0
+_MAX_OFF_NS = 2.0
 WHO = "process"
 
 
@@ -231,7 +231,7 @@ def soak(
     verdicts = [
         *growths(samples, speed),
         *virtual.counted(),
-        of_count("cycle", "ns", off_ns, _MOST_OFF_NS, "from the exact cycle of the default scene, at worst"),
+        of_count("cycle", "ns", off_ns, _MAX_OFF_NS, "from the exact cycle of the default scene, at worst"),
     ]
     lasted_s = float(samples.series(WHO, "rss_kB")[0][-1] * 3600.0)
     return Result("virtual time", lasted_s, speed, virtual.strikes, virtual.strikes / lasted_s, verdicts)

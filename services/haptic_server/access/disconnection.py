@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import zenoh
 
 TURNED_BACK_S = 60.0
-_MOST_ENDED = 256
+_MAX_ENDED = 256
 
 
 class Ended:
@@ -34,7 +34,7 @@ class Ended:
     def note(self, certificate: str, host: str) -> None:
         """Note that its session was ended now."""
         self._until_s.pop((certificate, host), None)
-        if len(self._until_s) >= _MOST_ENDED:
+        if len(self._until_s) >= _MAX_ENDED:
             del self._until_s[next(iter(self._until_s))]
         self._until_s[certificate, host] = self._now() + TURNED_BACK_S
 
@@ -47,11 +47,13 @@ class Disconnector:
     """On a thread of its own: whoever reads Zenoh's log must not wait for Zenoh, which waits for him."""
 
     def __init__(self, session: zenoh.Session) -> None:
-        self.turned_back: Counter[str] = Counter()  # by certificate; written by the cutter's thread alone
+        self.turned_back: Counter[str] = (
+            Counter()
+        )  # by certificate; written by the disconnector's thread alone
         self._session = session
         self._ended = Ended()
         self._due: queue.SimpleQueue[str | zenoh.Link] = queue.SimpleQueue()
-        threading.Thread(target=self._run, name="cutter", daemon=True).start()
+        threading.Thread(target=self._run, name="disconnector", daemon=True).start()
         self._events = session.info.declare_link_events_listener(self._take_event)
 
     def cut(self, who: str) -> None:

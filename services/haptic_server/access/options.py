@@ -6,7 +6,7 @@ from protocol.session import Public
 from realtime.service_options import ServiceOptions
 
 
-class AccessOptions(ServiceOptions, frozen=True):
+class AccessOptions(ServiceOptions, frozen=True, kw_only=True):
     """connect: the gateway's own router, on loopback; public: the listener for other machines."""
 
     public: Public

@@ -39,12 +39,12 @@ def main() -> int:
     with open_access(router, public) as session:
         import zenoh
 
-        cutter = Disconnector(session)
-        refusals.cut = cutter.cut
+        disconnector = Disconnector(session)
+        refusals.cut = disconnector.cut
         _, port = host_and_port(public.endpoint)
 
         def answer(key: str, query: zenoh.Query) -> None:
-            words = json.dumps(listener_report(session, public, refusals, cutter))
+            words = json.dumps(listener_report(session, public, refusals, disconnector))
             query.reply(key, words, encoding=zenoh.Encoding.APPLICATION_JSON)
             query.drop()
 
@@ -58,7 +58,7 @@ def main() -> int:
             if supervisor.is_due:
                 heard = (
                     "open"
-                    if listener_report(session, public, refusals, cutter)["is_open"]
+                    if listener_report(session, public, refusals, disconnector)["is_open"]
                     else "cannot be had, tried again"
                 )
                 supervisor.turned(f"{public.endpoint}: {heard}")
@@ -66,6 +66,6 @@ def main() -> int:
         publish()
         while not stop.wait(_TURN_S):
             publish()
-        cutter.close()
+        disconnector.close()
         queryables.undeclare()
     return 0

@@ -42,7 +42,7 @@ _BEYOND = re.compile(
 )
 # For each key that is declared Zenoh asks its rules about every kind of message at once, and logs that as well.
 _KINDS_OF_MESSAGE = 9
-_MOST_KNOWN = 10_000
+_MAX_KNOWN = 10_000
 _LINE_EVERY_S = 10.0
 _LONGEST = 200
 
@@ -90,7 +90,7 @@ class Refusals:
             self._note("a certificate of no admitted role came in, and may do nothing")
         elif "authorized to" in said:
             if found := _OF_ROLE.match(said):
-                if len(self._role_of) >= _MOST_KNOWN:  # a name that is forgotten is learnt again
+                if len(self._role_of) >= _MAX_KNOWN:  # a name that is forgotten is learnt again
                     self._role_of.clear()
                 self._role_of[found["who"]] = found["role"]
             if self._was_expected(words, said):

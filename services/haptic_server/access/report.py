@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def listener_report(
-    session: zenoh.Session, public: Public, refusals: Refusals, cutter: Disconnector
+    session: zenoh.Session, public: Public, refusals: Refusals, disconnector: Disconnector
 ) -> dict[str, object]:
     """JSON-ready. Any thread; a system call or two."""
     present = Counter(
@@ -30,7 +30,7 @@ def listener_report(
         "roles": list(public.roles),
         "present": dict(present),
         **refusals.counters(),
-        "turned_back": dict(cutter.turned_back),
+        "turned_back": dict(disconnector.turned_back),
     }
 
 

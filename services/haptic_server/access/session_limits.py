@@ -21,7 +21,7 @@ MOST: dict[str, tuple[int, str]] = {
     "Liveliness Query": (1024, "keys of tokens asked for"),
     "Query": (1024, "keys asked for"),
 }
-_MOST_SESSIONS = 2000
+_MAX_SESSIONS = 2000
 
 
 class SessionLimits:
@@ -29,7 +29,9 @@ class SessionLimits:
 
     def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
         self._now = now
-        self._pace = SetRateLimit()  # the gateway cannot tell who asks, so a flood of sets has to end here
+        self._rate_limit = (
+            SetRateLimit()
+        )  # the gateway cannot tell who asks, so a flood of sets has to end here
         self._named: dict[
             str, dict[str, set[int]]
         ] = {}  # session -> kind -> hashes of keys: a key may be long
@@ -38,9 +40,9 @@ class SessionLimits:
         """Note what a session did. Empty while it keeps within its limits, else which one it went beyond, in words."""
         if kind not in MOST:
             return ""
-        if kind == "Query" and self._pace.judge(who, self._now()) is Verdict.HELD_FIRST:
+        if kind == "Query" and self._rate_limit.judge(who, self._now()) is Verdict.HELD_FIRST:
             return f"more than {SETS_A_SECOND:g} queries a second for {PATIENCE_S:g} s"
-        if who not in self._named and len(self._named) >= _MOST_SESSIONS:
+        if who not in self._named and len(self._named) >= _MAX_SESSIONS:
             del self._named[next(iter(self._named))]
         most, words = MOST[kind]
         keys = self._named.setdefault(who, {}).setdefault(kind, set())

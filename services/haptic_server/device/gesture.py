@@ -10,13 +10,13 @@ import numpy as np
 
 from drumstick.parameters.scene import Scene
 from haptic_server.device.protocol import DeviceError
-from haptic_server.device.recording import LARGEST_BYTES, Recording, RecordingError, recording_of
+from haptic_server.device.recording import MAX_BYTES, Recording, RecordingError, recording_of
 from realtime.regular_file import read_lines
 
 # What the guard limits is the stick: a mass on a spring goes up to twice as fast as the end of its spring.
 _OF_THE_STICKS = 0.5
 _UNHURRIED = 0.25  # of the speed that the guard allows: the way back is no stroke
-_LEAST_BACK_S = 0.01
+_MIN_BACK_S = 0.01
 
 
 def gesture_of(lines: Iterable[str], source: str, scene: Scene) -> Recording:
@@ -34,14 +34,14 @@ def gesture_of(lines: Iterable[str], source: str, scene: Scene) -> Recording:
     if apart_m == 0.0:
         return recording
     back = first.copy()
-    back[0] = last[0] + max(apart_m / (_UNHURRIED * guard.max_speed_m_per_s), _LEAST_BACK_S)
+    back[0] = last[0] + max(apart_m / (_UNHURRIED * guard.max_speed_m_per_s), _MIN_BACK_S)
     return np.vstack([recording, back])
 
 
 def read(path: Path, scene: Scene) -> Recording:
     """The gesture in the run folder. DeviceError when it is not there or not good."""
     try:
-        return gesture_of(read_lines(path, LARGEST_BYTES), scene.hand.gesture_file, scene)
+        return gesture_of(read_lines(path, MAX_BYTES), scene.hand.gesture_file, scene)
     except (RecordingError, UnicodeDecodeError) as error:
         raise DeviceError(str(error)) from None
     except OSError as error:

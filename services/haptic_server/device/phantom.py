@@ -20,9 +20,9 @@ from haptic_server.records import Reading
 from realtime.kernels.jit import njit
 from realtime.records import Record, dtype_of
 
-_MOST_TRIES = 60
+_MAX_TRIES = 60
 _CLOSE = 1e-14
-_MOST_TURNS = 4  # in one tick; a stick that turns more often has come to rest
+_MAX_TURNS = 4  # in one tick; a stick that turns more often has come to rest
 
 
 class Plant(Record):
@@ -75,7 +75,7 @@ def _turn_time(seg: Segment, sign: float, t: float) -> float:
     # By regula falsi with halved ordinates (Illinois): within a tick the speed is nearly a straight line.
     low, high = 0.0, t
     at_low, at_high = sign * propagate(seg, low)[1], sign * propagate(seg, high)[1]
-    for _ in range(_MOST_TRIES):
+    for _ in range(_MAX_TRIES):
         if high - low <= _CLOSE * t or at_high == 0.0:
             break
         middle = high - at_high * (high - low) / (at_high - at_low)
@@ -92,7 +92,7 @@ def _turn_time(seg: Segment, sign: float, t: float) -> float:
 @njit()
 def _move_freely(plant: Plant, duration_s: float) -> None:
     left = duration_s
-    for _ in range(_MOST_TURNS):
+    for _ in range(_MAX_TURNS):
         v = plant.v_m_per_s
         at_rest = plant.force_N + plant.k_hand_N_per_m * (plant.hand_m - plant.z_m)
         if v == 0.0 and abs(at_rest) <= plant.friction_N:

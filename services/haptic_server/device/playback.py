@@ -22,7 +22,7 @@ REPLAY = dtype_of(Replay)
 def measure(
     replay: Replay, path: Recording, head_z_m: float, reading: Reading, now_ns: int, span_s: float
 ) -> None:
-    """Position of the recording `span_s` later, interpolated linearly between its rows."""
+    """Read the recording `span_s` later, interpolated linearly between its rows."""
     last = path.shape[0] - 1
     t = replay.replayed_s + span_s
     if t >= path[last, 0]:

@@ -18,7 +18,7 @@ STALE_NS = (
 SMOOTH_S = 0.008  # half a frame of 60 Hz: the steps between frames become one movement
 LIFTED_M = 0.02  # a lifted hand is at least so far above the head, wherever z_ss is
 ACROSS_PER_S = 10.0  # radii that it may cross in a second
-_LEAST_TRAVEL_M = 1e-6
+_MIN_TRAVEL_M = 1e-6
 
 
 class PointedHand(Record):
@@ -69,7 +69,7 @@ def follow(hand: PointedHand, block: Block, rest_m: float, now_ns: int, span_s: 
         wanted = pointer.lift
         hand.x = _towards(hand.x, pointer.x, ACROSS_PER_S * span_s)
         hand.y = _towards(hand.y, pointer.y, ACROSS_PER_S * span_s)
-    travel_m = max(top_of(hand, rest_m) - rest_m, _LEAST_TRAVEL_M)
+    travel_m = max(top_of(hand, rest_m) - rest_m, _MIN_TRAVEL_M)
     hand.wish = _towards(hand.wish, wanted, hand.fastest_m_per_s / travel_m * span_s)
     # e'' + 2 w e' + w^2 e = 0, solved over the span: stable for any.
     w = 1.0 / SMOOTH_S

@@ -13,9 +13,9 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 import numpy.typing as npt
 
-MOST_ROWS = 10_000_000
-LARGEST_BYTES = 200_000_000
-FARTHEST_M = 1.0
+MAX_ROWS = 10_000_000
+MAX_BYTES = 200_000_000
+MAX_M = 1.0
 _SHOWN = 200  # characters of what stands there, in a message
 _TIMES = {"t_s": 1.0, "t_ns": 1e-9}
 _PLACES = ("x_m", "y_m", "z_m")
@@ -76,7 +76,7 @@ class _Limits(NamedTuple):
 def _place(table: _Table, row: dict[str, str | None], limits: _Limits) -> tuple[float, float, float]:
     place = [table.number(row, name) if name in table.names else 0.0 for name in _PLACES]
     for name, value in zip(_PLACES, place, strict=True):
-        low, high = limits[:2] if name == "z_m" else (-FARTHEST_M, FARTHEST_M)
+        low, high = limits[:2] if name == "z_m" else (-MAX_M, MAX_M)
         if not low <= value <= high:
             raise table.wrong(f"{name}: {value:g} m is outside {low:g} .. {high:g} m")
     return place[0], place[1], place[2]
@@ -105,16 +105,16 @@ def _read(table: _Table, limits: _Limits) -> list[Row]:
                 raise table.wrong(f"z_m: comes here at {speed:.3g} m/s, faster than {most:g} m/s")
         before = stamp
         rows.append((t_s, *place))
-        if len(rows) > MOST_ROWS:
-            raise table.wrong(f"more than {MOST_ROWS} rows; cut it")
+        if len(rows) > MAX_ROWS:
+            raise table.wrong(f"more than {MAX_ROWS} rows; cut it")
     return rows
 
 
 def recording_of(
     lines: Iterable[str],
     source: str,
-    lowest_m: float = -FARTHEST_M,
-    highest_m: float = FARTHEST_M,
+    lowest_m: float = -MAX_M,
+    highest_m: float = MAX_M,
     fastest_m_per_s: float = math.inf,
 ) -> Recording:
     """The recording in `lines`; `source` names it in messages. RecordingError also when z_m is outside the limits."""

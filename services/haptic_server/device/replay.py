@@ -11,7 +11,7 @@ import numpy as np
 from haptic_server.device import paced
 from haptic_server.device.playback import REPLAY
 from haptic_server.device.protocol import DeviceError, Info
-from haptic_server.device.recording import LARGEST_BYTES, Recording, RecordingError, recording_of
+from haptic_server.device.recording import MAX_BYTES, Recording, RecordingError, recording_of
 from haptic_server.device.specification import PREMIUM_1_5
 from haptic_server.servo import loop
 from haptic_server.servo.memory import Servo
@@ -22,7 +22,7 @@ from realtime.stop import StopRequest
 def read(path: Path) -> Recording:
     """The recording as rows of t, x, y, z; times rise from 0. DeviceError names file, line and column."""
     try:
-        return recording_of(read_lines(path, LARGEST_BYTES), str(path))
+        return recording_of(read_lines(path, MAX_BYTES), str(path))
     except RecordingError as error:
         raise DeviceError(str(error)) from None
     except OSError as error:

@@ -42,7 +42,7 @@ class Extras:
     ) -> None:
         """Serve what was asked for; `front` is where OSC is heard, `allow` are the sources that may use it.
 
-        `insiders` are senders that the front hears besides: whoever they speak for was admitted already.
+        `insiders` are senders that the OSC server hears besides: whoever they speak for was admitted already.
         """
         if self._bridge is not None and self._given.oscquery is not None:
             self._open_query(self._bridge, self._given.oscquery, parameters, front, allow, insiders)

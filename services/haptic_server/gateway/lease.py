@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 from drumstick.parameters.table import Refusal
 
-LONGEST_S = 5.0
-_LONGEST_NAME = 60
+MAX_S = 5.0
+_MAX_NAME = 60
 
 
 class Holder(NamedTuple):
@@ -35,10 +35,10 @@ class Lease:
 
     def take(self, who: str, name: str, seconds: float, now_s: float) -> Holder:
         """Take or renew it for at most 5 s; 0 s gives it back. `who` is the holder's secret. Raises Refusal."""
-        if not (who and name.strip() and name.isprintable() and len(name) <= _LONGEST_NAME):
-            raise Refusal(f"lease: name yourself in 1 to {_LONGEST_NAME} printable characters")
-        if not 0.0 <= seconds <= LONGEST_S:
-            raise Refusal(f"lease: {seconds:g} s is outside 0 .. {LONGEST_S:g} s; renew it while you work")
+        if not (who and name.strip() and name.isprintable() and len(name) <= _MAX_NAME):
+            raise Refusal(f"lease: name yourself in 1 to {_MAX_NAME} printable characters")
+        if not 0.0 <= seconds <= MAX_S:
+            raise Refusal(f"lease: {seconds:g} s is outside 0 .. {MAX_S:g} s; renew it while you work")
         self.require(who, now_s)
         self._id, self._name, self._until_s = who, name, now_s + seconds
         return self.holder(now_s)

@@ -173,7 +173,7 @@ def rehearse(law: Records) -> None:
 
 
 def wait_for_servo(
-    folder: Path, law: Records, stop: StopRequest, offer_waiting: Callable[[], None] = lambda: None
+    folder: Path, law: Records, stop: StopRequest, report_waiting: Callable[[], None] = lambda: None
 ) -> ServoLink | None:
     """The link to the servo of `folder`, once there is one that ticks or is about to; None when `stop` came first.
 
@@ -192,6 +192,6 @@ def wait_for_servo(
             if str(error) != reported:
                 reported = str(error)
                 _log.warning("waiting for a servo of this scene: %s", reported)
-        offer_waiting()
+        report_waiting()
         stop.wait(0.02)
     return None

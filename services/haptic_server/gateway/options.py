@@ -1,18 +1,19 @@
 """Options of the gateway's process. Any thread."""
 
+from ipaddress import ip_network
 from pathlib import Path
 from typing import Annotated
 
 from msgspec import Meta
 
 from protocol.access.identity import Identity
-from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER
+from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, checked_rig
 from realtime.service_options import ServiceOptions
 
-Address = tuple[str, int]
+Address = tuple[str, Annotated[int, Meta(ge=0, le=65535)]]
 
 
-class GatewayOptions(ServiceOptions, frozen=True):
+class GatewayOptions(ServiceOptions, frozen=True, kw_only=True):
     """run_dir holds scene.toml and the servo's block, state_dir the presets.
 
     listen: be the Zenoh router at this endpoint; connect: be a client of this one instead, as `identity`. osc_allow:
@@ -37,3 +38,8 @@ class GatewayOptions(ServiceOptions, frozen=True):
     midi_out: str | None = None
     midi_note: Annotated[int, Meta(ge=0, le=127)] = 38
     midi_channel: Annotated[int, Meta(ge=1, le=16)] = 10
+
+    def __post_init__(self) -> None:
+        checked_rig(self.rig)
+        for network in self.osc_allow:
+            ip_network(network)

@@ -10,7 +10,7 @@ from protocol.requests import ANYBODY, Claim
 
 
 class ParameterAccess(Protocol):
-    """One object serves every front (OSC, Zenoh); any thread may call it."""
+    """One object serves every way in (OSC, Zenoh); any thread may call it."""
 
     @property
     def table(self) -> Mapping[str, Parameter]:

@@ -72,7 +72,7 @@ def main() -> int:
 
 def _scene(path: Path) -> Scene:
     try:
-        return parse(read_text(path, files.LARGEST_SCENE_BYTES), str(path))
+        return parse(read_text(path, files.MAX_SCENE_BYTES), str(path))
     except (OSError, UnicodeDecodeError, SceneError) as error:
         raise _Ended(_SCENE_BROKEN, f"{path} cannot be played: {error}") from None
 

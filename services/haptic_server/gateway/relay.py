@@ -45,7 +45,7 @@ class Wires(NamedTuple):
 
 
 class Relay:
-    """Joins one servo's block to one Zenoh wire and one OSC front."""
+    """Joins one servo's block to one Zenoh wire and one OSC server."""
 
     def __init__(
         self,

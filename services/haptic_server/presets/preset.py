@@ -12,9 +12,9 @@ from dataclasses import asdict, dataclass
 from typing import Any, cast
 
 _FORMAT = "drumstick-preset 1 sha256="
-MOST_BYTES = 1_000_000
-_MOST_CHARACTERS = 400  # of a name or a time
-_MOST_SHOWN = 200  # characters of what is wrong
+MAX_BYTES = 1_000_000
+_MAX_CHARACTERS = 400  # of a name or a time
+_MAX_SHOWN = 200  # characters of what is wrong
 _NAME = re.compile(r"[A-Za-z0-9_-]([A-Za-z0-9 _.-]{0,58}[A-Za-z0-9_-])?")
 
 
@@ -58,10 +58,10 @@ def to_bytes(preset: Preset) -> bytes:
 
 def from_bytes(data: bytes) -> Preset:
     """The preset of a whole file; PresetError when a byte is missing, changed or too many."""
-    head, newline, body = data[:MOST_BYTES].partition(b"\n")
+    head, newline, body = data[:MAX_BYTES].partition(b"\n")
     if not head.startswith(_FORMAT.encode()) or not newline:
         raise PresetError("not a preset of this version, or its beginning is damaged")
-    if head != f"{_FORMAT}{hashlib.sha256(body).hexdigest()}".encode() or len(data) > MOST_BYTES:
+    if head != f"{_FORMAT}{hashlib.sha256(body).hexdigest()}".encode() or len(data) > MAX_BYTES:
         raise PresetError("damaged or changed by hand: its checksum does not fit")
     try:
         tables = _table(json.loads(body, object_pairs_hook=_once_each))
@@ -73,7 +73,7 @@ def from_bytes(data: bytes) -> Preset:
             before=_numbers(tables["before"]),
         )
     except (ValueError, KeyError, TypeError, RecursionError, OverflowError) as error:
-        words = repr(error)[:_MOST_SHOWN]
+        words = repr(error)[:_MAX_SHOWN]
         raise PresetError(f"its checksum fits, but it is no preset: {words}") from None
 
 
@@ -91,8 +91,8 @@ def _table(given: object) -> dict[str, Any]:
 
 
 def _text(given: object) -> str:
-    if not isinstance(given, str) or len(given) > _MOST_CHARACTERS:
-        raise TypeError(f"a text of at most {_MOST_CHARACTERS} characters was expected")
+    if not isinstance(given, str) or len(given) > _MAX_CHARACTERS:
+        raise TypeError(f"a text of at most {_MAX_CHARACTERS} characters was expected")
     given.encode()  # UnicodeEncodeError, a ValueError: half a character could not be sent to anybody
     return given
 

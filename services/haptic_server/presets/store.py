@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from haptic_server.presets.preset import (
-    MOST_BYTES,
+    MAX_BYTES,
     Preset,
     PresetError,
     checked_name,
@@ -162,7 +162,7 @@ def _last_of(scene: str) -> str:
 
 def _content(file: Path) -> bytes:
     # OSC's thread reads a preset that is loaded: a pipe of that name would hold it up until somebody writes there.
-    return read_bytes(file, MOST_BYTES)
+    return read_bytes(file, MAX_BYTES)
 
 
 def _is_whole(file: Path) -> bool:

@@ -5,7 +5,7 @@ from pathlib import Path
 from realtime.service_options import ServiceOptions
 
 
-class ServoOptions(ServiceOptions, frozen=True):
+class ServoOptions(ServiceOptions, frozen=True, kw_only=True):
     """run_dir holds scene.toml, and the block is made there; device: as `drumstick up --device`.
 
     pose_is_held: somebody holds a real arm in its neutral pose now, so that its encoders may be reset.

@@ -145,7 +145,7 @@ def main() -> int:
     text = given.run_dir / files.SCENE
     device: Device | None = None
     try:
-        scene = parse(read_text(text, files.LARGEST_SCENE_BYTES), str(text))
+        scene = parse(read_text(text, files.MAX_SCENE_BYTES), str(text))
         device = chosen(given.device, scene, given.pose_is_held, given.run_dir)
         return _play(device, scene, given.run_dir, stop)
     except (SceneError, UnicodeDecodeError) as error:

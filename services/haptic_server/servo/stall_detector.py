@@ -19,7 +19,7 @@ from realtime.kernels.jit import njit
 
 _PERIOD_NS = 200_000
 _NOTED_NS = 100_000  # a wake-up this late is a stall
-_MOST_STALLS = 65536
+_MAX_STALLS = 65536
 _PRIORITY = 99
 _STOP = 0
 
@@ -81,7 +81,7 @@ class StallDetector:
             np.ones(8, np.int64), np.zeros((1, 2), np.int64), np.zeros(2, np.int64)
         )  # compiled before it counts
         for cpu in sorted(os.sched_getaffinity(0)):
-            stalls, found = np.zeros((_MOST_STALLS, 2), np.int64), list[int]()
+            stalls, found = np.zeros((_MAX_STALLS, 2), np.int64), list[int]()
             given = (cpu, self._cells, stalls, found, self.refused)
             thread = threading.Thread(target=_run_probe, args=given, name=f"witness {cpu}", daemon=True)
             thread.start()

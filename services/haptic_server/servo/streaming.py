@@ -23,13 +23,13 @@ from realtime.records import Record, dtype_of
 if TYPE_CHECKING:
     from haptic_server.servo.memory import Servo
 
-_MOST_TICKS = 20  # a longer gap is a stall, over which the stick has stood still
-_MOST_N = 1e9
+_MAX_TICKS = 20  # a longer gap is a stall, over which the stick has stood still
+_MAX_N = 1e9
 
 
 class Streaming(Record):
     """The present tick began at t_ns and is number `tick`; the force stands for that one and `missed` more before it.
-    `told_N_s` of the contact's impulse has gone out; `last_N` was the last sample.
+    `streamed_N_s` of the contact's impulse has gone out; `last_N` was the last sample.
     """
 
     tick: int
@@ -66,7 +66,7 @@ def _push(servo: "Servo", back: int, force_N: float) -> None:
     sample.seq = player.seq
     sample.tick = state.tick - back
     sample.t_ns = state.t_ns - back * servo.plan[0].period_ns
-    sample.force_N = force_N if abs(force_N) < _MOST_N else 0.0
+    sample.force_N = force_N if abs(force_N) < _MAX_N else 0.0
     ring.push(stream.contacts.cells, stream.contacts.slots, sample)
 
 
@@ -101,7 +101,7 @@ def _count(servo: "Servo", t_ns: int) -> int:
 def exact_tick(servo: "Servo", now_ns: int) -> None:
     """A tick of the exact stick begins to be computed: of the time up to now."""
     missed = _count(servo, now_ns - servo.plan[0].period_ns)
-    servo.stream.state[0].missed = min(missed, _MOST_TICKS - 1)
+    servo.stream.state[0].missed = min(missed, _MAX_TICKS - 1)
 
 
 @only_with("stream")
@@ -110,7 +110,7 @@ def held_tick(servo: "Servo", now_ns: int) -> None:
     missed = _count(servo, now_ns)
     state = servo.stream.state[0]
     if state.inside != 0:
-        for k in range(max(missed - _MOST_TICKS, 0), missed):
+        for k in range(max(missed - _MAX_TICKS, 0), missed):
             _push(servo, missed - k, state.last_N)
 
 

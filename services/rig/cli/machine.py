@@ -53,7 +53,7 @@ def keys_make(
     from rig import checks
     from rig.identity import keys as rig_keys
 
-    checks.finite(days, "--days", 1.0, rig_keys.LONGEST_DAYS, "days")
+    checks.finite(days, "--days", 1.0, rig_keys.MAX_DAYS, "days")
     if renew is None:
         rig_keys.make(out, rig, host or [], days, router or [])
     else:

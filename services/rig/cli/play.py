@@ -65,7 +65,7 @@ def haptic_command(
     as_json: Json = False,
 ) -> None:
     """Only the force loop and its gateway."""
-    from rig.supervision.plan import ACCESS, HAPTIC
+    from rig.supervision.parts import ACCESS, HAPTIC
     from rig.supervision.rig_options import checked_options
     from rig.supervision.up import up
 
@@ -88,7 +88,7 @@ def sound_command(
     as_json: Json = False,
 ) -> None:
     """Only the sound server; each rig's scene comes from its haptic server."""
-    from rig.supervision.plan import SOUND
+    from rig.supervision.parts import SOUND
     from rig.supervision.rig_options import checked_options
     from rig.supervision.up import up
 
@@ -100,7 +100,7 @@ def panel_command(
     *, page: PageOptions, duration: Duration = None, rig_options: RigOptions, as_json: Json = False
 ) -> None:
     """Only the technician's page."""
-    from rig.supervision.plan import PANEL
+    from rig.supervision.parts import PANEL
     from rig.supervision.rig_options import checked_options
     from rig.supervision.up import up
 

@@ -47,7 +47,7 @@ def access_command(
 ) -> None:
     """Become the public listener that the rig file describes, beside the gateway."""
     from rig.options import EndpointOptions
-    from rig.supervision.plan import ACCESS
+    from rig.supervision.parts import ACCESS
     from rig.supervision.rig_options import checked_options
     from rig.supervision.service import become
 
@@ -62,7 +62,7 @@ def access_command(
 @grouped
 def sound_command(*, audio: AudioOptions, rig_options: RigOptions, room: RoomOptions) -> None:
     """Become the sound server, which waits for its device."""
-    from rig.supervision.plan import SOUND
+    from rig.supervision.parts import SOUND
     from rig.supervision.rig_options import checked_options
     from rig.supervision.service import become
 
@@ -72,7 +72,7 @@ def sound_command(*, audio: AudioOptions, rig_options: RigOptions, room: RoomOpt
 @grouped
 def panel_command(*, page: PageOptions, rig_options: RigOptions) -> None:
     """Become the technician's page."""
-    from rig.supervision.plan import PANEL
+    from rig.supervision.parts import PANEL
     from rig.supervision.rig_options import checked_options
     from rig.supervision.service import become
 

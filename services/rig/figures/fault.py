@@ -13,8 +13,8 @@ from rig.machine.last_fault import LastFault
 
 _CLOSE_TICKS = 40
 _MS = 1e3
-_FARTHEST_M = 10.0  # what is told from farther away is no position of an arm
-_LEAST_SPAN = 1.0  # of an axis whose values are all the same, or rounding would be drawn large
+_MAX_M = 10.0  # what is told from farther away is no position of an arm
+_MIN_SPAN = 1.0  # of an axis whose values are all the same, or rounding would be drawn large
 _SIZE_IN = (9.6, 7.2)
 
 
@@ -31,8 +31,8 @@ def _draw(axes: Axes, t_ms: npt.NDArray[np.float64], row: _Row, closely: bool) -
     axes.axvline(0.0, color=VERMILION, lw=1.2, zorder=1)
     axes.margins(x=0.02)
     finite = row.values[np.isfinite(row.values)]
-    if finite.size and np.ptp(finite) < 1e-6 * _LEAST_SPAN:
-        axes.set_ylim(finite[0] - _LEAST_SPAN, finite[0] + _LEAST_SPAN)
+    if finite.size and np.ptp(finite) < 1e-6 * _MIN_SPAN:
+        axes.set_ylim(finite[0] - _MIN_SPAN, finite[0] + _MIN_SPAN)
 
 
 def _draw_told(axes: Axes, last: LastFault, ticks: slice) -> None:
@@ -40,7 +40,7 @@ def _draw_told(axes: Axes, last: LastFault, ticks: slice) -> None:
     if not np.ptp(np.nan_to_num(last.told_z_m)) > 0.0:
         return
     t_ms, told_m = last.t_s[ticks] * _MS, last.told_z_m[ticks]
-    possible = np.abs(told_m) < _FARTHEST_M
+    possible = np.abs(told_m) < _MAX_M
     shown_mm = np.where(possible, told_m, np.nan) * 1e3
     words = "told by the device" + ("" if possible[-1] else f"; in the end {told_m[-1]:.3g} m")
     axes.plot(t_ms, shown_mm, "x", ms=4.0, mew=1.0, color=INK, label=words, zorder=3)
@@ -56,7 +56,7 @@ def _draw_head(axes: Axes) -> None:
 
 def _draw_stalls(axes: Axes, longest_ms: float, named: bool) -> None:
     # The limits of the guard, where ticks came near them.
-    axes.set_ylim(0.0, max(1.1 * longest_ms, 2.0 * _LEAST_SPAN))
+    axes.set_ylim(0.0, max(1.1 * longest_ms, 2.0 * _MIN_SPAN))
     for limit_s, words in ((STALL_PAUSE_S, "pause"), (STALL_FAULT_S, "fault")):
         if longest_ms > 0.4 * limit_s * _MS:
             axes.axhline(limit_s * _MS, color=GREY, lw=1.0, ls=(0, (4, 2)), zorder=1)

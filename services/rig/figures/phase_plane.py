@@ -16,7 +16,7 @@ from drumstick.stick.trajectory import Trajectory, onward, trajectory
 from rig.figures.heading import heading
 from rig.figures.style import BLUE, GREEN, HEAD, INK, ORANGE, PURPLE, VERMILION, legend_below, sheet, styled
 
-LONGEST_S = 10.0
+MAX_S = 10.0
 CONTACTS = 3  # of each throw
 POINTS = 4000
 _COLOURS = (ORANGE, PURPLE, VERMILION)
@@ -27,11 +27,11 @@ _MM = 1e3
 
 def thrown_path(scene: Scene, v0_m_per_s: float) -> tuple[Trajectory, str]:
     """A throw up to the end of its third contact, or until it rests in the head; and how it ended."""
-    run = simulate(scene, LONGEST_S, v0_m_per_s)
+    run = simulate(scene, MAX_S, v0_m_per_s)
     if len(run.contacts) >= CONTACTS:
         return trajectory(scene, v0_m_per_s, float(run.contacts[CONTACTS - 1, 2]), POINTS), "time"
     swings_s = _SWINGS * np.sqrt(scene.stick.m_kg / scene.stick.k_coll_N_per_m)
-    shown_s = run.t_end_s + swings_s if run.end == "captured" else min(run.t_end_s + 1.0, LONGEST_S)
+    shown_s = run.t_end_s + swings_s if run.end == "captured" else min(run.t_end_s + 1.0, MAX_S)
     return trajectory(scene, v0_m_per_s, float(shown_s), POINTS), run.end
 
 

@@ -18,7 +18,7 @@ from rig.figures.style import BLUE, GREY, INK, ORANGE, VERMILION, legend_below, 
 
 Speeds = npt.NDArray[np.float64]
 
-_MOST_BRANCHES = 6
+_MAX_BRANCHES = 6
 _JUMP = 0.25  # of a cycle's speed: a line never joins two cycles that have nothing to do with each other
 
 
@@ -40,7 +40,7 @@ class Forecast:
 def open_forecast(scene: Scene, dv_m_per_s: Speeds) -> Forecast:
     """The predictions and where throws end; the cycles are still to be filled in. For scenes with [effects.pulse]."""
     speeds = roll_speeds(scene, dv_m_per_s)
-    none = np.full((len(dv_m_per_s), _MOST_BRANCHES), np.nan)
+    none = np.full((len(dv_m_per_s), _MAX_BRANCHES), np.nan)
     return Forecast(speeds.dv, speeds.eq7, speeds.kappa, speeds.settled, none, none.copy())
 
 
@@ -51,7 +51,7 @@ def filling(scene: Scene, found: Forecast) -> Iterator[int]:
         changed = replace(scene, effects=effects)
         cycles = [c for c in fixed_points(law_of(changed), scratch_of(changed)) if c.period == 1]
         for kept, wanted in ((found.stable, True), (found.unstable, False)):
-            speeds = [cycle.v_e_m_per_s for cycle in cycles if cycle.stable == wanted][:_MOST_BRANCHES]
+            speeds = [cycle.v_e_m_per_s for cycle in cycles if cycle.stable == wanted][:_MAX_BRANCHES]
             kept[i, : len(speeds)] = speeds
         yield i + 1
 

@@ -11,7 +11,7 @@ from drumstick.parameters.table import Parameter, Refusal, table_of
 from rig.exit_status import wrong
 
 _FORM = "write NAME=LOW:HIGH:COUNT or NAME=LOW:HIGH:COUNT:log, e.g. dv_pls=0.05:2:100"
-MOST_POINTS = 100_000
+MAX_POINTS = 100_000
 
 
 def _number(text: str, whole: str) -> float:
@@ -43,8 +43,8 @@ def axis(scene: Scene, whole: str) -> Axis:
     low, high = _bound(table[name], parts[0], whole), _bound(table[name], parts[1], whole)
     if not low < high:
         wrong(f"--sweep {whole!r}: LOW {low:g} must be less than HIGH {high:g} {table[name].quantity.unit}")
-    if not parts[2].isdecimal() or not 2 <= int(parts[2]) <= MOST_POINTS:
-        wrong(f"--sweep {whole!r}: COUNT {parts[2]!r} must be a whole number, 2 .. {MOST_POINTS}")
+    if not parts[2].isdecimal() or not 2 <= int(parts[2]) <= MAX_POINTS:
+        wrong(f"--sweep {whole!r}: COUNT {parts[2]!r} must be a whole number, 2 .. {MAX_POINTS}")
     if len(parts) == 3:
         return Axis(name, np.linspace(low, high, int(parts[2])))
     if not low > 0.0:
@@ -62,6 +62,6 @@ def axes(scene: Scene, given: Sequence[str]) -> list[Axis]:
     if {a.name for a in asked} == {"z_h0", "z_ss"}:
         wrong("--sweep: z_h0 and z_ss are two views of one value: sweep only one of them")
     points = math.prod(len(a.values) for a in asked)
-    if points > MOST_POINTS:
-        wrong(f"--sweep: {points} points are too many, at most {MOST_POINTS}; lower a COUNT")
+    if points > MAX_POINTS:
+        wrong(f"--sweep: {points} points are too many, at most {MAX_POINTS}; lower a COUNT")
     return asked

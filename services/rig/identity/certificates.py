@@ -20,7 +20,7 @@ from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
 _EARLIER = timedelta(hours=1)  # clocks on a stage differ
 AUTHORITY_DAYS = 3650
-LARGEST_PEM = 1_000_000  # bytes of a file; ours have some hundred
+MAX_PEM = 1_000_000  # bytes of a file; ours have some hundred
 
 
 @dataclass(frozen=True)

@@ -106,7 +106,7 @@ def _read(path: Path) -> bytes:
     from rig.identity import certificates
 
     try:
-        return read_bytes(path, certificates.LARGEST_PEM)
+        return read_bytes(path, certificates.MAX_PEM)
     except OSError as error:
         wrong(f"{path}: cannot be read: {error.strerror}")
 

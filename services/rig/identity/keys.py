@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 AUTHORITY = "authority"
 CA_CERTIFICATE, CA_KEY, RIG_FILE, ROUTER_FILE = "ca.pem", "ca.key", "rig.toml", "router.json5"
 _SERVERS = (HAPTIC, ROUTER)  # whose certificates name hosts
-LONGEST_DAYS = 825  # about two years: what is stolen ends by itself
+MAX_DAYS = 825  # about two years: what is stolen ends by itself
 _ALWAYS = ("localhost", "127.0.0.1")  # the haptic machine to itself
 _HOST_NAME = re.compile(
     r"(?=.{1,253}$)[A-Za-z0-9_]([A-Za-z0-9_-]{0,62})?(\.[A-Za-z0-9_]([A-Za-z0-9_-]{0,62})?)*"
@@ -201,7 +201,7 @@ def _read(path: Path) -> bytes:
     from rig.identity import certificates
 
     try:
-        return read_bytes(path, certificates.LARGEST_PEM)
+        return read_bytes(path, certificates.MAX_PEM)
     except OSError as error:
         wrong(f"{path}: cannot be read: {error.strerror}")
 

@@ -20,9 +20,9 @@ from protocol.keys import checked_rig
 from realtime.regular_file import read_text
 from rig.exit_status import wrong
 
-LARGEST_BYTES = 100_000
-_MOST_ITEMS = 64
-_LONGEST_TEXT = 400
+MAX_BYTES = 100_000
+_MAX_ITEMS = 64
+_MAX_TEXT = 400
 _WIDEST_BITS = 8
 _T = TypeVar("_T")
 
@@ -76,7 +76,7 @@ class RigFileError(ValueError):
 def load(path: Path) -> RigFile:
     """Read and check a rig file; the files it names are not opened. Raises Stop with every mistake."""
     try:
-        return parse(read_text(path, LARGEST_BYTES), str(path), path.absolute().parent)
+        return parse(read_text(path, MAX_BYTES), str(path), path.absolute().parent)
     except UnicodeDecodeError as error:
         wrong(f"--rig-file {path}: not UTF-8 text (byte {error.start}); save it as UTF-8")
     except OSError as error:
@@ -210,8 +210,8 @@ def _network(words: str) -> str:
 
 
 def _checked(reader: Reader, path: str, value: object, check: Callable[[str], _T]) -> _T | None:
-    if not isinstance(value, str) or len(value) > _LONGEST_TEXT:
-        reader.refuse(path, f"{shown(value)} must be text in quotes, at most {_LONGEST_TEXT} characters")
+    if not isinstance(value, str) or len(value) > _MAX_TEXT:
+        reader.refuse(path, f"{shown(value)} must be text in quotes, at most {_MAX_TEXT} characters")
         return None
     try:
         return check(value)
@@ -228,9 +228,9 @@ def _listed(
         return None
     value = cast(dict[str, object], table)[key]
     items = cast(list[object], value) if isinstance(value, list) else None
-    if items is None or len(items) > _MOST_ITEMS:
+    if items is None or len(items) > _MAX_ITEMS:
         reader.refuse(
-            path, f"{shown(cast(object, value))} must be a list of at most {_MOST_ITEMS} texts in quotes"
+            path, f"{shown(cast(object, value))} must be a list of at most {_MAX_ITEMS} texts in quotes"
         )
         return None
     checked = [_checked(reader, path, item, check) for item in items]

@@ -12,7 +12,7 @@ from typing import cast
 from protocol.access.identity import Identity, as_client, as_listener
 from protocol.access.roles import ROLES
 from protocol.access.router import Crossing, router_access
-from protocol.session import LARGEST_MESSAGE_BYTES, SLOW_READER_US
+from protocol.session import MAX_MESSAGE_BYTES, SLOW_READER_US
 from rig.identity.rig_template import PUBLIC_PORT
 
 _LINE = 110  # columns
@@ -38,7 +38,7 @@ def venue_router(
         "listen/endpoints": [listen],
         **_QUIET,
         **as_listener(identity),
-        "transport/link/rx/max_message_size": LARGEST_MESSAGE_BYTES,
+        "transport/link/rx/max_message_size": MAX_MESSAGE_BYTES,
         "transport/link/tx/queue/congestion_control/block/wait_before_close": SLOW_READER_US,
         "access_control": router_access(rigs, roles, crossing),
     }

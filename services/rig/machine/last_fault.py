@@ -16,7 +16,7 @@ from realtime.regular_file import read_lines
 
 PICTURE = "fault.png"
 _COLUMNS = ("t_ns", "span_s", "z_m", "v_m_per_s", "force_N", "told_z_m", "fault")
-_LARGEST_BYTES = 10_000_000  # the servo's own are some 60 kB
+_MAX_BYTES = 10_000_000  # the servo's own are some 60 kB
 
 
 class TraceError(ValueError):
@@ -56,7 +56,7 @@ def _number(path: Path, line: int, name: str, text: str | None) -> float:
 
 
 def _rows(path: Path) -> list[list[float]]:
-    reader = csv.DictReader(read_lines(path, _LARGEST_BYTES))
+    reader = csv.DictReader(read_lines(path, _MAX_BYTES))
     absent = [name for name in _COLUMNS if name not in (reader.fieldnames or ())]
     if absent:
         raise TraceError(f"{path}: has no column {', '.join(absent)}")

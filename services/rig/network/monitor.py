@@ -13,7 +13,7 @@ from rig.supervision.resolved_options import FarEnd
 _EVERY_S = 1.0
 _SILENT_AFTER_S = 2.0
 _RING = 1024
-_MOST_METERS = 100  # whoever may publish could make up any number
+_MAX_METERS = 100  # whoever may publish could make up any number
 
 
 class Monitor:
@@ -46,7 +46,7 @@ class Monitor:
                 self._meters = {
                     name: entry for name, entry in self._meters.items() if _is_fresh(entry[0], now)
                 }
-                if message.id in self._meters or len(self._meters) < _MOST_METERS:
+                if message.id in self._meters or len(self._meters) < _MAX_METERS:
                     self._meters[message.id] = now, message
             case _:
                 raise TypeError(kind)

@@ -19,7 +19,7 @@ from rig.machine.ports import listens
 from rig.supervision.resolved_options import FarEnd
 
 _ANSWER_WITHIN_S = 2.0
-_LONGEST_REASON = 1000  # names of parameters that there are may be in it
+_MAX_REASON = 1000  # names of parameters that there are may be in it
 
 
 @contextmanager
@@ -57,7 +57,7 @@ def _ask(session: Any, key: str, payload: bytes | None = None) -> list[Any]:
     replies: list[Any] = []
     for reply in session.get(key, payload=payload, timeout=_ANSWER_WITHIN_S):
         if reply.ok is None:
-            wrong(shown(decode(reply.err.payload.to_bytes(), RefusalReply).reason, _LONGEST_REASON))
+            wrong(shown(decode(reply.err.payload.to_bytes(), RefusalReply).reason, _MAX_REASON))
         replies.append(reply.ok)
     if not replies:
         lacking(
@@ -135,7 +135,7 @@ def preset_load(end: FarEnd, name: str, as_json: bool) -> None:
         payload = msgspec.msgpack.encode([1, name])
         reply = decode(_ask(session, end.keys.preset_load, payload)[0].payload.to_bytes(), PresetReply)
     if reply.note:
-        print(f"drumstick: {shown(reply.note, _LONGEST_REASON)}", file=sys.stderr)
+        print(f"drumstick: {shown(reply.note, _MAX_REASON)}", file=sys.stderr)
     _print_set(reply, as_json)
 
 

@@ -24,10 +24,10 @@ if TYPE_CHECKING:
     from drumstick.parameters.scene import Scene
 
 _COLUMNS = {"t_s": (0.0, 86_400.0), "x": (-2.0, 2.0), "y": (-2.0, 2.0), "speed_m_per_s": (0.0, 100.0)}
-_MOST_STRIKES = 1_000_000
-_LARGEST_TABLE = 200_000_000  # bytes
-_LONGEST_RECORDING_S = 3600.0  # that is rendered whole without being asked for: one bad time makes years
-_LONGEST_PICTURE_S = 120.0
+_MAX_STRIKES = 1_000_000
+_MAX_TABLE = 200_000_000  # bytes
+_MAX_RECORDING_S = 3600.0  # that is rendered whole without being asked for: one bad time makes years
+_MAX_PICTURE_S = 120.0
 _ONE_STRIKE_S = 0.05  # when the one strike falls that is played without --strikes
 
 
@@ -69,7 +69,7 @@ def strikes_of(path: Path, scene: "Scene") -> list["Blow"]:
 
     blows: list[Blow] = []
     try:
-        table = csv.DictReader(read_lines(path, _LARGEST_TABLE))
+        table = csv.DictReader(read_lines(path, _MAX_TABLE))
         missing = [name for name in _COLUMNS if name not in (table.fieldnames or [])]
         if missing:
             wrong(f"{path}: not a table of strikes: it needs the columns {', '.join(_COLUMNS)}")
@@ -81,8 +81,8 @@ def strikes_of(path: Path, scene: "Scene") -> list["Blow"]:
                 wrong(f"{place}: t_s goes back: {t_s:.15g} s after {before_s:.15g} s")
             before_s = t_s
             blows.append(blow_at(scene, speed, x, y, t_s))
-            if len(blows) > _MOST_STRIKES:
-                wrong(f"{path}: more than {_MOST_STRIKES} strikes; cut it")
+            if len(blows) > _MAX_STRIKES:
+                wrong(f"{path}: more than {_MAX_STRIKES} strikes; cut it")
     except OSError as error:
         wrong(f"{path}: cannot be read: {error.strerror}")
     except (UnicodeDecodeError, csv.Error) as error:
@@ -94,7 +94,7 @@ def rolled(scene: "Scene", duration_s: float) -> list["Blow"]:
     """Strikes of the scene's own stick, thrown once, on the hand's circle."""
     from drumstick.drum.calibrate import blow_at, stroke_of
     from drumstick.drum.excitation.strikes import Blow
-    from drumstick.stick.contact_ahead import LONGEST_S
+    from drumstick.stick.contact_ahead import MAX_S
     from drumstick.stick.simulate import COLUMNS, simulate
 
     hand = scene.hand
@@ -105,7 +105,7 @@ def rolled(scene: "Scene", duration_s: float) -> list["Blow"]:
         turn = 2.0 * math.pi * t_s / hand.orbit_period_s
         x, y = hand.orbit_radius * math.cos(turn), hand.orbit_radius * math.sin(turn)
         lasts_s = contact["t_out_s"] - t_s
-        if lasts_s > LONGEST_S:  # a press, announced as a lone blow
+        if lasts_s > MAX_S:  # a press, announced as a lone blow
             blows.append(blow_at(scene, -contact["v_in_m_per_s"], x, y, t_s))
         else:
             stroke = stroke_of(scene, -contact["v_in_m_per_s"])
@@ -184,13 +184,13 @@ def _write(
 
 def _check_room(options: RenderOptions) -> None:
     # Before the first byte: a disk that a sound has filled serves nobody.
-    from sound_server.sinks.wavfile import MOST_BYTES, bytes_of
+    from sound_server.sinks.wavfile import MAX_BYTES, bytes_of
 
     size = bytes_of(options.duration_s, options.rate_Hz)
     what = f"{options.out}: {options.duration_s:g} s are {size / 1e9:.3g} GB"
-    if size > MOST_BYTES:
+    if size > MAX_BYTES:
         wrong(
-            f"{what}; a WAV file holds {MOST_BYTES / 1e9:.3g} GB: give a shorter --duration or a lower --rate"
+            f"{what}; a WAV file holds {MAX_BYTES / 1e9:.3g} GB: give a shorter --duration or a lower --rate"
         )
     if options.out.exists() and not options.out.is_file():
         return  # a device such as /dev/null takes no room
@@ -207,13 +207,13 @@ def _check_room(options: RenderOptions) -> None:
 
 def _whole(options: RenderOptions, length_s: float) -> RenderOptions:
     # All of a recording, unless nobody can have meant it.
-    if length_s > _LONGEST_RECORDING_S:
+    if length_s > _MAX_RECORDING_S:
         from sound_server.sinks.wavfile import bytes_of
 
         wrong(
             f"{options.strikes}: from its first strike to its last it lasts {length_s:.4g} s, "
             f"{bytes_of(length_s, options.rate_Hz) / 1e9:.3g} GB of sound: is a time in it wrong? More than "
-            f"{_LONGEST_RECORDING_S:g} s are rendered only when asked for: --duration SECONDS, from its beginning"
+            f"{_MAX_RECORDING_S:g} s are rendered only when asked for: --duration SECONDS, from its beginning"
         )
     return options._replace(duration_s=length_s)
 
@@ -227,10 +227,8 @@ def _check_pictures(options: RenderOptions) -> None:
         if path.suffix not in (".png", ".svg"):
             wrong(f"{option} {path}: give a file that ends in .png or .svg")
         require_matplotlib()
-    if options.spectrogram is not None and options.duration_s > _LONGEST_PICTURE_S:
-        wrong(
-            f"--spectrogram: {options.duration_s:g} s are more than the {_LONGEST_PICTURE_S:g} s that it draws"
-        )
+    if options.spectrogram is not None and options.duration_s > _MAX_PICTURE_S:
+        wrong(f"--spectrogram: {options.duration_s:g} s are more than the {_MAX_PICTURE_S:g} s that it draws")
 
 
 def _draw(

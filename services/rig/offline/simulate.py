@@ -7,8 +7,8 @@ from rig import scene_file
 from rig.exit_status import wrong
 
 DEFAULT_DT_S = 1e-5
-_MOST_CONTACTS = 1_000_000  # half a day of a roll, and half a gigabyte until they are written
-_MOST_STEPS = 1e10  # some ten minutes
+_MAX_CONTACTS = 1_000_000  # half a day of a roll, and half a gigabyte until they are written
+_MAX_STEPS = 1e10  # some ten minutes
 
 
 def simulate(
@@ -33,10 +33,10 @@ def simulate(
             stepper = exact_run.Stepper(method, DEFAULT_DT_S if dt_s is None else dt_s, locates)
         except ValueError as error:
             wrong(f"--dt: {error}")
-        if duration_s / stepper.dt_s > _MOST_STEPS:
+        if duration_s / stepper.dt_s > _MAX_STEPS:
             wrong(
                 f"--duration {duration_s:g} s are {duration_s / stepper.dt_s:.3g} steps of {stepper.dt_s:g} s,"
-                f" more than {_MOST_STEPS:g}: give a shorter --duration or a longer --dt"
+                f" more than {_MAX_STEPS:g}: give a shorter --duration or a longer --dt"
             )
     elif dt_s is not None or not locates:
         steppers = ", ".join(exact_run.METHODS[1:])
@@ -44,7 +44,7 @@ def simulate(
             f"--method exact has no time step and finds every event: --dt and --no-events go with {steppers}"
         )
     try:
-        run = exact_run.simulate(loaded, duration_s, v0_m_per_s, stepper, _MOST_CONTACTS)
+        run = exact_run.simulate(loaded, duration_s, v0_m_per_s, stepper, _MAX_CONTACTS)
     except exact_run.TooLong as error:
         wrong(f"--duration {duration_s:g} s: {error}: give a shorter one")
     curve = curve_of(loaded.strike)[0]

@@ -14,15 +14,15 @@ from rig.recording.record import recorded, words
 from rig.supervision.resolved_options import FarEnd
 
 _log = logging.getLogger("record")
-_MOST_PARTS = 10_000
+_MAX_PARTS = 10_000
 
 
 def _free(out: Path) -> Path:
     # After this service was killed and started again: the recording goes on in a file beside the first one.
-    parts = (out.with_name(f"{out.stem}-{part}{out.suffix}") for part in range(2, _MOST_PARTS))
+    parts = (out.with_name(f"{out.stem}-{part}{out.suffix}") for part in range(2, _MAX_PARTS))
     found = next((path for path in chain([out], parts) if not path.exists()), None)
     if found is None:
-        lacking(f"{out}: {_MOST_PARTS} parts are there already: move them away")
+        lacking(f"{out}: {_MAX_PARTS} parts are there already: move them away")
     return found
 
 

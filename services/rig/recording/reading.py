@@ -22,10 +22,10 @@ from rig.recording.channels import CHANNELS, FORMAT, MESSAGE_ENCODING, Channel, 
 from rig.recording.mcap_writer import METADATA, SCENE_ATTACHMENT
 from rig.recording.times import OLDEST_NS
 
-_LARGEST_RECORD = 64 * 1024 * 1024
-_MOST_MESSAGES = 5_000_000
-_LARGEST_FILE = 8_000_000_000
-_MOST_BYTES = (
+_MAX_RECORD = 64 * 1024 * 1024
+_MAX_MESSAGES = 5_000_000
+_MAX_FILE = 8_000_000_000
+_MAX_BYTES = (
     2_000_000_000  # of messages and scenes, which are all in memory: a chunk of a few kB may hold 64 MB
 )
 _SLACK_NS = 2_000_000_000  # between a recorder's times, whose threads and clocks are several
@@ -78,7 +78,7 @@ class _Exact:
         self.position = 0
 
     def read(self, size: int) -> bytes:
-        if size > _LARGEST_RECORD:
+        if size > _MAX_RECORD:
             raise ValueError(f"a length of {size} bytes")
         found = self._file.read(size)
         if len(found) < size:
@@ -90,7 +90,7 @@ class _Exact:
 def _records(file: IO[bytes], recording: Recording) -> Iterator[McapRecord]:
     # Every whole record, chunks taken apart; says in `torn` why there are no more.
     exact = _Exact(file)
-    reader = StreamReader(exact, emit_chunks=True, record_size_limit=_LARGEST_RECORD)  # pyright: ignore[reportArgumentType]
+    reader = StreamReader(exact, emit_chunks=True, record_size_limit=_MAX_RECORD)  # pyright: ignore[reportArgumentType]
     whole_to, ended = 0, False
     try:
         for record in reader.records:
@@ -109,7 +109,7 @@ def _records(file: IO[bytes], recording: Recording) -> Iterator[McapRecord]:
 
 
 def _within(chunk: Chunk) -> list[McapRecord]:
-    if chunk.uncompressed_size > _LARGEST_RECORD:
+    if chunk.uncompressed_size > _MAX_RECORD:
         raise ValueError(f"a chunk of {chunk.uncompressed_size} bytes")
     if chunk.compression not in ("", "zstd"):
         raise ValueError(f"a chunk compressed by {chunk.compression[:20]}; zstd is read, or none")
@@ -127,7 +127,7 @@ def read(path: Path, wanted: Collection[Channel] = CHANNELS) -> Recording:
     declared: set[int] = set()
     found, counted = 0, 0
     try:
-        with opened(path, _LARGEST_FILE) as file:
+        with opened(path, _MAX_FILE) as file:
             for record in _records(file, recording):
                 if isinstance(record, FileChannel):
                     declared.add(record.id)
@@ -168,8 +168,8 @@ def read(path: Path, wanted: Collection[Channel] = CHANNELS) -> Recording:
 
 
 def _take(recording: Recording, record: FileMessage, channel: Channel, name: str) -> None:
-    if len(recording.events) >= _MOST_MESSAGES:
-        raise RecordingError(f"{recording.path}: more than {_MOST_MESSAGES} messages: cut it")
+    if len(recording.events) >= _MAX_MESSAGES:
+        raise RecordingError(f"{recording.path}: more than {_MAX_MESSAGES} messages: cut it")
     try:
         payload = encode(from_json(channel, record.data))
         _check_times(recording, record)
@@ -196,5 +196,5 @@ def _check_times(recording: Recording, record: FileMessage) -> None:
 
 def _hold(recording: Recording, content: bytes) -> None:
     recording.held += len(content)
-    if recording.held > _MOST_BYTES:
-        raise RecordingError(f"{recording.path}: more than {_MOST_BYTES} bytes of messages: cut it")
+    if recording.held > _MAX_BYTES:
+        raise RecordingError(f"{recording.path}: more than {_MAX_BYTES} bytes of messages: cut it")

@@ -103,9 +103,9 @@ class Recorder:
         self._force = force
         self._wait = wait
         self._say = say
-        self._listening = RecorderSession(end)
+        self._session = RecorderSession(end)
         self._line = TimeLine(wall_minus_monotonic_ns())
-        self._gaps = LostMessages()
+        self._lost = LostMessages()
         self._ended = threading.Event()
         self._boot = 0  # whose clock and scene the file has
         self._heard_boot = 0  # of the newest message; written by the writing thread
@@ -129,22 +129,22 @@ class Recorder:
                 self._attend(stop, writer, begun, duration_s)
             finally:
                 self.result.duration_s = round(time.monotonic() - begun, 3)
-                self._listening.close()
+                self._session.close()
                 self._ended.set()
                 writer.join()
             return self._result(mcap)
         finally:
-            self._listening.close()
+            self._session.close()
 
     def _meet(self, stop: StopRequest) -> bool:
         # Until there is a rig that answers; what it does from now on is queued already. False: stopped before.
-        if not self._listening.open(stop if self._wait else None):
+        if not self._session.open(stop if self._wait else None):
             if self._wait:
                 return False
             raise NoRig(f"no rig answers at {self._endpoint}")
-        self._listening.listen(self._force)
+        self._session.listen(self._force)
         while not stop.is_set():
-            scene, clock = self._listening.scene(), self._listening.clock(self._warn)
+            scene, clock = self._session.scene(), self._session.clock(self._warn)
             if scene is not None and clock is not None:
                 self._scene, self._boot = scene, clock.boot
                 self._line.learn(clock)
@@ -166,7 +166,7 @@ class Recorder:
             if self._force and scene.drum.excitation != "streamed" and not self._wait:
                 raise NoForce(f"the scene {scene.name!r} does not stream its force")
             units = {name: row.quantity.unit for name, row in table_of(scene).items()}
-        self._listening.ask_params()
+        self._session.ask_params()
         facts = _facts(self._keys.rig, self._force, self._line)
         mcap = McapWriter(self._out, facts, lambda name: units.get(name, ""))
         try:
@@ -199,7 +199,7 @@ class Recorder:
                 self._measure()
 
     def _measure(self) -> int | None:
-        clock = self._listening.clock(self._warn)
+        clock = self._session.clock(self._warn)
         if clock is None:
             return None
         self._queue(NewClock(clock, time.monotonic_ns()))
@@ -208,7 +208,7 @@ class Recorder:
     def _follow_boot(self) -> None:
         # The servo started anew, perhaps with another scene. Until it answers, its events have their arrival's time.
         boot = self._measure()
-        scene = self._listening.scene() if boot is not None else None
+        scene = self._session.scene() if boot is not None else None
         if boot is None or scene is None:
             return
         self._boot = boot
@@ -218,9 +218,9 @@ class Recorder:
 
     def _queue(self, item: Item) -> None:
         try:
-            self._listening.items.put_nowait(item)
+            self._session.items.put_nowait(item)
         except queue.Full:
-            self._listening.overrun["clock"] += 1  # it is measured again
+            self._session.overrun["clock"] += 1  # it is measured again
 
     def _warn(self, words: str) -> None:
         # A foreign program that publishes rubbish must not fill the log.
@@ -241,9 +241,9 @@ class Recorder:
         # The oldest item; None when the listening has ended and nothing is left. Ends chunks while there is none.
         while True:
             try:
-                return self._listening.items.get(timeout=0.0 if self._ended.is_set() else _WAKE_S)
+                return self._session.items.get(timeout=0.0 if self._ended.is_set() else _WAKE_S)
             except queue.Empty:
-                if self._ended.is_set() and self._listening.items.empty():
+                if self._ended.is_set() and self._session.items.empty():
                     return None
                 mcap.chunk_if_due(time.monotonic_ns())
 
@@ -279,7 +279,7 @@ class Recorder:
             self.result.unreadable += 1
             self._warn(f"{item.channel.topic} left out: {error}")
             return
-        self._gaps.note(item.channel, message)
+        self._lost.note(item.channel, message)
         self._heard_boot = getattr(message, "boot", self._heard_boot)
 
     def _event_ns(self, message: Message, received_ns: int) -> int:
@@ -291,8 +291,8 @@ class Recorder:
         result = self.result
         result.bytes = mcap.size
         result.messages = dict(sorted(mcap.count.items()))
-        result.lost = dict(self._listening.overrun)
-        result.missing = {topic: n for topic, n in self._gaps.missing.items() if n}
+        result.lost = dict(self._session.overrun)
+        result.missing = {topic: n for topic, n in self._lost.missing.items() if n}
         return result
 
 

@@ -18,7 +18,7 @@ from rig.recording.reading import Event
 PLAYED = (channels.STRIKE, channels.RELEASE, channels.CONTACT, channels.STATE, channels.PARAM)
 _SHORTEST_BREATH_NS = 10_000_000
 # What a servo can count to, and a replay's passes after it; far beyond, a message would hold no such number.
-_MOST_OF_A_PASS, _MOST = 2**40, 2**53
+_MAX_OF_A_PASS, _MOST = 2**40, 2**53
 _RATES_HZ = (1.0, 1e6)
 
 
@@ -59,7 +59,7 @@ def cues_of(events: Iterable[Event], speed: float = 1.0) -> list[Cue]:
             part_ns = event.publish_ns - first_ns
         at_ns = round((event.publish_ns - part_ns - begin_ns) / speed) + part_ns
         cues.append(Cue(at_ns, part_ns, event.channel, event.name, event.payload))
-    if numbers_of(cues).span > _MOST_OF_A_PASS:
+    if numbers_of(cues).span > _MAX_OF_A_PASS:
         raise ValueError("its strikes are numbered as by no servo, with gaps of many millions")
     return sorted(cues, key=lambda cue: cue.at_ns)
 

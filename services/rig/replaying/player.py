@@ -14,7 +14,7 @@ from rig.replaying.lateness import Lateness
 from rig.replaying.osc_out import OscOut
 from rig.replaying.replay_server import ReplayServer
 
-_LONGEST_SLEEP_S = 0.02  # so that a stop is heard
+_MAX_SLEEP_S = 0.02  # so that a stop is heard
 _ALIVE_EVERY_NS = 1_000_000_000
 
 
@@ -68,7 +68,7 @@ class Player:
             left_ns = due_ns - time.monotonic_ns()
             if left_ns <= 0:
                 return True
-            time.sleep(min(left_ns * 1e-9, _LONGEST_SLEEP_S))
+            time.sleep(min(left_ns * 1e-9, _MAX_SLEEP_S))
         self._stopped = True
         return False
 

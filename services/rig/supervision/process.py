@@ -14,7 +14,7 @@ from io import FileIO
 
 _PR_SET_PDEATHSIG = 1
 _LIBC = ctypes.CDLL(None)
-_FIRST_DELAY_S, _LONGEST_DELAY_S = 0.1, 5.0
+_FIRST_DELAY_S, _MAX_DELAY_S = 0.1, 5.0
 _STEADY_AFTER_S = 10.0
 _REAL_FAULTS = (
     2,
@@ -92,7 +92,7 @@ class Service:
     def _wait(self, why: str, now: float) -> None:
         self._say(f"[{self.name}] {why}")
         self._restart_at = now + self._delay_s
-        self._delay_s = min(self._delay_s * 2.0, _LONGEST_DELAY_S)
+        self._delay_s = min(self._delay_s * 2.0, _MAX_DELAY_S)
 
     @property
     def pid(self) -> int | None:

@@ -16,7 +16,7 @@ from rig.exit_status import GIVEN, LACKING, Stop
 from rig.supervision.scene_files import SceneFiles
 
 CONFIGURED = "scene.configured"  # hash of the scene that was laid out because the options name it
-_LARGEST_BYTES = 500_000_000  # a recorded gesture, as JSON beside its scene
+_MAX_BYTES = 500_000_000  # a recorded gesture, as JSON beside its scene
 BEFORE = "scene.before"  # the scene to go back to, until the one that somebody asked for has played
 
 Say = Callable[[str], None]
@@ -28,7 +28,7 @@ def _lying(run: Path) -> SceneFiles | None:
     from haptic_server import files
 
     try:
-        text = read_text(run / files.SCENE, scene_file.LARGEST_SCENE_BYTES)
+        text = read_text(run / files.SCENE, scene_file.MAX_SCENE_BYTES)
         name = parse(text, files.SCENE).name
     except (OSError, UnicodeDecodeError, SceneError):
         return None
@@ -42,7 +42,7 @@ def _mark(scene: SceneFiles) -> str:
 def _read(path: Path) -> str:
     # What cannot be read is as good as not there.
     try:
-        return read_text(path, _LARGEST_BYTES)
+        return read_text(path, _MAX_BYTES)
     except (OSError, UnicodeDecodeError):
         return ""
 

@@ -13,7 +13,7 @@ from protocol.messages import Meter, State, decode
 from protocol.session import client_config, open_client
 from rig.machine.ports import listens
 
-_MOST_METERS = 100  # sound servers, each start of one too
+_MAX_METERS = 100  # sound servers, each start of one too
 
 
 class Watch:
@@ -52,7 +52,7 @@ class Watch:
 
     def _take(self, message: State | Meter) -> None:
         if isinstance(message, Meter):
-            if message.id not in self._meters and len(self._meters) >= _MOST_METERS:
+            if message.id not in self._meters and len(self._meters) >= _MAX_METERS:
                 del self._meters[next(iter(self._meters))]
             self._meters[message.id] = message
             self._heard_meter_at = time.monotonic()

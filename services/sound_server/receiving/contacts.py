@@ -20,13 +20,13 @@ from protocol.rate_limited_log import RateLimitedLog
 from sound_server.receiving.strikes import MAX_N, TOO_LATE_NS, Once
 
 _PIECES = 3
-_LEAST_S = 0.001  # beside a block: from a piece's arrival to its sound, so that the next one comes in time
+_MIN_S = 0.001  # beside a block: from a piece's arrival to its sound, so that the next one comes in time
 _IMPLAUSIBLE_NS = 200_000_000
 _PLACES = 256
 # What a drum stick can do, generously; beyond it the float32 mesh would overflow.
-_MOST_SAMPLES = 512
+_MAX_SAMPLES = 512
 _RATES_HZ = (100.0, 48000.0)
-_MOST_TICKS = 2**53
+_MAX_TICKS = 2**53
 
 
 class ContactScheduler:
@@ -109,7 +109,7 @@ class ContactScheduler:
     def _start(self, contact: Contact, feed: Feed, period_ns: float, now_ns: int) -> int | None:
         # Our time at which its first tick begins to sound; None for too late.
         delay_ns = round(self.delay_s * 1e9)
-        soonest_ns = now_ns + round((feed.block_s + _LEAST_S) * 1e9)
+        soonest_ns = now_ns + round((feed.block_s + _MIN_S) * 1e9)
         clock = self.clock
         if contact.t_ns is not None and clock is not None and clock.boot == contact.boot:
             due_ns = clock.ours(contact.t_ns) + delay_ns
@@ -151,12 +151,12 @@ def checked_forces(contact: Contact) -> Forces:
     if not low <= contact.rate_Hz <= high:
         raise ValueError(f"rate of {contact.rate_Hz:g} Hz is outside {low:g} .. {high:g} Hz")
     count = len(contact.forces) // 4
-    if len(contact.forces) % 4 or not 1 <= count <= _MOST_SAMPLES:
+    if len(contact.forces) % 4 or not 1 <= count <= _MAX_SAMPLES:
         raise ValueError(
-            f"{len(contact.forces)} bytes of forces: give 1 .. {_MOST_SAMPLES} float32, 4 bytes each"
+            f"{len(contact.forces)} bytes of forces: give 1 .. {_MAX_SAMPLES} float32, 4 bytes each"
         )
     for name, number in (("tick", contact.first_tick), ("boot", contact.boot), ("time", contact.t_ns or 0)):
-        if not 0 <= number < (_MOST_TICKS if name == "tick" else 2**63):
+        if not 0 <= number < (_MAX_TICKS if name == "tick" else 2**63):
             raise ValueError(f"{name} {number} is outside what a servo counts")
     if not (abs(contact.x or 0.0) <= 1e3 and abs(contact.y or 0.0) <= 1e3):
         raise ValueError(f"position {contact.x}, {contact.y} is nowhere near the head")

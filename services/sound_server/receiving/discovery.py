@@ -9,7 +9,7 @@ import zenoh
 from protocol.pattern import alive_key, presence_of
 
 _RING = 1024
-_MOST_HEARD = 1000  # names; anybody who may declare tokens could make up any number
+_MAX_HEARD = 1000  # names; anybody who may declare tokens could make up any number
 LET_GO_S = 10.0
 
 
@@ -27,7 +27,7 @@ class Presences:
         if presence is None or presence.service != "haptic":
             return
         if here:
-            if presence.rig in self._servers or len(self._servers) < _MOST_HEARD:
+            if presence.rig in self._servers or len(self._servers) < _MAX_HEARD:
                 self._servers[presence.rig].add(presence.instance)
                 self._gone_at.pop(presence.rig, None)
             return

@@ -20,8 +20,8 @@ _IMPLAUSIBLE_NS = 500_000_000
 _REMEMBERED = 4096
 # What a drum stick can do, generously; beyond it the float32 mesh would overflow.
 MAX_N = 1e4
-_LONGEST_S = 1.0
-_MOST_STROKE_M_PER_S = 1e3  # only a mallet's push grows with it
+_MAX_S = 1.0
+_MAX_STROKE_M_PER_S = 1e3  # only a mallet's push grows with it
 
 
 class Once:
@@ -131,9 +131,9 @@ def check(strike: Strike) -> None:
     """ValueError, worded, for a strike that no stick can make."""
     if not 0.0 <= strike.peak_estimate_N <= MAX_N:
         raise ValueError(f"peak force {strike.peak_estimate_N:g} N is outside 0 .. {MAX_N:g} N")
-    if not 0.0 <= strike.contact_estimate_s <= _LONGEST_S:
-        raise ValueError(f"contact of {strike.contact_estimate_s:g} s is outside 0 .. {_LONGEST_S:g} s")
-    if not abs(strike.impulse_N_s) <= MAX_N * _LONGEST_S:
+    if not 0.0 <= strike.contact_estimate_s <= _MAX_S:
+        raise ValueError(f"contact of {strike.contact_estimate_s:g} s is outside 0 .. {_MAX_S:g} s")
+    if not abs(strike.impulse_N_s) <= MAX_N * _MAX_S:
         raise ValueError(f"an impulse of {strike.impulse_N_s:g} N s is no stick's")
     if not (abs(strike.x) <= 1e3 and abs(strike.y) <= 1e3):
         raise ValueError(f"position {strike.x:g}, {strike.y:g} is nowhere near the head")
@@ -144,6 +144,6 @@ def stroke_of(strike: Strike, scene: Scene | None) -> float:
     if scene is None or scene.mallet is None:
         return 0.0
     speed = scene.strike.stroke_at(strike.level, strike.z_speed_m_per_s)
-    if not abs(speed) <= _MOST_STROKE_M_PER_S:
-        raise ValueError(f"a mallet at {speed:g} m/s is faster than {_MOST_STROKE_M_PER_S:g} m/s")
+    if not abs(speed) <= _MAX_STROKE_M_PER_S:
+        raise ValueError(f"a mallet at {speed:g} m/s is faster than {_MAX_STROKE_M_PER_S:g} m/s")
     return speed

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import zenoh
 
-_MOST_WAITING = 256
+_MAX_WAITING = 256
 
 
 class Subscription:
@@ -35,7 +35,7 @@ class Subscription:
 
     def _enqueue(self, sample: zenoh.Sample) -> None:
         # On zenoh's own thread, which must not wait.
-        if self._waiting.qsize() < _MOST_WAITING:
+        if self._waiting.qsize() < _MAX_WAITING:
             self._waiting.put((sample.payload.to_bytes(), time.monotonic_ns()))
 
     def _read(self) -> None:

@@ -74,7 +74,7 @@ class DeviceSink:
 
     @property
     def blocks(self) -> npt.NDArray[np.int64]:
-        """The newest blocks, as timed.noted tells of them."""
+        """The newest blocks, as load_meter.noted returns them."""
         return noted(self._counters)
 
     @property

@@ -15,7 +15,7 @@ from sound_server.sinks.paced import PacedSink
 from sound_server.sinks.selection import AUTO, labels
 from sound_server.sinks.sink import SinkError
 
-_FIRST_POLL_S, _LONGEST_POLL_S = 1.0, 10.0
+_FIRST_POLL_S, _MAX_POLL_S = 1.0, 10.0
 _HANGS_S = 20.0
 
 
@@ -52,7 +52,7 @@ class DeviceWatch:
                 logging.info("%s is there", _called(self._name))
                 self.found = True
                 self._stop.ask()
-            pause_s = min(2.0 * pause_s, _LONGEST_POLL_S)
+            pause_s = min(2.0 * pause_s, _MAX_POLL_S)
 
 
 def placeholder_sink(name: str, why: Exception, rate_Hz: int, block: int) -> PacedSink:

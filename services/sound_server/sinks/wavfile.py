@@ -13,8 +13,8 @@ import numpy.typing as npt
 
 from realtime.regular_file import created
 
-LONGEST_S = 600.0
-MOST_BYTES = 2**32 - 1 - 36  # of sound: the header holds its length, with its own, in 32 bits
+MAX_S = 600.0
+MAX_BYTES = 2**32 - 1 - 36  # of sound: the header holds its length, with its own, in 32 bits
 _CHANNELS = 2
 _FRAME_BYTES = 2 * _CHANNELS
 
@@ -35,10 +35,10 @@ def bytes_of(duration_s: float, rate_Hz: int) -> float:
 class WavFile:
     """16-bit stereo. OSError when `path` cannot be written. One thread records; `close` comes after its end."""
 
-    def __init__(self, path: Path, rate_Hz: int, longest_s: float = LONGEST_S) -> None:
+    def __init__(self, path: Path, rate_Hz: int, longest_s: float = MAX_S) -> None:
         self._path = path
         self._rate_Hz = rate_Hz
-        self._room = min(round(longest_s * rate_Hz), MOST_BYTES // _FRAME_BYTES)
+        self._room = min(round(longest_s * rate_Hz), MAX_BYTES // _FRAME_BYTES)
         self._bytes = 0
         self._fd: int | None = created(path)
         try:

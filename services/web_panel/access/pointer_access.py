@@ -17,8 +17,8 @@ from protocol.messages import Pointer
 from web_panel.access.message_rate_limit import MessageRateLimit
 
 PATH = "/pointer"
-_MOST_PADS = 16
-_LEAST_APART_S = 0.004  # four times what a page sends; what comes oftener is passed over
+_MAX_PADS = 16
+_MIN_APART_S = 0.004  # four times what a page sends; what comes oftener is passed over
 _MAX_FRAME = 200
 
 
@@ -52,7 +52,7 @@ class Pad:
 
     def pointer(self, frame: Frame, now: float) -> Pointer | None:
         """A frame that presses or lets go always counts; others at most so often."""
-        if frame.held == self._held and (not frame.held or now - self._sent_at < _LEAST_APART_S):
+        if frame.held == self._held and (not frame.held or now - self._sent_at < _MIN_APART_S):
             return None
         self._held, self._sent_at = frame.held, now
         self._seq += 1
@@ -68,7 +68,7 @@ class PointerAccess:
 
     async def serve(self, connection: websocket_server.ServerConnection) -> None:
         """One pad, from its first frame to its end."""
-        if self._pads >= _MOST_PADS:
+        if self._pads >= _MAX_PADS:
             await connection.close(1013, "too many pads are open")
             return
         pad, pace = Pad(), MessageRateLimit(time.monotonic())

@@ -49,7 +49,7 @@ class _Wire:
         self._connection = connection
         self._messages = messages
         self._greeted = False
-        self._pace = MessageRateLimit(time.monotonic())
+        self._rate_limit = MessageRateLimit(time.monotonic())
 
     @property
     def subprotocol(self) -> str | None:
@@ -61,7 +61,7 @@ class _Wire:
             return CAMERA_AT_FIRST
         while True:
             frame = await self._connection.recv()
-            if not self._pace.allows(time.monotonic()):
+            if not self._rate_limit.allows(time.monotonic()):
                 await self._connection.close(1008, "too many messages")
             elif isinstance(frame, bytes) and self._messages.admits(frame):
                 return frame

@@ -8,7 +8,7 @@ from pathlib import Path
 from realtime.regular_file import read_text
 
 _SHAPE = re.compile(r"[A-Za-z0-9_-]{32,128}")
-_MOST_BYTES = 200
+_MAX_BYTES = 200
 
 
 class TokenFileError(Exception):
@@ -47,7 +47,7 @@ def _read(path: Path) -> str:
         raise TokenFileError(
             f"token file {path} can be read by others: chmod 600 it, or delete it for a new token"
         )
-    token = read_text(path, _MOST_BYTES).strip()
+    token = read_text(path, _MAX_BYTES).strip()
     if not _SHAPE.fullmatch(token):
         raise TokenFileError(f"token file {path} holds no token: delete it, and the panel makes a new one")
     return token

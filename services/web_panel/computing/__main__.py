@@ -18,7 +18,8 @@ _NICENESS = (
 
 
 def answer(question: Question) -> Answer:
-    """Blocks: 5 to 40 ms for Foresee, about a second for the others, the first time for as long as kernels compile."""
+    """Blocks: 5 to 40 ms for PredictRoll, about a second for the others, the first time for as long as kernels
+    compile."""
     try:
         scene = from_tables(question.scene)
         if isinstance(question, PredictRoll):

@@ -7,7 +7,7 @@ import msgspec
 
 class PredictRoll(msgspec.Struct, frozen=True, tag="predict_roll"):
     """A scene as tables, the values that would hold (wire names, SI), and what device and scene allow; {}: the scene's
-    own guard. Answered by Foreseen."""
+    own guard. Answered by PredictedRoll."""
 
     scene: dict[str, Any]
     values: dict[str, float]

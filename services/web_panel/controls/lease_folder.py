@@ -7,7 +7,7 @@ from web_panel.access.lease_access import LeaseAccess
 from web_panel.access.viser_access import control_id
 from web_panel.page import markup
 
-_LONGEST_NAME = 40
+_MAX_NAME = 40
 _WORDS = (
     "While tuning is locked to you, changes from anywhere else are refused: other browsers, OSC, commands. "
     "PANIC works for everybody. The lock ends when you unlock it or close this page."
@@ -15,7 +15,7 @@ _WORDS = (
 
 
 def _is_name(value: object) -> bool:
-    return is_short_text(value, _LONGEST_NAME)
+    return is_short_text(value, _MAX_NAME)
 
 
 class LeaseFolder:

@@ -15,8 +15,8 @@ from web_panel.page.wording import chosen_elsewhere
 from web_panel.rig.answer import Answer
 from web_panel.rig.rig_state import RigState
 
-_MOST_SHOWN = 40  # buttons; the command shows the rest
-_LONGEST_NAME = 60
+_MAX_SHOWN = 40  # buttons; the command shows the rest
+_MAX_NAME = 60
 
 
 class PresetActions(NamedTuple):
@@ -27,7 +27,7 @@ class PresetActions(NamedTuple):
 
 
 def _is_name(value: object) -> bool:
-    return is_short_text(value, _LONGEST_NAME)
+    return is_short_text(value, _MAX_NAME)
 
 
 class PresetPanel:
@@ -86,7 +86,7 @@ class PresetPanel:
             self._words.content = markup.line(words, "preset", alarm)
         if rig_state.presets != self._listed:
             self._listed = rig_state.presets
-            self._show_names(rig_state.presets[:_MOST_SHOWN])
+            self._show_names(rig_state.presets[:_MAX_SHOWN])
         self._loading.disabled = self._chosen not in self._listed
 
     def _show_names(self, names: tuple[str, ...]) -> None:

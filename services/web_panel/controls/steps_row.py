@@ -17,7 +17,7 @@ _UNDO, _REDO = "Undo", "Redo"
 _STORE = "Store in "
 _STEPS = (_UNDO, _REDO)
 _SETS = (*SLOTS, *(_STORE + slot for slot in SLOTS))
-_MOST_NAMED = 3
+_MAX_NAMED = 3
 
 
 def step_words(
@@ -27,7 +27,7 @@ def step_words(
     changed = [name for name in values if name in table and standing.get(name, values[name]) != values[name]]
     shown = [
         f"{_symbol(table[n])} {measured(standing[n], '1')} → {measured(values[n], table[n].quantity.unit)}"
-        for n in changed[:_MOST_NAMED]
+        for n in changed[:_MAX_NAMED]
     ]
     more = len(changed) - len(shown)
     return (", ".join(shown) + (f" and {more} more" if more else "")) or "changes nothing that holds"

@@ -31,7 +31,7 @@ _log = logging.getLogger("panel")
 _M = TypeVar("_M", bound=Message)
 _READBACKS_AGAIN_S = 0.5
 _QUIET_S = 10.0
-_MOST_PRESENT = 1000  # tokens; anybody who may declare them could make up any number
+_MAX_PRESENT = 1000  # tokens; anybody who may declare them could make up any number
 # Rings: a full queue of one subscription would stop every other one of the session.
 _DEPTH = 256
 
@@ -133,7 +133,7 @@ class Listener:
                 name = shown(f"{service}/{instance}")
                 if not here:
                     names.discard(name)
-                elif len(names) < _MOST_PRESENT:
+                elif len(names) < _MAX_PRESENT:
                     names.add(name)
 
     def _take_news(self, _: str, news: PresetNews) -> None:

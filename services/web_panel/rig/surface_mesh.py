@@ -14,7 +14,7 @@ from protocol.messages import Membrane
 Corners = npt.NDArray[np.float32]
 Faces = npt.NDArray[np.uint32]
 
-_MOST_CORNERS = 4096  # a sound server of ours sends 769
+_MAX_CORNERS = 4096  # a sound server of ours sends 769
 _TALLEST = 0.3  # radii, of the picture
 _TALL_SHARE = (
     95.0  # per cent of the head are lower: where the stick pushes, a point stands out for an instant
@@ -27,7 +27,7 @@ _HIGHEST_M = 10.0
 def heights_of(surface: Membrane) -> npt.NDArray[np.float64]:
     """Heights in m, shape (1 + rings * spokes,). ValueError where the message does not hold as many."""
     count = 1 + surface.rings * surface.spokes
-    if not (surface.rings >= 1 and surface.spokes >= 3 and count <= _MOST_CORNERS):
+    if not (surface.rings >= 1 and surface.spokes >= 3 and count <= _MAX_CORNERS):
         raise ValueError(f"a surface of {surface.rings} rings with {surface.spokes} spokes cannot be shown")
     if len(surface.heights) != 2 * count:
         raise ValueError(f"{len(surface.heights)} bytes of heights are not {count} heights")

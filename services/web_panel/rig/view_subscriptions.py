@@ -26,7 +26,7 @@ STRIKES, RELEASES, DOCTOR = "strikes", "releases", "doctor"
 MEMBRANE, SPECTRUM, COST = "membrane", "spectrum", "cost"
 _DOCTOR_EVERY_S = 2.0
 _DEPTH = 64
-_MOST_COSTS = 8
+_MAX_COSTS = 8
 
 Read = Callable[[zenoh.Sample, type[Any], Callable[[str, Any], None]], bool]
 
@@ -47,7 +47,7 @@ class ViewSubscriptions:
             SPECTRUM: (keys.spectrum, Spectrum, self._note(SPECTRUM, levels_of)),
             COST: (keys.cost, Cost, lambda _, cost: self._note_cost(cost)),
         }
-        self._published_at: dict[str, float] = {}  # by the sound server
+        self._received_at: dict[str, float] = {}  # by the sound server
         self._now = 0.0
         self._subscribers: dict[str, zenoh.Subscriber[Any]] = {}
         self._doctor_wanted = False
@@ -60,17 +60,17 @@ class ViewSubscriptions:
             read(message)
             if message.id == min(self._rig_state.meters, default=message.id):
                 setattr(self._rig_state, name, message)
-                self._published_at[name] = self._now
+                self._received_at[name] = self._now
 
         return note
 
     def _note_cost(self, cost: Cost) -> None:
         costs = self._rig_state.costs
         if cost.id == min(self._rig_state.meters, default=cost.id) and (
-            cost.accuracy in costs or len(costs) < _MOST_COSTS
+            cost.accuracy in costs or len(costs) < _MAX_COSTS
         ):
             costs[cost.accuracy] = cost
-            self._published_at[COST] = self._now
+            self._received_at[COST] = self._now
 
     def want(self, wanted: frozenset[str]) -> None:
         """Subscribe to what is looked at now, and to nothing else."""
@@ -85,7 +85,7 @@ class ViewSubscriptions:
                 self._forget(name)
 
     def _forget(self, name: str) -> None:
-        self._published_at.pop(name, None)
+        self._received_at.pop(name, None)
         if name in (MEMBRANE, SPECTRUM):
             setattr(self._rig_state, name, None)
         elif name == COST:
@@ -100,7 +100,7 @@ class ViewSubscriptions:
             _, kind, note = self._sources[name]
             while (sample := subscriber.try_recv()) is not None:
                 self._read(sample, kind, note)
-        for gone in [name for name, at in self._published_at.items() if now - at > METER_LIFE_S]:
+        for gone in [name for name, at in self._received_at.items() if now - at > METER_LIFE_S]:
             self._forget(gone)
         self._follow_doctor(now)
 

@@ -20,7 +20,7 @@ _WRITE_EVERY_S = 0.5
 class Changes:
     """`set_` and `load_preset` ask the haptic server and wait; `lease_of` gives a browser's lease, "" without.
 
-    `foresee` is given the whole set that each request would make, and must not block. `kept`: where undo, A and B
+    `predict_roll` is given the whole set that each request would make, and must not block. `kept`: where undo, A and B
     outlive the panel.
     """
 
@@ -29,13 +29,13 @@ class Changes:
         set_: Callable[[SetRequest], Answer],
         load_preset: Callable[[str, str], Answer],
         lease_of: Callable[[int | None], str],
-        foresee: Callable[[dict[str, float]], None],
+        predict_roll: Callable[[dict[str, float]], None],
         kept: UndoFile,
     ) -> None:
         self._queue = SetQueue(set_)
         self._load_preset = load_preset
         self._lease_of = lease_of
-        self._predict_roll = foresee
+        self._predict_roll = predict_roll
         self._standing: dict[str, float] = {}  # replaced, never written: viser's threads read it
         self.history = History()
         self.compare = Compare()

@@ -8,7 +8,7 @@ of its own: undo leads back to it and not past it.
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-MOST_STEPS = 100
+MAX_STEPS = 100
 _SAME_GESTURE_S = 1.0
 
 
@@ -51,7 +51,7 @@ class History:
             return
         if any(before[name] != after[name] for name in names):
             step = Step({name: before[name] for name in names}, {name: after[name] for name in names})
-            self.back = [*self.back[-MOST_STEPS + 1 :], step]
+            self.back = [*self.back[-MAX_STEPS + 1 :], step]
             self._passed = {*step.before.values(), *step.after.values()}
             self.forth.clear()
 

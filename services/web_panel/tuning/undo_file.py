@@ -13,9 +13,9 @@ from typing import cast
 from drumstick.parameters.scene import Scene
 from realtime.regular_file import read_text, write_text
 from web_panel.tuning.compare import SLOTS, Compare
-from web_panel.tuning.undo import MOST_STEPS, History, Step
+from web_panel.tuning.undo import MAX_STEPS, History, Step
 
-_MOST_BYTES = 1_000_000
+_MAX_BYTES = 1_000_000
 _log = logging.getLogger("panel")
 
 
@@ -62,7 +62,7 @@ def _mark(scene: Scene) -> str:
 
 
 def _read(path: Path, scene: Scene) -> tuple[History, Compare]:
-    found = _object(json.loads(read_text(path, _MOST_BYTES)))
+    found = _object(json.loads(read_text(path, _MAX_BYTES)))
     if found.get("scene") != _mark(scene):
         return History(), Compare()
     slots = {slot: _values(values) for slot, values in _object(found.get("slots")).items() if slot in SLOTS}
@@ -94,7 +94,7 @@ def _step(found: object) -> Step:
 
 
 def _steps(found: object) -> list[Step]:
-    return [_step(each) for each in _list(found, MOST_STEPS)]
+    return [_step(each) for each in _list(found, MAX_STEPS)]
 
 
 def _list(found: object, most: int) -> list[object]:

@@ -15,7 +15,7 @@ from web_panel.views.plot_data import Numbers, Pair
 from web_panel.views.plot_style import BLUE, GREY, axis, plot
 
 _PERIOD_S = 0.5
-_MOST_BINS = 4096
+_MAX_BINS = 4096
 _FILL = "rgba(56,163,224,.25)"
 
 
@@ -28,7 +28,7 @@ def lateness_of(doctor: Mapping[str, Any] | None) -> Pair | None:
     bin_us, ticks = given.get("bin_us"), given.get("ticks")
     if not isinstance(bin_us, int | float) or not isinstance(ticks, list):
         return None
-    counts = cast(list[object], ticks)[:_MOST_BINS]
+    counts = cast(list[object], ticks)[:_MAX_BINS]
     if len(counts) < 2 or not all(isinstance(count, int) and count >= 0 for count in counts):
         return None
     found = np.array(counts, np.float64)

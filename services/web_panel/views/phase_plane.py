@@ -13,7 +13,7 @@ from web_panel.views.theory_client import TheoryClient
 _PERIOD_S = 0.2
 _SPAN_S = 3.0
 _NONE = (np.empty(0), np.empty(0))
-_LEAST_M_PER_S = 0.1
+_MIN_M_PER_S = 0.1
 
 
 class PhasePlaneView:
@@ -51,7 +51,7 @@ class PhasePlaneView:
         rising, falling = (_NONE, _NONE) if theory is None else (theory.rising, theory.falling)
         self._missing.say("" if theory is None else theory.missing)
         speeds = (rising[1], falling[1], played[1])
-        ends = -top_of(largest([-v for v in speeds]), _LEAST_M_PER_S), top_of(largest(speeds), _LEAST_M_PER_S)
+        ends = -top_of(largest([-v for v in speeds]), _MIN_M_PER_S), top_of(largest(speeds), _MIN_M_PER_S)
         if ends != self._ends:
             self._ends = ends
             self._plot.scales = self._scales()

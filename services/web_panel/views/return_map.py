@@ -11,7 +11,7 @@ from web_panel.views.plot_style import AMBER, BLUE, GREEN, GREY, Missing, axis, 
 from web_panel.views.theory_client import TheoryClient
 
 _PERIOD_S = 0.25
-_LEAST_M_PER_S = 0.1
+_MIN_M_PER_S = 0.1
 _NONE = (np.empty(0), np.empty(0))
 
 
@@ -48,7 +48,7 @@ class ReturnMapView:
         theory = self._theorist.theory(rig_state)
         predicted, fixed = (_NONE, _NONE) if theory is None else (theory.mapped, theory.stable)
         self._missing.say("" if theory is None else theory.missing)
-        top = top_of(largest((predicted[0], predicted[1], played[0], played[1])), _LEAST_M_PER_S)
+        top = top_of(largest((predicted[0], predicted[1], played[0], played[1])), _MIN_M_PER_S)
         if top != self._top:
             self._top = top
             self._plot.scales = self._scales()

@@ -23,13 +23,13 @@ from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.parameters.scene import Scene
 from realtime.kernels.cache_files import read_beside, write_beside
 
-_MOST_DIVISOR = 12
+_MAX_DIVISOR = 12
 _NAMES = {2: "standard", 4: "fine"}  # what a scene calls the order of the scheme
 _FRAMES, _WINDOWS, _BLOCK = 1200, 9, 128
 _BLOW_N, _BLOW_S, _BLOW_M_PER_S = 5.0, 0.005, 1.0
 _AS_TRUE_CENTS = 0.05  # a hundredth of what the best ear tells from another pitch
 _FILE = "speeds.json"
-_MOST_BYTES = 10_000_000
+_MAX_BYTES = 10_000_000
 
 
 class Line(NamedTuple):
@@ -88,7 +88,7 @@ def _words(scene: Scene, chosen: _Candidate, share: float, fits: bool) -> str:
 def _candidates(scene: Scene, rate_Hz: int) -> list[_Candidate]:
     # Every order and rate, once each: rates that would leave too few junctions across come out as higher ones.
     found: dict[tuple[int, int], _Candidate] = {}
-    for divisor in range(1, _MOST_DIVISOR + 1):
+    for divisor in range(1, _MAX_DIVISOR + 1):
         for name in _NAMES.values():
             mesh = dataclasses.replace(
                 scene.mesh,
@@ -99,9 +99,9 @@ def _candidates(scene: Scene, rate_Hz: int) -> list[_Candidate]:
             )
             tried = dataclasses.replace(scene, mesh=mesh)
             order, real = tiers.order_of(tried), tiers.divisor_for(tried, rate_Hz)
-            estimated = estimate.of(name, tried, rate_Hz)
+            stored = estimate.of(name, tried, rate_Hz)
             found.setdefault(
-                (order, real), _Candidate(order, tried, estimated.updates_per_s / rate_Hz, estimated.cents)
+                (order, real), _Candidate(order, tried, stored.updates_per_s / rate_Hz, stored.cents)
             )
     return list(found.values())
 
@@ -188,8 +188,8 @@ def _key(scene: Scene, rate_Hz: int, order: int) -> str:
 
 def _read() -> dict[str, Line]:
     try:
-        estimated = json.loads(read_beside(__name__, _FILE, _MOST_BYTES))
-        lines = {str(key): Line(float(fixed), float(update)) for key, (fixed, update) in estimated.items()}
+        stored = json.loads(read_beside(__name__, _FILE, _MAX_BYTES))
+        lines = {str(key): Line(float(fixed), float(update)) for key, (fixed, update) in stored.items()}
         return {
             key: line for key, line in lines.items() if all(map(math.isfinite, line)) and line.update_ns > 0.0
         }

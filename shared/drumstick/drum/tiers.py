@@ -8,8 +8,8 @@ from drumstick.parameters.scene import Scene
 
 _DIVISOR = {"draft": 4, "standard": 3, "fine": 2}
 MIN_ACROSS = 24.0  # below this the pitch of the higher modes is off by more than 8 cents
-_FEWEST_BY_HAND = 8.0  # below this a head is none
-_LARGEST_DIVISOR = 12
+_MIN_BY_HAND = 8.0  # below this a head is none
+_MAX_DIVISOR = 12
 # Junction updates that a core does in a second: 0.13 to 0.18 ns each were measured (docs/mesh.md).
 _UPDATES_PER_S = 6e9
 # Effects that the second sweep of the fourth order does not know.
@@ -51,14 +51,14 @@ def divisor_for(scene: Scene, rate_Hz: int) -> int:
     divisor = _DIVISOR[scene.mesh.accuracy]
     fewest = MIN_ACROSS
     if scene.mesh.rate_Hz > 0.0:
-        divisor = min(max(round(rate_Hz / scene.mesh.rate_Hz), 1), _LARGEST_DIVISOR)
-        fewest = _FEWEST_BY_HAND
+        divisor = min(max(round(rate_Hz / scene.mesh.rate_Hz), 1), _MAX_DIVISOR)
+        fewest = _MIN_BY_HAND
     if scene.mesh.junctions_across > 0.0:
-        divisor = divisor if scene.mesh.rate_Hz > 0.0 else _LARGEST_DIVISOR
+        divisor = divisor if scene.mesh.rate_Hz > 0.0 else _MAX_DIVISOR
         fewest = scene.mesh.junctions_across
     most = scene.mesh.cpu_budget * _UPDATES_PER_S
     while divisor > 1 and across_of(scene, rate_Hz / divisor) < fewest:
         divisor -= 1
-    while divisor < _LARGEST_DIVISOR and updates_per_s(scene, rate_Hz, divisor) > most:
+    while divisor < _MAX_DIVISOR and updates_per_s(scene, rate_Hz, divisor) > most:
         divisor += 1
     return divisor

@@ -8,19 +8,19 @@ from typing import Any, cast
 from drumstick.parameters.declare import Quantity, quantities
 from drumstick.parameters.line_numbers import lines_of
 
-LARGEST_TEXT = 200_000  # characters; scenes have some thousand
-_MOST_DOTS = 200  # in one line: Python's reader of TOML needs their square in time for a key a.b.c...
+MAX_TEXT = 200_000  # characters; scenes have some thousand
+_MAX_DOTS = 200  # in one line: Python's reader of TOML needs their square in time for a key a.b.c...
 _SHOWN_PATH = 120
 _SHOWN = 60  # characters of a value in a message
 
 
 def tables_of(text: str) -> dict[str, Any]:
     """The tables of a TOML text, whoever wrote it, in bounded time. Raises ValueError, worded."""
-    if len(text) > LARGEST_TEXT:
-        raise ValueError(f"it has {len(text)} characters, more than {LARGEST_TEXT}")
+    if len(text) > MAX_TEXT:
+        raise ValueError(f"it has {len(text)} characters, more than {MAX_TEXT}")
     for number, line in enumerate(text.split("\n"), 1):
-        if line.count(".") > _MOST_DOTS:
-            raise ValueError(f"line {number} has more than {_MOST_DOTS} dots")
+        if line.count(".") > _MAX_DOTS:
+            raise ValueError(f"line {number} has more than {_MAX_DOTS} dots")
     try:
         return tomllib.loads(text)
     except RecursionError:

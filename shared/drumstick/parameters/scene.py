@@ -30,7 +30,7 @@ from drumstick.stick.effects import registry
 # In the order in which they are summed.
 EFFECTS: dict[str, type] = {name: module.TABLE for name, module in registry.EFFECTS.items()}
 
-_LONGEST_LINE = 400
+_MAX_LINE = 400
 _TABLES: dict[str, type] = {
     "stick": Stick,
     "drum": Drum,
@@ -125,9 +125,9 @@ def _check_gesture(reader: Reader, hand: Hand, device: Device) -> None:
 
 
 def _line(reader: Reader, key: str, value: object, fewest: int) -> str:
-    if isinstance(value, str) and fewest <= len(value) <= _LONGEST_LINE and value.isprintable():
+    if isinstance(value, str) and fewest <= len(value) <= _MAX_LINE and value.isprintable():
         return value
-    reader.refuse(key, f"{shown(value)} must be one line of text, {fewest} to {_LONGEST_LINE} characters")
+    reader.refuse(key, f"{shown(value)} must be one line of text, {fewest} to {_MAX_LINE} characters")
     return ""
 
 

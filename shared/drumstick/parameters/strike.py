@@ -8,7 +8,7 @@ from drumstick.parameters.declare import choice, number, numbers
 from drumstick.parameters.drum import Drum
 from drumstick.parameters.reading import Reader
 
-MOST_POINTS = 16  # rows that a key of a scene may have
+MAX_POINTS = 16  # rows that a key of a scene may have
 _SOFTEST_M_PER_S = 0.05
 
 
@@ -62,7 +62,7 @@ def _are_a_curve(reader: Reader, points: tuple[tuple[float, ...], ...]) -> bool:
     key, found = "strike.table", len(reader.mistakes)
     if len(points) < 2:
         reader.refuse(
-            key, f'curve = "table" needs 2 to {MOST_POINTS} points, each [m/s, level]; it has {len(points)}'
+            key, f'curve = "table" needs 2 to {MAX_POINTS} points, each [m/s, level]; it has {len(points)}'
         )
         return False
     for at, (_, level) in enumerate(points, 1):

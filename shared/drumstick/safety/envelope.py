@@ -210,10 +210,10 @@ def _on_arm(law: Law, limits: Limits, room: Coefficients) -> tuple[int, float, i
     if not kick <= sampled_contact.most_kick(lightest.delay_ticks):
         return COARSE, 0.0, 0
     swing = sampled_contact.swing(lightest, head, limits.resolution_m)
-    if not swing <= sampled_contact.MOST_SWING_M_PER_S:
+    if not swing <= sampled_contact.MAX_SWING_M_PER_S:
         return FINE, 0.0, 0
     slow = sampled_contact.slow_rebound(lightest, heaviest, head, window, limits.resolution_m, room)
-    if not slow <= sampled_contact.MOST_SLOW_REBOUND:
+    if not slow <= sampled_contact.MAX_SLOW_REBOUND:
         return COARSE, 0.0, 0
     # At the speeds of a roll the window is two ticks at most: a straight line explains no more.
     return OK, sampled_contact.worst_rebound(heaviest, head, min(window, 2), room), window
@@ -225,7 +225,7 @@ def judge(law: Law, limits: Limits, room: Coefficients) -> Judgement:
 
     Once a revision: 0.3 ms on the mean, up to 1.1 ms. Written so that a NaN fails every comparison. room: `new_room()`.
     """
-    code, rebound, window = _of_numbers(law), 0.0, sampled_contact.LONGEST_WINDOW
+    code, rebound, window = _of_numbers(law), 0.0, sampled_contact.MAX_WINDOW
     sampled = limits.period_s > 0.0
     if code == OK and sampled:
         code, rebound, window = _on_arm(law, limits, room)
@@ -324,7 +324,7 @@ def _words(law: Records, limits: Limits, record: npt.NDArray[np.void], room: Coe
             f"{mass} moving by itself: {_what_to_change(law, record, room)}, or raise [servo] rate_Hz"
         )
     if code == FINE:
-        most = sampled_contact.MOST_SWING_M_PER_S / limits.resolution_m
+        most = sampled_contact.MAX_SWING_M_PER_S / limits.resolution_m
         return (
             f"k_coll = {k_coll:g} N/m is too stiff for {mass}, which would swing by encoder counts of "
             f"{limits.resolution_m * 1e3:g} mm: lower k_coll to {limits.lightest_kg * most * most:.4g} N/m or less"

@@ -30,31 +30,31 @@ from drumstick.stick.contact import PAPER
 from drumstick.stick.motion.segment import free_response
 from realtime.kernels.jit import njit
 
-LONGEST_WINDOW = 15  # ticks; the servo keeps 16 positions
+MAX_WINDOW = 15  # ticks; the servo keeps 16 positions
 # Of a blow's speed; the rest of 1 is for what the model leaves out: encoder counts, and the motors' limit.
-MOST_REBOUND = 0.92
+MAX_REBOUND = 0.92
 # An arm at rest hunts by a count or two. So what one count changes of its speed by way of the damper in a tick, and how
 # fast it swings by one count on the head's spring, have limits, m/s; with these no arm was seen to hunt faster than
 # 0.01 m/s (drumstick lab held-arm).
-MOST_KICK_M_PER_S = 0.00046
+MAX_KICK_M_PER_S = 0.00046
 # So much less for each tick of delay, since a late push goes on when the reading has flipped back long ago.
 KICK_SHARE_OF_A_DELAY_TICK = 0.06
-MOST_SWING_M_PER_S = 0.00705
+MAX_SWING_M_PER_S = 0.00705
 # And a blow as slow as that, seen in counts, must come back slower, whatever the phases of tick and count that are
 # tried: the rest of 1 is for those that are not.
 SLOW_M_PER_S = 0.01
-MOST_SLOW_REBOUND = 0.95
+MAX_SLOW_REBOUND = 0.95
 # So that few sets fail in this, the head holds back that share of its push while such a blow leaves it: of one up to
 # SLOW_LOSS_M_PER_S, fading to none at twice that, a tenth of the quietest stroke that a player means.
 SLOW_LOSS, SLOW_LOSS_M_PER_S = 0.2, 0.02
-_LIVELY, _MOST_OWN = 1.01, 0.98
+_LIVELY, _MAX_OWN = 1.01, 0.98
 _PHASES = 6  # of the tick, in which a blow is tried
 _SLOW_PHASES, _COUNT_PHASES = 2, 4  # of the tick and of the count, in which a slow one is
 # Of SLOW_M_PER_S; and of the way from the lightest arm to the heaviest: counts favour some speeds, and some masses.
 _SLOW_SPEEDS, _SLOW_MASSES = (0.97, 1.0, 1.03, 1.06, 1.1), (0.0, 0.5, 1.0)
-ROOM = LONGEST_WINDOW + MAX_DELAY_TICKS + 3
+ROOM = MAX_WINDOW + MAX_DELAY_TICKS + 3
 _INSIDE = 1.0 - 1e-9
-_MOST_TICKS = 400  # of a blow that is played
+_MAX_TICKS = 400  # of a blow that is played
 _AT_REST_TICKS = 250  # then an arm that stays in the head moves by counts alone, or slowly
 
 Coefficients = npt.NDArray[np.float64]
@@ -180,7 +180,7 @@ def rebound(arm: Arm, head: Head, window: int, blow: Blow, room: Coefficients) -
         room[places + tick] = 0.0
     touching, hunting, idle = False, 0.0, 0  # idle: ticks since a force was reckoned
     loss, seen_before, speed_before = 0.0, 0.0, 0.0
-    for tick in range(_MOST_TICKS):
+    for tick in range(_MAX_TICKS):
         reading_m = room[newest]
         speed = (reading_m - room[oldest]) * per_s
         seen = reading_m + arm.lead_s * speed
@@ -230,7 +230,7 @@ def slow_rebound(
 ) -> float:
     """The largest rebound of a blow of about SLOW_M_PER_S that is seen in encoder counts, in no hand.
 
-    Ends at the first that is above MOST_SLOW_REBOUND.
+    Ends at the first that is above MAX_SLOW_REBOUND.
     """
     worst = 0.0
     for way in _SLOW_MASSES:
@@ -242,16 +242,16 @@ def slow_rebound(
                     tick_phase, count_phase = (phase + 0.5) / _SLOW_PHASES, (offset + 0.5) / _COUNT_PHASES
                     blow = Blow(share * SLOW_M_PER_S, tick_phase, resolution_m, count_phase)
                     worst = max(worst, rebound(arm, head, window, blow, room))
-                    if not worst <= MOST_SLOW_REBOUND:
+                    if not worst <= MAX_SLOW_REBOUND:
                         return worst
     return worst
 
 
 @njit()
 def most_rebound(arm: Arm, head: Head) -> float:
-    """The largest rebound that is let pass: MOST_REBOUND, or a lively head's own, which is not the lag's doing."""
+    """The largest rebound that is let pass: MAX_REBOUND, or a lively head's own, which is not the lag's doing."""
     own = contact.beta(head.release, arm.m, head.k, head.r) if head.r >= 0.0 else 1.0
-    return max(MOST_REBOUND, min(own * _LIVELY, _MOST_OWN))
+    return max(MAX_REBOUND, min(own * _LIVELY, _MAX_OWN))
 
 
 @njit()
@@ -268,7 +268,7 @@ def widest_window(lightest: Arm, heaviest: Arm, head: Head, room: Coefficients) 
     0 when there is none. Both ends of the range of masses, in the stiffest grip and in none, and every shorter window.
     """
     stable = 0
-    for window in range(1, LONGEST_WINDOW + 1):
+    for window in range(1, MAX_WINDOW + 1):
         for arm in (lightest, heaviest):
             free = Arm(arm.m, 0.0, 0.0, arm.period_s, arm.delay_ticks, arm.lead_s)
             if not (is_stable(arm, head, window, room) and is_stable(free, head, window, room)):
@@ -299,7 +299,7 @@ def kick(arm: Arm, head: Head, window: int, resolution_m: float) -> float:
 @njit()
 def most_kick(delay_ticks: int) -> float:
     """The most that one encoder count may change of an arm's speed in a tick, m/s, when its force is so late."""
-    return MOST_KICK_M_PER_S / (1.0 + KICK_SHARE_OF_A_DELAY_TICK * delay_ticks)
+    return MAX_KICK_M_PER_S / (1.0 + KICK_SHARE_OF_A_DELAY_TICK * delay_ticks)
 
 
 @njit()

@@ -14,9 +14,9 @@ from drumstick.stick.records import Law, Motion
 from realtime.kernels.jit import njit
 from realtime.records import Records
 
-LONGEST_S = 0.25  # a stick that is still in the head then lies there, whatever its effects do to it
+MAX_S = 0.25  # a stick that is still in the head then lies there, whatever its effects do to it
 # Of one contact; more is a force that changes so often that it is no blow. They bound what a look costs a tick.
-_MOST_EVENTS, _MOST_SAMPLES = 64, 400
+_MAX_EVENTS, _MAX_SAMPLES = 64, 400
 
 
 class PredictedContact(NamedTuple):
@@ -48,8 +48,8 @@ def contact_ahead(law: Law, motion: Motion, ahead: Records) -> PredictedContact:
     ahead[0] = motion
     stick = ahead[0]
     stick.z, stick.v = 0.0, motion.v_in
-    left_s = min(LONGEST_S, _MOST_SAMPLES * system_delay.period_s(law))
-    for _ in range(_MOST_EVENTS):
+    left_s = min(MAX_S, _MAX_SAMPLES * system_delay.period_s(law))
+    for _ in range(_MAX_EVENTS):
         if stick.fate != exact.MOVING:
             break
         what, gone_s = exact.advance(law, stick, left_s)

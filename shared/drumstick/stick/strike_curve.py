@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.parameters.declare import quantities
-from drumstick.parameters.strike import MOST_POINTS, Strike
+from drumstick.parameters.strike import MAX_POINTS, Strike
 from realtime.kernels.jit import njit
 from realtime.records import Record, Records, dtype_of
 
@@ -28,8 +28,8 @@ class CurveTable(Record):
     softest_m_per_s: float
     span: float
     points: int
-    speed_m_per_s: Annotated[npt.NDArray[np.float64], "f8", (MOST_POINTS,)]
-    level: Annotated[npt.NDArray[np.float64], "f8", (MOST_POINTS,)]
+    speed_m_per_s: Annotated[npt.NDArray[np.float64], "f8", (MAX_POINTS,)]
+    level: Annotated[npt.NDArray[np.float64], "f8", (MAX_POINTS,)]
 
 
 CURVE = dtype_of(CurveTable)

@@ -24,7 +24,7 @@ def is_plain(kind) -> bool:
 
 
 def borrowed(context, builder, kind, value):
-    """Compile-time: the same arrays without their owners, so that numba counts no references to them."""
+    """Compile-time view of a value's arrays without their owners, so that numba counts no references to them."""
     if isinstance(kind, types.Array):
         array = context.make_array(kind)(context, builder, value)
         array.meminfo = cgutils.get_null_value(array.meminfo.type)

@@ -22,7 +22,7 @@ from drumstick.stick.records import Law, Motion
 from drumstick.stick.simulate import COLUMNS, simulate
 from realtime.kernels.jit import njit
 from stability.catalogue import shows
-from stability.stick_play import MOST_EVENTS, play_on
+from stability.stick_play import MAX_EVENTS, play_on
 
 # How long to play: some time constants of the hand, not longer, or a light stick makes millions of contacts.
 DURATION_S = 0.2
@@ -95,7 +95,7 @@ def test_without_an_effect_that_adds_it_energy_never_grows(
     assume(stick.release == "paper" or stick.r_in_N_s_per_m >= stick.r_out_N_s_per_m)
     law, motion, t = law_of(scene), thrown(scene, v0), 0.0
     before = start = _energy(stick, 0.0, v0, in_head=False)
-    for _ in range(MOST_EVENTS):
+    for _ in range(MAX_EVENTS):
         event, moved = exact.advance(law[0], motion[0], DURATION_S - t)
         t += moved
         z, v = float(motion["z"][0]), float(motion["v"][0])

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from realtime.line_writer import MOST_WAITING, LineWriter
+from realtime.line_writer import MAX_WAITING, LineWriter
 from unread import drained, full_pipe
 
 PATIENCE_S = 30.0
@@ -27,7 +27,7 @@ def test_an_unread_pipe_holds_up_nobody_and_the_loss_is_told_when_it_flows_again
     with full_pipe() as (reading, writing):
         os.set_blocking(writing, is_blocking)
         lines = LineWriter(writing)
-        for number in range(MOST_WAITING + 500):
+        for number in range(MAX_WAITING + 500):
             lines.put(f"{number}\n")
         assert not lines.flush(0.0)
         assert not lines.is_idle
@@ -35,7 +35,7 @@ def test_an_unread_pipe_holds_up_nobody_and_the_loss_is_told_when_it_flows_again
         lost = lines.lost
         told = f"{lost} lines are missing here: they could not be written\n"
         found = taken(reading, lambda text: text.endswith(told))
-        kept = MOST_WAITING + 500 - lost
+        kept = MAX_WAITING + 500 - lost
         # Which ones of the first are kept depends on when the thread took its first; none comes twice or out of order.
         numbers = [int(line) for line in found.removesuffix(told).split()]
         assert len(numbers) == kept

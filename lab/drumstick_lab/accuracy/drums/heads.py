@@ -23,7 +23,7 @@ DEVICE_RATE_Hz = 48_000
 BLOCK = 128
 Rim = Literal["weights", "none"]
 _UPDATES = 4e6  # of junctions in a window: a millisecond or less
-_FEWEST_FRAMES, _MOST_FRAMES = 256, 8192
+_MIN_FRAMES, _MAX_FRAMES = 256, 8192
 _QUIET = 1e-6  # of full scale: the limiter stays out of it
 
 # What the scene's [mesh] says for each scheme.
@@ -106,7 +106,7 @@ def plain_step(head: HeadAt) -> Step:
 
 
 def _frames(updates_a_frame: float) -> int:
-    return int(np.clip(_UPDATES / updates_a_frame, _FEWEST_FRAMES, _MOST_FRAMES)) // BLOCK * BLOCK
+    return int(np.clip(_UPDATES / updates_a_frame, _MIN_FRAMES, _MAX_FRAMES)) // BLOCK * BLOCK
 
 
 def sounding(scene: Scene, engine: Engine, strikes: StrikeRing, updates_a_frame: float) -> Window:

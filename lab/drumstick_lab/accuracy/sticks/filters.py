@@ -40,7 +40,7 @@ FILTER = dtype_of(Filter)
 
 _FROM_M = 0.02
 _CLEAR_M = 0.004
-_MOST_TICKS = 40_000
+_MAX_TICKS = 40_000
 
 
 def filter_of(name: str, period_s: float) -> npt.NDArray[np.void]:
@@ -111,7 +111,7 @@ def fall(servo: Servo, kind: Filter, speed: float, phase: float, guarded: bool) 
     plant.z_m = plan.head_z_m + _FROM_M + phase * speed * period_s
     plant.v_m_per_s = -speed
     plant.force_N = 0.0
-    for tick in range(1, _MOST_TICKS):
+    for tick in range(1, _MAX_TICKS):
         phantom.move_on(plant, period_s)
         phantom.measure(plant, servo.reading[0], tick * plan.period_ns)
         z = servo.reading[0].z_m - plan.head_z_m

@@ -17,7 +17,7 @@ from drumstick.parameters.scene import Scene
 from drumstick.stick.effects.pulse import Pulse
 
 METHOD, RTOL, ATOL = "DOP853", 1e-10, 1e-12
-LONGEST_S = 1.0  # no flight and no contact of the cases lasts longer
+MAX_S = 1.0  # no flight and no contact of the cases lasts longer
 # What ends a stretch of motion: z = 0 on the way down or up, the deepest point, a push that falls or rises through 0.
 ENTRY, RELEASE, TURN, LOOSEN, RESUME = range(5)
 
@@ -93,11 +93,11 @@ class Case:
             return v, (rest - k * z - r * v) / m + p * math.exp(-(t - start) / tau)
 
         found: Any = _integrate.solve_ivp(
-            motion, (state.t, state.t + LONGEST_S), (state.z, state.v), method=METHOD, rtol=self.rtol, atol=self.atol,
+            motion, (state.t, state.t + MAX_S), (state.z, state.v), method=METHOD, rtol=self.rtol, atol=self.atol,
             events=[self._event(end) for end in ends],
         )  # fmt: skip
         if found.status != 1:
-            raise RuntimeError(f"nothing happened within {LONGEST_S} s from {state}")
+            raise RuntimeError(f"nothing happened within {MAX_S} s from {state}")
         t, (z, v) = float(found.t[-1]), found.y[:, -1].tolist()
         which = ends[next(i for i, times in enumerate(found.t_events) if len(times))]
         self.stretches.append(Stretch(self._fired, in_contact, which, t - start))

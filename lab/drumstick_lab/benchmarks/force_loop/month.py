@@ -37,7 +37,7 @@ DAYS, MINUTES_A_DAY, TICKS_A_MINUTE = 30, 1440, 60_000
 PERIOD_NS = 1_000_000
 DAY_NS = MINUTES_A_DAY * TICKS_A_MINUTE * PERIOD_NS
 START_NS = 2**53 - DAYS // 2 * DAY_NS
-MOST_DRIFT = 1e-12  # of the cycle's length; a double's rounding is 1e-16 of it
+MAX_DRIFT = 1e-12  # of the cycle's length; a double's rounding is 1e-16 of it
 WORST_NS = 1000.0  # of one strike from a comb of that drift
 
 
@@ -68,7 +68,7 @@ class Stretch:
         self.seq += len(strikes)
         residual = self.comb.residuals_ns(strikes["seq"], strikes["t_ns"])
         if len(residual):
-            allowed = WORST_NS + MOST_DRIFT * self.comb.since_ns
+            allowed = WORST_NS + MAX_DRIFT * self.comb.since_ns
             assert np.max(np.abs(residual)) <= allowed, f"{residual[-1]} ns from the exact cycle"
         return residual
 

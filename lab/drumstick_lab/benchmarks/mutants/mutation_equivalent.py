@@ -93,7 +93,7 @@ _THIS: dict[tuple[str, str, str], str] = {
         _SAMPLED,
         "own = contact.beta(head.release, arm.m, head.k, head.r) if head.r >= 0.0 else 1.0",
         "own = contact.beta(head.release, arm.m, head.k, head.r) if head.r >= 0.0 else 2.0",
-    ): "anything above _MOST_OWN is cut to it",
+    ): "anything above _MAX_OWN is cut to it",
 }
 
 

@@ -54,7 +54,7 @@ SCENE = parse(
 )
 STRIKES_EVERY_S = 0.25
 GOAL = 0.8
-MOST_S = 20.0
+MAX_S = 20.0
 Numbers = npt.NDArray[np.int64]
 
 
@@ -168,8 +168,8 @@ def main() -> None:
         "--priority", type=int, default=0, help="of the callback's thread: 0, or SCHED_FIFO's"
     )
     options = parser.parse_args()
-    if not 1.0 <= options.seconds <= MOST_S:
-        parser.error(f"--seconds {options.seconds:g}: 1 .. {MOST_S:g}, what the sink remembers of its blocks")
+    if not 1.0 <= options.seconds <= MAX_S:
+        parser.error(f"--seconds {options.seconds:g}: 1 .. {MAX_S:g}, what the sink remembers of its blocks")
     with dummy_device(BLOCK, options.priority) as name:
         from sound_server.sinks.device import DeviceSink
 

@@ -27,7 +27,7 @@ T, COUNT_M, NOISE_COUNTS = 1e-3, 3e-5, 0.25
 SPEED, TICKS, PHASES, SETTLED = 0.5, 400, 64, 100
 STICK = Stick(0.075, 3500.0, 2.5, 0.0, 0.0, 0.0, "unilateral")
 HEIGHT_M, FINE = 0.03, 50  # where the blow begins; instants of the true motion to a tick
-LONGEST_LAG_S = 0.02
+MAX_LAG_S = 0.02
 
 
 def _by(name: str) -> Callable[[Samples], Samples]:
@@ -79,7 +79,7 @@ def blow(phase: float) -> tuple[Samples, Samples, Samples]:
 
 def late(estimate: Callable[[Samples], Samples]) -> tuple[float, float]:
     """Lateness of the estimate during a blow, s (the delay that explains it best), and its rms error then, m/s."""
-    delays = np.arange(0.0, LONGEST_LAG_S, T / FINE)
+    delays = np.arange(0.0, MAX_LAG_S, T / FINE)
     off, errors = np.zeros(len(delays)), []
     for i in range(PHASES):
         t, z, v = blow(i / PHASES)

@@ -1,4 +1,4 @@
-"""A whole gateway on a servo in virtual time: relay, settings, wire, OSC front and presets. Only Zenoh is stood in for."""
+"""A whole gateway on a servo in virtual time: relay, settings, wire, OSC server and presets. Only Zenoh is stood in for."""
 
 import json
 import socket
@@ -35,7 +35,7 @@ _WALL_STEP_S = 3600  # somebody sets the time of day, back and forth
 
 
 class Gateway:
-    """On the block in `folder`; time is what `step` is given. The OSC front's own thread runs as ever."""
+    """On the block in `folder`; time is what `step` is given. The OSC server's own thread runs as ever."""
 
     def __init__(self, scene: Scene, folder: Path, session: LocalSession) -> None:
         law = law_of(scene)
@@ -147,4 +147,4 @@ def _await_pong(udp: socket.socket) -> None:
     until = time.monotonic() + _PONG_WITHIN_S
     while not udp.recv(65536).startswith(b"/drumstick/pong\0"):
         if time.monotonic() > until:
-            raise TimeoutError("the OSC front answered no /ping")
+            raise TimeoutError("the OSC server answered no /ping")

@@ -22,7 +22,7 @@ Rendering = Callable[[Servo, Reading, int, float], float]
 
 @njit()
 def conclude(servo: Servo, force_N: float, now_ns: int, span_s: float) -> None:
-    """Note the force that was really sent, the tick and those that did not happen; tell how the servo stands.
+    """Note the force that was really sent, the tick and those that did not happen; publish the servo's status.
 
     Tick thread; no allocation, no locks.
     """

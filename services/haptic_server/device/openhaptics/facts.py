@@ -15,8 +15,8 @@ from haptic_server.device.protocol import DeviceError
 from haptic_server.device.specification import Specification
 
 # Walls between 0.1 and 20 N/mm are what these arms are sold for: a smaller number can only be N/mm, a larger one N/m.
-_LARGEST_STIFFNESS_N_PER_MM = 20.0
-_LARGEST_DAMPING_N_S_PER_MM = 0.05
+_MAX_STIFFNESS_N_PER_MM = 20.0
+_MAX_DAMPING_N_S_PER_MM = 0.05
 # Second-hand figures, by what a model's name contains; the first that fits.
 _RESOLUTION_M = {"premium": 3e-5, "touch x": 2.3e-5, "desktop": 2.3e-5, "touch": 5.5e-5, "omni": 5.5e-5}
 _COARSEST_M = 5.5e-5
@@ -73,7 +73,7 @@ def _stiffness(hd: Hd, words: list[str]) -> float:
     if math.isnan(value):
         words.append(f"the driver tells no nominal stiffness: {_SOFTEST_N_PER_M:.0f} N/m is taken")
         return _SOFTEST_N_PER_M
-    taken = in_si(value, _LARGEST_STIFFNESS_N_PER_MM)
+    taken = in_si(value, _MAX_STIFFNESS_N_PER_MM)
     words.append(f"nominal stiffness {value:g} as the driver tells it, taken as {taken:.0f} N/m")
     return taken
 
@@ -83,7 +83,7 @@ def _damping(hd: Hd, words: list[str]) -> float:
     if math.isnan(value):
         words.append("the driver tells no nominal damping")
         return math.inf
-    taken = in_si(value, _LARGEST_DAMPING_N_S_PER_MM)
+    taken = in_si(value, _MAX_DAMPING_N_S_PER_MM)
     words.append(f"nominal damping {value:g} as the driver tells it, taken as {taken:.3g} N s/m")
     return taken
 

@@ -30,7 +30,7 @@ _CALLED = (
 # driver measures.
 TICKS, ENDED, FAULT, ERROR, INTERNAL, ERRORS, ZEROED, THREAD, RATE_HZ, SPAN_WORST_NS = range(10)
 _CELLS = 16
-_MOST_MOTORS = 16  # 3 or 6 are known; a driver that tells more must not write over something else
+_MAX_MOTORS = 16  # 3 or 6 are known; a driver that tells more must not write over something else
 
 
 class PortState(Record):
@@ -80,9 +80,9 @@ def blank(period_ns: int) -> Port:
         position_mm=np.zeros(3),
         centre_mm=np.zeros(3),
         force_N=np.zeros(3),
-        motors=np.zeros(_MOST_MOTORS),
-        integers=np.zeros(_MOST_MOTORS, np.int32),
-        booleans=np.zeros(_MOST_MOTORS, np.uint8),
+        motors=np.zeros(_MAX_MOTORS),
+        integers=np.zeros(_MAX_MOTORS, np.int32),
+        booleans=np.zeros(_MAX_MOTORS, np.uint8),
         timespec=np.zeros(2, np.int64),
     )
 

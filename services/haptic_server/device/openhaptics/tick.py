@@ -38,13 +38,13 @@ from realtime.kernels.foreign import call_u32, call_u32_pointer, three_words
 from realtime.kernels.jit import njit
 
 _SELDOM = 100  # temperature and rate: every so many ticks
-_MOST_ERRORS = 32  # in one go; the rest waits for the next, so that a flood cannot stop the tick
+_MAX_ERRORS = 32  # in one go; the rest waits for the next, so that a flood cannot stop the tick
 
 
 @njit()
 def _drain(port: Port, fault: int) -> int:
     # Take the errors off the driver's stack; returns the worst fault, `fault` included.
-    for _ in range(_MOST_ERRORS):
+    for _ in range(_MAX_ERRORS):
         code, internal, _device = three_words(port.calls[GET_ERROR])
         if code == names.SUCCESS:
             break

@@ -14,7 +14,7 @@ from haptic_server.gateway.midi.encoding import X_CONTROLLER, Y_CONTROLLER, Voic
 from protocol.messages import Strike
 
 _log = logging.getLogger("gateway")
-MOST_QUEUED = 256
+MAX_QUEUED = 256
 LATE_S = 0.05  # a note that could not be sent for so long is not sent any more
 _POLL_S = 0.25
 _JOIN_S = 2.0
@@ -54,7 +54,7 @@ class MidiSender:
         self._voice = voice
         self._port = port
         self._now = now
-        self._queue: deque[_Event] = deque(maxlen=MOST_QUEUED)
+        self._queue: deque[_Event] = deque(maxlen=MAX_QUEUED)
         self._changed = threading.Condition()
         self._is_silenced = self._must_silence = self._closing = False
         self._sounds = self._was_open = False
@@ -95,7 +95,7 @@ class MidiSender:
 
     def _put(self, event: _Event) -> None:
         with self._changed:
-            if len(self._queue) == MOST_QUEUED:
+            if len(self._queue) == MAX_QUEUED:
                 self._counts["dropped"] += 1  # the oldest; the newest release is always there
             self._queue.append(event)
             self._changed.notify()

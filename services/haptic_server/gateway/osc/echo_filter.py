@@ -1,7 +1,7 @@
 """Values published of late, and to whom: what comes back of them is no request, or two rigs would set for ever.
 
-An answer to a set looks like a set: what one rig answers, another one hears as a wish. And while a fader moves, what
-comes back is where it was a moment ago.
+An answer to a set looks like a set: what one rig answers, another one takes for a request. And while a fader moves,
+what comes back is where it was a moment ago.
 """
 
 import threading
@@ -15,7 +15,7 @@ from haptic_server.gateway.rounding import is_same
 MEMORY_S = 2.0
 ECHO_S = 1.0  # an older value that comes back within that time, from others than who set it, is an echo
 ANSWERS = 3  # to one sender, of one value, within that time: somebody who asks again after a loss gets one
-MOST_REMEMBERED = 256  # of each parameter: endpoints, and values; beyond, the oldest is forgotten
+MAX_REMEMBERED = 256  # of each parameter: endpoints, and values; beyond, the oldest is forgotten
 
 
 class _Publication(NamedTuple):
@@ -45,9 +45,9 @@ class EchoFilter:
                 self._keep(name, endpoint, _Publication(value, now_s + MEMORY_S, 0))
 
     def note_value(self, name: str, value: float, setters: Iterable[Endpoint], now_s: float) -> None:
-        """All are told that this holds now; `setters`: whose wish it was, as far as they spoke OSC."""
+        """Note a value that was published to all; `setters`: who set it, as far as they spoke OSC."""
         with self._lock:
-            values = self._values.setdefault(name, deque(maxlen=MOST_REMEMBERED))
+            values = self._values.setdefault(name, deque(maxlen=MAX_REMEMBERED))
             values.append(_Value(value, now_s + ECHO_S, frozenset(setters)))
 
     def is_echo(self, name: str, is_it: Callable[[float], bool], sender: Endpoint, now_s: float) -> bool:
@@ -73,6 +73,6 @@ class EchoFilter:
     def _keep(self, name: str, endpoint: Endpoint, publication: _Publication) -> None:
         known = self._published.setdefault(name, {})
         known.pop(endpoint, None)
-        if len(known) >= MOST_REMEMBERED:
+        if len(known) >= MAX_REMEMBERED:
             del known[next(iter(known))]
         known[endpoint] = publication

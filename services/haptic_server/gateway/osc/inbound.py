@@ -13,7 +13,7 @@ from ipaddress import IPv4Network, IPv6Network, ip_address
 from typing import NamedTuple
 
 from drumstick.parameters.table import Parameter, Refusal
-from haptic_server.gateway.lease import LONGEST_S
+from haptic_server.gateway.lease import MAX_S
 from haptic_server.gateway.osc.arguments import Refused, in_range, number, port, text
 from haptic_server.gateway.osc.echo_filter import EchoFilter
 from haptic_server.gateway.osc.osc_sender import OscSender
@@ -50,7 +50,7 @@ def _named(sender: Endpoint) -> str:
 
 
 class Outbound(NamedTuple):
-    """The sending side of a front. `own` is its own socket, which is never heard and never becomes a target."""
+    """The sending side of an OSC server. `own` is its own socket, which is never heard and never becomes a target."""
 
     own: OwnAddress
     packets_out: OscSender
@@ -292,7 +292,7 @@ class Inbound:
 
     def _take_lease(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
         name = text(args)
-        seconds = LONGEST_S if name else 0.0
+        seconds = MAX_S if name else 0.0
         holder = self._parameters.take_lease(self._claim(sender).lease, name or _named(sender), seconds)
         self._packets_out.send([osc.lease(self._prefix, *holder)], [sender])
 

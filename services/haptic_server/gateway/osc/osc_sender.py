@@ -8,7 +8,7 @@ from haptic_server.gateway.osc.targets import Endpoint
 
 
 class OscSender:
-    """Sends through a non-blocking UDP socket that belongs to the front.
+    """Sends through a non-blocking UDP socket that belongs to the OSC server.
 
     Any thread; never blocks, never raises: what a full buffer or an absent listener keeps from being sent is counted as
     `send_full` and `send_failed`.

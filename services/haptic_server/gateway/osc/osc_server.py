@@ -1,4 +1,4 @@
-"""The OSC front: one UDP socket, one receive thread, everything that goes out and comes in by OSC."""
+"""The OSC server: one UDP socket, one receive thread, everything that goes out and comes in by OSC."""
 
 import logging
 import math
@@ -23,7 +23,7 @@ from protocol import osc
 from protocol.messages import Release, Strike
 
 LOOPBACK: tuple[Network, ...] = (ip_network("127.0.0.0/8"), ip_network("::1/128"))
-_LOG_DUE_MS = 1000  # how long a last line about a flood may stay untold
+_LOG_DUE_MS = 1000  # how long a last line about a flood may stay unlogged
 _AT_ONCE = 256
 _log = logging.getLogger("osc")
 
@@ -32,7 +32,7 @@ class OscServer:
     """Hears at `bind`, sends to `targets` and to whoever subscribed; IPv4.
 
     The constructor opens the socket and starts the receive thread. It raises OSError when `bind` cannot be had,
-    ValueError when the prefix cannot be used or a target is the front itself. A target whose name nobody knows gets
+    ValueError when the prefix cannot be used or a target is this server itself. A target whose name nobody knows gets
     what there is from then on when it is known. `now` gives seconds and stands for the clock. The methods that send
     may be called from any thread; they do not block, allocate, and never raise.
     """

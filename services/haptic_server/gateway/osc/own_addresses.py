@@ -1,4 +1,4 @@
-"""The front's own socket addresses: it must neither send there nor hear itself."""
+"""The OSC server's own socket addresses: it must neither send there nor hear itself."""
 
 import socket
 from ipaddress import ip_address
@@ -19,7 +19,7 @@ class OwnAddress:
         host, port = endpoint
         if port != self._port:
             return False
-        # To 0.0.0.0 is to this machine. A front that hears everywhere has whatever addresses the machine has now.
+        # To 0.0.0.0 is to this machine. A server that listens everywhere has whatever addresses the machine has now.
         return host in (self._host, _EVERYWHERE) or (self._host == _EVERYWHERE and _is_this_machines(host))
 
 

@@ -15,8 +15,8 @@ from typing import NamedTuple
 from protocol.osc import Argument
 
 MAX_BYTES = 1536
-LONGEST_ADDRESS = 255
-MOST_ARGUMENTS = 64
+MAX_ADDRESS = 255
+MAX_ARGUMENTS = 64
 
 # Printable ASCII without the characters of OSC patterns: space # * , ? [ ] { }
 _ADDRESS = re.compile(rb"/[^\x00-\x20#*,?\[\]{}\x7f-\xff]*")
@@ -59,8 +59,8 @@ def prescan(datagram: bytes) -> Message | Unreadable:
     if ends is None:
         return Unreadable("?", "the address has no NUL padding")
     end, at = ends
-    if end > LONGEST_ADDRESS:
-        return Unreadable("?", f"the address is longer than {LONGEST_ADDRESS} characters")
+    if end > MAX_ADDRESS:
+        return Unreadable("?", f"the address is longer than {MAX_ADDRESS} characters")
     if not _ADDRESS.fullmatch(datagram, 0, end):
         return Unreadable(
             "?", "an address starts with / and has no spaces, patterns or characters beyond ASCII"
@@ -72,8 +72,8 @@ def prescan(datagram: bytes) -> Message | Unreadable:
     if ends is None or datagram[at] != 0x2C:
         return Unreadable(address, "the type tags must be a padded string that starts with a comma")
     tags = datagram[at + 1 : ends[0]]
-    if len(tags) > MOST_ARGUMENTS:
-        return Unreadable(address, f"more than {MOST_ARGUMENTS} arguments")
+    if len(tags) > MAX_ARGUMENTS:
+        return Unreadable(address, f"more than {MAX_ARGUMENTS} arguments")
     return _arguments(datagram, address, tags, ends[1])
 
 

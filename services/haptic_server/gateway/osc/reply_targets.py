@@ -7,7 +7,7 @@ from typing import NamedTuple
 from haptic_server.gateway.osc.targets import Endpoint
 
 PATIENCE_S = 1.0
-MOST_WAITING = 64
+MAX_WAITING = 64
 
 
 class _Wait(NamedTuple):
@@ -36,7 +36,7 @@ class ReplyTargets:
         with self._lock:
             waiting = self._waiting.setdefault(name, {})
             before = waiting.pop(sender, None)
-            if len(waiting) >= MOST_WAITING:
+            if len(waiting) >= MAX_WAITING:
                 del waiting[next(iter(waiting))]
             waiting[sender] = _Wait(value, now_s + PATIENCE_S)
             return before

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 Endpoint = tuple[str, int]  # numeric IPv4 address, UDP port
 
 SUBSCRIPTION_S = 60.0
-MOST_SUBSCRIPTIONS = 64
-MOST_OF_A_HOST = 16  # so that no host alone can keep the others out
+MAX_SUBSCRIPTIONS = 64
+MAX_OF_A_HOST = 16  # so that no host alone can keep the others out
 
 
 class Targets:
@@ -30,10 +30,10 @@ class Targets:
                 return ""
             self._expire(now_s)
             if endpoint not in self._until:
-                if sum(host == endpoint[0] for host, _ in self._until) >= MOST_OF_A_HOST:
-                    return f"{MOST_OF_A_HOST} ports of {endpoint[0]} have subscribed"
-                if len(self._until) >= MOST_SUBSCRIPTIONS:
-                    return f"{MOST_SUBSCRIPTIONS} ports have subscribed"
+                if sum(host == endpoint[0] for host, _ in self._until) >= MAX_OF_A_HOST:
+                    return f"{MAX_OF_A_HOST} ports of {endpoint[0]} have subscribed"
+                if len(self._until) >= MAX_SUBSCRIPTIONS:
+                    return f"{MAX_SUBSCRIPTIONS} ports have subscribed"
             self._until[endpoint] = now_s + SUBSCRIPTION_S
             return ""
 

@@ -17,9 +17,9 @@ from haptic_server.gateway.osc.prescan import MAX_BYTES
 from haptic_server.gateway.oscquery.osc_bridge import OscBridge
 from haptic_server.gateway.oscquery.tree import READ, Node
 
-MOST_WAITING = 512  # packets; a roll of 23 Hz with every address listened to sends 200 a second
+MAX_WAITING = 512  # packets; a roll of 23 Hz with every address listened to sends 200 a second
 MESSAGES_A_SECOND = 1000  # of one client; the next ones are read a second later
-MOST_MISTAKES = 100  # of one connection
+MAX_MISTAKES = 100  # of one connection
 
 
 class Client:
@@ -38,7 +38,7 @@ class Client:
         self._writer: OscBridge | None = None
         self._count = count
         self._listened: set[str] = set()  # addresses of the tree, so no more than it has
-        self._waiting: asyncio.Queue[bytes] = asyncio.Queue(MOST_WAITING)
+        self._waiting: asyncio.Queue[bytes] = asyncio.Queue(MAX_WAITING)
         self._mistakes = 0
         self._is_cut = False
 
@@ -88,7 +88,7 @@ class Client:
             if not understood:
                 self._count("mistakes")
                 self._mistakes += 1
-                if self._mistakes > MOST_MISTAKES:
+                if self._mistakes > MAX_MISTAKES:
                     await self._connection.close(1008, "too many messages that cannot be understood")
                     return
 

@@ -1,4 +1,4 @@
-"""Sockets inside this machine that join OSCQuery to the OSC front, which knows them as a target and as senders.
+"""Sockets inside this machine that join OSCQuery to the OSC server, which knows them as a target and as senders.
 
 What the rig sends reaches OSCQuery as it reaches a DAW, and what a WebSocket client writes is heard as UDP is: same
 scan, same allowances, same answers. Neither side waits for the other: a full socket buffer drops.

@@ -14,7 +14,7 @@ from urllib.parse import unquote_to_bytes
 from haptic_server.gateway.oscquery.tree import ATTRIBUTES, NOT_OFFERED, READ, Node
 from haptic_server.gateway.oscquery.values import Look
 
-LONGEST_QUESTION = 1024  # characters of path and query
+MAX_QUESTION = 1024  # characters of path and query
 HOST_INFO = "HOST_INFO"
 
 
@@ -37,8 +37,8 @@ def _split(target: str) -> tuple[str, str] | None:
 
 def page(root: Node, look: Look, target: str, host_info: Mapping[str, object]) -> Page:
     """The answer to GET `target`."""
-    if len(target) > LONGEST_QUESTION:
-        return Page(HTTPStatus.REQUEST_URI_TOO_LONG, f"Ask with at most {LONGEST_QUESTION} characters.")
+    if len(target) > MAX_QUESTION:
+        return Page(HTTPStatus.REQUEST_URI_TOO_LONG, f"Ask with at most {MAX_QUESTION} characters.")
     asked = _split(target)
     if asked is None:
         return Page(HTTPStatus.BAD_REQUEST, "The address is no UTF-8, or does not start with /.")

@@ -1,7 +1,7 @@
 """The OSCQuery server: HTTP and WebSocket at one port, on a thread of its own with its own event loop.
 
 It holds nobody up. What the rig sends arrives in a socket buffer that drops when it is full (osc_bridge.py); a question
-about parameters asks the parameters for its readback as any other front does. What clients can use up has limits.
+about parameters asks the parameters for its readback as OSC and Zenoh do. What clients can use up has limits.
 """
 
 import asyncio
@@ -30,8 +30,8 @@ from haptic_server.gateway.oscquery.tree import EXTENSIONS, tree_of
 from haptic_server.gateway.oscquery.values import Values
 from haptic_server.gateway.parameter_access import ParameterAccess
 
-MOST_CONNECTIONS = 64  # in whatever state, so that half-open ones use up neither memory nor descriptors
-MOST_CLIENTS = 16  # of these, over WebSocket
+MAX_CONNECTIONS = 64  # in whatever state, so that half-open ones use up neither memory nor descriptors
+MAX_CLIENTS = 16  # of these, over WebSocket
 QUESTIONS_A_SECOND = (
     200,
     400,
@@ -76,7 +76,7 @@ class OscQuery:
         self._front = front
         self._insiders: set[Endpoint] = set() if insiders is None else insiders
         self._bridge = bridge
-        self._allowance = ReplyRateLimit(*QUESTIONS_A_SECOND)
+        self._rate_limit = ReplyRateLimit(*QUESTIONS_A_SECOND)
         self._log_limited = ReplyRateLimit(1, 1)
         self._clients: set[Client] = set()
         self._open = 0
@@ -87,7 +87,7 @@ class OscQuery:
             # The system would keep megabytes for a client that does not read: minutes of what is no longer so.
             self._tcp.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _KEPT_BYTES)
             self._tcp.bind((numeric(bind[0]), bind[1]))
-            self._tcp.listen(MOST_CONNECTIONS)
+            self._tcp.listen(MAX_CONNECTIONS)
         except BaseException:
             self._tcp.close()
             raise
@@ -162,7 +162,7 @@ class OscQuery:
         peer: Any = transport.get_extra_info("peername")
         if peer is None or not self._admission.admits(str(peer[0])):
             self._counts["source"] += 1
-        elif self._open > MOST_CONNECTIONS:
+        elif self._open > MAX_CONNECTIONS:
             self._counts["crowded"] += 1
         else:
             return True
@@ -189,13 +189,13 @@ class OscQuery:
         if verdict.status is not HTTPStatus.OK:
             return Page(verdict.status, verdict.words)
         peer: Any = connection.remote_address
-        if not self._allowance.spend(peer[0], self._loop.time()):
+        if not self._rate_limit.spend(peer[0], self._loop.time()):
             return Page(HTTPStatus.SERVICE_UNAVAILABLE, "Too many questions at once: ask again in a second.")
         if "Upgrade" in request.headers:
-            if len(self._clients) < MOST_CLIENTS:
+            if len(self._clients) < MAX_CLIENTS:
                 return None
             return Page(
-                HTTPStatus.SERVICE_UNAVAILABLE, f"{MOST_CLIENTS} clients are connected: no more at once."
+                HTTPStatus.SERVICE_UNAVAILABLE, f"{MAX_CLIENTS} clients are connected: no more at once."
             )
         host = str(connection.local_address[0])
         return page(self._root, self._values.look(), request.path, self._host_info(host))

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 # Clients of this machine try every protocol.session.RETRY_S: after the first, so long for the others.
 _AFTER_THE_FIRST_S = 0.25
-_LONGEST_S = 0.75
+_MAX_S = 0.75
 
 
 class Backlog:
@@ -24,7 +24,7 @@ class Backlog:
         """awaited: publishes what the subscribers are awaited for."""
         self._awaited = awaited
         self._held: list[tuple[zenoh.Publisher, bytes]] = []
-        self._until_s = time.monotonic() + _LONGEST_S
+        self._until_s = time.monotonic() + _MAX_S
         self._is_matched = False
         self._is_over = False
 

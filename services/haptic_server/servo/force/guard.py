@@ -1,4 +1,5 @@
-"""The guard of a device that a hand holds: limits of force, speed and energy, and the faults that end them. Always on.
+"""The guard of a device that a hand holds: limits of force, speed and energy, and the faults at which it gives up.
+Always on.
 
 Every tick it checks the reading first and limits the force last. A reading that cannot be rendered from is a latched
 fault: zero force on the same tick, until `drumstick arm` on this machine. The guard is the second line behind the
@@ -40,14 +41,14 @@ _SOFT_M = 0.01  # over so much before the lowest position the head's force fades
 MEMORY = MAX_DELAY_TICKS + 1  # ticks of the head's force: the longest delay of a device, and the present
 
 # A head that drives the stick by itself: the observer finds more energy going out than the contact may give. An excess
-# below the energy of _EXCESS is the encoders'. One above that of _FAULT_EXCESS and above that share of the blow is a
-# fault, and so are more than _MOST_DRIVEN contacts in a row that begin with an excess. As many contacts in a row at
-# the limit of force, faster than a hand strikes, without a pulse, and not much slower than the first of them are one
-# too: then the observer itself is wrong, by a delay that nobody declared.
+# below the energy at _EXCESS_M_PER_S is the encoders'. One above that at _FAULT_EXCESS_M_PER_S and above
+# _FAULT_EXCESS_SHARE of the blow's is a fault, and so are more than _MAX_DRIVEN contacts in a row that begin with an
+# excess. As many contacts in a row at the limit of force, faster than a hand strikes, without a pulse, and not much
+# slower than the first of them are one too: then the observer itself is wrong, by a delay that nobody declared.
 _EXCESS_M_PER_S = 0.05
 _FAULT_EXCESS_M_PER_S = 0.5
 _FAULT_EXCESS_SHARE = 0.5
-_MOST_DRIVEN = 12
+_MAX_DRIVEN = 12
 _FASTEST_HAND_NS = 80_000_000
 _AT_THE_LIMIT = 0.99
 _UNTIRED = 0.6
@@ -211,7 +212,7 @@ def begin_contact(guard: GuardState, allowed: Allowed, m: float, v_in: float, no
     guard.entry_ns = now_ns
     guard.peak_N = 0.0
     guard.pulsed = 0
-    return SELF_DRIVEN if max(guard.driven, guard.saturated) > _MOST_DRIVEN else NO_FAULT
+    return SELF_DRIVEN if max(guard.driven, guard.saturated) > _MAX_DRIVEN else NO_FAULT
 
 
 @njit()
@@ -247,8 +248,8 @@ def _max_force(v: float, left_J: float, c: float, period_s: float) -> float:
 @njit()
 def _passive_range(guard: GuardState, allowed: Allowed, v: float, period_s: float) -> tuple[float, float]:
     # The least and the largest force with which the head may push now, N: the passivity controller. Hannaford's and
-    # Ryu's adds damping; this one limits the head's force, which cannot overshoot. The observer is never reset, not
-    # even for a stick at rest: a head that is pressed has taken energy, and pushes back out of that.
+    # Ryu's adds damping; this one limits the head's force, which cannot overshoot. Within a contact the observer is
+    # never reset, not even for a stick at rest: a head that is pressed has taken energy, and pushes back out of that.
     #
     # The estimate of v is half a tick late at least, and forces on their way act before this one.
     seen, c = v, 0.5 * period_s * period_s / allowed.m_kg

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 # How quickly it forgets: 300/s doubles the error that the encoder's steps make, 120/s is late where the hand turns.
 _RATE_PER_S = 200.0
 _SETTLED_S = 0.04
-_LONGEST_S = 0.005  # after a longer pause it begins anew
+_MAX_S = 0.005  # after a longer pause it begins anew
 # How long a hand is taken to go on as it goes at the strike. It may turn at once, or go on: with 5 ms the impulse of
 # strokes, rolls of either kind and a hand that holds is right on the median (docs/measured.md).
 _GOES_ON_S = 0.005
@@ -122,7 +122,7 @@ def feel(servo: "Servo", z: float, now_ns: int) -> None:
     hand.t_ns = now_ns
     # A hand's spring that swings faster than the observer forgets would make it unstable.
     is_slow = law.k_hand < law.m * _RATE_PER_S * _RATE_PER_S and law.r_out < law.m * _RATE_PER_S
-    if not (0.0 < span < _LONGEST_S and is_slow):
+    if not (0.0 < span < _MAX_S and is_slow):
         _begin(hand, law, z)
         return
     _predict(hand, law, force, span)

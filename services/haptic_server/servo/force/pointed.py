@@ -62,7 +62,7 @@ def pointed_stick_tick(servo: Servo, now_ns: int, span_s: float) -> None:
 
 @njit()
 def pointed_arm_tick(servo: Servo, now_ns: int, span_s: float) -> None:
-    """Move the arm on, tell where it is, render, obey."""
+    """Move the arm on, measure where it is, render, obey."""
     hand, plant, reading = servo.gesture[0], servo.plant[0], servo.reading[0]
     allowed, plan = servo.allowed[0], servo.plan[0]
     rest_m = servo.law[0].z_ss

@@ -1,4 +1,4 @@
-"""One tick of the simulated arm (move under the held force, tell the position, render, obey) or of a recording.
+"""One tick of the simulated arm (move under the held force, measure the position, render, obey) or of a recording.
 
 Tick thread: no allocation, no locks, no Python, no exceptions. The same text runs in real time and in virtual time.
 """

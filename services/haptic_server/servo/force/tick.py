@@ -19,7 +19,7 @@ from realtime.kernels.jit import njit
 
 _EVENTS_IN_A_TICK = 64  # more is a stick that buzzes faster than anything audible
 _STILL_M_PER_S = 1e-3
-_LONGEST_SPAN_TICKS = 20  # after a longer stall the stick has simply stood still
+_MAX_SPAN_TICKS = 20  # after a longer stall the stick has simply stood still
 _ARM = permission.ARM
 
 
@@ -98,7 +98,7 @@ def begin(servo: Servo, now_ns: int, span_s: float) -> float:
     """Obey panic and arm; returns the span that this tick advances by, s."""
     streaming.exact_tick(servo, now_ns)
     _orders(servo, now_ns)
-    return min(span_s, _LONGEST_SPAN_TICKS * servo.plan[0].period_ns * 1e-9)
+    return min(span_s, _MAX_SPAN_TICKS * servo.plan[0].period_ns * 1e-9)
 
 
 @njit()

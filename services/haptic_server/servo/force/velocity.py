@@ -10,11 +10,11 @@ from typing import Annotated
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.safety.sampled_contact import LONGEST_WINDOW
+from drumstick.safety.sampled_contact import MAX_WINDOW
 from realtime.kernels.jit import njit
 from realtime.records import Record, dtype_of
 
-LONGEST = LONGEST_WINDOW + 1  # positions kept
+LONGEST = MAX_WINDOW + 1  # positions kept
 
 
 class Track(Record):

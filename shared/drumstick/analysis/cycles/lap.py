@@ -40,8 +40,8 @@ PATIENCE, LITTLE_PATIENCE = 12, 5
 _CREEPING_PATIENCE = 60
 _FIRST_WAIT_RAD = 60.0
 _NOTHING_M, _NOTHING_M_PER_S = 1e-30, 1e-30
-_LONGEST_WAIT_S = 1e9
-_LONGEST_SAMPLED_WAIT_S = 10.0
+_MAX_WAIT_S = 1e9
+_MAX_SAMPLED_WAIT_S = 10.0
 _EVENTS_A_WAIT = 16
 _WAIT_EFFORT = 4.0
 _STIFFEST = 4.0  # how much an effect may raise K_coll
@@ -105,7 +105,7 @@ def _oscillates(law: Law, above: bool) -> bool:
 def _first_wait(law: Law, above: bool) -> float:
     # For how long, s, to look for the next event at first: some ten oscillations of where the stick is.
     stiffness = law.k_hand if above else law.k_hand + (_STIFFEST if _stiffens(law) else 1.0) * law.k_coll
-    longest = _LONGEST_SAMPLED_WAIT_S if _delayed(law) or _noisy(law) else _LONGEST_WAIT_S
+    longest = _MAX_SAMPLED_WAIT_S if _delayed(law) or _noisy(law) else _MAX_WAIT_S
     return min(_FIRST_WAIT_RAD / math.sqrt(stiffness / law.m), longest) if stiffness > 0.0 else longest
 
 
@@ -132,7 +132,7 @@ def until(law: Law, motion: Motion, wanted: int, patience: int, measured: Number
         if not above and abs(motion.z) < _NOTHING_M and abs(motion.v) < _NOTHING_M_PER_S:
             return exact.CAPTURED, moved  # creeps up to z = 0 for ever, and nothing presses it
         waited = waited + 1 if event == exact.HORIZON else 0
-        if waited > (patience if _oscillates(law, above) else _CREEPING_PATIENCE) or moved > _LONGEST_WAIT_S:
+        if waited > (patience if _oscillates(law, above) else _CREEPING_PATIENCE) or moved > _MAX_WAIT_S:
             break
     return UNDECIDED, moved
 

@@ -39,7 +39,7 @@ UNSETTLED = 4
 OF_V_OUT, OF_V_E = 0, 1
 
 _LONG_AGO_S = 1e9
-_MOST_STEPS = 16
+_MAX_STEPS = 16
 _SAME, _ALMOST_SAME = 4e-15, 1e-12
 
 
@@ -82,7 +82,7 @@ def _self_consistent(
     b00, b01, b10, b11 = -1.0, 0.0, 0.0, -1.0
     h0, h1, step0, step1, size = 0.0, 0.0, 0.0, 0.0, 0.0
     end = states[-1]
-    for turn in range(_MOST_STEPS):
+    for turn in range(_MAX_STEPS):
         start[V_OUT] = speed - (start[PULSE] + start[COR_PULSE] if of == OF_V_E else 0.0)
         if not start[V_OUT] > 0.0:
             return UNSETTLED

@@ -26,8 +26,8 @@ from realtime.records import Records
 _FLAT, _ROUNDING, _BLIND = 1e-12, 2e-15, 1e-3
 # In events, for one search: some seconds of computing at most. A scan that would take more than half of it goes in
 # larger strides.
-_MOST_EFFORT, _SCAN_EFFORT, _STRIDE = 110_000.0, 70_000.0, 16
-_MOST_FOUND = 64
+_MAX_EFFORT, _SCAN_EFFORT, _STRIDE = 110_000.0, 70_000.0, 16
+_MAX_FOUND = 64
 _EDGE_HALVINGS = 45
 _DIP_STEPS = 24
 _ROOT_STEPS = 100
@@ -54,7 +54,7 @@ class Search:
             root = self._root(first, second, sign)
             if not math.isnan(root) and not math.isnan(self.mismatch(root)):
                 states.append((self._twice or self._once).start.copy())
-            if len(states) >= _MOST_FOUND:
+            if len(states) >= _MAX_FOUND:
                 break
         return states
 
@@ -73,7 +73,7 @@ class Search:
         return self._once.effort + (self._twice.effort if self._twice else 0.0)
 
     def _rest(self, mapped: ReturnMap, speed: float) -> float:
-        if self._effort() > _MOST_EFFORT or not mapped.at(speed, OF_V_OUT):
+        if self._effort() > _MAX_EFFORT or not mapped.at(speed, OF_V_OUT):
             return math.nan
         rest = float(mapped.states[-1, V_OUT]) / speed - 1.0
         blur = _FLAT + _ROUNDING * (self._pressing / float(np.abs(mapped.measured[:, V_IN]).min())) ** 2

@@ -13,10 +13,10 @@ from drumstick.analysis.cycles.lap import Numbers
 from drumstick.stick.motion import exact
 from realtime.records import Records
 
-LONGEST_PERIOD = 8
-_MOST_LAPS = 8192
-_MOST_EFFORT = 300_000.0
-_AT_ONCE, _COMPARED = 64, 4 * LONGEST_PERIOD
+MAX_PERIOD = 8
+_MAX_LAPS = 8192
+_MAX_EFFORT = 300_000.0
+_AT_ONCE, _COMPARED = 64, 4 * MAX_PERIOD
 _SETTLED = 1e-9
 _NEAR = 1e-2
 
@@ -38,7 +38,7 @@ def _distance(one: Numbers, other: Numbers) -> float:
 
 def _period_of(states: Numbers) -> int:
     # After how many of these contacts, shape (n, 5), the states repeat; 0 when they do not.
-    for period in range(1, LONGEST_PERIOD + 1):
+    for period in range(1, MAX_PERIOD + 1):
         pairs = zip(states[period:], states[:-period], strict=True)
         if all(_distance(later, earlier) <= _SETTLED for later, earlier in pairs):
             return period
@@ -51,18 +51,18 @@ def settle(law: Records, scratch: Records, throw_m_per_s: float) -> Settled:
     scratch[0] = scratch[1]
     scratch[0]["v"] = throw_m_per_s
     period = 0
-    for _ in range(_MOST_LAPS // _AT_ONCE):
+    for _ in range(_MAX_LAPS // _AT_ONCE):
         fate = lap.laps(law[0], scratch[0], states, lap.PATIENCE, measured)
         if fate == exact.LEFT:
             return Settled("left", None)
         if fate != exact.MOVING:  # held down for thousands of oscillations is rest in the head, too
             return Settled("captured", None)
         period = _period_of(states[-_COMPARED:])
-        if period > 0 or measured[:, lap.EFFORT].sum() > _MOST_EFFORT:
+        if period > 0 or measured[:, lap.EFFORT].sum() > _MAX_EFFORT:
             break
     last = states[-1]
     # A slow alternation about a stable cycle looks like twice its period; one that still approaches, like none at all.
-    for candidate in range(1, (period or LONGEST_PERIOD) + 1):
+    for candidate in range(1, (period or MAX_PERIOD) + 1):
         cycle = close(law, scratch, last, candidate)
         if cycle is not None and _near(cycle, last) and (cycle.stable or candidate == period):
             return Settled("cycle", cycle)

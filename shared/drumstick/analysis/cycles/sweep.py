@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.analysis.cycles import lap
-from drumstick.analysis.cycles.settling import LONGEST_PERIOD
+from drumstick.analysis.cycles.settling import MAX_PERIOD
 from drumstick.parameters.scene import Scene
 from drumstick.parameters.table import table_of, with_changes
 from drumstick.stick.law import law_of, thrown
@@ -34,7 +34,7 @@ KINDS = ("stable roll", "buzzing", "rests in the head", "leaves")
 BUZZ_HZ = 100.0
 MEASURED = 64
 SAME = 1e-6  # two speeds that differ by less than this share are the same
-_MOST_EFFORT = 100_000.0  # of one point (lap.EFFORT): it would take a second
+_MAX_EFFORT = 100_000.0  # of one point (lap.EFFORT): it would take a second
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Swept:
     """A sweep, filled as far as `done` of `total` points. Arrays have the shape of the axes, in their order.
 
     kind: int8. v_e_m_per_s: + (MEASURED,). rate_Hz: contacts a second, NaN without a roll. period: contacts until the
-    motion repeats, 1 .. LONGEST_PERIOD, 0 when it does not.
+    motion repeats, 1 .. MAX_PERIOD, 0 when it does not.
     """
 
     axes: tuple[Axis, ...]
@@ -64,8 +64,8 @@ class Swept:
 
 @njit()
 def period_of(v_e: npt.NDArray[np.float64]) -> int:
-    """Number of contacts after which these speeds, shape (n,), repeat; 0 when not within LONGEST_PERIOD."""
-    for period in range(1, LONGEST_PERIOD + 1):
+    """Number of contacts after which these speeds, shape (n,), repeat; 0 when not within MAX_PERIOD."""
+    for period in range(1, MAX_PERIOD + 1):
         same = True
         for i in range(period, v_e.shape[0]):
             if not abs(v_e[i] - v_e[i - period]) <= SAME * abs(v_e[i]):
@@ -92,7 +92,7 @@ def _point(
             v_e[:] = np.nan
             return CAPTURED, np.nan, 0
         if (
-            measured[lap.EFFORT] > _MOST_EFFORT
+            measured[lap.EFFORT] > _MAX_EFFORT
         ):  # it rings in the head for ever between rare contacts: no roll either
             return BUZZING, np.nan, 0
         if contact >= settle:

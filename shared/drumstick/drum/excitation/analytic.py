@@ -50,7 +50,7 @@ class ContactPulse(Record):
 
 
 PULSE = dtype_of(ContactPulse)
-_MOST_DECAY = 1.0  # a damping ratio of 0.7: beyond it there is hardly a rebound
+_MAX_DECAY = 1.0  # a damping ratio of 0.7: beyond it there is hardly a rebound
 _ROUNDS = 12  # for w_d of a given duration, to 1e-6
 
 
@@ -105,7 +105,7 @@ def bend(pulse: ContactPulse, contact: ContactDecay, impulse: float) -> None:
     for _ in range(_ROUNDS):
         pulse.turn = math.pi if contact.pulls != 0 else math.pi - pulse.phase
         step = pulse.duration / pulse.turn  # steps a radian
-        pulse.decay = min(contact.decay * step, _MOST_DECAY)
+        pulse.decay = min(contact.decay * step, _MAX_DECAY)
         own = min(contact.own_decay * step, pulse.decay)
         pulse.phase = math.atan2(2.0 * own, 1.0 + pulse.decay * (pulse.decay - 2.0 * own))
     pulse.size = impulse * pulse.turn / pulse.duration / (_rest(pulse, 0.0) - _rest(pulse, pulse.turn))

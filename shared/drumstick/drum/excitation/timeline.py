@@ -17,7 +17,7 @@ from realtime.records import Record, Records, Rows, dtype_of
 RING_SLOTS = 256
 PIECE_MOST = 32  # samples in a piece; a longer message becomes several
 _INCOMING = 128
-_LEAST_CELLS = 16384  # a third of a second of what a message may bring at most, 48 kHz
+_MIN_CELLS = 16384  # a third of a second of what a message may bring at most, 48 kHz
 _AHEAD_S = 0.25  # beyond the scene's latency
 
 
@@ -97,7 +97,7 @@ class Stream(NamedTuple):
 def stream_of(scene: Scene, step_s: float) -> Stream:
     """An empty timeline for a mesh that steps every step_s. Allocates."""
     ticks = (scene.drum.latency_s + _AHEAD_S) * scene.servo.rate_Hz
-    cells: Records = np.zeros(max(_LEAST_CELLS, 2 ** math.ceil(math.log2(ticks))), CELL)
+    cells: Records = np.zeros(max(_MIN_CELLS, 2 ** math.ceil(math.log2(ticks))), CELL)
     cells["tick"] = -1
     state: Records = np.zeros(1, STATE)
     state["idle"], state["step_ns"] = 1, step_s * 1e9

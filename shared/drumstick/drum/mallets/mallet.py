@@ -74,9 +74,9 @@ class MalletsState(Record):
 
 
 STATE = dtype_of(MalletsState)
-_LEAST_REACH_S = 1e-3  # at the blow's speed: so high above the head's rest a mallet is followed in any case
-_LEAST_LEFT = 1e-3  # of its mass: what meets the head in any case, so that a mallet on the rim is one too
-_LONGEST_S = 1.0  # a mallet that stays near the head for so long without touching it is forgotten
+_MIN_REACH_S = 1e-3  # at the blow's speed: so high above the head's rest a mallet is followed in any case
+_MIN_LEFT = 1e-3  # of its mass: what meets the head in any case, so that a mallet on the rim is one too
+_MAX_S = 1.0  # a mallet that stays near the head for so long without touching it is forgotten
 
 
 class Mallets(NamedTuple):
@@ -125,7 +125,7 @@ def swing(engine: "Engine", event: StrikeEvent, age: float) -> bool:
         state.oldest += 1
     mallet.stage, mallet.x, mallet.y = COMING, event.x, event.y
     mallet.speed, mallet.age, mallet.force = event.speed_m_per_s, age, 0.0
-    mallet.own_give = state.own_give / max(1.0 - rim.share(engine, event.x, event.y), _LEAST_LEFT)
+    mallet.own_give = state.own_give / max(1.0 - rim.share(engine, event.x, event.y), _MIN_LEFT)
     state.begun += 1
     _lay_on_mesh(engine, slot)
     _lay_on_modes(engine, slot)
@@ -164,7 +164,7 @@ def arrive(engine: "Engine", slot: int, y: float, y_before: float) -> None:
     mallet.now = min(y + way * min(mallet.age, 0.0), y_before + way)
     mallet.before = mallet.now - way
     placed(engine.mallets.tips[slot], mallet.now - y, mallet.before - y_before)
-    mallet.deepest = _LEAST_REACH_S * mallet.speed
+    mallet.deepest = _MIN_REACH_S * mallet.speed
     mallet.stage = PLAYING
     rim.strike(engine, mallet.x, mallet.y, full_impulse(state, mallet.speed))
 
@@ -195,7 +195,7 @@ def fly(engine: "Engine", slot: int, after: float, force: float) -> None:
     mallet.age += 1.0
     if after <= 0.0 and tip.depth_before <= 0.0:
         rises = mallet.now < mallet.before and mallet.now < -mallet.deepest
-        if rises or mallet.age * state.step_s > _LONGEST_S:
+        if rises or mallet.age * state.step_s > _MAX_S:
             mallet.stage = GONE
 
 

@@ -22,7 +22,7 @@ from realtime.kernels.jit import njit, only_with
 if TYPE_CHECKING:
     from drumstick.drum.engine import Engine
 
-_MOST_TURNS = 64
+_MAX_TURNS = 64
 _CLOSE = 1e-9  # of the largest push
 _TOGETHER = 0.5
 
@@ -95,7 +95,7 @@ def _meet(engine: "Engine") -> None:
         slot = number % POOL
         if pool[slot].stage == PLAYING:
             pool[slot].bare = free(engine, slot, state.unit_m * shares.ahead(engine, slot))
-    for _ in range(_MOST_TURNS):
+    for _ in range(_MAX_TURNS):
         changed, most = _turn(engine)
         if playing == 1 or changed <= _CLOSE * most:
             break

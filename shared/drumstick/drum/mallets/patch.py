@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 LANES = 8
 ROWS = 36  # as many as a circle of seven spacings' radius meets, two of them beside each other
-MOST_SPACINGS = 7.0
-_LEAST_SPACINGS = 1.0
+MAX_SPACINGS = 7.0
+_MIN_SPACINGS = 1.0
 
 Floats = npt.NDArray[np.float32]
 
@@ -53,7 +53,7 @@ def patches_of(pool: int) -> Patches:
 @njit()
 def radius_on(spacing: float, radius: float) -> float:
     """R as the mesh can have it, in radii of the head."""
-    return min(max(radius, _LEAST_SPACINGS * spacing), MOST_SPACINGS * spacing)
+    return min(max(radius, _MIN_SPACINGS * spacing), MAX_SPACINGS * spacing)
 
 
 def _row_height(head: Head) -> float:

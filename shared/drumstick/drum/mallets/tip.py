@@ -49,7 +49,7 @@ class Tip(Record):
 
 
 TIP = dtype_of(Tip)
-MOST_ROUNDS = 12
+MAX_ROUNDS = 12
 _CLOSE = 1e-9  # of the push
 _ROUNDING = 1e-16
 _NEAR = 1e-5  # depths so near to each other have the gradient of V as the mean of both, to 1e-11
@@ -105,7 +105,7 @@ def met(tip: Tip, free: float) -> tuple[float, float]:
     if goes_in:
         after = max(after, before)
     force, at = 0.0, free
-    for _ in range(MOST_ROUNDS):
+    for _ in range(MAX_ROUNDS):
         at = after
         force, rise = _force(tip, at)
         wrong = at + tip.give * force - free

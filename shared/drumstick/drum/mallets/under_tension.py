@@ -24,7 +24,7 @@ from realtime.kernels.jit import njit, only_with
 if TYPE_CHECKING:
     from drumstick.drum.engine import Engine
 
-_MOST_TURNS = 8
+_MAX_TURNS = 8
 _FLAT = -1e-6
 _CLOSE = 1e-10  # of the largest pull
 
@@ -118,7 +118,7 @@ def _agreed(engine: "Engine") -> float:
     low, high = -tight.q_most, tight.q_most
     pull = min(max(tight.pull + engine.mallets.state[0].settled, low), high)
     answer = _answered(engine, pull)
-    for _ in range(_MOST_TURNS):
+    for _ in range(_MAX_TURNS):
         wrong = answer - pull
         if abs(wrong) <= close:
             break

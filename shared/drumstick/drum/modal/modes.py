@@ -21,7 +21,7 @@ from drumstick.parameters.drum import Drum
 from drumstick.parameters.scene import Scene
 from realtime.records import ABSENT
 
-MOST_MODES = 20_000  # of 0.3 to 0.5 ns each and a step: two fifths of a core at 48 kHz
+MAX_MODES = 20_000  # of 0.3 to 0.5 ns each and a step: two fifths of a core at 48 kHz
 _RADII_A_RADIAN = 2.0  # of the table of shapes, per radian of the shortest wave
 _SPLINE_STEP = 0.15  # radians
 _NEPERS = 3.0 * math.log(10.0)  # 60 dB
@@ -88,7 +88,7 @@ def highest_zero(scene: Scene, rate_Hz: float) -> float:
     """j of the highest mode that the scene asks for, that fits below half the rate, and that the bank has room for."""
     assert scene.modal is not None
     top_Hz = min(scene.modal.top_Hz, 0.45 * rate_Hz)
-    most = 2.0 * math.sqrt(MOST_MODES)  # Weyl: (j/2)^2 modes, pairs counted
+    most = 2.0 * math.sqrt(MAX_MODES)  # Weyl: (j/2)^2 modes, pairs counted
     return max(min(top_Hz / scene.drum.f01_Hz * J01, most), J01)
 
 

@@ -9,20 +9,20 @@ from typing import TYPE_CHECKING
 
 from drumstick.stick import contact
 from drumstick.stick.contact import PAPER
-from drumstick.stick.effects.system_delay import MOST_TICKS
+from drumstick.stick.effects.system_delay import MAX_TICKS
 from realtime.kernels.jit import njit, only_with
 
 if TYPE_CHECKING:
     from drumstick.stick.records import Law
 
-_MOST_PHASES, _FEWEST_PHASES = 32, 4  # of the sampling, tried for the worst; few where samples lie close
+_MAX_PHASES, _MIN_PHASES = 32, 4  # of the sampling, tried for the worst; few where samples lie close
 _STARTS = 500  # phases times samples a contact
 _FINE_SAMPLES, _SHORT_LAGS = (
     60,
     40,
 )  # a contact of more samples, and so many lags, is bounded by its lag alone
 _HALF_TURNS = 4  # a contact that lasts longer creeps out, or swings without getting out
-_NOTHING_LATE: tuple[float, ...] = (0.0,) * (MOST_TICKS + 1)
+_NOTHING_LATE: tuple[float, ...] = (0.0,) * (MAX_TICKS + 1)
 _MARGIN = 1.02  # between the phases tried, and for the lag's next order
 _STUCK = 0.5  # of the entry speed: what is left of a stick that creeps out of the head
 
@@ -137,8 +137,8 @@ def _by_phase(
     # Sample by sample, at every phase.
     period = law.system_delay.period
     each = half_turn / period
-    phases = min(max(int(_STARTS / each), _FEWEST_PHASES), _MOST_PHASES)
-    samples = int(_HALF_TURNS * each) + 2 * MOST_TICKS
+    phases = min(max(int(_STARTS / each), _MIN_PHASES), _MAX_PHASES)
+    samples = int(_HALF_TURNS * each) + 2 * MAX_TICKS
     grows, pressed, peak, held = 0.0, 0.0, 0.0, 0.0
     for phase in range(phases):
         wait = period * phase / phases

@@ -19,7 +19,7 @@ from realtime.records import Record
 if TYPE_CHECKING:
     from drumstick.stick.records import Law, Motion
 
-MOST_TICKS = 8
+MAX_TICKS = 8
 _DUE_S = 1e-15  # what rounding may leave of a time that is over
 
 
@@ -31,7 +31,7 @@ class SystemDelay:
         0.001, 1e-4, 0.02, "s", "Time between samples of the head's force", wire="system_delay.period",
         scale="log",
     )  # fmt: skip
-    delay_ticks: int = count(1, 0, MOST_TICKS, "samples", "How many samples late the force comes")
+    delay_ticks: int = count(1, 0, MAX_TICKS, "samples", "How many samples late the force comes")
 
     @property
     def mean_lag_s(self) -> float:
@@ -52,7 +52,7 @@ class SystemDelayState(Record):
     held_N: float
     left_s: float
     next: int
-    queue_N: Annotated[npt.NDArray[np.float64], "f8", (MOST_TICKS,)]
+    queue_N: Annotated[npt.NDArray[np.float64], "f8", (MAX_TICKS,)]
 
 
 TABLE = SystemDelay
@@ -121,7 +121,7 @@ def renew(law: "Law", motion: "Motion", force: float) -> None:
 def _pending(state: SystemDelayState) -> float:
     # All forces acting or on their way, N.
     total = abs(state.held_N)
-    for index in range(MOST_TICKS):
+    for index in range(MAX_TICKS):
         total += abs(state.queue_N[index])
     return total
 
@@ -148,7 +148,7 @@ def can_move_resting_stick(law: "Law", motion: "Motion", least: float) -> bool:
 def stop(law: "Law", motion: "Motion") -> None:
     """Forget every force."""
     motion.system_delay.held_N = 0.0
-    for index in range(MOST_TICKS):
+    for index in range(MAX_TICKS):
         motion.system_delay.queue_N[index] = 0.0
 
 

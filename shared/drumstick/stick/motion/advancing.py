@@ -21,7 +21,7 @@ from drumstick.stick.records import Law, Motion
 from realtime.kernels.jit import njit
 
 _INSTANT_S = 1e-15
-_MOST_AT_ONCE = 20
+_MAX_AT_ONCE = 20
 _NOTHING = 1e-30  # m and m/s
 
 
@@ -77,7 +77,7 @@ def advance(
             return event, moved
         at_once = at_once + 1 if end.t < _INSTANT_S else 0
         if (
-            at_once > _MOST_AT_ONCE
+            at_once > _MAX_AT_ONCE
         ):  # rounding: a push of 0 that does not change takes hold and lets go for ever
             motion.fate = CAPTURED
             return HORIZON, horizon

@@ -17,7 +17,7 @@ _HALVINGS = 200
 _ULPS = 2e-16
 _NEAR = 1e-9
 _SHRUNK = 0.75  # a zero at an end of the interval stays half of it away while the interval is halved
-_MOST_BEND = 1.5  # f f'' over f'^2, beyond which Newton's step is the safer one
+_MAX_BEND = 1.5  # f f'' over f'^2, beyond which Newton's step is the safer one
 # A step shorter than this share of the quickest change, where the sum is as straight, ends at the zero to rounding: the
 # method leaves some 1e-12 of the step (it is of fourth order), and Taylor's series 1e-28 of the height.
 _SHORT = 1e-4
@@ -90,7 +90,7 @@ def _step(weights: Weights, p: Point) -> float:
     # To the zero by Householder's method: fourth order, with derivatives that the equation of motion gives for nothing.
     # Newton's step where the sum bends too much for that.
     f, f1, f2, f3 = weighted(weights, p)
-    if abs(f * f2) < _MOST_BEND * f1 * f1:
+    if abs(f * f2) < _MAX_BEND * f1 * f1:
         return -f * (6.0 * f1 * f1 - 3.0 * f * f2) / (6.0 * f1 * (f1 * f1 - f * f2) + f * f * f3)
     return -f / f1
 

@@ -33,7 +33,7 @@ BLOCK = 128
 BOOT = 9
 BEGIN_NS = 1_000_000_000  # when the servo starts, by the sound server's clock
 SECONDS = 2.0
-MOST_DIFFERENCE = 1e-4  # of the peak
+MAX_DIFFERENCE = 1e-4  # of the peak
 
 
 def wire(scene: Scene, gesture: str | None, start_ns: int) -> list[tuple[int, bytes]]:
@@ -90,4 +90,4 @@ def test_a_roll_sounds_live_as_it_is_rendered(name: str) -> None:
     assert scheduler.late == scheduler.refused == scheduler.duplicates == scheduler.underflows == 0
     peak = float(np.abs(rendered).max())
     assert peak > 0.05
-    assert np.abs(heard - rendered).max() < MOST_DIFFERENCE * peak
+    assert np.abs(heard - rendered).max() < MAX_DIFFERENCE * peak

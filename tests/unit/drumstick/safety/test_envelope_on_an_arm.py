@@ -38,7 +38,7 @@ def test_an_ordinary_set_is_taken_with_the_longest_window() -> None:
     assert _judged(_law(400.0, 4.0)) == (
         envelope.OK,
         pytest.approx(0.65 * 1.5),
-        sampled_contact.LONGEST_WINDOW,
+        sampled_contact.MAX_WINDOW,
     )
 
 
@@ -81,7 +81,7 @@ def test_a_damper_that_answers_each_count_with_a_jerk(delay: int, kick: float) -
     """(R_in - R_out + K lead) q/(n m) of the lightest arm, with the longest window that is stable."""
     heavy = dataclasses.replace(ARM, lightest_kg=0.3, heaviest_kg=0.31, period_s=T / 2.0, lead_s=T / 4.0)
     heavy = dataclasses.replace(heavy, delay_ticks=delay)
-    k, window = 1000.0, sampled_contact.LONGEST_WINDOW
+    k, window = 1000.0, sampled_contact.MAX_WINDOW
     most = kick * window * 0.3 / COUNT_M - k * T / 4.0 + 0.1
     assert _judged(_law(k, most * (1.0 - JUST)), heavy).code == envelope.OK
     refused = _law(k, most * (1.0 + JUST))
@@ -107,7 +107,7 @@ def test_a_slow_blow_that_grows_by_counts() -> None:
 def test_an_arm_that_swings_by_counts_on_a_stiff_spring() -> None:
     """sqrt(K/m) q of the lightest arm; the words name the stiffness that is taken."""
     light = dataclasses.replace(ARM, lightest_kg=0.03, heaviest_kg=0.042, period_s=2.5e-4, lead_s=1.25e-4)
-    most = 0.03 * (sampled_contact.MOST_SWING_M_PER_S / COUNT_M) ** 2
+    most = 0.03 * (sampled_contact.MAX_SWING_M_PER_S / COUNT_M) ** 2
     assert _judged(_law(most * (1.0 - JUST), 5.0), light).code == envelope.OK
     refused = _law(most * (1.0 + JUST), 5.0)
     assert _judged(refused, light).code == envelope.FINE
@@ -152,7 +152,7 @@ def test_a_pulse_takes_of_the_speed_that_an_arm_may_come_with() -> None:
 def test_the_exact_stick_has_a_window_that_means_nothing_and_the_reach_of_its_forces() -> None:
     exact = dataclasses.replace(ARM, period_s=0.0)
     judged = _judged(_law(1000.0, 4.0), exact)
-    assert judged.window == sampled_contact.LONGEST_WINDOW
+    assert judged.window == sampled_contact.MAX_WINDOW
     blows = bounds.blows_of(_law(1000.0, 4.0)[0])
     most = bounds.hardest(_law(1000.0, 4.0)[0], blows, judged.reach)
     assert most == pytest.approx(8.5, rel=1e-3)

@@ -8,9 +8,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from drumstick.safety.sampled_contact import (
-    LONGEST_WINDOW,
     MAX_DELAY_TICKS,
-    MOST_SLOW_REBOUND,
+    MAX_SLOW_REBOUND,
+    MAX_WINDOW,
     ROOM,
     Arm,
     Blow,
@@ -68,7 +68,7 @@ def _matrix(arm: Arm, head: Head, window: int) -> np.ndarray:
 @given(
     k=st.floats(10.0, 3500.0),
     r=st.floats(0.0, 200.0),
-    window=st.integers(1, LONGEST_WINDOW),
+    window=st.integers(1, MAX_WINDOW),
     delay=st.integers(0, MAX_DELAY_TICKS),
     lead=st.booleans(),
     k_hand=st.floats(0.0, 2000.0),
@@ -127,7 +127,7 @@ def test_every_window_up_to_the_widest_keeps_the_promise(k: float, r: float, del
     )
     head, room = Head(k, r, UNILATERAL), np.zeros(ROOM)
     widest = widest_window(light, heavy, head, room)
-    assert 0 <= widest <= LONGEST_WINDOW
+    assert 0 <= widest <= MAX_WINDOW
     for window in {1, widest} - {0} if widest else set():
         for arm in (light, heavy):
             assert is_stable(arm, head, window, room)
@@ -161,7 +161,7 @@ def test_a_slow_blow_is_tried_with_three_masses_at_five_speeds_and_eight_phases_
         for offset in (0.125, 0.375, 0.625, 0.875)
     ]
     assert min(found) < max(found)
-    first = next((each for each in found if each > MOST_SLOW_REBOUND), max(found))
+    first = next((each for each in found if each > MAX_SLOW_REBOUND), max(found))
     assert slow_rebound(light, heavy, head, window, 3e-5, room) == first
 
 

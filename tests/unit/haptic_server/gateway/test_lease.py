@@ -3,7 +3,7 @@
 import pytest
 
 from drumstick.parameters.table import Refusal
-from haptic_server.gateway.lease import LONGEST_S, NOBODY, Lease
+from haptic_server.gateway.lease import MAX_S, NOBODY, Lease
 
 
 def test_nobody_needs_it() -> None:
@@ -15,7 +15,7 @@ def test_nobody_needs_it() -> None:
 
 def test_whoever_holds_it_is_the_only_one_for_five_seconds() -> None:
     lease = Lease()
-    assert lease.take("secret", "Ada", LONGEST_S, 100.0) == ("Ada", 5.0)
+    assert lease.take("secret", "Ada", MAX_S, 100.0) == ("Ada", 5.0)
     lease.require("secret", 104.9)
     for other in ("", "Ada", "another"):
         with pytest.raises(Refusal, match="Ada is tuning and holds the lock: ask them to unlock it"):

@@ -153,7 +153,7 @@ def test_a_program_that_hangs_is_ended(without_programs: Path, monkeypatch: pyte
     program.write_text("#!/bin/sh\nexec sleep 60\n")
     program.chmod(0o755)
     monkeypatch.setenv("PATH", f"{without_programs}{os.pathsep}/bin")
-    monkeypatch.setattr(supercollider, "_LONGEST_S", 0.2)
+    monkeypatch.setattr(supercollider, "_MAX_S", 0.2)
     with pytest.raises(subprocess.TimeoutExpired):
         supercollider.response(without_programs, "MembraneCircle", 1.0)
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from protocol.access.identity import Identity
 from protocol.access.roles import HAPTIC, ROLES
 from rig.exit_status import GIVEN, Stop
-from rig.identity.rig_file import LARGEST_BYTES, RigFile, RigFileError, load, parse
+from rig.identity.rig_file import MAX_BYTES, RigFile, RigFileError, load, parse
 from rig.identity.rig_template import PUBLIC_PORT, rig_file_text
 
 HERE = Path("/rigs/stage")
@@ -128,8 +128,8 @@ def test_a_file_that_cannot_be_read(tmp_path: Path) -> None:
     path.write_bytes(b"\xff")
     with pytest.raises(Stop, match="not UTF-8"):
         load(path)
-    path.write_text(" " * (LARGEST_BYTES + 1))
-    with pytest.raises(Stop, match=f"more than {LARGEST_BYTES} bytes"):
+    path.write_text(" " * (MAX_BYTES + 1))
+    with pytest.raises(Stop, match=f"more than {MAX_BYTES} bytes"):
         load(path)
     path.write_text("x = 1\n")
     with pytest.raises(Stop, match=r"rig\.toml:1: x: unknown key") as stop:

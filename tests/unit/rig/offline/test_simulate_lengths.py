@@ -16,7 +16,7 @@ def test_more_contacts_than_can_be_kept(monkeypatch: pytest.MonkeyPatch) -> None
     with pytest.raises(TooLong, match=r"more than 2000 contacts in the first \d+"):
         run(scene, 1e7, most_contacts=2000)
     assert run(scene, 1.0, most_contacts=2000).end == "time"
-    monkeypatch.setattr(command, "_MOST_CONTACTS", 2000)
+    monkeypatch.setattr(command, "_MAX_CONTACTS", 2000)
     with pytest.raises(
         Stop, match=r"--duration 1e\+07 s: more than 2000 contacts in the first .* give a shorter one"
     ):

@@ -274,7 +274,7 @@ def test_forces_that_are_no_numbers_are_not_recorded(forces: bytes) -> None:
 
 def test_too_many_messages_are_refused_not_loaded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = made(tmp_path / "a.mcap", [(0.1 * k, "/strike", a_strike(k)) for k in range(12)])
-    monkeypatch.setattr(reading, "_MOST_MESSAGES", 10)
+    monkeypatch.setattr(reading, "_MAX_MESSAGES", 10)
     with pytest.raises(RecordingError, match="more than 10 messages"):
         read(path)
 

@@ -67,7 +67,7 @@ def test_a_wav_file_ends_where_its_header_can_tell_no_more(
 ) -> None:
     import numpy as np
 
-    monkeypatch.setattr(wavfile, "MOST_BYTES", 400)
+    monkeypatch.setattr(wavfile, "MAX_BYTES", 400)
     wav = wavfile.WavFile(tmp_path / "a.wav", 48_000, longest_s=1e9)
     wav.record(np.zeros((500, 2), np.float32))
     assert not wav.is_open
@@ -117,7 +117,7 @@ def test_messages_that_would_fill_the_memory_are_not_kept(
     words = "x" * 1_000_000
     path = made(tmp_path / "a.mcap", [(0.1 * k, "/state", a_state(k, status=words)) for k in range(5)])
     assert path.stat().st_size < 100_000
-    monkeypatch.setattr(reading, "_MOST_BYTES", 3_000_000)
+    monkeypatch.setattr(reading, "_MAX_BYTES", 3_000_000)
     with pytest.raises(RecordingError, match="more than 3000000 bytes of messages"):
         read(path)
 

@@ -67,11 +67,11 @@ def test_a_full_disk_at_the_start_is_a_wrong_request(tmp_path: Path) -> None:
     path = tmp_path / "roll.wav"
     program = f"""
 import pathlib, resource
-from sound_server.sinks import choose
+from sound_server.sinks import selection
 from sound_server.sinks.sink import SinkError
 resource.setrlimit(resource.RLIMIT_FSIZE, (10, 10))
 try:
-    choose.wav(pathlib.Path({str(path)!r}), 48000, 128)
+    selection.wav(pathlib.Path({str(path)!r}), 48000, 128)
 except SinkError as error:
     print(error.status, error)
 """

@@ -1,7 +1,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from web_panel.tuning.undo import MOST_STEPS, History
+from web_panel.tuning.undo import MAX_STEPS, History
 
 
 def test_each_change_is_a_step_and_each_step_leads_back() -> None:
@@ -89,8 +89,8 @@ def test_undoing_everything_leads_to_the_start(changes: list[tuple[str, int, flo
         now += apart
         history.note(dict(values), {name: float(value)}, now)
         values[name] = float(value)
-    assert len(history.back) <= MOST_STEPS
-    whole = len(history.back) < MOST_STEPS
+    assert len(history.back) <= MAX_STEPS
+    whole = len(history.back) < MAX_STEPS
     while history.back:
         before = history.back[-1].before
         values.update(before)

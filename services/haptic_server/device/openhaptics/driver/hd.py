@@ -11,7 +11,7 @@ from haptic_server.device.openhaptics.driver import names
 from haptic_server.device.openhaptics.driver.calls import Boolean, Double, Int
 from haptic_server.device.openhaptics.driver.faults import words_of
 
-_MOST_ERRORS = 64
+_MAX_ERRORS = 64
 
 
 class HdError(NamedTuple):
@@ -38,7 +38,7 @@ class Hd:
     def errors(self) -> list[HdError]:
         """Take what is on the error stack, newest first; empty when all went well."""
         found: list[HdError] = []
-        while len(found) < _MOST_ERRORS:
+        while len(found) < _MAX_ERRORS:
             info = self._library.hdGetError()
             if info.code == names.SUCCESS:
                 break

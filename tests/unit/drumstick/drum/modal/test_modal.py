@@ -14,7 +14,7 @@ from drumstick.drum.calibrate import build, full_scale
 from drumstick.drum.excitation.strikes import Blow, StrikeRing
 from drumstick.drum.membrane.lattice import J01
 from drumstick.drum.modal.bank import take_aim
-from drumstick.drum.modal.modes import MOST_MODES, bank_of, modes_below, shapes_at
+from drumstick.drum.modal.modes import MAX_MODES, bank_of, modes_below, shapes_at
 from drumstick.drum.render import render
 from drumstick.parameters.drum import Drum, Listen, Modal
 from drumstick.parameters.drum_effects import AirLoss, Rim
@@ -105,7 +105,7 @@ def test_an_engine_of_modes_has_nothing_of_a_mesh() -> None:
 def test_a_low_drum_has_as_many_modes_as_there_is_room_for() -> None:
     engine = new_engine(scene(top_Hz=20_000.0, f01_Hz=60.0), RATE, StrikeRing())
     assert engine.modal is not None
-    assert 0.95 * MOST_MODES < size_of(engine) < 1.05 * MOST_MODES
+    assert 0.95 * MAX_MODES < size_of(engine) < 1.05 * MAX_MODES
 
 
 def test_it_comes_to_rest_and_is_struck_again() -> None:

@@ -17,7 +17,7 @@ from realtime.kernels.jit import njit
 Numbers = npt.NDArray[np.float64]
 
 SAMPLES = 300
-MOST_SPANS = 30
+MAX_SPANS = 30
 SURE = 1e-10  # share of the largest terms from which on a sign is not rounding
 REST = 1e-3  # m/s; at rest under +-100 m/s^2 everything is rounding
 M_KG = 0.015
@@ -66,7 +66,7 @@ def _sign_changes(values: Numbers, unsure: float) -> int:
 
 def _changes_in_spans(seg: Segment, horizon: float) -> list[tuple[int, int]]:
     """For each span, how often z' and the push's rate change their sign among densely spaced samples."""
-    ends = np.zeros(MOST_SPANS)
+    ends = np.zeros(MAX_SPANS)
     ends = ends[: _spans(seg, horizon, ends)]
     begins = np.concatenate([[0.0], ends[:-1]])
     share = np.sort(np.concatenate([np.linspace(0.0, 1.0, SAMPLES), np.geomspace(1e-9, 1.0, SAMPLES)]))

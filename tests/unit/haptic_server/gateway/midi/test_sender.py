@@ -113,14 +113,14 @@ def test_a_full_queue_drops_its_oldest_and_counts_and_nobody_waits() -> None:
         port.may_go_on.clear()
         sender.strike(strike(level=1.0))
         assert port.is_held.wait(BOUND_S)
-        more = senders.MOST_QUEUED // 2 + 50
+        more = senders.MAX_QUEUED // 2 + 50
         for i in range(more):  # returns, though the port stands still
             sender.strike(strike(level=i / more))
             sender.release()
-        assert sender.counters["dropped"] == 2 * more - senders.MOST_QUEUED
+        assert sender.counters["dropped"] == 2 * more - senders.MAX_QUEUED
         port.may_go_on.set()
-        until(lambda: sender.counters.get("notes") == 1 + senders.MOST_QUEUED // 2)
-        newest = [velocity(i / more) for i in range(more)][-senders.MOST_QUEUED // 2 :]
+        until(lambda: sender.counters.get("notes") == 1 + senders.MAX_QUEUED // 2)
+        newest = [velocity(i / more) for i in range(more)][-senders.MAX_QUEUED // 2 :]
         until(lambda: port.sent[-1] == (OFF, 38, 64))
         assert [note[2] for note in port.notes()] == [127, *newest]
 

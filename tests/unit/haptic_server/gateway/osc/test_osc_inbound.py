@@ -7,7 +7,7 @@ from ipaddress import ip_network
 import pytest
 
 from haptic_server.gateway.osc.osc_server import OscServer
-from haptic_server.gateway.osc.targets import MOST_OF_A_HOST, MOST_SUBSCRIPTIONS, Targets
+from haptic_server.gateway.osc.targets import MAX_OF_A_HOST, MAX_SUBSCRIPTIONS, Targets
 from osc_bench import FakeParameters, Time, built, client, no_preset, opened_front, tell
 from protocol import osc
 from stability.catalogue import shows
@@ -86,10 +86,10 @@ def test_a_given_target_stays_whatever_is_unsubscribed() -> None:
 def test_one_host_has_at_most_16_subscriptions_and_keeps_no_other_out() -> None:
     time = Time()
     with client() as sender, client() as target, opened_front(FakeParameters(), target, now=time) as front:
-        ports = [p for p in range(20000, 20000 + MOST_OF_A_HOST + 2) if p != front.endpoint[1]]
-        for port in ports[:MOST_OF_A_HOST]:
+        ports = [p for p in range(20000, 20000 + MAX_OF_A_HOST + 2) if p != front.endpoint[1]]
+        for port in ports[:MAX_OF_A_HOST]:
             assert tell(front, sender, built(P + "/subscribe", port)) == []
-        full = built(P + "/subscribe", ports[MOST_OF_A_HOST])
+        full = built(P + "/subscribe", ports[MAX_OF_A_HOST])
         answers = tell(front, sender, full)
         assert "16 ports of 127.0.0.1 have subscribed: end one, or wait 60 s" in str(answers[0][1][1])
         assert tell(front, sender, built(P + "/subscribe", ports[0])) == []  # a renewal is always possible
@@ -105,9 +105,9 @@ def test_one_host_has_at_most_16_subscriptions_and_keeps_no_other_out() -> None:
 
 def test_there_are_at_most_64_subscriptions() -> None:
     targets = Targets([])
-    hosts = [f"127.0.0.{number}" for number in range(2, 2 + MOST_SUBSCRIPTIONS // MOST_OF_A_HOST)]
+    hosts = [f"127.0.0.{number}" for number in range(2, 2 + MAX_SUBSCRIPTIONS // MAX_OF_A_HOST)]
     for host in hosts:
-        for port in range(20000, 20000 + MOST_OF_A_HOST):
+        for port in range(20000, 20000 + MAX_OF_A_HOST):
             assert targets.subscribe((host, port), 0.0) == ""
     assert targets.subscribe(("127.0.0.9", 20000), 1.0) == "64 ports have subscribed"
     assert targets.subscribe((hosts[0], 20000), 1.0) == ""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from haptic_server.gateway.osc.echo_filter import ANSWERS, EchoFilter
-from haptic_server.gateway.osc.reply_targets import MOST_WAITING, ReplyTargets
+from haptic_server.gateway.osc.reply_targets import MAX_WAITING, ReplyTargets
 from osc_bench import FakeParameters, Time, built, client, opened_front, tell
 from protocol import osc
 
@@ -302,5 +302,5 @@ def test_a_flood_of_senders_is_not_remembered() -> None:
     echoes = ReplyTargets()
     for port in range(1, 1001):
         echoes.expect("tau", ("127.0.0.1", port), 0.5, 0.0)
-    assert echoes.claim("tau", 0.5, 0.0) == [("127.0.0.1", port) for port in range(1001 - MOST_WAITING, 1001)]
+    assert echoes.claim("tau", 0.5, 0.0) == [("127.0.0.1", port) for port in range(1001 - MAX_WAITING, 1001)]
     assert echoes.claim("tau", 0.5, 0.0) == []

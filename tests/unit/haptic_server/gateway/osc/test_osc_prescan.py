@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from pythonosc.osc_message import OscMessage
 from pythonosc.osc_message_builder import OscMessageBuilder
 
-from haptic_server.gateway.osc.prescan import LONGEST_ADDRESS, MAX_BYTES, Message, Unreadable, prescan
+from haptic_server.gateway.osc.prescan import MAX_ADDRESS, MAX_BYTES, Message, Unreadable, prescan
 from protocol import osc
 from stability.catalogue import shows
 
@@ -91,7 +91,7 @@ _HOSTILE = {
     "address without a slash": (_padded(b"drumstick"), "starts with /"),
     "address without an end": (b"/aaa", "no NUL padding"),
     "address padded with something": (b"/a\0x", "no NUL padding"),
-    "long address": (_padded(b"/" + b"a" * LONGEST_ADDRESS), "longer than 255"),
+    "long address": (_padded(b"/" + b"a" * MAX_ADDRESS), "longer than 255"),
     "huge": (bytes(MAX_BYTES + 4), "longer than 1536 bytes"),
     "largest datagram of UDP": (_padded(b"/" + b"a" * 65502), "longer than 1536 bytes"),
     "empty": (b"", "0 bytes"),

@@ -1,4 +1,4 @@
-"""The socket between OSC front and OSCQuery hears the front alone, waits for nobody, and counts what it lost."""
+"""The socket between OSC server and OSCQuery hears the front alone, waits for nobody, and counts what it lost."""
 
 import sys
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from haptic_server.gateway.oscquery.pages import LONGEST_QUESTION, Page, page
+from haptic_server.gateway.oscquery.pages import MAX_QUESTION, Page, page
 from haptic_server.gateway.oscquery.tree import ATTRIBUTES, NOT_OFFERED, tree_of
 from haptic_server.gateway.oscquery.values import Values
 from osc_bench import FakeParameters
@@ -131,7 +131,7 @@ def test_what_is_no_address_is_a_bad_request(target: str) -> None:
 
 
 def test_a_question_that_is_too_long() -> None:
-    assert ask("/" + "a" * LONGEST_QUESTION).status is HTTPStatus.REQUEST_URI_TOO_LONG
+    assert ask("/" + "a" * MAX_QUESTION).status is HTTPStatus.REQUEST_URI_TOO_LONG
 
 
 @given(st.text(max_size=60), st.text(max_size=20))

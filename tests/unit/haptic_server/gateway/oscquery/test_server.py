@@ -150,7 +150,7 @@ def test_a_mistake_changes_nothing_and_is_counted(
 def test_who_makes_too_many_mistakes_is_sent_away(
     port: int, query: OscQuery, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(clients, "MOST_MISTAKES", 3)
+    monkeypatch.setattr(clients, "MAX_MISTAKES", 3)
     with listening(port) as listener:
         for _ in range(4):
             listener.send("x")
@@ -213,7 +213,7 @@ def test_a_taken_port_is_an_error_and_closes_nothing_else(parameters: FakeParame
 
 
 def test_more_clients_than_are_served(port: int, query: OscQuery, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(servers, "MOST_CLIENTS", 1)
+    monkeypatch.setattr(servers, "MAX_CLIENTS", 1)
     with listening(port) as first:
         pinged(first)
         with pytest.raises(InvalidStatus) as refused:
@@ -226,8 +226,8 @@ def test_more_clients_than_are_served(port: int, query: OscQuery, monkeypatch: p
 
 
 def test_half_open_connections_are_bounded_and_leave_room_again(port: int, query: OscQuery) -> None:
-    idle = [socket.create_connection(("127.0.0.1", port)) for _ in range(servers.MOST_CONNECTIONS)]
-    until("all of them", lambda: query._open == servers.MOST_CONNECTIONS)
+    idle = [socket.create_connection(("127.0.0.1", port)) for _ in range(servers.MAX_CONNECTIONS)]
+    until("all of them", lambda: query._open == servers.MAX_CONNECTIONS)
     with pytest.raises(OSError):  # noqa: PT011  reset or closed, as the system has it
         get(port)
     assert query.counters["crowded"] == 1
