@@ -22,7 +22,7 @@ def command(module: str, options: ServiceOptions) -> list[str]:
     try:
         return [sys.executable, "-m", module, msgspec.json.encode(options, enc_hook=_as_text).decode()]
     except UnicodeEncodeError as error:
-        raise ValueError(f"{ascii(error.object)} is not UTF-8 text: rename the file or folder") from None
+        raise ValueError(f"{error.object!a} is not UTF-8 text: rename the file or folder") from None
 
 
 def read(kind: type[Kind], text: str) -> Kind:
