@@ -45,11 +45,11 @@ def read(scene: str) -> SceneText:
 def _gesture_text(scene: str, file_name: str) -> str:
     # Beside the scene: in the package for a shipped one, else in the scene file's own folder.
     from drumstick.parameters.scene import shipped_gesture, shipped_names
-    from haptic_server.device.recording import MAX_SCENE_BYTES as MAX_GESTURE
+    from haptic_server.device.recording import MAX_BYTES
 
     if scene in shipped_names():
         return shipped_gesture(file_name)
-    return read_text(Path(scene).parent / file_name, MAX_GESTURE)
+    return read_text(Path(scene).parent / file_name, MAX_BYTES)
 
 
 def gesture(scene: str, loaded: Scene) -> str | None:

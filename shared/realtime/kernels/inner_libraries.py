@@ -1,17 +1,17 @@
 """Kernels that only kernels call are optimised and turned into machine code once: within the kernel that Python calls.
 
-numba does both for each library of its own, with everything below it linked in, so the innermost kernels were optimised
-and emitted again at every level above them: two thirds of a cold start. A library without a wrapper for Python keeps
-its code as LLVM's, after the cheap passes, for its callers to take in. At compile time only, under numba's own lock.
-"""
+numba does both for the library of each function, with all that it calls linked in, so the innermost kernels were
+optimised and emitted again at every level above them: a third of a cold start. A library without a wrapper for Python or
+C keeps LLVM's code for its callers to take in, here and in the store. At compile time only, under numba's own lock.
 
-from typing import Any
+Leans on numba 0.68's private `CPUCodeLibrary`: it has no public way to leave a library unfinished.
+"""
 
 import llvmlite.binding as llvm
 from numba.core import codegen, typed_passes
 
-_set_env_of_numba: Any = codegen.JITCPUCodegen.set_env
-_lower_and_finalize: Any = typed_passes.BaseNativeLowering.run_pass
+_lower = typed_passes.BaseNativeLowering.run_pass
+_set_env = codegen.JITCPUCodegen.set_env
 
 
 class KernelLibrary(codegen.JITCodeLibrary):
@@ -19,11 +19,11 @@ class KernelLibrary(codegen.JITCodeLibrary):
 
     is_inner = False
 
-    def _optimize_final_module(self) -> None:
-        if not self.is_inner:  # else within its caller
+    def _optimize_final_module(self):
+        if not self.is_inner:
             super()._optimize_final_module()
 
-    def _finalize_final_module(self) -> None:
+    def _finalize_final_module(self):
         if not self.is_inner:
             super()._finalize_final_module()
             return
@@ -31,20 +31,19 @@ class KernelLibrary(codegen.JITCodeLibrary):
         self._verify_declare_only_symbols()
         self._finalized = True
 
-    def get_pointer_to_function(self, name: str) -> int:
-        """Address of a function, 0 when there is none here: an inner library has no machine code."""
+    def get_pointer_to_function(self, name):
+        """Address of a function's machine code; 0 when there is none, as in an inner library."""
         self._ensure_finalized()
         return 0 if self.is_inner else super().get_pointer_to_function(name)
 
-    def serialize_using_object_code(self) -> Any:
-        """State for the store: an inner library has LLVM's code only."""
+    def serialize_using_object_code(self):
+        """State for the store: of an inner library LLVM's code only."""
         if not self.is_inner:
             return super().serialize_using_object_code()
-        self._ensure_finalized()
         return self.name, "inner", self._get_module_for_linking().as_bitcode()
 
     @classmethod
-    def _unserialize(cls, codegen: Any, state: Any) -> Any:
+    def _unserialize(cls, codegen, state):
         name, kind, data = state
         if kind != "inner":
             return super()._unserialize(codegen, state)
@@ -55,23 +54,22 @@ class KernelLibrary(codegen.JITCodeLibrary):
         return library
 
 
-def _run_pass(self: Any, state: Any) -> Any:
+def _lower_into_kernel_library(lowering, state):
     if state.library is None:
-        library = state.targetctx.codegen().create_library(state.func_id.func_qualname)
-        library.is_inner = bool(state.flags.no_cpython_wrapper and state.flags.no_cfunc_wrapper)
-        library.enable_object_caching()
-        state.library = library
-    return _lower_and_finalize(self, state)
+        state.library = state.targetctx.codegen().create_library(state.func_id.func_qualname)
+        state.library.is_inner = bool(state.flags.no_cpython_wrapper and state.flags.no_cfunc_wrapper)
+        state.library.enable_object_caching()
+    return _lower(lowering, state)
 
 
-def _set_env(self: Any, env_name: str, env: Any) -> None:
-    # Of an inner library there is no such variable; compiled code without Python's objects does not look at it.
-    if self._engine.get_global_value_address(env_name):
-        _set_env_of_numba(self, env_name, env)
+def _set_env_if_there(own, name, env):
+    # An inner library has no such variable. It is for Python's objects, which kernels do not have.
+    if own._engine.get_global_value_address(name):
+        _set_env(own, name, env)
 
 
 def install() -> None:
-    """Let numba make its libraries this way, from here on."""
+    """Let numba make its libraries this way from now on. Idempotent."""
     codegen.JITCPUCodegen._library_class = KernelLibrary
-    codegen.JITCPUCodegen.set_env = _set_env
-    typed_passes.BaseNativeLowering.run_pass = _run_pass
+    codegen.JITCPUCodegen.set_env = _set_env_if_there
+    typed_passes.BaseNativeLowering.run_pass = _lower_into_kernel_library

@@ -38,8 +38,7 @@ def _name_records_by_content() -> None:
 
 
 _name_records_by_content()
-if True:
-    inner_libraries.install()
+inner_libraries.install()
 if store.ROOT is not None:
     numba.config.CACHE_DIR = str(store.ROOT)
     numba.config.CACHE_LOCATOR_CLASSES = f"{store.__name__}.{store.Locator.__name__}"
