@@ -1,8 +1,9 @@
 """Kernels that only kernels call are optimised and turned into machine code once: within the kernel that Python calls.
 
 numba does both for the library of each function, with all that it calls linked in, so the innermost kernels were
-optimised and emitted again at every level above them: a third of a cold start. A library without a wrapper for Python or
-C keeps LLVM's code for its callers to take in, here and in the store. At compile time only, under numba's own lock.
+optimised and emitted again at every level above them: a third of a cold start. A library without a wrapper for Python
+or C keeps LLVM's code for its callers to take in, here and in the store. At compile time only, under numba's own
+lock.
 
 Leans on numba 0.68's private `CPUCodeLibrary`: it has no public way to leave a library unfinished.
 """

@@ -1,4 +1,5 @@
-"""A kernel that only kernels call has no machine code of its own, here and in the store; its callers run it all the same."""
+"""A kernel that only kernels call has no machine code of its own, here and in the store; its callers run it all the
+same."""
 
 import json
 import os
