@@ -15,7 +15,7 @@ from haptic_server import block as blocks
 from haptic_server.device.openhaptics.device import OpenHaptics
 from haptic_server.device.pointer import Pointed
 from haptic_server.device.protocol import Device
-from haptic_server.device.replay import Replay
+from haptic_server.device.replay import ReplayDevice
 from haptic_server.device.simulated import Simulated
 from haptic_server.records import POINTER
 from haptic_server.servo import memory
@@ -53,7 +53,7 @@ class Case:
         )
         if rate_Hz is not None:
             made.plan["period_ns"] = round(1e9 / rate_Hz)
-        return self.device.furnish(made)
+        return self.device.attach_simulation(made)
 
 
 def stick(folder: Path) -> Case:
@@ -72,7 +72,7 @@ def replay(folder: Path) -> Case:
     """A recording that goes into the head every half second."""
     path = folder / "recording.csv"
     path.write_text("t_s,z_m\n0,0.02\n0.1,0.02\n0.2,-0.002\n0.4,-0.002\n0.5,0.02\n", encoding="utf-8")
-    return Case(Replay(path), sampled_arm.scene(), wrong_rate_hz=100)
+    return Case(ReplayDevice(path), sampled_arm.scene(), wrong_rate_hz=100)
 
 
 def _point_down(servo: Servo) -> None:

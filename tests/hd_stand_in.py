@@ -22,7 +22,7 @@ from haptic_server.device.openhaptics.driver.hd import Hd
 from haptic_server.device.openhaptics.tick import begin_at, finish
 from haptic_server.servo.memory import Servo
 from realtime.kernels.borrowed_view import borrowed_view
-from realtime.kernels.handover import Handed, take_up
+from realtime.kernels.handover import ForeignHandle, load_from_address
 from realtime.kernels.jit import CFunction, cfunction
 from realtime.stop import StopRequest
 
@@ -150,7 +150,7 @@ class Stepped:
         self._period_ns = int(servo.plan["period_ns"][0])
         self._handle = opening.open_device(arm.hd).handle
         self._port = port.make(arm.hd, self._handle, self._period_ns, 8.5, CENTRE_MM, has_switch=False)
-        self._handed = Handed((servo, self._port))
+        self._handed = ForeignHandle((servo, self._port))
         self._function = _on_a_given_clock(law, self._handed.kind)
         self._scheduled = arm.hd.schedule(self._function.address, self._handed.address, 65535)
         protection.output_force(arm.hd, True)
@@ -181,7 +181,7 @@ class Stepped:
 def _on_a_given_clock(law: Rendering, kind: Any) -> CFunction:
     @cfunction("uint32(voidptr)", cache=False)
     def stepped(argument: Any) -> int:
-        taken, gate = take_up(argument, kind)
+        taken, gate = load_from_address(argument, kind)
         servo = borrowed_view(taken)
         reading, now_ns = servo.reading[0], gate.timespec[0]
         span_s = begin_at(gate, reading, now_ns)

@@ -59,7 +59,7 @@ def servo_of(played: Scene) -> memory.Servo:
     """Its servo, on its own device, in memory of its own."""
     device = Simulated(played)
     block = blocks.in_memory(law_of(played))
-    return device.furnish(memory.prepare(played, block, specification=device.info().specification))
+    return device.attach_simulation(memory.prepare(played, block, specification=device.info().specification))
 
 
 def limits_for(played: Scene) -> envelope.Limits:

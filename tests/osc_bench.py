@@ -14,7 +14,7 @@ from pythonosc.osc_message_builder import OscMessageBuilder
 from drumstick.parameters.scene import parse
 from drumstick.parameters.table import Refusal, table_of, values_of, with_changes
 from drumstick.stick.law import law_of
-from haptic_server.gateway.lease import Holder, Lease
+from haptic_server.gateway.lease import Lease, LeaseHolder
 from haptic_server.gateway.osc.osc_server import OscServer
 from haptic_server.gateway.rounding import is_same
 from haptic_server.presets.preset import PresetError
@@ -63,7 +63,7 @@ class FakeParameters:
     def accepted_values(self) -> dict[str, float]:
         return self.values()
 
-    def take_lease(self, who: str, name: str, seconds: float) -> Holder:
+    def take_lease(self, who: str, name: str, seconds: float) -> LeaseHolder:
         return self.lease.take(who, name, seconds, self.now_s)
 
     def load_preset(self, name: str, source: str, claim: Claim) -> SetReply:

@@ -48,7 +48,7 @@ def servo_of(played: Scene) -> memory.Servo:
     """Its servo, in memory of its own."""
     device = Simulated(played)
     block = blocks.in_memory(law_of(played))
-    return device.furnish(memory.prepare(played, block, specification=device.info().specification))
+    return device.attach_simulation(memory.prepare(played, block, specification=device.info().specification))
 
 
 def events_of(servo: memory.Servo) -> np.ndarray:

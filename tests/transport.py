@@ -17,7 +17,7 @@ from numba import types
 from drumstick.parameters.scene import parse, shipped_text
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
-from haptic_server.records import EVENT, Event, set_type
+from haptic_server.records import EVENT, ContactEvent, set_type
 from realtime import ring, triple_buffer
 from realtime.atomics import load_acquire, poke, store_release
 from realtime.kernels.jit import njit
@@ -60,7 +60,7 @@ def pause(gate: Cells, state: int) -> int:
 
 
 @njit()
-def fill_event(event: Event, n: int) -> None:
+def fill_event(event: ContactEvent, n: int) -> None:
     """All of an EVENT's fields from n."""
     event.kind = n
     event.seq = -n
@@ -75,7 +75,7 @@ def fill_event(event: Event, n: int) -> None:
 
 
 @njit()
-def whole_event(event: Event) -> bool:
+def whole_event(event: ContactEvent) -> bool:
     """Do all fields belong to one n?"""
     n = event.kind
     return (

@@ -63,7 +63,7 @@ def lab_command(
 ) -> None:
     """Run one of the laboratory's programs, or list them: benchmarks, torture, fuzzing, mutation, made pages."""
     from drumstick_lab.programs import module_of, programs
-    from rig.exit_status import wrong
+    from rig.exit_status import usage_error
 
     if program is None:
         for name, words in programs().items():
@@ -72,7 +72,7 @@ def lab_command(
     try:
         module = module_of(program)
     except LookupError:
-        wrong(f"lab {program}: there is no such program; drumstick lab lists them")
+        usage_error(f"lab {program}: there is no such program; drumstick lab lists them")
     sys.stdout.flush()
     os.execv(sys.executable, [sys.executable, "-m", module, *(arguments or [])])
 

@@ -22,9 +22,9 @@ from haptic_server.block_header import ARM as ARM
 from haptic_server.block_header import (
     BOOT_CELL,
     CONTROL_CELLS,
-    DISOWNED,
     HEADER_CELLS,
     HELD,
+    INVALID_SIGNATURE,
     MAGIC,
     MAGIC_CELL,
     PID_CELL,
@@ -32,8 +32,8 @@ from haptic_server.block_header import (
     BlockError,
     BlockHeader,
     Cells,
-    front,
     is_held,
+    read_header,
 )
 from haptic_server.block_header import HEARTBEAT as HEARTBEAT
 from haptic_server.block_header import PANIC as PANIC
@@ -81,7 +81,7 @@ class Block(NamedTuple):
         return int(self.header[BOOT_CELL])
 
     @property
-    def front(self) -> BlockHeader:
+    def read_header(self) -> BlockHeader:
         """The part that every version understands."""
         return BlockHeader(self.header, self.control)
 
@@ -100,7 +100,7 @@ class Block(NamedTuple):
         self.header[_POINTED] = 1
 
 
-class Legacy(NamedTuple):
+class InheritedState(NamedTuple):
     """The newest accepted set, which a servo leaves to the one that is started in its place."""
 
     revision: int
@@ -175,7 +175,7 @@ def _start(block: Block, law: npt.NDArray[np.void], revision: int = 0) -> None:
     )
 
 
-def legacy(folder: Path, law: np.dtype[Any]) -> Legacy | None:
+def inherited_state(folder: Path, law: np.dtype[Any]) -> InheritedState | None:
     """Values and permission of the servo before this one in `folder`, if it played the same scene; None otherwise.
 
     Only for a servo that is about to make its own block: it takes the dead one's side.
@@ -188,7 +188,7 @@ def legacy(folder: Path, law: np.dtype[Any]) -> Legacy | None:
     while not triple_buffer.recover(old.wanted_cells, triple_buffer.READER, triple_buffer.WRITER):
         time.sleep(0)
     triple_buffer.read_into(old.wanted_cells, old.wanted, newest)
-    return Legacy(int(newest["revision"][0]), newest["law"].copy())
+    return InheritedState(int(newest["revision"][0]), newest["law"].copy())
 
 
 def reserve(path: Path, size: int) -> None:
@@ -220,7 +220,7 @@ def create(folder: Path, law: npt.NDArray[np.void], revision: int = 0) -> Block:
     # servo that is killed in between leaves a block that is held.
     poke(block.control, HELD, 1)
     try:
-        before = front(folder)
+        before = read_header(folder)
     except OSError:
         temporary.rename(folder / BLOCK)
         return block
@@ -233,8 +233,8 @@ def create(folder: Path, law: npt.NDArray[np.void], revision: int = 0) -> Block:
 def attach(folder: Path, law: np.dtype[Any]) -> Block:
     """Map an existing block as its gateway. FileNotFoundError before the servo made one; BlockError if it differs."""
     path = folder / BLOCK
-    found = front(folder)
-    if found is None or int(found.header[SIGNATURE_CELL]) == DISOWNED:
+    found = read_header(folder)
+    if found is None or int(found.header[SIGNATURE_CELL]) == INVALID_SIGNATURE:
         raise FileNotFoundError(errno.ENOENT, "no servo of this scene has made a block yet", str(path))
     memory = _map(path)
     if len(memory) != _size(law):

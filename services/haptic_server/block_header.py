@@ -19,7 +19,7 @@ STOP, PANIC, ARM, HEARTBEAT, HELD, PANICS_SEEN = 0, 8, 16, 24, 32, 40  # one cac
 HEADER_CELLS, CONTROL_CELLS = 8, 48
 MAGIC = 0x6B63697473  # "stick"
 MAGIC_CELL, SIGNATURE_CELL, BOOT_CELL, PID_CELL = 0, 1, 2, 3
-DISOWNED = 0  # no signature is 0
+INVALID_SIGNATURE = 0  # no signature is 0
 STALE_NS = 100_000_000
 _BYTES = 8 * (HEADER_CELLS + CONTROL_CELLS)
 
@@ -42,7 +42,7 @@ class BlockHeader(NamedTuple):
         return int(self.header[BOOT_CELL])
 
 
-def front(folder: Path) -> BlockHeader | None:
+def read_header(folder: Path) -> BlockHeader | None:
     """The front of the block in place; None when there is none. BlockError when what lies there has no such front."""
     path = folder / BLOCK
     try:
@@ -67,9 +67,9 @@ def is_alive(control: Cells) -> bool:
     return time.monotonic_ns() - peek(control, HEARTBEAT) < STALE_NS
 
 
-def is_about_to_tick(front: BlockHeader) -> bool:
+def is_about_to_tick(read_header: BlockHeader) -> bool:
     """True when the servo is there and has not ticked yet."""
-    return peek(front.control, HEARTBEAT) == 0 and _runs(front)
+    return peek(read_header.control, HEARTBEAT) == 0 and _runs(read_header)
 
 
 def is_held(control: Cells) -> bool:
@@ -81,7 +81,7 @@ def is_held(control: Cells) -> bool:
 def was_held(folder: Path) -> bool:
     """True when the servo whose block lies in `folder` is or was held; also when that cannot be known."""
     try:
-        found = front(folder)
+        found = read_header(folder)
     except OSError:
         return True
     return found is not None and is_held(found.control)
@@ -90,16 +90,16 @@ def was_held(folder: Path) -> bool:
 def is_stuck(folder: Path) -> bool:
     """True when the servo whose block lies in `folder` is there and does not tick; also when that cannot be known."""
     try:
-        found = front(folder)
+        found = read_header(folder)
     except OSError:
         return True
     # One that died is its supervisor's business.
     return found is not None and not is_alive(found.control) and _runs(found)
 
 
-def _runs(front: BlockHeader) -> bool:
+def _runs(read_header: BlockHeader) -> bool:
     try:
-        os.kill(int(front.header[PID_CELL]), 0)
+        os.kill(int(read_header.header[PID_CELL]), 0)
     except ProcessLookupError:
         return False
     except PermissionError:
@@ -107,17 +107,17 @@ def _runs(front: BlockHeader) -> bool:
     return True
 
 
-def disown(folder: Path) -> None:
+def invalidate(folder: Path) -> None:
     """Mark the block for another scene: of it only whether its servo was held will be taken over.
 
     The file stays: a gateway that has not noticed yet may raise a panic in it until there is a new one.
     """
     try:
-        found = front(folder)
+        found = read_header(folder)
     except OSError:
         return
     if found is not None:
-        found.header[SIGNATURE_CELL] = DISOWNED
+        found.header[SIGNATURE_CELL] = INVALID_SIGNATURE
 
 
 def raise_panic(folder: Path, mapped: BlockHeader) -> None:
@@ -129,7 +129,7 @@ def raise_panic(folder: Path, mapped: BlockHeader) -> None:
     while True:
         add_to(mapped.control, PANIC, 1)
         try:
-            newest = front(folder)
+            newest = read_header(folder)
         except OSError:  # whatever lies there, who starts upon it starts held
             return
         if newest is None or newest.boot == mapped.boot:

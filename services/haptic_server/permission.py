@@ -12,7 +12,7 @@ MAY_PUSH = (True, False, False)
 REFUSED = -1
 
 
-class Event(NamedTuple):
+class PermissionEvent(NamedTuple):
     """One row: what happens, who may cause it, and the state after it for each state before it.
 
     `beside_lease`: whether it passes while somebody else than its sender holds the lease. REFUSED: it does not happen.
@@ -31,14 +31,20 @@ class Event(NamedTuple):
 
 PANIC, FAULT, ARM, SERVO, GATEWAY, SCENE, SET, LEASE = range(8)
 EVENTS = (
-    Event("panic", "whoever may speak to the rig: page, OSC, Zenoh", (PANICKED, PANICKED, FAULTED)),
-    Event("fault", "the tick itself: guard, device, numbers that are none", (FAULTED, FAULTED, FAULTED)),
-    Event("arm", "a person at the haptic machine: `drumstick arm`", (FREE, FREE, FREE)),
-    Event("servo restarts", "its supervisor, after whatever ended it", (FREE, PANICKED, FAULTED)),
-    Event("gateway restarts", "its supervisor, after whatever ended it", (FREE, PANICKED, FAULTED)),
-    Event("another scene", "whoever may set: page, Zenoh", (FREE, REFUSED, REFUSED), beside_lease=False),
-    Event("set", "whoever may set: page, OSC, Zenoh", (FREE, PANICKED, FAULTED), beside_lease=False),
-    Event(
+    PermissionEvent("panic", "whoever may speak to the rig: page, OSC, Zenoh", (PANICKED, PANICKED, FAULTED)),
+    PermissionEvent(
+        "fault", "the tick itself: guard, device, numbers that are none", (FAULTED, FAULTED, FAULTED)
+    ),
+    PermissionEvent("arm", "a person at the haptic machine: `drumstick arm`", (FREE, FREE, FREE)),
+    PermissionEvent("servo restarts", "its supervisor, after whatever ended it", (FREE, PANICKED, FAULTED)),
+    PermissionEvent("gateway restarts", "its supervisor, after whatever ended it", (FREE, PANICKED, FAULTED)),
+    PermissionEvent(
+        "another scene", "whoever may set: page, Zenoh", (FREE, REFUSED, REFUSED), beside_lease=False
+    ),
+    PermissionEvent(
+        "set", "whoever may set: page, OSC, Zenoh", (FREE, PANICKED, FAULTED), beside_lease=False
+    ),
+    PermissionEvent(
         "lease", "whoever may set: taken, renewed, given back", (FREE, PANICKED, FAULTED), beside_lease=False
     ),
 )

@@ -9,7 +9,7 @@ from realtime.records import Record, dtype_of
 STRIKE, RELEASE = 1, 2
 
 
-class Event(Record):
+class ContactEvent(Record):
     """One strike or release. A strike tells its speed (m/s, > 0) and foresees the contact, a release tells the speed
     that it was left with and what the contact was.
     """
@@ -26,7 +26,7 @@ class Event(Record):
     level: float
 
 
-EVENT = dtype_of(Event)
+EVENT = dtype_of(ContactEvent)
 
 READY, PLAYING, PANIC, FAULT = 0, 1, 2, 3
 STATUS_WORDS = ("ready", "playing", "panic", "fault")
@@ -79,7 +79,7 @@ class Status(Record):
 STATUS = dtype_of(Status)
 
 
-class Player(Record):
+class TickState(Record):
     """State of the simulated player and the tick. `phase` walks the strikes over the head; `rest_s` is how long
     the stick has lain dead, `still_s` how long it crept or was out of reach; the last two strike instants make the
     roll rate. `reach`: the fastest entry that keeps all limits, m/s, with the law that plays (envelope.Judgement).
@@ -115,7 +115,7 @@ class Player(Record):
     trace_ended: int
 
 
-PLAYER = dtype_of(Player)
+PLAYER = dtype_of(TickState)
 
 
 class Reading(Record):

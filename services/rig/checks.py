@@ -1,4 +1,4 @@
-"""Command-line values, checked with one clear line each. Raises Stop with status 2."""
+"""Command-line values, checked with one clear line each. Raises CommandError with status 2."""
 
 import importlib.util
 import math
@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from protocol.keys import DEFAULT_ROUTER, Keys, checked_rig
-from rig.exit_status import lacking, wrong
+from rig.exit_status import unavailable, usage_error
 
 
 def rig_name(name: str) -> None:
@@ -16,7 +16,7 @@ def rig_name(name: str) -> None:
     try:
         checked_rig(name)
     except ValueError as error:
-        wrong(str(error))
+        usage_error(str(error))
 
 
 def sound_rigs(own: str, also: Sequence[str], most: int) -> None:
@@ -27,9 +27,9 @@ def sound_rigs(own: str, also: Sequence[str], most: int) -> None:
     try:
         named = {own, *(checked_pattern(name) for name in also if not is_pattern(checked_pattern(name)))}
     except ValueError as error:
-        wrong(f"--also: {error}")
+        usage_error(f"--also: {error}")
     if len(named) > most:
-        wrong(
+        usage_error(
             f"--rig and --also name {len(named)} rigs, more than the {most} that one sound server plays (--most-rigs,"
             " at most 8): start another one for the rest"
         )
@@ -48,7 +48,7 @@ def endpoint(connect: str | None, option: str = "--connect") -> str:
     try:
         host_and_port(connect or DEFAULT_ROUTER)
     except ValueError as error:
-        wrong(f"{option}: {error}")
+        usage_error(f"{option}: {error}")
     return connect or DEFAULT_ROUTER
 
 
@@ -61,14 +61,14 @@ def wire(rig: str, connect: str | None) -> tuple[str, Keys]:
 def port(number: int, option: str) -> None:
     """A port number."""
     if not 1 <= number <= 65535:
-        wrong(f"{option} {number}: a port is 1 .. 65535")
+        usage_error(f"{option} {number}: a port is 1 .. 65535")
 
 
 def target(text: str, option: str = "--osc-out") -> str:
     """host:port of an OSC listener, whose name nobody needs to know yet."""
     host, _, number = text.rpartition(":")
     if not host or not number.isdecimal() or not 1 <= int(number) <= 65535:
-        wrong(f"{option} {text!r}: write host:port, e.g. 127.0.0.1:9101")
+        usage_error(f"{option} {text!r}: write host:port, e.g. 127.0.0.1:9101")
     return text
 
 
@@ -78,7 +78,9 @@ def known_target(text: str, option: str = "--osc-out") -> str:
     try:
         socket.getaddrinfo(host, int(number), socket.AF_INET, socket.SOCK_DGRAM)
     except (OSError, UnicodeError):
-        lacking(f"{option} {text!r}: no IPv4 address is known for {host!r}; write one, e.g. 127.0.0.1:9101")
+        unavailable(
+            f"{option} {text!r}: no IPv4 address is known for {host!r}; write one, e.g. 127.0.0.1:9101"
+        )
     return text
 
 
@@ -86,18 +88,20 @@ def oscquery(text: str | None, announce: bool) -> tuple[str, int] | None:
     """Host and port to serve OSCQuery at, when asked for; the packages that this takes are there."""
     if text is None:
         if announce:
-            wrong("--oscquery-announce: there is nothing to announce without --oscquery [HOST:]PORT")
+            usage_error("--oscquery-announce: there is nothing to announce without --oscquery [HOST:]PORT")
         return None
     host, colon, number = text.rpartition(":")
     host = host if colon else "127.0.0.1"
     if not host or not number.isdecimal() or not 1 <= int(number) <= 65535:
-        wrong(
+        usage_error(
             f"--oscquery {text!r}: write [host:]port, a port being 1 .. 65535, e.g. 9102 or 192.168.1.5:9102"
         )
     try:
         found = socket.getaddrinfo(host, int(number), socket.AF_INET, socket.SOCK_STREAM)
     except (OSError, UnicodeError):
-        lacking(f"--oscquery {text!r}: no IPv4 address is known for {host!r}; write one, e.g. 127.0.0.1:9102")
+        unavailable(
+            f"--oscquery {text!r}: no IPv4 address is known for {host!r}; write one, e.g. 127.0.0.1:9102"
+        )
     installed("--oscquery", "oscquery", "websockets", "zeroconf")
     return str(found[0][4][0]), int(number)
 
@@ -105,13 +109,13 @@ def oscquery(text: str | None, announce: bool) -> tuple[str, int] | None:
 def midi(port: str, note: int, channel: int) -> None:
     """A MIDI port's name, a note and a channel; the package that this takes is there."""
     if not port.strip() or not port.isprintable():
-        wrong(f"--midi-out {port!r}: write part of a port's name, virtual, or list to see the ports")
+        usage_error(f"--midi-out {port!r}: write part of a port's name, virtual, or list to see the ports")
     if not 0 <= note <= 127:
-        wrong(f"--midi-note {note}: must be 0 .. 127 (38 is the snare of General MIDI)")
+        usage_error(f"--midi-note {note}: must be 0 .. 127 (38 is the snare of General MIDI)")
     if not 1 <= channel <= 16:
-        wrong(f"--midi-channel {channel}: must be 1 .. 16 (10 is for percussion in General MIDI)")
+        usage_error(f"--midi-channel {channel}: must be 1 .. 16 (10 is for percussion in General MIDI)")
     if port == "virtual" and sys.platform == "win32":
-        lacking(
+        unavailable(
             "--midi-out virtual: Windows cannot make MIDI ports; make one with a loopback driver and name it"
         )
     installed("--midi-out", "midi", "rtmidi2")
@@ -121,7 +125,7 @@ def installed(option: str, extra: str, *packages: str) -> None:
     """Stop with status 3 unless these packages, which `extra` brings, can be imported."""
     missing = [name for name in packages if importlib.util.find_spec(name) is None]
     if missing:
-        lacking(f"{option} needs {', '.join(missing)}: install haptic-drumstick[{extra}]")
+        unavailable(f"{option} needs {', '.join(missing)}: install haptic-drumstick[{extra}]")
 
 
 def prefix(text: str) -> None:
@@ -131,13 +135,13 @@ def prefix(text: str) -> None:
     try:
         checked_prefix(text)
     except ValueError as error:
-        wrong(f"--prefix: {error}")
+        usage_error(f"--prefix: {error}")
 
 
 def finite(value: float, option: str, low: float, high: float, unit: str) -> None:
     """A finite number within limits."""
     if not (math.isfinite(value) and low <= value <= high):
-        wrong(f"{option} {value}: must be {low:g} .. {high:g} {unit}")
+        usage_error(f"{option} {value}: must be {low:g} .. {high:g} {unit}")
 
 
 def duration(seconds: float | None) -> None:
@@ -152,6 +156,6 @@ def device(words: str) -> None:
     if words in ("simulated", "pointer", "openhaptics"):
         return
     if kind != "replay" or not path:
-        wrong(f"--device {words}: there is simulated, pointer, openhaptics or replay:FILE")
+        usage_error(f"--device {words}: there is simulated, pointer, openhaptics or replay:FILE")
     if not Path(path).is_file():
-        wrong(f"--device {words}: there is no file {path}")
+        usage_error(f"--device {words}: there is no file {path}")

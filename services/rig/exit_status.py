@@ -5,7 +5,7 @@ from typing import NoReturn
 GIVEN, LACKING, OURS = 2, 3, 1
 
 
-class Stop(Exception):
+class CommandError(Exception):
     """Ends the command with one clear message and an exit status."""
 
     def __init__(self, status: int, message: str) -> None:
@@ -13,11 +13,11 @@ class Stop(Exception):
         self.status = status
 
 
-def wrong(message: str) -> NoReturn:
+def usage_error(message: str) -> NoReturn:
     """Stop with status 2: the user's input is wrong."""
-    raise Stop(GIVEN, message)
+    raise CommandError(GIVEN, message)
 
 
-def lacking(message: str) -> NoReturn:
+def unavailable(message: str) -> NoReturn:
     """The machine lacks something: a free port, a library, a permission."""
-    raise Stop(LACKING, message)
+    raise CommandError(LACKING, message)

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import IO
 
-from rig.exit_status import lacking
+from rig.exit_status import unavailable
 
 
 def _places(rig: str) -> Iterator[Path]:
@@ -40,19 +40,21 @@ def accuracy_folder() -> Path:
 
 
 def run_folder(rig: str) -> Path:
-    """The folder of `rig`, 0700, made when missing. Raises Stop when it is not ours."""
+    """The folder of `rig`, 0700, made when missing. Raises CommandError when it is not ours."""
     folder = next(_places(rig), None)
     if folder is None:
-        lacking("no writable place for run-time files: set XDG_RUNTIME_DIR to a folder of yours")
+        unavailable("no writable place for run-time files: set XDG_RUNTIME_DIR to a folder of yours")
     try:
         folder.mkdir(mode=0o700, exist_ok=True)
         found = folder.lstat()
     except FileExistsError:
-        lacking(f"{folder} is in the way and no folder: remove it, or use another --rig")
+        unavailable(f"{folder} is in the way and no folder: remove it, or use another --rig")
     except OSError as error:
-        lacking(f"{folder} cannot be made: {error.strerror}; set XDG_RUNTIME_DIR to a folder of yours")
+        unavailable(f"{folder} cannot be made: {error.strerror}; set XDG_RUNTIME_DIR to a folder of yours")
     if found.st_uid != os.getuid() or found.st_mode & 0o077 or not folder.is_dir() or folder.is_symlink():
-        lacking(f"{folder} belongs to somebody else or is open to others: remove it, or use another --rig")
+        unavailable(
+            f"{folder} belongs to somebody else or is open to others: remove it, or use another --rig"
+        )
     return folder
 
 
@@ -61,12 +63,12 @@ def claim(folder: Path, rig: str) -> IO[str]:
     try:
         lock = (folder / "lock").open("w")
     except OSError as error:
-        lacking(f"{folder / 'lock'} cannot be written: {error.strerror}")
+        unavailable(f"{folder / 'lock'} cannot be written: {error.strerror}")
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         lock.close()
-        lacking(
+        unavailable(
             f"rig {rig!r} is already running on this machine: stop it, or give this one another name with --rig"
         )
     return lock
@@ -80,4 +82,4 @@ def put_text(path: Path, text: str) -> None:
         temporary.replace(path)
     except OSError as error:
         temporary.unlink(missing_ok=True)
-        lacking(f"{path} cannot be written: {error.strerror}")
+        unavailable(f"{path} cannot be written: {error.strerror}")

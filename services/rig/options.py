@@ -159,12 +159,12 @@ class OutputOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class GatewayOptions(OutputOptions, EndpointOptions):
+class GatewayCliOptions(OutputOptions, EndpointOptions):
     """All of a gateway."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class HapticOptions(GatewayOptions, DeviceOptions):
+class HapticOptions(GatewayCliOptions, DeviceOptions):
     """Servo and gateway."""
 
 

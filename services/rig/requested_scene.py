@@ -6,7 +6,7 @@ from pathlib import Path
 
 from realtime.regular_file import read_text
 from rig import scene_file
-from rig.exit_status import Stop
+from rig.exit_status import CommandError
 from rig.supervision.scene_files import SceneFiles
 
 _MAX_BYTES = 4096  # a scene's name, or the path of its file
@@ -28,7 +28,7 @@ def take(run: Path, say: Callable[[str], None]) -> SceneFiles | None:
     _remove(wanted)
     try:
         return scene_file.scene_files(name)
-    except Stop as stop:
+    except CommandError as stop:
         say(f"another scene was asked for: {stop}")
         return None
 

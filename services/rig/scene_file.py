@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from haptic_server.files import MAX_SCENE_BYTES
 from realtime.regular_file import read_text
-from rig.exit_status import wrong
+from rig.exit_status import usage_error
 from rig.supervision.scene_files import SceneFiles
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ class SceneText(NamedTuple):
 
 
 def read(scene: str) -> SceneText:
-    """The text of a shipped scene or of a file (anything with a / or ending in .toml). Raises Stop."""
+    """The text of a shipped scene or of a file (anything with a / or ending in .toml). Raises CommandError."""
     from drumstick.parameters.scene import shipped_names, shipped_text
 
     if scene in shipped_names():
@@ -33,13 +33,13 @@ def read(scene: str) -> SceneText:
     if not (scene.endswith(".toml") or "/" in scene or path.is_file()):
         near = get_close_matches(scene, shipped_names(), 1)
         meant = f" (did you mean {near[0]!r}?)" if near else ""
-        wrong(f"no scene {scene!r}{meant}; shipped: {', '.join(shipped_names())}; or give a .toml file")
+        usage_error(f"no scene {scene!r}{meant}; shipped: {', '.join(shipped_names())}; or give a .toml file")
     try:
         return SceneText(read_text(path, MAX_SCENE_BYTES), str(path))
     except UnicodeDecodeError as error:
-        wrong(f"{scene}: not UTF-8 text (byte {error.start}); save it as UTF-8")
+        usage_error(f"{scene}: not UTF-8 text (byte {error.start}); save it as UTF-8")
     except OSError as error:
-        wrong(f"{scene}: cannot be read: {error.strerror}")
+        usage_error(f"{scene}: cannot be read: {error.strerror}")
 
 
 def _gesture_text(scene: str, file_name: str) -> str:
@@ -53,9 +53,9 @@ def _gesture_text(scene: str, file_name: str) -> str:
 
 
 def gesture(scene: str, loaded: Scene) -> str | None:
-    """The text of the scene's recorded gesture, checked; None when it has none. Raises Stop."""
+    """The text of the scene's recorded gesture, checked; None when it has none. Raises CommandError."""
     from haptic_server.device.gesture import gesture_of
-    from haptic_server.device.recording import RecordingError
+    from haptic_server.device.recording import TrajectoryError
 
     name = loaded.hand.gesture_file
     if not name:
@@ -63,29 +63,29 @@ def gesture(scene: str, loaded: Scene) -> str | None:
     try:
         text = _gesture_text(scene, name)
         gesture_of(StringIO(text, newline=""), name, loaded)
-    except RecordingError as error:
-        wrong(f"{scene}: hand.gesture_file: {error}")
+    except TrajectoryError as error:
+        usage_error(f"{scene}: hand.gesture_file: {error}")
     except UnicodeDecodeError:
-        wrong(f"{scene}: hand.gesture_file: {name}: not UTF-8 text; give CSV")
+        usage_error(f"{scene}: hand.gesture_file: {name}: not UTF-8 text; give CSV")
     except OSError as error:
-        wrong(
+        usage_error(
             f"{scene}: hand.gesture_file: {name}: cannot be read: {error.strerror}; it must lie beside the scene"
         )
     return text
 
 
 def scene_files(scene: str) -> SceneFiles:
-    """The scene and its gesture, both checked, ready for a run folder. Raises Stop."""
+    """The scene and its gesture, both checked, ready for a run folder. Raises CommandError."""
     loaded = load(scene)
     return SceneFiles(loaded.name, read(scene).text, gesture(scene, loaded))
 
 
 def load(scene: str):
-    """The validated scene. Raises Stop with every mistake in it."""
+    """The validated scene. Raises CommandError with every mistake in it."""
     from drumstick.parameters.scene import SceneError, parse
 
     found = read(scene)
     try:
         return parse(found.text, found.source)
     except SceneError as error:
-        wrong(str(error))
+        usage_error(str(error))

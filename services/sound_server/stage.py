@@ -27,7 +27,7 @@ from drumstick.drum.output.limiter import limit
 from realtime.atomics import load_acquire, peek, poke, store_release
 from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.foreign import call_block
-from realtime.kernels.handover import Handed, take_up_typed, typed_callback
+from realtime.kernels.handover import ForeignHandle, take_up_typed, typed_callback
 from realtime.kernels.jit import CFunction, njit
 from realtime.records import Record, Rows, dtype_of
 
@@ -38,7 +38,7 @@ _FADE_S = 0.06
 _array: Any = carray  # numba knows it by value; its own annotations do not fit addresses
 
 
-class Place(Record):
+class MixerSlot(Record):
     """`gone` is how far the fade has come, 0..1; it begins after `hold` frames and advances by `fall` a frame."""
 
     function: int
@@ -48,15 +48,15 @@ class Place(Record):
     fall: float
 
 
-PLACE = dtype_of(Place)
+PLACE = dtype_of(MixerSlot)
 
 
-class Boards(NamedTuple):
+class MixBuffers(NamedTuple):
     """Arrays of the audio thread. Shapes: states, places and begun (16,), one and sum (1024, 2). begun: the pulses that
     each drum was given so far."""
 
     states: npt.NDArray[np.int64]
-    places: Rows[Place]
+    places: Rows[MixerSlot]
     one: npt.NDArray[np.float32]
     sum: npt.NDArray[np.float32]
     begun: npt.NDArray[np.int64]
@@ -67,8 +67,8 @@ class StageFull(Exception):
 
 
 @njit()
-def _add(boards: Boards, at: int, frames: int, leaving: bool) -> None:
-    place: Place = boards.places[at]
+def _add(boards: MixBuffers, at: int, frames: int, leaving: bool) -> None:
+    place: MixerSlot = boards.places[at]
     if not leaving:
         for i in range(frames):
             boards.sum[i, 0] += boards.one[i, 0]
@@ -87,7 +87,7 @@ def _add(boards: Boards, at: int, frames: int, leaving: bool) -> None:
 
 
 @njit()
-def mix(boards: Boards, out: npt.NDArray[np.float32], rate_Hz: float, start_ns: int) -> None:
+def mix(boards: MixBuffers, out: npt.NDArray[np.float32], rate_Hz: float, start_ns: int) -> None:
     """Fill `out`, shape (frames, 1 or 2), with everything that sounds from `start_ns` (monotonic) on, limited.
 
     The caller sets the float mode.
@@ -99,7 +99,7 @@ def mix(boards: Boards, out: npt.NDArray[np.float32], rate_Hz: float, start_ns: 
         for at in range(PLACES):
             state = load_acquire(boards.states, at)
             if state in (PLAYING, LEAVING):
-                place: Place = boards.places[at]
+                place: MixerSlot = boards.places[at]
                 since_ns = int(first * 1e9 / rate_Hz)
                 call_block(
                     place.function, place.argument, boards.one.ctypes.data, frames, start_ns + since_ns
@@ -128,19 +128,19 @@ def _player_of(kind: Any) -> CFunction:
     return CFunction(_play, typed_callback(kind, types.voidptr, types.int64, types.int64))
 
 
-class Stage:
+class Mixer:
     """Up to 16 drums. It must live as long as any audio thread that plays `boards`."""
 
     def __init__(self, rate_Hz: int) -> None:
         self._rate_Hz = rate_Hz
-        self.boards = Boards(
+        self.boards = MixBuffers(
             np.zeros(PLACES, np.int64),
             np.zeros(PLACES, PLACE),
             np.zeros((_MAX_FRAMES, 2), np.float32),
             np.zeros((_MAX_FRAMES, 2), np.float32),
             np.zeros(PLACES, np.int64),
         )
-        self._held: dict[int, tuple[Handed, CFunction]] = {}
+        self._held: dict[int, tuple[ForeignHandle, CFunction]] = {}
         self._filling = threading.Lock()
 
     def enter(self, engine: Engine) -> int:
@@ -149,7 +149,7 @@ class Stage:
             self._clear()
             for at in range(PLACES):
                 if at not in self._held:
-                    handed = Handed((engine, self.boards.begun[at : at + 1]))
+                    handed = ForeignHandle((engine, self.boards.begun[at : at + 1]))
                     function = _player_of(handed.kind)
                     self._held[at] = handed, function
                     self.boards.places[at] = (function.address, handed.address, 0, 0.0, 0.0)
@@ -159,7 +159,7 @@ class Stage:
 
     def leave(self, at: int, after_s: float = 0.0) -> None:
         """Fade the drum at this place out in 60 ms, beginning `after_s` from now; another may enter there then."""
-        place: Place = self.boards.places[at]
+        place: MixerSlot = self.boards.places[at]
         place["hold"] = round(after_s * self._rate_Hz)
         place["fall"] = 1.0 / (_FADE_S * self._rate_Hz)
         poke(self.boards.states, at, LEAVING)

@@ -40,7 +40,7 @@ def main() -> int:
         return _end(3, f"port {given.port} of 127.0.0.1 is not free: {error}")
     try:
         from web_panel.accuracy_results import Files
-        from web_panel.serving import GuardError, serve
+        from web_panel.serving import ViserIncompatible, serve
         from web_panel.tuning.undo_file import UndoFile
     except ImportError as error:
         return _end(3, f"{error}; install haptic-drumstick[panel]")
@@ -55,6 +55,6 @@ def main() -> int:
         files = Files(given.accuracy_shipped, given.accuracy_own)
         kept = UndoFile(given.token_file.with_name(CHANGES))
         serve(given.rig, given.connect, port, token, kept, keep_on, given.identity, files)
-    except GuardError as error:
+    except ViserIncompatible as error:
         return _end(1, str(error))
     return 0

@@ -10,7 +10,7 @@ from web_panel.access.admission import Admission
 from web_panel.access.client_message import ClientMessages
 from web_panel.access.lease_access import LeaseAccess
 from web_panel.access.pointer_access import PointerAccess
-from web_panel.access.viser_access import GuardError as GuardError
+from web_panel.access.viser_access import ViserIncompatible as ViserIncompatible
 from web_panel.access.viser_access import start
 from web_panel.accuracy_results import NO_FILES, Files
 from web_panel.computing.computer import Computer
@@ -42,7 +42,7 @@ def serve(
     identity: Identity | None = None,
     accuracy: Files = NO_FILES,
 ) -> None:
-    """Serve until `keep_on` says no; logs the address when it can be visited. Raises GuardError. Main thread."""
+    """Serve until `keep_on` says no; logs the address when it can be visited. Raises ViserIncompatible. Main thread."""
     messages, rig_state = ClientMessages(), RigState()
     link = RigLink(rig, endpoint, rig_state, identity)
     server = start(Admission(token, port), messages, PointerAccess(link.point))

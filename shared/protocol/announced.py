@@ -18,7 +18,7 @@ _REMEMBERED = 1024  # strikes and releases that wait for each other, and pairs t
 PEAK_WITHIN_dB, IMPULSE_WITHIN_dB = 1.0, 0.5
 
 
-class Off(NamedTuple):
+class Deviation(NamedTuple):
     """Announced to real, dB: above 0 the strike announced too much. `worst` is the one farthest from 0."""
 
     median_dB: float
@@ -34,8 +34,8 @@ class Report(NamedTuple):
     """Report on the newest contacts, `contacts` of them."""
 
     contacts: int
-    peak: Off
-    impulse: Off
+    peak: Deviation
+    impulse: Deviation
 
     @property
     def is_good(self) -> bool:
@@ -52,8 +52,8 @@ def _ratio_dB(announced: float, real: float) -> float:  # noqa: N802
     return 20.0 * (math.log10(announced) - math.log10(real))
 
 
-def _off(values_dB: list[float]) -> Off:
-    return Off(statistics.median(values_dB), max(values_dB, key=abs))
+def _off(values_dB: list[float]) -> Deviation:
+    return Deviation(statistics.median(values_dB), max(values_dB, key=abs))
 
 
 @dataclass

@@ -21,10 +21,10 @@ from drumstick.parameters.scene import Scene, SceneError, as_tables, parse
 from drumstick.parameters.stick import Stick
 from drumstick.stick.effects.pulse import Pulse
 from haptic_server import files
-from haptic_server.device.recording import RecordingError, recording_of
+from haptic_server.device.recording import TrajectoryError, recording_of
 from haptic_server.presets.preset import PresetError, from_bytes
 from recordings import a_release, a_state, a_strike
-from rig.exit_status import Stop
+from rig.exit_status import CommandError
 from rig.identity.rig_file import RigFileError
 from rig.identity.rig_file import parse as parse_rig_file
 from rig.machine import last_fault
@@ -214,7 +214,7 @@ def _table(names: str, good: list[str]) -> st.SearchStrategy[str]:
 @_EXAMPLES
 @given(_table("t_s,z_m", ["0", "0"]) | st.text(max_size=100))
 def test_a_gesture(text: str) -> None:
-    _in_few_words(RecordingError, lambda: recording_of(text.splitlines(keepends=True), "any.csv"))
+    _in_few_words(TrajectoryError, lambda: recording_of(text.splitlines(keepends=True), "any.csv"))
 
 
 @_EXAMPLES
@@ -222,7 +222,7 @@ def test_a_gesture(text: str) -> None:
 def test_a_table_of_strikes(tmp_path_factory: pytest.TempPathFactory, text: str) -> None:
     path = tmp_path_factory.getbasetemp() / "any.csv"
     path.write_text(text, newline="")
-    _in_few_words(Stop, lambda: render.strikes_of(path, Scene("any")))
+    _in_few_words(CommandError, lambda: render.strikes_of(path, Scene("any")))
 
 
 @_EXAMPLES

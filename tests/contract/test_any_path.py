@@ -21,7 +21,7 @@ from haptic_server.presets.preset import PresetError
 from haptic_server.presets.store import PresetStore
 from protocol.access.identity import Identity
 from rig import scene_file
-from rig.exit_status import Stop
+from rig.exit_status import CommandError
 from rig.identity import identity_check, keys, rig_file
 from rig.machine import last_fault
 from rig.offline import render
@@ -60,17 +60,19 @@ def _huge(path: Path) -> None:
 
 
 READERS = {
-    "a scene": Reader("named.toml", lambda path: scene_file.read(str(path)), Stop),
-    "a gesture beside its scene": Reader("named", _gesture_beside, Stop),
+    "a scene": Reader("named.toml", lambda path: scene_file.read(str(path)), CommandError),
+    "a gesture beside its scene": Reader("named", _gesture_beside, CommandError),
     "a gesture in the run folder": Reader(
         "named", lambda path: gesture.read(path, Scene("any")), DeviceError
     ),
     "the device replay:FILE": Reader("named", replay.read, DeviceError),
-    "a rig file": Reader("named", rig_file.load, Stop),
+    "a rig file": Reader("named", rig_file.load, CommandError),
     "a recording": Reader("named.mcap", reading.read, reading.RecordingError),
-    "strikes": Reader("named", lambda path: render.strikes_of(path, Scene("any")), Stop),
-    "certificates shown": Reader("named.pem", lambda path: keys.show(path.parent, as_json=True), Stop),
-    "one's own certificate": Reader("named", _identity, Stop),
+    "strikes": Reader("named", lambda path: render.strikes_of(path, Scene("any")), CommandError),
+    "certificates shown": Reader(
+        "named.pem", lambda path: keys.show(path.parent, as_json=True), CommandError
+    ),
+    "one's own certificate": Reader("named", _identity, CommandError),
     "the trace of a fault": Reader(
         files.TRACE, lambda path: last_fault.read(path.parent), last_fault.TraceError
     ),

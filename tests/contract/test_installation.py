@@ -16,7 +16,7 @@ import pytest
 from typer.testing import CliRunner
 
 from rig.cli.command import app
-from rig.exit_status import Stop
+from rig.exit_status import CommandError
 
 ROOT = Path(__file__).resolve().parents[2]
 DEPLOY = ROOT / "deploy"
@@ -262,7 +262,7 @@ def test_the_rig_and_its_file_come_by_variables_too(words: list[str], tmp_path: 
     file.write_text('nme = "x"\n')
     environment = {"DRUMSTICK_RIG": "stage", "DRUMSTICK_RIG_FILE": str(file)}
     done = CliRunner().invoke(app, words, env=environment)
-    assert isinstance(done.exception, Stop)
+    assert isinstance(done.exception, CommandError)
     assert "known here: name" in str(done.exception)
 
 

@@ -13,17 +13,17 @@ from drumstick_lab.accuracy import store
 from drumstick_lab.accuracy.choices import choices
 from drumstick_lab.accuracy.run import begun, fill
 from rig import folder
-from rig.exit_status import lacking
+from rig.exit_status import unavailable
 from rig.figures import requirements
 
 
 def accuracy(quick: bool, as_json: bool, out: Path | None) -> None:
-    """The result into `out`, or where the panel looks for it, with its figures. Raises Stop.
+    """The result into `out`, or where the panel looks for it, with its figures. Raises CommandError.
 
     A quick run beside a full one goes into a folder of its own there.
     """
     if find_spec("scipy") is None:
-        lacking("accuracy needs scipy; install haptic-drumstick[sound]")
+        unavailable("accuracy needs scipy; install haptic-drumstick[sound]")
     where = folder.accuracy_folder() if out is None else out
     if quick and store.is_full(where):
         where /= "quick"

@@ -8,7 +8,7 @@ from typing import Any
 from drumstick_lab.checkout import RESULTS
 from realtime.regular_file import read_text
 from rig.accuracy_files import FILE
-from rig.exit_status import lacking
+from rig.exit_status import unavailable
 
 UNFINISHED = "accuracy-unfinished.json"  # of a run that was stopped or failed
 _MAX_BYTES = 20_000_000
@@ -20,13 +20,13 @@ _STICK = ("ns_per_s", "error_contacts")
 
 
 def keep(found: dict[str, Any], out: Path, name: str = FILE) -> None:
-    """Write the result into the folder, whole or not at all. Raises Stop."""
+    """Write the result into the folder, whole or not at all. Raises CommandError."""
     beside = out / f".{name}.{os.getpid()}"
     try:
         beside.write_text(json.dumps(found, indent=1, allow_nan=False) + "\n", encoding="utf-8")
         beside.replace(out / name)
     except OSError as error:
-        lacking(f"{out}: cannot be written: {error.strerror}")
+        unavailable(f"{out}: cannot be written: {error.strerror}")
 
 
 def is_full(out: Path) -> bool:

@@ -11,7 +11,7 @@ from drumstick_lab.soak.result import Result
 from drumstick_lab.soak.samples import Samples
 from realtime.stop import StopRequest, on_stop_signals
 from rig import scene_file
-from rig.exit_status import OURS, Stop, lacking
+from rig.exit_status import OURS, CommandError, unavailable
 from rig.figures import requirements
 from rig.supervision.terminal import Terminal
 
@@ -27,7 +27,7 @@ def soak(
     as_json: bool,
     out: Path | None,
 ) -> bool:
-    """True when everything passed. Raises Stop."""
+    """True when everything passed. Raises CommandError."""
     rate = (REAL_SPEED if real_time else 1.0) if speed is None else speed
     found = scene_file.read(scene)
     scene_file.load(scene)
@@ -42,7 +42,7 @@ def soak(
         with tempfile.TemporaryDirectory(prefix="drumstick-soak-") as place:
             result = _form(real_time, text, duration_s, rate, Path(place), samples, terminal, stop)
     except OSError as error:
-        lacking(
+        unavailable(
             f"the soak ended: {error.strerror or error} (recordings are written to {tempfile.gettempdir()})"
         )
     finally:
@@ -68,7 +68,7 @@ def _form(
     try:
         return virtual.soak(text, duration_s or VIRTUAL_S, speed, place, samples, terminal.status, stop)
     except virtual.ticks.Astray as error:
-        raise Stop(OURS, str(error)) from None
+        raise CommandError(OURS, str(error)) from None
     finally:
         logging.disable(logging.NOTSET)
 
@@ -82,5 +82,5 @@ def _write(out: Path, result: Result, scene: str, samples: Samples) -> None:
         )
         draw(samples, result, out / FIGURE)
     except OSError as error:
-        lacking(f"--out {out}: cannot be written: {error.strerror}")
+        unavailable(f"--out {out}: cannot be written: {error.strerror}")
     print(f"written to {out}: {JSON}, {CSV}, {FIGURE}", file=sys.stderr)

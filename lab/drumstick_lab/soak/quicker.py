@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from typing import Any, cast
 
 from drumstick.parameters.scene import Scene, as_tables, parse
-from rig.exit_status import wrong
+from rig.exit_status import usage_error
 
 MOST = 100.0
 # Of each unit that ends a key: how often mass, length and time stand in it, together.
@@ -34,7 +34,7 @@ _UNCHANGED = (
 
 
 def quicker(text: str, source: str, speed: float) -> str:
-    """The text of the scene with its stick and effects scaled to strike `speed` times as often. Raises Stop.
+    """The text of the scene with its stick and effects scaled to strike `speed` times as often. Raises CommandError.
 
     Drum, sound, servo and guard stay what they are. A sampled arm is refused: its hand and its ticks do not scale.
     """
@@ -42,12 +42,12 @@ def quicker(text: str, source: str, speed: float) -> str:
         return text
     scene = parse(text, source)
     if scene.device.plant != "stick":
-        wrong(
+        usage_error(
             f'--speed {speed:g}: the scene {scene.name!r} plays a sampled arm ([device] plant = "phantom"), whose ticks'
             ' cannot be made quicker: use --speed 1, or a scene with the plant "stick"'
         )
     if "geometry" in _of(tomllib.loads(text), "stick"):
-        wrong(f"--speed {speed:g}: the scene {scene.name!r} gives a geometry; give its m_kg instead")
+        usage_error(f"--speed {speed:g}: the scene {scene.name!r} gives a geometry; give its m_kg instead")
     tables = tomllib.loads(text)
     whole = as_tables(scene)  # with the defaults, which must be scaled too
     tables["stick"] = _scaled(whole["stick"], speed)
@@ -77,7 +77,7 @@ def _check(text: str, source: str, speed: float) -> Scene:
     try:
         return parse(text, f"{source} at --speed {speed:g}")
     except SceneError as error:
-        wrong(f"--speed {speed:g} takes this scene out of its ranges: {error.mistakes[0]}")
+        usage_error(f"--speed {speed:g} takes this scene out of its ranges: {error.mistakes[0]}")
 
 
 def _toml(tables: Mapping[str, Any], path: str = "") -> str:

@@ -12,7 +12,7 @@ from drumstick_lab.soak.result import Result
 from drumstick_lab.soak.samples import Samples
 from drumstick_lab.soak.verdict import BREATH_KB, WARM_UP, Verdict, of_count, of_growth, unjudged
 from realtime.stop import StopRequest
-from rig.exit_status import OURS, Stop, lacking
+from rig.exit_status import OURS, CommandError, unavailable
 
 _READY_WITHIN_S = 600.0  # the very first start compiles every kernel
 _MAX_PAUSE_S, _SHORTEST_PAUSE_S, _SAMPLES = 5.0, 0.5, 200
@@ -25,9 +25,9 @@ def soak(
     scene_text: str, duration_s: float, speed: float, place: Path, samples: Samples, say: Callable[[str], None],
     stop: StopRequest,
 ) -> Result:  # fmt: skip
-    """Play for `duration_s` or until `stop`, and judge. Raises Stop when the rig does not come up."""
+    """Play for `duration_s` or until `stop`, and judge. Raises CommandError when the rig does not come up."""
     if not usage.is_readable():
-        lacking("--real-time reads /proc of every process: this system has none (Linux has)")
+        unavailable("--real-time reads /proc of every process: this system has none (Linux has)")
     playing = Playing(scene_text, place)
     hearing = Hearing(playing.endpoint, playing.rig)
     counts: dict[str, dict[str, Any]] = {}
@@ -67,12 +67,12 @@ def _meet(playing: Playing, hearing: Hearing, place: Path, stop: StopRequest) ->
         ended = playing.ended()
         if ended is not None or time.monotonic() > until:
             log = (place / "rig.log").read_text(encoding="utf-8", errors="replace").strip()
-            raise Stop(OURS, f"{ended or 'the rig was not ready in time'}; it said: {log[-1500:]}")
+            raise CommandError(OURS, f"{ended or 'the rig was not ready in time'}; it said: {log[-1500:]}")
         opened = opened or hearing.open(stop)
         if hearing.state is not None and hearing.meter is not None and hearing.state.strikes > 0:
             return
         stop.wait(0.1)
-    raise Stop(OURS, "stopped before the rig was ready")
+    raise CommandError(OURS, "stopped before the rig was ready")
 
 
 def _watch(
@@ -88,7 +88,7 @@ def _watch(
             samples.note(t_s, who, one._asdict())
         samples.note(t_s, RIG, hearing.levels())
         if (ended := playing.ended()) is not None:
-            raise Stop(OURS, f"after {t_s:.0f} s {ended}")
+            raise CommandError(OURS, f"after {t_s:.0f} s {ended}")
         state = hearing.state
         megabytes = sum(one.pss_kB for one in used.values()) / 1e3
         say(

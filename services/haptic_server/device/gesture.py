@@ -10,7 +10,7 @@ import numpy as np
 
 from drumstick.parameters.scene import Scene
 from haptic_server.device.protocol import DeviceError
-from haptic_server.device.recording import MAX_BYTES, Recording, RecordingError, recording_of
+from haptic_server.device.recording import MAX_BYTES, Recording, TrajectoryError, recording_of
 from realtime.regular_file import read_lines
 
 # What the guard limits is the stick: a mass on a spring goes up to twice as fast as the end of its spring.
@@ -42,7 +42,7 @@ def read(path: Path, scene: Scene) -> Recording:
     """The gesture in the run folder. DeviceError when it is not there or not good."""
     try:
         return gesture_of(read_lines(path, MAX_BYTES), scene.hand.gesture_file, scene)
-    except (RecordingError, UnicodeDecodeError) as error:
+    except (TrajectoryError, UnicodeDecodeError) as error:
         raise DeviceError(str(error)) from None
     except OSError as error:
         raise DeviceError(f"the recorded gesture {path} cannot be read: {error.strerror}") from None

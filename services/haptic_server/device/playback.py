@@ -8,19 +8,19 @@ from realtime.kernels.jit import njit
 from realtime.records import Record, dtype_of
 
 
-class Replay(Record):
+class PlaybackState(Record):
     """State of a playback. Its fields tell the loop, at compile time, which device it is."""
 
     replayed_s: float
     row: int
 
 
-REPLAY = dtype_of(Replay)
+REPLAY = dtype_of(PlaybackState)
 
 
 @njit()
 def measure(
-    replay: Replay, path: Recording, head_z_m: float, reading: Reading, now_ns: int, span_s: float
+    replay: PlaybackState, path: Recording, head_z_m: float, reading: Reading, now_ns: int, span_s: float
 ) -> None:
     """Read the recording `span_s` later, interpolated linearly between its rows."""
     last = path.shape[0] - 1

@@ -50,7 +50,7 @@ class Pointed:
         hand["fastest_m_per_s"] = min(_FASTEST_M_PER_S, _SHARE_OF_LIMIT * scene.guard.max_speed_m_per_s)
         return hand
 
-    def furnish(self, servo: Servo) -> Servo:
+    def attach_simulation(self, servo: Servo) -> Servo:
         """The servo with its hand, lifted, and the stick at rest there."""
         servo.block.follow_pointer()
         lifted_m = self._lifted_m()
@@ -62,9 +62,9 @@ class Pointed:
         plant["z_m"] = plant["hand_m"] = self._scene.device.head_z_m + lifted_m
         return servo._replace(plant=plant, gesture=self._hand())
 
-    def rehearse(self, spare: Servo) -> None:
+    def warm_up(self, spare: Servo) -> None:
         """Compile the loop and touch every path of it."""
-        loop.rehearse(spare)
+        loop.warm_up(spare)
 
     def run(self, servo: Servo, stop: StopRequest) -> int:
         """Pace the ticks until asked to stop."""

@@ -38,11 +38,11 @@ class Device(Protocol):
         """Facts about the open device. Does not block."""
         ...
 
-    def furnish(self, servo: "Servo") -> "Servo":
+    def attach_simulation(self, servo: "Servo") -> "Servo":
         """The servo with what a simulated or replayed device moves in it; a real one leaves it as it is."""
         ...
 
-    def rehearse(self, spare: "Servo") -> None:
+    def warm_up(self, spare: "Servo") -> None:
         """Compile what `run` needs for servos of this type, before real time starts. Takes seconds; no force.
 
         `spare` is furnished like the servo to come, with a block that nobody reads.

@@ -24,7 +24,7 @@ Recording = npt.NDArray[np.float64]  # shape (n, 4): t s from 0, x, y, z m
 Row = tuple[float, float, float, float]  # t s from 0, x, y, z m
 
 
-class RecordingError(ValueError):
+class TrajectoryError(ValueError):
     """Mistake in a recording, with file, line, column, value, limit and unit."""
 
 
@@ -37,7 +37,7 @@ class _Table:
         self._reader.fieldnames = self.names
         twice = {name for name in self.names if self.names.count(name) > 1}
         if twice:
-            raise RecordingError(
+            raise TrajectoryError(
                 f"{source}: has {', '.join(sorted(twice))[:_SHOWN]} more than once in its first line"
             )
 
@@ -51,8 +51,8 @@ class _Table:
                 )
             yield row
 
-    def wrong(self, words: str) -> RecordingError:
-        return RecordingError(f"{self.source}:{self._reader.line_num}: {words}")
+    def wrong(self, words: str) -> TrajectoryError:
+        return TrajectoryError(f"{self.source}:{self._reader.line_num}: {words}")
 
     def number(self, row: dict[str, str | None], name: str) -> float:
         text = row[name]
@@ -86,7 +86,7 @@ def _read(table: _Table, limits: _Limits) -> list[Row]:
     time = next((name for name in _TIMES if name in table.names), None)
     if time is None or "z_m" not in table.names:
         has = ", ".join(table.names)[:_SHOWN] or "none"
-        raise RecordingError(f"{table.source}: needs the columns t_s (or t_ns) and z_m; it has {has}")
+        raise TrajectoryError(f"{table.source}: needs the columns t_s (or t_ns) and z_m; it has {has}")
     rows: list[Row] = []
     first = before = 0.0
     for row in table.rows():
@@ -122,7 +122,7 @@ def recording_of(
         table = _Table(lines, source)
         rows = _read(table, _Limits(lowest_m, highest_m, fastest_m_per_s))
     except csv.Error as error:
-        raise RecordingError(f"{source}: not CSV: {error}") from None
+        raise TrajectoryError(f"{source}: not CSV: {error}") from None
     if len(rows) < 2:
-        raise RecordingError(f"{source}: has {len(rows)} rows; a recording needs at least two")
+        raise TrajectoryError(f"{source}: has {len(rows)} rows; a recording needs at least two")
     return np.array(rows)

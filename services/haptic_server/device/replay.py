@@ -11,7 +11,7 @@ import numpy as np
 from haptic_server.device import paced
 from haptic_server.device.playback import REPLAY
 from haptic_server.device.protocol import DeviceError, Info
-from haptic_server.device.recording import MAX_BYTES, Recording, RecordingError, recording_of
+from haptic_server.device.recording import MAX_BYTES, Recording, TrajectoryError, recording_of
 from haptic_server.device.specification import PREMIUM_1_5
 from haptic_server.servo import loop
 from haptic_server.servo.memory import Servo
@@ -23,7 +23,7 @@ def read(path: Path) -> Recording:
     """The recording as rows of t, x, y, z; times rise from 0. DeviceError names file, line and column."""
     try:
         return recording_of(read_lines(path, MAX_BYTES), str(path))
-    except RecordingError as error:
+    except TrajectoryError as error:
         raise DeviceError(str(error)) from None
     except OSError as error:
         raise DeviceError(f"{path}: cannot be read: {error.strerror}") from None
@@ -31,7 +31,7 @@ def read(path: Path) -> Recording:
         raise DeviceError(f"{path}: not a text file; give CSV") from None
 
 
-class Replay:
+class ReplayDevice:
     """The device `replay:FILE`."""
 
     def __init__(self, path: Path) -> None:
@@ -50,13 +50,13 @@ class Replay:
             (f"replays {self._path}: {len(self.recording)} rows, {seconds:g} s, again and again",),
         )
 
-    def furnish(self, servo: Servo) -> Servo:
+    def attach_simulation(self, servo: Servo) -> Servo:
         """The servo with what this device moves in it."""
         return servo._replace(plant=np.zeros(1, REPLAY), path=self.recording)
 
-    def rehearse(self, spare: Servo) -> None:
+    def warm_up(self, spare: Servo) -> None:
         """Compile the loop and touch every path of it."""
-        loop.rehearse(spare)
+        loop.warm_up(spare)
 
     def run(self, servo: Servo, stop: StopRequest) -> int:
         """Pace the ticks until asked to stop."""

@@ -29,7 +29,7 @@ def chosen(words: str, scene: Scene, pose_is_held: bool = False, folder: Path | 
 
         return OpenHaptics(render, pose_is_held=pose_is_held)
     if kind == "replay" and rest:
-        from haptic_server.device.replay import Replay
+        from haptic_server.device.replay import ReplayDevice
 
-        return Replay(Path(rest))
+        return ReplayDevice(Path(rest))
     raise DeviceError(f"no device {words!r}; there is {KINDS}")

@@ -88,7 +88,7 @@ class Simulated:
             specification_of(self._scene), (f"an arm as a PHANTOM Premium 1.5, in a simulated hand: {does}",)
         )
 
-    def furnish(self, servo: Servo) -> Servo:
+    def attach_simulation(self, servo: Servo) -> Servo:
         """The servo with what this device moves in it."""
         if not self._sampled:
             return servo
@@ -98,9 +98,9 @@ class Simulated:
             plant["z_m"] = plant["hand_m"] = self._path[0, 1]  # elsewhere the hand would throw it there
         return servo._replace(plant=plant, gesture=_gesture(self._scene), path=path)
 
-    def rehearse(self, spare: Servo) -> None:
+    def warm_up(self, spare: Servo) -> None:
         """Compile the loop and touch every path of it."""
-        loop.rehearse(spare)
+        loop.warm_up(spare)
 
     def run(self, servo: Servo, stop: StopRequest) -> int:
         """Pace the ticks until asked to stop."""

@@ -14,12 +14,12 @@ if TYPE_CHECKING:
     from haptic_server.gateway.oscquery.osc_bridge import OscBridge
 
 
-class Lacking(OSError):
+class MissingDependency(OSError):
     """A package is not installed, or a port is taken: what, and what to do."""
 
 
 class Extras:
-    """Optional parts of one gateway. The constructor and `open` raise Lacking. Main thread."""
+    """Optional parts of one gateway. The constructor and `open` raise MissingDependency. Main thread."""
 
     def __init__(self, given: GatewayOptions) -> None:
         self._given = given
@@ -65,7 +65,7 @@ class Extras:
             )
         except OSError as error:
             host, port = bind
-            raise Lacking(
+            raise MissingDependency(
                 f"OSCQuery port {host}:{port} cannot be opened: {error.strerror}; choose another with --oscquery"
             ) from None
         if given.oscquery_announce or not self._query.is_on_loopback:
@@ -97,5 +97,5 @@ class Extras:
                 each.close()
 
 
-def _lacking(what: str, error: ImportError) -> Lacking:
-    return Lacking(f"{what}: {error}; install haptic-drumstick[oscquery]")
+def _lacking(what: str, error: ImportError) -> MissingDependency:
+    return MissingDependency(f"{what}: {error}; install haptic-drumstick[oscquery]")

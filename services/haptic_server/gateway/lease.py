@@ -11,14 +11,14 @@ MAX_S = 5.0
 _MAX_NAME = 60
 
 
-class Holder(NamedTuple):
+class LeaseHolder(NamedTuple):
     """Holder of the lease: `name` is shown to others, `left_s` is until it ends. Nobody: "" and 0."""
 
     name: str
     left_s: float
 
 
-NOBODY = Holder("", 0.0)
+NOBODY = LeaseHolder("", 0.0)
 
 
 class Lease:
@@ -29,11 +29,11 @@ class Lease:
         self._name = ""
         self._until_s = 0.0
 
-    def holder(self, now_s: float) -> Holder:
+    def holder(self, now_s: float) -> LeaseHolder:
         """Present holder."""
-        return Holder(self._name, self._until_s - now_s) if now_s < self._until_s else NOBODY
+        return LeaseHolder(self._name, self._until_s - now_s) if now_s < self._until_s else NOBODY
 
-    def take(self, who: str, name: str, seconds: float, now_s: float) -> Holder:
+    def take(self, who: str, name: str, seconds: float, now_s: float) -> LeaseHolder:
         """Take or renew it for at most 5 s; 0 s gives it back. `who` is the holder's secret. Raises Refusal."""
         if not (who and name.strip() and name.isprintable() and len(name) <= _MAX_NAME):
             raise Refusal(f"lease: name yourself in 1 to {_MAX_NAME} printable characters")

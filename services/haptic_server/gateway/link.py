@@ -155,7 +155,7 @@ class ServoLink:
         return is_held(self.block.control)
 
 
-def rehearse(law: Records) -> None:
+def warm_up(law: Records) -> None:
     """Load every compiled function that the gateway calls, on a block of its own: the first strikes come in time."""
     block = blocks.in_memory(law)
     offered = np.zeros(1, set_type(law.dtype))

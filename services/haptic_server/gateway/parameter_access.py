@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Protocol
 
 from drumstick.parameters.table import Parameter
-from haptic_server.gateway.lease import Holder
+from haptic_server.gateway.lease import LeaseHolder
 from protocol.messages import SetReply
 from protocol.requests import ANYBODY, Claim
 
@@ -34,7 +34,7 @@ class ParameterAccess(Protocol):
         """
         ...
 
-    def take_lease(self, who: str, name: str, seconds: float) -> Holder:
+    def take_lease(self, who: str, name: str, seconds: float) -> LeaseHolder:
         """Take, renew or (0 s) give back the right to be the only one who sets; raises Refusal."""
         ...
 

@@ -14,8 +14,8 @@ from drumstick.parameters.scene import Scene, SceneError, as_tables, parse
 from drumstick.parameters.table import values_of
 from drumstick.stick.law import law_of
 from haptic_server import files, limits
-from haptic_server.gateway.extras import Extras, Lacking
-from haptic_server.gateway.link import ServoLink, rehearse, wait_for_servo
+from haptic_server.gateway.extras import Extras, MissingDependency
+from haptic_server.gateway.link import ServoLink, wait_for_servo, warm_up
 from haptic_server.gateway.options import GatewayOptions
 from haptic_server.gateway.osc.osc_server import LOOPBACK, OscServer
 from haptic_server.gateway.presets import Presets
@@ -59,7 +59,7 @@ def main() -> int:
     supervisor = Supervisor()
     try:
         scene = _scene(given.run_dir / files.SCENE)
-        rehearse(law_of(scene))
+        warm_up(law_of(scene))
         link = wait_for_servo(
             given.run_dir, law_of(scene), stop, lambda: supervisor.waiting("waiting for the servo")
         )
@@ -105,7 +105,7 @@ class _Gateway:
             front = OscServer(given.osc_in, targets, given.prefix, self._parameters, load, self._allow)
         except ValueError as error:
             raise _Ended(_WRONG, str(error)) from None
-        except Lacking as error:
+        except MissingDependency as error:
             raise _Ended(_LACKING, str(error)) from None
         except OSError as error:
             host, port = given.osc_in

@@ -12,7 +12,7 @@ import time
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from haptic_server.gateway.link import ServoLink
-from haptic_server.gateway.settings import Echo, Parameters
+from haptic_server.gateway.settings import Parameters, ReadbackValue
 from haptic_server.gateway.zenoh.contacts import Contacts
 from haptic_server.gateway.zenoh.pointer_input import Pointing
 from haptic_server.gateway.zenoh.wire import Wire
@@ -135,8 +135,8 @@ class Relay:
             if self._midi is not None:
                 self._midi.release()
 
-    def _echo(self, echoes: list[Echo], *, pending: bool) -> None:
-        self._wire.put_echoes(echoes, self._parameters.live_revision, pending)
+    def _echo(self, echoes: list[ReadbackValue], *, pending: bool) -> None:
+        self._wire.put_readbacks(echoes, self._parameters.live_revision, pending)
         for echo in echoes:
             self._osc.readback(echo.name, echo.value, echo.norm)
 
@@ -187,7 +187,7 @@ class Relay:
         # Once for each accepted set that is still waiting when a state goes out.
         if pending and self._parameters.revision != self._published_pending:
             self._published_pending = self._parameters.revision
-            self._wire.put_echoes(self._parameters.everything(), self._parameters.live_revision, True)
+            self._wire.put_readbacks(self._parameters.everything(), self._parameters.live_revision, True)
 
     def _publish_lease(self) -> None:
         holder = self._parameters.lease_holder()

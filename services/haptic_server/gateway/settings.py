@@ -15,7 +15,7 @@ from drumstick.parameters.scene import Scene
 from drumstick.parameters.table import Parameter, Refusal
 from drumstick.safety import envelope
 from drumstick.stick.law import Records
-from haptic_server.gateway.lease import Holder, Lease
+from haptic_server.gateway.lease import Lease, LeaseHolder
 from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.rounding import is_same
 from haptic_server.permission import EVENTS, SCENE, SET
@@ -26,7 +26,7 @@ from protocol.requests import ANYBODY, Claim
 _log = logging.getLogger("gateway")
 
 
-class Echo(NamedTuple):
+class ReadbackValue(NamedTuple):
     """One value to tell the world: what the servo uses now."""
 
     name: str
@@ -83,12 +83,12 @@ class Parameters:
         """True when an accepted set still waits for the stick to be above the head."""
         return self._live_revision < self._revision
 
-    def take_lease(self, who: str, name: str, seconds: float) -> Holder:
+    def take_lease(self, who: str, name: str, seconds: float) -> LeaseHolder:
         """Take, renew or (0 s) give back the right to be the only one who sets; raises Refusal."""
         with self._lock:
             return self._lease.take(who, name, seconds, self._now())
 
-    def lease_holder(self) -> Holder:
+    def lease_holder(self) -> LeaseHolder:
         """Holder of the lease."""
         with self._lock:
             return self._lease.holder(self._now())
@@ -155,7 +155,7 @@ class Parameters:
         if is_news:  # a flood of panics is one panic in the log
             _log.warning("panic from %s; clear it with: %s", source, self._arm)
 
-    def latched(self, revision: int, law: Records) -> list[Echo]:
+    def latched(self, revision: int, law: Records) -> list[ReadbackValue]:
         """The servo now uses `law`: what to echo (everything that was set, and whatever else changed with it)."""
         with self._lock:
             before = parameters.values_of(self._live, self.table)
@@ -166,12 +166,12 @@ class Parameters:
                 self._touched.clear()
         return self._echoes({name: after[name] for name in names})
 
-    def everything(self) -> list[Echo]:
+    def everything(self) -> list[ReadbackValue]:
         """All readbacks."""
         return self._echoes(self.values())
 
-    def _echoes(self, values: Mapping[str, float]) -> list[Echo]:
-        return [Echo(n, v, self.table[n].norm(v)) for n, v in values.items() if math.isfinite(v)]
+    def _echoes(self, values: Mapping[str, float]) -> list[ReadbackValue]:
+        return [ReadbackValue(n, v, self.table[n].norm(v)) for n, v in values.items() if math.isfinite(v)]
 
     def refused_by_servo(self, revision: int) -> None:
         """The servo's own fence turned down a set: fall back to what it uses."""

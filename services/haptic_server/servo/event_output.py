@@ -39,7 +39,7 @@ def note_strike(servo: Servo, t_ns: int) -> None:
     event.x = player.x
     event.y = player.y
     event.speed_m_per_s = speed
-    hand_estimate.hold(servo)
+    hand_estimate.freeze(servo)
     ahead = contact_ahead(servo.ahead_law[0], motion, servo.ahead)
     event.peak_N = min(ahead.peak_N, servo.allowed[0].max_force_N)
     event.contact_s = ahead.contact_s

@@ -157,7 +157,7 @@ def run_logged(servo: Servo, log: Log, first_ns: int) -> int:
     return _run(servo, log, first_ns, log.due_ns.shape[0]) - before
 
 
-def rehearse(spare: Servo) -> None:
+def warm_up(spare: Servo) -> None:
     """Compile the loop for servos of this type and touch every path, before real time. Control thread; seconds."""
     run_virtual(spare, 200, 0)
     poke(spare.block.control, STOP, 1)

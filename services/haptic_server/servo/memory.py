@@ -26,14 +26,14 @@ from haptic_server.records import (
     PLAYER,
     READING,
     STATUS,
-    Event,
+    ContactEvent,
     Plan,
-    Player,
     Reading,
     Status,
+    TickState,
     set_type,
 )
-from haptic_server.servo.force.guard import ALLOWED, GUARD, Allowed, GuardState, may_add
+from haptic_server.servo.force.guard import DEVICE_LIMITS, GUARD, DeviceLimits, GuardState, rebound_bounds
 from haptic_server.servo.force.hand_estimate import HandPull, new_hand
 from haptic_server.servo.force.velocity import Track, new_track
 from haptic_server.servo.streaming import Stream, stream_to
@@ -59,16 +59,16 @@ class Servo(NamedTuple):
     motion: Rows[Motion]
     ahead: Rows[Motion]
     ahead_law: Rows[Law]
-    player: Rows[Player]
+    player: Rows[TickState]
     plan: Rows[Plan]
     curve: Rows[CurveTable]
-    event: Rows[Event]
+    event: Rows[ContactEvent]
     status: Rows[Status]
     timespec: npt.NDArray[np.int64]
     reading: Rows[Reading]
     track: Rows[Track]
     guard: Rows[GuardState]
-    allowed: Rows[Allowed]
+    allowed: Rows[DeviceLimits]
     plant: Any
     gesture: Any
     path: npt.NDArray[np.float64]
@@ -98,7 +98,7 @@ def _plan(scene: Scene) -> npt.NDArray[np.void]:
 
 
 def _allowed(scene: Scene, specification: Specification) -> npt.NDArray[np.void]:
-    allowed = np.zeros(1, ALLOWED)
+    allowed = np.zeros(1, DEVICE_LIMITS)
     allowed["max_force_N"] = min(scene.guard.max_force_N, specification.max_force_N)
     allowed["max_slew_N_per_s"] = scene.guard.max_slew_N_per_s
     allowed["max_speed_m_per_s"] = scene.guard.max_speed_m_per_s
@@ -138,7 +138,7 @@ def prepare(scene: Scene, block: Block, specification: Specification = EXACT_STI
     player["reach"] = judgement.reach if accepted else scene.guard.max_speed_m_per_s
     is_exact = specification is EXACT_STICK
     guard = np.zeros(1, GUARD)
-    guard["e"], guard["b"] = may_add(law[0])
+    guard["e"], guard["b"] = rebound_bounds(law[0])
     offer = np.zeros(1, set_type(law.dtype))
     return Servo(
         block=block,

@@ -76,12 +76,12 @@ def _memory(scene: Scene, run_dir: Path, specification: Specification) -> memory
     """The servo's memory in a new block, which goes on from what the servo before left. OSError without room."""
     limits = limits_of(scene, specification)
     write_limits(run_dir, limits)
-    left = block.legacy(run_dir, law_of(scene).dtype)
+    left = block.inherited_state(run_dir, law_of(scene).dtype)
     spare = memory.prepare(scene, block.in_memory(law_of(scene)), specification=specification)
     if left is not None:
         spare.offer["law"] = left.law
     if left is None or not passes(spare):
-        left = block.Legacy(0, law_of(scene))
+        left = block.InheritedState(0, law_of(scene))
     mine = block.create(run_dir, left.law, left.revision)
     servo = memory.prepare(scene, mine, specification)
     if not is_there(servo.stream):
@@ -104,8 +104,8 @@ def _play(device: Device, scene: Scene, run_dir: Path, stop: StopRequest) -> int
         _log.info("device: %s", words)
     envelope.require(law_of(scene), limits_of(scene, info.specification))
     spare = memory.prepare(scene, block.in_memory(law_of(scene)), specification=info.specification)
-    device.rehearse(device.furnish(spare))
-    servo = device.furnish(_memory(scene, run_dir, info.specification))
+    device.warm_up(device.attach_simulation(spare))
+    servo = device.attach_simulation(_memory(scene, run_dir, info.specification))
     granted: dict[str, str] = {}
     ended: list[int] = []
     refused: list[DeviceError] = []

@@ -58,7 +58,7 @@ def _log_of(ticks: int) -> Log:
     return Log(due, late, spent)
 
 
-def rehearse(spare: Servo) -> None:
+def warm_up(spare: Servo) -> None:
     """Compile the loop for servos of this type. Control thread; seconds."""
     loop.run_virtual(spare, 200, 0)
     loop.run_logged(spare, _log_of(2), time.monotonic_ns())
@@ -70,7 +70,7 @@ def _percentiles(values: Times) -> dict[str, float]:
 
 def run(scene: Scene, seconds: float) -> dict[str, Any]:
     """Percentiles of lateness, with and without what witnesses excuse, of a tick's duration, and the verdict."""
-    rehearse(memory.prepare(scene, block.in_memory(law_of(scene))))
+    warm_up(memory.prepare(scene, block.in_memory(law_of(scene))))
     servo = memory.prepare(scene, block.in_memory(law_of(scene)))
     ticks = round(seconds * scene.servo.rate_Hz)
     with StallDetector() as detector:

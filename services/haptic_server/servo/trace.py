@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.stick.records import Motion
-from haptic_server.records import NO_FAULT, Player, Reading
+from haptic_server.records import NO_FAULT, Reading, TickState
 from realtime.kernels.jit import njit
 from realtime.records import Record, Records, Rows, dtype_of
 
@@ -38,7 +38,7 @@ TRACE = dtype_of(Trace)
 def note(
     trace: Records,
     motion: Motion,
-    player: Player,
+    player: TickState,
     reading: Reading,
     head_z_m: float,
     now_ns: int,

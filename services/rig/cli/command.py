@@ -11,7 +11,7 @@ import typer
 
 from realtime.log import say
 from rig.cli import laboratory, machine, offline, play, running, service
-from rig.exit_status import LACKING, Stop
+from rig.exit_status import LACKING, CommandError
 
 app = typer.Typer(
     add_completion=False,
@@ -147,7 +147,7 @@ def main() -> None:
     _open_closed_streams()
     try:
         app(prog_name=Path(sys.argv[0]).name)
-    except Stop as stop:
+    except CommandError as stop:
         _leave(stop.status, str(stop))
     except KeyboardInterrupt:
         _leave(130, "interrupted")

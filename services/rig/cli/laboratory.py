@@ -4,7 +4,7 @@ from importlib.metadata import entry_points
 
 import typer
 
-from rig.exit_status import lacking
+from rig.exit_status import unavailable
 
 _GROUP = "drumstick.laboratory"
 # The laboratory reads what follows, --help too.
@@ -15,7 +15,7 @@ def _run(context: typer.Context) -> None:
     name = context.info_name or ""
     found = next(iter(entry_points(group=_GROUP, name=name)), None)
     if found is None:
-        lacking(
+        unavailable(
             f"{name} needs the laboratory: in a checkout type: make install, or pip install --no-deps -e lab"
         )
     command = typer.main.get_command(found.load())

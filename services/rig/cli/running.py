@@ -39,10 +39,10 @@ def record_command(
     """Record a running rig: strikes, parameters, state, meters; until Ctrl-C."""
     from rig import checks
     from rig.recording.record import record
-    from rig.supervision.resolved_options import FOLLOWERS, far_end
+    from rig.supervision.resolved_options import FOLLOWERS, remote_rig
 
     checks.duration(duration)
-    record(far_end(rig_file, rig, connect, roles=FOLLOWERS), out, force, duration, as_json)
+    record(remote_rig(rig_file, rig, connect, roles=FOLLOWERS), out, force, duration, as_json)
 
 
 @grouped
@@ -84,10 +84,10 @@ def rigs_command(
     """The rigs on this network: scene, state, strikes, who is there; with --watch and --json one object a line."""
     from rig import checks
     from rig.network import rigs
-    from rig.supervision.resolved_options import READERS, far_end
+    from rig.supervision.resolved_options import READERS, remote_rig
 
     checks.duration(duration)
-    end = far_end(rig_file, None, connect, roles=READERS)
+    end = remote_rig(rig_file, None, connect, roles=READERS)
     if watch:
         rigs.watch(end, as_json, duration)
     else:
@@ -104,18 +104,18 @@ def monitor_command(
     """Watch a running rig, one line a second: state, roll rate, sound, and whether strikes announce the contacts."""
     from rig import checks
     from rig.network.monitor import monitor
-    from rig.supervision.resolved_options import FOLLOWERS, far_end
+    from rig.supervision.resolved_options import FOLLOWERS, remote_rig
 
     checks.duration(duration)
-    monitor(far_end(rig_file, rig, connect, roles=FOLLOWERS), as_json, duration)
+    monitor(remote_rig(rig_file, rig, connect, roles=FOLLOWERS), as_json, duration)
 
 
 def panic_command(rig: RigNameOrFile = None, rig_file: RigFile = None, connect: Connect = None) -> None:
     """Cut all force now. It stays off until `drumstick arm`."""
     from rig.network import remote
-    from rig.supervision.resolved_options import far_end
+    from rig.supervision.resolved_options import remote_rig
 
-    remote.panic(far_end(rig_file, rig, connect))
+    remote.panic(remote_rig(rig_file, rig, connect))
 
 
 def arm_command(rig: RigName = "main") -> None:
@@ -138,9 +138,9 @@ def params_get(
 ) -> None:
     """Print the values that the servo uses now."""
     from rig.network import remote
-    from rig.supervision.resolved_options import READERS, far_end
+    from rig.supervision.resolved_options import READERS, remote_rig
 
-    remote.params_get(far_end(rig_file, rig, connect, roles=READERS), names or [], as_json)
+    remote.params_get(remote_rig(rig_file, rig, connect, roles=READERS), names or [], as_json)
 
 
 def params_set(
@@ -152,9 +152,9 @@ def params_set(
 ) -> None:
     """Set parameters while it plays."""
     from rig.network import remote
-    from rig.supervision.resolved_options import far_end
+    from rig.supervision.resolved_options import remote_rig
 
-    remote.params_set(far_end(rig_file, rig, connect), pairs, as_json)
+    remote.params_set(remote_rig(rig_file, rig, connect), pairs, as_json)
 
 
 def params_watch(
@@ -162,9 +162,9 @@ def params_watch(
 ) -> None:
     """Print every accepted change."""
     from rig.network import remote
-    from rig.supervision.resolved_options import READERS, far_end
+    from rig.supervision.resolved_options import READERS, remote_rig
 
-    remote.params_watch(far_end(rig_file, rig, connect, roles=READERS), duration)
+    remote.params_watch(remote_rig(rig_file, rig, connect, roles=READERS), duration)
 
 
 def preset_save(
@@ -172,9 +172,9 @@ def preset_save(
 ) -> None:
     """Keep the parameters as they are now, on the haptic machine."""
     from rig.network import remote
-    from rig.supervision.resolved_options import far_end
+    from rig.supervision.resolved_options import remote_rig
 
-    remote.preset_save(far_end(rig_file, rig, connect), name)
+    remote.preset_save(remote_rig(rig_file, rig, connect), name)
 
 
 def preset_load(
@@ -186,9 +186,9 @@ def preset_load(
 ) -> None:
     """Set everything that the preset holds, or nothing."""
     from rig.network import remote
-    from rig.supervision.resolved_options import far_end
+    from rig.supervision.resolved_options import remote_rig
 
-    remote.preset_load(far_end(rig_file, rig, connect), name, as_json)
+    remote.preset_load(remote_rig(rig_file, rig, connect), name, as_json)
 
 
 def preset_list(
@@ -196,6 +196,6 @@ def preset_list(
 ) -> None:
     """Every preset of the rig."""
     from rig.network import remote
-    from rig.supervision.resolved_options import READERS, far_end
+    from rig.supervision.resolved_options import READERS, remote_rig
 
-    remote.preset_list(far_end(rig_file, rig, connect, roles=READERS), as_json)
+    remote.preset_list(remote_rig(rig_file, rig, connect, roles=READERS), as_json)

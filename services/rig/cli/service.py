@@ -8,7 +8,7 @@ from rig.options import (
     DeviceOptions,
     ExitHow,
     ExitStatus,
-    GatewayOptions,
+    GatewayCliOptions,
     ListenOrFile,
     PageOptions,
     RigFile,
@@ -31,7 +31,7 @@ def servo_command(*, scene: Scene = "roll", device: DeviceOptions, rig: RigName 
 
 
 @grouped
-def gateway_command(*, rig_options: RigOptions, gateway: GatewayOptions) -> None:
+def gateway_command(*, rig_options: RigOptions, gateway: GatewayCliOptions) -> None:
     """Become the gateway between a force loop and the network."""
     from rig.supervision.parts import HAPTIC
     from rig.supervision.rig_options import checked_options

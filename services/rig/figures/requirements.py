@@ -1,4 +1,4 @@
-"""Check, before anything is computed, that figures can be drawn and written here. Raises Stop."""
+"""Check, before anything is computed, that figures can be drawn and written here. Raises CommandError."""
 
 import sys
 import tempfile
@@ -6,7 +6,7 @@ from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
 
-from rig.exit_status import lacking, wrong
+from rig.exit_status import unavailable, usage_error
 
 
 def _requirement() -> str:
@@ -26,7 +26,7 @@ def missing_matplotlib() -> str:
 def require_matplotlib() -> None:
     """Stop with the one line to type where matplotlib is missing."""
     if line := missing_matplotlib():
-        lacking(f"figures need matplotlib; type: {line}")
+        unavailable(f"figures need matplotlib; type: {line}")
 
 
 def require_folder(out: Path) -> None:
@@ -36,6 +36,6 @@ def require_folder(out: Path) -> None:
         with tempfile.TemporaryFile(dir=out):
             pass
     except (FileExistsError, NotADirectoryError):
-        wrong(f"--out {out}: a file is in the way; give a folder")
+        usage_error(f"--out {out}: a file is in the way; give a folder")
     except OSError as error:
-        lacking(f"--out {out}: cannot be written: {error.strerror}")
+        unavailable(f"--out {out}: cannot be written: {error.strerror}")

@@ -1,6 +1,6 @@
 """Check of this machine's certificate for what it is to do, before anything starts.
 
-Raises Stop: status 2 for what stays wrong, 3 for what a renewed certificate or a clock that is set will mend.
+Raises CommandError: status 2 for what stays wrong, 3 for what a renewed certificate or a clock that is set will mend.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from protocol.access.identity import Identity
 from protocol.access.roles import HAPTIC, ROLES
 from realtime.regular_file import read_bytes
-from rig.exit_status import lacking, wrong
+from rig.exit_status import unavailable, usage_error
 
 if TYPE_CHECKING:
     from cryptography import x509
@@ -28,7 +28,7 @@ def require_listener(identity: Identity) -> list[str]:
 
     certificate, warnings = _require(identity)
     if not certificates.hosts_of(certificate) or certificates.name_of(certificate) != HAPTIC:
-        wrong(
+        usage_error(
             f"{identity.certificate}: is of {certificates.name_of(certificate)!r}; the public listener needs the one of"
             f" {HAPTIC!r}, which names the hosts that others connect to"
         )
@@ -43,7 +43,7 @@ def require_client(identity: Identity, roles: Sequence[str], what: str) -> list[
     name = certificates.name_of(certificate)
     if name not in roles:
         known = "" if name in (HAPTIC, *ROLES) else ", which is no role"
-        wrong(
+        usage_error(
             f"{identity.certificate}: is of {name!r}{known}; {what} needs the certificate of {' or '.join(roles)}"
         )
     return warnings
@@ -58,11 +58,15 @@ def _require(identity: Identity) -> tuple[x509.Certificate, list[str]]:
     try:
         key = certificates.read_key(_read(identity.private_key))
     except ValueError as error:
-        wrong(f"{identity.private_key}: no private key that can be used: {error}")
+        usage_error(f"{identity.private_key}: no private key that can be used: {error}")
     if not certificates.belongs(key, certificate):
-        wrong(f"{identity.private_key}: is not the key of {identity.certificate}; carry the two together")
+        usage_error(
+            f"{identity.private_key}: is not the key of {identity.certificate}; carry the two together"
+        )
     if not certificates.is_of(certificate, authority):
-        wrong(f"{identity.certificate}: was not made by {identity.authority}; take both from one `keys make`")
+        usage_error(
+            f"{identity.certificate}: was not made by {identity.authority}; take both from one `keys make`"
+        )
     warnings = [_ended(identity.authority, authority), _ended(identity.certificate, certificate)]
     return certificate, [words for words in warnings if words]
 
@@ -74,9 +78,9 @@ def _ended(path: Path, certificate: x509.Certificate) -> str:
     now = certificates.present()
     left = certificates.days_left(certificate, now)
     if left <= 0.0:
-        lacking(f"{path}: ended {certificate.not_valid_after_utc:%Y-%m-%d %H:%M} UTC; {_renewal(path)}")
+        unavailable(f"{path}: ended {certificate.not_valid_after_utc:%Y-%m-%d %H:%M} UTC; {_renewal(path)}")
     if certificate.not_valid_before_utc > now:
-        lacking(
+        unavailable(
             f"{path}: is valid only from {certificate.not_valid_before_utc:%Y-%m-%d %H:%M} UTC:"
             " set this machine's clock"
         )
@@ -91,13 +95,13 @@ def _require_private(path: Path) -> None:
     try:
         found = path.stat()
     except OSError as error:
-        wrong(f"{path}: cannot be read: {error.strerror}")
+        usage_error(f"{path}: cannot be read: {error.strerror}")
     if not stat.S_ISREG(found.st_mode):
-        wrong(f"{path}: is no file")
+        usage_error(f"{path}: is no file")
     if found.st_uid not in (os.geteuid(), 0):
-        wrong(f"{path}: belongs to another user (uid {found.st_uid}); a private key must be yours")
+        usage_error(f"{path}: belongs to another user (uid {found.st_uid}); a private key must be yours")
     if found.st_mode & 0o077:
-        wrong(
+        usage_error(
             f"{path}: may be read by others (mode {found.st_mode & 0o777:o}, at most 600); type: chmod 600 {path}"
         )
 
@@ -108,7 +112,7 @@ def _read(path: Path) -> bytes:
     try:
         return read_bytes(path, certificates.MAX_PEM)
     except OSError as error:
-        wrong(f"{path}: cannot be read: {error.strerror}")
+        usage_error(f"{path}: cannot be read: {error.strerror}")
 
 
 def _certificate(path: Path) -> x509.Certificate:
@@ -117,4 +121,4 @@ def _certificate(path: Path) -> x509.Certificate:
     try:
         return certificates.read_certificate(_read(path))
     except ValueError as error:
-        wrong(f"{path}: no certificate in PEM form: {error}")
+        usage_error(f"{path}: no certificate in PEM form: {error}")

@@ -21,7 +21,7 @@ from protocol.access.roles import HAPTIC, ROLES
 from protocol.access.router import ROUTER
 from protocol.keys import DEFAULT_RIG, checked_rig
 from realtime.regular_file import read_bytes
-from rig.exit_status import lacking, wrong
+from rig.exit_status import unavailable, usage_error
 from rig.identity.rig_template import rig_file_text
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ _HOST_NAME = re.compile(
 
 
 def make(out: Path, rig: str | None, hosts: Sequence[str], days: int, routers: Sequence[str] = ()) -> None:
-    """A new authority and a certificate for each role, valid `days`, in the folder `out`. Raises Stop.
+    """A new authority and a certificate for each role, valid `days`, in the folder `out`. Raises CommandError.
 
     `routers`: names and addresses of a router on a machine of its own, to which everybody then connects.
     """
@@ -75,24 +75,27 @@ def _put_router(folder: Path, authority: Pair, pair: Pair, rig: str) -> None:
 
 
 def renew(out: Path, role: str, hosts: Sequence[str], days: int) -> None:
-    """A new certificate and key for one role, of the authority in `out`; the old ones are replaced. Raises Stop."""
+    """A new certificate and key for one role, of the authority in `out`; the old ones are replaced. Raises
+    CommandError."""
     from rig.identity import certificates
 
     if role not in (*_SERVERS, *ROLES):
-        wrong(f"--renew {role!r}: there is {', '.join((HAPTIC, *ROLES, ROUTER))}")
+        usage_error(f"--renew {role!r}: there is {', '.join((HAPTIC, *ROLES, ROUTER))}")
     given = [_checked_host(host) for host in hosts]
     if given and role not in _SERVERS:
-        wrong(f"--host is for the certificate of {HAPTIC}: only the haptic machine is connected to by name")
+        usage_error(
+            f"--host is for the certificate of {HAPTIC}: only the haptic machine is connected to by name"
+        )
     authority = _authority(out)
     now = certificates.present()
     left = certificates.days_left(authority.certificate, now)
     if left < days:
-        wrong(
+        usage_error(
             f"{out / AUTHORITY} ends in {left:.0f} days, before the {days} wanted: make new keys in another folder"
         )
     folder = out / role
     if not folder.is_dir():
-        wrong(f"{folder} is not there: `drumstick keys make --out {out}` makes it")
+        usage_error(f"{folder} is not there: `drumstick keys make --out {out}` makes it")
     if role in _SERVERS and not given:
         given = certificates.hosts_of(_read_certificate(folder / f"{role}.pem"))
     named = tuple(dict.fromkeys((*given, *_ALWAYS))) if role in _SERVERS else ()
@@ -101,13 +104,13 @@ def renew(out: Path, role: str, hosts: Sequence[str], days: int) -> None:
 
 
 def show(folder: Path, as_json: bool) -> None:
-    """Owner and end of each certificate below `folder`. Raises Stop when there is none."""
+    """Owner and end of each certificate below `folder`. Raises CommandError when there is none."""
     from rig.identity import certificates
 
     now = certificates.present()
     paths = sorted(folder.rglob("*.pem")) if folder.is_dir() else []
     if not paths:
-        wrong(f"{folder}: no certificates there; `drumstick keys make --out DIR` makes some")
+        usage_error(f"{folder}: no certificates there; `drumstick keys make --out DIR` makes some")
     rows = [_row(path, now) for path in paths]
     if as_json:
         print(json.dumps({"certificates": rows}))
@@ -148,7 +151,7 @@ def _checked_rig(rig: str) -> str:
     try:
         return checked_rig(rig)
     except ValueError as error:
-        wrong(f"--rig: {error}")
+        usage_error(f"--rig: {error}")
 
 
 def _checked_host(host: str, option: str = "--host") -> str:
@@ -156,27 +159,27 @@ def _checked_host(host: str, option: str = "--host") -> str:
         return str(ipaddress.ip_address(host))
     except ValueError:
         if not _HOST_NAME.fullmatch(host):
-            wrong(f"{option} {host!r}: give a name or an address by which others reach that machine")
+            usage_error(f"{option} {host!r}: give a name or an address by which others reach that machine")
     return host
 
 
 def _new_folder(out: Path) -> None:
     try:
         if out.exists() and (not out.is_dir() or any(out.iterdir())):
-            wrong(
+            usage_error(
                 f"--out {out}: something is there, and keys are never overwritten; name a new folder, or use --renew"
             )
         out.mkdir(mode=0o700, parents=True, exist_ok=True)
         out.chmod(0o700)
     except OSError as error:
-        lacking(f"{out} cannot be made: {error.strerror}")
+        unavailable(f"{out} cannot be made: {error.strerror}")
 
 
 def _subfolder(out: Path, name: str) -> Path:
     try:
         (out / name).mkdir(mode=0o700)
     except OSError as error:
-        lacking(f"{out / name} cannot be made: {error.strerror}")
+        unavailable(f"{out / name} cannot be made: {error.strerror}")
     return out / name
 
 
@@ -194,7 +197,7 @@ def _put(path: Path, content: bytes) -> None:
         temporary.replace(path)
     except OSError as error:
         temporary.unlink(missing_ok=True)
-        lacking(f"{path} cannot be written: {error.strerror}")
+        unavailable(f"{path} cannot be written: {error.strerror}")
 
 
 def _read(path: Path) -> bytes:
@@ -203,7 +206,7 @@ def _read(path: Path) -> bytes:
     try:
         return read_bytes(path, certificates.MAX_PEM)
     except OSError as error:
-        wrong(f"{path}: cannot be read: {error.strerror}")
+        usage_error(f"{path}: cannot be read: {error.strerror}")
 
 
 def _read_certificate(path: Path):
@@ -212,7 +215,7 @@ def _read_certificate(path: Path):
     try:
         return certificates.read_certificate(_read(path))
     except ValueError as error:
-        wrong(f"{path}: no certificate in PEM form: {error}")
+        usage_error(f"{path}: no certificate in PEM form: {error}")
 
 
 def _authority(out: Path) -> Pair:
@@ -223,7 +226,7 @@ def _authority(out: Path) -> Pair:
     try:
         key = certificates.read_key(_read(place / CA_KEY))
     except ValueError as error:
-        wrong(f"{place / CA_KEY}: {error}")
+        usage_error(f"{place / CA_KEY}: {error}")
     if not certificates.belongs(key, certificate):
-        wrong(f"{place}: {CA_KEY} is not the key of {CA_CERTIFICATE}")
+        usage_error(f"{place}: {CA_KEY} is not the key of {CA_CERTIFICATE}")
     return certificates.Pair(key, certificate)

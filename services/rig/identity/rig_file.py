@@ -18,7 +18,7 @@ from protocol.access.roles import ROLES, checked_roles
 from protocol.endpoint import host_and_port, is_loopback, is_tls
 from protocol.keys import checked_rig
 from realtime.regular_file import read_text
-from rig.exit_status import wrong
+from rig.exit_status import usage_error
 
 MAX_BYTES = 100_000
 _MAX_ITEMS = 64
@@ -74,15 +74,15 @@ class RigFileError(ValueError):
 
 
 def load(path: Path) -> RigFile:
-    """Read and check a rig file; the files it names are not opened. Raises Stop with every mistake."""
+    """Read and check a rig file; the files it names are not opened. Raises CommandError with every mistake."""
     try:
         return parse(read_text(path, MAX_BYTES), str(path), path.absolute().parent)
     except UnicodeDecodeError as error:
-        wrong(f"--rig-file {path}: not UTF-8 text (byte {error.start}); save it as UTF-8")
+        usage_error(f"--rig-file {path}: not UTF-8 text (byte {error.start}); save it as UTF-8")
     except OSError as error:
-        wrong(f"--rig-file {path}: cannot be read: {error.strerror}")
+        usage_error(f"--rig-file {path}: cannot be read: {error.strerror}")
     except RigFileError as error:
-        wrong(str(error))
+        usage_error(str(error))
 
 
 def parse(text: str, source: str, folder: Path) -> RigFile:

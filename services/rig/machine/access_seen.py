@@ -7,7 +7,7 @@ from typing import Any
 
 from protocol.foreign_text import shown
 from protocol.keys import DEFAULT_RIG
-from rig.exit_status import Stop
+from rig.exit_status import CommandError
 from rig.identity.rig_file import load
 from rig.machine.finding import Finding
 from rig.network import remote
@@ -18,7 +18,7 @@ def rig_of(rig_file: Path | None, rig: str | None) -> str:
     """The rig that is meant; a rig file that cannot be read is a finding of its own."""
     try:
         named = None if rig_file is None else load(rig_file).name
-    except Stop:
+    except CommandError:
         named = None
     return rig or named or DEFAULT_RIG
 
@@ -27,7 +27,7 @@ def findings(rig_file: Path, rig: str | None) -> list[Finding]:
     """Findings about the rig file, and about its rig if that runs. Talks to nobody but the file's own rig."""
     try:
         warnings = resolved_options.fitness(rig_file)
-    except Stop as stop:
+    except CommandError as stop:
         return [
             Finding("rig file", False, True, str(stop), "docs/security.md says how keys are made and carried")
         ]
@@ -35,7 +35,7 @@ def findings(rig_file: Path, rig: str | None) -> list[Finding]:
     own = Finding("rig file", not warnings, False, found)
     try:
         gateway, public = remote.health(resolved_options.far_end(rig_file, rig, None))
-    except Stop as stop:
+    except CommandError as stop:
         return [own, Finding("rig", False, False, str(stop), "only a running rig tells whom it turned away")]
     return [own, *_findings(gateway, public)]
 

@@ -13,7 +13,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rig.exit_status import LACKING, Stop
+from rig.exit_status import LACKING, CommandError
 from rig.machine.finding import Finding
 from rig.machine.ports import require_free_tcp, require_free_udp
 
@@ -68,7 +68,7 @@ def _kernel_cache() -> Finding:
 def _port(name: str, check: Callable[[], None]) -> Finding:
     try:
         check()
-    except Stop as taken:
+    except CommandError as taken:
         return Finding(
             name,
             False,
@@ -138,7 +138,7 @@ def _picture(last: "LastFault") -> tuple[str | None, str]:
 def last_fault(rig: str) -> tuple[Finding, Fault | None]:
     """Find what the rig's force loop last stopped for on this machine; draws the picture.
 
-    Raises Stop for a bad name.
+    Raises CommandError for a bad name.
     """
     from rig import checks, folder
     from rig.machine.last_fault import TraceError, read

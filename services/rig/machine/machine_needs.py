@@ -6,7 +6,7 @@ Without them services would hang or be started again for ever, each for a reason
 import resource
 import socket
 
-from rig.exit_status import lacking
+from rig.exit_status import unavailable
 
 FILES = 256  # of one process: some thirty of its own, and one for each that connects
 MEMORY_BYTES = 2 << 30  # of addresses, not of memory in use: the gateway takes up 1.6 GiB
@@ -14,7 +14,8 @@ _PATIENCE_S = 2.0
 
 
 def require_machine() -> None:
-    """Raises Stop with status 3 when one of them is missing. Raises the soft limit of open files where it may."""
+    """Raises CommandError with status 3 when one of them is missing. Raises the soft limit of open files where it
+    may."""
     _require_files()
     _require_addresses()
     _require_loopback()
@@ -25,7 +26,7 @@ def _require_files() -> None:
     if soft == resource.RLIM_INFINITY or soft >= FILES:
         return
     if hard != resource.RLIM_INFINITY and hard < FILES:
-        lacking(
+        unavailable(
             f"a process may have {hard} files open here, a rig needs {FILES}: ulimit -n, or LimitNOFILE= of a service"
         )
     resource.setrlimit(resource.RLIMIT_NOFILE, (FILES, hard))
@@ -34,7 +35,7 @@ def _require_files() -> None:
 def _require_addresses() -> None:
     soft, _ = resource.getrlimit(resource.RLIMIT_AS)
     if soft != resource.RLIM_INFINITY and soft < MEMORY_BYTES:
-        lacking(
+        unavailable(
             f"a process may have {soft / 2**30:.1f} GiB of addresses here, a rig needs {MEMORY_BYTES >> 30}: ulimit -v,"
             " or LimitAS= of a service"
         )
@@ -48,4 +49,6 @@ def _require_loopback() -> None:
             own.sendto(b"?", own.getsockname())
             own.recv(1)
     except OSError as error:
-        lacking(f"nothing that is sent to 127.0.0.1 arrives ({error}): switch loopback on, ip link set lo up")
+        unavailable(
+            f"nothing that is sent to 127.0.0.1 arrives ({error}): switch loopback on, ip link set lo up"
+        )

@@ -4,20 +4,22 @@ import json
 import subprocess
 import sys
 
-from rig.exit_status import lacking
+from rig.exit_status import unavailable
 
 _ANSWER_WITHIN_S = 20.0
 
 
 def show(as_json: bool) -> None:
-    """Print the ports, one a line. Stop when the library does not answer."""
+    """Print the ports, one a line. CommandError when the library does not answer."""
     command = [sys.executable, "-m", "haptic_server.gateway.midi", "--list", "--client", "drumstick list"]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=_ANSWER_WITHIN_S, check=False)
     except subprocess.TimeoutExpired:
-        lacking(f"the MIDI system does not answer within {_ANSWER_WITHIN_S:.0f} s")
+        unavailable(f"the MIDI system does not answer within {_ANSWER_WITHIN_S:.0f} s")
     if done.returncode != 0:
-        lacking(f"the MIDI library ended with status {done.returncode}: {done.stdout.strip() or 'no word'}")
+        unavailable(
+            f"the MIDI library ended with status {done.returncode}: {done.stdout.strip() or 'no word'}"
+        )
     ports: list[str] = json.loads(done.stdout)["ports"]
     if as_json:
         print(json.dumps({"ports": ports}))

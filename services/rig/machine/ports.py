@@ -2,7 +2,7 @@
 
 import socket
 
-from rig.exit_status import lacking
+from rig.exit_status import unavailable
 
 
 def _require_free(kind: socket.SocketKind, host: str, port: int, what: str, option: str) -> None:
@@ -13,7 +13,7 @@ def _require_free(kind: socket.SocketKind, host: str, port: int, what: str, opti
         try:
             probe.bind((host, port))
         except OSError as error:
-            lacking(f"{what} {host}:{port}: {error.strerror}; choose another with {option}")
+            unavailable(f"{what} {host}:{port}: {error.strerror}; choose another with {option}")
 
 
 def require_free_tcp(host: str, port: int, what: str, option: str) -> None:

@@ -6,7 +6,7 @@ import sys
 from typing import Any
 
 from rig import scene_file
-from rig.exit_status import OURS, Stop
+from rig.exit_status import OURS, CommandError
 
 _LIMITS = "fit means SCHED_FIFO, and without host stalls 99.99 % of ticks within 300 us and all within 500 us"
 
@@ -35,12 +35,12 @@ def _shown(found: dict[str, Any]) -> list[str]:
 
 
 def servo_test(scene: str, seconds: float, as_json: bool) -> None:
-    """Run the self-test in a process of its own, as the servo runs, and tell what it found. Raises Stop."""
+    """Run the self-test in a process of its own, as the servo runs, and tell what it found. Raises CommandError."""
     text = scene_file.read(scene)
     scene_file.load(scene)
     command = [sys.executable, "-m", "haptic_server.servo.selftest", "--seconds", str(seconds)]
     done = subprocess.run([*command, "--scene-text", text.text], capture_output=True, text=True, check=False)
     if done.returncode != 0:
-        raise Stop(OURS, f"the self-test ended with status {done.returncode}: {done.stderr.strip()}")
+        raise CommandError(OURS, f"the self-test ended with status {done.returncode}: {done.stderr.strip()}")
     found = json.loads(done.stdout)
     print(json.dumps(found) if as_json else "\n".join(_shown(found)))

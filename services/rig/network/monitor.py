@@ -8,7 +8,7 @@ from protocol.announced import Announcements, Report, sentence
 from protocol.foreign_text import shown
 from protocol.messages import Message, Meter, Release, State, Strike, decode
 from rig.network.remote import opened
-from rig.supervision.resolved_options import FarEnd
+from rig.supervision.resolved_options import RemoteRig
 
 _EVERY_S = 1.0
 _SILENT_AFTER_S = 2.0
@@ -105,8 +105,8 @@ def _object(state: State | None, meters: list[Meter], report: Report | None, bad
     }
 
 
-def monitor(end: FarEnd, as_json: bool, duration_s: float | None) -> None:
-    """Print a line a second until Ctrl-C or for `duration_s`. Raises Stop where no router answers."""
+def monitor(end: RemoteRig, as_json: bool, duration_s: float | None) -> None:
+    """Print a line a second until Ctrl-C or for `duration_s`. Raises CommandError where no router answers."""
     import zenoh
 
     begun = time.monotonic()

@@ -14,16 +14,16 @@ from protocol.foreign_text import shown
 from protocol.keys import command
 from protocol.messages import PresetNews, PresetReply, Readback, RefusalReply, SetReply, decode
 from protocol.session import client_config
-from rig.exit_status import lacking, wrong
+from rig.exit_status import unavailable, usage_error
 from rig.machine.ports import listens
-from rig.supervision.resolved_options import FarEnd
+from rig.supervision.resolved_options import RemoteRig
 
 _ANSWER_WITHIN_S = 2.0
 _MAX_REASON = 1000  # names of parameters that there are may be in it
 
 
 @contextmanager
-def opened(end: FarEnd) -> Generator[Any]:
+def opened(end: RemoteRig) -> Generator[Any]:
     """A session of its own; Stop with the reason when there is no router, or it does not let us in."""
     if not is_tls(end.endpoint) and not listens(*host_and_port(end.endpoint)):
         _no_router(
@@ -38,7 +38,7 @@ def opened(end: FarEnd) -> Generator[Any]:
 
         identity = end.identity
         if identity is not None and (why := handshake.why_refused(end.endpoint, identity)) is not None:
-            lacking(why.words)
+            unavailable(why.words)
         _no_router(end)
     try:
         yield session
@@ -46,8 +46,8 @@ def opened(end: FarEnd) -> Generator[Any]:
         session.close()
 
 
-def _no_router(end: FarEnd) -> NoReturn:
-    lacking(
+def _no_router(end: RemoteRig) -> NoReturn:
+    unavailable(
         f"no router answers at {end.endpoint}: start a rig with `drumstick up`, or name its router with --connect"
     )
 
@@ -57,16 +57,16 @@ def _ask(session: Any, key: str, payload: bytes | None = None) -> list[Any]:
     replies: list[Any] = []
     for reply in session.get(key, payload=payload, timeout=_ANSWER_WITHIN_S):
         if reply.ok is None:
-            wrong(shown(decode(reply.err.payload.to_bytes(), RefusalReply).reason, _MAX_REASON))
+            usage_error(shown(decode(reply.err.payload.to_bytes(), RefusalReply).reason, _MAX_REASON))
         replies.append(reply.ok)
     if not replies:
-        lacking(
+        unavailable(
             f"nobody answers {key}: is a rig of that name running, and may we ask it? (--rig, --rig-file)"
         )
     return replies
 
 
-def params_get(end: FarEnd, names: list[str], as_json: bool) -> None:
+def params_get(end: RemoteRig, names: list[str], as_json: bool) -> None:
     """Print what the servo uses."""
     with opened(end) as session:
         values: dict[str, float] = {}
@@ -80,7 +80,7 @@ def params_get(end: FarEnd, names: list[str], as_json: bool) -> None:
     )
 
 
-def params_set(end: FarEnd, pairs: list[str], as_json: bool) -> None:
+def params_set(end: RemoteRig, pairs: list[str], as_json: bool) -> None:
     """Set values, NAME=VALUE, all or none; print the readback."""
     changes: dict[str, float] = {}
     for pair in pairs:
@@ -88,7 +88,7 @@ def params_set(end: FarEnd, pairs: list[str], as_json: bool) -> None:
         try:
             changes[name] = float(value)
         except ValueError:
-            wrong(
+            usage_error(
                 f"{pair!r}: write NAME=NUMBER, e.g. dv_pls=0.3" if equals else f"{pair!r}: write NAME=NUMBER"
             )
     with opened(end) as session:
@@ -105,7 +105,7 @@ def _print_set(reply: SetReply | PresetReply, as_json: bool) -> None:
     print("\n".join(f"{shown(n)} = {v:g}{waits}" for n, v in reply.values.items()))
 
 
-def params_watch(end: FarEnd, duration_s: float | None) -> None:
+def params_watch(end: RemoteRig, duration_s: float | None) -> None:
     """Print every accepted change, one line each, until Ctrl-C or for `duration_s`."""
     import zenoh
 
@@ -121,7 +121,7 @@ def params_watch(end: FarEnd, duration_s: float | None) -> None:
             time.sleep(0.05)
 
 
-def preset_save(end: FarEnd, name: str) -> None:
+def preset_save(end: RemoteRig, name: str) -> None:
     """Keep what was accepted last under this name."""
     with opened(end) as session:
         payload = msgspec.msgpack.encode([1, name])
@@ -129,7 +129,7 @@ def preset_save(end: FarEnd, name: str) -> None:
     print(f"preset {shown(news.name)} saved on the haptic machine")
 
 
-def preset_load(end: FarEnd, name: str, as_json: bool) -> None:
+def preset_load(end: RemoteRig, name: str, as_json: bool) -> None:
     """Set everything that the preset holds; print the readback."""
     with opened(end) as session:
         payload = msgspec.msgpack.encode([1, name])
@@ -139,7 +139,7 @@ def preset_load(end: FarEnd, name: str, as_json: bool) -> None:
     _print_set(reply, as_json)
 
 
-def preset_list(end: FarEnd, as_json: bool) -> None:
+def preset_list(end: RemoteRig, as_json: bool) -> None:
     """One line for each preset."""
     with opened(end) as session:
         listed = json.loads(_ask(session, end.keys.preset)[0].payload.to_bytes())
@@ -151,15 +151,15 @@ def preset_list(end: FarEnd, as_json: bool) -> None:
         print(f"{shown(row['name'])}  {shown(row['scene'])}, {shown(row['saved_at'])}{trouble}")
 
 
-def panic(end: FarEnd) -> None:
+def panic(end: RemoteRig) -> None:
     """Zero force, latched."""
     with opened(end) as session:
         _ask(session, end.keys.panic)
     print(f"panic: zero force; clear it on the haptic machine with: {command('arm', end.keys.rig)}")
 
 
-def health(end: FarEnd) -> tuple[dict[str, Any], dict[str, Any] | None]:
-    """Reports of the gateway, and of the public listener if there is one. Stop when the gateway is silent."""
+def health(end: RemoteRig) -> tuple[dict[str, Any], dict[str, Any] | None]:
+    """Reports of the gateway, and of the public listener if there is one. CommandError when the gateway is silent."""
     with opened(end) as session:
         gateway = json.loads(_ask(session, end.keys.doctor)[0].payload.to_bytes())
         replies = [reply.ok for reply in session.get(end.keys.door, timeout=_ANSWER_WITHIN_S) if reply.ok]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from protocol.foreign_text import shown as foreign
 from rig.network.remote import opened
-from rig.supervision.resolved_options import FarEnd
+from rig.supervision.resolved_options import RemoteRig
 
 if TYPE_CHECKING:
     from rig.network.discovery import Seen
@@ -23,8 +23,8 @@ class _Shown(NamedTuple):
     services: tuple[tuple[str, int], ...]
 
 
-def show(end: FarEnd, as_json: bool) -> None:
-    """Print what there is now. Raises Stop where no router answers."""
+def show(end: RemoteRig, as_json: bool) -> None:
+    """Print what there is now. Raises CommandError where no router answers."""
     from rig.network.discovery import Network
 
     with opened(end) as session:
@@ -32,7 +32,7 @@ def show(end: FarEnd, as_json: bool) -> None:
     print(_object(end, seen) if as_json else _table(end, seen))
 
 
-def watch(end: FarEnd, as_json: bool, duration_s: float | None) -> None:
+def watch(end: RemoteRig, as_json: bool, duration_s: float | None) -> None:
     """Print what there is, then what comes, changes and goes, until Ctrl-C or for `duration_s`."""
     from rig.network.discovery import Network
 
@@ -77,11 +77,11 @@ def _present(services: dict[str, int]) -> str:
     return foreign(", ".join(f"{name} {count}" for name, count in services.items()))
 
 
-def _object(end: FarEnd, seen: "Sequence[Seen]") -> str:
+def _object(end: RemoteRig, seen: "Sequence[Seen]") -> str:
     return json.dumps({"router": end.endpoint, "rigs": [each._asdict() for each in seen]})
 
 
-def _table(end: FarEnd, seen: "Sequence[Seen]") -> str:
+def _table(end: RemoteRig, seen: "Sequence[Seen]") -> str:
     if not seen:
         return (
             f"no rig at {end.endpoint}: the router there answers and knows of none; start one with `drumstick up`,"

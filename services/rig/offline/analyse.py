@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rig import scene_file
-from rig.exit_status import wrong
+from rig.exit_status import usage_error
 
 if TYPE_CHECKING:
     from drumstick.analysis.cycles.cycle import Cycle
@@ -25,11 +25,11 @@ _ENDS = {
 def analyse(scene: str, as_json: bool, out: Path | None = None, sweeps: Sequence[str] = ()) -> None:
     """Print the findings as a page of words or as one JSON object; with `out` write figures and tables there.
 
-    sweeps: what --sweep was given. Raises Stop.
+    sweeps: what --sweep was given. Raises CommandError.
     """
     loaded = scene_file.load(scene)
     if sweeps and out is None:
-        wrong("--sweep writes a table and figures: say where with --out DIR")
+        usage_error("--sweep writes a table and figures: say where with --out DIR")
     axes = _ready(loaded, out, sweeps) if out is not None else []
     from drumstick.analysis.findings import analyse as findings_of
 

@@ -14,12 +14,12 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.excitation.offline import Press
-from drumstick.drum.excitation.strikes import Blow
+from drumstick.drum.excitation.strikes import OfflineStrike
 from drumstick.parameters.scene import Scene
 from protocol.messages import Contact, Strike, decode
-from rig.exit_status import wrong
+from rig.exit_status import usage_error
 from rig.recording import channels
-from rig.recording.reading import Event, Recording, RecordingError, read
+from rig.recording.reading import RecordedMessage, Recording, RecordingError, read
 from sound_server.receiving.contacts import checked_forces
 from sound_server.receiving.strikes import check, stroke_of
 
@@ -33,7 +33,7 @@ _RING_S = 1.0  # what is heard of the last one
 class Played(NamedTuple):
     """Strikes or contacts, one of the two, and how long they sound."""
 
-    blows: list[Blow]
+    blows: list[OfflineStrike]
     presses: list[Press]
     length_s: float
 
@@ -52,7 +52,7 @@ def played(path: Path, scene: Scene) -> Played:
     try:
         recording = read(path, (channels.STRIKE, channels.CONTACT))
     except RecordingError as error:
-        wrong(str(error))
+        usage_error(str(error))
     if recording.torn:
         print(f"render: {path} {recording.torn}; it is played as far as it goes", file=sys.stderr)
     if scene.drum.excitation == "streamed":
@@ -62,7 +62,7 @@ def played(path: Path, scene: Scene) -> Played:
 
 def _by_strikes(recording: Recording, scene: Scene) -> Played:
     seen: set[tuple[int, int]] = set()
-    strikes: list[tuple[Event, Strike, float]] = []
+    strikes: list[tuple[RecordedMessage, Strike, float]] = []
     refused = 0
     for event in recording.of(channels.STRIKE):
         strike = decode(event.payload, Strike)
@@ -78,10 +78,10 @@ def _by_strikes(recording: Recording, scene: Scene) -> Played:
             strikes.append((event, strike, stroke_m_per_s))
     _report_refused(recording, refused, "strikes")
     if not strikes:
-        wrong(f"{recording.path}: no strikes in it")
+        usage_error(f"{recording.path}: no strikes in it")
     first_ns = strikes[0][0].publish_ns
     blows = [
-        Blow(
+        OfflineStrike(
             _since(first_ns, event),
             s.x,
             s.y,
@@ -106,14 +106,14 @@ def _by_forces(recording: Recording, scene: Scene) -> Played:
             refused += 1
     _report_refused(recording, refused, "pieces of contacts")
     if not pieces:
-        wrong(
+        usage_error(
             f"{recording.path}: the scene {scene.name!r} plays the force itself, and none was recorded: record with"
             ' --force, or render with a scene whose [drum] has excitation = "analytic"'
         )
     rates = {piece.contact.rate_Hz for piece in pieces}
     if len(rates) > 1:
         listed = ", ".join(f"{rate:g}" for rate in sorted(rates))
-        wrong(
+        usage_error(
             f"{recording.path}: its forces have several rates, {listed} Hz: cut it where the servo's rate changes"
         )
     places = {
@@ -147,7 +147,7 @@ def _presses(pieces: Iterable[_Piece], place: "Callable[[int, int], tuple[float,
         yield Press(tick, contact.rate_Hz, x, y, kept, begins)
 
 
-def _since(first_ns: int, event: Event) -> float:
+def _since(first_ns: int, event: RecordedMessage) -> float:
     return (event.publish_ns - first_ns) * 1e-9 + _FIRST_S
 
 

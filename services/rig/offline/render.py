@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from realtime.regular_file import read_lines
 from rig import scene_file
-from rig.exit_status import lacking, wrong
+from rig.exit_status import unavailable, usage_error
 from rig.recording.record import SUFFIX
 from rig.supervision.preflight import playable
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from drumstick.drum.excitation.offline import Press
-    from drumstick.drum.excitation.strikes import Blow
+    from drumstick.drum.excitation.strikes import OfflineStrike
     from drumstick.parameters.scene import Scene
 
 _COLUMNS = {"t_s": (0.0, 86_400.0), "x": (-2.0, 2.0), "y": (-2.0, 2.0), "speed_m_per_s": (0.0, 100.0)}
@@ -57,48 +57,48 @@ def _number(row: dict[str, str | None], name: str, place: str) -> float:
     try:
         value = float(text or "")
     except ValueError:
-        wrong(f"{place}: {name}: {text and text[:60]!r} is not a number")
+        usage_error(f"{place}: {name}: {text and text[:60]!r} is not a number")
     if not (math.isfinite(value) and low <= value <= high):
-        wrong(f"{place}: {name}: {value:g} is outside {low:g} .. {high:g}")
+        usage_error(f"{place}: {name}: {value:g} is outside {low:g} .. {high:g}")
     return value
 
 
-def strikes_of(path: Path, scene: "Scene") -> list["Blow"]:
-    """The strikes of a CSV table, for this scene's drum. Raises Stop."""
+def strikes_of(path: Path, scene: "Scene") -> list["OfflineStrike"]:
+    """The strikes of a CSV table, for this scene's drum. Raises CommandError."""
     from drumstick.drum.calibrate import blow_at
 
-    blows: list[Blow] = []
+    blows: list[OfflineStrike] = []
     try:
         table = csv.DictReader(read_lines(path, _MAX_TABLE))
         missing = [name for name in _COLUMNS if name not in (table.fieldnames or [])]
         if missing:
-            wrong(f"{path}: not a table of strikes: it needs the columns {', '.join(_COLUMNS)}")
+            usage_error(f"{path}: not a table of strikes: it needs the columns {', '.join(_COLUMNS)}")
         before_s = 0.0
         for row in table:
             place = f"{path}:{table.line_num}"
             t_s, x, y, speed = (_number(row, name, place) for name in _COLUMNS)
             if t_s < before_s:
-                wrong(f"{place}: t_s goes back: {t_s:.15g} s after {before_s:.15g} s")
+                usage_error(f"{place}: t_s goes back: {t_s:.15g} s after {before_s:.15g} s")
             before_s = t_s
             blows.append(blow_at(scene, speed, x, y, t_s))
             if len(blows) > _MAX_STRIKES:
-                wrong(f"{path}: more than {_MAX_STRIKES} strikes; cut it")
+                usage_error(f"{path}: more than {_MAX_STRIKES} strikes; cut it")
     except OSError as error:
-        wrong(f"{path}: cannot be read: {error.strerror}")
+        usage_error(f"{path}: cannot be read: {error.strerror}")
     except (UnicodeDecodeError, csv.Error) as error:
-        wrong(f"{path}: not a table of strikes (CSV): {error}")
+        usage_error(f"{path}: not a table of strikes (CSV): {error}")
     return blows
 
 
-def rolled(scene: "Scene", duration_s: float) -> list["Blow"]:
+def rolled(scene: "Scene", duration_s: float) -> list["OfflineStrike"]:
     """Strikes of the scene's own stick, thrown once, on the hand's circle."""
     from drumstick.drum.calibrate import blow_at, stroke_of
-    from drumstick.drum.excitation.strikes import Blow
+    from drumstick.drum.excitation.strikes import OfflineStrike
     from drumstick.stick.contact_ahead import MAX_S
     from drumstick.stick.simulate import COLUMNS, simulate
 
     hand = scene.hand
-    blows: list[Blow] = []
+    blows: list[OfflineStrike] = []
     for row in simulate(scene, duration_s, hand.throw_m_per_s).contacts:
         contact = dict(zip(COLUMNS, map(float, row), strict=True))
         t_s = contact["t_in_s"]
@@ -109,11 +109,13 @@ def rolled(scene: "Scene", duration_s: float) -> list["Blow"]:
             blows.append(blow_at(scene, -contact["v_in_m_per_s"], x, y, t_s))
         else:
             stroke = stroke_of(scene, -contact["v_in_m_per_s"])
-            blows.append(Blow(t_s, x, y, contact["peak_force_N"], lasts_s, contact["impulse_N_s"], stroke))
+            blows.append(
+                OfflineStrike(t_s, x, y, contact["peak_force_N"], lasts_s, contact["impulse_N_s"], stroke)
+            )
     return blows
 
 
-def _strikes(scene: "Scene", options: RenderOptions) -> list["Blow"]:
+def _strikes(scene: "Scene", options: RenderOptions) -> list["OfflineStrike"]:
     from drumstick.drum.calibrate import blow_at
 
     if options.strikes is not None:
@@ -123,30 +125,30 @@ def _strikes(scene: "Scene", options: RenderOptions) -> list["Blow"]:
     return [blow_at(scene, scene.strike.full_scale_m_per_s / 2.0, 0.5, 0.0, _ONE_STRIKE_S)]
 
 
-class Score(NamedTuple):
+class RenderInput(NamedTuple):
     """Strikes by their messages, contacts by their forces, and how long they last, where that is known."""
 
-    blows: "list[Blow]"
+    blows: "list[OfflineStrike]"
     presses: "list[Press]"
     length_s: float | None = None
 
 
-def _score(name: str, scene: "Scene", options: RenderOptions) -> Score:
+def _score(name: str, scene: "Scene", options: RenderOptions) -> RenderInput:
     if options.strikes is not None and options.roll:
-        wrong("--strikes and --roll: give one of the two")
+        usage_error("--strikes and --roll: give one of the two")
     if options.strikes is not None and options.strikes.suffix == SUFFIX:
         from rig.offline.recorded_strikes import played
 
-        return Score(*played(options.strikes, scene))
+        return RenderInput(*played(options.strikes, scene))
     if options.roll and scene.drum.excitation == "streamed":  # by its forces, not by its strikes
         from rig.offline.streamed_roll import presses
 
-        return Score([], list(presses(scene, options.duration_s, scene_file.gesture(name, scene))))
-    return Score(_strikes(scene, options), [])
+        return RenderInput([], list(presses(scene, options.duration_s, scene_file.gesture(name, scene))))
+    return RenderInput(_strikes(scene, options), [])
 
 
 def _write(
-    scene: "Scene", blows: Iterable["Blow"], presses: list["Press"], options: RenderOptions
+    scene: "Scene", blows: Iterable["OfflineStrike"], presses: list["Press"], options: RenderOptions
 ) -> Written:
     import numpy as np
     from rich.console import Console
@@ -158,7 +160,7 @@ def _write(
     try:
         wav = WavFile(options.out, options.rate_Hz, longest_s=options.duration_s + 1.0)
     except OSError as error:
-        lacking(f"{options.out}: cannot be written: {error.strerror}")
+        unavailable(f"{options.out}: cannot be written: {error.strerror}")
     top, kept = 0.0, [np.zeros((0, 2), np.float32)]
     # The first part waits for what must be built, and perhaps compiled; the speed is that of the others.
     frames, first, begun = 0, 0, time.monotonic()
@@ -168,7 +170,7 @@ def _write(
             for part in parts(scene, blows, options.duration_s, options.rate_Hz, presses):
                 wav.record(part)
                 if not wav.is_open:
-                    lacking(f"{options.out}: the disk took no more")
+                    unavailable(f"{options.out}: the disk took no more")
                 top = max(top, float(np.abs(part).max()))
                 if options.spectrogram is not None:
                     kept.append(part.copy())
@@ -189,7 +191,7 @@ def _check_room(options: RenderOptions) -> None:
     size = bytes_of(options.duration_s, options.rate_Hz)
     what = f"{options.out}: {options.duration_s:g} s are {size / 1e9:.3g} GB"
     if size > MAX_BYTES:
-        wrong(
+        usage_error(
             f"{what}; a WAV file holds {MAX_BYTES / 1e9:.3g} GB: give a shorter --duration or a lower --rate"
         )
     if options.out.exists() and not options.out.is_file():
@@ -198,9 +200,9 @@ def _check_room(options: RenderOptions) -> None:
         free = shutil.disk_usage(options.out.parent).free
         free += options.out.stat().st_size if options.out.exists() else 0
     except OSError as error:
-        lacking(f"{options.out}: cannot be written: {error.strerror}")
+        unavailable(f"{options.out}: cannot be written: {error.strerror}")
     if size > free:
-        lacking(
+        unavailable(
             f"{what}, and the disk has room for {free / 1e9:.3g} GB: make room, or give a shorter --duration"
         )
 
@@ -210,7 +212,7 @@ def _whole(options: RenderOptions, length_s: float) -> RenderOptions:
     if length_s > _MAX_RECORDING_S:
         from sound_server.sinks.wavfile import bytes_of
 
-        wrong(
+        usage_error(
             f"{options.strikes}: from its first strike to its last it lasts {length_s:.4g} s, "
             f"{bytes_of(length_s, options.rate_Hz) / 1e9:.3g} GB of sound: is a time in it wrong? More than "
             f"{_MAX_RECORDING_S:g} s are rendered only when asked for: --duration SECONDS, from its beginning"
@@ -225,10 +227,12 @@ def _check_pictures(options: RenderOptions) -> None:
         if path is None:
             continue
         if path.suffix not in (".png", ".svg"):
-            wrong(f"{option} {path}: give a file that ends in .png or .svg")
+            usage_error(f"{option} {path}: give a file that ends in .png or .svg")
         require_matplotlib()
     if options.spectrogram is not None and options.duration_s > _MAX_PICTURE_S:
-        wrong(f"--spectrogram: {options.duration_s:g} s are more than the {_MAX_PICTURE_S:g} s that it draws")
+        usage_error(
+            f"--spectrogram: {options.duration_s:g} s are more than the {_MAX_PICTURE_S:g} s that it draws"
+        )
 
 
 def _draw(
@@ -253,7 +257,7 @@ def _draw(
             save(modes(heard, f"{scene.name}: modes of one soft strike"), options.modes)
             rows = [mode._asdict() for mode in heard.modes]
     except OSError as error:
-        lacking(f"{error.filename}: cannot be written: {error.strerror}")
+        unavailable(f"{error.filename}: cannot be written: {error.strerror}")
     return rows
 
 
@@ -262,7 +266,7 @@ def _decibels(peak: float) -> str:
 
 
 def render(scene: str, options: RenderOptions, as_json: bool, whole: bool = False) -> None:
-    """Write the file and say what is in it; `whole`: a recording from end to end. Raises Stop."""
+    """Write the file and say what is in it; `whole`: a recording from end to end. Raises CommandError."""
     loaded = scene_file.load(scene)
     _check_room(options)
     score = _score(scene, loaded, options)

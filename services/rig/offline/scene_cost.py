@@ -264,7 +264,7 @@ def _shown(found: dict[str, Any]) -> Iterator[str]:
 
 
 def cost(scene: str, as_json: bool) -> None:
-    """Measure and print. Raises Stop."""
+    """Measure and print. Raises CommandError."""
     loaded = scene_file.load(scene)
     with playable():
         found = measure(loaded)

@@ -4,7 +4,7 @@ import json
 from typing import Any
 
 from rig import scene_file
-from rig.exit_status import wrong
+from rig.exit_status import usage_error
 
 DEFAULT_DT_S = 1e-5
 _MAX_CONTACTS = 1_000_000  # half a day of a roll, and half a gigabyte until they are written
@@ -20,33 +20,33 @@ def simulate(
     locates: bool,
     as_json: bool,
 ) -> None:
-    """Print the contacts as a table or as one JSON object. Raises Stop."""
+    """Print the contacts as a table or as one JSON object. Raises CommandError."""
     loaded = scene_file.load(scene)
     from drumstick.stick import simulate as exact_run
     from drumstick.stick.strike_curve import curve_of, level_of
 
     if method not in exact_run.METHODS:
-        wrong(f"--method {method}: there is {', '.join(exact_run.METHODS)}")
+        usage_error(f"--method {method}: there is {', '.join(exact_run.METHODS)}")
     stepper = None
     if method != exact_run.EXACT:
         try:
             stepper = exact_run.Stepper(method, DEFAULT_DT_S if dt_s is None else dt_s, locates)
         except ValueError as error:
-            wrong(f"--dt: {error}")
+            usage_error(f"--dt: {error}")
         if duration_s / stepper.dt_s > _MAX_STEPS:
-            wrong(
+            usage_error(
                 f"--duration {duration_s:g} s are {duration_s / stepper.dt_s:.3g} steps of {stepper.dt_s:g} s,"
                 f" more than {_MAX_STEPS:g}: give a shorter --duration or a longer --dt"
             )
     elif dt_s is not None or not locates:
         steppers = ", ".join(exact_run.METHODS[1:])
-        wrong(
+        usage_error(
             f"--method exact has no time step and finds every event: --dt and --no-events go with {steppers}"
         )
     try:
         run = exact_run.simulate(loaded, duration_s, v0_m_per_s, stepper, _MAX_CONTACTS)
     except exact_run.TooLong as error:
-        wrong(f"--duration {duration_s:g} s: {error}: give a shorter one")
+        usage_error(f"--duration {duration_s:g} s: {error}: give a shorter one")
     curve = curve_of(loaded.strike)[0]
     contacts: list[dict[str, Any]] = [
         dict(zip(exact_run.COLUMNS, map(float, row), strict=True)) for row in run.contacts

@@ -42,7 +42,9 @@ def servo_of(scene: "Scene", gesture: str | None = None) -> "Servo":
         device = Simulated(scene, Path(folder))
         device.open()
     specification = device.info().specification
-    servo = device.furnish(memory.prepare(scene, block.in_memory(law_of(scene)), specification=specification))
+    servo = device.attach_simulation(
+        memory.prepare(scene, block.in_memory(law_of(scene)), specification=specification)
+    )
     assert is_there(servo.stream)
     poke(servo.stream.contacts.cells, LISTENED, 1)
     return servo

@@ -8,10 +8,10 @@ from pathlib import Path
 from protocol.keys import Keys
 from realtime.log import open_log
 from realtime.service_options import options_of_process
-from rig.exit_status import Stop, lacking
+from rig.exit_status import CommandError, unavailable
 from rig.recording.options import RecordingOptions
 from rig.recording.record import recorded, words
-from rig.supervision.resolved_options import FarEnd
+from rig.supervision.resolved_options import RemoteRig
 
 _log = logging.getLogger("record")
 _MAX_PARTS = 10_000
@@ -22,7 +22,7 @@ def _free(out: Path) -> Path:
     parts = (out.with_name(f"{out.stem}-{part}{out.suffix}") for part in range(2, _MAX_PARTS))
     found = next((path for path in chain([out], parts) if not path.exists()), None)
     if found is None:
-        lacking(f"{out}: {_MAX_PARTS} parts are there already: move them away")
+        unavailable(f"{out}: {_MAX_PARTS} parts are there already: move them away")
     return found
 
 
@@ -33,13 +33,13 @@ def _warn(what: str) -> None:
 def main() -> int:
     """Record until SIGTERM."""
     given = options_of_process(RecordingOptions, "rig.recording")
-    end = FarEnd(given.connect, Keys(given.rig), given.identity)
+    end = RemoteRig(given.connect, Keys(given.rig), given.identity)
     open_log()
     try:
         out = _free(given.out)
         _log.info("recording into %s", out)
         result = recorded(end, out, force=given.force, wait=True, say=_warn)
-    except Stop as stop:
+    except CommandError as stop:
         _log.error("%s", stop)
         return stop.status
     _log.info("%s", words(result))

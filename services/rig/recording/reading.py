@@ -45,7 +45,7 @@ class RecordingError(Exception):
     """The file is no recording that can be played: what is wrong, and where."""
 
 
-class Event(NamedTuple):
+class RecordedMessage(NamedTuple):
     """One message: when it happened and when it was heard (wall-clock ns), and its payload as on the wire."""
 
     publish_ns: int
@@ -62,11 +62,11 @@ class Recording:
     path: Path
     about: dict[str, str] = field(default_factory=dict[str, str])
     scenes: list[bytes] = field(default_factory=list[bytes])
-    events: list[Event] = field(default_factory=list[Event])
+    events: list[RecordedMessage] = field(default_factory=list[RecordedMessage])
     torn: str = ""
     held: int = 0  # bytes of scenes and payloads
 
-    def of(self, channel: Channel) -> list[Event]:
+    def of(self, channel: Channel) -> list[RecordedMessage]:
         """The events of one channel, as they happened."""
         return sorted(event for event in self.events if event.channel is channel)
 
@@ -177,7 +177,7 @@ def _take(recording: Recording, record: FileMessage, channel: Channel, name: str
         place = f"{recording.path}: message {len(recording.events) + 1}, on {channel.topic}"
         raise RecordingError(f"{place}: {error}") from None
     _hold(recording, payload)
-    recording.events.append(Event(record.publish_time, record.log_time, channel, name, payload))
+    recording.events.append(RecordedMessage(record.publish_time, record.log_time, channel, name, payload))
 
 
 def _check_times(recording: Recording, record: FileMessage) -> None:

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from realtime.stop import StopRequest, on_stop_signals
-from rig.exit_status import lacking, wrong
-from rig.supervision.resolved_options import FarEnd
+from rig.exit_status import unavailable, usage_error
+from rig.supervision.resolved_options import RemoteRig
 
 if TYPE_CHECKING:
     from rig.recording.recorder import Result
@@ -19,15 +19,15 @@ SUFFIX = ".mcap"
 def check_out(out: Path, option: str) -> None:
     """Stop unless a new recording can be made there."""
     if out.suffix != SUFFIX:
-        wrong(f"{option} {out}: a recording's name ends in {SUFFIX}")
+        usage_error(f"{option} {out}: a recording's name ends in {SUFFIX}")
     if out.exists() or out.is_symlink():
-        wrong(f"{option} {out}: exists already; recordings are never overwritten: give another name")
+        usage_error(f"{option} {out}: exists already; recordings are never overwritten: give another name")
     if not out.parent.is_dir():
-        wrong(f"{option} {out}: there is no folder {out.parent}")
+        usage_error(f"{option} {out}: there is no folder {out.parent}")
 
 
 def recorded(
-    end: FarEnd,
+    end: RemoteRig,
     out: Path,
     *,
     force: bool = False,
@@ -35,7 +35,8 @@ def recorded(
     wait: bool = False,
     say: Callable[[str], None] | None = None,
 ) -> "Result":
-    """Record until SIGINT, SIGTERM or SIGHUP, or for `duration_s`. Raises Stop, also when the disk took no more.
+    """Record until SIGINT, SIGTERM or SIGHUP, or for `duration_s`. Raises CommandError, also when the disk took no
+    more.
 
     `wait`: for a rig that is not there yet. The main thread.
     """
@@ -46,15 +47,15 @@ def recorded(
     try:
         result = Recorder(end, out, force, wait, say or to_stderr).run(stop, duration_s)
     except FileExistsError:
-        wrong(f"{out}: exists already; recordings are never overwritten: give another name")
+        usage_error(f"{out}: exists already; recordings are never overwritten: give another name")
     except NoRig as error:
-        lacking(f"{error}: start one with `drumstick up`, or name it with --connect and --rig")
+        unavailable(f"{error}: start one with `drumstick up`, or name it with --connect and --rig")
     except NoForce as error:
-        wrong(f'{error}: play one with [drum] excitation = "streamed", or record without --force')
+        usage_error(f'{error}: play one with [drum] excitation = "streamed", or record without --force')
     except OSError as error:
-        lacking(f"{out}: cannot be written: {error.strerror}")
+        unavailable(f"{out}: cannot be written: {error.strerror}")
     if result.failure is not None:
-        lacking(
+        unavailable(
             f"{out}: {result.failure}; the recording ends here, after {result.messages.get('/strike', 0)} strikes,"
             " and stays readable to its last whole chunk; the rig plays on"
         )
@@ -81,8 +82,8 @@ def _counted(counts: dict[str, int]) -> str:
     return ", ".join(f"{n} of {topic}" for topic, n in sorted(counts.items()))
 
 
-def record(end: FarEnd, out: Path, force: bool, duration_s: float | None, as_json: bool) -> None:
-    """Record a rig that runs, and say what there is in the file. Raises Stop."""
+def record(end: RemoteRig, out: Path, force: bool, duration_s: float | None, as_json: bool) -> None:
+    """Record a rig that runs, and say what there is in the file. Raises CommandError."""
     check_out(out, "--out")
     result = recorded(end, out, force=force, duration_s=duration_s)
     print(json.dumps(asdict(result)) if as_json else words(result))

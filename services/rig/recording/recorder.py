@@ -24,7 +24,7 @@ from rig.recording.lost_messages import LostMessages
 from rig.recording.mcap_writer import CLOCK_METADATA, SCENE_ATTACHMENT, McapWriter
 from rig.recording.recorder_session import Appeared, Item, NewClock, NewScene, Received, RecorderSession
 from rig.recording.times import TimeLine, wall_minus_monotonic_ns
-from rig.supervision.resolved_options import FarEnd
+from rig.supervision.resolved_options import RemoteRig
 
 _TURN_S = 0.1
 _QUIET_S = 1.0  # between warnings
@@ -91,7 +91,7 @@ class Recorder:
 
     def __init__(
         self,
-        end: FarEnd,
+        end: RemoteRig,
         out: Path,
         force: bool,
         wait: bool,

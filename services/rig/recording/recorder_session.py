@@ -20,7 +20,7 @@ from protocol.session import client_config, open_client
 from realtime.stop import StopRequest
 from rig.recording import channels
 from rig.recording.channels import Channel, Presence
-from rig.supervision.resolved_options import FarEnd
+from rig.supervision.resolved_options import RemoteRig
 
 _RING = 4096
 _QUEUED = 100_000  # a minute of everything at its busiest
@@ -64,7 +64,7 @@ Item = Received | Appeared | NewClock | NewScene
 class RecorderSession:
     """Subscriptions to one rig. `open`, `close`, questions: the main thread; `items`: the writing one."""
 
-    def __init__(self, end: FarEnd) -> None:
+    def __init__(self, end: RemoteRig) -> None:
         self._end = end
         self._keys = end.keys
         self._session: zenoh.Session | None = None

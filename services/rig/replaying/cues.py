@@ -13,7 +13,7 @@ import msgspec
 from protocol.messages import Contact, Message, Release, State, Strike, decode
 from rig.recording import channels
 from rig.recording.channels import Channel
-from rig.recording.reading import Event
+from rig.recording.reading import RecordedMessage
 
 PLAYED = (channels.STRIKE, channels.RELEASE, channels.CONTACT, channels.STATE, channels.PARAM)
 _SHORTEST_BREATH_NS = 10_000_000
@@ -32,14 +32,14 @@ class Cue(NamedTuple):
     payload: bytes
 
 
-class Numbers(NamedTuple):
+class SequenceOffsets(NamedTuple):
     """Offsets by which strikes of a recorded boot are renumbered, and how many numbers one pass takes."""
 
     shift: dict[int, int]
     span: int
 
 
-def cues_of(events: Iterable[Event], speed: float = 1.0) -> list[Cue]:
+def cues_of(events: Iterable[RecordedMessage], speed: float = 1.0) -> list[Cue]:
     """The cues of one pass, in order. `speed` moves contacts apart or together; each contact keeps its own length.
 
     ValueError, worded, for what no servo can have told.
@@ -64,7 +64,7 @@ def cues_of(events: Iterable[Event], speed: float = 1.0) -> list[Cue]:
     return sorted(cues, key=lambda cue: cue.at_ns)
 
 
-def _check(event: Event) -> None:
+def _check(event: RecordedMessage) -> None:
     message = decode(event.payload, event.channel.kind)
     counted: tuple[int, ...] = ()
     match message:
@@ -84,7 +84,7 @@ def _check(event: Event) -> None:
             raise ValueError(f"{event.channel.topic}: no servo counts to {number}")
 
 
-def numbers_of(cues: Iterable[Cue]) -> Numbers:
+def numbers_of(cues: Iterable[Cue]) -> SequenceOffsets:
     """Offsets of the strikes' numbers: those of each boot follow those of the one before."""
     lowest: dict[int, int] = {}
     highest: dict[int, int] = {}
@@ -100,7 +100,7 @@ def numbers_of(cues: Iterable[Cue]) -> Numbers:
         shift[boot] = 0 if following is None else following - lowest[boot]
         following = highest[boot] + shift[boot] + 1
     first = min((lowest[boot] + shift[boot] for boot in lowest), default=0)
-    return Numbers(shift, 0 if following is None else following - first)
+    return SequenceOffsets(shift, 0 if following is None else following - first)
 
 
 def pass_ns(cues: list[Cue]) -> int:
@@ -115,7 +115,7 @@ def pass_ns(cues: list[Cue]) -> int:
 class Renumbering:
     """Messages as the replay tells them: `boot` for their own, numbers shifted, times of this machine's clock."""
 
-    def __init__(self, boot: int, numbers: Numbers) -> None:
+    def __init__(self, boot: int, numbers: SequenceOffsets) -> None:
         self._boot = boot
         self._numbers = numbers
         self._anchor_ns: int | None = None

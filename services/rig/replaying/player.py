@@ -18,7 +18,7 @@ _MAX_SLEEP_S = 0.02  # so that a stop is heard
 _ALIVE_EVERY_NS = 1_000_000_000
 
 
-class Player:
+class ReplayPlayer:
     """`panicked`: whether somebody asked for zero force; the playing ends there."""
 
     def __init__(

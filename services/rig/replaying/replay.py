@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from protocol.keys import Keys
 from realtime.log import say
 from realtime.stop import StopRequest, on_stop_signals
-from rig.exit_status import lacking, wrong
+from rig.exit_status import unavailable, usage_error
 from rig.machine import ports
 from rig.supervision.watch import host_and_port
 
@@ -44,7 +44,7 @@ class ReplayOptions(NamedTuple):
 
 
 def load(path: Path) -> tuple["Recording", "Scene"]:
-    """A recording with strikes and a scene. Stop with what is wrong with it."""
+    """A recording with strikes and a scene. CommandError with what is wrong with it."""
     from rig.recording import channels
     from rig.recording.reading import RecordingError, read
     from rig.recording.recorder import scene_of
@@ -52,28 +52,29 @@ def load(path: Path) -> tuple["Recording", "Scene"]:
     try:
         recording = read(path)
         if not recording.of(channels.STRIKE):
-            wrong(f"{path}: no strikes in it{f'; it {recording.torn}' if recording.torn else ''}")
+            usage_error(f"{path}: no strikes in it{f'; it {recording.torn}' if recording.torn else ''}")
         if not recording.scenes:
-            wrong(f"{path}: no scene in it: nobody would know which drum to play")
+            usage_error(f"{path}: no scene in it: nobody would know which drum to play")
         return recording, scene_of(recording.scenes[0])
     except RecordingError as error:
-        wrong(str(error))
+        usage_error(str(error))
     except ValueError as error:
-        wrong(f"{path}: its scene cannot be read: {error}")
+        usage_error(f"{path}: its scene cannot be read: {error}")
 
 
 def _cues(recording: "Recording", options: ReplayOptions) -> "list[Cue]":
-    # What is to be played when. Stop with what no servo can have told, and where nobody can have meant so long a play.
+    # What is to be played when. CommandError with what no servo can have told, and where nobody can have meant so long
+    # a play.
     from rig.replaying.cues import cues_of
 
     try:
         cues = cues_of(recording.events, options.speed)
     except ValueError as error:
-        wrong(f"{options.file}: {error}")
+        usage_error(f"{options.file}: {error}")
     lasts_s = cues[-1].at_ns * 1e-9
     if lasts_s > options.longest_s:
         gap_s, at_s = max((b.at_ns - a.at_ns, a.at_ns) for a, b in pairwise(cues))
-        wrong(
+        usage_error(
             f"{options.file}: would play for {lasts_s:.4g} s, {gap_s * 1e-9:.4g} s of it in silence after the first"
             f" {at_s * 1e-9:.4g} s: is a time in it wrong? More than {options.longest_s:g} s are played only when asked"
             f" for: --longest {math.ceil(lasts_s)}"
@@ -95,10 +96,10 @@ def _session(keys: Keys, options: ReplayOptions) -> "Generator[zenoh.Session]":
         else:
             session = zenoh.open(client_config(options.connect))
     except zenoh.ZError:
-        lacking(f"no Zenoh router answers at {options.connect}: start it, or leave out --connect")
+        unavailable(f"no Zenoh router answers at {options.connect}: start it, or leave out --connect")
     try:
         if options.connect is not None and present(session, keys.alive("haptic", "*")):
-            lacking(
+            unavailable(
                 f"rig {keys.rig!r} is played there already: stop it, or give the replay another name with --rig"
             )
         yield session
@@ -119,7 +120,7 @@ def _await_sound(session: "zenoh.Session", keys: Keys, enough: Callable[[], bool
 
 
 def replay(keys: Keys, options: ReplayOptions, as_json: bool) -> None:
-    """Play the recording, then say how it went. Raises Stop."""
+    """Play the recording, then say how it went. Raises CommandError."""
     recording, scene = load(options.file)
     cues = _cues(recording, options)
     stop = StopRequest()
@@ -147,7 +148,7 @@ def _played(
     from drumstick.parameters.table import table_of
     from rig.replaying.cues import Renumbering, numbers_of
     from rig.replaying.osc_out import OscOut
-    from rig.replaying.player import Player
+    from rig.replaying.player import ReplayPlayer
     from rig.replaying.replay_server import ReplayServer, new_boot
 
     boot, panic = new_boot(), StopRequest()
@@ -157,7 +158,7 @@ def _played(
     )
     osc = OscOut(options.osc_out, options.prefix, table_of(scene))
     renumbering = Renumbering(boot, numbers_of(cues))
-    player = Player(cues, renumbering, stand_in, osc, keys.rig, panic.is_set)
+    player = ReplayPlayer(cues, renumbering, stand_in, osc, keys.rig, panic.is_set)
     try:
         if options.await_sound:
             _await_sound(session, keys, lambda: stop.is_set() or panic.is_set())
@@ -200,7 +201,7 @@ def _words(summary: dict[str, Any]) -> str:
 
 
 def checked(options: ReplayOptions) -> ReplayOptions:
-    """Check the options of a replay. Raises Stop."""
+    """Check the options of a replay. Raises CommandError."""
     from rig import checks
     from rig.supervision.resolved_options import require_loopback
 

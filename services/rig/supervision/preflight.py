@@ -9,7 +9,7 @@ from collections.abc import Generator
 from contextlib import contextmanager
 
 from drumstick.parameters.scene import Scene
-from rig.exit_status import wrong
+from rig.exit_status import usage_error
 
 _DEVICE_RATE_Hz = 48_000
 
@@ -22,11 +22,11 @@ def playable() -> Generator[None]:
     try:
         yield
     except Unplayable as error:
-        wrong(str(error))
+        usage_error(str(error))
 
 
 def try_stick(scene: Scene) -> None:
-    """Judge the scene's own set for its simulated device, as the servo does at its start. Raises Stop."""
+    """Judge the scene's own set for its simulated device, as the servo does at its start. Raises CommandError."""
     from drumstick.parameters.table import Refusal
     from drumstick.safety import envelope
     from drumstick.stick.law import law_of
@@ -36,7 +36,7 @@ def try_stick(scene: Scene) -> None:
     try:
         envelope.require(law_of(scene), limits_of(scene, Simulated(scene).info().specification))
     except Refusal as refusal:
-        wrong(f"{scene.name}: the scene itself is outside the envelope: {refusal}")
+        usage_error(f"{scene.name}: the scene itself is outside the envelope: {refusal}")
 
 
 def try_drum(scene: Scene) -> None:

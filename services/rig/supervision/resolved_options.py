@@ -14,7 +14,7 @@ from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, Keys
 from protocol.session import Public
 from realtime.log import say
 from rig import checks
-from rig.exit_status import LACKING, Stop, wrong
+from rig.exit_status import LACKING, CommandError, usage_error
 from rig.identity import identity_check
 from rig.identity.rig_file import RigFile, load
 from rig.supervision.parts import ACCESS, PANEL, SOUND
@@ -51,7 +51,8 @@ def resolve(
     osc_in: int | None = None,
     osc_out: Sequence[str] | None = None,
 ) -> ResolvedOptions:
-    """Resolve the options of the services in `parts`. Raises Stop; warns of certificates that end soon, or have ended.
+    """Resolve the options of the services in `parts`. Raises CommandError; warns of certificates that end soon, or
+    have ended.
 
     No force waits for a network: what time can mend, a certificate or a clock, ends no start that the force loop or its
     gateway is part of, and nobody asks here for the addresses of names.
@@ -84,7 +85,7 @@ def resolve(
     )
 
 
-class FarEnd(NamedTuple):
+class RemoteRig(NamedTuple):
     """A running rig as a command reaches it: the router's endpoint, its keys, and as whom we come in."""
 
     endpoint: str
@@ -92,21 +93,22 @@ class FarEnd(NamedTuple):
     identity: Identity | None = None  # None on loopback
 
 
-def far_end(
+def remote_rig(
     rig_file: Path | None, rig: str | None, connect: str | None, *, roles: tuple[str, ...] = SETTERS
-) -> FarEnd:
-    """Options of a command that talks to a running rig, with a certificate of one of these roles. Raises Stop."""
+) -> RemoteRig:
+    """Options of a command that talks to a running rig, with a certificate of one of these roles. Raises
+    CommandError."""
     file = RigFile() if rig_file is None else load(rig_file)
     end = checks.endpoint(connect or file.connect)
     _require_identity(end, file)
     identity = file.identity if is_tls(end) else None
     if identity is not None:
         _warn(identity_check.require_client(identity, roles, "this command"))
-    return FarEnd(end, Keys(_rig(file, rig)), identity)
+    return RemoteRig(end, Keys(_rig(file, rig)), identity)
 
 
 def fitness(rig_file: Path) -> list[str]:
-    """Warnings about this machine's certificate, whatever its role. Raises Stop when it is fit for nothing."""
+    """Warnings about this machine's certificate, whatever its role. Raises CommandError when it is fit for nothing."""
     file = load(rig_file)
     if file.identity is None:
         return []
@@ -127,7 +129,7 @@ def _identity(file: RigFile, connect: str | None, parts: frozenset[str]) -> Iden
     _require_identity(connect, file)
     assert file.identity is not None
     if len(parts - {ACCESS}) > 1:
-        wrong(
+        usage_error(
             f"{connect}: over TLS each part needs a certificate of its own: start drumstick haptic, sound or panel,"
             " each with its rig file"
         )
@@ -142,7 +144,7 @@ def _public(file: RigFile, rig: str, listen: str, parts: frozenset[str]) -> Publ
         return None
     host, port = host_and_port(file.public)
     if port == inner_port and (is_every_address(host) or host == inner):
-        wrong(
+        usage_error(
             f"zenoh.public {file.public}: port {port} is that of --listen {listen}, and this address includes it;"
             f" take another, e.g. {port + 1}"
         )
@@ -154,7 +156,7 @@ def _public(file: RigFile, rig: str, listen: str, parts: frozenset[str]) -> Publ
 def _judge(check: Callable[[], list[str]], parts: frozenset[str]) -> None:
     try:
         _warn(check())
-    except Stop as stop:
+    except CommandError as stop:
         if stop.status != LACKING or HAPTIC_PART not in parts:
             raise
         _warn([f"{stop}; nobody comes in or goes out by it until then"])
@@ -162,7 +164,7 @@ def _judge(check: Callable[[], list[str]], parts: frozenset[str]) -> None:
 
 def _require_identity(end: str, file: RigFile) -> None:
     if is_tls(end) and file.identity is None:
-        wrong(
+        usage_error(
             f"{end}: over TLS this machine must show a certificate: give --rig-file with [keys] (docs/security.md)"
         )
 
@@ -170,7 +172,7 @@ def _require_identity(end: str, file: RigFile) -> None:
 def require_loopback(listen: str) -> None:
     """Stop when others than local processes could come in at a router without access rules."""
     if is_tls(listen) or not is_loopback(host_and_port(listen)[0]):
-        wrong(
+        usage_error(
             f"--listen {listen}: whoever comes in there may do everything, so it must be a loopback address over TCP,"
             f" e.g. {DEFAULT_ROUTER}; other machines come in by zenoh.public of a rig file (docs/security.md)"
         )

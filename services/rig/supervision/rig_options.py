@@ -12,7 +12,7 @@ Group = Any  # one of rig.options
 
 
 def checked_options(parts: frozenset[str], given_rig: RigOptions, *groups: Group) -> Options:
-    """The options of a rig of these parts, from the groups that its command has. Raises Stop."""
+    """The options of a rig of these parts, from the groups that its command has. Raises CommandError."""
     given: dict[str, Any] = {}
     for group in groups:
         given |= {field.name: getattr(group, field.name) for field in dataclasses.fields(group)}

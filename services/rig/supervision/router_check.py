@@ -1,6 +1,6 @@
 """Asking a router at once whether it lets us in, before a process is started that would only be refused."""
 
-from rig.exit_status import lacking
+from rig.exit_status import unavailable
 from rig.supervision.parts import HAPTIC
 from rig.supervision.plan import Options
 
@@ -16,4 +16,4 @@ def require_admission(options: Options) -> None:
 
     why = why_refused(options.connect, options.identity)
     if why is not None and why.somebody_is_there:
-        lacking(why.words)
+        unavailable(why.words)

@@ -12,7 +12,7 @@ from pathlib import Path
 from protocol.keys import DEFAULT_RIG, command
 from realtime.regular_file import read_text
 from rig import folder, requested_scene, scene_file
-from rig.exit_status import GIVEN, LACKING, Stop
+from rig.exit_status import GIVEN, LACKING, CommandError
 from rig.supervision.scene_files import SceneFiles
 
 CONFIGURED = "scene.configured"  # hash of the scene that was laid out because the options name it
@@ -52,7 +52,7 @@ def lay_out(run: Path, configured: str, say: Say, rig: str = DEFAULT_RIG) -> Non
 
     A servo that crashed finds its scene and its block as they were; so does one that a panic or a fault holds,
     whatever is asked for. The configured scene is put where none lies, and where the options changed. `rig`: as the
-    words of it name it. Raises Stop.
+    words of it name it. Raises CommandError.
     """
     from haptic_server import block_header
 
@@ -79,7 +79,8 @@ def played(run: Path) -> None:
 
 
 def ended(run: Path, status: int, say: Say) -> None:
-    """The servo ended with this exit status: where it could not play what was asked for, go back. Raises Stop."""
+    """The servo ended with this exit status: where it could not play what was asked for, go back. Raises
+    CommandError."""
     kept = _read(run / BEFORE)
     if not kept or status not in (GIVEN, LACKING):
         return
@@ -89,4 +90,4 @@ def ended(run: Path, status: int, say: Say) -> None:
         SceneFiles(**json.loads(kept)).put(run)
     except (ValueError, TypeError) as damaged:  # then the configured one is laid out at the next start
         (run / CONFIGURED).unlink(missing_ok=True)
-        raise Stop(GIVEN, f"{run / BEFORE}: {damaged}") from None
+        raise CommandError(GIVEN, f"{run / BEFORE}: {damaged}") from None

@@ -15,10 +15,11 @@ class SceneFiles:
     gesture: str | None = None
 
     def put(self, run: Path) -> None:
-        """Into the run folder, whose servo must not run; what it had made of another scene goes. Raises Stop."""
+        """Into the run folder, whose servo must not run; what it had made of another scene goes. Raises
+        CommandError."""
         from haptic_server import block_header, files
 
-        block_header.disown(run)  # whoever made it is dead: we hold the lock
+        block_header.invalidate(run)  # whoever made it is dead: we hold the lock
         folder.put_text(run / files.SCENE, self.text)
         if self.gesture is not None:
             folder.put_text(run / files.GESTURE, self.gesture)

@@ -7,7 +7,7 @@ from typing import NoReturn
 
 from realtime.log import say
 from rig import checks, folder
-from rig.exit_status import lacking, wrong
+from rig.exit_status import unavailable, usage_error
 from rig.supervision.plan import Options, commands
 from rig.supervision.router_check import require_admission
 
@@ -19,10 +19,13 @@ def _say(words: str) -> None:
 
 
 def become(name: str, options: Options) -> NoReturn:
-    """Replace this process by the service, with the command line that `drumstick up` would give it. Raises Stop."""
+    """Replace this process by the service, with the command line that `drumstick up` would give it. Raises
+    CommandError."""
     command = commands(options).get(name)
     if command is None:
-        wrong(f"service {name}: the rig file opens no public listener (zenoh.public): nothing to do here")
+        usage_error(
+            f"service {name}: the rig file opens no public listener (zenoh.public): nothing to do here"
+        )
     require_admission(options)
     sys.stdout.flush()
     sys.stderr.flush()
@@ -30,18 +33,18 @@ def become(name: str, options: Options) -> NoReturn:
 
 
 def become_gateway(options: Options) -> NoReturn:
-    """The gateway of a scene that lies in the run folder. Raises Stop."""
+    """The gateway of a scene that lies in the run folder. Raises CommandError."""
     from haptic_server import files
 
     if not (options.folder / files.SCENE).is_file():
-        lacking(
+        unavailable(
             f"{options.folder} holds no scene: the servo of rig {options.rig!r} lays it out; start that first"
         )
     become("gateway", options)
 
 
 def become_servo(options: Options, scene: str) -> NoReturn:
-    """The servo, for the scene that is due; it holds the rig's lock as long as it lives. Raises Stop."""
+    """The servo, for the scene that is due; it holds the rig's lock as long as it lives. Raises CommandError."""
     from rig.supervision import scene_change
 
     lock = folder.claim(options.folder, options.rig)
@@ -59,7 +62,8 @@ def servo_ticks(rig: str) -> None:
 
 
 def servo_ended(rig: str, how: str, status: str) -> None:
-    """Note how the servo ended; `how` and `status` as systemd tells them (EXIT_CODE, EXIT_STATUS). Raises Stop."""
+    """Note how the servo ended; `how` and `status` as systemd tells them (EXIT_CODE, EXIT_STATUS). Raises
+    CommandError."""
     from rig.supervision import scene_change
 
     checks.rig_name(rig)

@@ -12,7 +12,7 @@ from protocol.foreign_text import shown
 from protocol.keys import Keys, command
 from realtime.stop import on_stop_signals
 from rig import folder, requested_scene, scene_file
-from rig.exit_status import OURS, Stop, wrong
+from rig.exit_status import OURS, CommandError, usage_error
 from rig.machine import ports
 from rig.machine.machine_needs import require_machine
 from rig.recording.record import check_out
@@ -47,7 +47,8 @@ class Rig:
         self._strikes_before = 0
 
     def run(self, duration_s: float | None) -> None:
-        """Run until a signal or for `duration_s` seconds of play. Raises Stop when a service cannot run here."""
+        """Run until a signal or for `duration_s` seconds of play. Raises CommandError when a service cannot run
+        here."""
         on_stop_signals(self._ask_to_stop)
         begun = time.monotonic()
         ready_at: float | None = None
@@ -66,7 +67,7 @@ class Rig:
                     if duration_s is not None and self._played_s >= duration_s:
                         break
                 elif now - begun > _READY_WITHIN_S and duration_s is not None:
-                    raise Stop(OURS, f"not ready after {_READY_WITHIN_S:.0f} s: {self._waits_for()}")
+                    raise CommandError(OURS, f"not ready after {_READY_WITHIN_S:.0f} s: {self._waits_for()}")
                 elif now - begun > report_s:
                     self._terminal.say(f"not ready after {report_s:.0f} s: {self._waits_for()}")
                     report_s *= 2.0
@@ -91,7 +92,7 @@ class Rig:
                 return
             if service.fault_status is not None:
                 said = "" if service.last_line else f"{service.name} ended with status {service.fault_status}"
-                raise Stop(service.fault_status, said)  # what it said is on the terminal already
+                raise CommandError(service.fault_status, said)  # what it said is on the terminal already
         self._watch.look()
         if not self._awaits_listeners():
             (self._options.folder / files.LISTENERS_AWAITED).unlink(missing_ok=True)
@@ -211,18 +212,18 @@ def _words(summary: dict[str, Any]) -> str:
 
 
 def up(options: Options, scene: str, duration_s: float | None, as_json: bool) -> None:
-    """Run the chosen parts of a rig; prints a summary at the end. Raises Stop."""
+    """Run the chosen parts of a rig; prints a summary at the end. Raises CommandError."""
     if options.record is not None:
         check_out(options.record, "--record")
     elif options.record_force:
-        wrong("--record-force: give --record FILE.mcap too")
+        usage_error("--record-force: give --record FILE.mcap too")
     require_machine()
     laid = SceneFiles(scene)
     with ExitStack() as held:
         if HAPTIC in options.parts:
             loaded = scene_file.load(scene)
             if options.record_force and loaded.drum.excitation != "streamed":
-                wrong(
+                usage_error(
                     f"--record-force: the scene {loaded.name!r} does not stream its force: play one with"
                     ' [drum] excitation = "streamed", or leave it out'
                 )

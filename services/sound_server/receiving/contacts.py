@@ -17,7 +17,7 @@ from drumstick.drum.excitation.timeline import Stream
 from protocol.clock import HapticClock
 from protocol.messages import CONTACT_PIECE_S, Contact, Strike, decode
 from protocol.rate_limited_log import RateLimitedLog
-from sound_server.receiving.strikes import MAX_N, TOO_LATE_NS, Once
+from sound_server.receiving.strikes import MAX_N, TOO_LATE_NS, Deduplicator
 
 _PIECES = 3
 _MIN_S = 0.001  # beside a block: from a piece's arrival to its sound, so that the next one comes in time
@@ -36,8 +36,8 @@ class ContactScheduler:
         self._log_limited = limited_log
         self._on_boot = on_boot
         self._feed: Feed | None = None
-        self._ticks = Once(16384)
-        self._contacts = Once()
+        self._ticks = Deduplicator(16384)
+        self._contacts = Deduplicator()
         self._places: OrderedDict[tuple[int, int], tuple[float, float]] = OrderedDict()
         self._boots: list[int] = []  # oldest first; the last one plays
         self._anchor = (0, 0.0, 0)  # first tick, period and instant, where no clock tells the instant

@@ -24,7 +24,7 @@ _MAX_S = 1.0
 _MAX_STROKE_M_PER_S = 1e3  # only a mallet's push grows with it
 
 
-class Once:
+class Deduplicator:
     """The newest 4096 (boot, seq): a strike is played once, even when the network delivers it again; and a sample of
     its force by (boot, seq, tick)."""
 
@@ -52,7 +52,7 @@ class StrikeScheduler:
         self.ring = ring
         self._log_limited = limited_log
         self._on_boot = on_boot
-        self._once = Once()
+        self._once = Deduplicator()
         self.note: Callable[[Strike], None] | None = None
         self.clock: HapticClock | None = None
         self.latency_s = 0.0

@@ -12,12 +12,12 @@ from numba.np.numpy_support import carray
 from realtime.clock import now_ns
 from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.float_mode import flush_denormals, restore
-from realtime.kernels.handover import Handed, take_up
+from realtime.kernels.handover import ForeignHandle, load_from_address
 from realtime.kernels.jit import cfunction, njit
 from realtime.records import Records
 from sound_server.sinks.load_meter import timed_block
 from sound_server.sinks.sink import SINK_COUNTERS, SinkCounters
-from sound_server.stage import Boards, Stage
+from sound_server.stage import MixBuffers, Mixer
 
 _array: Any = carray  # numba knows it by value; its own annotations do not fit addresses
 _UNDERFLOW = 0x4  # paOutputUnderflow
@@ -37,7 +37,11 @@ def block_start(counters: Records, now: int, frames: int) -> int:
 
 @njit()
 def fill(
-    boards: Boards, counters: Records, out: npt.NDArray[np.float32], flags: int, clock: npt.NDArray[np.int64]
+    boards: MixBuffers,
+    counters: Records,
+    out: npt.NDArray[np.float32],
+    flags: int,
+    clock: npt.NDArray[np.int64],
 ) -> None:
     """One callback's work. Audio thread; no allocation, no locks."""
     boards = borrowed_view(boards)
@@ -48,17 +52,17 @@ def fill(
     restore(mode)
 
 
-def _handed(stage: Stage, counters: Records) -> Handed:
-    return Handed((stage.boards, counters, np.zeros(2, np.int64)))
+def _handed(stage: Mixer, counters: Records) -> ForeignHandle:
+    return ForeignHandle((stage.boards, counters, np.zeros(2, np.int64)))
 
 
-_KIND = _handed(Stage(48000), np.zeros(1, SINK_COUNTERS)).kind
+_KIND = _handed(Mixer(48000), np.zeros(1, SINK_COUNTERS)).kind
 
 
 @cfunction("int32(voidptr, voidptr, uint64, voidptr, uint64, voidptr)", cache=False)
 def stream_callback(_input: Any, output: Any, frames: Any, _time: Any, flags: Any, address: Any) -> int:
     """PaStreamCallback; returns paContinue."""
-    boards, counters, clock = take_up(address, _KIND)
+    boards, counters, clock = load_from_address(address, _KIND)
     out: npt.NDArray[np.float32] = _array(output, (int(frames), counters[0].channels), np.float32)
     fill(boards, counters, out, int(flags), clock)
     return 0
@@ -67,7 +71,7 @@ def stream_callback(_input: Any, output: Any, frames: Any, _time: Any, flags: An
 class CallbackData:
     """Memory that the callback reads. It must live as long as the stream; `counters` is (1,) of SINK_COUNTERS."""
 
-    def __init__(self, stage: Stage, counters: Records) -> None:
+    def __init__(self, stage: Mixer, counters: Records) -> None:
         self._handed = _handed(stage, counters)
 
     @property

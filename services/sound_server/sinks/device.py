@@ -16,7 +16,7 @@ from realtime.records import Records
 from sound_server.sinks import callback
 from sound_server.sinks.load_meter import noted
 from sound_server.sinks.sink import SINK_COUNTERS, SinkError
-from sound_server.stage import Stage
+from sound_server.stage import Mixer
 
 LOWEST_RATE_HZ = 22_050
 
@@ -34,7 +34,7 @@ class DeviceSink:
         channels = min(2, int(facts["max_output_channels"]))
         self._counters: Records = np.zeros(1, SINK_COUNTERS)
         self._counters["rate_Hz"], self._counters["channels"] = self.rate_Hz, channels
-        self.stage = Stage(self.rate_Hz)
+        self.stage = Mixer(self.rate_Hz)
         self._callback_data = callback.CallbackData(self.stage, self._counters)
         self._clock = np.zeros(2, np.int64)
         self._stream = self._open(index, block, channels)

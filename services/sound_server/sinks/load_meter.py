@@ -7,14 +7,14 @@ from realtime.clock import now_ns
 from realtime.kernels.jit import njit
 from realtime.records import Records
 from sound_server.sinks.sink import NOTED, SinkCounters
-from sound_server.stage import Boards, mix
+from sound_server.stage import MixBuffers, mix
 
 _SMOOTHING_S = 0.2
 
 
 @njit()
 def timed_block(
-    boards: Boards,
+    boards: MixBuffers,
     counters: Records,
     out: npt.NDArray[np.float32],
     start_ns: int,

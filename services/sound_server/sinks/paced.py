@@ -18,7 +18,7 @@ from realtime.kernels.jit import njit
 from realtime.records import Records
 from sound_server.sinks.load_meter import timed_block
 from sound_server.sinks.sink import SINK_COUNTERS, SinkCounters
-from sound_server.stage import Boards, Stage
+from sound_server.stage import MixBuffers, Mixer
 
 _CHUNK_S = 0.05
 _POLL_S = 0.02
@@ -30,7 +30,7 @@ Recorder = Callable[[npt.NDArray[np.float32]], None]
 
 @njit()
 def play_chunk(
-    boards: Boards,
+    boards: MixBuffers,
     counters: Records,
     out: npt.NDArray[np.float32],
     block: int,
@@ -74,7 +74,7 @@ class PacedSink:
         self.turns = 0  # grows while the thread runs, before the first drum too
         self._counters: Records = np.zeros(1, SINK_COUNTERS)
         self._counters["rate_Hz"], self._counters["channels"] = rate_Hz, 2
-        self.stage = Stage(rate_Hz)
+        self.stage = Mixer(rate_Hz)
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="audio", daemon=True)
         self._thread.start()

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from realtime.records import Record, dtype_of
-from sound_server.stage import Stage
+from sound_server.stage import Mixer
 
 NOTED = 4096  # blocks
 
@@ -41,7 +41,7 @@ class SinkError(Exception):
 class Sink(Protocol):
     """Plays its stage, which is empty at first. All methods belong to the server's main thread."""
 
-    stage: Stage
+    stage: Mixer
 
     @property
     def comes_back(self) -> bool:

@@ -38,7 +38,7 @@ _START_S = 30.0
 _CLOSE_S = 1.0  # a browser that does not close its end holds up the panel's end no longer
 
 
-class GuardError(Exception):
+class ViserIncompatible(Exception):
     """viser is not as this guard knows it; nothing is served."""
 
 
@@ -100,7 +100,7 @@ class _GuardedServe:
         return self.original(self._frames(arguments[0]), HOST, self.admission.port, **options)
 
     def _refuse(self, words: str) -> NoReturn:
-        self.made.put(GuardError(f"viser {viser.__version__} is not as the guard knows it: {words}"))
+        self.made.put(ViserIncompatible(f"viser {viser.__version__} is not as the guard knows it: {words}"))
         raise SystemExit  # ends viser's thread without a word: the waiting thread has them
 
     def _frames(self, handler: Callable[..., Awaitable[None]]) -> Callable[..., Awaitable[None]]:
@@ -196,12 +196,13 @@ def _quiet(record: logging.LogRecord) -> bool:
 def start(
     admission: Admission, messages: ClientMessages, pointers: PointerAccess | None = None
 ) -> viser.ViserServer:
-    """A guarded server on 127.0.0.1 that is already heard; stop it with `.stop()`. Raises GuardError. Main thread.
+    """A guarded server on 127.0.0.1 that is already heard; stop it with `.stop()`. Raises ViserIncompatible. Main
+    thread.
 
     `pointers` serves the websockets of pads, behind the same door; they never reach viser.
     """
     if viser.__version__.split(".")[:2] != ["1", "1"]:
-        raise GuardError(f"viser {viser.__version__} is installed; this guard knows 1.1 only")
+        raise ViserIncompatible(f"viser {viser.__version__} is installed; this guard knows 1.1 only")
     rich.reconfigure(quiet=True)  # viser's banners
     logging.getLogger("websockets.server").addFilter(_quiet)
     os.environ.pop("_VISER_PORT_OVERRIDE", None)
@@ -220,14 +221,18 @@ def start(
         threading.Thread(target=make, name="viser start", daemon=True).start()
         made = guarded.made.get(timeout=_START_S)
     except queue.Empty:
-        raise GuardError(f"viser did not start within {_START_S:g} s") from None
+        raise ViserIncompatible(f"viser did not start within {_START_S:g} s") from None
     finally:
         websocket_server.serve = guarded.original
     if not isinstance(made, viser.ViserServer):
-        raise made if isinstance(made, GuardError) else GuardError(f"viser did not start: {made!r}")
+        raise (
+            made
+            if isinstance(made, ViserIncompatible)
+            else ViserIncompatible(f"viser did not start: {made!r}")
+        )
     try:
         _check_from_outside(made, guarded)
-    except GuardError:
+    except ViserIncompatible:
         made.stop()
         raise
     made.request_share_url = _no_share_url
@@ -243,9 +248,11 @@ def _check_from_outside(server: viser.ViserServer, guarded: _GuardedServe) -> No
     port = guarded.admission.port
     websockets: Any = server._websock_server  # pyright: ignore[reportPrivateUsage]
     if not isinstance(getattr(websockets.get_message_buffer(), "message_event", None), _Bell):
-        raise GuardError("viser's messages are not told by the bell that the guard gave them")
+        raise ViserIncompatible("viser's messages are not told by the bell that the guard gave them")
     if guarded.calls != 1 or server.get_port() != port:
-        raise GuardError(f"viser served {guarded.calls} times through the guard, at port {server.get_port()}")
+        raise ViserIncompatible(
+            f"viser served {guarded.calls} times through the guard, at port {server.get_port()}"
+        )
     tries: tuple[tuple[str, dict[str, str], HTTPStatus], ...] = (
         ("/", {}, HTTPStatus.UNAUTHORIZED),
         (f"/?token={guarded.admission.token}", {}, HTTPStatus.OK),
@@ -257,11 +264,11 @@ def _check_from_outside(server: viser.ViserServer, guarded: _GuardedServe) -> No
             connection.request("GET", path, headers=headers)
             status = connection.getresponse().status
         except OSError as error:
-            raise GuardError(f"the guard's own visit failed: {error}") from None
+            raise ViserIncompatible(f"the guard's own visit failed: {error}") from None
         finally:
             connection.close()
         if status != expected:
-            raise GuardError(f"viser answered {status} where the guard says {expected.value}")
+            raise ViserIncompatible(f"viser answered {status} where the guard says {expected.value}")
 
 
 def control_id(

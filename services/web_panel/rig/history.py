@@ -28,7 +28,7 @@ class _Contact(NamedTuple):
     peak_N: float
 
 
-class History:
+class PlotHistory:
     """Recent strikes, releases and states, for the plots. `now` is the clock of the state's times, s."""
 
     def __init__(self) -> None:

@@ -10,7 +10,7 @@ from web_panel.rig.answer import Answer
 from web_panel.rig.rig_state import RigState
 from web_panel.tuning.compare import SLOTS, Compare, settable
 from web_panel.tuning.set_queue import SetQueue, SetRequest
-from web_panel.tuning.undo import History
+from web_panel.tuning.undo import UndoHistory
 from web_panel.tuning.undo_file import UndoFile
 
 UNDO, REDO, PRESET = "undo", "redo", "preset"
@@ -37,7 +37,7 @@ class Changes:
         self._lease_of = lease_of
         self._predict_roll = predict_roll
         self._standing: dict[str, float] = {}  # replaced, never written: viser's threads read it
-        self.history = History()
+        self.history = UndoHistory()
         self.compare = Compare()
         self.words, self.alarm = "", False  # about the last whole set
         self._scenes_seen = 0

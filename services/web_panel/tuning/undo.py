@@ -21,7 +21,7 @@ class Step:
 
 
 @dataclass
-class History:
+class UndoHistory:
     """Steps that were accepted, the newest last, and those taken back since. Times are seconds of one clock."""
 
     back: list[Step] = field(default_factory=list[Step])

@@ -13,7 +13,7 @@ from typing import cast
 from drumstick.parameters.scene import Scene
 from realtime.regular_file import read_text, write_text
 from web_panel.tuning.compare import SLOTS, Compare
-from web_panel.tuning.undo import MAX_STEPS, History, Step
+from web_panel.tuning.undo import MAX_STEPS, Step, UndoHistory
 
 _MAX_BYTES = 1_000_000
 _log = logging.getLogger("panel")
@@ -29,7 +29,7 @@ class UndoFile:
     def __init__(self, path: Path) -> None:
         self._path = path
 
-    def read(self, scene: Scene) -> tuple[History, Compare]:
+    def read(self, scene: Scene) -> tuple[UndoHistory, Compare]:
         """Read what was kept of this scene; empty when nothing was, or another scene's."""
         try:
             return _read(self._path, scene)
@@ -37,9 +37,9 @@ class UndoFile:
             pass
         except (OSError, UnicodeDecodeError, ValueError, RecursionError) as error:
             _log.warning("%s is not used: %s", self._path, error)
-        return History(), Compare()
+        return UndoHistory(), Compare()
 
-    def write(self, scene: Scene, history: History, compare: Compare) -> None:
+    def write(self, scene: Scene, history: UndoHistory, compare: Compare) -> None:
         """Keep these: the whole file or nothing of it. What cannot be written is one line in the log."""
         content = {
             "scene": _mark(scene),
@@ -61,14 +61,14 @@ def _mark(scene: Scene) -> str:
     return hashlib.sha256(repr(scene).encode()).hexdigest()[:16]
 
 
-def _read(path: Path, scene: Scene) -> tuple[History, Compare]:
+def _read(path: Path, scene: Scene) -> tuple[UndoHistory, Compare]:
     found = _object(json.loads(read_text(path, _MAX_BYTES)))
     if found.get("scene") != _mark(scene):
-        return History(), Compare()
+        return UndoHistory(), Compare()
     slots = {slot: _values(values) for slot, values in _object(found.get("slots")).items() if slot in SLOTS}
     on = found.get("on")
     compare = Compare(slots, on if isinstance(on, str) and on in slots else "")
-    return History(_steps(found.get("back")), _steps(found.get("forth"))), compare
+    return UndoHistory(_steps(found.get("back")), _steps(found.get("forth"))), compare
 
 
 def _object(found: object) -> dict[str, object]:

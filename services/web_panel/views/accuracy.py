@@ -8,7 +8,7 @@ import viser
 import viser.uplot
 
 from web_panel.accuracy_results import Files, Result, read
-from web_panel.rig.history import History
+from web_panel.rig.history import PlotHistory
 from web_panel.rig.rig_state import RigState
 from web_panel.views.plot_data import Pair, joined
 from web_panel.views.plot_style import AMBER, BLUE, GREY, axis, dots, plot
@@ -38,7 +38,7 @@ class AccuracyView:
         )
         self._draw(None, _HOW)
 
-    def show(self, rig_state: RigState, history: History, now: float) -> None:
+    def show(self, rig_state: RigState, history: PlotHistory, now: float) -> None:
         """Draw anew what was measured since."""
         if now - self._looked_at < _AGAIN_S:
             return

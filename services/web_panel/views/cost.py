@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import viser
 
-from web_panel.rig.history import SPAN_S, History
+from web_panel.rig.history import SPAN_S, PlotHistory
 from web_panel.rig.rig_state import RigState
 from web_panel.rig.view_subscriptions import COST
 from web_panel.views import html_tables
@@ -35,7 +35,7 @@ class CostView:
         self._loads: deque[tuple[float, float]] = deque()
         self._html = gui.add_html("", order=order)
 
-    def show(self, rig_state: RigState, history: History, now: float) -> None:
+    def show(self, rig_state: RigState, history: PlotHistory, now: float) -> None:
         """Write it anew when it is time."""
         meters = rig_state.living_meters(now)
         if meters:

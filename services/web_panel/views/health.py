@@ -7,7 +7,7 @@ import numpy as np
 import viser
 import viser.uplot
 
-from web_panel.rig.history import History
+from web_panel.rig.history import PlotHistory
 from web_panel.rig.rig_state import RigState
 from web_panel.rig.view_subscriptions import DOCTOR, RELEASES
 from web_panel.views import html_tables
@@ -59,7 +59,7 @@ class HealthView:
             height=220,
         )  # fmt: skip
 
-    def show(self, rig_state: RigState, history: History, now: float) -> None:
+    def show(self, rig_state: RigState, history: PlotHistory, now: float) -> None:
         """Write it anew when it is time."""
         if now - self._drawn_at < _PERIOD_S:
             return

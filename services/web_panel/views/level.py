@@ -6,7 +6,7 @@ import viser.uplot
 
 from drumstick.parameters.strike import Strike
 from drumstick.stick.strike_curve import curve_of, level_of
-from web_panel.rig.history import History
+from web_panel.rig.history import PlotHistory
 from web_panel.rig.rig_state import RigState
 from web_panel.views.plot_data import Numbers, Pair, joined, largest, top_of
 from web_panel.views.plot_style import AMBER, BLUE, GREY, axis, dots, line, plot
@@ -47,7 +47,7 @@ class LevelView:
             height=220,
         )
 
-    def show(self, rig_state: RigState, history: History, now: float) -> None:
+    def show(self, rig_state: RigState, history: PlotHistory, now: float) -> None:
         """Redraw when it is time and the rig has told its scene."""
         if rig_state.scene is None or now - self._drawn_at < _PERIOD_S:
             return

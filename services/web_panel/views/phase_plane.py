@@ -4,7 +4,7 @@ import numpy as np
 import viser
 import viser.uplot
 
-from web_panel.rig.history import History
+from web_panel.rig.history import PlotHistory
 from web_panel.rig.rig_state import RigState
 from web_panel.views.plot_data import joined, largest, top_of
 from web_panel.views.plot_style import AMBER, BLUE, GREEN, GREY, Missing, axis, dots, line, plot
@@ -41,7 +41,7 @@ class PhasePlaneView:
             order=order + 0.01,
         )  # fmt: skip
 
-    def show(self, rig_state: RigState, history: History, now: float) -> None:
+    def show(self, rig_state: RigState, history: PlotHistory, now: float) -> None:
         """Redraw when it is time."""
         if now - self._drawn_at < _PERIOD_S:
             return

@@ -7,7 +7,7 @@ import viser
 import viser.uplot
 
 from web_panel.page import markup
-from web_panel.rig.history import History
+from web_panel.rig.history import PlotHistory
 from web_panel.rig.rig_state import RigState
 
 GREY, BLUE, AMBER, GREEN, RED, FAINT = "#a9b0ba", "#38a3e0", "#f2b63d", "#3fb764", "#ff7b7b", "#33363c"
@@ -99,7 +99,7 @@ class View(Protocol):
 
     needs: frozenset[str]
 
-    def show(self, rig_state: RigState, history: History, now: float) -> None:
+    def show(self, rig_state: RigState, history: PlotHistory, now: float) -> None:
         """Bring it up to date, at most ten times a second."""
         ...
 

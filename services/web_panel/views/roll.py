@@ -4,7 +4,7 @@ import numpy as np
 import viser
 import viser.uplot
 
-from web_panel.rig.history import SPAN_S, History
+from web_panel.rig.history import SPAN_S, PlotHistory
 from web_panel.rig.rig_state import RigState
 from web_panel.rig.view_subscriptions import RELEASES
 from web_panel.views.plot_data import Numbers
@@ -71,7 +71,7 @@ class RollView:
             order + 0.1,
         )
 
-    def show(self, rig_state: RigState, history: History, now: float) -> None:
+    def show(self, rig_state: RigState, history: PlotHistory, now: float) -> None:
         """Redraw when it is time."""
         if now - self._drawn_at < _PERIOD_S:
             return

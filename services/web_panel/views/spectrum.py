@@ -5,7 +5,7 @@ import viser
 import viser.uplot
 
 from protocol.messages import Spectrum
-from web_panel.rig.history import History
+from web_panel.rig.history import PlotHistory
 from web_panel.rig.rig_state import RigState
 from web_panel.rig.spectrum_data import FLOOR_dB, TOP_dB, levels_of, marks
 from web_panel.rig.view_subscriptions import SPECTRUM
@@ -39,7 +39,7 @@ class SpectrumView:
             order=order + 0.01,
         )
 
-    def show(self, rig_state: RigState, history: History, now: float) -> None:
+    def show(self, rig_state: RigState, history: PlotHistory, now: float) -> None:
         """Redraw when something new was heard."""
         heard, scene = rig_state.spectrum, rig_state.scene
         self._missing.say("" if heard is not None else "No sound server tells what it sounds.")

@@ -15,7 +15,7 @@ from web_panel.access.viser_access import control_id
 from web_panel.accuracy_results import Files
 from web_panel.computing.computer import Computer
 from web_panel.page import markup
-from web_panel.rig.history import History
+from web_panel.rig.history import PlotHistory
 from web_panel.rig.rig_state import RigState
 from web_panel.rig.view_subscriptions import MEMBRANE, STRIKES
 from web_panel.views.accuracy import AccuracyView
@@ -69,7 +69,7 @@ class Looking:
         needs = _ALWAYS | {MEMBRANE} if has_picture else _ALWAYS
         return needs if self._view is None else needs | self._view.needs
 
-    def show(self, rig_state: RigState, history: History, now: float) -> None:
+    def show(self, rig_state: RigState, history: PlotHistory, now: float) -> None:
         """Make the view that was chosen, and bring it up to date."""
         if self._chosen != self._shown:
             self._shown = self._chosen
@@ -95,7 +95,7 @@ class Views:
         # A browser may leave between two looks at who is there.
         warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
         self._server, self._messages, self._order = server, messages, order
-        self._history = History()
+        self._history = PlotHistory()
         self._looking: dict[int, Looking] = {}
         theorist = TheoryClient(sources.computer)
         self._kinds: dict[str, Make] = {

@@ -17,7 +17,7 @@ from drumstick.drum.membrane.surface import Places, of_modes, on_mesh
 from drumstick.drum.output.display_data import shown_of
 from drumstick.drum.output.microphones import microphones_of
 from drumstick.drum.output.upsample import TAPS, interpolator
-from drumstick.drum.step_numbers import Numbers
+from drumstick.drum.step_numbers import StepCoefficients
 from drumstick.drum.tiers import divisor_for
 from drumstick.parameters.scene import Scene
 from drumstick.stick.contact import PAPER
@@ -65,7 +65,7 @@ class Unplayable(ValueError):
 def _of_mesh(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     divisor = divisor_for(scene, rate_Hz)
     step_s = divisor / rate_Hz
-    numbers = Numbers(scene, step_s)
+    numbers = StepCoefficients(scene, step_s)
     lattice = tuned(scene.drum.f01_Hz, step_s, numbers.scheme, numbers.losses)
     head = head_of(lattice, numbers.baked)
     size = lattice.weights.size

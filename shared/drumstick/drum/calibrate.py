@@ -7,7 +7,7 @@ import numpy as np
 from drumstick.drum.block import render_all
 from drumstick.drum.build import Unplayable, new_engine
 from drumstick.drum.engine import Control, Engine
-from drumstick.drum.excitation.strikes import Blow, StrikeRing
+from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.fitting import fitted
 from drumstick.drum.mallets.mallet import full_impulse
 from drumstick.drum.step_numbers import GLIDE_ROOM
@@ -23,14 +23,14 @@ _STIFFENINGS = 5
 _PERIODS = 2.0  # of the lowest mode: the peak has passed by then
 
 
-def blow_at(scene: Scene, speed_m_per_s: float, x: float, y: float, t_s: float = 0.0) -> Blow:
+def blow_at(scene: Scene, speed_m_per_s: float, x: float, y: float, t_s: float = 0.0) -> OfflineStrike:
     """The blow that the scene's contact law gives at this speed: what a strike message would say."""
     law: Law = law_of(scene)[0]
     m, k, r = float(law["m"]), float(law["k_coll"]), float(law["r_in"])
     peak, release = contact.peak_force(m, k, r, speed_m_per_s), int(law["release"])
     impulse = m * speed_m_per_s * (1.0 + contact.beta(release, m, k, r))
     stroke = stroke_of(scene, speed_m_per_s)
-    return Blow(t_s, x, y, peak, contact.contact_time(release, m, k, r), impulse, stroke)
+    return OfflineStrike(t_s, x, y, peak, contact.contact_time(release, m, k, r), impulse, stroke)
 
 
 def stroke_of(scene: Scene, speed_m_per_s: float) -> float:
@@ -41,7 +41,7 @@ def stroke_of(scene: Scene, speed_m_per_s: float) -> float:
     return strike.stroke_at(level_at(strike, speed_m_per_s), speed_m_per_s)
 
 
-def full_scale(scene: Scene) -> Blow:
+def full_scale(scene: Scene) -> OfflineStrike:
     """A strike of level 1 at half radius."""
     return blow_at(scene, scene.strike.full_scale_m_per_s, 0.5, 0.0)
 
@@ -134,7 +134,7 @@ def _press(scene: Scene, rate_Hz: int, half: float) -> float:
     return scene.drum.effects["snare"].press * top
 
 
-def _impulse(engine: Engine, blow: Blow) -> float:
+def _impulse(engine: Engine, blow: OfflineStrike) -> float:
     # That a blow has on the rim, N steps.
     if is_there(engine.mallets):
         return full_impulse(engine.mallets.state[0], blow.speed_m_per_s)

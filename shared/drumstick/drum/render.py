@@ -8,8 +8,8 @@ import numpy.typing as npt
 
 from drumstick.drum.block import render_all
 from drumstick.drum.calibrate import build
-from drumstick.drum.excitation.offline import Press, Score
-from drumstick.drum.excitation.strikes import Blow, StrikeRing
+from drumstick.drum.excitation.offline import ContactFeeder, Press
+from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
 from drumstick.parameters.scene import Scene
 
 _BLOCK = 128
@@ -18,7 +18,11 @@ _EPOCH_NS = 1_000_000_000
 
 
 def parts(
-    scene: Scene, strikes: Iterable[Blow], duration_s: float, rate_Hz: int, presses: Iterable[Press] = ()
+    scene: Scene,
+    strikes: Iterable[OfflineStrike],
+    duration_s: float,
+    rate_Hz: int,
+    presses: Iterable[Press] = (),
 ) -> Iterator[npt.NDArray[np.float32]]:
     """The sound of `strikes` on the scene's drum as every sink would play it, a quarter of a second at a time.
 
@@ -29,7 +33,7 @@ def parts(
     engine = build(scene, rate_Hz, ring)
     frames = round(duration_s * rate_Hz)
     played = list(presses)
-    score = Score(engine, played, _EPOCH_NS) if played else None
+    score = ContactFeeder(engine, played, _EPOCH_NS) if played else None
     part = np.zeros((max(rate_Hz // (4 if score is None else 100), 1), 2), np.float32)
     waiting = deque(sorted(strikes, key=lambda blow: blow.t_s))
     done = 0
@@ -49,7 +53,11 @@ def parts(
 
 
 def render(
-    scene: Scene, strikes: Iterable[Blow], duration_s: float, rate_Hz: int, presses: Iterable[Press] = ()
+    scene: Scene,
+    strikes: Iterable[OfflineStrike],
+    duration_s: float,
+    rate_Hz: int,
+    presses: Iterable[Press] = (),
 ) -> npt.NDArray[np.float32]:
     """`parts` in one piece, shape (n, 2)."""
     found = [part.copy() for part in parts(scene, strikes, duration_s, rate_Hz, presses)]

@@ -31,7 +31,7 @@ def _air_spring(table: CavityTable, step_s: float) -> float:
     return stiffness / (table.head_kg_per_m2 * table.depth_m) * step_s**2
 
 
-class Numbers:
+class StepCoefficients:
     """Numbers of the first head, with a step every `step_s`."""
 
     def __init__(self, scene: Scene, step_s: float) -> None:

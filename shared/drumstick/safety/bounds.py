@@ -13,13 +13,13 @@ import math
 from typing import NamedTuple
 
 from drumstick.safety import all_effects, contact_bounds
-from drumstick.safety.contact_bounds import Blow, pressing_speed
+from drumstick.safety.contact_bounds import ContactBound, pressing_speed
 from drumstick.stick.effects import negative_damping
 from drumstick.stick.motion.segment import free_response
 from drumstick.stick.records import Law
 from realtime.kernels.jit import njit
 
-ENDLESS_M_PER_S = 1e300
+UNBOUNDED_M_PER_S = 1e300
 _FASTEST_M_PER_S = 100.0  # a roll that still grows at this speed counts as endless
 _BISECTIONS = 40
 _ROOT_STEPS = 60
@@ -33,31 +33,31 @@ def hand_speed(law: Law) -> float:
     return max(math.sqrt(law.k_hand / law.m) * law.z_ss, pressing_speed(law))
 
 
-class Blows(NamedTuple):
+class ContactBounds(NamedTuple):
     """An ordinary contact, and one slow enough for negative damping."""
 
-    own: Blow
-    slow: Blow
+    own: ContactBound
+    slow: ContactBound
 
 
 @njit()
-def blows_of(law: Law) -> Blows:
+def bounds_of_contact(law: Law) -> ContactBounds:
     """Bounds of one contact under this law; the costly part of every bound."""
     own = contact_bounds.of(law, law.r_in)
     if negative_damping.below(law) > 0.0:
-        return Blows(own, contact_bounds.of(law, negative_damping.lowest(law)))
-    return Blows(own, own)
+        return ContactBounds(own, contact_bounds.of(law, negative_damping.lowest(law)))
+    return ContactBounds(own, own)
 
 
 @njit()
-def _at_least(of: Blow, rebound: float) -> Blow:
-    return Blow(max(of.grows, rebound), of.pressed, of.peak, of.held)
+def _at_least(of: ContactBound, rebound: float) -> ContactBound:
+    return ContactBound(max(of.grows, rebound), of.pressed, of.peak, of.held)
 
 
 @njit()
-def rendered(blows: Blows, rebound: float) -> Blows:
+def rendered(blows: ContactBounds, rebound: float) -> ContactBounds:
     """Like `blows_of`, on a device that gives back at least `rebound` of a blow's speed."""
-    return Blows(_at_least(blows.own, rebound), _at_least(blows.slow, rebound))
+    return ContactBounds(_at_least(blows.own, rebound), _at_least(blows.slow, rebound))
 
 
 @njit()
@@ -75,13 +75,13 @@ def pushed(law: Law, u: float) -> float:
 
 
 @njit()
-def _multiplied(law: Law, own: Blow) -> float:
+def _multiplied(law: Law, own: ContactBound) -> float:
     # A pulse into the head comes before the head multiplies.
     return own.grows + all_effects.max_speed_factor(law) * max(own.grows, 1.0)
 
 
 @njit()
-def _after_slow(law: Law, own: Blow, slow: Blow, pushed: float) -> float:
+def _after_slow(law: Law, own: ContactBound, slow: ContactBound, pushed: float) -> float:
     # The fastest after a contact slow enough for negative damping, in which pulses and forces give `pushed` m/s; 0
     # without it. It may last a whole turn.
     below = negative_damping.below(law)
@@ -106,7 +106,7 @@ def multiplied_by_head(law: Law) -> float:
 @njit()
 def added_by_head(law: Law) -> float:
     """b without pulses: the most speed, m/s, that the head itself adds in a contact, whatever its speed."""
-    own, slow = blows_of(law)
+    own, slow = bounds_of_contact(law)
     shaken = _shaken(law)
     return max(own.grows, 1.0) * shaken + own.pressed + _after_slow(law, own, slow, shaken)
 
@@ -144,7 +144,7 @@ def _half_swing(law: Law) -> float:
 
 
 @njit()
-def _next_entry(law: Law, own: Blow, u: float) -> float:
+def _next_entry(law: Law, own: ContactBound, u: float) -> float:
     # The largest entry speed of the contact after one that was entered at u, with the loss of the flight between them.
     hand = hand_speed(law)
     given = max(own.grows, 1.0) * pushed(law, u)
@@ -166,29 +166,29 @@ def _next_entry(law: Law, own: Blow, u: float) -> float:
 
 
 @njit()
-def _kept(law: Law, own: Blow) -> float:
+def _kept(law: Law, own: ContactBound) -> float:
     # What pressing adds to A, not to u.
     hand = pressing_speed(law)
     return max(math.hypot(own.pressed, hand) - own.grows * hand, 0.0)
 
 
 @njit()
-def _leaving(law: Law, own: Blow, u: float) -> float:
+def _leaving(law: Law, own: ContactBound, u: float) -> float:
     # After an ordinary contact entered at u: m/s.
     return max(u, own.grows * u + own.pressed + max(own.grows, 1.0) * pushed(law, u))
 
 
 @njit()
-def _settled(law: Law, own: Blow) -> float:
+def _settled(law: Law, own: ContactBound) -> float:
     # The fastest without negative damping.
     e = _multiplied(law, own)
     lifted = law.k_hand * law.z_ss > 0.0
     if e < 1.0 and not lifted:
         return (max(own.grows, 1.0) * pushed(law, 0.0) + _kept(law, own)) / (1.0 - e)
     if not (law.k_hand > 0.0 and e < math.inf):
-        return ENDLESS_M_PER_S
+        return UNBOUNDED_M_PER_S
     if _next_entry(law, own, _FASTEST_M_PER_S) >= _FASTEST_M_PER_S:
-        return ENDLESS_M_PER_S
+        return UNBOUNDED_M_PER_S
     # What a flight gives back of a speed falls with that speed, so growth turns into loss at one speed only.
     low, high = 1e-6, _FASTEST_M_PER_S
     for _ in range(_BISECTIONS):
@@ -201,7 +201,7 @@ def _settled(law: Law, own: Blow) -> float:
 
 
 @njit()
-def fastest(law: Law, blows: Blows) -> float:
+def max_roll_speed(law: Law, blows: ContactBounds) -> float:
     """A speed, m/s, that no contact of the roll begins or ends with; ENDLESS_M_PER_S when nothing ends the growth."""
     settled, started = (
         _settled(law, blows.own),
@@ -213,7 +213,7 @@ def fastest(law: Law, blows: Blows) -> float:
 
 
 @njit()
-def fastest_thrown(law: Law, blows: Blows, roll: float, throw: float) -> float:
+def max_speed_after_throw(law: Law, blows: ContactBounds, roll: float, throw: float) -> float:
     """Like `fastest`, which is `roll` and finite, when the stick is thrown from z = 0 at `throw` m/s at most.
 
     A stick faster than the roll loses speed with each contact and flight, so the first one bounds the rest.
@@ -222,7 +222,7 @@ def fastest_thrown(law: Law, blows: Blows, roll: float, throw: float) -> float:
 
 
 @njit()
-def _pulses(law: Law, own: Blow, speed: float) -> float:
+def _pulses(law: Law, own: ContactBound, speed: float) -> float:
     # A pulse's own force, and what the head answers to it: as to a blow of its speed, or to a steady force.
     stiffness = law.k_coll * all_effects.max_stiffening(law) + law.k_hand
     soonest = 0.5 * math.pi * math.sqrt(law.m / stiffness)
@@ -233,7 +233,7 @@ def _pulses(law: Law, own: Blow, speed: float) -> float:
 
 
 @njit()
-def hardest(law: Law, blows: Blows, speed: float) -> float:
+def max_contact_force(law: Law, blows: ContactBounds, speed: float) -> float:
     """A force of head and pulses, N, that no contact entered at `speed` m/s or less has.
 
     The hand's own force on the stick comes on top.
@@ -248,7 +248,7 @@ def hardest(law: Law, blows: Blows, speed: float) -> float:
 
 
 @njit()
-def fastest_entry(law: Law, blows: Blows, fits: float, max_speed: float, max_force: float) -> float:
+def max_entry_speed(law: Law, blows: ContactBounds, fits: float, max_speed: float, max_force: float) -> float:
     """The fastest entry, m/s, after which neither speed nor force passes `max_speed` m/s and `max_force` N.
 
     `fits` m/s is known to be one: both bounds rise with the speed.
@@ -258,7 +258,10 @@ def fastest_entry(law: Law, blows: Blows, fits: float, max_speed: float, max_for
         if high - low <= _FINE * max_speed:
             break
         middle = 0.5 * (low + high)
-        if _leaving(law, blows.own, middle) <= max_speed and hardest(law, blows, middle) <= max_force:
+        if (
+            _leaving(law, blows.own, middle) <= max_speed
+            and max_contact_force(law, blows, middle) <= max_force
+        ):
             low = middle
         else:
             high = middle

@@ -16,7 +16,7 @@ from drumstick.stick.records import Law
 from realtime.kernels.jit import njit
 
 
-class Blow(NamedTuple):
+class ContactBound(NamedTuple):
     """An entry at u m/s leaves at most `grows` u + `pressed` m/s, and meets at most `peak` u + `held` N."""
 
     grows: float
@@ -47,12 +47,12 @@ def _half_turn(law: Law, stiffness: float, r: float) -> float:
 
 
 @njit()
-def of(law: Law, r: float) -> Blow:
+def of(law: Law, r: float) -> ContactBound:
     """A contact with damping r, N s/m, above -sqrt(m K_coll)."""
     ratio = all_effects.max_stiffening(law)
     if system_delay.sampled(law):
         grows, pressed, peak, held = late_blow(law, r, ratio)
-        return Blow(grows, pressed, peak, held)
+        return ContactBound(grows, pressed, peak, held)
     turn = _half_turn(law, law.k_coll * ratio + law.k_hand, r)
     grown = max(turn, 1.0)
     # From rest at z = 0 a pressed stick makes a whole turn before it is out, and has sunk in twice as far as it rests.
@@ -63,4 +63,6 @@ def of(law: Law, r: float) -> Blow:
     if r >= law.r_out:
         peak = contact.peak_force(law.m, law.k_coll, r, 1.0)
     worst = ratio * grown * grown
-    return Blow(turn * math.sqrt(ratio), pressed, peak * worst, 2.0 * law.k_hand * abs(law.z_ss) * worst)
+    return ContactBound(
+        turn * math.sqrt(ratio), pressed, peak * worst, 2.0 * law.k_hand * abs(law.z_ss) * worst
+    )

@@ -21,7 +21,7 @@ import numpy.typing as npt
 from drumstick.parameters.scene import Scene
 from drumstick.parameters.table import Refusal
 from drumstick.safety import all_effects, bounds, sampled_contact
-from drumstick.safety.bounds import Blows
+from drumstick.safety.bounds import ContactBounds
 from drumstick.safety.sampled_contact import Arm, Coefficients, Head
 from drumstick.stick.effects import system_delay
 from drumstick.stick.effects.registry import EFFECTS
@@ -86,9 +86,9 @@ LIMITS: np.dtype[Any] = np.dtype(
 )
 
 
-def new_room() -> Coefficients:
+def new_scratch() -> Coefficients:
     """Memory that a judgement writes to. Control thread."""
-    return np.zeros(sampled_contact.ROOM)
+    return np.zeros(sampled_contact.SCRATCH_SIZE)
 
 
 class Judgement(NamedTuple):
@@ -114,12 +114,12 @@ def predicted(law: Law, throw_m_per_s: float) -> tuple[float, float]:
 
     Of a roll on the exact stick that begins with such a throw.
     """
-    blows = bounds.blows_of(law)
-    speed = bounds.fastest(law, blows)
-    if not speed < bounds.ENDLESS_M_PER_S:
-        return bounds.ENDLESS_M_PER_S, bounds.hardest(law, blows, speed)
-    speed = bounds.fastest_thrown(law, blows, speed, throw_m_per_s)
-    return _with_hand(law, speed), bounds.hardest(law, blows, speed)
+    blows = bounds.bounds_of_contact(law)
+    speed = bounds.max_roll_speed(law, blows)
+    if not speed < bounds.UNBOUNDED_M_PER_S:
+        return bounds.UNBOUNDED_M_PER_S, bounds.max_contact_force(law, blows, speed)
+    speed = bounds.max_speed_after_throw(law, blows, speed, throw_m_per_s)
+    return _with_hand(law, speed), bounds.max_contact_force(law, blows, speed)
 
 
 @njit()
@@ -135,10 +135,10 @@ def entry_speed(law: Law, z: float, v: float) -> float:
 def entry_speed_to(law: Law, z: float, v: float, z_ss: float) -> float:
     """Like `entry_speed`, of a hand that holds its spring at `z_ss` m."""
     w2 = law.k_hand / law.m
-    fastest = v * v + w2 * (z - z_ss) ** 2
+    max_roll_speed = v * v + w2 * (z - z_ss) ** 2
     if z_ss < 0.0:
-        fastest -= w2 * z_ss * z_ss  # the head is met at z = 0, before the spring is at rest
-    return math.sqrt(max(fastest, 0.0))
+        max_roll_speed -= w2 * z_ss * z_ss  # the head is met at z = 0, before the spring is at rest
+    return math.sqrt(max(max_roll_speed, 0.0))
 
 
 @njit()
@@ -163,23 +163,23 @@ def _of_numbers(law: Law) -> int:
 
 
 @njit()
-def _of_roll(law: Law, limits: Limits, blows: Blows, rebound: float) -> tuple[int, float]:
+def _of_roll(law: Law, limits: Limits, blows: ContactBounds, rebound: float) -> tuple[int, float]:
     # And a speed from which on it stays within the limits, m/s. rebound: the least that a device gives back of a blow.
     if not bounds.hand_speed(law) <= limits.max_speed_m_per_s:
         return HAND, 0.0
-    roll = bounds.fastest(law, blows)
-    rendered = bounds.fastest(law, bounds.rendered(blows, rebound)) if rebound > 0.0 else roll
-    if not rendered < bounds.ENDLESS_M_PER_S:
+    roll = bounds.max_roll_speed(law, blows)
+    rendered = bounds.max_roll_speed(law, bounds.rendered(blows, rebound)) if rebound > 0.0 else roll
+    if not rendered < bounds.UNBOUNDED_M_PER_S:
         return ENDLESS, 0.0
     if not _with_hand(law, rendered) <= limits.max_speed_m_per_s:
         return SPEED, 0.0
     # What the motors of an arm push with is cut by its guard, however fast it comes back.
-    if not bounds.hardest(law, blows, roll) <= limits.max_force_N:
+    if not bounds.max_contact_force(law, blows, roll) <= limits.max_force_N:
         return FORCE, 0.0
-    thrown = bounds.fastest_thrown(law, blows, rendered, limits.throw_m_per_s)
+    thrown = bounds.max_speed_after_throw(law, blows, rendered, limits.throw_m_per_s)
     if not _with_hand(law, thrown) <= limits.max_speed_m_per_s:
         return THROW, 0.0
-    if limits.throw_m_per_s > 0.0 and not bounds.hardest(law, blows, thrown) <= limits.max_force_N:
+    if limits.throw_m_per_s > 0.0 and not bounds.max_contact_force(law, blows, thrown) <= limits.max_force_N:
         return THROW, 0.0
     return OK, thrown
 
@@ -231,14 +231,14 @@ def judge(law: Law, limits: Limits, room: Coefficients) -> Judgement:
         code, rebound, window = _on_arm(law, limits, room)
     if code != OK:
         return Judgement(code, 0.0, 0)
-    blows = bounds.blows_of(law)
+    blows = bounds.bounds_of_contact(law)
     code, fits = _of_roll(law, limits, blows, rebound)
     if code != OK:
         return Judgement(code, 0.0, 0)
     if sampled:
         most = _SPEED_SHARE * limits.max_speed_m_per_s - bounds.pushed(law, fits)
         return Judgement(OK, max(most, fits), window)
-    reach = bounds.fastest_entry(law, blows, fits, limits.max_speed_m_per_s, limits.max_force_N)
+    reach = bounds.max_entry_speed(law, blows, fits, limits.max_speed_m_per_s, limits.max_force_N)
     return Judgement(OK, reach, window)
 
 
@@ -281,7 +281,7 @@ def _what_to_change(law: Records, limits: npt.NDArray[np.void], room: Coefficien
 
 def require(law: Records, limits: Limits) -> None:
     """Raise Refusal, in words, when `law` (shape (1,)) lies outside the envelope."""
-    record, room = limits.record(), new_room()
+    record, room = limits.record(), new_scratch()
     code = judge(law[0], record[0], room).code
     if code != OK:
         raise Refusal(_words(law, limits, record, room, code))

@@ -52,7 +52,7 @@ _PHASES = 6  # of the tick, in which a blow is tried
 _SLOW_PHASES, _COUNT_PHASES = 2, 4  # of the tick and of the count, in which a slow one is
 # Of SLOW_M_PER_S; and of the way from the lightest arm to the heaviest: counts favour some speeds, and some masses.
 _SLOW_SPEEDS, _SLOW_MASSES = (0.97, 1.0, 1.03, 1.06, 1.1), (0.0, 0.5, 1.0)
-ROOM = MAX_WINDOW + MAX_DELAY_TICKS + 3
+SCRATCH_SIZE = MAX_WINDOW + MAX_DELAY_TICKS + 3
 _INSIDE = 1.0 - 1e-9
 _MAX_TICKS = 400  # of a blow that is played
 _AT_REST_TICKS = 250  # then an arm that stays in the head moves by counts alone, or slowly
@@ -141,7 +141,7 @@ def slow_loss(loss: float, z_before: float, v_before: float, z: float, v: float)
     return 0.0 if v < 0.0 < v_before else loss
 
 
-class Blow(NamedTuple):
+class Impact(NamedTuple):
     """A blow as the encoders tell it: m/s; share of a tick that it begins after one; a count, m, and the share of one.
 
     count_m 0: encoders without counts.
@@ -154,12 +154,12 @@ class Blow(NamedTuple):
 
 
 @njit()
-def _encoded(blow: Blow, per_m: float, z: float) -> float:
+def _encoded(blow: Impact, per_m: float, z: float) -> float:
     return blow.count_m * math.floor(z * per_m + blow.offset) if blow.count_m > 0.0 else z
 
 
 @njit()
-def rebound(arm: Arm, head: Head, window: int, blow: Blow, room: Coefficients) -> float:
+def rebound(arm: Arm, head: Head, window: int, blow: Impact, room: Coefficients) -> float:
     """Speed that the arm leaves with over the speed of its blow.
 
     Of one that does not come out: what it still moves at by encoder counts, 0 without counts. `room`: shape (ROOM,),
@@ -219,7 +219,7 @@ def worst_rebound(arm: Arm, head: Head, window: int, room: Coefficients) -> floa
     """The largest rebound of all phases of the tick that are tried."""
     worst = 0.0
     for phase in range(_PHASES):
-        blow = Blow(1.0, (phase + 0.5) / _PHASES, 0.0, 0.0)
+        blow = Impact(1.0, (phase + 0.5) / _PHASES, 0.0, 0.0)
         worst = max(worst, rebound(arm, head, window, blow, room))
     return worst
 
@@ -240,7 +240,7 @@ def slow_rebound(
             for phase in range(_SLOW_PHASES):
                 for offset in range(_COUNT_PHASES):
                     tick_phase, count_phase = (phase + 0.5) / _SLOW_PHASES, (offset + 0.5) / _COUNT_PHASES
-                    blow = Blow(share * SLOW_M_PER_S, tick_phase, resolution_m, count_phase)
+                    blow = Impact(share * SLOW_M_PER_S, tick_phase, resolution_m, count_phase)
                     worst = max(worst, rebound(arm, head, window, blow, room))
                     if not worst <= MAX_SLOW_REBOUND:
                         return worst

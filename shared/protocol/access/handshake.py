@@ -31,33 +31,33 @@ _ALERTS = {
 _EXPIRED, _NOT_YET, _OTHER_NAME, _OTHER_IP = 10, 9, 62, 64  # OpenSSL's X509_V_ERR_ numbers
 
 
-class Refusal(NamedTuple):
+class TlsRefusal(NamedTuple):
     """Reason why a TLS endpoint refuses us, and whether anything answers there at all."""
 
     words: str
     somebody_is_there: bool = True
 
 
-def why_refused(endpoint: str, identity: Identity) -> Refusal | None:
+def why_refused(endpoint: str, identity: Identity) -> TlsRefusal | None:
     """None when the handshake succeeds now. Blocks up to two seconds; any ordinary thread."""
     host, port = host_and_port(endpoint)
     at = f"{endpoint} cannot be joined"
     try:
         context = _context(identity)
     except OSError as error:  # ssl.SSLError is one
-        return Refusal(f"{at}: our own certificate, key or authority cannot be used: {error}", False)
+        return TlsRefusal(f"{at}: our own certificate, key or authority cannot be used: {error}", False)
     try:
         with (
             socket.create_connection((host, port), timeout=_PATIENCE_S) as plain,
             context.wrap_socket(plain, server_hostname=host) as link,
         ):
-            return Refusal(f"{at}: it closed the connection") if _is_closed(link) else None
+            return TlsRefusal(f"{at}: it closed the connection") if _is_closed(link) else None
     except ssl.SSLCertVerificationError as error:
-        return Refusal(f"{at}: {_of_their_certificate(error, host)}")
+        return TlsRefusal(f"{at}: {_of_their_certificate(error, host)}")
     except ssl.SSLError as error:
-        return Refusal(f"{at}: {_of_alert(error)}")
+        return TlsRefusal(f"{at}: {_of_alert(error)}")
     except OSError as error:
-        return Refusal(f"{at}: nobody who speaks TLS answers there ({error.strerror or error})", False)
+        return TlsRefusal(f"{at}: nobody who speaks TLS answers there ({error.strerror or error})", False)
 
 
 def _is_closed(link: ssl.SSLSocket) -> bool:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from types import ModuleType
 from typing import Any, TypeVar, cast
 
-from realtime.kernels.jit import ArgumentType, names, overload
+from realtime.kernels.jit import ArgumentType, has_part, overload
 
 F = TypeVar("F", bound=Callable[..., Any])
 # From the parts' calls, as text, to the body of the function that makes them all.
@@ -100,7 +100,7 @@ def folded(
             found = {
                 f"{part}_{name}": getattr(module, name)
                 for part, module in parts.items()
-                if hasattr(module, name) and names(record, part)
+                if hasattr(module, name) and has_part(record, part)
             }
             if not found:
                 return neutral

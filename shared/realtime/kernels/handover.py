@@ -88,7 +88,7 @@ def _take_up(typingctx, address, kind):
 
 # take_up(address, kind): the value left at `address`; `kind` is its `Handed.kind`, fixed when the caller is compiled.
 # Any thread; no allocation. From compiled code only.
-take_up: Any = _take_up
+load_from_address: Any = _take_up
 
 
 @intrinsic
@@ -123,7 +123,7 @@ def _put(address, value):
     _leave(address, value)
 
 
-class Handed:
+class ForeignHandle:
     """A value left for foreign threads. Both the arrays and this object must outlive their use. Control thread."""
 
     def __init__(self, value: Any) -> None:

@@ -86,13 +86,13 @@ def record_has(law: Any, field: str) -> bool:
     return field in law.fields
 
 
-def names(kind: ArgumentType, part: str) -> bool:
+def has_part(kind: ArgumentType, part: str) -> bool:
     """Compile-time test: has a record this part, or a named tuple other than None, itself or among its `effects`?"""
     if not hasattr(kind, "types"):
         return record_has(kind, part)
     if part in kind.fields:
         return not is_none(kind, part)
-    return "effects" in kind.fields and names(kind.types[kind.fields.index("effects")], part)
+    return "effects" in kind.fields and has_part(kind.types[kind.fields.index("effects")], part)
 
 
 def is_none(named: ArgumentType, field: str) -> bool:
@@ -133,7 +133,7 @@ def only_with(effect: str, otherwise: float | bool | tuple[float, ...] | None = 
         absent = _constant(otherwise, len(own.parameters), f"{body.__module__}.{body.__name__}.absent")
 
         def choose(law: ArgumentType, *_: ArgumentType) -> Callable[..., Any]:
-            return body if names(law, effect) else absent
+            return body if has_part(law, effect) else absent
 
         def placeholder(*_: Any) -> Any:
             raise TypeError(f"{body.__module__}.{body.__name__} is for compiled code")
@@ -159,7 +159,7 @@ class CFunction:
         options = {"error_model": "numpy"}
         if cache and store.ROOT is not None:
             try:
-                with store.alone(f"{function.__module__}.{function.__qualname__}"):
+                with store.exclusive_lock(f"{function.__module__}.{function.__qualname__}"):
                     self._cfunc = numba.cfunc(signature, nopython=True, cache=True, **options)(function)
                 return
             except Exception as error:  # noqa: BLE001  a damaged file can raise anything; a real mistake raises again below

@@ -204,7 +204,7 @@ def _unlock(place: int) -> None:
 
 
 @contextmanager
-def alone(name: str) -> Generator[None]:
+def exclusive_lock(name: str) -> Generator[None]:
     """Keep other processes out of the blocks with this name, where there are locks."""
     place = _lock(name)
     try:
@@ -257,7 +257,7 @@ class SharedCache:
     def save_overload(self, sig: Any, data: Any) -> None:
         """Store what was compiled. numba calls this."""
         # Alone, for numba reads the list of what is stored, adds a line and writes it.
-        with alone(self._name):
+        with exclusive_lock(self._name):
             try:
                 self._save(sig, data)
             except Exception as error:  # noqa: BLE001  a full disk, a damaged index: the compiled code is good without it

@@ -5,7 +5,7 @@ import pytest
 
 from drumstick.drum.effects.snare import met
 from drumstick.drum.membrane.scheme import even_losses
-from drumstick.drum.step_numbers import Numbers
+from drumstick.drum.step_numbers import StepCoefficients
 from drumstick.parameters.drum_effects import Cavity, Muffle, Snare, Tension
 from membranes import energy
 from stability.catalogue import shows
@@ -77,7 +77,7 @@ def test_air_a_step_late_drives_both_heads_and_ours_at_its_stiffest_does_not() -
     stiffest = Cavity(depth_m=0.02, head_kg_per_m2=0.05, f01_Hz=700.0, t60_s=60.0)
     scene = drum_of({"cavity": stiffest})
     engine = engine_of(scene)
-    spring = Numbers(scene, float(engine.control["divisor"][0]) / RATE).spring
+    spring = StepCoefficients(scene, float(engine.control["divisor"][0]) / RATE).spring
     assert spring > 0.2
     assert _late_air(spring, 1000) > _BURST
     strike(engine, 4.0)

@@ -13,7 +13,7 @@ from drumstick.drum.block import render_all
 from drumstick.drum.build import new_engine
 from drumstick.drum.calibrate import blow_at, build, full_scale
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.strikes import Blow, StrikeRing
+from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.membrane.scheme import Losses
 from drumstick.drum.render import render
 from drumstick.parameters.drum_effects import (
@@ -219,7 +219,7 @@ def test_blows_in_any_place_at_any_speed_never_exceed_full_scale(f01_Hz: float) 
     scene = scene_of({}, t60_s=60.0, f01_Hz=f01_Hz)
     places = np.random.default_rng(2).uniform(-1.5, 1.5, (40, 2))
     strikes = [blow_at(scene, 20.0, float(x), float(y), 0.005 * i) for i, (x, y) in enumerate(places)]
-    clicks = [Blow(0.004 * i, 0.3, 0.1, 1e4, 0.0) for i in range(40)]
+    clicks = [OfflineStrike(0.004 * i, 0.3, 0.1, 1e4, 0.0) for i in range(40)]
     sound = render(scene, [*strikes, *clicks], 0.4, RATE)
     assert np.isfinite(sound).all()
     assert 0.5 < np.abs(sound).max() <= 1.0

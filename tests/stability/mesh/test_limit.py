@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from drumstick.drum.step_numbers import Numbers
+from drumstick.drum.step_numbers import StepCoefficients
 from drumstick.parameters.drum_effects import Cavity, InternalLoss, Tension
 from drumstick.parameters.scene import SceneError, parse
 from stability.catalogue import shows
@@ -53,7 +53,7 @@ def test_whatever_a_scene_asks_for_leaves_every_mode_below_the_limit(
         effects: dict[str, object] = {"tension": Tension(cents)} if cents else {}
         effects |= {"cavity": Cavity(*air)} if air else {}
         effects |= {"internal_loss": InternalLoss(*dull)} if dull else {}
-        numbers = Numbers(drum_of(effects, t60_s=60.0, f01_Hz=150.0, mesh=mesh), 1.0 / rate_Hz)
+        numbers = StepCoefficients(drum_of(effects, t60_s=60.0, f01_Hz=150.0, mesh=mesh), 1.0 / rate_Hz)
         if 2.0 * numbers.spring >= 4.0:
             continue  # no mesh has room for it: so slow a one is made for low and wide drums only
         scheme, a = numbers.scheme, np.linspace(0.0, numbers.scheme.topology.most_bend, 301)

@@ -9,7 +9,7 @@ from drumstick.drum.calibrate import build
 from drumstick.drum.engine import Engine
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.parameters.drum_effects import Tension
-from sound_server.stage import GONE, Stage, mix
+from sound_server.stage import GONE, Mixer, mix
 from stability.catalogue import shows
 from stability.mesh_steps import RATE, drum_of, engine_of, height, strike, take
 
@@ -29,7 +29,7 @@ def _drum(block: int) -> Engine:
 
 
 def _changed_in_each_block(cut: bool) -> np.ndarray:
-    stage, out, place = Stage(RATE), np.zeros((BLOCKS * BLOCK, 2), np.float32), -1
+    stage, out, place = Mixer(RATE), np.zeros((BLOCKS * BLOCK, 2), np.float32), -1
     for block in range(BLOCKS):
         coming = stage.enter(_drum(block))
         if place >= 0 and cut:

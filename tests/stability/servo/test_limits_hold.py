@@ -117,7 +117,7 @@ def test_no_throw_and_no_order_of_sets_passes_a_limit(
 def _pointed(scene: Scene) -> memory.Servo:
     device = Pointed(scene)
     block = blocks.in_memory(law_of(scene))
-    return device.furnish(memory.prepare(scene, block, specification=device.info().specification))
+    return device.attach_simulation(memory.prepare(scene, block, specification=device.info().specification))
 
 
 @pytest.mark.parametrize("plant", ["stick", "phantom"])

@@ -127,14 +127,14 @@ def _write_many(cells, slots, record, count):
 
 def test_a_servo_inherits_what_was_accepted_and_whether_it_was_held(tmp_path: Path) -> None:
     old = blocks.create(tmp_path, law_of(ROLL))
-    assert blocks.legacy(tmp_path, law_of(ROLL).dtype) == blocks.Legacy(0, law_of(ROLL))
+    assert blocks.inherited_state(tmp_path, law_of(ROLL).dtype) == blocks.InheritedState(0, law_of(ROLL))
     wanted = np.zeros(1, set_type(law_of(ROLL).dtype))
     wanted["law"] = law_of(ROLL)
     wanted["law"]["pulse"]["dv_pls"] = 0.3
     wanted["revision"] = 9
     triple_buffer.publish(old.wanted_cells, old.wanted, wanted[0])
     poke(old.control, blocks.PANIC, 1)  # raised, but the servo died before it saw it
-    left = blocks.legacy(tmp_path, law_of(ROLL).dtype)
+    left = blocks.inherited_state(tmp_path, law_of(ROLL).dtype)
     assert left is not None
     assert left.revision == 9
     assert left.law["pulse"]["dv_pls"][0] == 0.3
@@ -147,6 +147,6 @@ def test_a_servo_inherits_what_was_accepted_and_whether_it_was_held(tmp_path: Pa
 
 
 def test_nothing_is_inherited_from_another_scene_or_from_nobody(tmp_path: Path) -> None:
-    assert blocks.legacy(tmp_path, law_of(ROLL).dtype) is None
+    assert blocks.inherited_state(tmp_path, law_of(ROLL).dtype) is None
     blocks.create(tmp_path, law_of(BARE))
-    assert blocks.legacy(tmp_path, law_of(ROLL).dtype) is None
+    assert blocks.inherited_state(tmp_path, law_of(ROLL).dtype) is None

@@ -42,7 +42,7 @@ def test_a_fault_is_told_by_every_servo_after_it_until_somebody_arms(tmp_path: P
     servo.motion["z"] = math.nan
     now = loop.run_virtual(servo, 1, 0)
     for _ in range(2):  # one that plays the scene before, and one that is started in its place
-        block_header.disown(tmp_path)
+        block_header.invalidate(tmp_path)
         servo = memory.prepare(ROLL, made(tmp_path))
         now = loop.run_virtual(servo, 1, now)
         assert (servo.status["status"][0], servo.status["fault"][0]) == (FAULT, OUT_OF_BOUNDS)
@@ -79,7 +79,7 @@ def test_whoever_starts_on_what_is_no_block_starts_held(tmp_path: Path, rest: by
     with pytest.raises(blocks.BlockError, match=files.BLOCK):
         blocks.attach(tmp_path, law_of(ROLL).dtype)
     assert block_header.was_held(tmp_path)
-    block_header.disown(tmp_path)
+    block_header.invalidate(tmp_path)
     assert is_panicked(made(tmp_path))
 
 

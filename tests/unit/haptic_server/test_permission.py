@@ -38,7 +38,7 @@ class Bench:
     def servo_starts(self) -> None:
         device = Simulated(self.scene)
         block = blocks.create(self.folder, law_of(self.scene))
-        self.servo = device.furnish(
+        self.servo = device.attach_simulation(
             memory.prepare(self.scene, block, specification=device.info().specification)
         )
         self.tick()
@@ -69,7 +69,7 @@ class Bench:
             self.gateway_starts()
         elif event == permission.SCENE:
             self.parameters.require_quiet(claim)
-            block_header.disown(self.folder)
+            block_header.invalidate(self.folder)
             self.servo_starts()
         elif event == permission.SET:
             self.parameters.set({"dv_pls": 0.05}, "test", claim)

@@ -19,7 +19,7 @@ from drumstick.parameters.scene import Scene
 from drumstick.parameters.stick import Stick
 from drumstick.stick.effects.pulse import Pulse
 from drumstick.stick.simulate import simulate
-from rig.exit_status import GIVEN, LACKING, Stop
+from rig.exit_status import GIVEN, LACKING, CommandError
 from rig.figures import default_sweeps, requirements, sweep_option, tables
 from rig.figures.bifurcation import bifurcation
 from rig.figures.heading import axis_label, effect_words, own_value, scale_of
@@ -269,7 +269,7 @@ def test_sweeps_as_asked_for():
     ],
 )
 def test_sweeps_that_make_no_sense(given: list[str], said: str):
-    with pytest.raises(Stop) as stop:
+    with pytest.raises(CommandError) as stop:
         sweep_option.axes(ROLL, given)
     assert said in str(stop.value)
     assert stop.value.status == GIVEN
@@ -324,11 +324,11 @@ def test_the_sweep_that_was_asked_for(tmp_path: Path, capsys: pytest.CaptureFixt
 
 
 def test_what_is_wrong_is_said_before_the_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    with pytest.raises(Stop, match="--out DIR"):
+    with pytest.raises(CommandError, match="--out DIR"):
         analyse_command("roll", True, None, ["tau=0.001:0.004:3"])
     (tmp_path / "file").touch()
     for out in (tmp_path / "file", tmp_path / "file" / "below"):
-        with pytest.raises(Stop, match="a file is in the way") as stop:
+        with pytest.raises(CommandError, match="a file is in the way") as stop:
             analyse_command("roll", True, out)
         assert stop.value.status == GIVEN
 
@@ -336,14 +336,14 @@ def test_what_is_wrong_is_said_before_the_work(tmp_path: Path, monkeypatch: pyte
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(Path, "mkdir", refuse)
-    with pytest.raises(Stop, match="cannot be written: Permission denied") as stop:
+    with pytest.raises(CommandError, match="cannot be written: Permission denied") as stop:
         requirements.require_folder(tmp_path / "new")
     assert stop.value.status == LACKING
 
 
 def test_without_matplotlib_one_line_says_what_to_type(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     monkeypatch.setattr(requirements, "find_spec", lambda name: None)  # pyright: ignore[reportUnknownLambdaType]
-    with pytest.raises(Stop, match=r"-m pip install 'matplotlib<4,>=3\.10'") as stop:
+    with pytest.raises(CommandError, match=r"-m pip install 'matplotlib<4,>=3\.10'") as stop:
         analyse_command("roll", True, tmp_path)
     assert stop.value.status == LACKING
     assert not list(tmp_path.iterdir())

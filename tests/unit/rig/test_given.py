@@ -13,7 +13,7 @@ from haptic_server.gateway.options import GatewayOptions
 from realtime.atomics import peek, poke
 from realtime.service_options import read
 from rig import checks, folder
-from rig.exit_status import GIVEN, LACKING, Stop
+from rig.exit_status import GIVEN, LACKING, CommandError
 from rig.machine import ports
 from rig.supervision import arm
 from rig.supervision.plan import Options, commands
@@ -29,7 +29,7 @@ def test_a_file_in_place_of_the_run_folder(runtime: Path) -> None:
     made = folder.run_folder("here")
     made.rmdir()
     made.touch()
-    with pytest.raises(Stop, match="in the way") as stop:
+    with pytest.raises(CommandError, match="in the way") as stop:
         folder.run_folder("here")
     assert stop.value.status == LACKING
 
@@ -38,34 +38,34 @@ def test_a_symlink_in_place_of_the_run_folder(runtime: Path) -> None:
     made = folder.run_folder("here")
     made.rmdir()
     made.symlink_to(runtime / "nowhere")
-    with pytest.raises(Stop, match="in the way"):
+    with pytest.raises(CommandError, match="in the way"):
         folder.run_folder("here")
     (runtime / "nowhere").mkdir(mode=0o700)
-    with pytest.raises(Stop, match="belongs to somebody else"):
+    with pytest.raises(CommandError, match="belongs to somebody else"):
         folder.run_folder("here")
 
 
 def test_a_lock_or_scene_that_cannot_be_written(runtime: Path) -> None:
     made = folder.run_folder("here")
     (made / "lock").mkdir()
-    with pytest.raises(Stop, match="cannot be written") as stop:
+    with pytest.raises(CommandError, match="cannot be written") as stop:
         folder.claim(made, "here")
     assert stop.value.status == LACKING
     (made / "scene.toml").mkdir()
-    with pytest.raises(Stop, match="cannot be written"):
+    with pytest.raises(CommandError, match="cannot be written"):
         folder.put_text(made / "scene.toml", "")
     assert sorted(p.name for p in made.iterdir()) == ["lock", "scene.toml"]
 
 
 @pytest.mark.parametrize("endpoint", ["tcp/127.0.0.1:99999", "tcp/127.0.0.1:0", "tcp/:7447", "here"])
 def test_an_endpoint_that_is_none(endpoint: str) -> None:
-    with pytest.raises(Stop) as stop:
+    with pytest.raises(CommandError) as stop:
         checks.endpoint(endpoint)
     assert stop.value.status == GIVEN
 
 
 def test_a_target_whose_name_nobody_knows() -> None:
-    with pytest.raises(Stop, match="nosuch") as stop:
+    with pytest.raises(CommandError, match="nosuch") as stop:
         checks.known_target("nosuch.invalid:9101")
     assert stop.value.status == LACKING
     assert checks.known_target("localhost:9101") == "localhost:9101"
@@ -93,7 +93,7 @@ def test_where_oscquery_is_served(text: str, expected: tuple[str, int]) -> None:
     "text", ["", "x", "0", "65536", "-1", ":9102", "127.0.0.1:", "127.0.0.1:x", "9102 ", "²"]
 )
 def test_where_oscquery_cannot_be_served(text: str) -> None:
-    with pytest.raises(Stop, match="write \\[host:\\]port") as stop:
+    with pytest.raises(CommandError, match="write \\[host:\\]port") as stop:
         checks.oscquery(text, False)
     assert stop.value.status == GIVEN
 
@@ -102,7 +102,7 @@ def test_where_oscquery_cannot_be_served(text: str) -> None:
     ("", 38, 10), (" ", 38, 10), ("a\nb", 38, 10), ("x", -1, 10), ("x", 128, 10), ("x", 38, 0), ("x", 38, 17),
 ])  # fmt: skip
 def test_midi_that_cannot_be(port: str, note: int, channel: int) -> None:
-    with pytest.raises(Stop, match="--midi-") as stop:
+    with pytest.raises(CommandError, match="--midi-") as stop:
         checks.midi(port, note, channel)
     assert stop.value.status == GIVEN
     checks.midi("x", 0, 16)
@@ -110,13 +110,15 @@ def test_midi_that_cannot_be(port: str, note: int, channel: int) -> None:
 
 def test_windows_makes_no_virtual_ports(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sys.platform", "win32")
-    with pytest.raises(Stop, match="loopback driver") as stop:
+    with pytest.raises(CommandError, match="loopback driver") as stop:
         checks.midi("virtual", 38, 10)
     assert stop.value.status == LACKING
 
 
 def test_an_extra_that_is_not_installed() -> None:
-    with pytest.raises(Stop, match=r"--x needs no_such_package: install haptic-drumstick\[extra\]") as stop:
+    with pytest.raises(
+        CommandError, match=r"--x needs no_such_package: install haptic-drumstick\[extra\]"
+    ) as stop:
         checks.installed("--x", "extra", "json", "no_such_package")
     assert stop.value.status == LACKING
 
@@ -133,11 +135,11 @@ def test_arm_without_a_servo_or_with_a_dead_one_arms_nothing(
     runtime: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(arm, "_PATIENCE_S", 0.05)
-    with pytest.raises(Stop, match="no servo of rig 'here' runs") as stop:
+    with pytest.raises(CommandError, match="no servo of rig 'here' runs") as stop:
         arm.arm("here")
     assert stop.value.status == LACKING
     mine = blocks.create(folder.run_folder("here"), law_of(Scene("bare")))
-    with pytest.raises(Stop, match="does not tick") as stop:
+    with pytest.raises(CommandError, match="does not tick") as stop:
         arm.arm("here")
     assert stop.value.status == LACKING
     assert peek(mine.control, blocks.ARM) == 0

@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 from drumstick_lab.programs import module_of, programs
 from rig.cli import laboratory
 from rig.cli.command import app
-from rig.exit_status import LACKING, Stop
+from rig.exit_status import LACKING, CommandError
 
 
 @pytest.mark.parametrize("name", ["accuracy", "soak", "lab"])
@@ -18,7 +18,7 @@ def test_without_the_laboratory_a_command_says_how_to_get_it(
     none = importlib.metadata.EntryPoints()
     monkeypatch.setattr(laboratory, "entry_points", lambda **_: none)
     done = CliRunner().invoke(app, [name, "--json"])
-    assert isinstance(done.exception, Stop)
+    assert isinstance(done.exception, CommandError)
     assert done.exception.status == LACKING
     assert "pip install --no-deps -e lab" in str(done.exception)
     assert "\n" not in str(done.exception)

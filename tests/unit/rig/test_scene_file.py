@@ -7,7 +7,7 @@ import pytest
 from drumstick.parameters.scene import shipped_gesture, shipped_text
 from haptic_server import files
 from rig import scene_file
-from rig.exit_status import GIVEN, Stop
+from rig.exit_status import GIVEN, CommandError
 from rig.offline import scene_commands
 from rig.supervision import up
 from rig.supervision.parts import HAPTIC
@@ -41,7 +41,7 @@ def test_the_shipped_one_is_read_from_the_package() -> None:
 def test_a_gesture_that_is_wrong_is_told_by_check_with_status_2(
     tmp_path: Path, gesture: str | bytes | None, said: str
 ) -> None:
-    with pytest.raises(Stop) as stop:
+    with pytest.raises(CommandError) as stop:
         scene_commands.check(scene_in(tmp_path, gesture))
     assert said in str(stop.value)
     assert "mine.toml" in str(stop.value)

@@ -15,7 +15,7 @@ from protocol.rate_limited_log import RateLimitedLog
 from realtime.stop import StopRequest
 from sound_server.drum import Drum
 from sound_server.room import Room
-from sound_server.stage import Stage, mix
+from sound_server.stage import Mixer, mix
 
 RATE, BLOCK = 48_000, 120  # blocks of 2.5 ms: no instant has to be rounded
 BOOT, NOW, OFFSET = 7, 5_000_000_000, 123_456_789_000
@@ -31,7 +31,7 @@ class _Sink:
 
     def __init__(self) -> None:
         self.rate_Hz = RATE
-        self.stage = Stage(RATE)
+        self.stage = Mixer(RATE)
 
 
 class _Link:
@@ -53,7 +53,7 @@ def scene_of(latency_s: float = 0.02, excitation: Any = "analytic") -> Scene:
     return Scene("drum", drum=DrumOfScene(f01_Hz=150.0, latency_s=latency_s, excitation=excitation))
 
 
-def drum_in(room: Room, scene: Scene) -> tuple[Drum, Stage]:
+def drum_in(room: Room, scene: Scene) -> tuple[Drum, Mixer]:
     link: Any = _Link(scene)
     sink: Any = _Sink()
     drum = Drum(link, sink, "id", RateLimitedLog(lambda: 0), StopRequest(), room)
@@ -61,7 +61,7 @@ def drum_in(room: Room, scene: Scene) -> tuple[Drum, Stage]:
     return drum, sink.stage
 
 
-def sound_of(stage: Stage, frames: int = FRAMES) -> Sound:
+def sound_of(stage: Mixer, frames: int = FRAMES) -> Sound:
     out = np.zeros((frames, 2), np.float32)
     for first in range(0, frames, BLOCK):
         mix(stage.boards, out[first : first + BLOCK], RATE, NOW + round(first * 1e9 / RATE))

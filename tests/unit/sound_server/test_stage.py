@@ -15,7 +15,7 @@ from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.output.limiter import limited
 from drumstick.parameters.drum import Drum
 from drumstick.parameters.scene import Scene
-from sound_server.stage import EMPTY, GONE, LEAVING, PLACES, PLAYING, Stage, StageFull, mix
+from sound_server.stage import EMPTY, GONE, LEAVING, PLACES, PLAYING, Mixer, StageFull, mix
 from stability.catalogue import shows
 
 RATE = 48_000
@@ -36,7 +36,7 @@ def alone(engine: Engine, frames: int) -> Sound:
     return out
 
 
-def played(stage: Stage, frames: int, channels: int = 2, block: int = BLOCK, first: int = 0) -> Sound:
+def played(stage: Mixer, frames: int, channels: int = 2, block: int = BLOCK, first: int = 0) -> Sound:
     out = np.zeros((frames, channels), np.float32)
     for start in range(0, frames, block):
         mix(stage.boards, out[start : start + block], RATE, int((first + start) * 1e9 / RATE))
@@ -44,7 +44,7 @@ def played(stage: Stage, frames: int, channels: int = 2, block: int = BLOCK, fir
 
 
 def test_two_drums_sound_as_the_sum_of_each() -> None:
-    stage = Stage(RATE)
+    stage = Mixer(RATE)
     stage.enter(struck(150.0))
     stage.enter(struck(210.0))
     parts = alone(struck(150.0), 4096).astype(float) + alone(struck(210.0), 4096)
@@ -53,7 +53,7 @@ def test_two_drums_sound_as_the_sum_of_each() -> None:
 
 
 def test_the_sum_is_limited_once() -> None:
-    stage = Stage(RATE)
+    stage = Mixer(RATE)
     for _ in range(16):
         stage.enter(struck(150.0))
     one = alone(struck(150.0), 4096).astype(float)
@@ -64,7 +64,7 @@ def test_the_sum_is_limited_once() -> None:
 
 
 def test_a_block_longer_than_the_scratch_comes_in_parts() -> None:
-    whole, parts = Stage(RATE), Stage(RATE)
+    whole, parts = Mixer(RATE), Mixer(RATE)
     for stage in (whole, parts):
         stage.enter(struck(150.0, onset_ns=45_000_000))
     assert np.allclose(played(whole, 8192, block=8192), played(parts, 8192), atol=1e-6)
@@ -75,15 +75,15 @@ def _rough(sound: Sound) -> float:
     return float(np.abs(np.diff(sound[:, 0].astype(float), n=3)).max())
 
 
-def _cut_off(stage: Stage, place: int) -> None:
+def _cut_off(stage: Mixer, place: int) -> None:
     stage.boards.states[place] = GONE
 
 
 @shows("another drum in every block")
-@pytest.mark.parametrize(("end", "clicks"), [(Stage.leave, False), (_cut_off, True)])
-def test_a_drum_leaves_without_a_click(end: Callable[[Stage, int], None], clicks: bool) -> None:
+@pytest.mark.parametrize(("end", "clicks"), [(Mixer.leave, False), (_cut_off, True)])
+def test_a_drum_leaves_without_a_click(end: Callable[[Mixer, int], None], clicks: bool) -> None:
     """The naive way, dropping it between two blocks, is heard by the same measure."""
-    stage = Stage(RATE)
+    stage = Mixer(RATE)
     place = stage.enter(struck(150.0))
     before = played(stage, 4096)
     ringing = played(stage, 2048, first=4096)
@@ -97,7 +97,7 @@ def test_a_drum_leaves_without_a_click(end: Callable[[Stage, int], None], clicks
 
 
 def test_a_leaving_drum_still_plays_what_it_waits_for() -> None:
-    stage = Stage(RATE)
+    stage = Mixer(RATE)
     engine = struck(150.0, onset_ns=100_000_000)
     place = stage.enter(engine)
     played(stage, 1024)
@@ -109,7 +109,7 @@ def test_a_leaving_drum_still_plays_what_it_waits_for() -> None:
 
 
 def test_places_are_used_again_and_a_seventeenth_drum_is_refused() -> None:
-    stage = Stage(RATE)
+    stage = Mixer(RATE)
     engine = struck(150.0)
     places = [stage.enter(engine) for _ in range(PLACES)]
     assert sorted(places) == list(range(PLACES))
@@ -126,14 +126,14 @@ def test_places_are_used_again_and_a_seventeenth_drum_is_refused() -> None:
 
 
 def test_an_empty_stage_is_silent() -> None:
-    stage = Stage(RATE)
+    stage = Mixer(RATE)
     assert not stage.boards.states.any()
     assert stage.boards.states[0] == EMPTY
     assert not played(stage, 256, channels=1).any()
 
 
 def test_a_drum_that_enters_or_leaves_changes_nothing_in_the_sound_of_the_other() -> None:
-    stage, lone = Stage(RATE), Stage(RATE)
+    stage, lone = Mixer(RATE), Mixer(RATE)
     silent = Scene("silent", drum=Drum(f01_Hz=210.0))
     for each in (stage, lone):
         each.enter(struck(150.0))

@@ -17,9 +17,9 @@ from drumstick.drum.build import new_engine
 from drumstick.drum.engine import Control, Engine
 from drumstick.drum.excitation import force_resampling
 from drumstick.drum.excitation.analytic import PULSE, begin, bend, mean_force
-from drumstick.drum.excitation.offline import Press, Score
+from drumstick.drum.excitation.offline import ContactFeeder, Press
 from drumstick.drum.excitation.point_force import JunctionForce
-from drumstick.drum.excitation.strikes import Blow, StrikeRing
+from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
 from drumstick.parameters.scene import Scene, parse, shipped_text
 from drumstick.stick.contact_ahead import PredictedContact, contact_ahead
 from drumstick.stick.law import law_of, thrown
@@ -80,10 +80,10 @@ def roll() -> Contact:
     return contact_of(scene(False))
 
 
-def strike(at_s: float) -> Blow:
+def strike(at_s: float) -> OfflineStrike:
     """Strike message of the contact: peak, duration and impulse."""
     ahead = roll().announced
-    return Blow(at_s, *PLACE, ahead.peak_N, ahead.contact_s, ahead.impulse_N_s)
+    return OfflineStrike(at_s, *PLACE, ahead.peak_N, ahead.contact_s, ahead.impulse_N_s)
 
 
 def true_impulse() -> Impulse:
@@ -92,7 +92,7 @@ def true_impulse() -> Impulse:
     return lambda t_s: np.interp(t_s, contact.t_s, contact.impulse_N_s)
 
 
-def message_forces(blow: Blow, engine: Engine, steps: int, is_bent: bool = True) -> Numbers:
+def message_forces(blow: OfflineStrike, engine: Engine, steps: int, is_bent: bool = True) -> Numbers:
     """Mean force in each of an engine's first steps, N, by a strike's message: bent by its contact, or a half-sine."""
     step_s = float(engine.control["divisor"][0] / engine.control["rate_Hz"][0])
     pulses: Any = np.zeros(1, PULSE)
@@ -145,7 +145,7 @@ def forces_at(place: float, rate_Hz: float) -> Forces:
     step_s = float(control["divisor"] / control["rate_Hz"])
     at_s = (math.floor(_LEAD_S * rate_Hz) + place) / rate_Hz
     true = true_impulse()
-    score = Score(engine, [press_of(true, at_s, rate_Hz)], 0)
+    score = ContactFeeder(engine, [press_of(true, at_s, rate_Hz)], 0)
     steps = _BLOCK_STEPS * math.ceil(_SPAN_S / step_s / _BLOCK_STEPS)
     ends_s = np.arange(steps + 1, dtype=np.float64) * step_s - at_s
     found = np.zeros(steps)

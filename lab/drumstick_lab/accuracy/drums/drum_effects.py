@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from drumstick.drum.build import size_of
 from drumstick.drum.calibrate import blow_at, build
-from drumstick.drum.excitation.strikes import Blow, StrikeRing
+from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.render import render
 from drumstick.parameters.drum_effects import DRUM_EFFECTS
 from drumstick.parameters.scene import Scene
@@ -48,7 +48,7 @@ def without(effect: str) -> str:
     return "cavity" if effect == "snare" else NONE
 
 
-def _blows(scene: Scene) -> list[Blow]:
+def _blows(scene: Scene) -> list[OfflineStrike]:
     # One of full scale at half radius, then one on the rim.
     speed = scene.strike.full_scale_m_per_s
     return [blow_at(scene, speed, 0.5, 0.0, 0.0), blow_at(scene, speed, 0.97, 0.0, 0.5 * _HEARD_S)]

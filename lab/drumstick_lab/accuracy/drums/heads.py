@@ -12,10 +12,10 @@ from drumstick.drum.engine import Control, Engine
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.membrane.lattice import Lattice
 from drumstick.drum.membrane.scheme import Scheme, tuned
-from drumstick.drum.step_numbers import Numbers as StepNumbers
+from drumstick.drum.step_numbers import StepCoefficients as StepNumbers
 from drumstick.parameters.drum import Mesh
 from drumstick.parameters.scene import Scene
-from drumstick_lab.accuracy.drums.modes import Numbers, Step
+from drumstick_lab.accuracy.drums.modes import Step, StepCoefficients
 from drumstick_lab.accuracy.drums.plain_mesh import PlainMesh, plain_mesh, plain_steps
 from drumstick_lab.accuracy.timing import Window, spent_ns
 
@@ -79,7 +79,7 @@ def played_step(head: HeadAt) -> Step:
     places = np.flatnonzero(head.lattice.weights)
     out = np.zeros((int(control["divisor"]), 2), np.float32)
 
-    def step(u: Numbers, before: Numbers) -> Numbers:
+    def step(u: StepCoefficients, before: StepCoefficients) -> StepCoefficients:
         planes, at = engine.head.planes, int(control["plane"])
         planes[:] = 0.0
         planes[at][places], planes[1 - at][places] = u, before
@@ -96,7 +96,7 @@ def plain_step(head: HeadAt) -> Step:
     """Plain form of the step in float64."""
     mesh, places = head.plain, np.flatnonzero(head.lattice.weights)
 
-    def step(u: Numbers, before: Numbers) -> Numbers:
+    def step(u: StepCoefficients, before: StepCoefficients) -> StepCoefficients:
         mesh.planes[:] = 0.0
         mesh.planes[0][places], mesh.planes[1][places] = u, before
         plain_steps(mesh, 0, 1)

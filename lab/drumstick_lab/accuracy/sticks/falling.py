@@ -72,7 +72,7 @@ def servo_of(scene: Scene) -> memory.Servo:
     """The servo of the scene's simulated arm, for virtual time."""
     device = Simulated(scene)
     block = blocks.in_memory(law_of(scene))
-    return device.furnish(memory.prepare(scene, block, specification=device.info().specification))
+    return device.attach_simulation(memory.prepare(scene, block, specification=device.info().specification))
 
 
 def rebounds(scene: Scene, guarded: bool, kind: str = ADAPTIVE, phases: int = PHASES) -> list[float]:

@@ -35,10 +35,10 @@ def main() -> None:
     device = Simulated(scene)
     specification = device.info().specification
     spare = memory.prepare(scene, block.in_memory(law_of(scene)), specification=specification)
-    selftest.rehearse(device.furnish(spare))
+    selftest.warm_up(device.attach_simulation(spare))
     limits.write(given.run_dir, limits.limits_of(scene, specification))
     mine = block.create(given.run_dir, law_of(scene))
-    servo = device.furnish(memory.prepare(scene, mine, specification=specification))
+    servo = device.attach_simulation(memory.prepare(scene, mine, specification=specification))
     if given.busy:
         threading.Thread(target=_spin, daemon=True).start()
     print("ready", flush=True)

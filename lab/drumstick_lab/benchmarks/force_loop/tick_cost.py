@@ -74,7 +74,7 @@ def scenes() -> dict[str, Scene]:
 def servo_of(scene: Scene) -> Servo:
     device = Simulated(scene)
     block = blocks.in_memory(law_of(scene))
-    return device.furnish(memory.prepare(scene, block, specification=device.info().specification))
+    return device.attach_simulation(memory.prepare(scene, block, specification=device.info().specification))
 
 
 @njit()

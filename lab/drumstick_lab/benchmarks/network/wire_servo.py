@@ -70,7 +70,7 @@ def main(folder: Path, rate_Hz: float, seconds: float, port: int) -> None:
     print(len(ticks), int(block.ring_cells[ring.DROPPED]), flush=True)
 
 
-def rehearse() -> None:
+def warm_up() -> None:
     """Compile what the loop calls, so that its first strikes are in time."""
     block = blocks.in_memory(law_of(parse(shipped_text("roll"), "roll")))
     ring.push(block.ring_cells, block.events, np.zeros(1, EVENT)[0])
@@ -79,5 +79,5 @@ def rehearse() -> None:
 
 
 if __name__ == "__main__":
-    rehearse()
+    warm_up()
     main(Path(sys.argv[1]), float(sys.argv[2]), float(sys.argv[3]), int(sys.argv[4]))

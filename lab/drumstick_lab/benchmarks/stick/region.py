@@ -87,7 +87,7 @@ class Judge:
         scene = held_arms.scene_of(**_values(setting, m))
         self._law = law_of(scene)
         self._limits = limits_of(scene, Simulated(scene).info().specification).record()
-        self._room = envelope.new_room()
+        self._room = envelope.new_scratch()
         self.lag_s = lag_s(scene)
         self.masses_kg = specification_of(scene).moving_kg
 

@@ -38,7 +38,7 @@ def servo_of(scene: Scene, folder: Path | None = None) -> memory.Servo:
     law = law_of(scene)
     block = blocks.in_memory(law) if folder is None else blocks.create(folder, law)
     device = Simulated(scene)
-    return device.furnish(memory.prepare(scene, block, specification=device.info().specification))
+    return device.attach_simulation(memory.prepare(scene, block, specification=device.info().specification))
 
 
 def begin_at(servo: memory.Servo, counted: Counted) -> None:

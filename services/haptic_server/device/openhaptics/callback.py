@@ -12,7 +12,7 @@ from haptic_server.servo.event_output import publish_status
 from haptic_server.servo.memory import Servo
 from haptic_server.servo.trace import note
 from realtime.kernels.borrowed_view import borrowed_view
-from realtime.kernels.handover import Handed, take_up
+from realtime.kernels.handover import ForeignHandle, load_from_address
 from realtime.kernels.jit import CFunction, cfunction, njit
 
 WARM_TICKS = 100  # a driver's first ticks come as it gets started
@@ -44,7 +44,7 @@ class Callback:
     """The compiled callback and what it works on. All of it must outlive the scheduling. Control thread."""
 
     def __init__(self, law: Rendering, servo: Servo, port: Port) -> None:
-        self._handed = Handed((servo, port))
+        self._handed = ForeignHandle((servo, port))
         self._function = _compiled(law, self._handed.kind)
 
     @property
@@ -63,7 +63,7 @@ def _compiled(law: Rendering, kind: Any) -> CFunction:
     # The parts are compiled and cached on their own; this closure over them is small and compiled in each process.
     @cfunction("uint32(voidptr)", cache=False)
     def servo_callback(argument: Any) -> int:
-        taken, port = take_up(argument, kind)
+        taken, port = load_from_address(argument, kind)
         servo = borrowed_view(taken)
         reading = servo.reading[0]
         span_s = begin(port, reading)

@@ -69,11 +69,11 @@ class OpenHaptics:
         """Facts about the open device, and how its last run was scheduled. Does not block."""
         return Info(self._opened().facts.specification, tuple(self._words))
 
-    def furnish(self, servo: Servo) -> Servo:
+    def attach_simulation(self, servo: Servo) -> Servo:
         """Return the servo unchanged: a real arm moves nothing in our memory."""
         return servo
 
-    def rehearse(self, spare: Servo) -> None:
+    def warm_up(self, spare: Servo) -> None:
         """Compile for servos of this type, so that `run` begins at once; else it compiles itself, in its own thread.
 
         Takes seconds. `spare` is like the servo to come, with a block that nobody reads; the device may be closed.

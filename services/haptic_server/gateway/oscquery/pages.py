@@ -12,7 +12,7 @@ from typing import NamedTuple
 from urllib.parse import unquote_to_bytes
 
 from haptic_server.gateway.oscquery.tree import ATTRIBUTES, NOT_OFFERED, READ, Node
-from haptic_server.gateway.oscquery.values import Look
+from haptic_server.gateway.oscquery.values import Snapshot
 
 MAX_QUESTION = 1024  # characters of path and query
 HOST_INFO = "HOST_INFO"
@@ -35,7 +35,7 @@ def _split(target: str) -> tuple[str, str] | None:
     return decoded if decoded[0].startswith("/") else None
 
 
-def page(root: Node, look: Look, target: str, host_info: Mapping[str, object]) -> Page:
+def page(root: Node, look: Snapshot, target: str, host_info: Mapping[str, object]) -> Page:
     """The answer to GET `target`."""
     if len(target) > MAX_QUESTION:
         return Page(HTTPStatus.REQUEST_URI_TOO_LONG, f"Ask with at most {MAX_QUESTION} characters.")
@@ -55,7 +55,7 @@ def page(root: Node, look: Look, target: str, host_info: Mapping[str, object]) -
     return _attribute(node, attribute, look) if attribute else _json(node.describe(look.of))
 
 
-def _attribute(node: Node, attribute: str, look: Look) -> Page:
+def _attribute(node: Node, attribute: str, look: Snapshot) -> Page:
     if attribute == "VALUE":
         if not node.access & READ:
             return Page(HTTPStatus.NO_CONTENT)

@@ -26,12 +26,12 @@ class Values:
         self._newest[message.address] = list(message.args)
         return message.address
 
-    def look(self) -> "Look":
+    def look(self) -> "Snapshot":
         """Snapshot of the present values: one readback for a whole tree."""
-        return Look(self._parameters, self._newest)
+        return Snapshot(self._parameters, self._newest)
 
 
-class Look:
+class Snapshot:
     """The values at one moment; all parameters are read at most once."""
 
     def __init__(self, parameters: ParameterAccess, newest: dict[str, list[Argument]]) -> None:

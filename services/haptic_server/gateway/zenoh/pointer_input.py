@@ -40,7 +40,7 @@ class Pointable(Protocol):
         ...
 
 
-class Holder:
+class PointerHolder:
     """Sender whose pointer counts."""
 
     def __init__(self) -> None:
@@ -69,7 +69,7 @@ class Pointing:
         self._boot = 0
         self._token: zenoh.LivelinessToken | None = None
         self._subscriber: zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]] | None = None
-        self._holder = Holder()
+        self._holder = PointerHolder()
         self._warn_at_ns = 0
 
     def step(self, now_ns: int) -> None:

@@ -13,9 +13,9 @@ import time
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
-from haptic_server.gateway.lease import Holder
+from haptic_server.gateway.lease import LeaseHolder
 from haptic_server.gateway.presets import Presets
-from haptic_server.gateway.settings import Echo, Parameters
+from haptic_server.gateway.settings import Parameters, ReadbackValue
 from haptic_server.gateway.zenoh.backlog import Backlog
 from haptic_server.gateway.zenoh.scene_request import SceneRequests
 from protocol import messages
@@ -104,13 +104,13 @@ class Wire:
         """Publish how the servo stands."""
         self._state.put(messages.encode(state))
 
-    def put_echoes(self, echoes: list[Echo], revision: int, pending: bool) -> None:
+    def put_readbacks(self, echoes: list[ReadbackValue], revision: int, pending: bool) -> None:
         """Publish readbacks."""
         for echo in echoes:
             readback = messages.Readback(value=echo.value, revision=revision, pending=pending)
             self._session.put(self._keys.param(echo.name), messages.encode(readback), encoding=self._encoding)
 
-    def put_lease(self, holder: Holder) -> None:
+    def put_lease(self, holder: LeaseHolder) -> None:
         """Publish who alone may set."""
         payload = messages.encode(messages.Lease(name=holder.name, left_s=holder.left_s))
         self._session.put(self._keys.lease, payload, encoding=self._encoding)

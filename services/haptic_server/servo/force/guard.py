@@ -91,7 +91,7 @@ class GuardState(Record):
 GUARD = dtype_of(GuardState)
 
 
-class Allowed(Record):
+class DeviceLimits(Record):
     """Limits of the device and the scene, in the paper's frame. They do not change while a servo runs."""
 
     max_force_N: float
@@ -107,7 +107,7 @@ class Allowed(Record):
     head_z_m: float
 
 
-ALLOWED = dtype_of(Allowed)
+DEVICE_LIMITS = dtype_of(DeviceLimits)
 
 
 @njit()
@@ -131,7 +131,9 @@ def let_go(guard: GuardState) -> None:
 
 
 @njit()
-def check_reading(guard: GuardState, allowed: Allowed, reading: Reading, now_ns: int, span_s: float) -> int:
+def check_reading(
+    guard: GuardState, allowed: DeviceLimits, reading: Reading, now_ns: int, span_s: float
+) -> int:
     """Check a reading before it is rendered from: NO_FAULT, or the fault's code. Comparisons are written so that NaN
     fails them.
     """
@@ -154,13 +156,13 @@ def check_reading(guard: GuardState, allowed: Allowed, reading: Reading, now_ns:
 
 
 @njit()
-def check_speed(allowed: Allowed, v: float) -> int:
+def check_speed(allowed: DeviceLimits, v: float) -> int:
     """Check the stick's speed: NO_FAULT or TOO_FAST; NaN is too fast."""
     return NO_FAULT if abs(v) <= allowed.max_speed_m_per_s else TOO_FAST
 
 
 @njit()
-def ready(guard: GuardState, allowed: Allowed, reading: Reading, z: float, period_s: float) -> int:
+def ready(guard: GuardState, allowed: DeviceLimits, reading: Reading, z: float, period_s: float) -> int:
     """Check the dead man's button and move the ramp on: NO_FAULT, or DEAD_MAN while the button is not held."""
     if allowed.dead_man != 0 and reading.buttons == 0:
         let_go(guard)
@@ -175,18 +177,18 @@ def ready(guard: GuardState, allowed: Allowed, reading: Reading, z: float, perio
 
 
 @njit()
-def may_add(law: Law) -> tuple[float, float]:
+def rebound_bounds(law: Law) -> tuple[float, float]:
     """Bounds e and b of drumstick.safety.bounds without the pulses: a contact may end at e |v_in| + b."""
     return bounds.multiplied_by_head(law), bounds.added_by_head(law)
 
 
 @njit()
-def _energy(allowed: Allowed, speed: float) -> float:
+def _energy(allowed: DeviceLimits, speed: float) -> float:
     return 0.5 * float(allowed.m_kg) * speed * speed
 
 
 @njit()
-def begin_contact(guard: GuardState, allowed: Allowed, m: float, v_in: float, now_ns: int) -> int:
+def begin_contact(guard: GuardState, allowed: DeviceLimits, m: float, v_in: float, now_ns: int) -> int:
     """Set the energy budget of the contact that begins at v_in: NO_FAULT, or SELF_DRIVEN.
 
     The head may give back what it took, and what its effects are meant to add: the contact may end at
@@ -216,14 +218,14 @@ def begin_contact(guard: GuardState, allowed: Allowed, m: float, v_in: float, no
 
 
 @njit()
-def check_energy(guard: GuardState, allowed: Allowed) -> int:
+def check_energy(guard: GuardState, allowed: DeviceLimits) -> int:
     """Check the observed energy: NO_FAULT, or SELF_DRIVEN where the head has given far more than its budget."""
     most = max(_energy(allowed, _FAULT_EXCESS_M_PER_S), _FAULT_EXCESS_SHARE * guard.blow_J)
     return NO_FAULT if _excess_energy(guard) <= most else SELF_DRIVEN
 
 
 @njit()
-def _observe_energy(guard: GuardState, allowed: Allowed, z: float) -> None:
+def _observe_energy(guard: GuardState, allowed: DeviceLimits, z: float) -> None:
     # Adds the work of the head's force that acted over the last tick: of a tick ago, or earlier by the device's own
     # delay. A count that flips to and fro is no motion, though force and count flip together: less than two counts
     # wait.
@@ -246,7 +248,9 @@ def _max_force(v: float, left_J: float, c: float, period_s: float) -> float:
 
 
 @njit()
-def _passive_range(guard: GuardState, allowed: Allowed, v: float, period_s: float) -> tuple[float, float]:
+def _passive_range(
+    guard: GuardState, allowed: DeviceLimits, v: float, period_s: float
+) -> tuple[float, float]:
     # The least and the largest force with which the head may push now, N: the passivity controller. Hannaford's and
     # Ryu's adds damping; this one limits the head's force, which cannot overshoot. Within a contact the observer is
     # never reset, not even for a stick at rest: a head that is pressed has taken energy, and pushes back out of that.
@@ -269,14 +273,20 @@ def _passive_range(guard: GuardState, allowed: Allowed, v: float, period_s: floa
 
 
 @njit()
-def _faded(allowed: Allowed, z: float, head_z_m: float) -> float:
+def _faded(allowed: DeviceLimits, z: float, head_z_m: float) -> float:
     # The share of the head's force near the lowest position: the workspace ends softly.
     return min(max((z + head_z_m - allowed.lowest_m) / _SOFT_M, 0.0), 1.0)
 
 
 @njit()
 def limit(
-    guard: GuardState, allowed: Allowed, head_N: float, pulse_N: float, z: float, v: float, period_s: float
+    guard: GuardState,
+    allowed: DeviceLimits,
+    head_N: float,
+    pulse_N: float,
+    z: float,
+    v: float,
+    period_s: float,
 ) -> float:
     """Limit the forces of head and pulses, both finite, N, to the force that goes to the motors, N.
 
@@ -313,6 +323,6 @@ def limit(
 
 
 @njit()
-def felt(guard: GuardState) -> float:
+def last_head_force(guard: GuardState) -> float:
     """Share of the head in the force that went out last, N."""
     return guard.head_N[guard.newest]

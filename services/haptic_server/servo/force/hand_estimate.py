@@ -115,7 +115,7 @@ def _correct(hand: HandPull, law: Law, off: float) -> None:
 
 
 @only_with("hand")
-def feel(servo: "Servo", z: float, now_ns: int) -> None:
+def update_observer(servo: "Servo", z: float, now_ns: int) -> None:
     """The arm is at z m now, and the force of the tick before this one has acted on it."""
     hand, law = servo.hand[0], servo.law[0]
     force, span = _acted(servo), (now_ns - hand.t_ns) * 1e-9
@@ -131,7 +131,7 @@ def feel(servo: "Servo", z: float, now_ns: int) -> None:
 
 
 @only_with("hand")
-def hold(servo: "Servo") -> None:
+def freeze(servo: "Servo") -> None:
     """Write into servo.ahead_law the law with a hand at rest that pulls as this one does on the mean of a contact."""
     servo.ahead_law[0] = servo.law[0]
     hand, law = servo.hand[0], servo.ahead_law[0]

@@ -5,7 +5,7 @@ Tick thread: no allocation, no locks, no Python, no exceptions.
 
 from haptic_server import block, permission
 from haptic_server.permission import FAULTED, FREE, PANICKED
-from haptic_server.records import NO_FAULT, Player
+from haptic_server.records import NO_FAULT, TickState
 from haptic_server.servo.memory import Servo
 from realtime.atomics import exchange, load_acquire
 from realtime.kernels.jit import njit
@@ -17,7 +17,7 @@ _PANIC, _ARM = permission.PANIC, permission.ARM
 
 
 @njit()
-def state_of(player: Player) -> int:
+def state_of(player: TickState) -> int:
     """FREE, PANICKED or FAULTED. A fault says more than a panic that came with it."""
     if player.fault != NO_FAULT:
         return FAULTED
@@ -25,7 +25,7 @@ def state_of(player: Player) -> int:
 
 
 @njit()
-def held_word(player: Player) -> int:
+def held_word(player: TickState) -> int:
     """Word of the permission in the block, from which the next servo goes on: 0, 1 for a panic, 1 + fault."""
     if player.fault != NO_FAULT:
         return 1 + player.fault

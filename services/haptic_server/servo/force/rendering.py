@@ -43,7 +43,7 @@ def _orders(servo: Servo, now_ns: int) -> None:
 @njit()
 def _latch(servo: Servo) -> None:
     if latch_in_hand(servo):
-        servo.guard[0].e, servo.guard[0].b = guard.may_add(servo.law[0])
+        servo.guard[0].e, servo.guard[0].b = guard.rebound_bounds(servo.law[0])
 
 
 @njit()
@@ -62,7 +62,7 @@ def _enter(servo: Servo, ahead_m: float, now_ns: int) -> None:
 
 
 @njit()
-def see(servo: Servo, z: float, v: float, now_ns: int) -> None:
+def detect_events(servo: Servo, z: float, v: float, now_ns: int) -> None:
     """Lead the position and note what it passes: entry, turn, release. The stick is at z m, v m/s now."""
     law, motion = servo.law[0], servo.motion[0]
     before, above = motion.v, motion.z
@@ -86,7 +86,7 @@ def see(servo: Servo, z: float, v: float, now_ns: int) -> None:
 
 
 @njit()
-def ask(servo: Servo, period_s: float) -> tuple[float, float]:
+def requested_forces(servo: Servo, period_s: float) -> tuple[float, float]:
     """Forces that the head and the pulses ask for over the coming tick, N, before the guard.
 
     A pulse's held force is its mean over the tick, so that it gives m dv in all, whatever T:
@@ -108,7 +108,7 @@ def _keep(servo: Servo, period_s: float) -> None:
     # The contact's record: of the head as it is felt, which the guard may have held back.
     motion = servo.motion[0]
     if motion.place != exact.ABOVE:
-        felt_N = guard.felt(servo.guard[0])
+        felt_N = guard.last_head_force(servo.guard[0])
         motion.contact_s += period_s
         motion.z_min = min(motion.z_min, motion.z)
         motion.peak_N = max(motion.peak_N, felt_N)
@@ -123,7 +123,7 @@ def _rendered(servo: Servo, reading: Reading, now_ns: int, span_s: float) -> flo
         forget(servo.track[0])
     z = reading.z_m - plan.head_z_m
     v = follow(servo.track[0], now_ns * 1e-9, z, allowed.resolution_m)
-    hand_estimate.feel(servo, z, now_ns)
+    hand_estimate.update_observer(servo, z, now_ns)
     player.fault = guard.check_speed(allowed, v)
     if player.fault != NO_FAULT:
         return 0.0
@@ -132,12 +132,12 @@ def _rendered(servo: Servo, reading: Reading, now_ns: int, span_s: float) -> flo
             _let_go(servo, now_ns)
         _latch(servo)
         return 0.0
-    see(servo, z, v, now_ns)
+    detect_events(servo, z, v, now_ns)
     if player.fault != NO_FAULT:
         return 0.0
     if servo.motion[0].place == exact.ABOVE:
         _latch(servo)
-    head_N, pulse_N = ask(servo, period_s)
+    head_N, pulse_N = requested_forces(servo, period_s)
     if not abs(head_N + pulse_N) < math.inf:
         player.fault = OUT_OF_BOUNDS
         return 0.0

@@ -5,12 +5,12 @@ Tick thread: no allocation, no locks, no Python, no exceptions.
 
 import math
 
-from haptic_server.records import Plan, Player
+from haptic_server.records import Plan, TickState
 from realtime.kernels.jit import njit
 
 
 @njit()
-def walk(player: Player, plan: Plan, span_s: float) -> None:
+def walk(player: TickState, plan: Plan, span_s: float) -> None:
     """Go on by `span_s`; player.x and player.y are in radii."""
     player.phase += 2.0 * math.pi * span_s / plan.orbit_period_s
     if player.phase > math.pi:

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from drumstick.drum.effects.snare import Snare
     from drumstick.drum.effects.tension import Tension
     from drumstick.drum.membrane.lattice import Lattice
-    from drumstick.drum.step_numbers import Numbers
     from drumstick.parameters.scene import Scene
 
 _IN_ORDER: tuple[ModuleType, ...] = (air_loss, internal_loss, muffle, tension, cavity, snare, rim)
@@ -60,7 +59,7 @@ class Building(NamedTuple):
     scene: "Scene"
     step_s: float
     lattice: "Lattice" = ABSENT
-    numbers: "Numbers" = ABSENT
+    numbers: "StepCoefficients" = ABSENT
     parts: "dict[str, Any]" = {}  # noqa: RUF012  never written to: `effects_of` gives its own
 
 

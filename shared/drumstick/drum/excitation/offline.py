@@ -31,7 +31,7 @@ class Press:
     begins: bool = True
 
 
-class Score:
+class ContactFeeder:
     """Gives the presses to an engine as its time comes; `epoch_ns` is the engine's time 0."""
 
     def __init__(self, engine: Engine, presses: Iterable[Press], epoch_ns: int) -> None:

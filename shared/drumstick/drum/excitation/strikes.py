@@ -50,7 +50,7 @@ class StrikeRing:
         self._event[0] = (onset_ns, x, y, peak_N, contact_s, impulse_N_s, speed_m_per_s)
         return bool(ring.push(self.cells, self.slots, self._event[0]))
 
-    def swing(self, blow: "Blow", onset_ns: int = 0) -> bool:
+    def swing(self, blow: "OfflineStrike", onset_ns: int = 0) -> bool:
         """`push` what a blow says, whatever its own time is."""
         return self.push(
             onset_ns, blow.x, blow.y, blow.peak_N, blow.contact_s, blow.impulse_N_s, blow.speed_m_per_s
@@ -58,7 +58,7 @@ class StrikeRing:
 
 
 @dataclass(frozen=True)
-class Blow:
+class OfflineStrike:
     """One strike for the offline renderer: when, where (in radii), how hard, how long; 0 N s: a half-sine.
 
     The speed is what a mallet has; a scene without one does not look at it.

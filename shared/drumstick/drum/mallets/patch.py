@@ -24,8 +24,8 @@ from realtime.kernels.jit import ArgumentType, njit, only_with, overload
 if TYPE_CHECKING:
     from drumstick.drum.engine import Engine
 
-LANES = 8
-ROWS = 36  # as many as a circle of seven spacings' radius meets, two of them beside each other
+TIP_LANES = 8
+MAX_TIP_ROWS = 36  # as many as a circle of seven spacings' radius meets, two of them beside each other
 MAX_SPACINGS = 7.0
 _MIN_SPACINGS = 1.0
 
@@ -46,8 +46,8 @@ class Patches(NamedTuple):
 
 def patches_of(pool: int) -> Patches:
     """All empty. Allocates."""
-    shares, free, steps = np.zeros((3, pool, ROWS, LANES), np.float32)
-    return Patches(shares, free, steps, np.zeros((pool, ROWS), np.int64), np.zeros(pool, np.int64))
+    shares, free, steps = np.zeros((3, pool, MAX_TIP_ROWS, TIP_LANES), np.float32)
+    return Patches(shares, free, steps, np.zeros((pool, MAX_TIP_ROWS), np.int64), np.zeros(pool, np.int64))
 
 
 @njit()
@@ -75,7 +75,7 @@ def _hold(engine: "Engine", slot: int) -> None:
         start = patches.starts[slot, row]
         for i in range(muffle.places.shape[0]):
             lane = muffle.places[i] - start
-            if 0 <= lane < LANES:
+            if 0 <= lane < TIP_LANES:
                 patches.free[slot, row, lane] *= np.float32(1.0) - muffle.shares[i]
                 patches.steps[slot, row, lane] *= np.float32(1.0) - muffle.shares[i]
 
@@ -92,19 +92,19 @@ def _row(engine: "Engine", slot: int, row: int, x: float, y: float, reach: float
     right = grid.centre_column + math.floor(x - shift + reach)
     while left <= right:
         at = patches.rows[slot]
-        begin = min(max(left, 0), grid.stride - LANES)
+        begin = min(max(left, 0), grid.stride - TIP_LANES)
         patches.starts[slot, at] = first + begin
-        for lane in range(LANES):
+        for lane in range(TIP_LANES):
             column = begin + lane
             aside = column - grid.centre_column + shift - x
             share = max(1.0 - (aside * aside + up * up) / (reach * reach), 0.0)
             # Outside the head, or for the lanes beside these.
-            if head.weights[first + column] == 0.0 or not left <= column < left + LANES:
+            if head.weights[first + column] == 0.0 or not left <= column < left + TIP_LANES:
                 share = 0.0
             patches.shares[slot, at, lane] = share
             total += share
         patches.rows[slot] = at + 1
-        left += LANES
+        left += TIP_LANES
     return total
 
 
@@ -125,7 +125,7 @@ def lay(engine: "Engine", slot: int, x: float, y: float, radius: float) -> tuple
     for row in range(first, last + 1):
         total += _row(engine, slot, row, x, y, reach)
     for row in range(patches.rows[slot]):
-        for lane in range(LANES):
+        for lane in range(TIP_LANES):
             share = patches.shares[slot, row, lane] / total
             weight = head.weights[patches.starts[slot, row] + lane]
             patches.shares[slot, row, lane] = patches.free[slot, row, lane] = share
@@ -133,7 +133,7 @@ def lay(engine: "Engine", slot: int, x: float, y: float, radius: float) -> tuple
     _hold(engine, slot)
     give, moved = 0.0, 0.0
     for row in range(patches.rows[slot]):
-        for lane in range(LANES):
+        for lane in range(TIP_LANES):
             step = float(patches.steps[slot, row, lane])
             give += float(patches.shares[slot, row, lane]) * step
             moved += step
@@ -145,8 +145,8 @@ def _summed(patches: Patches, shares_of: Any, slot: int, plane: Floats) -> float
     total = 0.0
     for row in range(patches.rows[slot]):
         shares = shares_of[slot, row]
-        heights = plane[patches.starts[slot, row] : patches.starts[slot, row] + LANES]
-        for lane in range(LANES):
+        heights = plane[patches.starts[slot, row] : patches.starts[slot, row] + TIP_LANES]
+        for lane in range(TIP_LANES):
             total += float(shares[lane]) * float(heights[lane])
     return total
 
@@ -169,6 +169,6 @@ def push(patches: Patches, slot: int, plane: Floats, force: float) -> None:
     newtons = np.float32(force)
     for row in range(patches.rows[slot]):
         steps = patches.steps[slot, row]
-        heights = plane[patches.starts[slot, row] : patches.starts[slot, row] + LANES]
-        for lane in range(LANES):
+        heights = plane[patches.starts[slot, row] : patches.starts[slot, row] + TIP_LANES]
+        for lane in range(TIP_LANES):
             heights[lane] += newtons * steps[lane]

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from drumstick.drum.effects import tension
 from drumstick.drum.mallets import patch
 from drumstick.drum.mallets.mallet import PLAYING, POOL
-from drumstick.drum.mallets.patch import LANES
+from drumstick.drum.mallets.patch import TIP_LANES
 from drumstick.drum.mallets.tip import met
 from drumstick.drum.membrane.sweep import is_triangular
 from realtime.kernels.jit import njit, only_with
@@ -38,21 +38,21 @@ def _bent(engine: "Engine", slot: int, now: Floats) -> float:
     own, stride, total = engine.control[0].own_gain, grid.stride, 0.0
     for row in range(patches.rows[slot]):
         free, start = patches.free[slot, row], patches.starts[slot, row]
-        centre, weight = now[start : start + LANES], weights[start : start + LANES]
-        left, right = now[start - 1 : start - 1 + LANES], now[start + 1 : start + 1 + LANES]
+        centre, weight = now[start : start + TIP_LANES], weights[start : start + TIP_LANES]
+        left, right = now[start - 1 : start - 1 + TIP_LANES], now[start + 1 : start + 1 + TIP_LANES]
         above, below = start - stride, start + stride
         if is_triangular(engine.head):  # two of each row beside: the nearer one, and one aside
             aside = 2 * ((start // stride - grid.centre_row) & 1) - 1
-            further_up, further_down = now[above + aside :][:LANES], now[below + aside :][:LANES]
-            up, down = now[above : above + LANES], now[below : below + LANES]
-            for lane in range(LANES):
+            further_up, further_down = now[above + aside :][:TIP_LANES], now[below + aside :][:TIP_LANES]
+            up, down = now[above : above + TIP_LANES], now[below : below + TIP_LANES]
+            for lane in range(TIP_LANES):
                 ring = (
                     left[lane] + right[lane] + up[lane] + down[lane] + further_up[lane] + further_down[lane]
                 )
                 total += float(free[lane]) * float(weight[lane] * ring - own * centre[lane])
         else:
-            up, down = now[above : above + LANES], now[below : below + LANES]
-            for lane in range(LANES):
+            up, down = now[above : above + TIP_LANES], now[below : below + TIP_LANES]
+            for lane in range(TIP_LANES):
                 ring = left[lane] + right[lane] + up[lane] + down[lane]
                 total += float(free[lane]) * float(weight[lane] * ring - own * centre[lane])
     return total

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-LANES = 16  # one 64-byte cache line of float32
-ROWS = 4  # of a strip; even, so that all strips begin with a row that is not shifted
+MESH_LANES = 16  # one 64-byte cache line of float32
+STRIP_ROWS = 4  # of a strip; even, so that all strips begin with a row that is not shifted
 MARGIN = 2  # empty rows above and below: one is a neighbour, a vector of the other lies beside it in memory
 J01 = 2.404825557695773  # first zero of the Bessel function J0
 _RIM = 1.0 - 1e-9  # squared: a junction on the rim itself would have an infinite admittance
@@ -108,10 +108,10 @@ def lattice_of(spacing: float, topology: Topology = TOPOLOGIES["triangular"]) ->
         raise ValueError(f"junctions {spacing:g} radii apart: the mesh takes 0.001 .. 0.5")
     half_rows = math.floor(1.0 / (topology.row_height * spacing))
     centre_row = MARGIN + half_rows + half_rows % 2
-    rows = 2 * MARGIN + -(-(centre_row + half_rows + 1 - MARGIN) // ROWS) * ROWS
+    rows = 2 * MARGIN + -(-(centre_row + half_rows + 1 - MARGIN) // STRIP_ROWS) * STRIP_ROWS
     centre_column = _best_column(topology, spacing, half_rows)
     # The last lane of a row is never inside: it is the left neighbour of the next row's first lane.
-    stride = (centre_column + math.floor(1.0 / spacing) + 1 + LANES) // LANES * LANES
+    stride = (centre_column + math.floor(1.0 / spacing) + 1 + MESH_LANES) // MESH_LANES * MESH_LANES
     weights = np.zeros((rows, stride))
     spans = np.zeros((rows, 2), np.int32)
     for row in range(centre_row - half_rows, centre_row + half_rows + 1):
@@ -121,8 +121,8 @@ def lattice_of(spacing: float, topology: Topology = TOPOLOGIES["triangular"]) ->
         weights[row] = _rim_weights(x, y, spacing, topology.neighbours)
         inside = np.flatnonzero(weights[row])
         if len(inside):
-            first = int(inside[0]) // LANES * LANES
-            spans[row] = first, (int(inside[-1]) + LANES) // LANES * LANES - first
+            first = int(inside[0]) // MESH_LANES * MESH_LANES
+            spans[row] = first, (int(inside[-1]) + MESH_LANES) // MESH_LANES * MESH_LANES - first
     return Lattice(topology, spacing, centre_row, centre_column, weights, spans)
 
 
@@ -133,8 +133,8 @@ def _best_column(topology: Topology, spacing: float, half_rows: int) -> int:
     half = np.sqrt(np.maximum(1.0 - (row * topology.row_height * spacing) ** 2, 0.0)) / spacing
     first, last = np.ceil(-half - shift), np.floor(half - shift)
     least = math.floor(1.0 / spacing) + 1
-    columns = np.arange(least, least + LANES)[:, None]
-    vectors = (columns + last) // LANES - (columns + first) // LANES + 1
+    columns = np.arange(least, least + MESH_LANES)[:, None]
+    vectors = (columns + last) // MESH_LANES - (columns + first) // MESH_LANES + 1
     return least + int(np.argmin(np.sum(vectors, axis=1)))
 
 
@@ -147,14 +147,14 @@ def strips_of(lattice: Lattice) -> npt.NDArray[np.int64]:
     stride = lattice.weights.shape[1]
     even = lattice.weights == 1.0 / lattice.topology.neighbours
     found: list[tuple[int, ...]] = []
-    for row in range(MARGIN, len(lattice.spans) - MARGIN, ROWS):
-        spans = lattice.spans[row : row + ROWS]
+    for row in range(MARGIN, len(lattice.spans) - MARGIN, STRIP_ROWS):
+        spans = lattice.spans[row : row + STRIP_ROWS]
         taken = spans[spans[:, 1] > 0]
         if not len(taken):
             continue
         start, stop = int(taken[:, 0].min()), int(taken.sum(axis=1).max())
-        whole = np.flatnonzero(even[row : row + ROWS].all(axis=0).reshape(-1, LANES).all(axis=1))
-        inner, outer = (LANES * whole[0], LANES * (whole[-1] + 1)) if len(whole) else (start, start)
+        whole = np.flatnonzero(even[row : row + STRIP_ROWS].all(axis=0).reshape(-1, MESH_LANES).all(axis=1))
+        inner, outer = (MESH_LANES * whole[0], MESH_LANES * (whole[-1] + 1)) if len(whole) else (start, start)
         found.append(tuple(row * stride + int(column) for column in (start, inner, outer, stop)))
     return np.array(found, np.int64)
 

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from llvmlite import ir
 
-from drumstick.drum.membrane.lattice import LANES, ROWS
+from drumstick.drum.membrane.lattice import MESH_LANES, STRIP_ROWS
 from drumstick.drum.membrane.simd import WORD, Lanes
 
 # side of a row: 0 on the square mesh; -1 or 1 where the nearer column of the rows beside lies to the left or right.
@@ -50,8 +50,8 @@ class _Row:
         self._lanes = lanes
         self._now = strip.now
         self._offset = lanes.builder.mul(strip.stride, ir.Constant(WORD, number))
-        self._shifts = lanes.width == LANES
-        self._own = 0 <= number < ROWS
+        self._shifts = lanes.width == MESH_LANES
+        self._own = 0 <= number < STRIP_ROWS
         # The rows that it is beside have the other side, and see two of its columns: this one and one of the next.
         self._side = strip.side if number % 2 == 0 else -strip.side
         self._to_left = self._own or self._side == RIGHT
@@ -69,7 +69,7 @@ class _Row:
         """State with which the loop begins."""
         if not self._shifts:
             return []
-        ahead = [(-LANES, self._to_left), (0, self._to_right)]
+        ahead = [(-MESH_LANES, self._to_left), (0, self._to_right)]
         return [self._load(i, aside) for aside, is_kept in ahead if is_kept]
 
     def seen(self, i, kept: list[Any]) -> tuple[_Seen, list[Any]]:
@@ -77,7 +77,7 @@ class _Row:
         lanes = self._lanes
         if self._shifts:
             centre = kept[-1] if self._to_right else self._load(i, 0)
-            coming = self._load(i, LANES) if self._to_right else None
+            coming = self._load(i, MESH_LANES) if self._to_right else None
             before = lanes.before(kept[0], centre) if self._to_left else None
             after = lanes.after(centre, coming) if self._to_right else None
             onward = [(centre, self._to_left), (coming, self._to_right)]
@@ -98,7 +98,7 @@ class _Walk:
         self._lanes = lanes
         self._strip = strip
         self._turn = turn
-        self._rows = [_Row(lanes, strip, number) for number in range(-1, ROWS + 1)]
+        self._rows = [_Row(lanes, strip, number) for number in range(-1, STRIP_ROWS + 1)]
         self._at = strip.start
         self._kept = [row.first(strip.start) for row in self._rows]
         self.sums = [lanes.zero] * sums

@@ -29,7 +29,7 @@ HORIZON, ENTRY, TURN, RELEASE, APEX, LOOSEN, RESUME, SINK = 0, 1, 2, 3, 4, 5, 6,
 
 _HEIGHT: Weights = (1.0, 0.0, 0.0, 0.0, 0.0)
 
-Event = tuple[int, Point]
+SegmentEvent = tuple[int, Point]
 
 
 @njit()
@@ -56,7 +56,7 @@ def _reach(seg: Segment, here: Point, there: Point) -> Point:
 
 
 @njit()
-def _above(seg: Segment, here: Point, there: Point) -> Event:
+def _above(seg: Segment, here: Point, there: Point) -> SegmentEvent:
     turns = changes(here.v, there.v)
     stand = root(seg, SPEED, here, there) if turns else there
     if _rises(here, there):
@@ -67,7 +67,7 @@ def _above(seg: Segment, here: Point, there: Point) -> Event:
 
 
 @njit()
-def _shift(place: int, seg: Segment, here: Point, bend: Point, end: Point) -> Event:
+def _shift(place: int, seg: Segment, here: Point, bend: Point, end: Point) -> SegmentEvent:
     # LOOSEN when the push of a head that only pushes falls to 0, RESUME when it rises above it again. The push is
     # monotone from here to the bend, and from there to the end.
     event, outward = (RESUME, 1.0) if place == LOOSE else (LOOSEN, -1.0)
@@ -90,7 +90,7 @@ def _lets_go(place: int, seg: Segment, here: Point, there: Point) -> bool:
 
 
 @njit()
-def _way_end(seg: Segment, here: Point, there: Point, rises: bool) -> Event:
+def _way_end(seg: Segment, here: Point, there: Point, rises: bool) -> SegmentEvent:
     # How a way in the head ends if the head holds: out of it, at a turn, or not before `there`. A rise that ends out of
     # it may turn on the way, and has then passed z = 0 before: no need to know when it turns.
     if rises and changes(here.z, there.z):
@@ -101,7 +101,7 @@ def _way_end(seg: Segment, here: Point, there: Point, rises: bool) -> Event:
 
 
 @njit()
-def _in_head(motion: Motion, seg: Segment, here: Point, there: Point) -> Event:
+def _in_head(motion: Motion, seg: Segment, here: Point, there: Point) -> SegmentEvent:
     rises, rate = _rises(here, there), push_rate(seg)
     event, end = HORIZON, there
     if _lets_go(motion.place, seg, here, there):
@@ -128,14 +128,14 @@ def _in_head(motion: Motion, seg: Segment, here: Point, there: Point) -> Event:
 
 
 @njit()
-def _in_span(motion: Motion, seg: Segment, here: Point, there: Point) -> Event:
+def _in_span(motion: Motion, seg: Segment, here: Point, there: Point) -> SegmentEvent:
     if motion.place == ABOVE:
         return _above(seg, here, there)
     return _in_head(motion, seg, here, there)
 
 
 @njit()
-def first_event(motion: Motion, seg: Segment, horizon: float) -> Event:
+def first_event(motion: Motion, seg: Segment, horizon: float) -> SegmentEvent:
     """The first event within `horizon` seconds and its point; (HORIZON, the last point) when there is none.
 
     motion: only `place` is read, and `peak_N` raised when the push peaks on the way. A stepper's segment is one span:

@@ -24,7 +24,7 @@ from protocol.rate_limited_log import RateLimitedLog
 from realtime import ring
 from rig.offline.streamed_roll import presses, servo_of
 from sound_server.receiving.contacts import ContactScheduler
-from sound_server.stage import Stage, mix
+from sound_server.stage import Mixer, mix
 from streamed_engine import MS, streamed_text
 
 Sound = npt.NDArray[np.float32]
@@ -53,7 +53,7 @@ def wire(scene: Scene, gesture: str | None, start_ns: int) -> list[tuple[int, by
 
 def live(scene: Scene, gesture: str | None, start_ns: int) -> tuple[Sound, ContactScheduler]:
     """What the sound server plays from the instant on at which the servo's start is heard."""
-    stage = Stage(RATE_HZ)
+    stage = Mixer(RATE_HZ)
     engine = build(fitted(scene, RATE_HZ).scene, RATE_HZ, StrikeRing())
     stage.enter(engine)
     scheduler = ContactScheduler(RateLimitedLog(lambda: 0), lambda _boot: None)

@@ -14,7 +14,7 @@ from scipy.special import jn_zeros, jv
 
 from drumstick.drum.build import new_engine
 from drumstick.drum.calibrate import blow_at
-from drumstick.drum.excitation.strikes import Blow, StrikeRing
+from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.membrane.lattice import J01
 from drumstick.drum.render import render
 from drumstick.parameters.drum import Listen, Modal
@@ -37,7 +37,7 @@ def scene(renderer: str, f01_Hz: float = F01_HZ) -> Scene:
     return dataclasses.replace(plain, drum=drum, modal=modal, listen=Listen(pickups=((*PICKUP, 0.0),)))
 
 
-def half_sine(which: Scene, x: float, y: float) -> Blow:
+def half_sine(which: Scene, x: float, y: float) -> OfflineStrike:
     """A blow whose spectrum is known in closed form."""
     return dataclasses.replace(blow_at(which, 0.5, x, y), impulse_N_s=0.0)
 

@@ -7,7 +7,7 @@ import numpy.typing as npt
 import pytest
 
 from drumstick.drum.calibrate import full_scale
-from drumstick.drum.excitation.strikes import Blow
+from drumstick.drum.excitation.strikes import OfflineStrike
 from drumstick.drum.render import render
 from drumstick.parameters.scene import Scene
 
@@ -38,7 +38,7 @@ def test_pitch_is_the_scenes(accuracy: str) -> None:
     scene = dataclasses.replace(
         drum(f01_Hz=150.0), mesh=dataclasses.replace(Scene("x").mesh, accuracy=accuracy)
     )
-    sound = render(scene, [Blow(0.0, 0.0, 0.0, 5.0, 0.005)], 1.5, RATE)[RATE // 10 :]
+    sound = render(scene, [OfflineStrike(0.0, 0.0, 0.0, 5.0, 0.005)], 1.5, RATE)[RATE // 10 :]
     f, level = spectrum(sound)
     near = (f > 100.0) & (f < 200.0)
     found = f[near][np.argmax(level[near])]
@@ -49,7 +49,9 @@ def test_pitch_is_the_scenes(accuracy: str) -> None:
 def test_decay_of_the_lowest_mode_is_the_scenes(t60_s: float) -> None:
     scene = drum(f01_Hz=150.0, t60_s=t60_s)
     sound = (
-        render(scene, [Blow(0.0, 0.0, 0.0, 5.0, 0.005)], 0.8 * t60_s, RATE).mean(axis=1).astype(np.float64)
+        render(scene, [OfflineStrike(0.0, 0.0, 0.0, 5.0, 0.005)], 0.8 * t60_s, RATE)
+        .mean(axis=1)
+        .astype(np.float64)
     )
     # Down to 0 Hz and through a window of 80 ms: only the lowest mode is left.
     turning = sound * np.exp(-2j * np.pi * 150.0 / RATE * np.arange(len(sound)))
@@ -72,7 +74,7 @@ def test_the_place_changes_the_modes(n: int, zero: float) -> None:
     scene = drum(f01_Hz=150.0, t60_s=2.0)
     heard: dict[float, float] = {}
     for r in (0.0, 0.5, 0.9):
-        sound = render(scene, [Blow(0.0, r, 0.0, 0.5, 0.001)], 1.0, RATE)
+        sound = render(scene, [OfflineStrike(0.0, r, 0.0, 0.5, 0.001)], 1.0, RATE)
         heard[r] = level_at(sound, 150.0 * zero / 2.404826) / level_at(sound, 150.0)
     share = {r: bessel(n, zero * r) / bessel(0, 2.404826 * r) for r in (0.5, 0.9)}
     assert heard[0.0] < 0.02 * heard[0.5]
@@ -84,8 +86,8 @@ def test_a_struck_membrane_is_reciprocal_and_pans() -> None:
     scene = dataclasses.replace(
         drum(), listen=dataclasses.replace(Scene("x").listen, pickups=((-0.6, 0.0, -1.0), (0.6, 0.0, 1.0)))
     )
-    left = render(scene, [Blow(0.0, -0.6, 0.0, 0.5, 0.0005)], 0.2, RATE)
-    right = render(scene, [Blow(0.0, 0.6, 0.0, 0.5, 0.0005)], 0.2, RATE)
+    left = render(scene, [OfflineStrike(0.0, -0.6, 0.0, 0.5, 0.0005)], 0.2, RATE)
+    right = render(scene, [OfflineStrike(0.0, 0.6, 0.0, 0.5, 0.0005)], 0.2, RATE)
     assert np.abs(left[:, 0]).max() > 1.5 * np.abs(left[:, 1]).max()
     assert np.allclose(left, right[:, ::-1], atol=0.02 * np.abs(left).max())
 
@@ -93,7 +95,7 @@ def test_a_struck_membrane_is_reciprocal_and_pans() -> None:
 def test_a_roll_is_heard_as_its_strikes() -> None:
     scene = drum(t60_s=0.3)
     blow = full_scale(scene)
-    strikes = [Blow(i / 23.0, 0.4, 0.1, 0.3 * blow.peak_N, 0.001) for i in range(46)]
+    strikes = [OfflineStrike(i / 23.0, 0.4, 0.1, 0.3 * blow.peak_N, 0.001) for i in range(46)]
     mono = render(scene, strikes, 2.0, RATE).mean(axis=1).astype(np.float64)
     edge = np.abs(np.diff(mono))  # the attack is brighter than the ring
     envelope = edge[: len(edge) // 48 * 48].reshape(-1, 48).mean(axis=1)

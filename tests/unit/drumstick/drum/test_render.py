@@ -11,7 +11,7 @@ from drumstick.drum.block import render_all
 from drumstick.drum.build import words
 from drumstick.drum.calibrate import PEAK_OF_FULL_SCALE, blow_at, build, full_scale
 from drumstick.drum.engine import PENDING, Engine
-from drumstick.drum.excitation.strikes import Blow, StrikeRing
+from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.output.limiter import limited
 from drumstick.drum.output.upsample import TAPS
 from drumstick.drum.render import render
@@ -21,7 +21,7 @@ from realtime.kernels.jit import allocations
 from sound_server.sinks.callback import CallbackData, block_start, stream_callback
 from sound_server.sinks.load_meter import noted
 from sound_server.sinks.sink import NOTED, SINK_COUNTERS
-from sound_server.stage import Stage
+from sound_server.stage import Mixer
 
 RATE = 48000
 SCENE = Scene("drum")
@@ -75,10 +75,10 @@ def test_there_is_no_constant_part() -> None:
 
 def test_onsets_are_kept_to_less_than_a_sample() -> None:
     """A strike half a device sample later is the same sound half a sample later: phase, not level, tells."""
-    early = render(drum(), [Blow(0.0100, 0.5, 0.0, 5.0, 0.005)], 0.2, RATE)[:, 0].astype(np.float64)
-    later = render(drum(), [Blow(0.0100 + 0.5 / RATE, 0.5, 0.0, 5.0, 0.005)], 0.2, RATE)[:, 0].astype(
-        np.float64
-    )
+    early = render(drum(), [OfflineStrike(0.0100, 0.5, 0.0, 5.0, 0.005)], 0.2, RATE)[:, 0].astype(np.float64)
+    later = render(drum(), [OfflineStrike(0.0100 + 0.5 / RATE, 0.5, 0.0, 5.0, 0.005)], 0.2, RATE)[
+        :, 0
+    ].astype(np.float64)
     turn = np.fft.rfft(later * np.hanning(len(later))) / np.fft.rfft(early * np.hanning(len(early)))
     f = np.fft.rfftfreq(len(early), 1.0 / RATE)
     near = np.argmin(np.abs(f - 150.0))
@@ -166,7 +166,7 @@ def through_callback(engine: Engine, frames: int, block: int, channels: int) -> 
     """What a device would get: the compiled C callback is called as PortAudio would call it."""
     counters = np.zeros(1, SINK_COUNTERS)
     counters["rate_Hz"], counters["channels"] = RATE, channels
-    stage = Stage(RATE)
+    stage = Mixer(RATE)
     heard = CallbackData(stage, counters)
     call = ctypes.CFUNCTYPE(
         ctypes.c_int,

@@ -13,10 +13,10 @@ from drumstick.drum.fitting import fitted
 from drumstick.parameters.scene import Scene, parse, shipped_text
 from protocol.rate_limited_log import RateLimitedLog
 from realtime.stop import StopRequest
-from rig.exit_status import Stop
+from rig.exit_status import CommandError
 from rig.offline import scene_commands
 from sound_server.drum import Drum
-from sound_server.stage import Stage
+from sound_server.stage import Mixer
 
 RATE_HZ = 48_000
 STIFF_AIR = (
@@ -42,7 +42,7 @@ def test_it_is_said_with_its_name_its_effects_and_what_to_do(name: str) -> None:
 @pytest.mark.parametrize("name", TEXTS)
 def test_scene_check_does_not_call_it_good(name: str, tmp_path: Path) -> None:
     (tmp_path / f"{name}.toml").write_text(TEXTS[name])
-    with pytest.raises(Stop, match="cannot be computed"):
+    with pytest.raises(CommandError, match="cannot be computed"):
         scene_commands.check(str(tmp_path / f"{name}.toml"))
 
 
@@ -57,7 +57,7 @@ class _Sink:
 
     def __init__(self) -> None:
         self.rate_Hz = RATE_HZ
-        self.stage = Stage(RATE_HZ)
+        self.stage = Mixer(RATE_HZ)
 
 
 class _Link:

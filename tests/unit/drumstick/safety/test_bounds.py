@@ -64,6 +64,6 @@ def test_a_push_in_a_slow_contact_that_loses_speed_counts_whole() -> None:
         for force in (0.0, 0.1)
     ]
     still, shaken = (law_of(scene)[0] for scene in scenes)
-    assert bounds.blows_of(shaken).slow.grows < 1.0
+    assert bounds.bounds_of_contact(shaken).slow.grows < 1.0
     given = bounds.pushed(shaken, 0.0) - bounds.pushed(still, 0.0)
     assert bounds.added_by_head(shaken) - bounds.added_by_head(still) == pytest.approx(2.0 * given)

@@ -118,8 +118,12 @@ def test_a_head_less_damped_than_the_hand_is_bounded_by_both_at_once() -> None:
 def test_an_undamped_blow_meets_the_root_of_m_k() -> None:
     """3 m/s on sqrt(m K) = 4 N s/m: 12 N; with a hand that presses by 0.5 N twice that on top."""
     free, pressed = _law(), _law(k_hand=5.0, z_ss=-0.1)
-    assert bounds.hardest(free[0], bounds.blows_of(free[0]), 3.0) == pytest.approx(12.0, **EXACTLY)
-    assert bounds.hardest(pressed[0], bounds.blows_of(pressed[0]), 3.0) == pytest.approx(13.0, **EXACTLY)
+    assert bounds.max_contact_force(free[0], bounds.bounds_of_contact(free[0]), 3.0) == pytest.approx(
+        12.0, **EXACTLY
+    )
+    assert bounds.max_contact_force(pressed[0], bounds.bounds_of_contact(pressed[0]), 3.0) == pytest.approx(
+        13.0, **EXACTLY
+    )
 
 
 @pytest.mark.parametrize(("below", "speed", "slow_at"), [(0.4, 0.2, 0.2), (0.4, 0.5, 0.4), (1.5, 2.0, 1.5)])
@@ -129,7 +133,9 @@ def test_a_slow_contact_counts_where_it_meets_more_than_the_fastest(
     """zeta -1/2 in it: 4 N s/m times sqrt 2 times exp(2 pi/sqrt 3)."""
     law = _law(f"[effects.negative_damping]\nr_N_s_per_m = {SPRING}\nbelow_m_per_s = {below}\n")
     most = slow_at * SPRING * math.sqrt(2.0) * math.exp(2.0 * math.pi / math.sqrt(3.0))
-    assert bounds.hardest(law[0], bounds.blows_of(law[0]), speed) == pytest.approx(most, **EXACTLY)
+    assert bounds.max_contact_force(law[0], bounds.bounds_of_contact(law[0]), speed) == pytest.approx(
+        most, **EXACTLY
+    )
 
 
 @pytest.mark.parametrize("ratio", [1.0, 4.0])
@@ -139,9 +145,9 @@ def test_a_pulse_is_answered_like_a_blow_of_its_speed_or_like_a_steady_force(
 ) -> None:
     """m dv/tau, and on top the head's answer: peak dv, or twice a steady force, grown by the contact twice."""
     law = _law(_hysteretic(ratio) + _pulse(0.3, tau))
-    own, blows = 0.02 * 0.3 / tau, bounds.blows_of(law[0])
+    own, blows = 0.02 * 0.3 / tau, bounds.bounds_of_contact(law[0])
     answer = SPRING * ratio * 0.3 if blow_like else 2.0 * own * ratio
-    found = bounds.hardest(law[0], blows, 1.0)
+    found = bounds.max_contact_force(law[0], blows, 1.0)
     assert found == pytest.approx(SPRING * ratio + own + answer, **EXACTLY)
 
 
@@ -150,7 +156,7 @@ def test_pulses_that_stack_come_half_a_sinking_apart_at_the_soonest() -> None:
     tau = 0.5
     law = _law(_pulse(0.3, tau, "add"))
     stacked = 0.02 * 0.3 / tau / (1.0 - math.exp(-0.5 * math.pi * math.sqrt(0.02 / 800.0) / tau))
-    found = bounds.hardest(law[0], bounds.blows_of(law[0]), 1.0)
+    found = bounds.max_contact_force(law[0], bounds.bounds_of_contact(law[0]), 1.0)
     assert found == pytest.approx(SPRING + stacked + min(SPRING * 0.3, 2.0 * stacked), **EXACTLY)
 
 
@@ -188,7 +194,7 @@ def test_a_lively_head_under_a_pressing_hand_settles_where_the_flight_takes_what
         return min(late, _back(law, math.sqrt(grown**2 - hand**2)))
 
     most = _settled(after)
-    found = bounds.fastest(law[0], bounds.blows_of(law[0]))
+    found = bounds.max_roll_speed(law[0], bounds.bounds_of_contact(law[0]))
     assert found == pytest.approx(e * most + own.pressed + e * dv, rel=1e-5)
 
 
@@ -204,7 +210,7 @@ def test_a_pulse_longer_than_the_damping_lasts_comes_on_top_of_the_flight() -> N
         before = e * math.hypot(u, hand) + kept
         return e * dv + _back(law, math.sqrt(before**2 - hand**2))
 
-    found = bounds.fastest(law[0], bounds.blows_of(law[0]))
+    found = bounds.max_roll_speed(law[0], bounds.bounds_of_contact(law[0]))
     assert found == pytest.approx(e * _settled(after) + own.pressed + e * dv, rel=1e-5)
 
 
@@ -223,7 +229,7 @@ def test_a_hand_that_lifts_gives_back_half_a_swing(ratio: float) -> None:
 
     most = _settled(after)
     leaving = max(most, own.grows * most + own.pressed + grown * dv)
-    assert bounds.fastest(law[0], bounds.blows_of(law[0])) == pytest.approx(leaving, **FOUND)
+    assert bounds.max_roll_speed(law[0], bounds.bounds_of_contact(law[0])) == pytest.approx(leaving, **FOUND)
 
 
 def test_while_a_contact_loses_speed_the_roll_is_a_geometric_series() -> None:
@@ -231,13 +237,13 @@ def test_while_a_contact_loses_speed_the_roll_is_a_geometric_series() -> None:
     law = _law(_pulse(0.2, 1e-3), r_in=0.8, k_hand=5.0, z_ss=-0.1)
     own, hand = _of(law), bounds.pressing_speed(law[0])
     kept = hand - own.grows * hand
-    found = bounds.fastest(law[0], bounds.blows_of(law[0]))
+    found = bounds.max_roll_speed(law[0], bounds.bounds_of_contact(law[0]))
     assert found == pytest.approx((0.2 + kept) / (1.0 - own.grows), **EXACTLY)
 
 
 def test_a_head_that_loses_nothing_in_no_hand_is_endless() -> None:
     law = _law(_pulse(0.2, 1e-3))
-    assert bounds.fastest(law[0], bounds.blows_of(law[0])) == bounds.ENDLESS_M_PER_S
+    assert bounds.max_roll_speed(law[0], bounds.bounds_of_contact(law[0])) == bounds.UNBOUNDED_M_PER_S
 
 
 @pytest.mark.parametrize(
@@ -248,17 +254,17 @@ def test_the_fastest_entry_stays_below_both_limits(max_speed: float, max_force: 
     """Undamped, it leaves 0.3 m/s faster; and 4 N s/m times the speed is the force. Each limit alone, then both."""
     law = _law(_pulse(0.3, 0.9))
     law["pulse"]["tau"] = 1e9  # a push that goes on for ever has no force
-    found = bounds.fastest_entry(law[0], bounds.blows_of(law[0]), 0.1, max_speed, max_force)
+    found = bounds.max_entry_speed(law[0], bounds.bounds_of_contact(law[0]), 0.1, max_speed, max_force)
     assert found == pytest.approx(reach, abs=2e-6 * max_speed)
 
 
 def test_an_entry_that_fits_is_never_made_less() -> None:
     law = _law()
-    assert bounds.fastest_entry(law[0], bounds.blows_of(law[0]), 7.0, 5.0, 1.0) == 7.0
+    assert bounds.max_entry_speed(law[0], bounds.bounds_of_contact(law[0]), 7.0, 5.0, 1.0) == 7.0
 
 
 def test_a_throw_counts_when_it_is_faster_than_the_roll() -> None:
     law = _law(r_in=0.8)
-    blows = bounds.blows_of(law[0])
+    blows = bounds.bounds_of_contact(law[0])
     for throw, most in ((0.0, 2.0), (1.5, 2.0), (3.0, 3.0)):
-        assert bounds.fastest_thrown(law[0], blows, 2.0, throw) == most
+        assert bounds.max_speed_after_throw(law[0], blows, 2.0, throw) == most

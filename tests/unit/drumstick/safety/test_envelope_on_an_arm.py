@@ -9,7 +9,7 @@ import pytest
 from drumstick.parameters.scene import Scene, parse, shipped_text
 from drumstick.parameters.table import Refusal
 from drumstick.safety import bounds, envelope, sampled_contact
-from drumstick.safety.envelope import Limits, judge, new_room, require
+from drumstick.safety.envelope import Limits, judge, new_scratch, require
 from drumstick.stick.law import Records, law_of
 
 T, COUNT_M = 1e-3, 3e-5
@@ -25,7 +25,7 @@ def _law(k: float, r: float, scene: Scene | None = None, r_out: float = 0.1) -> 
 
 
 def _judged(law: Records, limits: Limits = ARM) -> envelope.Judgement:
-    return judge(law[0], limits.record()[0], new_room())
+    return judge(law[0], limits.record()[0], new_scratch())
 
 
 def _refusal(law: Records, limits: Limits = ARM) -> str:
@@ -153,7 +153,7 @@ def test_the_exact_stick_has_a_window_that_means_nothing_and_the_reach_of_its_fo
     exact = dataclasses.replace(ARM, period_s=0.0)
     judged = _judged(_law(1000.0, 4.0), exact)
     assert judged.window == sampled_contact.MAX_WINDOW
-    blows = bounds.blows_of(_law(1000.0, 4.0)[0])
-    most = bounds.hardest(_law(1000.0, 4.0)[0], blows, judged.reach)
+    blows = bounds.bounds_of_contact(_law(1000.0, 4.0)[0])
+    most = bounds.max_contact_force(_law(1000.0, 4.0)[0], blows, judged.reach)
     assert most == pytest.approx(8.5, rel=1e-3)
     assert math.isfinite(judged.reach)

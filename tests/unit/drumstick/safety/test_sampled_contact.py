@@ -11,10 +11,10 @@ from drumstick.safety.sampled_contact import (
     MAX_DELAY_TICKS,
     MAX_SLOW_REBOUND,
     MAX_WINDOW,
-    ROOM,
+    SCRATCH_SIZE,
     Arm,
-    Blow,
     Head,
+    Impact,
     is_stable,
     kick,
     most_rebound,
@@ -82,7 +82,7 @@ def test_stable_is_what_the_eigenvalues_of_one_tick_say(
     head = Head(k, r, UNILATERAL)
     radius = float(np.max(np.abs(np.linalg.eigvals(_matrix(arm, head, window)))))
     assume(abs(radius - 1.0) > 1e-6)
-    assert is_stable(arm, head, window, np.zeros(ROOM)) == (radius < 1.0)
+    assert is_stable(arm, head, window, np.zeros(SCRATCH_SIZE)) == (radius < 1.0)
 
 
 @pytest.mark.parametrize(("delay", "most"), [(0, 2.0), (1, 2.0 * (math.sqrt(2.0) - 1.0))])
@@ -90,14 +90,14 @@ def test_a_damper_alone_has_an_upper_end(delay: int, most: float) -> None:
     """R T/m below 2 without delay and below 2 (sqrt 2 - 1) with a tick of it, by Jury's criterion; K goes to 0."""
     for share, stable in ((0.98, True), (1.02, False)):
         head = Head(1e-3, share * most * M / T, UNILATERAL)
-        assert is_stable(_arm(delay=delay), head, 1, np.zeros(ROOM)) == stable
+        assert is_stable(_arm(delay=delay), head, 1, np.zeros(SCRATCH_SIZE)) == stable
 
 
 def test_a_spring_needs_more_than_half_a_tick_of_itself() -> None:
     """R above K T/2, to first order in T: below, lag is negative damping."""
     for share, stable in ((0.95, False), (1.05, True)):
         head = Head(100.0, share * 100.0 * T / 2.0, UNILATERAL)
-        assert is_stable(_arm(), head, 1, np.zeros(ROOM)) == stable
+        assert is_stable(_arm(), head, 1, np.zeros(SCRATCH_SIZE)) == stable
 
 
 @pytest.mark.parametrize("release", [PAPER, UNILATERAL])
@@ -105,18 +105,24 @@ def test_a_spring_needs_more_than_half_a_tick_of_itself() -> None:
 def test_a_long_contact_gives_back_what_the_closed_form_says(k: float, release: int) -> None:
     """Where a contact has many ticks, with the lag of T/2 led: R is what it is."""
     arm, r = _arm(lead_s=T / 2.0), 1.0
-    found = worst_rebound(arm, Head(k, r, release), 1, np.zeros(ROOM))
+    found = worst_rebound(arm, Head(k, r, release), 1, np.zeros(SCRATCH_SIZE))
     assert found == pytest.approx(contact.beta(release, M, k, r), rel=0.03)
 
 
 def test_lag_gives_back_more() -> None:
-    found = [worst_rebound(_arm(delay=d), Head(1000.0, 2.5, UNILATERAL), 1, np.zeros(ROOM)) for d in range(3)]
+    found = [
+        worst_rebound(_arm(delay=d), Head(1000.0, 2.5, UNILATERAL), 1, np.zeros(SCRATCH_SIZE))
+        for d in range(3)
+    ]
     assert found == sorted(found)
     assert found[0] < 1.0 < found[2]
 
 
 def test_an_arm_that_does_not_come_out_gives_nothing_back() -> None:
-    assert rebound(_arm(), Head(100.0, 60.0, PAPER), 1, Blow(1.0, 0.5, 0.0, 0.0), np.zeros(ROOM)) == 0.0
+    assert (
+        rebound(_arm(), Head(100.0, 60.0, PAPER), 1, Impact(1.0, 0.5, 0.0, 0.0), np.zeros(SCRATCH_SIZE))
+        == 0.0
+    )
 
 
 @given(k=st.floats(50.0, 3500.0), r=st.floats(0.1, 100.0), delay=st.integers(0, 4), m=st.floats(0.02, 0.5))
@@ -125,7 +131,7 @@ def test_every_window_up_to_the_widest_keeps_the_promise(k: float, r: float, del
         _arm(0.8 * m, delay, r_hand=0.5, k_hand=60.0),
         _arm(1.25 * m, delay, r_hand=0.5, k_hand=60.0),
     )
-    head, room = Head(k, r, UNILATERAL), np.zeros(ROOM)
+    head, room = Head(k, r, UNILATERAL), np.zeros(SCRATCH_SIZE)
     widest = widest_window(light, heavy, head, room)
     assert 0 <= widest <= MAX_WINDOW
     for window in {1, widest} - {0} if widest else set():
@@ -150,10 +156,10 @@ def test_a_slow_blow_is_tried_with_three_masses_at_five_speeds_and_eight_phases_
     delay: int, k: float, r: float, window: int
 ) -> None:
     light, heavy = _arm(m=0.06, delay=delay), _arm(m=0.09, delay=delay)
-    head, room = Head(k, r, UNILATERAL), np.zeros(ROOM)
+    head, room = Head(k, r, UNILATERAL), np.zeros(SCRATCH_SIZE)
     found = [
         rebound(
-            light._replace(m=0.06 * 1.5**way), head, window, Blow(share * 0.01, phase, 3e-5, offset), room
+            light._replace(m=0.06 * 1.5**way), head, window, Impact(share * 0.01, phase, 3e-5, offset), room
         )
         for way in (0.0, 0.5, 1.0)  # all as it reckons them: another last digit is another count
         for share in (0.97, 1.0, 1.03, 1.06, 1.1)
@@ -167,11 +173,11 @@ def test_a_slow_blow_is_tried_with_three_masses_at_five_speeds_and_eight_phases_
 
 def test_with_fine_counts_a_slow_blow_is_like_any_other() -> None:
     """The law is linear while the arm is in the head, so without counts the speed does not matter."""
-    arm, head, room = _arm(lead_s=T / 2.0), Head(800.0, 4.0, UNILATERAL), np.zeros(ROOM)
+    arm, head, room = _arm(lead_s=T / 2.0), Head(800.0, 4.0, UNILATERAL), np.zeros(SCRATCH_SIZE)
     for phase in (0.25, 0.75):
-        exact = rebound(arm, head, 1, Blow(1.0, phase, 0.0, 0.0), room)
-        assert rebound(arm, head, 1, Blow(0.01, phase, 0.0, 0.0), room) == pytest.approx(exact, rel=1e-9)
-        assert rebound(arm, head, 1, Blow(1.0, phase, 1e-7, 0.5), room) == pytest.approx(exact, rel=0.02)
+        exact = rebound(arm, head, 1, Impact(1.0, phase, 0.0, 0.0), room)
+        assert rebound(arm, head, 1, Impact(0.01, phase, 0.0, 0.0), room) == pytest.approx(exact, rel=1e-9)
+        assert rebound(arm, head, 1, Impact(1.0, phase, 1e-7, 0.5), room) == pytest.approx(exact, rel=0.02)
 
 
 @pytest.mark.parametrize(
@@ -195,7 +201,7 @@ def test_what_a_slow_blow_loses_is_settled_as_it_comes_in_and_forgotten_as_it_si
     assert slow_loss(0.15, before, v_before, z, v) == pytest.approx(loss)
 
 
-def _played(arm: Arm, head: Head, window: int, blow: Blow) -> float:
+def _played(arm: Arm, head: Head, window: int, blow: Impact) -> float:
     """The same blow in plain lists, each tick by the matrix exponential's series."""
     period, q = arm.period_s, blow.count_m
     step = _matrix(arm._replace(delay_ticks=0), Head(0.0, 0.0, PAPER), 1)[:2, :2]
@@ -243,10 +249,10 @@ def _played(arm: Arm, head: Head, window: int, blow: Blow) -> float:
 def test_a_blow_is_what_plain_lists_make_of_it(
     arm: Arm, k: float, r: float, window: int, count_m: float, release: int
 ) -> None:
-    head, room = Head(k, r, release), np.zeros(ROOM)
+    head, room = Head(k, r, release), np.zeros(SCRATCH_SIZE)
     for speed in (0.0103, 0.51):
         for phase in (0.17, 0.71):
-            blow = Blow(speed, phase, count_m, 0.37)
+            blow = Impact(speed, phase, count_m, 0.37)
             assert rebound(arm, head, window, blow, room) == pytest.approx(
                 _played(arm, head, window, blow), rel=1e-6, abs=1e-9
             )

@@ -10,7 +10,7 @@ import sampled_arm
 from haptic_server.device import phantom
 from haptic_server.device.hand import GESTURES, hand_at
 from haptic_server.device.protocol import DeviceError
-from haptic_server.device.replay import Replay, read
+from haptic_server.device.replay import ReplayDevice, read
 from haptic_server.device.selection import chosen
 from haptic_server.device.simulated import Simulated
 from haptic_server.records import RELEASE, STRIKE
@@ -88,7 +88,7 @@ def test_encoders_round_and_late_motors_queue() -> None:
 @pytest.mark.parametrize("gesture", GESTURES[:-1])
 def test_every_gesture_begins_above_and_stays_in_its_range(gesture: str) -> None:
     played = sampled_arm.scene(gesture)
-    hand = Simulated(played).furnish(sampled_arm.servo_of(played)).gesture[0]
+    hand = Simulated(played).attach_simulation(sampled_arm.servo_of(played)).gesture[0]
     heights = [hand_at(hand, np.zeros((2, 2)), t) for t in np.arange(0.0, 3.0, 1e-3)]
     assert heights[0] == pytest.approx(-0.01 + 0.04)
     assert min(heights) >= -0.01 - 1e-12
@@ -162,7 +162,7 @@ def _recording(folder: Path, text: str) -> Path:
 
 def test_a_recording_strikes_where_it_meets_the_head(tmp_path: Path) -> None:
     path = _recording(tmp_path, "t_s,x_m,z_m\n0,0.04,0.02\n0.1,0.04,-0.002\n0.15,0.04,0.02\n0.5,0.04,0.02\n")
-    device = Replay(path)
+    device = ReplayDevice(path)
     device.open()
     played = sampled_arm.scene()
     servo = sampled_arm.memory.prepare(
@@ -170,7 +170,7 @@ def test_a_recording_strikes_where_it_meets_the_head(tmp_path: Path) -> None:
         sampled_arm.blocks.in_memory(sampled_arm.law_of(played)),
         specification=device.info().specification,
     )
-    servo = device.furnish(servo)
+    servo = device.attach_simulation(servo)
     loop.run_virtual(servo, 2000, 0)
     events = sampled_arm.events_of(servo)
     strikes = events[events["kind"] == STRIKE]

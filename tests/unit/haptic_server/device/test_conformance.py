@@ -115,7 +115,7 @@ def undisturbed(new: NewCase, play: Callable[[Case, Servo], Running]) -> tuple[C
     for _ in range(TRIES):
         case = new()
         case.device.open()
-        case.device.rehearse(case.servo())
+        case.device.warm_up(case.servo())
         try:
             run = play(case, case.servo())
         finally:
@@ -194,12 +194,12 @@ def test_furnishing_and_rehearsing_leave_the_servos_block_alone(new_case: NewCas
     case.device.open()
     servo, spare = case.servo(), case.servo()
     before = {name: getattr(servo.block, name).copy() for name in servo.block._fields if name != "lateness"}
-    case.device.rehearse(spare)
+    case.device.warm_up(spare)
     case.device.close()
     for name, was in before.items():
         np.testing.assert_array_equal(getattr(servo.block, name), was, err_msg=name)
     assert servo.status[0]["tick"] == 0
-    assert case.device.furnish(servo).block is servo.block
+    assert case.device.attach_simulation(servo).block is servo.block
     if case.motors is not None:
         assert not np.any(case.motors()), "a force in a rehearsal"
     case.judge()

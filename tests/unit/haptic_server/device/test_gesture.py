@@ -13,7 +13,7 @@ from haptic_server import files
 from haptic_server.device import hand
 from haptic_server.device.gesture import gesture_of
 from haptic_server.device.protocol import DeviceError
-from haptic_server.device.recording import RecordingError
+from haptic_server.device.recording import TrajectoryError
 from haptic_server.device.simulated import Simulated
 from haptic_server.records import NO_FAULT, RELEASE, STRIKE
 from haptic_server.servo import loop, memory
@@ -41,7 +41,7 @@ def opened(scene: Scene, text: str, folder: Path) -> Simulated:
 def servo_of(scene: Scene, text: str, folder: Path) -> memory.Servo:
     device = opened(scene, text, folder)
     block = blocks.in_memory(law_of(scene))
-    return device.furnish(memory.prepare(scene, block, specification=device.info().specification))
+    return device.attach_simulation(memory.prepare(scene, block, specification=device.info().specification))
 
 
 def strikes_of(servo: memory.Servo, seconds: float) -> tuple[np.ndarray, np.ndarray]:
@@ -155,7 +155,7 @@ REFUSED = {
 @pytest.mark.parametrize("name", REFUSED)
 def test_every_mistake_is_named_with_line_column_value_limit_and_unit(name: str) -> None:
     text, said = REFUSED[name]
-    with pytest.raises(RecordingError) as refused:
+    with pytest.raises(TrajectoryError) as refused:
         gesture_of(text.splitlines(keepends=True), "mine.csv", played())
     assert said in str(refused.value)
 

@@ -30,7 +30,7 @@ ARM_SCENE = sampled_arm.scene()
 def servo_of(scene: Scene) -> Servo:
     device = Pointed(scene)
     block = blocks.in_memory(law_of(scene))
-    return device.furnish(memory.prepare(scene, block, specification=device.info().specification))
+    return device.attach_simulation(memory.prepare(scene, block, specification=device.info().specification))
 
 
 class Player:
@@ -238,7 +238,7 @@ def test_no_other_device_lets_itself_be_pointed_at() -> None:
         device = chosen(words, ROLL)
         block = blocks.in_memory(law_of(ROLL))
         if words == "simulated":
-            servo = device.furnish(memory.prepare(ROLL, block))
+            servo = device.attach_simulation(memory.prepare(ROLL, block))
             assert "wish" not in (servo.gesture.dtype.names or ())
         assert not block.is_pointed
     assert servo_of(ROLL).block.is_pointed

@@ -5,7 +5,7 @@ import pytest
 from drumstick.parameters.scene import parse, shipped_text
 from drumstick.stick.simulate import simulate
 from drumstick_lab.soak.quicker import quicker
-from rig.exit_status import GIVEN, Stop
+from rig.exit_status import GIVEN, CommandError
 
 
 @pytest.mark.parametrize("speed", [2.0, 20.0, 100.0])
@@ -42,7 +42,7 @@ def test_drum_and_sound_stay_what_they_are() -> None:
     [("accents", "sampled arm"), ("rejected-by-the-paper", "effects.noise.hold_s")],
 )
 def test_what_cannot_be_made_quicker_is_refused_in_words(scene: str, says: str) -> None:
-    with pytest.raises(Stop, match=says) as stop:
+    with pytest.raises(CommandError, match=says) as stop:
         quicker(shipped_text(scene), scene, 20.0)
     assert stop.value.status == GIVEN
 
@@ -50,5 +50,5 @@ def test_what_cannot_be_made_quicker_is_refused_in_words(scene: str, says: str) 
 def test_a_geometry_is_refused() -> None:
     geometry = "inertia_kg_m2 = 0.0012\nmass_kg = 0.05\ngrip_m = 0.1\ntip_m = 0.4\ncom_m = 0.2\n"
     text = f'name = "g"\n[stick.geometry]\n{geometry}'
-    with pytest.raises(Stop, match="m_kg"):
+    with pytest.raises(CommandError, match="m_kg"):
         quicker(text, "g", 2.0)

@@ -13,7 +13,7 @@ from numba.core.caching import NullCache
 from numba.core.errors import TypingError
 
 from realtime.kernels import handover
-from realtime.kernels.handover import Handed, take_up
+from realtime.kernels.handover import ForeignHandle, load_from_address
 from realtime.kernels.jit import allocations, cfunction, njit
 
 RECORD: np.dtype[Any] = np.dtype([("a", "f8"), ("b", "i8"), ("path", "f8", (4,))], align=True)
@@ -54,14 +54,14 @@ def _work(value: Outer) -> int:
 def callback_for(kind: Any) -> Any:
     @cfunction("int64(voidptr)", cache=False)
     def callback(argument: Any) -> int:
-        return _work(take_up(argument, kind))
+        return _work(load_from_address(argument, kind))
 
     return callback
 
 
 def test_a_callback_works_on_the_very_arrays() -> None:
     value = outer()
-    handed = Handed(value)
+    handed = ForeignHandle(value)
     callback = callback_for(handed.kind)
     call = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p)(callback.address)
     before = allocations()
@@ -76,7 +76,7 @@ def test_it_keeps_the_arrays_alive_and_lets_them_go() -> None:
     value = outer()
     watched = weakref.ref(value.records)
     before = sys.getrefcount(value.records)
-    handed = Handed(value)
+    handed = ForeignHandle(value)
     call = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p)
     callback = callback_for(handed.kind)
     for _ in range(100):
@@ -93,4 +93,4 @@ def test_it_keeps_the_arrays_alive_and_lets_them_go() -> None:
 
 def test_what_owns_memory_of_another_kind_is_refused() -> None:
     with pytest.raises(TypingError):
-        Handed((np.zeros(2), "text"))
+        ForeignHandle((np.zeros(2), "text"))

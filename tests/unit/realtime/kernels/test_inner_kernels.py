@@ -30,8 +30,8 @@ def test_it_is_wrapped_when_python_calls_it_and_not_before(monkeypatch: pytest.M
 
     kernel: Any = doubled
     assert outer(np.array([4.0])) == 9.0
-    (alone,) = kernel.overloads.values()
-    assert not is_wrapped(alone)
+    (exclusive_lock,) = kernel.overloads.values()
+    assert not is_wrapped(exclusive_lock)
     assert doubled(np.array([5.0])) == 10.0
     (called,) = kernel.overloads.values()
     assert is_wrapped(called)

@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 
 from rig import scene_file
 from rig.cli.command import app
-from rig.exit_status import Stop
+from rig.exit_status import CommandError
 
 
 @pytest.mark.parametrize("words", [("-h",), ("scene", "-h"), ("up", "-h")], ids=" ".join)
@@ -29,7 +29,7 @@ def test_a_command_that_is_nearly_one() -> None:
 
 
 def test_a_scene_that_is_nearly_one() -> None:
-    with pytest.raises(Stop, match=r"no scene 'rol' \(did you mean 'roll'\?\); shipped: accents"):
+    with pytest.raises(CommandError, match=r"no scene 'rol' \(did you mean 'roll'\?\); shipped: accents"):
         scene_file.read("rol")
-    with pytest.raises(Stop, match=r"no scene 'zzz'; shipped: accents"):
+    with pytest.raises(CommandError, match=r"no scene 'zzz'; shipped: accents"):
         scene_file.read("zzz")

@@ -8,7 +8,7 @@ import typer
 from typer.testing import CliRunner
 
 from rig.cli.grouped import grouped
-from rig.options import GatewayOptions, HapticOptions
+from rig.options import GatewayCliOptions, HapticOptions
 from rig.supervision.plan import Options
 
 
@@ -67,4 +67,4 @@ def test_a_rigs_processes_have_the_commands_own_defaults() -> None:
     haptic = HapticOptions()
     for name in ("device", "pose_is_held", "prefix", "fresh", "midi_note", "midi_channel"):
         assert getattr(Options, name) == getattr(haptic, name)
-    assert GatewayOptions().osc_in is None, "what the rig file may say is not given"
+    assert GatewayCliOptions().osc_in is None, "what the rig file may say is not given"

@@ -10,7 +10,7 @@ import pytest
 from made_keys import Keyring
 from protocol.access.identity import Identity
 from protocol.access.roles import HAPTIC, ROLES
-from rig.exit_status import GIVEN, LACKING, Stop
+from rig.exit_status import GIVEN, LACKING, CommandError
 from rig.identity import certificates, identity_check, keys
 from rig.identity.rig_file import load
 
@@ -60,21 +60,21 @@ def test_what_the_certificates_say(made: Path) -> None:
 
 def test_keys_are_never_overwritten(made: Path, tmp_path: Path) -> None:
     before = {p: p.read_bytes() for p in made.rglob("*") if p.is_file()}
-    with pytest.raises(Stop, match="keys are never overwritten") as stop:
+    with pytest.raises(CommandError, match="keys are never overwritten") as stop:
         keys.make(made, None, ["x"], 10)
     assert stop.value.status == GIVEN
     assert {p: p.read_bytes() for p in made.rglob("*") if p.is_file()} == before
     (tmp_path / "file").touch()
-    with pytest.raises(Stop, match="something is there"):
+    with pytest.raises(CommandError, match="something is there"):
         keys.make(tmp_path / "file", None, ["x"], 10)
-    with pytest.raises(Stop, match="cannot be made") as stop:
+    with pytest.raises(CommandError, match="cannot be made") as stop:
         keys.make(tmp_path / "file" / "below", None, ["x"], 10)
     assert stop.value.status == LACKING
 
 
 @pytest.mark.parametrize("host", ["", "a b", "x/y", "-a", "a" * 300, "tls/haptic:7448", "192.168.1.10:7448"])
 def test_a_host_that_is_none(tmp_path: Path, host: str) -> None:
-    with pytest.raises(Stop, match="give a name or an address") as stop:
+    with pytest.raises(CommandError, match="give a name or an address") as stop:
         keys.make(tmp_path / "k", None, [host], 10)
     assert stop.value.status == GIVEN
     assert not (tmp_path / "k").exists()
@@ -105,13 +105,13 @@ def test_one_role_is_renewed_by_the_same_authority(
 
 
 def test_a_renewal_that_cannot_be(tmp_path: Path, made: Path) -> None:
-    with pytest.raises(Stop, match="--renew 'drummer': there is haptic, sound"):
+    with pytest.raises(CommandError, match="--renew 'drummer': there is haptic, sound"):
         keys.renew(made, "drummer", [], 10)
-    with pytest.raises(Stop, match="only the haptic machine is connected to by name"):
+    with pytest.raises(CommandError, match="only the haptic machine is connected to by name"):
         keys.renew(made, "sound", ["x"], 10)
-    with pytest.raises(Stop, match="cannot be read"):
+    with pytest.raises(CommandError, match="cannot be read"):
         keys.renew(tmp_path, "sound", [], 10)
-    with pytest.raises(Stop, match="before the 5000 wanted"):
+    with pytest.raises(CommandError, match="before the 5000 wanted"):
         keys.renew(made, "sound", [], 5000)
 
 
@@ -129,7 +129,7 @@ def test_show_tells_who_and_until_when(
     old = Keyring(tmp_path / "old").ended("panel")
     keys.show(tmp_path / "old", as_json=False)
     assert f"{old.certificate}: panel, ENDED " in capsys.readouterr().out
-    with pytest.raises(Stop, match="no certificates there"):
+    with pytest.raises(CommandError, match="no certificates there"):
         keys.show(tmp_path / "nowhere", as_json=False)
 
 
@@ -137,7 +137,7 @@ class TestAtAStart:
     """What is said about keys before anything starts."""
 
     def refused(self, identity: Identity, status: int = GIVEN) -> str:
-        with pytest.raises(Stop) as stop:
+        with pytest.raises(CommandError) as stop:
             identity_check.require_client(identity, ("sound",), "drumstick sound")
         assert stop.value.status == status
         return str(stop.value)
@@ -162,9 +162,9 @@ class TestAtAStart:
         assert "was not made by" in self.refused(good._replace(authority=foreign.authority))
         other = ring.identity("sound")
         assert "is not the key of" in self.refused(good._replace(private_key=other.private_key))
-        with pytest.raises(Stop, match="the public listener needs the one of 'haptic'"):
+        with pytest.raises(CommandError, match="the public listener needs the one of 'haptic'"):
             identity_check.require_listener(good)
-        with pytest.raises(Stop, match="which names the hosts"):
+        with pytest.raises(CommandError, match="which names the hosts"):
             identity_check.require_listener(ring.identity(HAPTIC))
 
     def test_files_that_are_not_as_they_must_be(self, tmp_path: Path) -> None:
@@ -207,7 +207,7 @@ def test_with_a_router_everybody_connects_there_and_it_has_a_folder_too(
 
 
 def test_a_router_of_an_impossible_name_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(Stop) as stop:
+    with pytest.raises(CommandError) as stop:
         keys.make(tmp_path / "keys", None, [], 90, ["no name"])
     assert stop.value.status == GIVEN
     assert "--router 'no name'" in str(stop.value)

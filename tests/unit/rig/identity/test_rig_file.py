@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from protocol.access.identity import Identity
 from protocol.access.roles import HAPTIC, ROLES
-from rig.exit_status import GIVEN, Stop
+from rig.exit_status import GIVEN, CommandError
 from rig.identity.rig_file import MAX_BYTES, RigFile, RigFileError, load, parse
 from rig.identity.rig_template import PUBLIC_PORT, rig_file_text
 
@@ -122,16 +122,16 @@ def test_any_text_is_read_or_refused_in_words(text: str) -> None:
 
 def test_a_file_that_cannot_be_read(tmp_path: Path) -> None:
     path = tmp_path / "rig.toml"
-    with pytest.raises(Stop, match="cannot be read: No such file") as stop:
+    with pytest.raises(CommandError, match="cannot be read: No such file") as stop:
         load(path)
     assert stop.value.status == GIVEN
     path.write_bytes(b"\xff")
-    with pytest.raises(Stop, match="not UTF-8"):
+    with pytest.raises(CommandError, match="not UTF-8"):
         load(path)
     path.write_text(" " * (MAX_BYTES + 1))
-    with pytest.raises(Stop, match=f"more than {MAX_BYTES} bytes"):
+    with pytest.raises(CommandError, match=f"more than {MAX_BYTES} bytes"):
         load(path)
     path.write_text("x = 1\n")
-    with pytest.raises(Stop, match=r"rig\.toml:1: x: unknown key") as stop:
+    with pytest.raises(CommandError, match=r"rig\.toml:1: x: unknown key") as stop:
         load(path)
     assert stop.value.status == GIVEN

@@ -16,7 +16,7 @@ from haptic_server.records import FAULT_WORDS, NO_FAULT, NOT_A_NUMBER, STALLED, 
 from haptic_server.servo import loop, trace
 from haptic_server.servo.memory import Servo
 from rig import folder
-from rig.exit_status import GIVEN, Stop
+from rig.exit_status import GIVEN, CommandError
 from rig.figures import requirements
 from rig.figures.fault import fault
 from rig.machine import doctor
@@ -136,7 +136,7 @@ def test_no_fault_on_record_and_nothing_is_made(tmp_path: Path, monkeypatch: pyt
     assert (row.good, told) == (True, None)
     assert "'nobody' has none on record here" in row.found
     assert list(tmp_path.iterdir()) == []
-    with pytest.raises(Stop) as stop:
+    with pytest.raises(CommandError) as stop:
         doctor.last_fault("a/b")
     assert stop.value.status == GIVEN
 

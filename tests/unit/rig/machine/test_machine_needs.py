@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from rig.exit_status import LACKING, Stop
+from rig.exit_status import LACKING, CommandError
 from rig.machine import machine_needs
 
 
@@ -66,6 +66,6 @@ def test_a_limit_that_is_too_low_is_named(limit: str, words: str) -> None:
 
 def test_without_loopback_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(machine_needs, "socket", SimpleNamespace(**{**vars(socket), "socket": _Deaf}))
-    with pytest.raises(Stop, match="ip link set lo up") as stop:
+    with pytest.raises(CommandError, match="ip link set lo up") as stop:
         machine_needs.require_machine()
     assert stop.value.status == LACKING

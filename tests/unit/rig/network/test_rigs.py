@@ -6,12 +6,12 @@ import pytest
 
 from protocol.keys import Keys
 from rig import checks
-from rig.exit_status import Stop
+from rig.exit_status import CommandError
 from rig.network.discovery import NO_SERVER, Seen
 from rig.network.rigs import _object, _shown, _table, changes
-from rig.supervision.resolved_options import FarEnd
+from rig.supervision.resolved_options import RemoteRig
 
-END = FarEnd("tcp/127.0.0.1:7447", Keys("main"))
+END = RemoteRig("tcp/127.0.0.1:7447", Keys("main"))
 ONE = Seen("left", "roll", "playing", 1234, 23.05, 0.7421, {"haptic": 1, "sound": 2})
 ALONE = Seen("right", None, NO_SERVER, None, None, None, {"panel": 1})
 
@@ -74,7 +74,7 @@ def test_what_a_stranger_makes_up_steers_no_terminal() -> None:
     ],
 )
 def test_too_many_rigs_or_none_that_could_be(also: list[str], most: int, words: str) -> None:
-    with pytest.raises(Stop) as stop:
+    with pytest.raises(CommandError) as stop:
         checks.sound_rigs("main", also, most)
     assert stop.value.status == 2
     assert words in str(stop.value)

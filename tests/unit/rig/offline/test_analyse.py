@@ -10,7 +10,7 @@ import pytest
 from drumstick.analysis.findings import analyse as findings_of
 from drumstick.parameters.scene import parse, shipped_names
 from rig import scene_file
-from rig.exit_status import GIVEN, Stop
+from rig.exit_status import GIVEN, CommandError
 from rig.offline import analyse as told
 
 KEYS = {
@@ -108,7 +108,7 @@ def test_what_does_not_exist_is_null(tmp_path: Path, capsys: pytest.CaptureFixtu
 
 
 def test_a_scene_that_is_not_there_is_what_was_given() -> None:
-    with pytest.raises(Stop, match="no scene 'nowhere'") as stop:
+    with pytest.raises(CommandError, match="no scene 'nowhere'") as stop:
         told.analyse("nowhere", True)
     assert stop.value.status == GIVEN
 

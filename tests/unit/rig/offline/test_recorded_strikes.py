@@ -10,7 +10,7 @@ from drumstick.drum.excitation.offline import Press
 from drumstick.parameters.scene import Scene
 from protocol.messages import Contact
 from recordings import a_strike, made
-from rig.exit_status import GIVEN, Stop
+from rig.exit_status import GIVEN, CommandError
 from rig.offline.recorded_strikes import played
 from rig.offline.render import RenderOptions, render
 from rig.offline.streamed_roll import presses
@@ -116,7 +116,7 @@ def test_what_cannot_be_played_is_said(
     tmp_path: Path, messages: list[tuple[float, str, Contact]], scene: Scene, words: str
 ) -> None:
     path = made(tmp_path / "a.mcap", messages)
-    with pytest.raises(Stop) as stop:
+    with pytest.raises(CommandError) as stop:
         played(path, scene)
     assert words in str(stop.value)
     assert stop.value.status == GIVEN

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from drumstick.parameters.scene import shipped_names
-from rig.exit_status import Stop
+from rig.exit_status import CommandError
 from rig.offline import scene_commands
 
 HAMMERS = """
@@ -34,7 +34,7 @@ max_force_N = 8.5
 )
 def test_a_scene_outside_the_envelope_is_not_called_good(tmp_path: Path, text: str, words: str) -> None:
     (tmp_path / "mine.toml").write_text(text)
-    with pytest.raises(Stop, match=f"outside the envelope: .*{words}"):
+    with pytest.raises(CommandError, match=f"outside the envelope: .*{words}"):
         scene_commands.check(str(tmp_path / "mine.toml"))
 
 

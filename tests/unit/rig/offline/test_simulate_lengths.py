@@ -5,7 +5,7 @@ import pytest
 from drumstick.parameters.scene import parse, shipped_text
 from drumstick.stick.simulate import TooLong
 from drumstick.stick.simulate import simulate as run
-from rig.exit_status import Stop
+from rig.exit_status import CommandError
 from rig.offline import simulate as command
 from rig.offline.simulate import simulate
 
@@ -18,13 +18,13 @@ def test_more_contacts_than_can_be_kept(monkeypatch: pytest.MonkeyPatch) -> None
     assert run(scene, 1.0, most_contacts=2000).end == "time"
     monkeypatch.setattr(command, "_MAX_CONTACTS", 2000)
     with pytest.raises(
-        Stop, match=r"--duration 1e\+07 s: more than 2000 contacts in the first .* give a shorter one"
+        CommandError, match=r"--duration 1e\+07 s: more than 2000 contacts in the first .* give a shorter one"
     ):
         simulate("roll", 1e7, 0.4, "exact", None, True, as_json=True)
 
 
 def test_more_steps_than_anybody_waits_for() -> None:
     with pytest.raises(
-        Stop, match=r"are 1e\+16 steps of 1e-09 s, more than 1e\+10: give a shorter --duration"
+        CommandError, match=r"are 1e\+16 steps of 1e-09 s, more than 1e\+10: give a shorter --duration"
     ):
         simulate("roll", 1e7, 0.4, "rk4", 1e-9, True, as_json=True)

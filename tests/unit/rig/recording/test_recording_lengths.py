@@ -11,7 +11,7 @@ import pytest
 from protocol.keys import Keys
 from protocol.messages import Contact, Message, Strike
 from recordings import START_NS, a_state, a_strike, channel, made
-from rig.exit_status import GIVEN, LACKING, Stop
+from rig.exit_status import GIVEN, LACKING, CommandError
 from rig.offline import render as rendering
 from rig.recording import reading
 from rig.recording.mcap_writer import SCENE_ATTACHMENT, McapWriter
@@ -34,7 +34,9 @@ def rendered(out: Path, scene: str = "bare-drum", **options: object) -> None:
 def test_one_time_far_away_fills_no_disk(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "a.wav"
     path = made(tmp_path / "a.mcap", [(0.0, "/strike", a_strike(1)), (YEARS_S, "/strike", a_strike(2))])
-    with pytest.raises(Stop, match=r"lasts 1e\+09 s, 1.92e\+05 GB of sound.*--duration SECONDS") as stop:
+    with pytest.raises(
+        CommandError, match=r"lasts 1e\+09 s, 1.92e\+05 GB of sound.*--duration SECONDS"
+    ) as stop:
         rendered(out, strikes=path)
     assert stop.value.status == GIVEN
     assert not out.exists()
@@ -46,7 +48,7 @@ def test_nor_does_a_duration_that_no_wav_file_or_disk_can_hold(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     out = tmp_path / "a.wav"
-    with pytest.raises(Stop, match=r"100000 s are 19.2 GB; a WAV file holds 4.29 GB") as stop:
+    with pytest.raises(CommandError, match=r"100000 s are 19.2 GB; a WAV file holds 4.29 GB") as stop:
         rendered(out, duration_s=100_000.0)
     assert stop.value.status == GIVEN
 
@@ -54,7 +56,7 @@ def test_nor_does_a_duration_that_no_wav_file_or_disk_can_hold(
         free: int
 
     monkeypatch.setattr(shutil, "disk_usage", lambda _folder: _Usage(38_000))
-    with pytest.raises(Stop, match=r"the disk has room for 3.8e-05 GB") as stop:
+    with pytest.raises(CommandError, match=r"the disk has room for 3.8e-05 GB") as stop:
         rendered(out, duration_s=0.2)
     assert stop.value.status == LACKING
     assert not out.exists()
@@ -77,7 +79,7 @@ def test_a_wav_file_ends_where_its_header_can_tell_no_more(
 def test_strikes_whose_times_go_back_are_refused_with_their_line(tmp_path: Path) -> None:
     table = tmp_path / "strikes.csv"
     table.write_text("t_s,x,y,speed_m_per_s\n0.1,0.5,0,1.0\n0.3,0,0,1\n0.2,0,0,1\n")
-    with pytest.raises(Stop, match=r"strikes\.csv:4: t_s goes back: 0.2 s after 0.3 s"):
+    with pytest.raises(CommandError, match=r"strikes\.csv:4: t_s goes back: 0.2 s after 0.3 s"):
         rendered(tmp_path / "a.wav", strikes=table)
 
 
@@ -139,7 +141,8 @@ def test_a_replay_of_years_is_refused_and_its_silence_named(tmp_path: Path) -> N
     ]
     path = made(tmp_path / "a.mcap", messages)
     with pytest.raises(
-        Stop, match=r"play for 1e\+09 s, 1e\+09 s of it in silence after the first 2 s.*--longest 100000000"
+        CommandError,
+        match=r"play for 1e\+09 s, 1e\+09 s of it in silence after the first 2 s.*--longest 100000000",
     ):
         replayed(path)
 
@@ -159,7 +162,7 @@ def test_numbers_that_would_not_go_into_a_message_again_are_refused_before_it_pl
     tmp_path: Path, messages: list[Message], words: str
 ) -> None:
     told = [(0.1 * k, f"/{type(m).__name__.lower()}", m) for k, m in enumerate(messages)]
-    with pytest.raises(Stop, match=words):
+    with pytest.raises(CommandError, match=words):
         replayed(made(tmp_path / "a.mcap", told))
 
 
@@ -172,5 +175,5 @@ def test_a_scene_in_a_recording_that_is_none(tmp_path: Path, scene: bytes) -> No
     mcap.attach_scene(SCENE_ATTACHMENT, scene, START_NS)
     mcap.put(*channel("/strike"), a_strike(1), START_NS, START_NS, 0)
     mcap.finish()
-    with pytest.raises(Stop, match="its scene cannot be read"):
+    with pytest.raises(CommandError, match="its scene cannot be read"):
         replayed(tmp_path / "a.mcap")

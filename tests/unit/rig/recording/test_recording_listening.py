@@ -12,7 +12,7 @@ from protocol.session import open_router
 from rig.recording import channels
 from rig.recording.channels import Channel
 from rig.recording.recorder_session import Item, Received, RecorderSession
-from rig.supervision.resolved_options import FarEnd
+from rig.supervision.resolved_options import RemoteRig
 
 MANY = 300
 
@@ -37,7 +37,7 @@ def test_what_was_heard_is_there_when_it_has_closed(monkeypatch: pytest.MonkeyPa
     endpoint, keys = f"tcp/127.0.0.1:{free_port()}", Keys("test")
     heard: list[int] = []
     with open_router(endpoint) as rig:
-        listening = RecorderSession(FarEnd(endpoint, keys))
+        listening = RecorderSession(RemoteRig(endpoint, keys))
         kept = listening._put
 
         def slowly(channel: Channel, item: Item) -> None:

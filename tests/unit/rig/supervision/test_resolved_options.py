@@ -14,10 +14,10 @@ from protocol.access.identity import Identity
 from protocol.access.roles import ROLES
 from protocol.keys import DEFAULT_ROUTER
 from realtime.service_options import read
-from rig.exit_status import GIVEN, LACKING, Stop
+from rig.exit_status import GIVEN, LACKING, CommandError
 from rig.identity import certificates
 from rig.supervision.plan import Options, commands
-from rig.supervision.resolved_options import FOLLOWERS, READERS, ResolvedOptions, far_end, resolve
+from rig.supervision.resolved_options import FOLLOWERS, READERS, ResolvedOptions, remote_rig, resolve
 from sound_server.options import SoundOptions
 from web_panel.options import PanelOptions
 
@@ -140,7 +140,7 @@ def test_the_gateway_does_not_judge_what_the_door_shows(tmp_path: Path, ring: Ke
     path = rig_file(tmp_path, ring, "haptic", mine=_ill(ring, kind))
     haptic, door = frozenset({"haptic"}), frozenset({"door"})
     assert list(plan_of(resolve(haptic, path), haptic)) == ["servo", "gateway"]
-    with pytest.raises(Stop) as stop:
+    with pytest.raises(CommandError) as stop:
         resolve(door, path)
     # What time mends is tried again, what is wrong in the file is not.
     assert stop.value.status == (GIVEN if kind == "gone" else LACKING)
@@ -161,7 +161,7 @@ def test_nobody_asks_for_the_address_of_a_name_before_the_gateway_runs(tmp_path:
     path = rig_file(tmp_path, ring, "haptic", '[osc]\ntargets = ["nosuch.invalid:9101"]\n')
     assert resolve(frozenset({"haptic"}), path).osc_targets == ("nosuch.invalid:9101",)
     assert resolve(ALL, None, osc_out=["nosuch.invalid:9101"]).osc_targets == ("nosuch.invalid:9101",)
-    with pytest.raises(Stop, match="write host:port"):
+    with pytest.raises(CommandError, match="write host:port"):
         resolve(ALL, None, osc_out=["nosuch.invalid"])
 
 
@@ -175,7 +175,7 @@ def test_targets_that_are_nobody(tmp_path: Path, ring: Keyring) -> None:
     ["tcp/0.0.0.0:7447", "tcp/192.168.1.10:7447", "tcp/[::]:7447", "tls/127.0.0.1:7447", "tcp/stage:7447"],
 )
 def test_only_loopback_is_open_to_those_without_a_certificate(listen: str) -> None:
-    with pytest.raises(Stop, match="whoever comes in there may do everything") as stop:
+    with pytest.raises(CommandError, match="whoever comes in there may do everything") as stop:
         resolve(ALL, None, listen=listen)
     assert stop.value.status == GIVEN
     for good in ("tcp/127.0.0.1:7999", "tcp/[::1]:7447", "tcp/localhost:7447", "tcp/127.1.2.3:7447"):
@@ -184,27 +184,31 @@ def test_only_loopback_is_open_to_those_without_a_certificate(listen: str) -> No
 
 def test_a_public_address_that_includes_the_loopback_one(tmp_path: Path, ring: Keyring) -> None:
     path = rig_file(tmp_path, ring, "haptic")
-    with pytest.raises(Stop, match=r"port 7448 is that of --listen tcp/127\.0\.0\.1:7448.*e\.g\. 7449"):
+    with pytest.raises(
+        CommandError, match=r"port 7448 is that of --listen tcp/127\.0\.0\.1:7448.*e\.g\. 7449"
+    ):
         resolve(ALL, path, listen="tcp/127.0.0.1:7448")
 
 
 def test_the_certificate_must_fit_the_part(tmp_path: Path, ring: Keyring) -> None:
     path = rig_file(tmp_path, ring, "listener")
-    with pytest.raises(Stop, match="is of 'listener'; drumstick sound needs the certificate of sound"):
+    with pytest.raises(
+        CommandError, match="is of 'listener'; drumstick sound needs the certificate of sound"
+    ):
         resolve(frozenset({"sound"}), path)
-    with pytest.raises(Stop, match="each part needs a certificate of its own"):
+    with pytest.raises(CommandError, match="each part needs a certificate of its own"):
         resolve(ALL, path)
-    with pytest.raises(Stop, match="this command needs the certificate of technician or panel"):
-        far_end(path, None, None)
-    assert far_end(path, None, None, roles=READERS)[2] is not None
+    with pytest.raises(CommandError, match="this command needs the certificate of technician or panel"):
+        remote_rig(path, None, None)
+    assert remote_rig(path, None, None, roles=READERS)[2] is not None
 
 
 def test_commands_for_a_running_rig(tmp_path: Path, ring: Keyring) -> None:
-    assert far_end(None, None, None)[0] == DEFAULT_ROUTER
-    endpoint, keys, identity = far_end(rig_file(tmp_path, ring, "technician"), None, None)
+    assert remote_rig(None, None, None)[0] == DEFAULT_ROUTER
+    endpoint, keys, identity = remote_rig(rig_file(tmp_path, ring, "technician"), None, None)
     assert (endpoint, keys.rig) == ("tls/haptic.local:7448", "stage")
     assert identity is not None
-    on_the_haptic_machine = far_end(rig_file(tmp_path, ring, "haptic"), None, None)
+    on_the_haptic_machine = remote_rig(rig_file(tmp_path, ring, "haptic"), None, None)
     assert on_the_haptic_machine[0] == DEFAULT_ROUTER
     assert on_the_haptic_machine[2] is None
 
@@ -220,21 +224,21 @@ def test_an_end_that_is_near_is_told_on_stderr(
 def test_a_router_without_rules_is_for_this_machine_only(listen: str) -> None:
     from rig.replaying.replay import ReplayOptions, checked
 
-    with pytest.raises(Stop, match="must be a loopback address over TCP"):
+    with pytest.raises(CommandError, match="must be a loopback address over TCP"):
         resolve(ALL, None, listen=listen)
-    with pytest.raises(Stop, match="must be a loopback address over TCP"):
+    with pytest.raises(CommandError, match="must be a loopback address over TCP"):
         checked(ReplayOptions(Path("x.mcap"), 1.0, False, False, listen, None, (), "/drumstick", 3600.0))
 
 
 def test_tls_without_a_certificate_is_told_at_once() -> None:
-    with pytest.raises(Stop, match="must show a certificate"):
+    with pytest.raises(CommandError, match="must show a certificate"):
         resolve(frozenset({"sound"}), None, connect="tls/haptic.local:7448")
-    with pytest.raises(Stop, match="must show a certificate"):
-        far_end(None, None, "tls/haptic.local:7448")
+    with pytest.raises(CommandError, match="must show a certificate"):
+        remote_rig(None, None, "tls/haptic.local:7448")
 
 
 def test_only_who_may_follow_the_play_can_record_it(tmp_path: Path, ring: Keyring) -> None:
     for role in ("technician", "panel"):
-        with pytest.raises(Stop, match="listener"):
-            far_end(rig_file(tmp_path, ring, role), None, None, roles=FOLLOWERS)
-    assert far_end(rig_file(tmp_path, ring, "listener"), None, None, roles=FOLLOWERS).identity is not None
+        with pytest.raises(CommandError, match="listener"):
+            remote_rig(rig_file(tmp_path, ring, role), None, None, roles=FOLLOWERS)
+    assert remote_rig(rig_file(tmp_path, ring, "listener"), None, None, roles=FOLLOWERS).identity is not None

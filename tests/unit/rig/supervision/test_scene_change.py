@@ -9,7 +9,7 @@ from drumstick.parameters.scene import parse, shipped_text
 from drumstick.stick.law import law_of
 from haptic_server import block, block_header, files
 from realtime.atomics import poke
-from rig.exit_status import GIVEN, LACKING, Stop
+from rig.exit_status import GIVEN, LACKING, CommandError
 from rig.supervision import service
 from rig.supervision.scene_change import BEFORE, ended, lay_out, played
 
@@ -63,7 +63,7 @@ def test_what_was_asked_for_is_played_once_and_stays(run: Run) -> None:
     assert run.lay_out(wanted="snare") == "snare"
     assert not (run.folder / files.WANTED).exists()
     assert (
-        block.legacy(run.folder, law_of(parse(shipped_text("snare"), "snare")).dtype) is None
+        block.inherited_state(run.folder, law_of(parse(shipped_text("snare"), "snare")).dtype) is None
     )  # of another scene
     assert run.lay_out() == "snare"
 
@@ -127,7 +127,7 @@ def test_a_damaged_way_back_ends_at_the_configured_scene(run: Run) -> None:
     run.lay_out()
     run.lay_out(wanted="snare")
     (run.folder / BEFORE).write_text('{"name":')
-    with pytest.raises(Stop, match=BEFORE):
+    with pytest.raises(CommandError, match=BEFORE):
         ended(run.folder, GIVEN, run.said.append)
     assert run.lay_out() == "roll"
 

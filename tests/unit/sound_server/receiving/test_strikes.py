@@ -13,7 +13,7 @@ from protocol.clock import HapticClock
 from protocol.messages import Strike, encode
 from protocol.rate_limited_log import RateLimitedLog
 from realtime.ring import drain
-from sound_server.receiving.strikes import Once, StrikeScheduler
+from sound_server.receiving.strikes import Deduplicator, StrikeScheduler
 from stability.catalogue import shows
 
 MS = 1_000_000
@@ -143,7 +143,7 @@ def test_no_array_stops_the_desk(items: list[object]) -> None:
 
 
 def test_the_memory_of_strikes_is_bounded() -> None:
-    once = Once(remembered=3)
+    once = Deduplicator(remembered=3)
     assert [once.is_new(1, seq) for seq in (1, 2, 3, 4, 4, 2, 1)] == [
         True,
         True,

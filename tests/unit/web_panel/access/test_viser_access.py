@@ -186,13 +186,13 @@ def test_a_viser_with_another_bell_is_refused(
     monkeypatch.setattr(viser_access, "ring_in_the_loop", lambda: None)
     made = AsyncMessageBuffer.__init__
     monkeypatch.setattr(AsyncMessageBuffer, "__init__", getattr(made, "__wrapped__", made))
-    with pytest.raises(viser_access.GuardError, match="bell"):
+    with pytest.raises(viser_access.ViserIncompatible, match="bell"):
         viser_access.start(Admission(TOKEN, free_port()), ClientMessages())
 
 
 def test_another_viser_is_refused(monkeypatch: pytest.MonkeyPatch, free_port: Callable[[], int]) -> None:
     monkeypatch.setattr(viser, "__version__", "1.2.0")
-    with pytest.raises(viser_access.GuardError, match=r"1\.2\.0"):
+    with pytest.raises(viser_access.ViserIncompatible, match=r"1\.2\.0"):
         viser_access.start(Admission(TOKEN, free_port()), ClientMessages())
 
 
@@ -208,7 +208,7 @@ def test_a_viser_that_serves_by_another_way_is_refused(
     )
     monkeypatch.setattr(infra, "websockets", own)
     port = free_port()
-    with pytest.raises(viser_access.GuardError, match="served 0 times"):
+    with pytest.raises(viser_access.ViserIncompatible, match="served 0 times"):
         viser_access.start(Admission(TOKEN, port), ClientMessages())
     with pytest.raises(ConnectionRefusedError):
         http.client.HTTPConnection("127.0.0.1", port, timeout=10).connect()
@@ -229,10 +229,10 @@ def _with_serve_changed(monkeypatch: pytest.MonkeyPatch, change: Callable[..., A
     monkeypatch.setattr(infra, "websockets", own)
 
 
-def start_in_vain(port: int) -> viser_access.GuardError:
+def start_in_vain(port: int) -> viser_access.ViserIncompatible:
     """What it says. Returns when viser's server thread has ended, so that no later test is blamed for that."""
     before = set(threading.enumerate())
-    with pytest.raises(viser_access.GuardError) as refusal:
+    with pytest.raises(viser_access.ViserIncompatible) as refusal:
         viser_access.start(Admission(TOKEN, port), ClientMessages())
     for thread in set(threading.enumerate()) - before:
         if thread.name != "viser start":

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from protocol.messages import Release, State, Strike
-from web_panel.rig.history import History
+from web_panel.rig.history import PlotHistory
 from web_panel.rig.rig_state import RigState
 
 
@@ -16,8 +16,8 @@ def state(strikes: int, v_e: float, z_m: float = 0.01, boot: int = 1) -> State:
     )  # fmt: skip
 
 
-def told(*states: State, at: float = 0.0) -> History:
-    history, rig_state = History(), RigState()
+def told(*states: State, at: float = 0.0) -> PlotHistory:
+    history, rig_state = PlotHistory(), RigState()
     for i, each in enumerate(states):
         rig_state.note_state(each, at + 0.01 * i)
     history.take(rig_state, at + 1.0)
@@ -44,7 +44,7 @@ def test_a_new_start_counts_anew() -> None:
 
 
 def test_what_is_older_than_ten_seconds_is_gone() -> None:
-    history, rig_state = History(), RigState()
+    history, rig_state = PlotHistory(), RigState()
     rig_state.note_state(state(1, 0.3), 0.0)
     rig_state.new_releases.append(
         (
@@ -67,7 +67,7 @@ def test_what_is_older_than_ten_seconds_is_gone() -> None:
 
 
 def test_strikes_are_kept_with_their_levels_for_ten_seconds() -> None:
-    history, rig_state = History(), RigState()
+    history, rig_state = PlotHistory(), RigState()
     for seq, at in enumerate((0.0, 5.0, 12.0)):
         strike = Strike(
             boot=1, seq=seq, t_ns=0, x=0.0, y=0.0, z_speed_m_per_s=0.1 * at, level=0.05 * at, peak_estimate_N=1.0,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from protocol.announced import Off, Report
+from protocol.announced import Deviation, Report
 from protocol.messages import Cost, Meter
 from web_panel.computing.computing_messages import Ticks, Trouble
 from web_panel.views import html_tables
@@ -68,7 +68,7 @@ def test_who_is_there_and_what_the_network_does() -> None:
     assert "does not answer" in found
     assert "no contact was heard from beginning to end yet" in found
     assert NASTY not in found
-    announced = Report(12, Off(0.04, -3.21), Off(-0.01, 0.4))
+    announced = Report(12, Deviation(0.04, -3.21), Deviation(-0.01, 0.4))
     found = html_tables.health([], set(), 1, None, None, announced)
     assert "the last 12 contacts: peak force announced +0.0 dB (worst -3.2 dB), impulse +0.0 dB" in found
 

@@ -14,7 +14,7 @@ from drumstick.drum.calibrate import blow_at, build
 from drumstick.drum.engine import Engine
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.mallets.mallet import GONE, POOL
-from drumstick.drum.mallets.patch import LANES, ROWS
+from drumstick.drum.mallets.patch import MAX_TIP_ROWS, TIP_LANES
 from drumstick.drum.render import render
 from drumstick.parameters.drum import Modal
 from drumstick.parameters.scene import Scene
@@ -33,8 +33,8 @@ def under(engine: Engine, slot: int = 0) -> tuple[np.ndarray, np.ndarray]:
     patches = engine.mallets.patches
     assert patches is not None
     rows = int(patches.rows[slot])
-    assert 0 < rows <= ROWS
-    places: Any = np.add.outer(patches.starts[slot, :rows], np.arange(LANES))
+    assert 0 < rows <= MAX_TIP_ROWS
+    places: Any = np.add.outer(patches.starts[slot, :rows], np.arange(TIP_LANES))
     return places.ravel(), patches.shares[slot, :rows].ravel().astype(float)
 
 

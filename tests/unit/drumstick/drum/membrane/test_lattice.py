@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from drumstick.drum.membrane.heads import head_of
 from drumstick.drum.membrane.interpolation import corners_of, drawn_in
 from drumstick.drum.membrane.lattice import (
-    LANES,
-    ROWS,
+    MESH_LANES,
+    STRIP_ROWS,
     TOPOLOGIES,
     Lattice,
     Topology,
@@ -40,13 +40,13 @@ def limit(lattice: Lattice) -> float:
 def test_rows_are_padded_to_lanes_and_what_is_outside_has_no_weight(spacing: float, kind: Topology) -> None:
     lattice = lattice_of(spacing, kind)
     rows, stride = lattice.weights.shape
-    assert stride % LANES == 0
+    assert stride % MESH_LANES == 0
     assert not lattice.spans[[0, 1, -2, -1]].any()
     assert not lattice.weights[:, -1].any()  # the left neighbour of the next row's first lane
     for row in range(rows):
         first, count = lattice.spans[row]
-        assert first % LANES == 0
-        assert count % LANES == 0
+        assert first % MESH_LANES == 0
+        assert count % MESH_LANES == 0
         assert first + count <= stride
         inside = np.flatnonzero(lattice.weights[row])
         assert all(first <= column < first + count for column in inside)
@@ -62,9 +62,11 @@ def test_strips_hold_every_junction_once_and_only_even_ones_inside(spacing: floa
         row, first = divmod(int(start), stride)
         assert not kind.shifted or lattice.shift(row) == 0.0
         assert start <= inner <= outer <= stop
-        assert not any(int(flat) % LANES for flat in (start, inner, outer, stop))
-        computed[row : row + ROWS, first : first + int(stop - start)] += 1
-        even = lattice.weights[row : row + ROWS, first + int(inner - start) : first + int(outer - start)]
+        assert not any(int(flat) % MESH_LANES for flat in (start, inner, outer, stop))
+        computed[row : row + STRIP_ROWS, first : first + int(stop - start)] += 1
+        even = lattice.weights[
+            row : row + STRIP_ROWS, first + int(inner - start) : first + int(outer - start)
+        ]
         assert np.all(even == 1.0 / kind.neighbours)
     assert np.all(computed[lattice.weights > 0.0] == 1)
     assert computed.max() == 1

@@ -11,7 +11,7 @@ from scipy.special import jn_zeros, jv
 from drumstick.drum.block import render_all
 from drumstick.drum.build import new_engine, size_of, words
 from drumstick.drum.calibrate import build, full_scale
-from drumstick.drum.excitation.strikes import Blow, StrikeRing
+from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.membrane.lattice import J01
 from drumstick.drum.modal.bank import take_aim
 from drumstick.drum.modal.modes import MAX_MODES, bank_of, modes_below, shapes_at
@@ -61,7 +61,7 @@ def test_a_strike_drives_every_mode_by_its_shape() -> None:
 
 
 def rung(which: Scene, x: float, y: float, frames: int) -> npt.NDArray[np.float64]:
-    return render(which, [Blow(0.0, x, y, 2.0, 0.003)], frames / RATE, RATE)[:, 0].astype(float)
+    return render(which, [OfflineStrike(0.0, x, y, 2.0, 0.003)], frames / RATE, RATE)[:, 0].astype(float)
 
 
 def test_the_sound_is_the_sum_of_the_modes_in_closed_form() -> None:

@@ -11,7 +11,7 @@ from drumstick.drum.block import render_all
 from drumstick.drum.build import new_engine
 from drumstick.drum.effects.cavity import SOUND_M_PER_S
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.strikes import Blow, StrikeRing
+from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.render import render
 from drumstick.parameters.drum import Drum, Listen
 from drumstick.parameters.scene import Scene, SceneError, as_tables, from_tables, parse
@@ -73,7 +73,7 @@ def onset_s(sound: npt.NDArray[np.float32]) -> float:
 
 
 def test_distance_delays_and_weakens() -> None:
-    blow = Blow(0.0, 0.0, 0.0, 5.0, 0.0005)
+    blow = OfflineStrike(0.0, 0.0, 0.0, 5.0, 0.0005)
     far_m, near_m = 20.0 * RADIUS_M, 5.0 * RADIUS_M
     both = render(scene((0.0, 0.0, 5.0, -1.0), (0.0, 0.0, 20.0, 1.0)), [blow], 0.2, RATE)
     delay_s = onset_s(both[:, 1]) - onset_s(both[:, 0])
@@ -84,7 +84,7 @@ def test_distance_delays_and_weakens() -> None:
 
 def test_above_the_middle_only_round_modes_are_heard() -> None:
     """By symmetry; a microphone at the side hears the others too."""
-    blow = [Blow(0.0, 0.6, 0.0, 5.0, 0.001)]
+    blow = [OfflineStrike(0.0, 0.6, 0.0, 5.0, 0.001)]
     for x, round_only in ((0.0, True), (3.0, False)):
         sound = render(scene((x, 0.0, 3.0, -1.0)), blow, 1.2, RATE)[RATE // 10 :, 0].astype(float)
         spectrum = np.abs(np.fft.rfft(sound * np.hanning(len(sound))))

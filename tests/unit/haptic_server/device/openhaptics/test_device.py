@@ -17,7 +17,7 @@ from hd_laws import servo_at, wall
 from hd_stand_in import CENTRE_MM, Playing, StandIn, playing, undisturbed
 from realtime import ring, triple_buffer
 from realtime.atomics import poke
-from realtime.kernels.handover import Handed
+from realtime.kernels.handover import ForeignHandle
 from realtime.stop import StopRequest
 
 pytestmark = [pytest.mark.needs("cc"), pytest.mark.timeout(120)]
@@ -121,14 +121,14 @@ def test_a_driver_that_falls_silent_is_noticed_and_told(arm: StandIn) -> None:
 def test_a_rehearsal_compiles_for_the_run_and_touches_no_device(arm: StandIn) -> None:
     device = OpenHaptics(wall, load=arm.load)
     spare, servo = servo_at(), servo_at()
-    device.rehearse(spare)
+    device.warm_up(spare)
     assert arm.sim("diary") == ""
     assert spare.player[0]["fault"] == SCHEDULER
-    kind, blank = Handed((servo, port.blank(1_000_000))).kind, port.blank(1_000_000)
+    kind, blank = ForeignHandle((servo, port.blank(1_000_000))).kind, port.blank(1_000_000)
     before = callback._compiled.cache_info().misses  # pyright: ignore[reportPrivateUsage]
     callback.Callback(wall, servo, blank)
     assert callback._compiled.cache_info().misses == before  # pyright: ignore[reportPrivateUsage]
-    assert kind == Handed((spare, blank)).kind
+    assert kind == ForeignHandle((spare, blank)).kind
 
 
 @pytest.mark.parametrize("rate_hz", [500, 1143, 2000])

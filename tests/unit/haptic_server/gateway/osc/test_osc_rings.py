@@ -16,7 +16,7 @@ from haptic_server import block as blocks
 from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.osc.osc_server import OscServer
 from haptic_server.gateway.osc.targets import Endpoint
-from haptic_server.gateway.settings import Echo, Parameters
+from haptic_server.gateway.settings import Parameters, ReadbackValue
 from haptic_server.servo import loop, memory
 from osc_bench import Client, Time, built, client, no_preset
 
@@ -56,14 +56,14 @@ class Rig:
     def heard(self) -> int:
         return self.front.heard - self.begun
 
-    def step(self, who: Client) -> list[Echo]:
+    def step(self, who: Client) -> list[ReadbackValue]:
         """Everything that has come is acted on, the servo takes what it was offered, and its readback goes out."""
         who.udp.sendto(built(P + "/ping"), ("127.0.0.1", self.port))
         while who.next()[0] != P + "/pong":
             pass
         return self.latch()
 
-    def latch(self) -> list[Echo]:
+    def latch(self) -> list[ReadbackValue]:
         """The servo takes what it was offered, and its readback goes out."""
         self.tick = loop.run_virtual(self.servo, TICKS, self.tick)
         live = self.link.take_live()

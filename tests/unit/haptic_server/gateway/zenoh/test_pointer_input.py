@@ -7,7 +7,7 @@ import msgspec
 import pytest
 import zenoh
 
-from haptic_server.gateway.zenoh.pointer_input import SILENT_NS, Holder, Pointing
+from haptic_server.gateway.zenoh.pointer_input import SILENT_NS, PointerHolder, Pointing
 from protocol.keys import Keys
 from protocol.messages import Pointer, encode
 from protocol.session import client_config, router_config
@@ -20,7 +20,7 @@ def pointer(source: str = "a", seq: int = 1, held: bool = True, lift: float = 0.
 
 
 def test_the_first_who_holds_keeps_it_until_he_lets_go() -> None:
-    holder = Holder()
+    holder = PointerHolder()
     assert holder.admits(pointer("a", 1), 0)
     assert not holder.admits(pointer("b", 1), 1)
     assert holder.admits(pointer("a", 2), 2)
@@ -30,7 +30,7 @@ def test_the_first_who_holds_keeps_it_until_he_lets_go() -> None:
 
 
 def test_or_falls_silent() -> None:
-    holder = Holder()
+    holder = PointerHolder()
     assert holder.admits(pointer("a", 1), 0)
     assert not holder.admits(pointer("b", 1), SILENT_NS)
     assert holder.admits(pointer("b", 2), SILENT_NS + 1)
@@ -38,7 +38,7 @@ def test_or_falls_silent() -> None:
 
 
 def test_what_was_overtaken_does_not_count() -> None:
-    holder = Holder()
+    holder = PointerHolder()
     assert holder.admits(pointer("a", 7), 0)
     assert not holder.admits(pointer("a", 6), 1)
     assert not holder.admits(pointer("a", 7), 1)
@@ -46,7 +46,7 @@ def test_what_was_overtaken_does_not_count() -> None:
 
 
 def test_letting_go_takes_nothing_over() -> None:
-    holder = Holder()
+    holder = PointerHolder()
     assert not holder.admits(pointer("b", 1, held=False), 0)
     assert holder.admits(pointer("a", 1), 1)
 

@@ -169,7 +169,7 @@ def test_no_other_scene_beside_a_lease_or_a_panic(router: zenoh.Session, tmp_pat
 def test_no_other_scene_in_the_place_of_a_servo_that_does_not_tick(
     router: zenoh.Session, tmp_path: Path
 ) -> None:
-    there = block_header.front(tmp_path)
+    there = block_header.read_header(tmp_path)
     assert there is not None
     poke(there.control, blocks.HEARTBEAT, 0)
     assert "the servo process does not tick" in ask_for(router, "tom")

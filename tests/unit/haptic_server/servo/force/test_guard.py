@@ -35,7 +35,7 @@ def energy(speed: float) -> float:
 @pytest.fixture
 def held() -> Guard:
     """A guard whose ramp has risen, of a head that gives back half the speed of a blow."""
-    made = Guard(np.zeros(1, guard.GUARD), np.zeros(1, guard.ALLOWED))
+    made = Guard(np.zeros(1, guard.GUARD), np.zeros(1, guard.DEVICE_LIMITS))
     made.state["gain"], made.state["seen_above"], made.state["e"] = 1.0, 1, 0.5
     values: dict[str, Any] = {
         "max_force_N": LIMIT_N, "max_slew_N_per_s": 1e9, "max_speed_m_per_s": 1.5, "lowest_m": -0.1, "highest_m": 0.3,
@@ -244,7 +244,7 @@ def test_a_force_grows_and_falls_by_the_slew_times_the_tick(held: Guard) -> None
 def test_a_limit_takes_from_the_pulse_first(held: Guard) -> None:
     held.state["budget_J"] = 1.0
     assert held.limited(5.0, pulse_N=6.0) == LIMIT_N
-    assert guard.felt(held.state[0]) == pytest.approx(LIMIT_N - 6.0)
+    assert guard.last_head_force(held.state[0]) == pytest.approx(LIMIT_N - 6.0)
     assert held.of_state("pulsed") == 1
     assert held.of_state("peak_N") == LIMIT_N
 

@@ -23,12 +23,12 @@ def scene(device: str = "", rate_Hz: int = 1000) -> Scene:
 
 @njit()
 def feel_once(servo: sampled_arm.memory.Servo, z: float, now_ns: int) -> None:
-    hand_estimate.feel(borrowed_view(servo), z, now_ns)
+    hand_estimate.update_observer(borrowed_view(servo), z, now_ns)
 
 
 @njit()
 def hold_once(servo: sampled_arm.memory.Servo) -> None:
-    hand_estimate.hold(borrowed_view(servo))
+    hand_estimate.freeze(borrowed_view(servo))
 
 
 def felt(played: Scene, force_N: float, seconds: float, step_m: float = STEP_M) -> sampled_arm.memory.Servo:

@@ -331,7 +331,7 @@ def test_k_coll_is_latched_above_the_head_only(pushing: tuple[memory.Servo, int]
     loop.run_virtual(servo, SECOND, now)
     assert servo.law[0]["k_coll"] == 3000.0
     assert servo.player[0]["revision"] == 7
-    assert (servo.guard[0]["e"], servo.guard[0]["b"]) == guard.may_add(servo.law[0])
+    assert (servo.guard[0]["e"], servo.guard[0]["b"]) == guard.rebound_bounds(servo.law[0])
 
 
 @pytest.mark.parametrize(
