@@ -50,7 +50,7 @@ def scene_of(**values: Any) -> Scene:
 def judged(scene: Scene) -> envelope.Judgement:
     """What the envelope says of the scene on its own device."""
     limits = limits_of(scene, Simulated(scene).info().specification)
-    return envelope.judge(law_of(scene)[0], limits.record()[0], envelope.new_room())
+    return envelope.judge(law_of(scene)[0], limits.record()[0], envelope.new_scratch())
 
 
 def _log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
@@ -86,7 +86,7 @@ class Trial:
     """One arm in its hand, with a set that the envelope accepts, and the judge's memory."""
 
     def __init__(self, rng: np.random.Generator, near: bool) -> None:
-        room = envelope.new_room()
+        room = envelope.new_scratch()
         self.tried = 0
         while True:
             self.tried += 1
@@ -151,7 +151,7 @@ def play(trial: Trial, other: Trial | None, guarded: bool) -> dict[str, Any]:
         now = arm_witness.watch(servo, seen, round(0.45 * rate), now, False)
         changes = {name: float(other.law[name][0]) for name in ("k_coll", "r_in")}
         wanted = live_sets.changed(servo.law, scene, changes)
-        if envelope.judge(wanted[0], servo.limits[0], envelope.new_room()).code == envelope.OK:
+        if envelope.judge(wanted[0], servo.limits[0], envelope.new_scratch()).code == envelope.OK:
             live_sets.offer(servo, 1, wanted)
         seen["entries"] = 0  # a set may give the energy of its height: it counts as a throw
     while gone < limit:

@@ -8,7 +8,7 @@ from haptic_server import block as blocks
 from haptic_server.device.simulated import Simulated
 from haptic_server.records import EVENT, Reading
 from haptic_server.servo import memory
-from haptic_server.servo.force.rendering import ask, render, see
+from haptic_server.servo.force.rendering import requested_forces, render, detect_events
 from realtime import ring
 from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.jit import njit
@@ -66,10 +66,10 @@ def render_once(servo: memory.Servo, reading: Reading, now_ns: int, span_s: floa
 @njit()
 def ask_once(servo: memory.Servo, period_s: float) -> tuple[float, float]:
     """What the head and the pulses ask for, before the guard, N."""
-    return ask(borrowed_view(servo), period_s)
+    return requested_forces(borrowed_view(servo), period_s)
 
 
 @njit()
 def see_once(servo: memory.Servo, z: float, v: float, now_ns: int) -> None:
     """Tell it that the stick is at z m, v m/s."""
-    see(borrowed_view(servo), z, v, now_ns)
+    detect_events(borrowed_view(servo), z, v, now_ns)

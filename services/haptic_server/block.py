@@ -81,7 +81,7 @@ class Block(NamedTuple):
         return int(self.header[BOOT_CELL])
 
     @property
-    def read_header(self) -> BlockHeader:
+    def header(self) -> BlockHeader:
         """The part that every version understands."""
         return BlockHeader(self.header, self.control)
 
@@ -108,7 +108,7 @@ class InheritedState(NamedTuple):
 
 
 def _layout(law: np.dtype[Any]) -> list[tuple[str, np.dtype[Any], int]]:
-    # Header and control are the front: first, and as they are, in every version and for every scene.
+    # Header and control are the block header: first, and as they are, in every version and for every scene.
     cells = np.dtype(np.int64)
     sets = set_type(law)
     return [

@@ -1,4 +1,4 @@
-"""The front of the block, the same in every version and for every scene: whether a servo is held outlives it here.
+"""The header of the block, the same in every version and for every scene: whether a servo is held outlives it here.
 
 Header and control cells; servo, gateway and supervisor, control threads. The tick uses the cells by their numbers.
 """
@@ -43,7 +43,7 @@ class BlockHeader(NamedTuple):
 
 
 def read_header(folder: Path) -> BlockHeader | None:
-    """The front of the block in place; None when there is none. BlockError when what lies there has no such front."""
+    """Header of the block in place; None when there is none. BlockError when what lies there has no such front."""
     path = folder / BLOCK
     try:
         with path.open("r+b") as file:
@@ -67,9 +67,9 @@ def is_alive(control: Cells) -> bool:
     return time.monotonic_ns() - peek(control, HEARTBEAT) < STALE_NS
 
 
-def is_about_to_tick(read_header: BlockHeader) -> bool:
+def is_about_to_tick(mapped: BlockHeader) -> bool:
     """True when the servo is there and has not ticked yet."""
-    return peek(read_header.control, HEARTBEAT) == 0 and _runs(read_header)
+    return peek(mapped.control, HEARTBEAT) == 0 and _runs(mapped)
 
 
 def is_held(control: Cells) -> bool:
@@ -97,9 +97,9 @@ def is_stuck(folder: Path) -> bool:
     return found is not None and not is_alive(found.control) and _runs(found)
 
 
-def _runs(read_header: BlockHeader) -> bool:
+def _runs(mapped: BlockHeader) -> bool:
     try:
-        os.kill(int(read_header.header[PID_CELL]), 0)
+        os.kill(int(mapped.header[PID_CELL]), 0)
     except ProcessLookupError:
         return False
     except PermissionError:

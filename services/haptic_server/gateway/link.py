@@ -69,7 +69,7 @@ class ServoLink:
 
     def servo_is_about_to_tick(self) -> bool:
         """True when the servo waits with its first tick until somebody hears it."""
-        return is_about_to_tick(self.block.front)
+        return is_about_to_tick(self.block.header)
 
     def await_events(self, until_ns: int) -> None:
         """Sleep until there are events to take, or until then (monotonic). Without the GIL, at next to no cost."""
@@ -148,7 +148,7 @@ class ServoLink:
 
     def raise_panic(self) -> None:
         """Zero force from the next tick on, also of a servo whose block was not taken up yet."""
-        raise_panic(self._folder, self.block.front)
+        raise_panic(self._folder, self.block.header)
 
     def is_held(self) -> bool:
         """True when a panic or a fault is latched, or a panic is on its way to the next tick."""
@@ -169,7 +169,7 @@ def warm_up(law: Records) -> None:
     triple_buffer.read_into(block.status_cells, block.status, np.zeros(1, STATUS))
     add_to(block.control, blocks.PANIC, 1)
     peek(block.control, blocks.HEARTBEAT)
-    envelope.judge(law[0], envelope.Limits(1.0, 1.0).record()[0], envelope.new_room())
+    envelope.judge(law[0], envelope.Limits(1.0, 1.0).record()[0], envelope.new_scratch())
 
 
 def wait_for_servo(

@@ -34,7 +34,7 @@ def findings(rig_file: Path, rig: str | None) -> list[Finding]:
     found = "; ".join(warnings) or f"{rig_file}: its certificate is good"
     own = Finding("rig file", not warnings, False, found)
     try:
-        gateway, public = remote.health(resolved_options.far_end(rig_file, rig, None))
+        gateway, public = remote.health(resolved_options.remote_rig(rig_file, rig, None))
     except CommandError as stop:
         return [own, Finding("rig", False, False, str(stop), "only a running rig tells whom it turned away")]
     return [own, *_findings(gateway, public)]

@@ -12,10 +12,10 @@ from drumstick.drum.engine import Control, Engine
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.membrane.lattice import Lattice
 from drumstick.drum.membrane.scheme import Scheme, tuned
-from drumstick.drum.step_numbers import StepCoefficients as StepNumbers
+from drumstick.drum.step_numbers import StepCoefficients
 from drumstick.parameters.drum import Mesh
 from drumstick.parameters.scene import Scene
-from drumstick_lab.accuracy.drums.modes import Step, StepCoefficients
+from drumstick_lab.accuracy.drums.modes import Step, Numbers
 from drumstick_lab.accuracy.drums.plain_mesh import PlainMesh, plain_mesh, plain_steps
 from drumstick_lab.accuracy.timing import Window, spent_ns
 
@@ -56,7 +56,7 @@ def head_at(scheme: str, rim: Rim, divisor: int) -> HeadAt:
     asked = dataclasses.replace(SCHEMES[scheme], rate_Hz=DEVICE_RATE_Hz / divisor, cpu_budget=0.95)
     scene = dataclasses.replace(plain, mesh=asked)
     step_s = divisor / DEVICE_RATE_Hz
-    numbers = StepNumbers(scene, step_s)
+    numbers = StepCoefficients(scene, step_s)
     lattice = tuned(scene.drum.f01_Hz, step_s, numbers.scheme, numbers.losses)
     if rim == "none":
         even = np.where(lattice.weights > 0.0, 1.0 / lattice.topology.neighbours, 0.0)
@@ -79,7 +79,7 @@ def played_step(head: HeadAt) -> Step:
     places = np.flatnonzero(head.lattice.weights)
     out = np.zeros((int(control["divisor"]), 2), np.float32)
 
-    def step(u: StepCoefficients, before: StepCoefficients) -> StepCoefficients:
+    def step(u: Numbers, before: Numbers) -> Numbers:
         planes, at = engine.head.planes, int(control["plane"])
         planes[:] = 0.0
         planes[at][places], planes[1 - at][places] = u, before
@@ -96,7 +96,7 @@ def plain_step(head: HeadAt) -> Step:
     """Plain form of the step in float64."""
     mesh, places = head.plain, np.flatnonzero(head.lattice.weights)
 
-    def step(u: StepCoefficients, before: StepCoefficients) -> StepCoefficients:
+    def step(u: Numbers, before: Numbers) -> Numbers:
         mesh.planes[:] = 0.0
         mesh.planes[0][places], mesh.planes[1][places] = u, before
         plain_steps(mesh, 0, 1)

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from drumstick.stick.motion.events import ABOVE
 from haptic_server.device import phantom
 from haptic_server.servo.force import guard
-from haptic_server.servo.force.rendering import ask, see
+from haptic_server.servo.force.rendering import detect_events, requested_forces
 from haptic_server.servo.force.velocity import LONGEST, Track, follow, forget, new_track
 from haptic_server.servo.memory import Servo
 from realtime.kernels.borrowed_view import borrowed_view
@@ -116,8 +116,8 @@ def fall(servo: Servo, kind: Filter, speed: float, phase: float, guarded: bool) 
         phantom.measure(plant, servo.reading[0], tick * plan.period_ns)
         z = servo.reading[0].z_m - plan.head_z_m
         v = estimate(kind, servo.track[0], tick * period_s, z, servo.allowed[0].resolution_m)
-        see(servo, z, v, tick * plan.period_ns)
-        head_N, pulse_N = ask(servo, period_s)
+        detect_events(servo, z, v, tick * plan.period_ns)
+        head_N, pulse_N = requested_forces(servo, period_s)
         if guarded:
             phantom.obey(plant, guard.limit(held, servo.allowed[0], head_N, pulse_N, z, v, period_s))
         else:

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from drumstick.drum.effects.snare import Snare
     from drumstick.drum.effects.tension import Tension
     from drumstick.drum.membrane.lattice import Lattice
+    from drumstick.drum.step_numbers import StepCoefficients
     from drumstick.parameters.scene import Scene
 
 _IN_ORDER: tuple[ModuleType, ...] = (air_loss, internal_loss, muffle, tension, cavity, snare, rim)

@@ -32,7 +32,7 @@ def errors_dB(name: str) -> tuple[float, float]:  # noqa: N802
     steps = math.ceil(told.contact_s / step_s) + 4
     ends_s = np.arange(steps + 1) * step_s
     true = np.diff(np.interp(ends_s, contact.t_s, contact.impulse_N_s)) / step_s
-    blow = blows.Blow(0.0, 0.5, 0.0, told.peak_N, told.contact_s, told.impulse_N_s)
+    blow = blows.OfflineStrike(0.0, 0.5, 0.0, told.peak_N, told.contact_s, told.impulse_N_s)
     bent, half_sine = (
         20.0
         * math.log10(

@@ -205,7 +205,7 @@ def test_a_cor_pulse_above_one_leaves_before_numbers_overflow() -> None:
     assert np.all(np.isfinite(run.contacts))
     assert run.contacts[-1, V_E] > 1e5
     limits = envelope.Limits(100.0, 10.0).record()
-    code = envelope.judge(law_of(scene)[0], limits[0], envelope.new_room()).code
+    code = envelope.judge(law_of(scene)[0], limits[0], envelope.new_scratch()).code
     assert code == envelope.ENDLESS
 
 

@@ -34,7 +34,7 @@ def _pulse(dv: float, tau: float, overlap: str = "ignore") -> str:
     return f'[effects.pulse]\ndv_m_per_s = {dv}\ntau_s = {tau}\noverlap = "{overlap}"\n'
 
 
-def _of(law: Records) -> contact_bounds.Blow:
+def _of(law: Records) -> contact_bounds.ContactBound:
     return contact_bounds.of(law[0], float(law["r_in"][0]))
 
 

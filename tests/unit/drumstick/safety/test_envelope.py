@@ -13,7 +13,7 @@ from drumstick.parameters.scene import Scene, parse, shipped_names, shipped_text
 from drumstick.parameters.stick import Stick
 from drumstick.parameters.table import Refusal
 from drumstick.safety import envelope
-from drumstick.safety.envelope import Limits, entry_speed, judge, new_room, predicted, require
+from drumstick.safety.envelope import Limits, entry_speed, judge, new_scratch, predicted, require
 from drumstick.stick.law import Records, law_of, thrown
 from drumstick.stick.motion import exact
 from drumstick.stick.simulate import COLUMNS, simulate
@@ -36,7 +36,7 @@ def _law(values: dict[str, float], effects: bool = True) -> Records:
 
 
 def _judged(law: Records, limits: Limits = LIMITS) -> envelope.Judgement:
-    return judge(law[0], limits.record()[0], new_room())
+    return judge(law[0], limits.record()[0], new_scratch())
 
 
 def _roll(**values: float) -> Records:

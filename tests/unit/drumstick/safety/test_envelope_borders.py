@@ -7,7 +7,7 @@ import pytest
 from drumstick.parameters.scene import Scene, parse
 from drumstick.parameters.table import Refusal
 from drumstick.safety import bounds, envelope
-from drumstick.safety.envelope import Limits, judge, new_room, predicted, require
+from drumstick.safety.envelope import Limits, judge, new_scratch, predicted, require
 from drumstick.stick.law import Records, law_of
 
 T = 1e-3
@@ -22,7 +22,7 @@ def _bare(effects: str = "", **values: float) -> Records:
 
 
 def _judged(law: Records, limits: Limits) -> envelope.Judgement:
-    return judge(law[0], limits.record()[0], new_room())
+    return judge(law[0], limits.record()[0], new_scratch())
 
 
 def _said(law: Records, limits: Limits) -> str:

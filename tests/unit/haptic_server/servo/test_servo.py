@@ -208,7 +208,7 @@ def test_a_set_that_would_turn_height_into_speed_waits_for_the_head() -> None:
     assert (servo.player["holding"][0], servo.law["k_hand"][0]) == (1, 20.0)
     wanted = servo.law.copy()
     wanted["k_hand"] = 1500.0
-    reach = envelope.judge(wanted[0], envelope.Limits(100.0, 6.0).record()[0], envelope.new_room()).reach
+    reach = envelope.judge(wanted[0], envelope.Limits(100.0, 6.0).record()[0], envelope.new_scratch()).reach
     assert envelope.entry_speed(wanted[0], high, 0.0) > reach > envelope.entry_speed(wanted[0], 0.0, 0.5)
     events_of(servo)
     loop.run_virtual(servo, 2000, now)
