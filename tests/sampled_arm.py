@@ -8,7 +8,7 @@ from haptic_server import block as blocks
 from haptic_server.device.simulated import Simulated
 from haptic_server.records import EVENT, Reading
 from haptic_server.servo import memory
-from haptic_server.servo.force.rendering import requested_forces, render, detect_events
+from haptic_server.servo.force.rendering import detect_events, render, requested_forces
 from realtime import ring
 from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.jit import njit

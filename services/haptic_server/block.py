@@ -81,7 +81,7 @@ class Block(NamedTuple):
         return int(self.header[BOOT_CELL])
 
     @property
-    def header(self) -> BlockHeader:
+    def header_view(self) -> BlockHeader:
         """The part that every version understands."""
         return BlockHeader(self.header, self.control)
 

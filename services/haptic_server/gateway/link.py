@@ -69,7 +69,7 @@ class ServoLink:
 
     def servo_is_about_to_tick(self) -> bool:
         """True when the servo waits with its first tick until somebody hears it."""
-        return is_about_to_tick(self.block.header)
+        return is_about_to_tick(self.block.header_view)
 
     def await_events(self, until_ns: int) -> None:
         """Sleep until there are events to take, or until then (monotonic). Without the GIL, at next to no cost."""
@@ -148,7 +148,7 @@ class ServoLink:
 
     def raise_panic(self) -> None:
         """Zero force from the next tick on, also of a servo whose block was not taken up yet."""
-        raise_panic(self._folder, self.block.header)
+        raise_panic(self._folder, self.block.header_view)
 
     def is_held(self) -> bool:
         """True when a panic or a fault is latched, or a panic is on its way to the next tick."""

@@ -223,7 +223,8 @@ def _on_arm(law: Law, limits: Limits, room: Coefficients) -> tuple[int, float, i
 def judge(law: Law, limits: Limits, room: Coefficients) -> Judgement:
     """Judge a set: may it reach the device, and what the tick has to know of it.
 
-    Once a revision: 0.3 ms on the mean, up to 1.1 ms. Written so that a NaN fails every comparison. room: `new_scratch()`.
+    Once a revision: 0.3 ms on the mean, up to 1.1 ms. Written so that a NaN fails every comparison. room:
+    `new_scratch()`.
     """
     code, rebound, window = _of_numbers(law), 0.0, sampled_contact.MAX_WINDOW
     sampled = limits.period_s > 0.0

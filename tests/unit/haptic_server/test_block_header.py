@@ -104,7 +104,7 @@ def test_a_panic_between_two_servos_reaches_the_new_one(
     def renamed(self: Path, target: Path) -> Path:
         if late:
             rename(self, target)
-        block_header.raise_panic(tmp_path, gateway.header)
+        block_header.raise_panic(tmp_path, gateway.header_view)
         if not late:
             rename(self, target)
         return target
@@ -134,12 +134,12 @@ def test_a_servo_that_is_killed_while_it_takes_over_leaves_a_block_that_is_held(
 def test_a_panic_goes_on_to_the_newest_of_many_blocks(tmp_path: Path) -> None:
     gateway = made(tmp_path)
     newest = [made(tmp_path) for _ in range(3)][-1]
-    block_header.raise_panic(tmp_path, gateway.header)
+    block_header.raise_panic(tmp_path, gateway.header_view)
     assert peek(newest.control, blocks.PANIC) == 1
     (tmp_path / files.BLOCK).write_bytes(b"nonsense")
-    block_header.raise_panic(tmp_path, gateway.header)  # nowhere to go on to
+    block_header.raise_panic(tmp_path, gateway.header_view)  # nowhere to go on to
     (tmp_path / files.BLOCK).unlink()
-    block_header.raise_panic(tmp_path, gateway.header)
+    block_header.raise_panic(tmp_path, gateway.header_view)
     assert peek(gateway.control, blocks.PANIC) == 3
 
 
@@ -158,11 +158,11 @@ def test_a_servo_that_is_there_and_does_not_tick_is_stuck(tmp_path: Path) -> Non
 
 def test_a_servo_that_has_not_ticked_yet_is_about_to_while_it_lives(tmp_path: Path) -> None:
     block = made(tmp_path)  # of this process, which lives
-    assert block_header.is_about_to_tick(block.header)
+    assert block_header.is_about_to_tick(block.header_view)
     poke(block.control, blocks.HEARTBEAT, 1)
-    assert not block_header.is_about_to_tick(block.header)
+    assert not block_header.is_about_to_tick(block.header_view)
     poke(block.control, blocks.HEARTBEAT, 0)
     with subprocess.Popen([sys.executable, "-c", ""]) as dead:
         pass
     block.header[block_header.PID_CELL] = dead.pid
-    assert not block_header.is_about_to_tick(block.header)
+    assert not block_header.is_about_to_tick(block.header_view)

@@ -15,7 +15,7 @@ from drumstick.drum.membrane.scheme import Scheme, tuned
 from drumstick.drum.step_numbers import StepCoefficients
 from drumstick.parameters.drum import Mesh
 from drumstick.parameters.scene import Scene
-from drumstick_lab.accuracy.drums.modes import Step, Numbers
+from drumstick_lab.accuracy.drums.modes import Numbers, Step
 from drumstick_lab.accuracy.drums.plain_mesh import PlainMesh, plain_mesh, plain_steps
 from drumstick_lab.accuracy.timing import Window, spent_ns
 

@@ -90,7 +90,7 @@ def test_a_panic_while_the_scene_is_laid_out_holds_the_new_one(run: Run) -> None
     gateway = block.attach(run.folder, law_of(parse(shipped_text("roll"), "roll")).dtype)
     assert run.lay_out(wanted="snare") == "snare"
     block_header.raise_panic(
-        run.folder, gateway.header
+        run.folder, gateway.header_view
     )  # a gateway that still lives, on the block that it has mapped
     run.servo_left(held=None)
     assert block_header.was_held(run.folder)
