@@ -237,14 +237,14 @@ def beside(engine: Any) -> float:
 SOUNDS = """
 import json
 import numpy as np
-from drumstick.drum.excitation.strikes import Blow
+from drumstick.drum.excitation.strikes import OfflineStrike
 from drumstick.drum.render import render
 from drumstick.parameters.scene import parse
 from drumstick_lab.pages.scenes_page import page
 from rig.offline import scene_cost
 
 def spectrum(text):
-    sound = render(parse(text, "x"), [Blow(0.0, 0.3, 0.0, 10.0, 0.005)], 1.0, 48000)[:, 0]
+    sound = render(parse(text, "x"), [OfflineStrike(0.0, 0.3, 0.0, 10.0, 0.005)], 1.0, 48000)[:, 0]
     return np.abs(np.fft.rfft(sound * np.hanning(len(sound)))) * 4.0 / len(sound)
 
 HUM = "[drum.effects.hum]\\nf_Hz = 3000.0\\nlevel = 0.2\\n"

@@ -211,7 +211,7 @@ def bandwidth(found: Row) -> Figure:
 def excitation(found: Row) -> Figure:
     """Error of the sound against the contact law's own blow: by one message, and streamed at each rate."""
     figure, axes = sheet(
-        "The blow: told at once by one message, or sample by sample and later",
+        "The blow: sent at once in one message, or streamed sample by sample, later",
         f"error of the sound against the exact blow below {found['band_Hz']:g} Hz, dB; further left is truer",
         "",
     )

@@ -26,8 +26,8 @@ class DeviceError(Exception):
 class Device(Protocol):
     """A device as the servo process uses it. Control threads, one at a time; never the tick's.
 
-    The order is open, info, furnish, rehearse, run, close; `close` may follow a failure of any of them, and may be
-    called twice.
+    The order is open, info, attach_simulation, warm_up, run, close; `close` may follow a failure of any of them, and
+    may be called twice.
     """
 
     def open(self) -> None:

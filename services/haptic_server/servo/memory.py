@@ -117,8 +117,8 @@ def prepare(scene: Scene, block: Block, specification: Specification = EXACT_STI
     """Memory for one servo of this scene on such a device, with the parameters that its new block starts from.
 
     It starts held where the block says so: the servo before it was, by a panic or by a fault, which it still tells. A
-    device that is simulated or replayed adds what it moves (`furnish`). A scene that streams gets a contact ring of its
-    own, without a file.
+    device that is simulated or replayed adds what it moves (`attach_simulation`). A scene that streams gets a contact
+    ring of its own, without a file.
     """
     player = np.zeros(1, PLAYER)
     player["revision"] = block.live["revision"][0]

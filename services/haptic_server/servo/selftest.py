@@ -37,7 +37,7 @@ class Played(NamedTuple):
 def play(servo: Servo, ticks: int, cpu: int, first_ns: int) -> Played:
     """The very loop that plays, for `ticks` ticks on a thread of its own, as the servo's; blocks until it has ended.
 
-    `first_ns`: when its first tick is due, by the monotonic clock. Control thread; `rehearse` before.
+    `first_ns`: when its first tick is due, by the monotonic clock. Control thread; `warm_up` before.
     """
     log = _log_of(ticks + WARM_TICKS)
     granted: dict[str, str] = {}

@@ -1,4 +1,4 @@
-"""Witnesses: threads of the highest real-time priority, one on each processor, that notice when it stands still.
+"""Probes: threads of the highest real-time priority, one on each processor, that notice when it stands still.
 
 A virtual machine's host may stop a processor for tens of milliseconds; no program on it can help that. What a witness
 of priority 99 saw as well, the force loop is not to blame for. `watch` runs without the GIL; the rest belongs to a
@@ -44,7 +44,7 @@ def watch(cells: npt.NDArray[np.int64], stalls: Stalls, timespec: npt.NDArray[np
 
 
 class StallProbe(NamedTuple):
-    """One running witness."""
+    """One running probe."""
 
     thread: threading.Thread
     stalls: Stalls
@@ -63,7 +63,7 @@ def _run_probe(
 
 
 class StallDetector:
-    """Witnesses on every processor of this process, from `__enter__` to `__exit__`; Linux only.
+    """Probes on every processor of this process, from `__enter__` to `__exit__`; Linux only.
 
     `refused` says where the priority was not granted: such a witness is late itself, and excuses too much.
     """

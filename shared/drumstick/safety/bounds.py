@@ -56,7 +56,7 @@ def _at_least(of: ContactBound, rebound: float) -> ContactBound:
 
 @njit()
 def rendered(blows: ContactBounds, rebound: float) -> ContactBounds:
-    """Like `blows_of`, on a device that gives back at least `rebound` of a blow's speed."""
+    """Like `bounds_of_contact`, on a device that gives back at least `rebound` of a blow's speed."""
     return ContactBounds(_at_least(blows.own, rebound), _at_least(blows.slow, rebound))
 
 

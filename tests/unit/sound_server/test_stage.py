@@ -152,14 +152,14 @@ def test_a_drum_that_enters_or_leaves_changes_nothing_in_the_sound_of_the_other(
 _ENTERS = """
 from drumstick.parameters.drum import Drum
 from drumstick.parameters.scene import Scene
-from realtime.kernels.handover import Handed
+from realtime.kernels.handover import ForeignHandle
 from drumstick.drum.build import new_engine
 from drumstick.drum.excitation.strikes import StrikeRing
 from sound_server.stage import Stage, _player_of
 
 stage = Stage(48_000)
 engine = new_engine(Scene("drum", drum=Drum(f01_Hz=150.0)), 48_000, StrikeRing())
-print(_player_of(Handed((engine, stage.boards.begun[:1])).kind).was_stored)
+print(_player_of(ForeignHandle((engine, stage.boards.begun[:1])).kind).was_stored)
 """
 
 

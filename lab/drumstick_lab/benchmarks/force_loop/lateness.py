@@ -4,7 +4,7 @@ Ours is the servo process with its own loop (lateness_servo.py); the other is la
 compiler: the same rate, priority, locked memory, timer slack, processor and spin. Both run at the same time, so that
 load, host and kernel are the same for both, half a period apart, so that neither is in the other's way: each is done
 with its tick long before the other wakes. They swap phases from window to window, because the kernel's own timer tick
-falls on one phase. Witnesses (servo/stall_detector.py), here in a third process, tell the host's stalls, which are discounted
+falls on one phase. Probes (servo/stall_detector.py), here in a third process, see the host's stalls, which are discounted
 from both alike. The condition `two C loops` shows how far two equal loops differ here: the noise of every ratio.
 
 Conditions: idle; a thread of pure Python in the servo's own process; as many busy processes as processors; sets of

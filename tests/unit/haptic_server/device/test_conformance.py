@@ -111,7 +111,7 @@ def running(case: Case, servo: Servo) -> Generator[Running]:
 
 
 def undisturbed(new: NewCase, play: Callable[[Case, Servo], Running]) -> tuple[Case, Running]:
-    """Open, rehearse, play, close, again while the machine itself stood still for so long that a guard must hold."""
+    """Open, warm up, play, close, again while the machine itself stood still for so long that a guard must hold."""
     for _ in range(TRIES):
         case = new()
         case.device.open()

@@ -315,7 +315,7 @@ from drumstick.stick.law import law_of
 from drumstick.parameters.scene import EFFECTS, Scene
 
 print(json.dumps([
-    bounds.blows_of(law_of(Scene(name, effects={name: EFFECTS[name]()}))[0]) for name in sys.argv[1:]
+    bounds.bounds_of_contact(law_of(Scene(name, effects={name: EFFECTS[name]()}))[0]) for name in sys.argv[1:]
 ]))
 """
 

@@ -20,11 +20,11 @@ class _Deaf(socket.socket):
 _LOOK = """
 import resource, sys
 from rig.machine import machine_needs
-from rig.exit_status import Stop
+from rig.exit_status import CommandError
 {limit}
 try:
     machine_needs.require_machine()
-except Stop as stop:
+except CommandError as stop:
     print(stop)
     sys.exit(stop.status)
 print(resource.getrlimit(resource.RLIMIT_NOFILE)[0])
