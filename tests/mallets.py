@@ -9,7 +9,7 @@ import numpy as np
 from drumstick.drum.engine import Engine
 from drumstick.drum.excitation.strikes import EVENT
 from drumstick.drum.mallets import mallet
-from drumstick.drum.mallets.tip import TIP, Tip, goes_on, met, placed
+from drumstick.drum.mallets.tip import TIP, Tip, goes_on, placed, solve_contact
 from drumstick.drum.modal.bank import Bank
 from drumstick.parameters.mallet import Mallet
 from drumstick.parameters.scene import Scene
@@ -42,13 +42,13 @@ def on_a_wall(tips: Records, mass: float, speed: float, step_s: float) -> tuple[
     placed(tip, x, before)
     contact = 0.0
     while x > 0.0 or x >= before:
-        after, _ = met(tip, 2.0 * x - before)
+        after, _ = solve_contact(tip, 2.0 * x - before)
         goes_on(tip, after)
         before, x = x, after
         contact += step_s
     contact -= step_s * x / (x - before)
     for _ in range(2):  # the push of the last steps stands for depths before them
-        after, _ = met(tip, 2.0 * x - before)
+        after, _ = solve_contact(tip, 2.0 * x - before)
         goes_on(tip, after)
         before, x = x, after
     return contact, (before - x) / (speed * step_s)
@@ -126,7 +126,7 @@ def struck_at_random(tips: Records, strikes: int, seed: int) -> tuple[float, flo
                 free[i] = 2.0 * q[i] - before[i] - pull
                 y_free += share[i] * free[i]
             x_free = 2.0 * x - x_before
-            after, force = met(tip, x_free - y_free)
+            after, force = solve_contact(tip, x_free - y_free)
             for i in range(3):
                 before[i] = q[i]
                 q[i] = free[i] + share[i] * step_s * step_s / mass * force

@@ -13,7 +13,7 @@ from typing import TypeVar
 
 import zenoh
 
-from drumstick.drum.calibrate import blow_at
+from drumstick.drum.calibrate import strike_for_speed
 from drumstick.parameters.scene import Scene, as_tables
 from protocol.keys import Keys
 from protocol.messages import Clock, Meter, State, Strike, decode, encode
@@ -122,7 +122,7 @@ class HapticSide:
         if seq is None:
             self.seq += 1
             seq = self.seq
-        blow = blow_at(self.scene, 0.6, 0.4, 0.1)
+        blow = strike_for_speed(self.scene, 0.6, 0.4, 0.1)
         return encode(
             Strike(
                 boot=self.boot,

@@ -19,7 +19,7 @@ from pythonosc.osc_message import OscMessage
 from rig_process import DRUMSTICK, Listener, ask, reason_of, reply_to, running, wait_for
 from wav_heard import RATE, onsets_s, sound_in
 
-from drumstick.drum.calibrate import blow_at
+from drumstick.drum.calibrate import strike_for_speed
 from drumstick.parameters.scene import Scene, as_tables
 from protocol.keys import Keys
 from protocol.messages import Clock, Contact, Meter, Readback, State, Strike, decode
@@ -88,7 +88,7 @@ def a_roll(path: Path, scene: Scene, finished: bool = True) -> Path:
     messages = [(0.0, "/param/k_coll", Readback(value=1000.0, revision=3))]
     for k, at_s in enumerate(AT_S):
         boot, seq = (7, k + 40) if k < 5 else (8, k - 4)
-        blow = blow_at(scene, 0.6, 0.4, 0.1)
+        blow = strike_for_speed(scene, 0.6, 0.4, 0.1)
         strike = a_strike(seq, boot, blow.peak_N, contact_estimate_s=blow.contact_s)
         messages += [(at_s, "/strike", strike), (at_s + 0.0054, "/release", a_release(seq, boot))]
         messages += [(at_s + 0.02, "/state", a_state(seq, boot))]

@@ -41,7 +41,7 @@ def _rendered(name: str) -> dict[str, Any]:
     import soundfile
     from PIL import Image
 
-    from drumstick.drum.calibrate import blow_at
+    from drumstick.drum.calibrate import strike_for_speed
     from drumstick.drum.render import render
     from rig.figures.sounds.spectrogram import spectrogram
     from rig.figures.style import drawn_png
@@ -50,7 +50,7 @@ def _rendered(name: str) -> dict[str, Any]:
 
     scene = parse(shipped_text(name), name)
     speed = 0.5 * scene.strike.full_scale_m_per_s
-    blows = [blow_at(scene, speed, x, 0.0, t_s) for t_s, x in STROKES]
+    blows = [strike_for_speed(scene, speed, x, 0.0, t_s) for t_s, x in STROKES]
     lasts_s, end_s, gesture = ROLL_S, END_S, None
     if scene.hand.gesture == "recorded":
         scene = dataclasses.replace(scene, drum=dataclasses.replace(scene.drum, excitation="streamed"))

@@ -64,7 +64,7 @@ def _watch(
     written = inherited
     watchdog = Watchdog(servo, Supervisor())
     while not stop.wait(_POLL_EVERY_S) and loop_thread.is_alive():
-        watchdog.look()
+        watchdog.poll()
         ended = bool(servo.player[0]["trace_ended"])
         if ended and not written:
             _save_trace(servo, path)

@@ -14,7 +14,7 @@ class Watchdog:
         self._seen = 0
         self._reported_still = False
 
-    def look(self) -> None:
+    def poll(self) -> None:
         """Several times within the watchdog's time."""
         tick = int(self._status[0]["tick"])
         if tick != self._seen:

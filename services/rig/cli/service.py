@@ -49,9 +49,9 @@ def access_command(
     from rig.options import EndpointOptions
     from rig.supervision.parts import ACCESS
     from rig.supervision.rig_options import checked_options
-    from rig.supervision.service import become
+    from rig.supervision.service import exec_service
 
-    become(
+    exec_service(
         ACCESS,
         checked_options(
             frozenset({ACCESS}), RigOptions(rig=rig, rig_file=rig_file), EndpointOptions(listen=listen)
@@ -64,9 +64,11 @@ def sound_command(*, audio: AudioOptions, rig_options: RigOptions, room: RoomOpt
     """Become the sound server, which waits for its device."""
     from rig.supervision.parts import SOUND
     from rig.supervision.rig_options import checked_options
-    from rig.supervision.service import become
+    from rig.supervision.service import exec_service
 
-    become(SOUND, replace(checked_options(frozenset({SOUND}), rig_options, audio, room), audio_awaited=True))
+    exec_service(
+        SOUND, replace(checked_options(frozenset({SOUND}), rig_options, audio, room), audio_awaited=True)
+    )
 
 
 @grouped
@@ -74,9 +76,9 @@ def panel_command(*, page: PageOptions, rig_options: RigOptions) -> None:
     """Become the technician's page."""
     from rig.supervision.parts import PANEL
     from rig.supervision.rig_options import checked_options
-    from rig.supervision.service import become
+    from rig.supervision.service import exec_service
 
-    become(PANEL, checked_options(frozenset({PANEL}), rig_options, page))
+    exec_service(PANEL, checked_options(frozenset({PANEL}), rig_options, page))
 
 
 def servo_ticks_command(rig: RigName = "main") -> None:

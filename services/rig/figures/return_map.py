@@ -45,7 +45,7 @@ def _next(scene: Scene, v0_m_per_s: float, contacts: int) -> tuple[list[float], 
     speeds: list[float] = []
     fate = exact.MOVING
     while len(speeds) < contacts and fate == exact.MOVING:
-        fate = lap.next_release(law[0], motion[0], lap.LITTLE_PATIENCE, measured)
+        fate = lap.next_release(law[0], motion[0], lap.FEW_WAIT_DOUBLINGS, measured)
         if fate == exact.MOVING:
             speeds.append(float(measured[lap.V_E]))
     return speeds, fate

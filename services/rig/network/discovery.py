@@ -48,7 +48,7 @@ class Network:
         self._states: dict[str, Any] = {}
         self._heard: dict[str, _Heard] = {}
 
-    def look(self) -> list[Seen]:
+    def poll(self) -> list[Seen]:
         """Every rig of which some service is present, by name."""
         services = self._present()
         served = [rig for rig, there in services.items() if there["haptic"]]

@@ -28,7 +28,7 @@ def show(end: RemoteRig, as_json: bool) -> None:
     from rig.network.discovery import Network
 
     with opened(end) as session:
-        seen = Network(session).look()
+        seen = Network(session).poll()
     print(_object(end, seen) if as_json else _table(end, seen))
 
 
@@ -41,7 +41,7 @@ def watch(end: RemoteRig, as_json: bool, duration_s: float | None) -> None:
     with opened(end) as session:
         network = Network(session)
         while until is None or time.monotonic() < until:
-            seen = network.look()
+            seen = network.poll()
             now = {each.rig: _shown(each) for each in seen}
             if as_json and now != before:
                 print(_object(end, seen), flush=True)

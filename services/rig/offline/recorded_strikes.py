@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.drum.excitation.offline import Press
+from drumstick.drum.excitation.offline import StreamedContact
 from drumstick.drum.excitation.strikes import OfflineStrike
 from drumstick.parameters.scene import Scene
 from protocol.messages import Contact, Strike, decode
@@ -34,7 +34,7 @@ class Played(NamedTuple):
     """Strikes or contacts, one of the two, and how long they sound."""
 
     blows: list[OfflineStrike]
-    presses: list[Press]
+    presses: list[StreamedContact]
     length_s: float
 
 
@@ -125,7 +125,9 @@ def _by_forces(recording: Recording, scene: Scene) -> Played:
     return Played([], presses, last / rates.pop() + _RING_S)
 
 
-def _presses(pieces: Iterable[_Piece], place: "Callable[[int, int], tuple[float, float]]") -> Iterable[Press]:
+def _presses(
+    pieces: Iterable[_Piece], place: "Callable[[int, int], tuple[float, float]]"
+) -> Iterable[StreamedContact]:
     # Each contact on the grid of ticks, its pieces at their own ticks; a tick that came twice counts once.
     found = sorted(pieces, key=lambda piece: piece.publish_ns)
     first_ns = found[0].publish_ns
@@ -144,7 +146,7 @@ def _presses(pieces: Iterable[_Piece], place: "Callable[[int, int], tuple[float,
             continue
         kept = np.where(new, forces, np.float32(0.0)).astype(np.float64)
         tick = max(start + contact.first_tick - first_tick, 0)
-        yield Press(tick, contact.rate_Hz, x, y, kept, begins)
+        yield StreamedContact(tick, contact.rate_Hz, x, y, kept, begins)
 
 
 def _since(first_ns: int, event: RecordedMessage) -> float:

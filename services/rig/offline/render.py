@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
-    from drumstick.drum.excitation.offline import Press
     from drumstick.drum.excitation.strikes import OfflineStrike
     from drumstick.parameters.scene import Scene
 
@@ -65,7 +64,7 @@ def _number(row: dict[str, str | None], name: str, place: str) -> float:
 
 def strikes_of(path: Path, scene: "Scene") -> list["OfflineStrike"]:
     """The strikes of a CSV table, for this scene's drum. Raises CommandError."""
-    from drumstick.drum.calibrate import blow_at
+    from drumstick.drum.calibrate import strike_for_speed
 
     blows: list[OfflineStrike] = []
     try:
@@ -80,7 +79,7 @@ def strikes_of(path: Path, scene: "Scene") -> list["OfflineStrike"]:
             if t_s < before_s:
                 usage_error(f"{place}: t_s goes back: {t_s:.15g} s after {before_s:.15g} s")
             before_s = t_s
-            blows.append(blow_at(scene, speed, x, y, t_s))
+            blows.append(strike_for_speed(scene, speed, x, y, t_s))
             if len(blows) > _MAX_STRIKES:
                 usage_error(f"{path}: more than {_MAX_STRIKES} strikes; cut it")
     except OSError as error:
@@ -92,7 +91,7 @@ def strikes_of(path: Path, scene: "Scene") -> list["OfflineStrike"]:
 
 def rolled(scene: "Scene", duration_s: float) -> list["OfflineStrike"]:
     """Strikes of the scene's own stick, thrown once, on the hand's circle."""
-    from drumstick.drum.calibrate import blow_at, stroke_of
+    from drumstick.drum.calibrate import strike_for_speed, stroke_of
     from drumstick.drum.excitation.strikes import OfflineStrike
     from drumstick.stick.contact_ahead import MAX_S
     from drumstick.stick.simulate import COLUMNS, simulate
@@ -106,7 +105,7 @@ def rolled(scene: "Scene", duration_s: float) -> list["OfflineStrike"]:
         x, y = hand.orbit_radius * math.cos(turn), hand.orbit_radius * math.sin(turn)
         lasts_s = contact["t_out_s"] - t_s
         if lasts_s > MAX_S:  # a press, announced as a lone blow
-            blows.append(blow_at(scene, -contact["v_in_m_per_s"], x, y, t_s))
+            blows.append(strike_for_speed(scene, -contact["v_in_m_per_s"], x, y, t_s))
         else:
             stroke = stroke_of(scene, -contact["v_in_m_per_s"])
             blows.append(
@@ -116,20 +115,20 @@ def rolled(scene: "Scene", duration_s: float) -> list["OfflineStrike"]:
 
 
 def _strikes(scene: "Scene", options: RenderOptions) -> list["OfflineStrike"]:
-    from drumstick.drum.calibrate import blow_at
+    from drumstick.drum.calibrate import strike_for_speed
 
     if options.strikes is not None:
         return strikes_of(options.strikes, scene)
     if options.roll:
         return rolled(scene, options.duration_s)
-    return [blow_at(scene, scene.strike.full_scale_m_per_s / 2.0, 0.5, 0.0, _ONE_STRIKE_S)]
+    return [strike_for_speed(scene, scene.strike.full_scale_m_per_s / 2.0, 0.5, 0.0, _ONE_STRIKE_S)]
 
 
 class RenderInput(NamedTuple):
     """Strikes by their messages, contacts by their forces, and how long they last, where that is known."""
 
     blows: "list[OfflineStrike]"
-    presses: "list[Press]"
+    presses: "list[StreamedContact]"
     length_s: float | None = None
 
 
@@ -148,7 +147,7 @@ def _score(name: str, scene: "Scene", options: RenderOptions) -> RenderInput:
 
 
 def _write(
-    scene: "Scene", blows: Iterable["OfflineStrike"], presses: list["Press"], options: RenderOptions
+    scene: "Scene", blows: Iterable["OfflineStrike"], presses: list["StreamedContact"], options: RenderOptions
 ) -> Written:
     import numpy as np
     from rich.console import Console

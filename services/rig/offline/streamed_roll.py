@@ -14,7 +14,6 @@ from realtime.records import is_there
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from drumstick.drum.excitation.offline import Press
     from drumstick.parameters.scene import Scene
     from haptic_server.servo.memory import Servo
     from protocol.messages import Contact
@@ -74,11 +73,11 @@ def contacts(scene: "Scene", duration_s: float, gesture: str | None = None) -> "
     yield from pieces.of(_BOOT, (), _END_NS)
 
 
-def presses(scene: "Scene", duration_s: float, gesture: str | None = None) -> "Iterator[Press]":
+def presses(scene: "Scene", duration_s: float, gesture: str | None = None) -> "Iterator[StreamedContact]":
     """Forces of `contacts` for the offline renderer, a press for each contact."""
     import numpy as np
 
-    from drumstick.drum.excitation.offline import Press
+    from drumstick.drum.excitation.offline import StreamedContact
 
     zeroth: int | None = None
     for _, pieces in itertools.groupby(contacts(scene, duration_s, gesture), lambda piece: piece.seq):
@@ -90,4 +89,4 @@ def presses(scene: "Scene", duration_s: float, gesture: str | None = None) -> "I
         if zeroth is None:
             zeroth = first_tick - round(t_ns * 1e-9 * rate_Hz)
         forces_N = np.frombuffer(b"".join(piece.forces for piece in own), "<f4").astype(np.float64)
-        yield Press(max(first_tick - zeroth, 0), rate_Hz, x, y, forces_N)
+        yield StreamedContact(max(first_tick - zeroth, 0), rate_Hz, x, y, forces_N)

@@ -113,7 +113,7 @@ class Service:
             self.last_line = text
             self._say(f"[{self.name}] {text}")
 
-    def look(self, now: float) -> None:
+    def poll(self, now: float) -> None:
         """Pass on what the child printed; restart it if it died."""
         self._read()
         if self._process is None:

@@ -47,7 +47,7 @@ def _read(path: Path) -> str:
         return ""
 
 
-def lay_out(run: Path, configured: str, say: Say, rig: str = DEFAULT_RIG) -> None:
+def install_scene(run: Path, configured: str, say: Say, rig: str = DEFAULT_RIG) -> None:
     """Put the scene for the servo that starts now: one that somebody asked for, or the one of the options.
 
     A servo that crashed finds its scene and its block as they were; so does one that a panic or a fault holds,

@@ -18,7 +18,7 @@ def _say(words: str) -> None:
     say(logging.INFO, f"drumstick: {words}")
 
 
-def become(name: str, options: Options) -> NoReturn:
+def exec_service(name: str, options: Options) -> NoReturn:
     """Replace this process by the service, with the command line that `drumstick up` would give it. Raises
     CommandError."""
     command = commands(options).get(name)
@@ -40,7 +40,7 @@ def become_gateway(options: Options) -> NoReturn:
         unavailable(
             f"{options.folder} holds no scene: the servo of rig {options.rig!r} lays it out; start that first"
         )
-    become("gateway", options)
+    exec_service("gateway", options)
 
 
 def become_servo(options: Options, scene: str) -> NoReturn:
@@ -48,9 +48,9 @@ def become_servo(options: Options, scene: str) -> NoReturn:
     from rig.supervision import scene_change
 
     lock = folder.claim(options.folder, options.rig)
-    scene_change.lay_out(options.folder, scene, _say, options.rig)
+    scene_change.install_scene(options.folder, scene, _say, options.rig)
     os.set_inheritable(lock.fileno(), True)
-    become("servo", options)
+    exec_service("servo", options)
 
 
 def servo_ticks(rig: str) -> None:

@@ -82,7 +82,7 @@ class Rig:
     def _poll(self, now: float) -> None:
         self._follow_scene()
         for service in self._services:
-            service.look(now)
+            service.poll(now)
             if service.fault_status is not None and self._scene_before is not None:
                 self._terminal.say(
                     f"the scene {self._scene.name} cannot be played here: back to the one before"
@@ -93,7 +93,7 @@ class Rig:
             if service.fault_status is not None:
                 said = "" if service.last_line else f"{service.name} ended with status {service.fault_status}"
                 raise CommandError(service.fault_status, said)  # what it said is on the terminal already
-        self._watch.look()
+        self._watch.poll()
         if not self._awaits_listeners():
             (self._options.folder / files.LISTENERS_AWAITED).unlink(missing_ok=True)
 
@@ -159,7 +159,7 @@ class Rig:
         )
 
     def _stop(self) -> None:
-        self._watch.look()
+        self._watch.poll()
         self._watch.close()
         for service in reversed(self._services):
             service.ask_to_stop()

@@ -36,7 +36,7 @@ class Watch:
         self._overruns: dict[int, int] = {}
         self._worst_us = 0.0
 
-    def look(self) -> None:
+    def poll(self) -> None:
         """Take what has arrived; the newest state and every sound server's newest meter count."""
         if self._session is None:
             self._open()

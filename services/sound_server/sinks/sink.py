@@ -44,7 +44,7 @@ class Sink(Protocol):
     stage: Mixer
 
     @property
-    def comes_back(self) -> bool:
+    def is_recoverable(self) -> bool:
         """True when, once lost, it may be found again by its words."""
         ...
 

@@ -55,7 +55,7 @@ def theory_of(scene: Scene, values: Mapping[str, float]) -> Theory:
         rising = _in_order(z_mm[up], path.v_m_per_s[up])
         falling = _in_order(z_mm[~up], path.v_m_per_s[~up])
     fastest = stable[-1].v_e_m_per_s if stable else scene.hand.throw_m_per_s
-    one = ReturnMap(law, scratch, 1, lap.PATIENCE)
+    one = ReturnMap(law, scratch, 1, lap.MAX_WAIT_DOUBLINGS)
     speeds = np.linspace(0.0, _WIDEST * fastest, _SPEEDS)[1:]
     mapped = [(float(v), float(one.measured[0, lap.V_E])) for v in speeds if one.at(float(v), OF_V_E)]
     return Theory(rising, falling, ([v for v, _ in mapped], [after for _, after in mapped]), (single, single))

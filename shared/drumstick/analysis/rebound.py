@@ -42,7 +42,7 @@ class _Head:
         self.motion[0] = self._fresh[0]
         self.motion["v"] = -speed
         measured = np.zeros(lap.MEASURED_SIZE)
-        fate, _ = lap.until(self._law, self.motion[0], exact.RELEASE, lap.LITTLE_PATIENCE, measured)
+        fate, _ = lap.until(self._law, self.motion[0], exact.RELEASE, lap.FEW_WAIT_DOUBLINGS, measured)
         return fate == exact.MOVING
 
 

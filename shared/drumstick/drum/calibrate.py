@@ -23,7 +23,9 @@ _STIFFENINGS = 5
 _PERIODS = 2.0  # of the lowest mode: the peak has passed by then
 
 
-def blow_at(scene: Scene, speed_m_per_s: float, x: float, y: float, t_s: float = 0.0) -> OfflineStrike:
+def strike_for_speed(
+    scene: Scene, speed_m_per_s: float, x: float, y: float, t_s: float = 0.0
+) -> OfflineStrike:
     """The blow that the scene's contact law gives at this speed: what a strike message would say."""
     law: Law = law_of(scene)[0]
     m, k, r = float(law["m"]), float(law["k_coll"]), float(law["r_in"])
@@ -43,7 +45,7 @@ def stroke_of(scene: Scene, speed_m_per_s: float) -> float:
 
 def full_scale(scene: Scene) -> OfflineStrike:
     """A strike of level 1 at half radius."""
-    return blow_at(scene, scene.strike.full_scale_m_per_s, 0.5, 0.0)
+    return strike_for_speed(scene, scene.strike.full_scale_m_per_s, 0.5, 0.0)
 
 
 def _gain(scene: Scene, rate_Hz: int, half: float, press: float) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 
 from drumstick.drum.block import render_all
 from drumstick.drum.build import size_of
-from drumstick.drum.calibrate import blow_at, build
+from drumstick.drum.calibrate import build, strike_for_speed
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.render import render
 from drumstick.parameters.scene import Scene
@@ -31,7 +31,7 @@ def ringing(scene: Scene, rate_Hz: int, frames: int) -> RingingCost:
     """Render `frames` of the scene's drum while it rings, after as many that are not counted."""
     ring = StrikeRing()
     engine = build(scene, rate_Hz, ring)
-    blow = blow_at(scene, 1.0, 0.5, 0.0)
+    blow = strike_for_speed(scene, 1.0, 0.5, 0.0)
     ring.swing(blow)
     out = np.zeros((frames, 2), np.float32)
     render_all(engine, out, _BLOCK, 0)
@@ -47,7 +47,9 @@ def f01_error_cents(scene: Scene, rate_Hz: int) -> float:
     The drum's t60_s should be some seconds, or nothing is left to measure.
     """
     f01 = scene.drum.f01_Hz
-    sound = render(scene, [blow_at(scene, 1.0, 0.0, 0.0)], PITCH_HEARD_S, rate_Hz)[:, 0].astype(float)
+    sound = render(scene, [strike_for_speed(scene, 1.0, 0.0, 0.0)], PITCH_HEARD_S, rate_Hz)[:, 0].astype(
+        float
+    )
     length = 3 * rate_Hz
     t = np.arange(length) / rate_Hz
     carrier = np.exp(-2j * np.pi * f01 * t) * np.hanning(length)

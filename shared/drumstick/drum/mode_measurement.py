@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.drum.calibrate import blow_at
+from drumstick.drum.calibrate import strike_for_speed
 from drumstick.drum.membrane.lattice import J01
 from drumstick.drum.render import render
 from drumstick.parameters.scene import Scene
@@ -23,7 +23,7 @@ _WAIT_S, _WINDOW_S = 0.1, 2.0
 _NEAR_CENTS = 40.0
 
 
-class Mode(NamedTuple):
+class MeasuredMode(NamedTuple):
     """(m, n): circles of nodes n - 1, diameters m. `found_Hz` is None where no peak is near the ideal head's mode."""
 
     m: int
@@ -37,7 +37,7 @@ class Mode(NamedTuple):
 class MeasuredModes(NamedTuple):
     """The modes, lowest first, and the spectrum in which they were found: f (Hz) and level (dB), shape (n,)."""
 
-    modes: list[Mode]
+    modes: list[MeasuredMode]
     f_Hz: Numbers
     level_dB: Numbers
 
@@ -62,7 +62,7 @@ def _peak(f_Hz: Numbers, level_dB: Numbers, ideal_Hz: float, within_cents: float
 
 def measured_modes(scene: Scene, rate_Hz: int, count: int = 12) -> MeasuredModes:
     """The first `count` modes of one soft strike, by the first pickup or microphone that is heard on the left."""
-    sound = render(scene, [blow_at(scene, _SOFT_M_PER_S, *_PLACE)], _WAIT_S + _WINDOW_S, rate_Hz)
+    sound = render(scene, [strike_for_speed(scene, _SOFT_M_PER_S, *_PLACE)], _WAIT_S + _WINDOW_S, rate_Hz)
     part = sound[round(_WAIT_S * rate_Hz) :, 0].astype(float)
     size = 8 * len(part)
     level = np.abs(np.fft.rfft(part * np.hanning(len(part)), size))
@@ -70,13 +70,13 @@ def measured_modes(scene: Scene, rate_Hz: int, count: int = 12) -> MeasuredModes
     level_dB = (20.0 * np.log10(np.maximum(level / max(float(level.max()), 1e-300), 1e-9))).astype(np.float64)
     ideal = _ideal(count + 1)
     apart = [1200.0 * math.log2(high[0] / low[0]) for low, high in pairwise(ideal)]
-    modes: list[Mode] = []
+    modes: list[MeasuredMode] = []
     for k, (zero, m, n) in enumerate(ideal[:count]):
         ideal_Hz = scene.drum.f01_Hz * zero / J01
         found_Hz = _peak(f_Hz, level_dB, ideal_Hz, min(_NEAR_CENTS, 0.5 * min(apart[max(k - 1, 0) : k + 1])))
         if found_Hz is None:
-            modes.append(Mode(m, n, ideal_Hz, None, None, None))
+            modes.append(MeasuredMode(m, n, ideal_Hz, None, None, None))
             continue
         top_dB = float(level_dB[np.argmin(np.abs(f_Hz - found_Hz))])
-        modes.append(Mode(m, n, ideal_Hz, found_Hz, 1200.0 * math.log2(found_Hz / ideal_Hz), top_dB))
+        modes.append(MeasuredMode(m, n, ideal_Hz, found_Hz, 1200.0 * math.log2(found_Hz / ideal_Hz), top_dB))
     return MeasuredModes(modes, f_Hz, level_dB)

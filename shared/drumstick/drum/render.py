@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from drumstick.drum.block import render_all
 from drumstick.drum.calibrate import build
-from drumstick.drum.excitation.offline import ContactFeeder, Press
+from drumstick.drum.excitation.offline import ContactFeeder, StreamedContact
 from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
 from drumstick.parameters.scene import Scene
 
@@ -22,7 +22,7 @@ def parts(
     strikes: Iterable[OfflineStrike],
     duration_s: float,
     rate_Hz: int,
-    presses: Iterable[Press] = (),
+    presses: Iterable[StreamedContact] = (),
 ) -> Iterator[npt.NDArray[np.float32]]:
     """The sound of `strikes` on the scene's drum as every sink would play it, a quarter of a second at a time.
 
@@ -57,7 +57,7 @@ def render(
     strikes: Iterable[OfflineStrike],
     duration_s: float,
     rate_Hz: int,
-    presses: Iterable[Press] = (),
+    presses: Iterable[StreamedContact] = (),
 ) -> npt.NDArray[np.float32]:
     """`parts` in one piece, shape (n, 2)."""
     found = [part.copy() for part in parts(scene, strikes, duration_s, rate_Hz, presses)]

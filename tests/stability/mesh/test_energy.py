@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from drumstick.drum.block import render_all
 from drumstick.drum.build import new_engine
-from drumstick.drum.calibrate import blow_at, build, full_scale
+from drumstick.drum.calibrate import build, full_scale, strike_for_speed
 from drumstick.drum.engine import Engine
 from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.membrane.scheme import Losses
@@ -218,7 +218,9 @@ def test_a_pitch_glide_is_as_far_as_the_scene_says() -> None:
 def test_blows_in_any_place_at_any_speed_never_exceed_full_scale(f01_Hz: float) -> None:
     scene = scene_of({}, t60_s=60.0, f01_Hz=f01_Hz)
     places = np.random.default_rng(2).uniform(-1.5, 1.5, (40, 2))
-    strikes = [blow_at(scene, 20.0, float(x), float(y), 0.005 * i) for i, (x, y) in enumerate(places)]
+    strikes = [
+        strike_for_speed(scene, 20.0, float(x), float(y), 0.005 * i) for i, (x, y) in enumerate(places)
+    ]
     clicks = [OfflineStrike(0.004 * i, 0.3, 0.1, 1e4, 0.0) for i in range(40)]
     sound = render(scene, [*strikes, *clicks], 0.4, RATE)
     assert np.isfinite(sound).all()

@@ -78,5 +78,5 @@ def test_what_is_no_block_is_said_to_be_none(tmp_path: Path, harm: Break) -> Non
 @pytest.mark.parametrize("harm", [name for name in HARMS if name != "folder"])
 def test_a_scene_that_lies_broken_gives_way_to_the_configured_one(tmp_path: Path, harm: str) -> None:
     HARMS[harm](tmp_path / files.SCENE)
-    scene_change.lay_out(tmp_path, "roll", lambda _words: None)
+    scene_change.install_scene(tmp_path, "roll", lambda _words: None)
     assert (tmp_path / files.SCENE).read_text(encoding="utf-8") == shipped_text("roll")

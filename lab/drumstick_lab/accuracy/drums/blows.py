@@ -17,7 +17,7 @@ from drumstick.drum.build import new_engine
 from drumstick.drum.engine import Control, Engine
 from drumstick.drum.excitation import force_resampling
 from drumstick.drum.excitation.analytic import PULSE, begin, bend, mean_force
-from drumstick.drum.excitation.offline import ContactFeeder, Press
+from drumstick.drum.excitation.offline import ContactFeeder, StreamedContact
 from drumstick.drum.excitation.point_force import JunctionForce
 from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
 from drumstick.parameters.scene import Scene, parse, shipped_text
@@ -106,13 +106,13 @@ def message_forces(blow: OfflineStrike, engine: Engine, steps: int, is_bent: boo
     return found
 
 
-def press_of(impulse: Impulse, at_s: float, rate_Hz: float) -> Press:
+def press_of(impulse: Impulse, at_s: float, rate_Hz: float) -> StreamedContact:
     """A contact that begins at at_s as a servo would tell it: means over its ticks, closed by 0 N."""
     first = math.floor(at_s * rate_Hz)
     count = math.ceil(strike(0.0).contact_s * rate_Hz) + 2
     ends_s = (first + np.arange(count + 1)) / rate_Hz - at_s
     forces = np.append(np.diff(impulse(ends_s)) * rate_Hz, 0.0)
-    return Press(first, rate_Hz, *PLACE, forces)
+    return StreamedContact(first, rate_Hz, *PLACE, forces)
 
 
 @njit()

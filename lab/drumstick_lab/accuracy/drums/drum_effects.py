@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.build import size_of
-from drumstick.drum.calibrate import blow_at, build
+from drumstick.drum.calibrate import build, strike_for_speed
 from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.render import render
 from drumstick.parameters.drum_effects import DRUM_EFFECTS
@@ -51,7 +51,10 @@ def without(effect: str) -> str:
 def _blows(scene: Scene) -> list[OfflineStrike]:
     # One of full scale at half radius, then one on the rim.
     speed = scene.strike.full_scale_m_per_s
-    return [blow_at(scene, speed, 0.5, 0.0, 0.0), blow_at(scene, speed, 0.97, 0.0, 0.5 * _HEARD_S)]
+    return [
+        strike_for_speed(scene, speed, 0.5, 0.0, 0.0),
+        strike_for_speed(scene, speed, 0.97, 0.0, 0.5 * _HEARD_S),
+    ]
 
 
 def heard(effect: str) -> Sound:

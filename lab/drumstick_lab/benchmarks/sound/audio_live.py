@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.drum.calibrate import blow_at, build
+from drumstick.drum.calibrate import build, strike_for_speed
 from drumstick.drum.engine import Engine
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.parameters.scene import parse
@@ -102,7 +102,7 @@ def window(sink: "DeviceSink", ring: StrikeRing, seconds: float, work: Work) -> 
     """Blocks, stalls and xruns of some seconds with `work` on a thread of its own."""
     stop = threading.Event()
     worker = threading.Thread(target=work, args=(stop,), daemon=True)
-    blow = blow_at(SCENE, 1.0, 0.5, 0.0)
+    blow = strike_for_speed(SCENE, 1.0, 0.5, 0.0)
     before, xruns = time.monotonic_ns(), sink.xruns
     with SeldomWitnesses() as witnesses:
         worker.start()

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from drumstick.drum.block import render_all
-from drumstick.drum.calibrate import blow_at, build
+from drumstick.drum.calibrate import build, strike_for_speed
 from drumstick.drum.engine import Engine
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.render import render
@@ -70,7 +70,7 @@ def step_case(name: str, material: str | None, touches: bool) -> Callable[[], fl
     out = np.zeros((RATE_HZ // 4, 2), np.float32)
 
     def run() -> float:
-        ring.swing(blow_at(scene, 1.0, 0.5, 0.0))
+        ring.swing(strike_for_speed(scene, 1.0, 0.5, 0.0))
         render_all(engine, out[:128] if touches else out, 128, 10**9)
         _stepped(engine, FIRST)
         begun = time.thread_time_ns()
@@ -94,7 +94,9 @@ def many_strikes(name: str) -> float:
     for part in range(100):
         at = 10**9 + 10_000_000 * part
         for k in range(STRIKES_PER_S // 100):
-            blow = blow_at(scene, float(chance.uniform(0.1, 2.0)), *map(float, chance.uniform(-0.7, 0.7, 2)))
+            blow = strike_for_speed(
+                scene, float(chance.uniform(0.1, 2.0)), *map(float, chance.uniform(-0.7, 0.7, 2))
+            )
             ring.swing(blow, at + 1_000_000 * k)
         begun = time.thread_time_ns()
         render_all(engine, out, 64, at)
@@ -107,7 +109,7 @@ def alike() -> float:
     scene = scene_of("tom", "wood")
     scene = dataclasses.replace(scene, listen=dataclasses.replace(scene.listen, gain_dB=-40.0))
     apart = round(APART_S * RATE_HZ)
-    first, second = (blow_at(scene, 1.0, 0.5, 0.0, t_s) for t_s in (0.01, 0.01 + apart / RATE_HZ))
+    first, second = (strike_for_speed(scene, 1.0, 0.5, 0.0, t_s) for t_s in (0.01, 0.01 + apart / RATE_HZ))
     alone = render(scene, [first], 0.2, RATE_HZ)[:, 0].astype(float)
     both = render(scene, [first, second], 0.2, RATE_HZ)[:, 0].astype(float)
     begin, length = round(0.01 * RATE_HZ), round(0.03 * RATE_HZ)

@@ -19,9 +19,9 @@ import numpy as np
 
 from drumstick.drum.block import render_all
 from drumstick.drum.build import new_engine
-from drumstick.drum.calibrate import blow_at
+from drumstick.drum.calibrate import strike_for_speed
 from drumstick.drum.excitation.feed import Feed
-from drumstick.drum.excitation.offline import Press
+from drumstick.drum.excitation.offline import StreamedContact
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.excitation.timeline import stream_of
 from drumstick.drum.render import render
@@ -58,12 +58,12 @@ def truth(rate_Hz: int) -> dict[str, float]:
     for place in range(8):
         at_s = 0.05 + place / 8.0 / rate_Hz
         # Without an impulse, the analytic force is the half-sine of its peak.
-        blow = dataclasses.replace(blow_at(roll(False), 1.0, 0.5, 0.0, at_s), impulse_N_s=0.0)
+        blow = dataclasses.replace(strike_for_speed(roll(False), 1.0, 0.5, 0.0, at_s), impulse_N_s=0.0)
         first = math.floor(blow.t_s * rate_Hz)
         ends = (first + np.arange(math.ceil(blow.contact_s * rate_Hz) + 3)) / rate_Hz - blow.t_s
         turn = math.pi * np.clip(ends / blow.contact_s, 0.0, 1.0)
         forces = np.diff(blow.peak_N * blow.contact_s / math.pi * (1.0 - np.cos(turn))) * rate_Hz
-        press = Press(first, float(rate_Hz), blow.x, blow.y, forces)
+        press = StreamedContact(first, float(rate_Hz), blow.x, blow.y, forces)
         wanted = np.fft.rfft(render(roll(False), [blow], 0.5, RATE_HZ)[:, 0])
         got = np.fft.rfft(render(roll(True), [], 0.5, RATE_HZ, [press])[:, 0])
         f_Hz = np.fft.rfftfreq(RATE_HZ // 2, 1.0 / RATE_HZ)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from drumstick.drum.calibrate import blow_at, build
+from drumstick.drum.calibrate import build, strike_for_speed
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.output.upsample import TAPS
 from drumstick.parameters.scene import Scene
@@ -43,7 +43,7 @@ MOST = 500
 
 
 def message(seq: int) -> bytes:
-    blow = blow_at(SCENE, 1.0, 0.5, 0.0)
+    blow = strike_for_speed(SCENE, 1.0, 0.5, 0.0)
     return encode(
         Strike(
             boot=1,

@@ -170,7 +170,7 @@ class OpenHaptics:
                 poke(servo.block.control, STOP, 1)
             now, seen = time.monotonic(), int(peek(gate.cells, port.TICKS))
             if ticks == 0 and seen > 0:
-                self._say(thread.favour(int(peek(gate.cells, port.THREAD))))
+                self._say(thread.request_real_time(int(peek(gate.cells, port.THREAD))))
             if seen != ticks:
                 ticks, since = seen, now
             elif now - since > (_SILENT_S if ticks else _FIRST_S):

@@ -24,7 +24,7 @@ else:
         return 0
 
 
-def favour(thread: int) -> str:
+def request_real_time(thread: int) -> str:
     """See that the driver's thread runs in real time; returns words about how it is scheduled. Control thread."""
     if thread == 0 or sys.platform != "linux":
         return "how the driver schedules its servo thread is not known here"

@@ -42,7 +42,7 @@ def _carry(carrier: Carrier, library: RtMidi, output: IO[str]) -> None:
     while True:
         if time.monotonic() >= look_at:
             look_at = time.monotonic() + _POLL_EVERY_S
-            report = carrier.look()
+            report = carrier.poll()
             if report != last and report is not None:
                 _report(output, report)
                 last = report

@@ -63,7 +63,7 @@ class Carrier:
         self._sounding: set[tuple[int, int]] = set()
         self._channels: set[int] = set()
 
-    def look(self) -> Report | None:
+    def poll(self) -> Report | None:
         """Open the port if it is there, notice if it has gone; None when nothing has changed."""
         try:
             if self._output is None:

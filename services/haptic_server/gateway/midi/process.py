@@ -39,7 +39,7 @@ class PortProcess:
         """True when the process has reported that it has the port."""
         return self._is_open
 
-    def look(self, now_s: float) -> str:
+    def poll(self, now_s: float) -> str:
         """Start the process when it is due, and read what it says. A port that is away is told once."""
         if self._process is None:
             if now_s >= self._start_at_s:

@@ -29,7 +29,7 @@ class Port(Protocol):
         """True when `send` reaches anything now."""
         ...
 
-    def look(self, now_s: float) -> str:
+    def poll(self, now_s: float) -> str:
         """See after the port. What there is to tell of it, "" if nothing has changed since the last call."""
         ...
 
@@ -121,7 +121,7 @@ class MidiSender:
             self._port.close()
 
     def _poll(self) -> None:
-        news = self._port.look(self._now())
+        news = self._port.poll(self._now())
         if news:
             _log.warning("midi: %s", news)
         is_new = self._port.is_open and not self._was_open

@@ -198,7 +198,7 @@ class OscQuery:
                 HTTPStatus.SERVICE_UNAVAILABLE, f"{MAX_CLIENTS} clients are connected: no more at once."
             )
         host = str(connection.local_address[0])
-        return page(self._root, self._values.look(), request.path, self._host_info(host))
+        return page(self._root, self._values.snapshot(), request.path, self._host_info(host))
 
     def _host_info(self, reached_at: str) -> dict[str, object]:
         osc_host, osc_port = self._front

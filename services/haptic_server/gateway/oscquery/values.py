@@ -26,7 +26,7 @@ class Values:
         self._newest[message.address] = list(message.args)
         return message.address
 
-    def look(self) -> "Snapshot":
+    def snapshot(self) -> "Snapshot":
         """Snapshot of the present values: one readback for a whole tree."""
         return Snapshot(self._parameters, self._newest)
 

@@ -6,7 +6,7 @@ Tick thread: no allocation, no locks, no Python, no exceptions. The same text ru
 from haptic_server.device import phantom, playback
 from haptic_server.device.hand import HOLD
 from haptic_server.servo.force.rendering import render
-from haptic_server.servo.force.strike_positions import walk
+from haptic_server.servo.force.strike_positions import advance_orbit
 from haptic_server.servo.memory import Servo
 from realtime.kernels.jit import njit
 
@@ -32,7 +32,7 @@ def sampled_tick(servo: Servo, now_ns: int, span_s: float) -> None:
     plant, reading, player, plan = servo.plant[0], servo.reading[0], servo.player[0], servo.plan[0]
     phantom.carry(plant, servo.gesture[0], servo.path, span_s, player.reach)
     phantom.measure(plant, reading, now_ns)
-    walk(player, plan, span_s)
+    advance_orbit(player, plan, span_s)
     reading.x_m = player.x * plan.reach_m
     reading.y_m = player.y * plan.reach_m
     phantom.obey(plant, render(servo, reading, now_ns, span_s))

@@ -10,7 +10,7 @@ from realtime.kernels.jit import njit
 
 
 @njit()
-def walk(player: TickState, plan: Plan, span_s: float) -> None:
+def advance_orbit(player: TickState, plan: Plan, span_s: float) -> None:
     """Go on by `span_s`; player.x and player.y are in radii."""
     player.phase += 2.0 * math.pi * span_s / plan.orbit_period_s
     if player.phase > math.pi:

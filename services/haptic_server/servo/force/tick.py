@@ -12,7 +12,7 @@ from haptic_server.servo import streaming
 from haptic_server.servo.event_output import end_contact, note_release, note_strike
 from haptic_server.servo.force.latch import latch
 from haptic_server.servo.force.orders import NOTHING, held_word, obey
-from haptic_server.servo.force.strike_positions import walk
+from haptic_server.servo.force.strike_positions import advance_orbit
 from haptic_server.servo.memory import Servo
 from realtime.atomics import store_release
 from realtime.kernels.jit import njit
@@ -121,7 +121,7 @@ def tick(servo: Servo, now_ns: int, span_s: float) -> None:
     """Advance to `now_ns` over the `span_s` seconds before it."""
     motion, player = servo.motion[0], servo.player[0]
     span_s = begin(servo, now_ns, span_s)
-    walk(player, servo.plan[0], span_s)
+    advance_orbit(player, servo.plan[0], span_s)
     if player.panicked != 0 or player.fault != 0:
         latch(servo)
     else:

@@ -2,13 +2,13 @@
 
 from matplotlib.figure import Figure
 
-from drumstick.drum.mode_measurement import MeasuredModes, Mode
+from drumstick.drum.mode_measurement import MeasuredMode, MeasuredModes
 from rig.figures.style import BLUE, DPI, GREY, WIDTH_IN, styled
 
 _COLUMNS = ["mode m, n", "ideal, Hz", "heard, Hz", "error, cents", "level, dB"]
 
 
-def _cells(mode: Mode) -> list[str]:
+def _cells(mode: MeasuredMode) -> list[str]:
     found = "-" if mode.found_Hz is None else f"{mode.found_Hz:.2f}"
     cents = "-" if mode.cents is None else f"{mode.cents:+.2f}"
     level = "-" if mode.level_dB is None else f"{mode.level_dB:.1f}"

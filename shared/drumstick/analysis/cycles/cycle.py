@@ -100,7 +100,7 @@ def close(law: Records, scratch: Records, state: Numbers, period: int) -> Cycle 
         return None
     measured, states = np.zeros((period, lap.MEASURED_SIZE)), np.zeros((period, lap.STATE_SIZE))
     lap.place(law[0], scratch[1:], scratch[:1], found)
-    if lap.laps(law[0], scratch[0], states, lap.PATIENCE, measured) != exact.MOVING:
+    if lap.iterate(law[0], scratch[0], states, lap.MAX_WAIT_DOUBLINGS, measured) != exact.MOVING:
         return None
     if not _ages_close(law, found, states[-1]):
         return None

@@ -36,7 +36,7 @@ UNDECIDED = 3
 
 # The longest wait for an event is 2^patience times the first one, and a contact may have 16 times as many turns. The
 # search for fixed points, sweeps and contacts without pulses ask for less than the rest.
-PATIENCE, LITTLE_PATIENCE = 12, 5
+MAX_WAIT_DOUBLINGS, FEW_WAIT_DOUBLINGS = 12, 5
 _CREEPING_PATIENCE = 60
 _FIRST_WAIT_RAD = 60.0
 _NOTHING_M, _NOTHING_M_PER_S = 1e-30, 1e-30
@@ -163,7 +163,7 @@ def place(law: Law, fresh: Records, motion: Records, state: Numbers) -> None:
 
 
 @njit()
-def laps(law: Law, motion: Motion, states: Numbers, patience: int, measured: Numbers) -> int:
+def iterate(law: Law, motion: Motion, states: Numbers, patience: int, measured: Numbers) -> int:
     """Play on for a number of laps; states: shape (laps, 5), that after each; measured: shape (laps, 6).
 
     Returns how it ended, as `until`.

@@ -87,7 +87,7 @@ def _self_consistent(
         if not start[V_OUT] > 0.0:
             return UNSETTLED
         lap.place(law, scratch[1:], scratch[:1], start)
-        fate = lap.laps(law, scratch[0], states, patience, measured)
+        fate = lap.iterate(law, scratch[0], states, patience, measured)
         if fate != exact.MOVING:
             return fate
         was0, was1 = h0, h1
@@ -159,5 +159,5 @@ def return_map(scene: Scene, v_e_m_per_s: Numbers) -> Numbers:
 
     NaN where there is no next contact, or no such speed: with a pulse at exit v_E is never below dv.
     """
-    one = ReturnMap(law_of(scene), lap.scratch_of(scene), 1, lap.PATIENCE)
+    one = ReturnMap(law_of(scene), lap.scratch_of(scene), 1, lap.MAX_WAIT_DOUBLINGS)
     return np.array([one.measured[0, V_E] if one.at(float(v), OF_V_E) else math.nan for v in v_e_m_per_s])

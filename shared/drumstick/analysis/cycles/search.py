@@ -41,8 +41,8 @@ class Search:
     """The mismatch of `laps` (1 or 2) over x, the logarithm of v_out; NaN where laps end otherwise."""
 
     def __init__(self, law: Records, scratch: Records, laps: int) -> None:
-        self._once = ReturnMap(law, scratch, 1, lap.LITTLE_PATIENCE)
-        self._twice = ReturnMap(law, scratch, 2, lap.LITTLE_PATIENCE) if laps == 2 else None
+        self._once = ReturnMap(law, scratch, 1, lap.FEW_WAIT_DOUBLINGS)
+        self._twice = ReturnMap(law, scratch, 2, lap.FEW_WAIT_DOUBLINGS) if laps == 2 else None
         m, k_hand, k_coll, z_ss = (float(law[name][0]) for name in ("m", "k_hand", "k_coll", "z_ss"))
         self._pressing = k_hand * abs(z_ss) / math.sqrt(m * (k_hand + k_coll))
 

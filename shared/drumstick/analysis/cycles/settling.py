@@ -52,7 +52,7 @@ def settle(law: Records, scratch: Records, throw_m_per_s: float) -> Settled:
     scratch[0]["v"] = throw_m_per_s
     period = 0
     for _ in range(_MAX_LAPS // _AT_ONCE):
-        fate = lap.laps(law[0], scratch[0], states, lap.PATIENCE, measured)
+        fate = lap.iterate(law[0], scratch[0], states, lap.MAX_WAIT_DOUBLINGS, measured)
         if fate == exact.LEFT:
             return Settled("left", None)
         if fate != exact.MOVING:  # held down for thousands of oscillations is rest in the head, too

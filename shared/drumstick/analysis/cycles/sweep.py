@@ -84,7 +84,7 @@ def _point(
     measured = np.zeros(lap.MEASURED_SIZE)
     seconds = 0.0
     for contact in range(settle + MEASURED):
-        fate = lap.next_release(laws[i], motions[i], lap.LITTLE_PATIENCE, measured)
+        fate = lap.next_release(laws[i], motions[i], lap.FEW_WAIT_DOUBLINGS, measured)
         if fate == exact.LEFT:
             v_e[:] = np.nan
             return LEFT, np.nan, 0

@@ -16,7 +16,7 @@ _EARLY_S = 0.03  # so long before its instant a piece is given
 
 
 @dataclass(frozen=True)
-class Press:
+class StreamedContact:
     """One contact: force means over ticks (N), the first at first_tick / rate_Hz seconds, at (x, y) in radii.
 
     `begins`: False for a later piece of a contact that came in pieces. All presses of a rendering have one rate; ticks
@@ -34,7 +34,7 @@ class Press:
 class ContactFeeder:
     """Gives the presses to an engine as its time comes; `epoch_ns` is the engine's time 0."""
 
-    def __init__(self, engine: Engine, presses: Iterable[Press], epoch_ns: int) -> None:
+    def __init__(self, engine: Engine, presses: Iterable[StreamedContact], epoch_ns: int) -> None:
         found = sorted(presses, key=lambda press: press.first_tick)
         if len({press.rate_Hz for press in found}) > 1:
             raise ValueError("presses of different rates: bring them to one")
@@ -60,8 +60,8 @@ class ContactFeeder:
             self._waiting.popleft()
 
 
-def _pieces(presses: Iterable[Press]) -> Iterable[Press]:
+def _pieces(presses: Iterable[StreamedContact]) -> Iterable[StreamedContact]:
     for press in presses:
         for done in range(0, len(press.forces_N), PIECE_MOST):
             forces = press.forces_N[done : done + PIECE_MOST]
-            yield Press(press.first_tick + done, press.rate_Hz, press.x, press.y, forces)
+            yield StreamedContact(press.first_tick + done, press.rate_Hz, press.x, press.y, forces)

@@ -100,7 +100,7 @@ def playing(engine: "Engine") -> int:
 @only_with("head")
 def _lay_on_mesh(engine: "Engine", slot: int) -> None:
     state, mallet, tip = engine.mallets.state[0], engine.mallets.pool[slot], engine.mallets.tips[slot]
-    give, moved = patch.lay(engine, slot, mallet.x, mallet.y, state.radius)
+    give, moved = patch.place_tip(engine, slot, mallet.x, mallet.y, state.radius)
     tip.give = mallet.own_give + state.unit_m * give
     mallet.moved = moved
 
@@ -108,7 +108,7 @@ def _lay_on_mesh(engine: "Engine", slot: int) -> None:
 @only_with("modal")
 def _lay_on_modes(engine: "Engine", slot: int) -> None:
     state, mallet = engine.mallets.state[0], engine.mallets.pool[slot]
-    give = shares.lay(engine, slot, mallet.x, mallet.y)
+    give = shares.place_tip(engine, slot, mallet.x, mallet.y)
     engine.mallets.tips[slot].give = mallet.own_give + state.unit_m * give
 
 

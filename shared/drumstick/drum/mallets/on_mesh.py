@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from drumstick.drum.mallets import patch
 from drumstick.drum.mallets.mallet import PLAYING, POOL, arrive, due, fly, forget, free, take_away
-from drumstick.drum.mallets.tip import met
+from drumstick.drum.mallets.tip import solve_contact
 from drumstick.drum.membrane.interpolation import drawn_in
 from realtime.kernels.jit import njit, only_with
 
@@ -59,7 +59,7 @@ def strike(engine: "Engine", then: Any) -> float:
         if pool[slot].stage != PLAYING:
             continue
         y_free = state.unit_m * patch.under(engine.mallets.patches, slot, then)
-        after, force = met(engine.mallets.tips[slot], free(engine, slot, y_free))
+        after, force = solve_contact(engine.mallets.tips[slot], free(engine, slot, y_free))
         fly(engine, slot, after, force)
         if force > 0.0:
             patch.push(engine.mallets.patches, slot, then, force)

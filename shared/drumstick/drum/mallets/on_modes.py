@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from drumstick.drum.mallets import shares
 from drumstick.drum.mallets.mallet import PLAYING, POOL, arrive, due, fly, forget, free, take_away
-from drumstick.drum.mallets.tip import met
+from drumstick.drum.mallets.tip import solve_contact
 from drumstick.drum.modal import bank
 from realtime.kernels.jit import njit, only_with
 
@@ -77,7 +77,7 @@ def _turn(engine: "Engine") -> tuple[float, float]:
         slot = number % POOL
         mallet = mallets.pool[slot]
         if mallet.stage == PLAYING:
-            _, force = met(mallets.tips[slot], _left(engine, slot))
+            _, force = solve_contact(mallets.tips[slot], _left(engine, slot))
             changed = max(changed, abs(force - mallet.force))
             most = max(most, force)
             mallet.force = force

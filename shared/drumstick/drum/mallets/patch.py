@@ -109,7 +109,7 @@ def _row(engine: "Engine", slot: int, row: int, x: float, y: float, reach: float
 
 
 @njit()
-def lay(engine: "Engine", slot: int, x: float, y: float, radius: float) -> tuple[float, float]:
+def place_tip(engine: "Engine", slot: int, x: float, y: float, radius: float) -> tuple[float, float]:
     """Put a tip on the head at (x, y), all in radii; returns how far a newton moves the head under it in a step, and
     the sum of all junctions."""
     head, patches = engine.head, engine.mallets.patches

@@ -52,7 +52,7 @@ def _given(kept: Floats, masses: Floats, one: Floats, other: Floats) -> float:
 
 
 @njit()
-def lay(engine: "Engine", slot: int, x: float, y: float) -> float:
+def place_tip(engine: "Engine", slot: int, x: float, y: float) -> float:
     """Put a tip on the head at (x, y), in radii; returns how far a newton moves the head under it in a step."""
     modes, own = engine.modal, engine.mallets.shares
     bank.take_aim(modes, slot, x, y)

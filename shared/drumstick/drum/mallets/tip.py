@@ -56,7 +56,7 @@ _NEAR = 1e-5  # depths so near to each other have the gradient of V as the mean 
 
 
 @njit()
-def pushed(tip: Tip, depth: float) -> float:
+def elastic_force(tip: Tip, depth: float) -> float:
     """V' = K d^p, N."""
     if depth <= 0.0:
         return 0.0
@@ -77,7 +77,7 @@ def _energy(tip: Tip, depth: float, push: float) -> float:
 @njit()
 def _force(tip: Tip, after: float) -> tuple[float, float]:
     # F and how fast it grows with d+.
-    push = pushed(tip, after)
+    push = elastic_force(tip, after)
     moved = after - tip.depth_before
     loss = tip.rate * tip.push
     if abs(moved) <= _NEAR * (abs(after) + abs(tip.depth_before)):
@@ -94,7 +94,7 @@ def _force(tip: Tip, after: float) -> tuple[float, float]:
 
 
 @njit()
-def met(tip: Tip, free: float) -> tuple[float, float]:
+def solve_contact(tip: Tip, free: float) -> tuple[float, float]:
     """d+ and F of this step, from where the two would be without F."""
     before = tip.depth_before
     if free <= 0.0 and before <= 0.0 and tip.depth <= 0.0:
@@ -129,7 +129,7 @@ def goes_on(tip: Tip, after: float) -> None:
     tip.guess = 3.0 * (after - tip.depth) + tip.depth_before
     tip.depth_before, tip.energy_before, tip.push_before = tip.depth, tip.energy, tip.push
     tip.depth = after
-    tip.push = pushed(tip, after)
+    tip.push = elastic_force(tip, after)
     tip.energy = _energy(tip, after, tip.push)
 
 

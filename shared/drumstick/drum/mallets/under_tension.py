@@ -17,7 +17,7 @@ from drumstick.drum.effects import tension
 from drumstick.drum.mallets import patch
 from drumstick.drum.mallets.mallet import PLAYING, POOL
 from drumstick.drum.mallets.patch import TIP_LANES
-from drumstick.drum.mallets.tip import met
+from drumstick.drum.mallets.tip import solve_contact
 from drumstick.drum.membrane.sweep import is_triangular
 from realtime.kernels.jit import njit, only_with
 
@@ -103,7 +103,7 @@ def _answered(engine: "Engine", pull: float) -> float:
         slot = number % POOL
         mallet = mallets.pool[slot]
         if mallet.stage == PLAYING:
-            _, force = met(mallets.tips[slot], mallet.bare - mallet.slack * pull)
+            _, force = solve_contact(mallets.tips[slot], mallet.bare - mallet.slack * pull)
             stretched += mallet.stretch * force
     if stretched == 0.0:
         return float(tight.pull)

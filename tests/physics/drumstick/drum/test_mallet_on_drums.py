@@ -7,7 +7,7 @@ import pytest
 
 from drumstick.drum.block import render_all
 from drumstick.drum.build import new_engine
-from drumstick.drum.calibrate import blow_at
+from drumstick.drum.calibrate import strike_for_speed
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.render import render
 from drumstick.parameters.scene import Scene, parse, shipped_text
@@ -27,7 +27,7 @@ def _touched_s(scene: Scene, speed: float, x: float) -> float:
     ring = StrikeRing()
     engine = new_engine(scene, RATE, ring)
     assert engine.mallets is not None
-    ring.swing(blow_at(scene, speed, x, 0.0))
+    ring.swing(strike_for_speed(scene, speed, x, 0.0))
     steps_s = float(engine.control["divisor"][0]) / RATE
     step, pushed = np.zeros((int(engine.control["divisor"][0]), 2), np.float32), list[bool]()
     for _ in range(round(0.03 / steps_s)):
@@ -56,7 +56,7 @@ def _centroid(sound: np.ndarray) -> float:
 def test_felt_is_an_octave_brighter_when_it_strikes_hard() -> None:
     scene = tom("felt")
     soft, hard = (
-        _centroid(render(scene, [blow_at(scene, speed, 0.5, 0.0, 0.01)], 0.05, RATE)[:, 0])
+        _centroid(render(scene, [strike_for_speed(scene, speed, 0.5, 0.0, 0.01)], 0.05, RATE)[:, 0])
         for speed in (DYNAMICS[0], DYNAMICS[-1])
     )
     assert hard > 2.0 * soft
@@ -66,7 +66,7 @@ def test_two_strokes_of_a_roll_at_the_same_speed_differ() -> None:
     """43 ms apart: what the second adds is not what the first was. On a head at rest it is, to the bit."""
     scene = tom("wood")
     apart = round(0.043 * RATE)
-    first, second = (blow_at(scene, 1.0, 0.5, 0.0, t_s) for t_s in (0.01, 0.01 + apart / RATE))
+    first, second = (strike_for_speed(scene, 1.0, 0.5, 0.0, t_s) for t_s in (0.01, 0.01 + apart / RATE))
     alone = render(scene, [first], 0.2, RATE)[:, 0].astype(float)
     both = render(scene, [first, second], 0.2, RATE)[:, 0].astype(float)
     begin, length = round(0.01 * RATE), round(0.03 * RATE)
@@ -89,7 +89,8 @@ def test_a_cross_stick_is_the_hoop_and_a_stroke_in_the_middle_the_head() -> None
     scene = parse(shipped_text("cross-stick"), "cross-stick")
     assert scene.mallet is not None
     shaft, tip = (
-        render(scene, [blow_at(scene, 1.0, x, 0.0)], 0.5, RATE)[:, 0] for x in (scene.hand.orbit_radius, 0.0)
+        render(scene, [strike_for_speed(scene, 1.0, x, 0.0)], 0.5, RATE)[:, 0]
+        for x in (scene.hand.orbit_radius, 0.0)
     )
     assert _below_500_Hz(shaft) < 0.05
     assert _below_500_Hz(tip) > 0.7

@@ -13,7 +13,7 @@ import pytest
 from scipy.special import jn_zeros, jv
 
 from drumstick.drum.build import new_engine
-from drumstick.drum.calibrate import blow_at
+from drumstick.drum.calibrate import strike_for_speed
 from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.membrane.lattice import J01
 from drumstick.drum.render import render
@@ -39,7 +39,7 @@ def scene(renderer: str, f01_Hz: float = F01_HZ) -> Scene:
 
 def half_sine(which: Scene, x: float, y: float) -> OfflineStrike:
     """A blow whose spectrum is known in closed form."""
-    return dataclasses.replace(blow_at(which, 0.5, x, y), impulse_N_s=0.0)
+    return dataclasses.replace(strike_for_speed(which, 0.5, x, y), impulse_N_s=0.0)
 
 
 def heard(which: Scene, x: float, y: float, duration_s: float) -> Sound:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drumstick.drum.calibrate import blow_at, stroke_of
+from drumstick.drum.calibrate import strike_for_speed, stroke_of
 from drumstick.parameters.scene import Scene, parse
 from drumstick.parameters.strike import Strike
 from drumstick.stick.strike_curve import curve_of, level_at, level_of
@@ -53,7 +53,7 @@ def mallet_scene(strike: str) -> Scene:
 
 
 def test_a_mallet_has_the_sticks_speed_unless_the_scene_says_which_stroke() -> None:
-    assert blow_at(mallet_scene(""), 0.7, 0.5, 0.0).speed_m_per_s == 0.7
+    assert strike_for_speed(mallet_scene(""), 0.7, 0.5, 0.0).speed_m_per_s == 0.7
 
 
 def test_a_stroke_goes_from_soft_to_hard_with_the_level() -> None:
@@ -61,4 +61,4 @@ def test_a_stroke_goes_from_soft_to_hard_with_the_level() -> None:
     scene = mallet_scene(curve + "stroke_m_per_s = 9.0\nsoft_stroke_m_per_s = 1.0")
     for speed, stroke in ((0.05, 1.0), (0.1, 1.0), (0.2, 3.0), (0.4, 5.0), (1.6, 9.0), (5.0, 9.0)):
         assert stroke_of(scene, speed) == pytest.approx(stroke)
-        assert blow_at(scene, speed, 0.5, 0.0).speed_m_per_s == pytest.approx(stroke)
+        assert strike_for_speed(scene, speed, 0.5, 0.0).speed_m_per_s == pytest.approx(stroke)

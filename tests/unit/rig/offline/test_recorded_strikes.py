@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drumstick.drum.excitation.offline import Press
+from drumstick.drum.excitation.offline import StreamedContact
 from drumstick.parameters.scene import Scene
 from protocol.messages import Contact
 from recordings import a_strike, made
@@ -142,7 +142,7 @@ def test_a_streamed_roll_comes_through_a_recording_tick_by_tick(tmp_path: Path) 
     assert {tick - shift: force for tick, force in told.items()} == asked
 
 
-def _ticks(presses: list[Press]) -> dict[int, tuple[float, float, float]]:
+def _ticks(presses: list[StreamedContact]) -> dict[int, tuple[float, float, float]]:
     return {
         press.first_tick + k: (np.float32(force), press.x, press.y)
         for press in presses

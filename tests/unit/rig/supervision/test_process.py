@@ -23,7 +23,7 @@ def look_until(part: Service, good: Callable[[], bool]) -> None:
     end = time.monotonic() + 30.0
     while not good():
         assert time.monotonic() < end
-        part.look(time.monotonic())
+        part.poll(time.monotonic())
         time.sleep(0.01)
 
 
@@ -71,7 +71,7 @@ def test_what_is_not_essential_stays_away_when_it_cannot_run_and_that_is_said_on
         line = f"[record] ended with status {status}; the rig plays on without it"
         look_until(part, lambda line=line: line in said)
         for seconds in range(60):
-            part.look(time.monotonic() + seconds)
+            part.poll(time.monotonic() + seconds)
         assert said.count(line) == 1
         assert (part.fault_status, part.restarts, part.pid) == (None, 0, None)
         assert part.wait_stopped(time.monotonic())
@@ -145,7 +145,7 @@ time.sleep(60)
         while not mark.exists():
             assert time.monotonic() < end
             time.sleep(0.01)
-        part.look(time.monotonic())
+        part.poll(time.monotonic())
         assert f"[part] {'underrun' * 500}" in said
     finally:
         part.ask_to_stop()

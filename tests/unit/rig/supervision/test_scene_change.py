@@ -11,7 +11,7 @@ from haptic_server import block, block_header, files
 from realtime.atomics import poke
 from rig.exit_status import GIVEN, LACKING, CommandError
 from rig.supervision import service
-from rig.supervision.scene_change import BEFORE, ended, lay_out, played
+from rig.supervision.scene_change import BEFORE, ended, install_scene, played
 
 
 class Run:
@@ -21,11 +21,11 @@ class Run:
         self.folder = folder
         self.said: list[str] = []
 
-    def lay_out(self, configured: str = "roll", wanted: str = "") -> str:
+    def install_scene(self, configured: str = "roll", wanted: str = "") -> str:
         """Name of the scene that lies there then."""
         if wanted:
             (self.folder / files.WANTED).write_text(wanted)
-        lay_out(self.folder, configured, self.said.append, "left")
+        install_scene(self.folder, configured, self.said.append, "left")
         return self.lying
 
     @property
@@ -46,71 +46,71 @@ def run(tmp_path: Path) -> Run:
 
 
 def test_the_first_start_plays_what_the_options_name(run: Run) -> None:
-    assert run.lay_out("tom") == "tom"
+    assert run.install_scene("tom") == "tom"
 
 
 def test_a_crash_leaves_scene_and_block_alone(run: Run) -> None:
-    run.lay_out()
+    run.install_scene()
     run.servo_left(held=False)
     before = (run.folder / files.BLOCK).stat().st_ino
-    assert run.lay_out() == "roll"
+    assert run.install_scene() == "roll"
     assert (run.folder / files.BLOCK).stat().st_ino == before
 
 
 def test_what_was_asked_for_is_played_once_and_stays(run: Run) -> None:
-    run.lay_out()
+    run.install_scene()
     run.servo_left(held=False)
-    assert run.lay_out(wanted="snare") == "snare"
+    assert run.install_scene(wanted="snare") == "snare"
     assert not (run.folder / files.WANTED).exists()
     assert (
         block.inherited_state(run.folder, law_of(parse(shipped_text("snare"), "snare")).dtype) is None
     )  # of another scene
-    assert run.lay_out() == "snare"
+    assert run.install_scene() == "snare"
 
 
 def test_changed_options_win_over_what_was_asked_for(run: Run) -> None:
-    run.lay_out()
-    run.lay_out(wanted="snare")
-    assert run.lay_out("tom") == "tom"
+    run.install_scene()
+    run.install_scene(wanted="snare")
+    assert run.install_scene("tom") == "tom"
 
 
 @pytest.mark.parametrize(("configured", "wanted"), [("roll", "snare"), ("tom", "")])
 def test_a_held_scene_stays_whatever_is_asked_for(run: Run, configured: str, wanted: str) -> None:
-    run.lay_out()
+    run.install_scene()
     run.servo_left(held=True)
-    assert run.lay_out(configured, wanted) == "roll"
+    assert run.install_scene(configured, wanted) == "roll"
     assert (run.folder / files.BLOCK).exists()
     assert "drumstick arm --rig left" in run.said[-1]
     assert not (run.folder / files.WANTED).exists()
 
 
 def test_a_panic_while_the_scene_is_laid_out_holds_the_new_one(run: Run) -> None:
-    run.lay_out()
+    run.install_scene()
     run.servo_left(held=False)
     gateway = block.attach(run.folder, law_of(parse(shipped_text("roll"), "roll")).dtype)
-    assert run.lay_out(wanted="snare") == "snare"
+    assert run.install_scene(wanted="snare") == "snare"
     block_header.raise_panic(
         run.folder, gateway.header_view
     )  # a gateway that still lives, on the block that it has mapped
     run.servo_left(held=None)
     assert block_header.was_held(run.folder)
-    assert run.lay_out(wanted="tom") == "snare"
+    assert run.install_scene(wanted="tom") == "snare"
 
 
 @pytest.mark.parametrize("status", [GIVEN, LACKING])
 def test_a_scene_that_cannot_be_played_gives_way_to_the_one_before(run: Run, status: int) -> None:
-    run.lay_out()
-    run.lay_out(wanted="snare")
+    run.install_scene()
+    run.install_scene(wanted="snare")
     ended(run.folder, status, run.said.append)
     assert run.lying == "roll"
     assert "back to the one before" in run.said[-1]
-    assert run.lay_out() == "roll"
+    assert run.install_scene() == "roll"
 
 
 @pytest.mark.parametrize(("has_played", "status"), [(True, LACKING), (False, 1), (False, 0)])
 def test_what_has_played_or_crashed_is_not_given_up(run: Run, has_played: bool, status: int) -> None:
-    run.lay_out()
-    run.lay_out(wanted="snare")
+    run.install_scene()
+    run.install_scene(wanted="snare")
     if has_played:
         played(run.folder)
     ended(run.folder, status, run.said.append)
@@ -118,25 +118,25 @@ def test_what_has_played_or_crashed_is_not_given_up(run: Run, has_played: bool, 
 
 
 def test_a_scene_that_this_version_does_not_know_is_replaced(run: Run) -> None:
-    run.lay_out()
+    run.install_scene()
     (run.folder / files.SCENE).write_text("from = 'another version'")
-    assert run.lay_out() == "roll"
+    assert run.install_scene() == "roll"
 
 
 def test_a_damaged_way_back_ends_at_the_configured_scene(run: Run) -> None:
-    run.lay_out()
-    run.lay_out(wanted="snare")
+    run.install_scene()
+    run.install_scene(wanted="snare")
     (run.folder / BEFORE).write_text('{"name":')
     with pytest.raises(CommandError, match=BEFORE):
         ended(run.folder, GIVEN, run.said.append)
-    assert run.lay_out() == "roll"
+    assert run.install_scene() == "roll"
 
 
 def test_a_wrong_name_is_refused_and_the_scene_stays(run: Run) -> None:
-    run.lay_out()
-    assert run.lay_out(wanted="none") == "roll"  # and the servo starts: a wish is no reason to end
+    run.install_scene()
+    assert run.install_scene(wanted="none") == "roll"  # and the servo starts: a wish is no reason to end
     assert "no scene 'none'" in run.said[-1]
-    assert run.lay_out() == "roll"
+    assert run.install_scene() == "roll"
 
 
 @pytest.mark.parametrize(("how", "status"), [("killed", "9"), ("exited", "TERM"), ("exited", "0")])

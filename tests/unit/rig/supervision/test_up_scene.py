@@ -30,7 +30,7 @@ class Child:
     def start_anew(self) -> None:
         self._life.append(f"{self.name} starts")
 
-    def look(self, now: float) -> None:
+    def poll(self, now: float) -> None:
         assert now > 0.0
 
 

@@ -29,7 +29,7 @@ def test_what_is_no_state_is_counted_and_ends_nothing() -> None:
             assert time.monotonic() < end
             for payload in (b"", b"garbage", json.dumps([1, 2]).encode(), encode(STATE)):
                 router.put(keys.state, payload)
-            watch.look()
+            watch.poll()
             time.sleep(0.02)
         assert watch.strikes == 7
         end = time.monotonic() + 30.0
@@ -41,7 +41,7 @@ def test_what_is_no_state_is_counted_and_ends_nothing() -> None:
             while watch.meter is None or watch.meter.id != meter.id:
                 assert time.monotonic() < end
                 router.put(keys.meter, encode(meter))
-                watch.look()
+                watch.poll()
         assert watch.xruns == 100  # one each of those that are remembered
     finally:
         watch.close()

@@ -7,7 +7,7 @@ import numpy.typing as npt
 import pytest
 
 from drumstick.drum.build import new_engine
-from drumstick.drum.calibrate import PEAK_OF_FULL_SCALE, blow_at, full_scale
+from drumstick.drum.calibrate import PEAK_OF_FULL_SCALE, full_scale, strike_for_speed
 from drumstick.drum.effects.rim import RATIOS
 from drumstick.drum.engine import Engine
 from drumstick.drum.excitation.strikes import StrikeRing
@@ -92,6 +92,6 @@ def test_a_mallet_on_the_rim_is_as_loud_as_the_scene_says(modal: Modal | None) -
     scene = Scene("drum", modal=modal)
     drum = dataclasses.replace(scene.drum, f01_Hz=300.0, t60_s=0.05, effects={"rim": Rim(level=0.8)})
     scene = with_mallet(dataclasses.replace(scene, drum=drum))
-    blow = blow_at(scene, scene.strike.full_scale_m_per_s, 1.0, 0.0)
+    blow = strike_for_speed(scene, scene.strike.full_scale_m_per_s, 1.0, 0.0)
     peak = float(np.abs(render(scene, [blow], 0.2, RATE)).max())
     assert 0.4 * 0.8 * PEAK_OF_FULL_SCALE < peak < 1.1 * 0.8 * PEAK_OF_FULL_SCALE

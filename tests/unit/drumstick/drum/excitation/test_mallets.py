@@ -10,7 +10,7 @@ import pytest
 
 from drumstick.drum.block import render_all
 from drumstick.drum.build import new_engine
-from drumstick.drum.calibrate import blow_at, build
+from drumstick.drum.calibrate import build, strike_for_speed
 from drumstick.drum.engine import Engine
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.mallets.mallet import GONE, POOL
@@ -131,7 +131,9 @@ def test_a_thousand_strikes_a_second_allocate_nothing_and_stay_in_the_pool(
     for block in range(50):
         for k in range(10):
             at = 10**9 + 10_000_000 * (block + 1) + 1_000_000 * k
-            ring.swing(blow_at(scene, float(chance.uniform(0.1, 3.0)), *chance.uniform(-0.9, 0.9, 2)), at)
+            ring.swing(
+                strike_for_speed(scene, float(chance.uniform(0.1, 3.0)), *chance.uniform(-0.9, 0.9, 2)), at
+            )
         before = allocations()
         render_all(engine, out, 128, 10**9 + 10_000_000 * (block + 1))
         allocated.add(allocations() - before)
@@ -151,7 +153,7 @@ def test_blocks_of_any_length_play_the_same_samples_at_the_strikes_instant() -> 
         engine = new_engine(scene, RATE, ring)
         engine.control["output_gain"] = 1e-6
         for k, speed in enumerate((1.0, 0.3, 2.0)):
-            ring.swing(blow_at(scene, speed, 0.3, 0.1 * k), 10**9 + 12_345_678 * (k + 1))
+            ring.swing(strike_for_speed(scene, speed, 0.3, 0.1 * k), 10**9 + 12_345_678 * (k + 1))
         out = np.zeros((4000, 2), np.float32)
         render_all(engine, out, block, 10**9)
         found.append(out)
@@ -163,5 +165,5 @@ def test_blocks_of_any_length_play_the_same_samples_at_the_strikes_instant() -> 
 @pytest.mark.parametrize("drum_of_them", [drum, on_modes])
 def test_the_same_strike_on_a_head_at_rest_is_the_same_to_the_bit(drum_of_them: Callable[[], Scene]) -> None:
     scene = drum_of_them()
-    blows = [blow_at(scene, 0.7, 0.4, 0.1, 0.01)]
+    blows = [strike_for_speed(scene, 0.7, 0.4, 0.1, 0.01)]
     np.testing.assert_array_equal(render(scene, blows, 0.1, RATE), render(scene, blows, 0.1, RATE))

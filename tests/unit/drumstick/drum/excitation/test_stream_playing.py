@@ -13,7 +13,7 @@ from drumstick.drum.build import new_engine
 from drumstick.drum.engine import Engine
 from drumstick.drum.excitation.feed import Feed
 from drumstick.drum.excitation.force_resampling import FADE_S, HOLD_S
-from drumstick.drum.excitation.offline import Press
+from drumstick.drum.excitation.offline import StreamedContact
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.render import render
 from drumstick.parameters.scene import Scene
@@ -88,12 +88,12 @@ def test_a_smooth_force_is_met_to_the_third_order_at_least() -> None:
 def test_it_sounds_as_the_half_sine_that_it_samples(rate_Hz: int, top_Hz: int, most: float) -> None:
     """Below a quarter of the servo's rate to 3 %, below half of it to 6 %: there is nothing to know beyond."""
     scene = Scene("drum")
-    from drumstick.drum.calibrate import blow_at
+    from drumstick.drum.calibrate import strike_for_speed
 
-    blow = dataclasses.replace(blow_at(scene, 1.0, 0.5, 0.0, 0.0503), impulse_N_s=0.0)
+    blow = dataclasses.replace(strike_for_speed(scene, 1.0, 0.5, 0.0, 0.0503), impulse_N_s=0.0)
     analytic = np.fft.rfft(render(scene, [blow], 0.5, 48000)[:, 0])
     first, forces = half_sine(rate_Hz, blow.t_s, blow.contact_s, blow.peak_N)
-    press = Press(first, rate_Hz, blow.x, blow.y, forces)
+    press = StreamedContact(first, rate_Hz, blow.x, blow.y, forces)
     sound = np.fft.rfft(render(streamed(), [], 0.5, 48000, [press])[:, 0])
     band = np.fft.rfftfreq(24000, 1.0 / 48000) < top_Hz
     error = np.linalg.norm((sound - analytic)[band]) / np.linalg.norm(analytic[band])
@@ -103,12 +103,12 @@ def test_it_sounds_as_the_half_sine_that_it_samples(rate_Hz: int, top_Hz: int, m
 def test_dense_samples_are_the_analytic_blow() -> None:
     """At the mesh's own rate and phase a sample is the mean over its step, as the analytic force is."""
     scene = Scene("drum")
-    from drumstick.drum.calibrate import blow_at
+    from drumstick.drum.calibrate import strike_for_speed
 
-    blow = dataclasses.replace(blow_at(scene, 1.0, 0.5, 0.0, 0.05), impulse_N_s=0.0)
+    blow = dataclasses.replace(strike_for_speed(scene, 1.0, 0.5, 0.0, 0.05), impulse_N_s=0.0)
     analytic = render(scene, [blow], 0.3, 48000)
     first, forces = half_sine(16000.0, blow.t_s, blow.contact_s, blow.peak_N)
-    sound = render(streamed(), [], 0.3, 48000, [Press(first, 16000.0, blow.x, blow.y, forces)])
+    sound = render(streamed(), [], 0.3, 48000, [StreamedContact(first, 16000.0, blow.x, blow.y, forces)])
     assert np.linalg.norm(sound - analytic) < 2e-4 * np.linalg.norm(analytic)
 
 
@@ -224,7 +224,7 @@ def test_far_numbers_do_no_harm() -> None:
 
 def test_the_hardest_force_leaves_the_mesh_finite_and_the_sound_limited() -> None:
     rng = np.random.default_rng(5)
-    press = Press(10, 1000.0, 0.3, 0.1, rng.choice([-1e4, 1e4], 2000))
+    press = StreamedContact(10, 1000.0, 0.3, 0.1, rng.choice([-1e4, 1e4], 2000))
     sound = render(streamed(), [], 2.5, 48000, [press])
     assert np.isfinite(sound).all()
     assert np.abs(sound).max() <= 1.0
@@ -235,10 +235,10 @@ def test_a_scene_that_does_not_stream_has_none_of_it() -> None:
     engine = new_engine(Scene("drum"), 48000, StrikeRing())
     assert engine.stream is None
     with pytest.raises(ValueError, match="does not stream"):
-        render(Scene("drum"), [], 0.1, 48000, [Press(0, 1000.0, 0.0, 0.0, np.ones(3))])
-    more = Press(0, 500.0, 0.0, 0.0, np.ones(3))
+        render(Scene("drum"), [], 0.1, 48000, [StreamedContact(0, 1000.0, 0.0, 0.0, np.ones(3))])
+    more = StreamedContact(0, 500.0, 0.0, 0.0, np.ones(3))
     with pytest.raises(ValueError, match="different rates"):
-        render(streamed(), [], 0.1, 48000, [Press(0, 1000.0, 0.0, 0.0, np.ones(3)), more])
+        render(streamed(), [], 0.1, 48000, [StreamedContact(0, 1000.0, 0.0, 0.0, np.ones(3)), more])
 
 
 def test_the_head_wakes_for_a_stream_and_sleeps_after_it() -> None:

@@ -8,7 +8,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from drumstick.drum.mallets.tip import goes_on, met, placed, pushed
+from drumstick.drum.mallets.tip import elastic_force, goes_on, placed, solve_contact
 from mallets import struck_at_random, tip_of
 
 DEPTHS = st.floats(-1e-3, 1e-3)
@@ -49,7 +49,7 @@ def test_the_meeting_solves_its_equation_and_makes_no_energy(
     placed(tip, 0.0, 0.0)
     goes_on(tip, before)
     goes_on(tip, now)
-    after, force = met(tip, free)
+    after, force = solve_contact(tip, free)
 
     def wrong(depth: float) -> float:
         return depth + give * _force(k, p, rate, before, now, depth) - free
@@ -70,14 +70,14 @@ def test_the_meeting_solves_its_equation_and_makes_no_energy(
 def test_products_and_a_root_are_the_power(halves: int, depth: float) -> None:
     quick, plain = tip_of(3.0, 0.5 * halves, 0.0, 1.0, 1.0), tip_of(3.0, 0.5 * halves, 0.0, 1.0, 1.0)
     plain["halves"] = 0
-    assert pushed(quick, depth) == pytest.approx(pushed(plain, depth), rel=1e-14)
-    assert pushed(quick, -depth) == 0.0
+    assert elastic_force(quick, depth) == pytest.approx(elastic_force(plain, depth), rel=1e-14)
+    assert elastic_force(quick, -depth) == 0.0
 
 
 def test_apart_stays_apart() -> None:
     tip = tip_of(1e8, 1.5, 0.3, 1e-4, 1e-5)
     placed(tip, -2e-3, -3e-3)
-    assert met(tip, -1e-3) == (-1e-3, 0.0)
+    assert solve_contact(tip, -1e-3) == (-1e-3, 0.0)
 
 
 def _at_random(strikes: int, seed: int) -> None:

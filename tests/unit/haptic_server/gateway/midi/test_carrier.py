@@ -57,8 +57,8 @@ class FakeLibrary:
 def test_a_port_is_found_by_a_part_of_its_name_in_any_system() -> None:
     alsa, jack = FakeSystem("Midi Through:0", "Synth A"), FakeSystem("system:midi", "SYNTH B")
     carrier = Carrier("synth b", "drumstick", FakeLibrary(alsa, jack))
-    assert carrier.look() == Report(True, "strikes go to SYNTH B")
-    assert carrier.look() is None
+    assert carrier.poll() == Report(True, "strikes go to SYNTH B")
+    assert carrier.poll() is None
     assert alsa.holder is None
     assert jack.holder is not None
     assert jack.holder.opened == "SYNTH B"
@@ -68,7 +68,7 @@ def test_a_port_is_found_by_a_part_of_its_name_in_any_system() -> None:
 
 def test_what_there_is_is_told_when_the_port_is_not() -> None:
     carrier = Carrier("synth", "drumstick", FakeLibrary(FakeSystem("one", "two"), FakeSystem("three")))
-    report = carrier.look()
+    report = carrier.poll()
     assert report is not None
     assert not report.open
     assert "one, two, three" in report.words
@@ -76,7 +76,7 @@ def test_what_there_is_is_told_when_the_port_is_not() -> None:
 
 
 def test_a_machine_without_midi_is_told() -> None:
-    report = Carrier("synth", "drumstick", FakeLibrary()).look()
+    report = Carrier("synth", "drumstick", FakeLibrary()).poll()
     assert report is not None
     assert "no MIDI system" in report.words
 
@@ -84,35 +84,35 @@ def test_a_machine_without_midi_is_told() -> None:
 def test_a_port_that_goes_is_taken_again_when_it_is_back() -> None:
     system = FakeSystem("Synth")
     carrier = Carrier("synth", "drumstick", FakeLibrary(system))
-    assert carrier.look() is not None
+    assert carrier.poll() is not None
     for _ in range(3):
         system.ports.clear()
-        assert carrier.look() == Report(False, "Synth is away; waiting for it")
+        assert carrier.poll() == Report(False, "Synth is away; waiting for it")
         assert system.holder is None
-        waiting = carrier.look()
+        waiting = carrier.poll()
         assert waiting is not None
-        assert waiting == carrier.look()
+        assert waiting == carrier.poll()
         system.ports.append("Synth")
-        assert carrier.look() == Report(True, "strikes go to Synth")
+        assert carrier.poll() == Report(True, "strikes go to Synth")
 
 
 def test_a_driver_that_fails_is_told_and_tried_again() -> None:
     system = FakeSystem("Synth")
     carrier = Carrier("synth", "drumstick", FakeLibrary(system))
-    carrier.look()
+    carrier.poll()
     system.is_broken = True
     report = carrier.send(b"\x99\x26\x40")
     assert report == Report(False, "Synth: the driver says no; trying again")
-    assert carrier.look() == Report(False, "Synth: the driver says no; trying again")
+    assert carrier.poll() == Report(False, "Synth: the driver says no; trying again")
     system.is_broken = False
-    assert carrier.look() == Report(True, "strikes go to Synth")
+    assert carrier.poll() == Report(True, "strikes go to Synth")
 
 
 def test_a_virtual_port_has_the_clients_name_and_stays() -> None:
     system = FakeSystem()
     carrier = Carrier(VIRTUAL, "drumstick main", FakeLibrary(system))
-    assert carrier.look() == Report(True, "strikes go to drumstick main")
-    assert carrier.look() is None
+    assert carrier.poll() == Report(True, "strikes go to drumstick main")
+    assert carrier.poll() is None
     assert system.holder is not None
     assert system.holder.opened == "virtual drumstick main"
 
@@ -121,7 +121,7 @@ def test_a_virtual_port_has_the_clients_name_and_stays() -> None:
 def test_silence_ends_what_sounds_and_nothing_that_has_ended(ended: bytes) -> None:
     system = FakeSystem("Synth")
     carrier = Carrier("synth", "drumstick", FakeLibrary(system))
-    carrier.look()
+    carrier.poll()
     for message in (b"\x99\x26\x40", b"\x99\x28\x40", ended, b"\x90\x00\x01", b"\xb1\x10\x40"):
         carrier.send(message)
     system.sent.clear()

@@ -36,7 +36,7 @@ def look_until(port: PortProcess, what: Callable[[], object], now: Callable[[], 
     end = time.monotonic() + BOUND_S
     while not what():
         assert time.monotonic() < end, told
-        news = port.look(now())
+        news = port.poll(now())
         told += [news] if news else []
         time.sleep(0.002)
     return told
@@ -65,7 +65,7 @@ def test_a_process_that_ends_is_told_once_and_started_again_in_a_while(
     assert told == ["the MIDI library ended with status 7; trying again"]
     for _ in range(3):
         now.s += processes.RETRY_S
-        port.look(now())
+        port.poll(now())
         assert port._process is not None
         assert look_until(port, lambda: port._process is None, now) == []
 

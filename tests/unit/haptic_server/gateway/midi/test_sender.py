@@ -39,7 +39,7 @@ class FakePort:
         self.may_go_on.set()
         self.is_held = threading.Event()
 
-    def look(self, now_s: float) -> str:
+    def poll(self, now_s: float) -> str:
         self.looked.set()
         news, self.news = self.news, ""
         return news

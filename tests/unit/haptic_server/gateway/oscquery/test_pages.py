@@ -19,7 +19,7 @@ HOST = {"NAME": "drumstick main"}
 
 
 def ask(target: str, values: Values | None = None) -> Page:
-    return page(ROOT, (values or Values(PARAMETERS)).look(), target, HOST)
+    return page(ROOT, (values or Values(PARAMETERS)).snapshot(), target, HOST)
 
 
 def told(target: str, values: Values | None = None) -> dict[str, object]:
