@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
+    from drumstick.drum.excitation.offline import StreamedContact
     from drumstick.drum.excitation.strikes import OfflineStrike
     from drumstick.parameters.scene import Scene
 

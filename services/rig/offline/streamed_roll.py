@@ -14,6 +14,7 @@ from realtime.records import is_there
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from drumstick.drum.excitation.offline import StreamedContact
     from drumstick.parameters.scene import Scene
     from haptic_server.servo.memory import Servo
     from protocol.messages import Contact
