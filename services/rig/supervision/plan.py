@@ -11,6 +11,7 @@ from protocol.keys import DEFAULT_ROUTER
 from protocol.session import Public
 from realtime.service_options import ServiceOptions, command
 from rig.accuracy_files import FILE, SHIPPED
+from rig.exit_status import usage_error
 from rig.folder import accuracy_folder
 from rig.options import AudioOptions, DeviceOptions, OutputOptions, PageOptions, RecordOptions, RoomOptions
 from rig.recording.options import RecordingOptions
@@ -50,7 +51,7 @@ class Options(DeviceOptions, OutputOptions, AudioOptions, RoomOptions, PageOptio
 
 
 def commands(options: Options) -> dict[str, list[str]]:
-    """Name -> command line, in the order of starting."""
+    """Name -> command line, in the order of starting. Raises CommandError."""
     plan: dict[str, tuple[str, ServiceOptions]] = {}
     if HAPTIC in options.parts:
         held = options.pose_is_held
@@ -70,7 +71,10 @@ def commands(options: Options) -> dict[str, list[str]]:
             force=options.record_force,
         )  # fmt: skip
         plan[RECORD] = "rig.recording", recording
-    return {name: command(*started) for name, started in plan.items()}
+    try:
+        return {name: command(*started) for name, started in plan.items()}
+    except ValueError as error:
+        usage_error(str(error))
 
 
 def _address(target: str) -> tuple[str, int]:
