@@ -51,7 +51,7 @@ def main() -> int:
     except DeviceLost as lost:
         logging.error("audio device lost: %s", lost)
         flush_log()
-        if ended.is_set() or not sink.comes_back:
+        if ended.is_set() or not sink.is_recoverable:
             os._exit(0 if ended.is_set() else 1)
         # Not closed: PortAudio would wait for ever for a JACK that is dead.
         _start_again(wanted, sink.words)

@@ -7,7 +7,7 @@
 #define AFTER_PANIC(s) ((s) == 0 -> 1 : ((s) == 1 -> 1 : (2))) /* panic */
 #define AFTER_FAULT(s) ((s) == 0 -> 2 : ((s) == 1 -> 2 : (2))) /* fault */
 #define AFTER_ARM(s) ((s) == 0 -> 0 : ((s) == 1 -> 0 : (0))) /* arm */
-#define AFTER_SERVO(s) ((s) == 0 -> 0 : ((s) == 1 -> 1 : (2))) /* servo starts anew */
+#define AFTER_SERVO(s) ((s) == 0 -> 0 : ((s) == 1 -> 1 : (2))) /* servo restarts */
 
 /*
  * Who touches the permission to push, and the one thing that must never be: force in a tick that began after a panic or

@@ -24,7 +24,7 @@ LOWEST_RATE_HZ = 22_050
 class DeviceSink:
     """Opens and starts the stream at once, silent. Raises sounddevice.PortAudioError when the device refuses."""
 
-    comes_back = True
+    is_recoverable = True
 
     def __init__(self, index: int, rate_Hz: int, block: int) -> None:
         facts = cast(dict[str, Any], sounddevice.query_devices(index))

@@ -55,7 +55,7 @@ def play_chunk(
 class PacedSink:
     """`null`, or a recording: `record` gets every chunk, float32 of shape (n, 2), on the sink's own thread."""
 
-    comes_back = False
+    is_recoverable = False
 
     def __init__(
         self,

@@ -1,5 +1,4 @@
 """Options of a service as one JSON argument: there and back, mistakes in one line, nothing heavy imported."""
-them."""
 
 import subprocess
 import sys
