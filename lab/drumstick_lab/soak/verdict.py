@@ -97,7 +97,7 @@ def of_count(name: str, unit: str, value: float, most: float, words: str) -> Ver
 
 
 def unjudged(name: str, unit: str, value: float, words: str) -> Verdict:
-    """A number that depends on the machine and what else it does: told, not judged."""
+    """A number that depends on the machine and what else it does: reported, not judged."""
     return Verdict(name, unit, None, words, last=value)
 
 

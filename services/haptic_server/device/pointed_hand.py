@@ -54,7 +54,7 @@ def height_of(hand: PointedHand, rest_m: float) -> float:
 
 @njit()
 def _towards(present: float, wanted: float, most: float) -> float:
-    # In accept form: what is no number moves nothing.
+    # Compared so that a NaN moves nothing.
     if not -1.0 <= wanted <= 1.0:
         return present
     return present + min(max(wanted - present, -most), most)

@@ -88,7 +88,7 @@ def _held(arm: Arm, c: float) -> float:
 
 @njit()
 def _inside_unit_circle(c: Coefficients, degree: int) -> bool:
-    # Schur and Cohn: are all roots of c[0] q^degree + ... + c[degree] inside? c is used up. In accept form.
+    # Schur and Cohn: are all roots of c[0] q^degree + ... + c[degree] inside? c is used up. A NaN fails.
     for last in range(degree, 0, -1):
         reflection = c[last] / c[0]
         if not abs(reflection) < _INSIDE:

@@ -235,7 +235,7 @@ def _soak() -> list[str]:
     counted = [row for row in rows.values() if row["slope"] is None]
     lines += ["", "| counted | | |", "|---|---|---|"]
     return lines + [
-        f"| {row['name']} | {row['last']:.0f} | {row['words']}{'' if row['passed'] is not None else '; told, not judged'} |"
+        f"| {row['name']} | {row['last']:.0f} | {row['words']}{'' if row['passed'] is not None else '; reported, not judged'} |"
         for row in counted
     ]
 

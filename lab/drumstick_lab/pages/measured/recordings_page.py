@@ -75,7 +75,7 @@ readbacks, `alive`.
   usual interval of strikes.
 - `set` is refused with a reason; `panic` ends it. It will not play beside a live rig of the same `--rig` name on the
   same router.
-- Each message has an absolute deadline; how late they went out is told at the end.
+- Each message has an absolute deadline; how late they went out is printed at the end.
 - What would play for more than an hour is refused, with its length and its longest silence: one wrong time can make it last for years.
   `--longest SECONDS` allows more. Messages with impossible times are refused too: that go back, that happened after
   they were recorded or more than an hour before.
