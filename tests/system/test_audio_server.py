@@ -125,7 +125,7 @@ def test_two_rigs_are_played_by_one_server_each_with_its_own_scene(side: HapticS
     with sounding(side.endpoint, f"wav:{path}", tmp_path, rigs="main,second,silent") as sound:
         side.meter("a sink", lambda m: bool(m.sink))
         other.meter("a sink", lambda m: bool(m.sink))
-        sound.said("rig silent does not answer")
+        sound.said("rig silent: waiting for the force loop")
         side.strike()
         side.meter("its strike", lambda m: m.played == 1 and m.peak_left > 0.0)
         assert other.meter("no strike", lambda m: True).played == 0
