@@ -117,7 +117,7 @@ def test_a_preset_that_is_refused_says_why(page: Page, rig: FakeRig) -> None:
 @pytest.mark.long
 def test_who_holds_the_lease_is_shown(page: Page, rig: FakeRig) -> None:
     rig.publish_lease("Ada <b>")
-    see(page, "lease", "Ada <b> is tuning")
+    see(page, "lease", "Locked by Ada <b>")
     rig.publish_lease("")
     expect(part(page, "lease")).to_have_count(0, timeout=PATIENCE_MS)
 
@@ -196,21 +196,21 @@ def test_values_set_elsewhere_move_the_slider_and_stretch_it(page: Page, rig: Fa
 @pytest.mark.long
 def test_an_exact_value_is_sent_by_its_button_only(page: Page, rig: FakeRig) -> None:
     page.get_by_text("More", exact=True).click()
-    page.get_by_role("button", name="Set").hover()  # waits for the folder to have unfolded
+    page.get_by_role("button", name="Set", exact=True).hover()  # waits for the folder to have unfolded
     page.get_by_role("button", name="k_coll", exact=True).click()
     see(page, "exact", "k_coll: 1 .. 1000000 N/m")
     field = page.get_by_role("textbox", name="Value", exact=True)
     field.fill("12345.5")
     field.press("Tab")
     assert rig.sets == []
-    page.get_by_role("button", name="Set").click()
+    page.get_by_role("button", name="Set", exact=True).click()
     wait_until(lambda: rig.sets, "a set query")
     assert rig.sets == [("k_coll", 12345.5)]
     field.fill("-3")
-    page.get_by_role("button", name="Set").click()
+    page.get_by_role("button", name="Set", exact=True).click()
     see(page, "exact", "outside 1 .. 1e+06 N/m")
     field.fill("nan")
-    page.get_by_role("button", name="Set").click()
+    page.get_by_role("button", name="Set", exact=True).click()
     see(page, "exact", "not a finite number")
     assert len(rig.sets) == 1
 
@@ -323,7 +323,7 @@ def test_every_control_has_a_role_and_a_name_and_is_reached_by_tab(page: Page, r
 @pytest.mark.long
 def test_panic_stays_in_sight(page: Page) -> None:
     page.get_by_text("More", exact=True).click()
-    page.get_by_role("button", name="Set").scroll_into_view_if_needed()
+    page.get_by_role("button", name="Set", exact=True).scroll_into_view_if_needed()
     expect(page.get_by_role("button", name="PANIC")).to_be_in_viewport(ratio=0.9)
 
 

@@ -11,7 +11,7 @@ from protocol.endpoint import host_and_port
 from protocol.foreign_text import shown
 from protocol.keys import Keys, command
 from realtime.stop import on_stop_signals
-from rig import folder, requested_scene, scene_file
+from rig import checks, folder, requested_scene, scene_file
 from rig.exit_status import OURS, CommandError, usage_error
 from rig.machine import ports
 from rig.machine.machine_needs import require_machine
@@ -213,6 +213,7 @@ def _words(summary: dict[str, Any]) -> str:
 
 def up(options: Options, scene: str, duration_s: float | None, as_json: bool) -> None:
     """Run the chosen parts of a rig; prints a summary at the end. Raises CommandError."""
+    checks.duration(duration_s)
     if options.record is not None:
         check_out(options.record, "--record")
     elif options.record_force:
