@@ -155,9 +155,9 @@ from drumstick.parameters.scene import Scene
 from realtime.kernels.handover import ForeignHandle
 from drumstick.drum.build import new_engine
 from drumstick.drum.excitation.strikes import StrikeRing
-from sound_server.stage import Stage, _player_of
+from sound_server.stage import Mixer, _player_of
 
-stage = Stage(48_000)
+stage = Mixer(48_000)
 engine = new_engine(Scene("drum", drum=Drum(f01_Hz=150.0)), 48_000, StrikeRing())
 print(_player_of(ForeignHandle((engine, stage.boards.begun[:1])).kind).was_stored)
 """

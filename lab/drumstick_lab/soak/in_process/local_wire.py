@@ -1,9 +1,13 @@
 """A Zenoh session without a network: what the gateway puts reaches the listeners of this process, as bytes, at once."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 Take = Callable[[bytes], None]
+
+
+class _Matching(NamedTuple):
+    matching: bool
 
 
 class _Publisher:
@@ -12,6 +16,10 @@ class _Publisher:
 
     def put(self, payload: bytes) -> None:
         self._session.put(self._key, payload)
+
+    @property
+    def matching_status(self) -> _Matching:
+        return _Matching(self._session.is_subscribed(self._key))
 
 
 class LocalSession:
@@ -24,6 +32,10 @@ class LocalSession:
     def subscribe(self, key: str, take: Take) -> None:
         """Call `take` with each payload of this key."""
         self._listeners.setdefault(key, []).append(take)
+
+    def is_subscribed(self, key: str) -> bool:
+        """True when somebody takes this key's payloads."""
+        return key in self._listeners
 
     def declare_publisher(self, key: str, **_: Any) -> _Publisher:
         """Like zenoh's."""
