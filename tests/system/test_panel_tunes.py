@@ -242,7 +242,7 @@ def test_what_the_envelope_refuses_is_foreseen_and_explained(page: Page, rig: Ri
     opened(page, "More")
     page.get_by_role("button", name="dv_pls", exact=True).click()
     page.get_by_role("textbox", name="Value").fill("9")
-    page.get_by_role("button", name="Set").click()
+    page.get_by_role("button", name="Set", exact=True).click()
     refused = re.compile(r"Refused, 9 m/s: .* the limit is [\d.]+ (N|m/s): lower dv_pls")
     expect(note(page, "dv_pls")).to_have_text(refused, timeout=PATIENCE_MS)
     expect(part(page, "prediction")).to_contain_text("The envelope would refuse this", timeout=PATIENCE_MS)
