@@ -114,7 +114,7 @@ def broken(heard: Iterable[Heard], releases: Sequence[Release]) -> tuple[int, li
 def beside_stalls(
     wrong: Sequence[int], releases: Sequence[Release], stalls: npt.NDArray[np.int64]
 ) -> list[int]:
-    """Those of the broken contacts beside which the machine stood still for longer than a tick or two.
+    """Broken contacts beside which the machine stood still for longer than a tick or two.
 
     A servo that gets no processor for twenty ticks has no force to stream, and its gateway drops what is too old.
     """

@@ -3,6 +3,7 @@
 import socket
 import threading
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -13,7 +14,9 @@ from made_keys import Keyring
 from protocol.access.handshake import why_refused
 from protocol.access.identity import Identity
 from protocol.access.roles import ROLES
+from protocol.endpoint import host_and_port
 from protocol.session import Public, client_config, open_access, open_client, open_router
+from rig.machine.ports import listens
 
 RIG = "r"
 
@@ -34,10 +37,18 @@ def port() -> int:
     return free_port()
 
 
+@contextmanager
+def listening(public: Public) -> Iterator[zenoh.Session]:
+    """The public listener, once it is there: Zenoh opens it on a thread of its own."""
+    with open_access(NOBODY, public) as session:
+        wait_for("the listener", lambda: listens(*host_and_port(public.endpoint)))
+        yield session
+
+
 @pytest.fixture(scope="module")
 def router(keyring: Keyring, port: int) -> Iterator[zenoh.Session]:
     public = Public(f"tls/127.0.0.1:{port}", keyring.listener(), (RIG,), tuple(ROLES))
-    with open_access(NOBODY, public) as session:
+    with listening(public) as session:
         session.declare_queryable(
             f"drumstick/{RIG}/scene", lambda query: query.reply(query.key_expr, b"scene")
         )
@@ -108,7 +119,7 @@ def test_we_do_not_speak_to_another_authoritys_listener(
 def test_we_do_not_speak_to_a_host_of_another_name(keyring: Keyring) -> None:
     port = free_port()
     elsewhere = Public(f"tls/127.0.0.2:{port}", keyring.listener(), (RIG,), tuple(ROLES))
-    with open_access(NOBODY, elsewhere):
+    with listening(elsewhere):
         mine = keyring.identity("sound")
         assert not is_let_in(elsewhere.endpoint, mine)
         assert "its certificate is not for the name 127.0.0.2" in words_of(elsewhere.endpoint, mine)
@@ -119,7 +130,7 @@ def test_a_clients_certificate_makes_no_listener(keyring: Keyring, role: str) ->
     # A stolen one cannot stand in for the haptic machine: neither by its use nor by its (missing) names.
     port = free_port()
     false = Public(f"tls/127.0.0.1:{port}", keyring.identity(role), (RIG,), tuple(ROLES))
-    with open_access(NOBODY, false):
+    with listening(false):
         mine = keyring.identity("panel")
         assert not is_let_in(f"tls/127.0.0.1:{port}", mine)
         assert "its certificate" in words_of(f"tls/127.0.0.1:{port}", mine)
@@ -135,7 +146,7 @@ def test_a_listeners_certificate_that_has_ended(keyring: Keyring, tmp_path: Path
         "haptic", ("127.0.0.1",), days=1.0, begun=certificates.present() - timedelta(days=2)
     )
     public = Public(f"tls/127.0.0.1:{port}", old, (RIG,), tuple(ROLES))
-    with open_access(NOBODY, public):
+    with listening(public):
         mine = keyring.identity("sound")
         assert not is_let_in(f"tls/127.0.0.1:{port}", mine)
         assert "its certificate is out of date" in words_of(f"tls/127.0.0.1:{port}", mine)
