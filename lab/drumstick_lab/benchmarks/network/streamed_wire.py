@@ -99,14 +99,14 @@ def is_whole(pieces: Sequence[Contact], impulse_N_s: float) -> bool:
 def broken(heard: Iterable[Heard], releases: Sequence[Release]) -> tuple[int, list[int]]:
     """Number of contacts, and the numbers of those that did not come whole, or that no release ended.
 
-    The first and the last release that came do not count: the one may have begun before anybody listened, and what
-    belongs to the other may be on its way.
+    Contacts up to the first that came, and the last, do not count: those may have begun before anybody listened (their
+    strikes and releases are held back at a gateway's start, forces are not), and what belongs to that may be on its way.
     """
     impulses = {release.seq: release.impulse_N_s for release in releases}
     own: dict[int, list[Contact]] = {}
     for contact, _ in heard:
         own.setdefault(contact.seq, []).append(contact)
-    expected = range(min(impulses) + 1, max(impulses))
+    expected = range(max(min(impulses), min(own, default=0)) + 1, max(impulses))
     wrong = [n for n in expected if n not in impulses or not is_whole(own.get(n, []), impulses[n])]
     return len(expected), wrong
 
