@@ -33,7 +33,7 @@ def _nothing(servo: Servo) -> None:
 class Case:
     """A device of which nothing is open yet, and a scene that it can play.
 
-    press: put the stick into the head, where the device does not do so by itself. motors: every force along z that
+    press: put the stick into the head, where the device does not do so by itself, for less than a second. motors: every force along z that
     the device's motors were really given, where something outside the device knows it. judge: what an outsider has to
     say in the end.
     """
@@ -102,7 +102,7 @@ def openhaptics(folder: Path, built: Path) -> Case:
         OpenHaptics(render, load=arm.load),
         sampled_arm.scene(),
         wrong_rate_hz=1143,
-        press=lambda _: arm.sim("hand", CENTRE_MM[1] - 15.0),
+        press=lambda _: arm.sim("swing", CENTRE_MM[1], 15.0, 0.4),
         motors=lambda: arm.sent()[0],
         judge=arm.clean,
     )

@@ -130,6 +130,7 @@ def _rendered(servo: Servo, reading: Reading, now_ns: int, span_s: float) -> flo
     if guard.ready(held, allowed, reading, z, period_s) != NO_FAULT or held.seen_above == 0:
         if servo.motion[0].place != exact.ABOVE:
             _let_go(servo, now_ns)
+        servo.motion[0].z, servo.motion[0].v = z, v  # nothing is felt, but it is told where the stick is
         _latch(servo)
         return 0.0
     detect_events(servo, z, v, now_ns)

@@ -391,6 +391,11 @@ void sim_switch(int present, int closed) { switch_closed = closed; has_switch = 
 void sim_buttons(int pressed) { buttons = pressed; }
 void sim_place(double x, double y, double z) { x_mm = x; y_mm = held_y_mm = y; z_mm = z; vy_mm = 0.0; }
 void sim_hand(double y) { held_y_mm = y; }
+void sim_swing(double middle, double size, double period_s) { /* the hand goes up and down from now on */
+    swing_mm[0] = middle;
+    swing_mm[1] = size;
+    swing_mm[2] = period_s;
+}
 void sim_unplug(int out) { unplugged = out; }
 void sim_nan(int on) { is_nan = on; }
 void sim_mute(int on) { is_mute = on; } /* getters write nothing and report nothing */

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from drumstick.parameters.rig import MAX_DELAY_TICKS
 from haptic_server.records import NO_FAULT, NOT_A_NUMBER, READING, SELF_DRIVEN, STALLED
 from haptic_server.servo.force import guard
 
@@ -116,6 +117,19 @@ def test_what_the_account_lets_through_gives_no_more_than_is_left(held: Guard, d
         z, v = z + way, v + acts / M * T
     assert budget > 0.004
     assert 0.8 * budget < given <= 1.05 * budget
+
+
+@pytest.mark.parametrize("delay", [0, 1, MAX_DELAY_TICKS])
+def test_the_force_that_acted_is_the_one_of_so_many_ticks_ago_up_to_the_longest_delay(
+    held: Guard, delay: int
+) -> None:
+    held.allowed["delay_ticks"] = delay
+    held.state["budget_J"], held.state["z_m"] = 1.0, -0.001
+    held.limited(2.0, z=-0.001, v=-0.01)
+    for _ in range(delay):
+        held.limited(1.0, z=-0.001, v=-0.01)
+    held.limited(1.0, z=-0.002, v=-0.01)
+    assert held.of_state("given_J") == pytest.approx(-2.0 * 0.001)
 
 
 def test_a_count_that_flips_is_no_motion(held: Guard) -> None:

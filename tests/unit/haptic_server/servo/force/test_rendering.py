@@ -168,7 +168,11 @@ def test_a_stall_of_ten_milliseconds_is_a_pause_not_a_fault(pushing: tuple[memor
     assert _force(servo, now + 10 * PERIOD_NS, 0.010) == 0.0
     assert servo.player[0]["fault"] == NO_FAULT
     for tick in range(11, 40):
-        assert _force(servo, now + tick * PERIOD_NS) == 0.0
+        held_at = float(servo.plant["z_m"][0]) - 1e-4 * (tick - 10)
+        assert _force(servo, now + tick * PERIOD_NS, z_m=held_at) == 0.0
+        assert servo.motion[0]["z"] == held_at  # whoever looks on sees where the stick is all the same
+        assert servo.motion[0]["v"] < 0.0 or tick < 13
+    assert servo.player[0]["fault"] == NO_FAULT
     forces = []
     now += 40 * PERIOD_NS
     for _ in range(2 * SECOND):
