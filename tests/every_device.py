@@ -33,9 +33,9 @@ def _nothing(servo: Servo) -> None:
 class Case:
     """A device of which nothing is open yet, and a scene that it can play.
 
-    press: put the stick into the head, where the device does not do so by itself, for less than a second. motors: every force along z that
-    the device's motors were really given, where something outside the device knows it. judge: what an outsider has to
-    say in the end.
+    press: put the stick into the head, where the device does not do so by itself, for less than a second.
+    motors: every force along z that the device's motors were really given, where something outside the device knows it.
+    judge: what an outsider has to say in the end.
     """
 
     device: Device

@@ -217,7 +217,8 @@ def test_the_real_law_pushes_no_more_once_the_device_is_gone(new_arm: Callable[[
         device.open()
         run = Playing(device, servo)
         arm.wait(lambda: arm.sim("called") > 400)
-        arm.sim("swing", CENTRE_MM[1], 15.0, 0.4)  # again and again: after 5 ms without a tick a stroke is not played
+        # Again and again: a stroke in which the machine stood still for over 5 ms is not played.
+        arm.sim("swing", CENTRE_MM[1], 15.0, 0.4)
         arm.wait(lambda: arm.sim("force") > 0.3 or arm.sim("worst_gap") > 0.015)
         arm.sim("unplug", 1)
         assert run.join() == UNPLUGGED
