@@ -23,6 +23,7 @@ from realtime.stop import StopRequest
 from sound_server.display import DrumDisplay
 from sound_server.receiving.contacts import ContactScheduler
 from sound_server.receiving.link import Link
+from sound_server.receiving.live_values import LiveValues
 from sound_server.receiving.strikes import StrikeScheduler
 from sound_server.room import Room
 from sound_server.sinks.sink import Sink
@@ -54,6 +55,7 @@ class Drum:
         self._log_limited = limited_log
         self._strikes = StrikeScheduler(StrikeRing(), limited_log, self._heard_boot)
         self._contacts = ContactScheduler(limited_log, self._heard_boot)
+        self._live_values = LiveValues(limited_log)
         self._display = DrumDisplay(link.publisher, link.keys, ident, self._haptic_ns)
         self._boot: int | None = None  # the boot whose clock and scene are in use
         self._heard: int | None = None  # the boot of the newest message
@@ -133,7 +135,17 @@ class Drum:
         if self._engine is None:
             return False
         self._link.subscribe_contacts(self._contacts.take if self._strikes.note is not None else None)
+        self._follow_live_values()
         return True
+
+    def _follow_live_values(self) -> None:
+        # Subscribed first: what is set between is heard by the one or by the other.
+        self._live_values.begin_anew()
+        self._link.subscribe_params(self._live_values.names, self._live_values.take)
+        for name in self._live_values.names:
+            payload = self._link.param(name)
+            if payload is not None:
+                self._live_values.take(name, payload)
 
     def _play(self, scene: Scene) -> None:
         # The new drum enters before strikes go to it, and the old one leaves only when the strikes that it had still
@@ -154,6 +166,7 @@ class Drum:
         if not is_there(engine.stream):
             self._strikes.note = None
         self._scene, self._engine, self._place = scene, engine, place
+        self._live_values.play_on(scene, engine)
         summary = "; ".join(filter(None, (words(engine), fit.words)))
         self._display.show(fit.scene, engine, summary)
         logging.info("%s at %d Hz: %s, %s", self._sink.words, self._sink.rate_Hz, scene.name, summary)

@@ -8,7 +8,7 @@ stop every subscription of the session.
 import json
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, cast
 
 import zenoh
@@ -34,6 +34,7 @@ class Link:
         self._readers: list[threading.Thread] = []
         self._token: zenoh.LivelinessToken | None = None
         self._contacts: Subscription | None = None
+        self._params: dict[str, Subscription] = {}
         self._clock_map = ClockMap()
 
     def scene(self) -> Scene | None:
@@ -97,6 +98,20 @@ class Link:
         elif take is not None and self._contacts is None:
             self._contacts = Subscription(self._session, self.keys.contact, take)
 
+    def subscribe_params(self, names: Iterable[str], take: Callable[[str, bytes], None]) -> None:
+        """Call `take(name, payload)` for every readback of these from now on, on a thread of its own, and no others."""
+        wanted = set(names)
+        for name in self._params.keys() - wanted:
+            self._params.pop(name).close()
+        for name in wanted - self._params.keys():
+            self._params[name] = Subscription(
+                self._session, self.keys.param(name), lambda payload, _ns, name=name: take(name, payload)
+            )
+
+    def param(self, name: str) -> bytes | None:
+        """The readback of one parameter; None when nobody answers. Blocks up to 0.5 s."""
+        return self._ask(self.keys.param(name))
+
     def announce(self, instance: str) -> None:
         """Be seen as alive/sound/<instance> for as long as the session lives."""
         self._token = self._session.liveliness().declare_token(self.keys.alive("sound", instance))
@@ -118,5 +133,7 @@ class Link:
         """Wait for the readers, which end with the session."""
         if self._contacts is not None:
             self._contacts.end()
+        for subscription in self._params.values():
+            subscription.end()
         for reader in self._readers:
             reader.join()

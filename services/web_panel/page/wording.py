@@ -6,6 +6,7 @@ from typing import Literal
 
 from drumstick.parameters.declare import Quantity
 from drumstick.parameters.table import Parameter
+from drumstick.stick.law import DRUM
 from protocol.keys import command
 from protocol.messages import Meter, Readback, State
 from web_panel.computing.computing_messages import PredictedRoll
@@ -65,7 +66,9 @@ def hint_of(parameter: Parameter) -> str:
     parts = [f"{q.words}.", f"Wire name {parameter.name}, {range_of(q)}; the envelope may allow less."]
     if q.equation:
         parts.append(f"Equation {q.equation}.")
-    if parameter.effect:
+    if parameter.effect == DRUM:
+        parts.append("It is heard, not felt.")
+    elif parameter.effect:
         parts.append(f"Part of the effect {parameter.effect}.")
     if q.above_head_only:
         parts.append("Takes effect while the stick is above the head.")

@@ -14,7 +14,7 @@ from drumstick.drum.modal import bank
 from drumstick.drum.output.display_data import show_sound, show_surface
 from drumstick.drum.output.limiter import limit, limited
 from drumstick.drum.output.upsample import TAPS, interpolated, remember
-from drumstick.drum.step import step
+from drumstick.drum.step import step, wake
 from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.float_mode import flush_denormals, restore
 from realtime.kernels.jit import njit
@@ -40,7 +40,8 @@ def _start_due(engine: Engine, block_start_ns: int, frames: int) -> None:
             engine.pending[kept] = engine.pending[i]
             kept += 1
             continue
-        control.asleep = 0
+        if control.asleep != 0:
+            wake(engine)
         age = -max(0.0, (offset - to_next_step) / control.divisor)
         if mallet.swing(engine, event, age):
             control.begun += 1
@@ -76,7 +77,8 @@ def render_block(engine: Engine, out: npt.NDArray[np.float32], block_start_ns: i
     meters: Meters = engine.meters[0]
     frames = out.shape[0]
     _start_due(engine, block_start_ns, frames)
-    force_resampling.take(engine, block_start_ns, frames)
+    if force_resampling.take(engine, block_start_ns, frames) and control.asleep != 0:
+        wake(engine)
     peak_left = peak_right = 0.0
     sounding = frames
     if control.asleep != 0 and control.quiet > TAPS:  # nothing is left in the interpolator either

@@ -43,6 +43,11 @@ def beside(engine: Engine) -> float:
     return 0.0
 
 
+@folded(EFFECTS, each, hook="wake")
+def _wake(engine: Engine) -> None:
+    """Let effects take up what was set while the head was at rest, before anything lies on it."""
+
+
 @folded(EFFECTS, each)
 def rest(engine: Engine) -> None:
     """All effects at rest."""
@@ -137,6 +142,13 @@ def _largest(engine: Engine) -> float:
 def _rest(engine: Engine) -> None:
     engine.head.planes[:] = np.float32(0.0)
     microphones.rest(engine)
+
+
+@njit()
+def wake(engine: Engine) -> None:
+    """Compute the head again: something is about to push it."""
+    _wake(engine)
+    engine.control[0].asleep = 0
 
 
 @njit()

@@ -14,7 +14,7 @@ from drumstick.parameters import stick_tables
 from drumstick.parameters.declare import Quantity, quantities
 from drumstick.parameters.scene import EFFECTS, Scene
 from drumstick.parameters.stick import Stick
-from drumstick.stick.law import Records
+from drumstick.stick.law import DRUM, Records, live_in_drum
 
 Z_H0 = "z_h0"
 
@@ -25,7 +25,7 @@ class Refusal(ValueError):
 
 @dataclass(frozen=True)
 class Parameter:
-    """One row: wire name, its declaration, and the effect it belongs to (None: the stick)."""
+    """One row: wire name, its declaration, and the effect it belongs to (None: the stick; "drum": the drum's own)."""
 
     name: str
     quantity: Quantity
@@ -57,12 +57,13 @@ class Parameter:
     def check(self, value: float) -> float:
         """The value as float; raises Refusal when it is not finite or outside the declared range."""
         q = self.quantity
+        unit = "" if q.unit == "1" else f" {q.unit}"
         if not math.isfinite(value):
             raise Refusal(
-                f"{self.name}: {value!r} is not a finite number; send {q.low:g} .. {q.high:g} {q.unit}"
+                f"{self.name}: {value!r} is not a finite number; send {q.low:g} .. {q.high:g}{unit}"
             )
         if not q.low <= value <= q.high:
-            raise Refusal(f"{self.name}: {value:g} {q.unit} is outside {q.low:g} .. {q.high:g} {q.unit}")
+            raise Refusal(f"{self.name}: {value:g}{unit} is outside {q.low:g} .. {q.high:g}{unit}")
         return float(value) + 0.0  # -0.0 is 0
 
 
@@ -70,7 +71,7 @@ _Z_H0 = Parameter(Z_H0, stick_tables.Z_H0, None)
 
 
 def table_of(scene: Scene) -> dict[str, Parameter]:
-    """Wire name -> row, for what the scene contains; stick first, then its effects, then z_h0."""
+    """Wire name -> row, for what the scene contains; stick first, then its effects, then z_h0, then the drum."""
     rows: dict[str, Parameter] = {}
     owners: list[tuple[str | None, type]] = [
         (None, Stick),
@@ -83,6 +84,8 @@ def table_of(scene: Scene) -> dict[str, Parameter]:
                 name = quantity.wire if quantity.wire not in rows else f"{effect}.{quantity.wire}"
                 rows[name] = Parameter(name, quantity, effect)
     rows[Z_H0] = _Z_H0
+    for name, (quantity, _) in live_in_drum(scene).items():
+        rows[name] = Parameter(name, quantity, DRUM)
     return rows
 
 

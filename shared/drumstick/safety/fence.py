@@ -11,10 +11,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.parameters.declare import quantities
-from drumstick.parameters.scene import EFFECTS, Scene
-from drumstick.parameters.stick import Stick
-from drumstick.stick.law import field_of, law_of
+from drumstick.parameters.scene import Scene
+from drumstick.parameters.table import Z_H0, table_of
+from drumstick.stick.law import law_of
 from realtime.kernels.jit import njit
 from realtime.records import Record, Rows, dtype_of
 
@@ -39,11 +38,10 @@ def fence_of(scene: Scene) -> npt.NDArray[np.void]:
     words = np.zeros(1, law.dtype)
     words.view(np.int64)[:] = np.arange(len(fence))  # each field of this record tells which word it is
     record: Any = words[0]
-    for part, table in [(record, Stick), *((record[name], EFFECTS[name]) for name in scene.effects)]:
-        for key, quantity in quantities(table).items():
-            if quantity.wire is not None:
-                at = np.asarray(part[field_of(key, quantity)]).view(np.int64)
-                fence[at] = (1, quantity.low, quantity.high, 0)
+    for name, row in table_of(scene).items():
+        if name != Z_H0:  # another view of z_ss
+            at = np.asarray(row.part_of(record)[row.field]).view(np.int64)
+            fence[at] = (1, row.quantity.low, row.quantity.high, 0)
     return fence
 
 

@@ -1,8 +1,10 @@
 """The records that the kernels get: the scene's law (parameters) and the stick's motion (state).
 
 Both are numpy record types made from the declarations, so an effect that the scene does not name has no field
-in either, and numba compiles no code for it. Field names are the wire names; words of a choice become their
-index. Effects come first: numba takes a record that merely continues another one for its subtype, and warns.
+in either, and numba compiles no code for it. What can be set live in the drum travels with the law, in a part of
+its own that no kernel of the stick reads: so a set is whole, and outlives the process that accepted it. Field names
+are the wire names; words of a choice become their index. Effects come first: numba takes a record that merely
+continues another one for its subtype, and warns.
 """
 
 import functools
@@ -12,12 +14,14 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.parameters.declare import Quantity, quantities
+from drumstick.parameters.drum_effects import DRUM_EFFECTS
 from drumstick.parameters.scene import Scene
 from drumstick.stick.effects.registry import EFFECTS
 from drumstick.stick.records import StickLaw, StickMotion
 from realtime.records import fields_of
 
 Records = npt.NDArray[np.void]
+DRUM = "drum"  # the part of the law's record that holds the drum's live values
 
 
 def field_of(key: str, quantity: Quantity) -> str:
@@ -26,9 +30,11 @@ def field_of(key: str, quantity: Quantity) -> str:
 
 
 @functools.cache
-def law_type(effects: tuple[str, ...]) -> np.dtype[np.void]:
-    """Record type of the parameters of a scene that names these effects."""
+def law_type(effects: tuple[str, ...], drum: tuple[str, ...] = ()) -> np.dtype[np.void]:
+    """Record type of the parameters of a scene that names these effects. drum: wire names of its drum's live values."""
     nested: list[Any] = [(name, fields_of(EFFECTS[name].LAW)) for name in effects]
+    if drum:
+        nested.append((DRUM, [(name, "f8") for name in drum]))
     return np.dtype([*nested, *fields_of(StickLaw)], align=True)
 
 
@@ -48,9 +54,22 @@ def _fill(record: Any, table: object) -> None:
         record[field_of(key, quantity)] = value
 
 
+def live_in_drum(scene: Scene) -> dict[str, tuple[Quantity, float]]:
+    """Wire name -> declaration and the scene's own value, of what can be set live in its drum."""
+    return {
+        quantity.wire: (quantity, float(getattr(table, key)))
+        for effect, table in scene.drum.effects.items()
+        for key, quantity in quantities(DRUM_EFFECTS[effect]).items()
+        if quantity.wire is not None
+    }
+
+
 def law_of(scene: Scene) -> Records:
     """The scene's parameters, shape (1,)."""
-    law = np.zeros(1, law_type(tuple(scene.effects)))
+    drum = live_in_drum(scene)
+    law = np.zeros(1, law_type(tuple(scene.effects), tuple(drum)))
+    for name, (_, value) in drum.items():
+        law[0][DRUM][name] = value
     _fill(law[0], scene.stick)
     for name, table in scene.effects.items():
         _fill(law[0][name], table)

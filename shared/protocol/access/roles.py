@@ -25,7 +25,7 @@ ROLES: dict[str, Role] = {
     "sound": Role(
         "a machine that plays the drum",
         subscribes=("strike", "release", "contact", "state", "meter", "param/*"),
-        asks=("scene", "clock"),
+        asks=("scene", "clock", "param/*"),
         publishes=("meter", "membrane", "spectrum", "cost"),
         is_seen_as=("alive/sound/*",),
         sees=("alive/haptic/*",),

@@ -42,6 +42,15 @@ CASES = (
         bound="1e12 times against rounding, 2e-6; a third of the energy is gone in 200 steps.",
     ),
     Case(
+        "muffle set while it plays",
+        "effects",
+        hard="A hand mutes the head in the middle of a stroke, under a tension that counts the masses it slows.",
+        naive="Masses as they were when the drum was built make energy: 0.06 % of a stroke in one step.",
+        ours="Brake and masses change together, at the beginning of a step in which no mallet touches.",
+        bound="2e-6 of a strike's energy in a step, rounding, with a muffle that jumps the whole way in one step."
+        " Naive: a hundred times that.",
+    ),
+    Case(
         "wires on the head",
         "effects",
         hard="Wires that lift off and fall back: a stiffness that jumps, up to a thousand times what a step"

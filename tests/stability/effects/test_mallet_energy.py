@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from drumstick.drum.engine import Engine
+from drumstick.drum.engine import Engine, set_live
 from drumstick.parameters.drum import Modal
 from drumstick.parameters.drum_effects import AirLoss, Cavity, InternalLoss, Muffle, Rim, Snare, Tension
 from mallets import joules, swing, with_mallet
@@ -79,6 +79,47 @@ def _most_growth(engine: Engine, strikes: int, seed: int = 3) -> float:
 @pytest.mark.daily("all-felt")
 def test_no_step_of_a_mallet_on_a_drum_makes_energy(names: str, tip: str) -> None:
     assert _most_growth(_drum(DRUMS[names], tip), 40) <= ROUNDING
+
+
+def _growth_of_a_muffle_that_jumps(engine: Engine, masses_follow: bool = True) -> tuple[float, int]:
+    # Of the energy of a stroke, over ten strokes and the time after each; and how often the muffle moved.
+    assert engine.mallets is not None
+    muffle, tension = engine.effects.muffle, engine.effects.tension
+    muffle.state["most"] = 1.0  # the whole way in one step, as no set can make it
+    chance = np.random.default_rng(4)
+    as_built = None if tension is None else tension.share.copy()
+    worst, moves, pressed = 0.0, 0, 1.0
+    for _ in range(10):
+        swing(engine, 3.0, *chance.uniform(-0.6, 0.6, 2))
+        take(engine, 1)
+        held = largest = joules(engine)
+        after = 0
+        while after < 200:
+            after += int(engine.mallets.state["begun"][0] == engine.mallets.state["oldest"][0])
+            set_live(engine, "muffle", float(chance.choice([0.0, 0.1, 1.0])))
+            if as_built is not None and not masses_follow:
+                tension.share[:] = as_built
+            take(engine, 1)
+            now = joules(engine)
+            worst, held = max(worst, (now - held) / largest), now
+            moves += int(muffle.state["press"][0] != pressed)
+            pressed = float(muffle.state["press"][0])
+    return worst, moves
+
+
+@shows("muffle set while it plays", "ours")
+@pytest.mark.parametrize("names", ["muffle", "tension+muffle+internal_loss", "all"])
+@pytest.mark.daily("tension*")
+def test_nor_does_a_muffle_that_jumps_while_it_plays(names: str) -> None:
+    worst, moves = _growth_of_a_muffle_that_jumps(_drum(DRUMS[names], "wood"))
+    assert worst <= ROUNDING
+    assert moves > 500
+
+
+@shows("muffle set while it plays", "naive")
+def test_masses_as_they_were_built_make_energy_under_a_muffle_that_jumps() -> None:
+    worst, _ = _growth_of_a_muffle_that_jumps(_drum(("tension", "muffle"), "wood"), masses_follow=False)
+    assert worst > 100.0 * ROUNDING
 
 
 @shows("mallet on the head", "ours")

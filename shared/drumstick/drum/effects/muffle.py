@@ -1,8 +1,10 @@
-"""`muffle`: patches of gel or felt on the head, each braking the junctions under it.
+"""`muffle`: patches of gel or felt on the head, each braking the junctions under it; `press` is set while it plays.
 
 A junction with losses of its own, s_m besides those of the head, ends a step at u+ + g (u- - u+), where
-g = s_m/(1 + s + s_m): the damper is taken at the middle of the step, so it only takes energy, however strong it is.
-Kernels: audio thread.
+g = p s_m/(1 + s + p s_m) and p is how hard the patch is pressed: the damper is taken at the middle of the step, so it
+only takes energy, however strong it is and however it changes from step to step. What others bake g into (the masses
+that a tension stretches, the patch under a mallet's tip) must stay true within a step, so g moves at its beginning, and
+while no mallet touches. Kernels: audio thread; `wanted` is written by the thread that hears of it.
 """
 
 from dataclasses import dataclass
@@ -15,7 +17,8 @@ from drumstick.drum.effects import internal_loss
 from drumstick.drum.membrane.scheme import even_losses
 from drumstick.drum.membrane.sweep import bend_at
 from drumstick.parameters.declare import number, numbers
-from realtime.kernels.jit import only_with
+from realtime.kernels.jit import njit, only_with
+from realtime.records import Record, Records, Rows, dtype_of
 
 if TYPE_CHECKING:
     from drumstick.drum.effects.registry import Building
@@ -30,44 +33,118 @@ class MuffleTable:
         ((0.75, 0.0, 0.15),), 3, -1.0, 1.0, "of the radius", "Patches, each [x, y, radius]"
     )
     t60_s: float = number(
-        0.05, 0.001, 60.0, "s", "Time in which the junctions under a patch would lose 60 dB"
+        0.05, 0.001, 60.0, "s", "Time in which the junctions under a patch would lose 60 dB, fully pressed"
+    )
+    press: float = number(
+        1.0,
+        0.0,
+        1.0,
+        "1",
+        "How hard the patches are pressed on the head: 0 is not at all",
+        symbol="p",
+        wire="muffle",
     )
 
 
 TABLE = MuffleTable
+_WHOLE_WAY_S = 0.02  # from free to fully pressed: without a click, and quick enough for a hand that mutes
 
 
 Floats = npt.NDArray[np.float32]
 
 
-class Muffle(NamedTuple):
-    """Shapes (n,): the junctions under patches, their g, and the u- that the sweep overwrites."""
+class Wanted(Record):
+    """Values set while it plays, by wire name."""
 
+    muffle: float
+
+
+class MuffleState(Record):
+    """p and g as they are; s_m of full pressure, 1 + s of the head, and how far p may move in a step."""
+
+    press: float
+    g: float
+    s: float
+    held_back: float
+    most: float
+
+
+WANTED, STATE = dtype_of(Wanted), dtype_of(MuffleState)
+
+
+class Muffle(NamedTuple):
+    """wanted, state: (1,). Shapes (n,): the junctions under patches, their masses as the tension counts them, and the
+    u- that the sweep overwrites."""
+
+    wanted: Rows[Wanted]
+    state: Rows[MuffleState]
     places: npt.NDArray[np.int64]
-    shares: Floats
+    masses: Floats
     before: Floats
 
 
 def part_of(building: "Building") -> Muffle:
     """The junctions under the scene's patches."""
-    lattice, losses, step_s = building.lattice, building.numbers.losses, building.step_s
+    lattice, numbers, step_s = building.lattice, building.numbers, building.step_s
     table = building.scene.drum.effects["muffle"]
-    s = even_losses(table.t60_s, step_s).s
     rows, columns = np.nonzero(lattice.weights)
     at = np.array([lattice.position(int(r), int(c)) for r, c in zip(rows, columns, strict=True)])
     under = np.zeros(len(at), bool)
     for x, y, radius in table.patches:
         under |= np.hypot(at[:, 0] - x, at[:, 1] - y) <= abs(radius)
     places = (rows * lattice.weights.shape[1] + columns)[under].astype(np.int64)
-    shares = np.full(len(places), s / (1.0 + losses.s + s), np.float32)
-    return Muffle(places, shares, np.zeros(len(places), np.float32))
+    masses = (1.0 / (lattice.topology.neighbours * lattice.weights.ravel()[places])).astype(np.float32)
+    s = even_losses(table.t60_s, step_s).s
+    wanted: Records = np.zeros(1, WANTED)
+    wanted["muffle"] = table.press
+    state: Records = np.zeros(1, STATE)
+    held_back = 1.0 + numbers.losses.s
+    state[0] = (table.press, share_held(table.press, s, held_back), s, held_back, step_s / _WHOLE_WAY_S)
+    return Muffle(wanted, state, places, masses, np.zeros(len(places), np.float32))
+
+
+@njit()
+def share_held(press: float, s: float, held_back: float) -> float:
+    """g of patches pressed so hard."""
+    return press * s / (held_back + press * s)
+
+
+@only_with("mallets", otherwise=False)
+def _is_touched(engine: "Engine") -> bool:
+    return bool(engine.mallets.state[0].begun != engine.mallets.state[0].oldest)
+
+
+@only_with("tension")
+def _lighten(engine: "Engine") -> None:
+    muffle = engine.effects.muffle
+    free = np.float32(1.0 - muffle.state[0].g)
+    for i in range(muffle.places.shape[0]):
+        engine.effects.tension.share[muffle.places[i]] = free * muffle.masses[i]
+
+
+@njit()
+def _move(engine: "Engine", most: float) -> None:
+    state, wanted = engine.effects.muffle.state[0], engine.effects.muffle.wanted[0].muffle
+    if state.press != wanted:
+        state.press += min(max(wanted - state.press, -most), most)
+        state.g = share_held(state.press, state.s, state.held_back)
+        _lighten(engine)
+
+
+@only_with("muffle")
+def wake(engine: "Engine") -> None:
+    """What was set while nothing sounded holds for the first stroke at once: no tip lies on the head yet."""
+    _move(engine, 1.0)
 
 
 @only_with("muffle")
 def note(engine: "Engine", then: Floats) -> None:
-    """Keep u- where it will be needed, before the sweep."""
-    for i in range(engine.effects.muffle.places.shape[0]):
-        engine.effects.muffle.before[i] = then[engine.effects.muffle.places[i]]
+    """Move to what is wanted, and keep u- where it will be needed, before the sweep."""
+    muffle = engine.effects.muffle
+    if not _is_touched(engine):
+        _move(engine, muffle.state[0].most)
+    for i in range(muffle.places.shape[0]):
+        muffle.before[i] = then[muffle.places[i]]
 
 
 @only_with("muffle", otherwise=0.0)
@@ -75,9 +152,10 @@ def brake(engine: "Engine", then: Floats) -> float:
     """Brake the patches' junctions, after the sweep; returns by how much the sum of u+ changed."""
     changed = 0.0
     muffle = engine.effects.muffle
+    g = np.float32(muffle.state[0].g)
     for i in range(muffle.places.shape[0]):
         at = muffle.places[i]
-        step = muffle.shares[i] * (muffle.before[i] - then[at])
+        step = g * (muffle.before[i] - then[at])
         then[at] += step
         internal_loss.push(engine, at, step)
         changed += step
@@ -85,12 +163,11 @@ def brake(engine: "Engine", then: Floats) -> float:
 
 
 @only_with("muffle", otherwise=0.0)
-def hidden_stretch(engine: "Engine", share: Floats, now: Floats, own_gain: float) -> float:
-    """Part of sum M d u- that the masses of `share`, less by g under a patch, leave out: before the sweep, after
-    `note`.
+def hidden_stretch(engine: "Engine", now: Floats, own_gain: float) -> float:
+    """Part of sum M d u- that the masses of the tension's share, less by g under a patch, leave out: before the sweep,
+    after `note`.
     """
     muffle, hidden = engine.effects.muffle, 0.0
     for i in range(muffle.places.shape[0]):
-        at, g = muffle.places[i], float(muffle.shares[i])
-        hidden += share[at] * g / (1.0 - g) * bend_at(engine.head, now, at, own_gain) * muffle.before[i]
-    return hidden
+        hidden += muffle.masses[i] * bend_at(engine.head, now, muffle.places[i], own_gain) * muffle.before[i]
+    return muffle.state[0].g * hidden

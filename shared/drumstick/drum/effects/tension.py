@@ -85,7 +85,7 @@ def part_of(building: "Building") -> Tension:
     inside = np.flatnonzero(lattice.weights)
     share[inside] = 1.0 / (lattice.topology.neighbours * lattice.weights.ravel()[inside])
     if muffled is not None:
-        share[muffled.places] *= 1.0 - muffled.shares
+        share[muffled.places] *= 1.0 - muffled.state["g"]
     return Tension(state, share)
 
 
@@ -155,7 +155,7 @@ def tightened(engine: "Engine", now: Any, then: Any, push: float) -> float:
         x += p / state.baked
     else:
         x += 2.0 * p / (state.baked * state.held_back)
-    before = -(t + muffle.hidden_stretch(engine, share, now, own_gain)) / state.baked
+    before = -(t + muffle.hidden_stretch(engine, now, own_gain)) / state.baked
     state.before, state.x, state.y = before, x, y
     state.pull = solved(state, before, x, y, _pull(state, before))
     return state.pull

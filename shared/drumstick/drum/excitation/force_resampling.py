@@ -76,9 +76,9 @@ def _lay(engine: "Engine", piece: Piece) -> None:
         state.newest = max(state.newest, tick)
 
 
-@only_with("stream")
-def take(engine: "Engine", block_start_ns: int, frames: int) -> None:
-    """Take up the pieces that have come, before a block."""
+@only_with("stream", otherwise=False)
+def take(engine: "Engine", block_start_ns: int, frames: int) -> bool:
+    """Take up the pieces that have come, before a block; returns whether there is a force to play."""
     control, stream = engine.control[0], engine.stream
     state = stream.state[0]
     to_next_step = (control.divisor - control.phase) % control.divisor
@@ -100,8 +100,7 @@ def take(engine: "Engine", block_start_ns: int, frames: int) -> None:
             _enter(engine)
         else:
             _lay(engine, piece)
-    if state.idle == 0:
-        control.asleep = 0
+    return bool(state.idle == 0)
 
 
 @njit()

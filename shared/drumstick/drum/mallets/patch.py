@@ -71,13 +71,14 @@ def _row_height_by_type(head: ArgumentType) -> Callable[[Head], float]:
 def _hold(engine: "Engine", slot: int) -> None:
     # Patches of felt keep a share of what the tip does to the junctions under them.
     patches, muffle = engine.mallets.patches, engine.effects.muffle
+    free = np.float32(1.0 - muffle.state[0].g)  # it does not move while a mallet plays
     for row in range(patches.rows[slot]):
         start = patches.starts[slot, row]
         for i in range(muffle.places.shape[0]):
             lane = muffle.places[i] - start
             if 0 <= lane < TIP_LANES:
-                patches.free[slot, row, lane] *= np.float32(1.0) - muffle.shares[i]
-                patches.steps[slot, row, lane] *= np.float32(1.0) - muffle.shares[i]
+                patches.free[slot, row, lane] *= free
+                patches.steps[slot, row, lane] *= free
 
 
 @njit()

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drumstick.parameters.scene import parse, shipped_text
+from drumstick.parameters.scene import Scene, parse, shipped_text
 from drumstick.parameters.table import Refusal
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
@@ -23,18 +23,19 @@ ROLL = parse(shipped_text("roll"), "roll")
 class Bench:
     """A servo in virtual time, and a gateway's parameters on the same block."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, scene: Scene = ROLL) -> None:
         self.folder = folder
+        self.scene = scene
         self.now = 0
         self.start_servo()
         self.start_gateway()
 
     def start_servo(self) -> None:
-        self.servo = memory.prepare(ROLL, blocks.create(self.folder, law_of(ROLL)))
+        self.servo = memory.prepare(self.scene, blocks.create(self.folder, law_of(self.scene)))
 
     def start_gateway(self) -> None:
-        self.link = ServoLink(self.folder, law_of(ROLL))
-        self.parameters = Parameters(ROLL, self.link, rig="left")
+        self.link = ServoLink(self.folder, law_of(self.scene))
+        self.parameters = Parameters(self.scene, self.link, rig="left")
 
     def tick(self, count: int) -> None:
         self.now = loop.run_virtual(self.servo, count, self.now)
@@ -109,6 +110,24 @@ def test_what_changes_nothing_is_refused_beside_a_lease_and_by_an_old_revision(b
     bench.parameters.take_lease("hers", "Ada", 5.0)
     with pytest.raises(Refusal, match="Ada is tuning"):
         bench.parameters.set({"dv_pls": 0.3}, "test")
+
+
+def test_a_value_of_the_drum_goes_the_way_of_all_others_and_outlives_the_gateway(tmp_path: Path) -> None:
+    bench = Bench(tmp_path, parse(shipped_text("timpani"), "timpani"))
+    with pytest.raises(Refusal, match=r"muffle: 1.5 is outside 0 .. 1$"):
+        bench.parameters.set({"muffle": 1.5, "dv_pls": 0.3}, "test")
+    bench.parameters.set({"muffle": 0.25, "dv_pls": 0.3}, "test")
+    bench.start_gateway()  # before the servo has taken it
+    assert (bench.parameters.values()["muffle"], bench.parameters.accepted_values()["muffle"]) == (1.0, 0.25)
+    bench.tick(200)
+    assert bench.echoes() == {"muffle": 0.25, "dv_pls": 0.3}
+    bench.start_gateway()
+    assert bench.parameters.values()["muffle"] == 0.25
+    bench.start_servo()
+    assert bench.link.refresh()
+    bench.parameters.servo_restarted()
+    bench.tick(200)
+    assert bench.echoes()["muffle"] == 0.25
 
 
 def test_z_h0_is_echoed_when_the_mass_moves_it(bench: Bench) -> None:

@@ -1,0 +1,57 @@
+"""Values of the drum that are set while it plays: from the rig's readbacks to the engine.
+
+Readbacks come on a thread of their own, answers on the drum's: a short lock stands between them, never held over a call
+to the network. What is written here is read by the audio thread, one number at a time.
+"""
+
+import threading
+
+from drumstick.drum.engine import Engine, set_live
+from drumstick.parameters.scene import Scene
+from drumstick.parameters.table import Parameter, Refusal, table_of
+from drumstick.stick.law import DRUM
+from protocol.messages import Readback, decode
+from protocol.rate_limited_log import RateLimitedLog
+
+
+class LiveValues:
+    """Those of one drum. A readback older than one that was heard before changes nothing."""
+
+    def __init__(self, limited_log: RateLimitedLog) -> None:
+        self._log_limited = limited_log
+        self._lock = threading.Lock()
+        self._rows: dict[str, Parameter] = {}
+        self._revisions: dict[str, int] = {}
+        self._engine: Engine | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Wire names of this scene's."""
+        return tuple(self._rows)
+
+    def play_on(self, scene: Scene, engine: Engine) -> None:
+        """Change this engine from now on, made of that scene."""
+        with self._lock:
+            self._rows = {name: row for name, row in table_of(scene).items() if row.effect == DRUM}
+            self._engine = engine
+            self._revisions.clear()
+
+    def begin_anew(self) -> None:
+        """Forget what was heard of a servo that has gone: revisions count from its start."""
+        with self._lock:
+            self._revisions.clear()
+
+    def take(self, name: str, payload: bytes) -> None:
+        """One readback. Never raises for anything that a network can deliver."""
+        try:
+            readback = decode(payload, Readback)
+            with self._lock:
+                row = self._rows.get(name)
+                if row is None or self._engine is None:
+                    return
+                value = row.check(readback.value)
+                if readback.revision >= self._revisions.get(name, readback.revision):
+                    self._revisions[name] = readback.revision
+                    set_live(self._engine, name, value)
+        except (ValueError, Refusal) as error:
+            self._log_limited.warn(f"{name} ignored: {error}")
