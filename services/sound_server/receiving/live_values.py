@@ -15,7 +15,7 @@ from protocol.rate_limited_log import RateLimitedLog
 
 
 class LiveValues:
-    """Those of one drum. A readback older than one that was heard before changes nothing."""
+    """Live values of one drum. A readback older than one that was heard before changes nothing."""
 
     def __init__(self, limited_log: RateLimitedLog) -> None:
         self._log_limited = limited_log

@@ -48,6 +48,9 @@ class _Link:
     def subscribe_contacts(self, take: object) -> None:
         pass
 
+    def subscribe_params(self, names: tuple[str, ...], take: object) -> None:
+        assert names == ()
+
 
 def scene_of(latency_s: float = 0.02, excitation: Any = "analytic") -> Scene:
     return Scene("drum", drum=DrumOfScene(f01_Hz=150.0, latency_s=latency_s, excitation=excitation))

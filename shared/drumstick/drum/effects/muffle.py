@@ -133,7 +133,7 @@ def _move(engine: "Engine", most: float) -> None:
 
 @only_with("muffle")
 def wake(engine: "Engine") -> None:
-    """What was set while nothing sounded holds for the first stroke at once: no tip lies on the head yet."""
+    """Take up at once what was set while nothing sounded: no tip lies on the head yet."""
     _move(engine, 1.0)
 
 

@@ -74,6 +74,9 @@ class _Link:
     def subscribe_contacts(self, take: object) -> None:
         pass
 
+    def subscribe_params(self, names: tuple[str, ...], take: object) -> None:
+        assert names == ()
+
 
 def test_a_drum_goes_on_with_the_scene_before(caplog: pytest.LogCaptureFixture) -> None:
     roll, bad = parse(shipped_text("roll"), "roll.toml"), parse(TEXTS["loss"], "loss.toml")
