@@ -152,6 +152,22 @@ def test_what_comes_after_its_time_is_left_out_and_counted() -> None:
     assert player.state["late"] >= 2
 
 
+def test_a_press_sounds_as_it_comes_and_as_it_goes_and_is_silent_while_the_stick_lies_in_the_head() -> None:
+    """A dead stroke: it swings in to 2 N, lies there for two seconds, and is lifted within 5 ms."""
+    t = np.arange(2000) * T
+    lying = 2.0 * (1.0 - np.exp(-t / 0.003) * np.cos(2.0 * np.pi * t / 0.012))
+    forces = np.concatenate([lying, 2.0 * (1.0 - np.arange(1, 6) / 6.0), [0.0]])
+    sound = render(streamed(), [], 3.5, 48000, [StreamedContact(100, 1000.0, 0.3, 0.1, forces)])
+    coming, lies, lifted, after = (
+        float(np.abs(sound[round(48000 * begin) : round(48000 * end)]).max())
+        for begin, end in ((0.1, 0.2), (1.8, 2.0), (2.1, 2.2), (3.3, 3.5))
+    )
+    assert coming > 0.01
+    assert lies < 1e-3 * coming
+    assert lifted > 0.1 * coming
+    assert after < 1e-3 * coming
+
+
 def test_two_contacts_in_quick_succession_are_the_sum_of_both() -> None:
     """A flam, and two that share a tick: the same as each by itself, added."""
     _, forces = half_sine(1000.0, 0.0, 0.0055, 4.0)
