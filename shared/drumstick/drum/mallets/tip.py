@@ -50,7 +50,7 @@ class Tip(Record):
 
 TIP = dtype_of(Tip)
 MAX_ROUNDS = 12
-_CLOSE = 1e-9  # of the push
+_CLOSE = 1e-6  # of the push, -120 dB: no energy is made however rough it is, and each round costs a sixth of a touch
 _ROUNDING = 1e-16
 _NEAR = 1e-5  # depths so near to each other have the gradient of V as the mean of both, to 1e-11
 
