@@ -72,7 +72,7 @@ class DrumDisplay:
         """Display this drum from now on; `words` say what renders it."""
         shapes = None
         if scene.modal is not None:
-            from drumstick.drum.modal.modes import highest_zero
+            from drumstick.drum.modal.building import highest_zero
 
             control: Any = engine.control[0]
             shapes = of_modes(highest_zero(scene, control["rate_Hz"] / control["divisor"])).shapes

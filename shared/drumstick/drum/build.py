@@ -86,7 +86,7 @@ def _of_mesh(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
 
 
 def _of_modes(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
-    from drumstick.drum.modal.modes import bank_of, divisor_below, highest_zero
+    from drumstick.drum.modal.building import bank_of, divisor_below, highest_zero
 
     divisor = divisor_below(scene, rate_Hz)
     step_s = divisor / rate_Hz

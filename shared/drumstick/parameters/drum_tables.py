@@ -4,7 +4,7 @@ from collections.abc import Collection
 from typing import Any, cast
 
 from drumstick.parameters.drum import Drum, Listen, Mesh
-from drumstick.parameters.drum_effects import DRUM_EFFECTS, MODAL_EFFECTS
+from drumstick.parameters.drum_effects import DRUM_EFFECTS, MESH_EFFECTS, MODAL_EFFECTS
 from drumstick.parameters.reading import Reader, shown
 
 
@@ -34,6 +34,9 @@ _LOWEST = 0.1  # radii: nearer, a single junction would be heard alone
 def check_renderer(reader: Reader, drum: Drum, named: Collection[str]) -> None:
     """`named`: which of the tables `mesh` and `modal` the text has."""
     if "modal" not in named:
+        for name in drum.effects:
+            if name not in MESH_EFFECTS:
+                reader.refuse(f"drum.effects.{name}", "needs [modal]: a mesh has no air around it yet")
         return
     if "mesh" in named:
         reader.refuse("modal", "stands instead of [mesh]: a scene has one of them")
@@ -80,6 +83,8 @@ def check_drum(reader: Reader, drum: Drum) -> None:
     """Check what only several values together can get wrong."""
     if "snare" in drum.effects and "cavity" not in drum.effects:
         reader.refuse("drum.effects.snare", "needs [drum.effects.cavity]: the wires lie on the second head")
+    if "kettle" in drum.effects and "air" not in drum.effects:
+        reader.refuse("drum.effects.kettle", "needs [drum.effects.air]: it is air that it holds")
     loss = drum.effects.get("internal_loss")
     if loss is not None and not (loss.t60_s < drum.t60_s and loss.at_Hz > drum.f01_Hz):
         reader.refuse(

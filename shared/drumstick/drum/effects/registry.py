@@ -4,6 +4,7 @@ A new effect is one module of this folder and one line here. The module has
 
 - `TABLE`, the dataclass of `[drum.effects.<name>]`: the scene's keys and the docs follow from it;
 - `ON_MODES = True` if a bank of modes can have it too: one without junctions, linear or beside the head;
+  `ON_MESH = False` if only a bank of modes can;
 - `part_of(building)`, which lays out what the kernels need as a named tuple: `engine.effects.<name>`, None in a scene
   without it. An effect that is in the coefficients of the head has no part. One with a value that is set while it plays
   (declared with a `wire` name) has a record `wanted` with a field of that name, and moves there in `note`;
@@ -18,7 +19,17 @@ from collections import namedtuple
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from drumstick.drum.effects import air_loss, cavity, internal_loss, muffle, rim, snare, tension
+from drumstick.drum.effects import (
+    air,
+    air_loss,
+    cavity,
+    internal_loss,
+    kettle,
+    muffle,
+    rim,
+    snare,
+    tension,
+)
 from realtime.records import ABSENT
 
 if TYPE_CHECKING:
@@ -32,8 +43,19 @@ if TYPE_CHECKING:
     from drumstick.drum.step_numbers import StepCoefficients
     from drumstick.parameters.scene import Scene
 
-_IN_ORDER: tuple[ModuleType, ...] = (air_loss, internal_loss, muffle, tension, cavity, snare, rim)
+_IN_ORDER: tuple[ModuleType, ...] = (
+    air,
+    kettle,
+    air_loss,
+    internal_loss,
+    muffle,
+    tension,
+    cavity,
+    snare,
+    rim,
+)
 EFFECTS: dict[str, ModuleType] = {module.__name__.rpartition(".")[2]: module for module in _IN_ORDER}
+MESH_EFFECTS = tuple(name for name, module in EFFECTS.items() if getattr(module, "ON_MESH", True))
 MODAL_EFFECTS = tuple(name for name, module in EFFECTS.items() if hasattr(module, "ON_MODES"))
 
 if TYPE_CHECKING:

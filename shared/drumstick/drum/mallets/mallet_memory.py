@@ -31,8 +31,11 @@ def _tips(mallet: Mallet, step_s: float) -> Records:
 
 
 def _unit_m(scene: Scene) -> float:
-    # A head that sounds at f01 carries air along on both sides, as a piston in a wall does, and is so much tighter.
+    # A head that sounds at f01 carries air along on both sides, as a piston in a wall does, and is so much tighter. A
+    # drum whose modes are those in air has that in them.
     alone_m = metres_per_unit(scene)
+    if "air" in scene.drum.effects:
+        return alone_m
     head_kg_per_m2 = scene.drum.effects.get("cavity", Cavity()).head_kg_per_m2
     air_kg_per_m2 = 2.0 * _PISTON * AIR_KG_PER_M3 * scene.drum.radius_m
     return alone_m * head_kg_per_m2 / (head_kg_per_m2 + air_kg_per_m2)

@@ -70,8 +70,14 @@ def of_modes(highest_zero: float) -> Places:
 def metres_per_unit(scene: Scene) -> float:
     """Metres for 1 of a renderer's displacement: it works with a tension of 1 N/m, a real head has sigma c^2.
 
-    sigma is the cavity's head_kg_per_m2, or its default where the scene has none: a polyester head of 0.2 mm.
+    sigma is the head_kg_per_m2 of air or cavity, or the latter's default where the scene has none: a polyester head of
+    0.2 mm. c is that of the head by itself where the scene has air, else by f01.
     """
+    air = scene.drum.effects.get("air")
+    if air is not None:
+        from drumstick.drum.modal.air_load import speed_of
+
+        return 1.0 / (air.head_kg_per_m2 * (speed_of(scene.drum) * scene.drum.radius_m) ** 2)
     cavity: Cavity = scene.drum.effects.get("cavity", Cavity())
     c_m_per_s = 2.0 * math.pi * scene.drum.f01_Hz * scene.drum.radius_m / J01
     return 1.0 / (cavity.head_kg_per_m2 * c_m_per_s**2)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from drumstick.parameters.declare import quantities
 from drumstick.parameters.drum import Modal
 from drumstick.parameters.drum_effects import DRUM_EFFECTS
-from drumstick.parameters.drum_tables import MODAL_EFFECTS
+from drumstick.parameters.drum_tables import MESH_EFFECTS, MODAL_EFFECTS
 from drumstick.parameters.mallet import Mallet
 from drumstick.parameters.scene import (
     EFFECTS,
@@ -220,8 +220,13 @@ def _in_agreement(tables: dict[str, Any]) -> dict[str, Any]:
     above = tuple((x, y, max(abs(z), 0.1), pan / 50.0) for x, y, z, pan in listen.microphones)
     if tables["modal"] is not None:
         linear = {k: v for k, v in tables["drum"].effects.items() if k in MODAL_EFFECTS}
+        if "kettle" in linear:
+            linear = {"air": DRUM_EFFECTS["air"](), **linear}
         tables["drum"] = dataclasses.replace(tables["drum"], effects=linear, excitation="analytic")
         above = ()
+    else:
+        meshed = {k: v for k, v in tables["drum"].effects.items() if k in MESH_EFFECTS}
+        tables["drum"] = dataclasses.replace(tables["drum"], effects=meshed)
     # What is chosen by itself is not said by hand.
     mesh = tables["mesh"]
     if mesh.accuracy == "auto":

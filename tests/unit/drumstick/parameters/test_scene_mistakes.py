@@ -52,7 +52,11 @@ EVERY_KEY = pytest.mark.parametrize(
 def _mistake(path: str, key: str, value: str) -> str:
     # The only mistake of a scene that has this one, behind file, line and key.
     good = {other: number for other, number in LEVER.items() if path == "stick.geometry" and other != key}
-    needed = ["[drum.effects.cavity]"] if path == "drum.effects.snare" else []
+    needed = {
+        "drum.effects.snare": ["[drum.effects.cavity]"],
+        "drum.effects.air": ["[modal]"],
+        "drum.effects.kettle": ["[modal]", "[drum.effects.air]"],
+    }.get(path, [])
     needed += ["[drum]", 'excitation = "mallet"'] if path == "mallet" else []
     given = [f"[{path}]", *(f"{k} = {v}" for k, v in good.items()), f"{key} = {value}"]
     lines = [*BEFORE.splitlines(), *needed, *given]

@@ -14,7 +14,8 @@ from drumstick.drum.calibrate import build, full_scale
 from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.membrane.lattice import J01
 from drumstick.drum.modal.bank import take_aim
-from drumstick.drum.modal.modes import MAX_MODES, bank_of, modes_below, shapes_at
+from drumstick.drum.modal.building import MAX_MODES, bank_of
+from drumstick.drum.modal.modes import modes_below, shapes_at
 from drumstick.drum.render import render
 from drumstick.parameters.drum import Drum, Listen, Modal
 from drumstick.parameters.drum_effects import AirLoss, Rim

@@ -1,0 +1,93 @@
+"""The bank of modes of a scene's drum, at rest. Any thread; allocates.
+
+The bank's oscillators answer to a force that is constant over a step as the sampled mode does to the same impulse.
+"""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from drumstick.drum.excitation.analytic import POOL
+from drumstick.drum.membrane.lattice import J01
+from drumstick.drum.modal.air_load import in_air, zero_at
+from drumstick.drum.modal.bank import Bank
+from drumstick.drum.modal.modes import left_under_tip, radial_shapes, shapes_at
+from drumstick.drum.output.upsample import PASS_BAND
+from drumstick.parameters.drum import Drum
+from drumstick.parameters.scene import Scene
+from realtime.records import ABSENT
+
+MAX_MODES = 20_000  # of 0.3 to 0.5 ns each and a step: two fifths of a core at 48 kHz
+_RADII_A_RADIAN = 2.0  # of the table of shapes, per radian of the shortest wave
+_NEPERS = 3.0 * math.log(10.0)  # 60 dB
+
+Numbers = npt.NDArray[np.float64]
+
+
+def decay_rates(drum: Drum, f_Hz: Numbers) -> Numbers:
+    """sigma of each frequency, 1/s: the drum's own decay, and what its losses add."""
+    inverse = np.full(len(f_Hz), 1.0 / drum.t60_s)
+    if "air_loss" in drum.effects:
+        inverse += 1.0 / drum.effects["air_loss"].t60_s
+    if "internal_loss" in drum.effects:
+        high = drum.effects["internal_loss"]
+        lowest = float(inverse[0])
+        rise = max(1.0 / high.t60_s - lowest, 0.0) / (high.at_Hz**2 - drum.f01_Hz**2)
+        inverse += rise * np.maximum(f_Hz**2 - drum.f01_Hz**2, 0.0)
+    return _NEPERS * inverse
+
+
+def highest_zero(scene: Scene, rate_Hz: float) -> float:
+    """j of the highest mode that the scene asks for, that fits below half the rate, and that the bank has room for."""
+    assert scene.modal is not None
+    top_Hz = min(scene.modal.top_Hz, 0.45 * rate_Hz)
+    most = 2.0 * math.sqrt(MAX_MODES)  # Weyl: (j/2)^2 modes, pairs counted
+    return max(min(zero_at(top_Hz, scene.drum), most), J01)
+
+
+def divisor_below(scene: Scene, rate_Hz: int) -> int:
+    """Device samples a step: as many as leave the scene's highest mode in the interpolator's pass band."""
+    assert scene.modal is not None
+    return max(1, math.floor(PASS_BAND * rate_Hz / scene.modal.top_Hz))
+
+
+def bank_of(scene: Scene, step_s: float) -> Bank:
+    """The scene's drum at rest, a step every `step_s`."""
+    head = in_air(highest_zero(scene, 1.0 / step_s), scene.drum)
+    modes, f_Hz = head.modes, head.f_Hz
+    left_a_step = np.exp(-(decay_rates(scene.drum, f_Hz) + head.decays) * step_s)  # R
+    theta = 2.0 * math.pi * f_Hz * step_s
+    bend = 1.0 - 2.0 * left_a_step * np.cos(theta) + left_a_step**2
+    # Over R^2: what drives a step is added to d before the step keeps R^2 of it.
+    drive = head.c**2 * step_s**2 / (modes.norms * head.masses) * np.sin(theta) / theta / left_a_step
+    count = max(8, math.ceil(_RADII_A_RADIAN * head.basis.zeros[-1]))
+    radii = (np.arange(count + 3) - 1.0) / count
+    # J_m(-x) = (-1)^m J_m(x): the row before r = 0 continues the shape as it is.
+    shapes = radial_shapes(head.basis, radii)
+    if scene.mallet is not None:
+        shapes *= left_under_tip(head.basis, scene.mallet.tip_radius_m / scene.drum.radius_m)
+    radial = drive * head.mixed(shapes)
+    gains = np.zeros((2, 2 * len(f_Hz)))
+    for x, y, pan in scene.listen.pickups:
+        angle = (pan + 1.0) * math.pi / 4.0  # equal power
+        heard = np.concatenate([head.mixed(values) for values in shapes_at(head.basis, x, y)])
+        gains += np.outer((math.cos(angle), math.sin(angle)), heard)
+
+    def both(values: Numbers) -> npt.NDArray[np.float32]:
+        return np.concatenate([values, values]).astype(np.float32)
+
+    size = 2 * len(f_Hz)
+    return Bank(
+        q=np.zeros(size, np.float32),
+        d=np.zeros(size, np.float32),
+        kept=both(left_a_step**2),
+        bend=both(bend),
+        left=gains[0].astype(np.float32),
+        right=gains[1].astype(np.float32),
+        orders=modes.orders,
+        radial=np.ascontiguousarray(radial, np.float32),
+        aimed=np.zeros((POOL, size), np.float32),
+        turns=np.zeros((2, int(modes.orders.max()) + 1)),
+        masses=both(1.0 / drive) if scene.mallet is not None else ABSENT,
+    )
