@@ -13,13 +13,14 @@ from scipy.special import jv
 
 from drumstick.drum.block import render_all
 from drumstick.drum.build import Unplayable, new_engine
-from drumstick.drum.calibrate import build, full_scale
+from drumstick.drum.calibrate import build, full_scale, strike_for_speed
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.modal.air_load import SPEED_OF_SOUND_M_PER_S, InAir, in_air, zero_at
 from drumstick.drum.modal.building import bank_of
+from drumstick.drum.render import render
 from drumstick.parameters.drum import Drum, Modal
 from drumstick.parameters.drum_effects import Air, Kettle
-from drumstick.parameters.scene import Scene, SceneError, parse
+from drumstick.parameters.scene import Scene, SceneError, parse, shipped_text
 from mallets import with_mallet
 
 RATE = 48_000
@@ -202,6 +203,20 @@ def test_it_plays_and_fades_by_a_strike_and_by_a_mallet() -> None:
         loud = [float(np.abs(out[at : at + RATE // 2]).max()) for at in (0, RATE, 5 * RATE // 2)]
         assert loud[0] > loud[1] > loud[2] > 0.0
         assert np.isfinite(out).all()
+
+
+@pytest.mark.parametrize("stroke_m_per_s", [1.0, 2.0, 3.0])
+def test_the_shipped_timpano_is_heard_at_its_pitch_under_a_felt_mallet(stroke_m_per_s: float) -> None:
+    """At three quarters of the radius (1,1) is within 6 dB of the loudest partial from 0.3 s on."""
+    scene = parse(shipped_text("timpani"), "timpani")
+    found = in_air(20.0, scene.drum)
+    pitch_Hz = first_of(found, found.f_Hz, 2)[1]
+    assert np.abs(cents(pitch_Hz / 130.813)) < 2.0
+    blow = strike_for_speed(scene, stroke_m_per_s, 0.75, 0.0)
+    sound = render(scene, [blow], 1.4, RATE)[round(0.3 * RATE) :, 0].astype(float)
+    spectrum = np.abs(np.fft.rfft(sound * np.hanning(len(sound)), 1 << 19))
+    f_Hz = np.fft.rfftfreq(1 << 19, 1.0 / RATE)
+    assert spectrum[np.abs(f_Hz - pitch_Hz) < 2.0].max() > 10.0 ** (-6.0 / 20.0) * spectrum.max()
 
 
 def test_what_cannot_be_is_said() -> None:
