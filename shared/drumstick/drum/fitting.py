@@ -40,7 +40,9 @@ class Line(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """A scene whose accuracy is said, and how it was come by, in words; empty when the scene said it itself."""
+    """A scene whose accuracy is said, and what is to be said of it: how it was chosen, or that `fine` is not as fine as
+    it may be; else empty.
+    """
 
     scene: Scene
     words: str = ""
@@ -58,7 +60,7 @@ def fitted(scene: Scene, rate_Hz: int, again: bool = False) -> Fit:
 
     Raises Unplayable."""
     if scene.mesh.accuracy != "auto":
-        return Fit(scene)
+        return Fit(scene, tiers.why_second_order(scene))
     found = _candidates(scene, rate_Hz)
     lines = _lines(scene, rate_Hz, found, again)
     shares = [1e-9 * rate_Hz * _ns(lines[each.order], each.updates) for each in found]

@@ -22,6 +22,15 @@ def order_of(scene: Scene) -> int:
     return 4 if fourth and not any(name in scene.drum.effects for name in _SECOND_ORDER_ONLY) else 2
 
 
+def why_second_order(scene: Scene) -> str:
+    """What keeps a mesh that should be `fine` in second order, in words; empty where nothing does."""
+    if scene.modal is not None or scene.mesh.accuracy != "fine" or order_of(scene) == 4:
+        return ""
+    shaped = [] if scene.mesh.topology == "triangular" else [f"a {scene.mesh.topology} mesh"]
+    named = [*shaped, *(name for name in _SECOND_ORDER_ONLY if name in scene.drum.effects)]
+    return f"fine in second order only: no fourth with {', '.join(named)}"
+
+
 def across_of(scene: Scene, mesh_rate_Hz: float) -> float:
     """Junctions across the head at this rate."""
     scheme = scheme_for(scene)

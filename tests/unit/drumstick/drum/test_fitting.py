@@ -195,3 +195,16 @@ def test_a_bank_of_modes_has_no_mesh_to_choose() -> None:
 def test_auto_and_by_hand_are_one_too_many(key: str) -> None:
     with pytest.raises(SceneError, match=rf"mesh\.{key}.*leave one of them out"):
         parse(f'[mesh]\naccuracy = "auto"\n{key} = 100.0\n', "x.toml")
+
+
+def test_fine_that_cannot_be_of_fourth_order_says_why() -> None:
+    lossy = parse(shipped_text("snare"), "snare")
+    fine = dataclasses.replace(
+        lossy, mesh=dataclasses.replace(lossy.mesh, accuracy="fine", topology="rectilinear")
+    )
+    assert fitted(fine, RATE_HZ).words == (
+        "fine in second order only: no fourth with a rectilinear mesh, internal_loss, cavity"
+    )
+    assert fitted(lossy, RATE_HZ).words == ""
+    bare = parse('[mesh]\naccuracy = "fine"\n', "bare")
+    assert fitted(bare, RATE_HZ).words == ""
