@@ -1,6 +1,7 @@
 """Strikes of a recording for the offline renderer: as the live sound server plays them, without a network's delay.
 
 Strikes go by their estimates of peak and contact time; in a scene that streams, contacts go by their recorded forces.
+What was set in the drum meanwhile is set again.
 The first of them falls 0.05 s into the sound. Each strike and each tick is played once, and what no stick can do is
 left out and told, as it is live.
 """
@@ -15,8 +16,11 @@ import numpy.typing as npt
 
 from drumstick.drum.excitation.offline import StreamedContact
 from drumstick.drum.excitation.strikes import OfflineStrike
+from drumstick.drum.render import LiveChange
 from drumstick.parameters.scene import Scene
-from protocol.messages import Contact, Strike, decode
+from drumstick.parameters.table import Refusal, table_of
+from drumstick.stick.law import DRUM
+from protocol.messages import Contact, Readback, Strike, decode
 from rig.exit_status import usage_error
 from rig.recording import channels
 from rig.recording.reading import RecordedMessage, Recording, RecordingError, read
@@ -31,11 +35,12 @@ _RING_S = 1.0  # what is heard of the last one
 
 
 class Played(NamedTuple):
-    """Strikes or contacts, one of the two, and how long they sound."""
+    """Strikes or contacts, one of the two, how long they sound, and what is set in the drum meanwhile."""
 
     blows: list[OfflineStrike]
     presses: list[StreamedContact]
     length_s: float
+    changes: list[LiveChange]
 
 
 class _Piece(NamedTuple):
@@ -50,7 +55,7 @@ def played(path: Path, scene: Scene) -> Played:
     Stop with what is wrong with the recording, or with the two together.
     """
     try:
-        recording = read(path, (channels.STRIKE, channels.CONTACT))
+        recording = read(path, (channels.STRIKE, channels.CONTACT, channels.PARAM))
     except RecordingError as error:
         usage_error(str(error))
     if recording.torn:
@@ -92,7 +97,7 @@ def _by_strikes(recording: Recording, scene: Scene) -> Played:
         )
         for event, s, stroke_m_per_s in strikes
     ]
-    return Played(blows, [], blows[-1].t_s + _RING_S)
+    return Played(blows, [], blows[-1].t_s + _RING_S, _changes(recording, scene, first_ns))
 
 
 def _by_forces(recording: Recording, scene: Scene) -> Played:
@@ -122,7 +127,8 @@ def _by_forces(recording: Recording, scene: Scene) -> Played:
     }
     presses = list(_presses(pieces, lambda boot, seq: places.get((boot, seq), (0.0, 0.0))))
     last = max(press.first_tick + len(press.forces_N) for press in presses)
-    return Played([], presses, last / rates.pop() + _RING_S)
+    first_ns = min(piece.publish_ns for piece in pieces)
+    return Played([], presses, last / rates.pop() + _RING_S, _changes(recording, scene, first_ns))
 
 
 def _presses(
@@ -149,10 +155,27 @@ def _presses(
         yield StreamedContact(tick, contact.rate_Hz, x, y, kept, begins)
 
 
+def _changes(recording: Recording, scene: Scene, first_ns: int) -> list[LiveChange]:
+    # Of the values that this drum has; what held before the first blow holds from the beginning.
+    rows = {name: row for name, row in table_of(scene).items() if row.effect == DRUM}
+    found: list[LiveChange] = []
+    refused = 0
+    for event in recording.of(channels.PARAM):
+        if event.name in rows:
+            try:
+                value = rows[event.name].check(decode(event.payload, Readback).value)
+            except Refusal:
+                refused += 1
+            else:
+                found.append(LiveChange(max(_since(first_ns, event), 0.0), event.name, value))
+    _report_refused(recording, refused, "settings of the drum", "that are out of range")
+    return found
+
+
 def _since(first_ns: int, event: RecordedMessage) -> float:
     return (event.publish_ns - first_ns) * 1e-9 + _FIRST_S
 
 
-def _report_refused(recording: Recording, count: int, what: str) -> None:
+def _report_refused(recording: Recording, count: int, what: str, why: str = "that no stick can make") -> None:
     if count:
-        print(f"render: {recording.path}: {count} {what} left out that no stick can make", file=sys.stderr)
+        print(f"render: {recording.path}: {count} {what} left out {why}", file=sys.stderr)

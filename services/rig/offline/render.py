@@ -5,7 +5,7 @@ import json
 import math
 import shutil
 import time
-from collections.abc import Iterable
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from drumstick.drum.excitation.offline import StreamedContact
     from drumstick.drum.excitation.strikes import OfflineStrike
+    from drumstick.drum.render import LiveChange
     from drumstick.parameters.scene import Scene
 
 _COLUMNS = {"t_s": (0.0, 86_400.0), "x": (-2.0, 2.0), "y": (-2.0, 2.0), "speed_m_per_s": (0.0, 100.0)}
@@ -126,11 +127,14 @@ def _strikes(scene: "Scene", options: RenderOptions) -> list["OfflineStrike"]:
 
 
 class RenderInput(NamedTuple):
-    """Strikes by their messages, contacts by their forces, and how long they last, where that is known."""
+    """Strikes by their messages, contacts by their forces, how long they last, where that is known, and what is set in
+    the drum meanwhile.
+    """
 
     blows: "list[OfflineStrike]"
     presses: "list[StreamedContact]"
     length_s: float | None = None
+    changes: "Sequence[LiveChange]" = ()
 
 
 def _score(name: str, scene: "Scene", options: RenderOptions) -> RenderInput:
@@ -147,9 +151,7 @@ def _score(name: str, scene: "Scene", options: RenderOptions) -> RenderInput:
     return RenderInput(_strikes(scene, options), [])
 
 
-def _write(
-    scene: "Scene", blows: Iterable["OfflineStrike"], presses: list["StreamedContact"], options: RenderOptions
-) -> Written:
+def _write(scene: "Scene", score: RenderInput, options: RenderOptions) -> Written:
     import numpy as np
     from rich.console import Console
     from rich.progress import Progress
@@ -167,7 +169,9 @@ def _write(
     try:
         with Progress(console=Console(stderr=True), transient=True) as progress:
             task = progress.add_task("rendering", total=options.duration_s)
-            for part in parts(scene, blows, options.duration_s, options.rate_Hz, presses):
+            for part in parts(
+                scene, score.blows, options.duration_s, options.rate_Hz, score.presses, score.changes
+            ):
                 wav.record(part)
                 if not wav.is_open:
                     unavailable(f"{options.out}: the disk took no more")
@@ -274,11 +278,13 @@ def render(scene: str, options: RenderOptions, as_json: bool, whole: bool = Fals
         options = _whole(options, score.length_s)
         _check_room(options)
     _check_pictures(options)
-    blows = [blow for blow in score.blows if blow.t_s < options.duration_s]
-    presses = [press for press in score.presses if press.first_tick < options.duration_s * press.rate_Hz]
+    score = score._replace(
+        blows=[blow for blow in score.blows if blow.t_s < options.duration_s],
+        presses=[press for press in score.presses if press.first_tick < options.duration_s * press.rate_Hz],
+    )
     with playable():
-        written = _write(loaded, blows, presses, options)
-    strikes = len(blows) + sum(press.begins for press in presses)
+        written = _write(loaded, score, options)
+    strikes = len(score.blows) + sum(press.begins for press in score.presses)
     modes = _draw(loaded, written.sound, options)
     if as_json:
         found: dict[str, object] = {

@@ -7,8 +7,11 @@ import numpy as np
 import pytest
 
 from drumstick.drum.excitation.offline import StreamedContact
-from drumstick.parameters.scene import Scene
-from protocol.messages import Contact
+from drumstick.drum.excitation.strikes import OfflineStrike
+from drumstick.drum.render import LiveChange
+from drumstick.drum.render import render as sound_of
+from drumstick.parameters.scene import Scene, parse
+from protocol.messages import Contact, Readback
 from recordings import a_strike, made
 from rig.exit_status import GIVEN, CommandError
 from rig.offline.recorded_strikes import played
@@ -47,6 +50,37 @@ def test_a_torn_recording_is_played_and_said_to_be_torn(
     path = made(tmp_path / "a.mcap", [(k, "/strike", a_strike(k)) for k in range(3)], finished=False)
     assert len(played(path, Scene("any")).blows) == 3
     assert "was cut off" in capsys.readouterr().err
+
+
+def test_what_was_set_in_the_drum_is_set_again_and_nothing_else(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    muffled = parse("[drum.effects.muffle]\n", "muffled")
+    messages = [
+        (1.0, "/param/muffle", Readback(value=0.25, revision=1)),  # as the recorder asked when it began
+        (2.0, "/strike", a_strike(5)),
+        (2.2, "/param/dv_pls", Readback(value=0.3, revision=2)),
+        (2.3, "/param/muffle", Readback(value=0.75, revision=3)),
+        (2.4, "/param/muffle", Readback(value=7.0, revision=4)),
+    ]
+    path = made(tmp_path / "a.mcap", messages, muffled)
+    found = played(path, muffled).changes
+    assert [(change.name, change.value) for change in found] == [("muffle", 0.25), ("muffle", 0.75)]
+    assert [change.t_s for change in found] == pytest.approx([0.0, 0.35], abs=1e-6)
+    assert "1 settings of the drum left out that are out of range" in capsys.readouterr().err
+    assert played(path, Scene("any")).changes == []
+
+
+def test_a_muffle_that_is_set_is_heard_from_there_on() -> None:
+    loose = parse(
+        "[drum]\nt60_s = 2.0\n[drum.effects.muffle]\npress = 0.0\npatches = [[0, 0, 1]]\nt60_s = 0.1\n",
+        "loose",
+    )
+    blows = [OfflineStrike(0.05, 0.3, 0.1, 4.0, 0.005)]
+    rings = sound_of(loose, blows, 1.0, 48_000)
+    muted = sound_of(loose, blows, 1.0, 48_000, (), [LiveChange(0.5, "muffle", 1.0)])
+    np.testing.assert_array_equal(muted[:24_000], rings[:24_000])
+    assert np.abs(muted[36_000:]).max() < 0.1 * np.abs(rings[36_000:]).max()
 
 
 def piece(seq: int, tick: int, forces: list[float], rate_Hz: float = 1000.0, **place: float) -> Contact:
