@@ -1,7 +1,7 @@
-"""Values of the drum that are set while it plays: from the rig's readbacks to the engine.
+"""Passes the drum's live values from the rig's readbacks to the engine.
 
-Readbacks come on a thread of their own, answers on the drum's: a short lock stands between them, never held over a call
-to the network. What is written here is read by the audio thread, one number at a time.
+Readbacks arrive on a thread of their own, answers to questions on the drum's: a short lock guards both, never held
+during a call to the network. The audio thread reads the result one number at a time, without a lock.
 """
 
 import threading

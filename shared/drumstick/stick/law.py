@@ -1,8 +1,8 @@
 """The records that the kernels get: the scene's law (parameters) and the stick's motion (state).
 
 Both are numpy record types made from the declarations, so an effect that the scene does not name has no field
-in either, and numba compiles no code for it. What can be set live in the drum travels with the law, in a part of
-its own that no kernel of the stick reads: so a set is whole, and outlives the process that accepted it. Field names
+in either, and numba compiles no code for it. The drum's live values are in the law too, in a part
+that no kernel of the stick reads: a set then applies whole, and survives a restart of the gateway. Field names
 are the wire names; words of a choice become their index. Effects come first: numba takes a record that merely
 continues another one for its subtype, and warns.
 """

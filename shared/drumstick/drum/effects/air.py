@@ -1,7 +1,7 @@
-"""`air`: what a head carries along on both sides, and what it radiates, mode by mode, for a bank of modes.
+"""`air`: each mode's air load and radiation, on both sides, for a bank of modes.
 
-It is in the modes' pitches, decays and shapes (drumstick.drum.modal.air_load), and costs nothing while it plays. A mesh
-has no such thing yet: the air's mass falls with the wavelength, which no mass of a junction does.
+It only sets the modes' pitches, decays and shapes (drumstick.drum.modal.air_load): no cost while the drum plays. No
+mesh has it yet: short waves move less air, but a junction's mass is the same for all.
 """
 
 from dataclasses import dataclass
@@ -11,9 +11,9 @@ from drumstick.parameters.declare import number
 
 @dataclass(frozen=True)
 class AirTable:
-    """The air around the head, which stands in a wall: f01_Hz is what sounds with it."""
+    """Air on both sides of the head, which sits in a baffle; for a bank of modes. f01_Hz includes it."""
 
-    density_kg_per_m3: float = number(1.2, 0.0, 10.0, "kg/m^3", "Density; 0 is no air")
+    density_kg_per_m3: float = number(1.2, 0.0, 10.0, "kg/m^3", "Density of the air; 0: none")
     head_kg_per_m2: float = number(0.26, 0.05, 2.0, "kg/m^2", "Mass per area of the head alone")
 
 

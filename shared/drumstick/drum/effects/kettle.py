@@ -1,7 +1,7 @@
 """`kettle`: the closed bowl of a timpano, a cylinder as wide as the head, for a bank of modes with air.
 
-The air in it is a stiffness for the round modes and a mass for most others, with resonances of its own: see
-drumstick.drum.modal.air_load. It costs nothing while it plays.
+Its air is a spring for the circular modes (m = 0), a mass for most others, and has resonances of its own: see
+drumstick.drum.modal.air_load. No cost while the drum plays.
 """
 
 from dataclasses import dataclass
@@ -11,9 +11,9 @@ from drumstick.parameters.declare import number
 
 @dataclass(frozen=True)
 class KettleTable:
-    """A closed bowl under the head instead of open air."""
+    """A closed bowl under the head instead of open air; needs `air`."""
 
-    depth_m: float = number(0.42, 0.05, 2.0, "m", "Depth of a cylinder of the bowl's volume")
+    depth_m: float = number(0.42, 0.05, 2.0, "m", "Volume of the bowl over the area of the head")
 
 
 TABLE = KettleTable

@@ -1,10 +1,11 @@
-"""`muffle`: patches of gel or felt on the head, each braking the junctions under it; `press` is set while it plays.
+"""`muffle`: patches of gel or felt on the head, each damping the junctions under it; `press` can be set live.
 
-A junction with losses of its own, s_m besides those of the head, ends a step at u+ + g (u- - u+), where
-g = p s_m/(1 + s + p s_m) and p is how hard the patch is pressed: the damper is taken at the middle of the step, so it
-only takes energy, however strong it is and however it changes from step to step. What others bake g into (the masses
-that a tension stretches, the patch under a mallet's tip) must stay true within a step, so g moves at its beginning, and
-while no mallet touches. Kernels: audio thread; `wanted` is written by the thread that hears of it.
+With s the head's loss, s_m the patch's and p how hard it is pressed, u- a junction's value before the step and u+ the
+one after it without the patch, the step ends at u+ + g (u- - u+), where g = p s_m/(1 + s + p s_m). The damper is
+centred in the step, so it only removes energy, however strong it is and however it changes from step to step. Others
+compute with g in advance (the masses that a tension counts, the patch under a mallet's tip), so g changes only at the
+beginning of a step, and only while no mallet touches. Kernels: audio thread. `wanted`: written by the thread that
+receives it.
 """
 
 from dataclasses import dataclass
@@ -27,20 +28,24 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class MuffleTable:
-    """Gel, felt or a hand on the head."""
+    """Gel, felt or a hand on the head of a mesh, damping it."""
 
     patches: tuple[tuple[float, ...], ...] = numbers(
         ((0.75, 0.0, 0.15),), 3, -1.0, 1.0, "of the radius", "Patches, each [x, y, radius]"
     )
     t60_s: float = number(
-        0.05, 0.001, 60.0, "s", "Time in which the junctions under a patch would lose 60 dB, fully pressed"
+        0.05,
+        0.001,
+        60.0,
+        "s",
+        "Time in which the head under a patch would lose 60 dB by the patch alone, at press 1",
     )
     press: float = number(
         1.0,
         0.0,
         1.0,
         "1",
-        "How hard the patches are pressed on the head: 0 is not at all",
+        "How hard the patches press on the head: 0 is off",
         symbol="p",
         wire="muffle",
     )

@@ -1,22 +1,23 @@
-"""A head in air: pitch, decay and shape of each mode of a circular membrane in an infinite wall. Any thread; allocates.
+"""A head in air: pitch, decay and shape of a circular membrane's modes in an infinite baffle. Any thread; allocates.
 
-The head's displacement is a sum of its modes in vacuum, u = sum q_n J_m(j_n r), one order m at a time. On each side the
-air answers to a wave of wavenumber x (times the radius) with the pressure of a plane in the Hankel domain: for x above
-xk = w a/c0 with the mass rho a/sqrt(x^2 - xk^2), for x below with the resistance rho c0 xk/sqrt(xk^2 - x^2). A mode's
-transform is b_n(x) = j_n J_m(x)/(j_n^2 - x^2) where 2 int x b_n^2 dx = 1 (Morse and Ingard, "Theoretical acoustics",
-7.4; Christian, Davis, Tubis, Anderson, Mills and Rossing, "Effects of air loading on timpani membrane vibrations", J.
-Acoust. Soc. Am. 76, 1984). So with c^2 = tension over the head's own mass per area, in radii a second,
+The head's displacement is a sum of its modes in vacuum, u = sum q_n J_m(j_n r), one order m at a time. Each side's air
+loads a wave of wavenumber x/a, with w in rad/s, c0 the speed of sound and xk = w a/c0: for x above xk with the mass
+rho a/sqrt(x^2 - xk^2) per area, below with the resistance rho c0 xk/sqrt(xk^2 - x^2). A mode's Hankel transform, scaled
+so that 2 int x b_n^2 dx = 1, is b_n(x) = j_n J_m(x)/(j_n^2 - x^2) (Morse and Ingard, "Theoretical acoustics", 7.4;
+Christian, Davis, Tubis, Anderson, Mills and Rossing, "Effects of air loading on timpani membrane vibrations", J.
+Acoust. Soc. Am. 76, 1984). With sigma the head's own mass per area, c = sqrt(tension/sigma)/a and v the weights of q_n/norm_n,
 
     c^2 j^2 v = w^2 M(w) v,    M = 1 + mu G(w),    mu = 2 rho a/sigma,
     decay = mu w <v, H v>/(2 <v, M' v>),
     G_nk = 2 int_xk^oo x b_n b_k/sqrt(x^2 - xk^2) dx,    H_nk = 2 int_0^xk x b_n b_k/sqrt(xk^2 - x^2) dx
 
-is solved for each mode at its own w; M' = M + (w/2) dM/dw is what of M is mass, not stiffness. In a kettle of depth L
-one side's air is that of a closed cylinder: for each of its own radial modes, J_m(j' r) with J_m'(j') = 0, the mass
-rho coth(s L)/s, or -rho cot(k L)/k above that mode's cutoff; its walls take some of it.
+is solved for each mode at its own w. M' = M + (w/2) dM/dw is the effective mass: what the air holds like a spring is
+in M with the other sign, and this takes it out. With a kettle, one side is a closed cylinder of depth L: for each of its
+radial modes, J_m(j' r) with J_m'(j') = 0, the mass is rho coth(s L)/s where s^2 = (j'/a)^2 - (w/c0)^2, which above the
+mode's cutoff is -rho cot(k L)/k with k^2 = -s^2. Its walls add a loss.
 
-Modes up to _COUPLED are solved with all of their order that lie below it. Those above are narrow in x, and stand alone:
-G is 1/sqrt(j^2 - xk^2), in a kettle as outside: true to four cents where it begins, to less above.
+Modes with j_n up to _COUPLED are solved together, order by order. Those above are narrow in x and are solved alone,
+with G = 1/sqrt(j^2 - xk^2), kettle or not: at most four cents off, least for the highest.
 """
 
 import math
@@ -234,7 +235,7 @@ def _speed(basis: Modes, load: _Load, w: float) -> float:
     zeros = basis.zeros[(basis.orders == 0) & (basis.zeros <= _COUPLED)]
     slowest = float(_solved(zeros, _Order(0, zeros, load).at(w)[0])[0][0])
     if not slowest > 0.0:
-        raise ValueError(f"the air alone holds the head to more than f01_Hz = {w / (2.0 * math.pi):g} Hz")
+        raise ValueError(f"the air alone holds the head up to more than f01_Hz = {w / (2.0 * math.pi):g} Hz")
     c = w * math.sqrt(slowest)
     if not c * load.slow < 1.0:
         raise ValueError(
