@@ -23,7 +23,7 @@ def order_of(scene: Scene) -> int:
 
 
 def why_second_order(scene: Scene) -> str:
-    """What keeps a mesh that should be `fine` in second order, in words; empty where nothing does."""
+    """Words for what keeps a mesh that should be `fine` in second order; empty where nothing does."""
     if scene.modal is not None or scene.mesh.accuracy != "fine" or order_of(scene) == 4:
         return ""
     shaped = [] if scene.mesh.topology == "triangular" else [f"a {scene.mesh.topology} mesh"]

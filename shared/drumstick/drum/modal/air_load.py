@@ -5,15 +5,16 @@ loads a wave of wavenumber x/a, with w in rad/s, c0 the speed of sound and xk = 
 rho a/sqrt(x^2 - xk^2) per area, below with the resistance rho c0 xk/sqrt(xk^2 - x^2). A mode's Hankel transform, scaled
 so that 2 int x b_n^2 dx = 1, is b_n(x) = j_n J_m(x)/(j_n^2 - x^2) (Morse and Ingard, "Theoretical acoustics", 7.4;
 Christian, Davis, Tubis, Anderson, Mills and Rossing, "Effects of air loading on timpani membrane vibrations", J.
-Acoust. Soc. Am. 76, 1984). With sigma the head's own mass per area, c = sqrt(tension/sigma)/a and v the weights of q_n/norm_n,
+Acoust. Soc. Am. 76, 1984). With sigma the head's own mass per area, c = sqrt(tension/sigma)/a and v the weights of the
+normalised modes,
 
     c^2 j^2 v = w^2 M(w) v,    M = 1 + mu G(w),    mu = 2 rho a/sigma,
     decay = mu w <v, H v>/(2 <v, M' v>),
     G_nk = 2 int_xk^oo x b_n b_k/sqrt(x^2 - xk^2) dx,    H_nk = 2 int_0^xk x b_n b_k/sqrt(xk^2 - x^2) dx
 
 is solved for each mode at its own w. M' = M + (w/2) dM/dw is the effective mass: what the air holds like a spring is
-in M with the other sign, and this takes it out. With a kettle, one side is a closed cylinder of depth L: for each of its
-radial modes, J_m(j' r) with J_m'(j') = 0, the mass is rho coth(s L)/s where s^2 = (j'/a)^2 - (w/c0)^2, which above the
+in M with the other sign, and this takes it out. With a kettle, one side is a closed cylinder of depth L: for each of
+its radial modes, J_m(j' r) with J_m'(j') = 0, the mass is rho coth(s L)/s where s^2 = (j'/a)^2 - (w/c0)^2, which above the
 mode's cutoff is -rho cot(k L)/k with k^2 = -s^2. Its walls add a loss.
 
 Modes with j_n up to _COUPLED are solved together, order by order. Those above are narrow in x and are solved alone,
