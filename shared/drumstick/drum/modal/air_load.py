@@ -14,8 +14,8 @@ normalised modes,
 
 is solved for each mode at its own w. M' = M + (w/2) dM/dw is the effective mass: what the air holds like a spring is
 in M with the other sign, and this takes it out. With a kettle, one side is a closed cylinder of depth L: for each of
-its radial modes, J_m(j' r) with J_m'(j') = 0, the mass is rho coth(s L)/s where s^2 = (j'/a)^2 - (w/c0)^2, which above the
-mode's cutoff is -rho cot(k L)/k with k^2 = -s^2. Its walls add a loss.
+its radial modes, J_m(j' r) with J_m'(j') = 0, the mass is rho coth(s L)/s where s^2 = (j'/a)^2 - (w/c0)^2, which above
+the mode's cutoff is -rho cot(k L)/k with k^2 = -s^2. Its walls add a loss.
 
 Modes with j_n up to _COUPLED are solved together, order by order. Those above are narrow in x and are solved alone,
 with G = 1/sqrt(j^2 - xk^2), kettle or not: at most four cents off, least for the highest.
