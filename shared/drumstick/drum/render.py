@@ -48,7 +48,7 @@ def parts(
     score = ContactFeeder(engine, played, _EPOCH_NS) if played else None
     part = np.zeros((max(rate_Hz // (4 if score is None else 100), 1), 2), np.float32)
     waiting = deque(sorted(strikes, key=lambda blow: blow.t_s))
-    coming = deque(sorted(changes))
+    coming = deque(sorted(changes, key=lambda change: change.t_s))
     done = 0
     while done < frames:
         while coming and round(coming[0].t_s * rate_Hz) <= done:

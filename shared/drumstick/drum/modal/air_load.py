@@ -13,14 +13,17 @@ normalised modes,
     G_nk = 2 int_xk^oo x b_n b_k/sqrt(x^2 - xk^2) dx,    H_nk = 2 int_0^xk x b_n b_k/sqrt(xk^2 - x^2) dx
 
 is solved for each mode at its own w. M' = M + (w/2) dM/dw is the effective mass: what the air holds like a spring is
-in M with the other sign, and this takes it out. With a kettle, one side is a closed cylinder of depth L: for each of
-its radial modes, J_m(j' r) with J_m'(j') = 0, the mass is rho coth(s L)/s where s^2 = (j'/a)^2 - (w/c0)^2, which above
-the mode's cutoff is -rho cot(k L)/k with k^2 = -s^2. Its walls add a loss.
+in M with the other sign, and this takes it out.
+
+With a kettle, one side is a closed cylinder of depth L with rigid walls: its own modes, J_m(j' r) cos(l pi z/L) with
+J_m'(j') = 0, are masses on springs beside the head's, the higher ones together a mass. So each mode of the two has its
+place among them, and none is taken twice. The walls take a part of what the cylinder's modes hold.
 
 Modes with j_n up to _COUPLED are solved together, order by order. Those above are narrow in x and are solved alone,
 with G = 1/sqrt(j^2 - xk^2), kettle or not: at most four cents off, least for the highest.
 """
 
+import functools
 import math
 from typing import Any, NamedTuple, cast
 
@@ -37,11 +40,10 @@ _REACH, _SPACING = (
     160.0,
     0.4,
 )  # of the sum over x; b^2 turns every pi, so that this is exact but for what lies beyond
-_ROUNDS, _CLOSE = 12, 1e-7
+_ROUNDS, _CLOSE = 20, 1e-7
 _APART = 1e-4  # of w, between two looks at M for its slope
-_WALLS = (
-    0.005  # share of a turn that the kettle's walls take: its resonances are a hundredth of their pitch wide
-)
+_WALLS = 0.005  # the kettle's resonances have a Q of 100
+_KETTLE, _MAX_OF_KETTLE = 30.0, 48  # wavenumber of its modes, and most of them with each order
 
 Numbers = npt.NDArray[np.float64]
 
@@ -88,7 +90,7 @@ def without_air(modes: Modes, f01_Hz: float) -> InAir:
 def speed_of(drum: Drum) -> float:
     """c of the drum's head by itself, radii a second; raises as `in_air`."""
     load, w = _load_of(drum), 2.0 * math.pi * drum.f01_Hz
-    return w / J01 if load is None else _speed(modes_below(_COUPLED), load, w)
+    return w / J01 if load is None else _speed(load, w)
 
 
 def zero_at(f_Hz: float, drum: Drum) -> float:
@@ -106,22 +108,29 @@ def zero_at(f_Hz: float, drum: Drum) -> float:
 
 
 def in_air(highest: float, drum: Drum) -> InAir:
-    """The modes of a scene's drum whose zero j is at most `highest`, in the air that it names.
+    """The modes of a scene's drum whose zero j is at most `highest`, in the air that it names. Kept, read only.
 
     ValueError where no tension gives it its f01_Hz, or where the head's waves would be as fast as sound.
     """
-    modes, load = modes_below(highest), _load_of(drum)
+    return _in_air(highest, drum.f01_Hz, _load_of(drum))
+
+
+@functools.lru_cache(maxsize=8)
+def _in_air(highest: float, f01_Hz: float, load: "_Load | None") -> InAir:
+    modes = modes_below(highest)
     if load is None:
-        return without_air(modes, drum.f01_Hz)
+        return without_air(modes, f01_Hz)
     basis = modes if highest >= _COUPLED else modes_below(_COUPLED)
-    c = _speed(basis, load, 2.0 * math.pi * drum.f01_Hz)
+    w01 = 2.0 * math.pi * f01_Hz
+    c = _speed(load, w01)
     found = _alone(modes, load, c)
     result = InAir(modes, basis, c, found.turn, found.decay, found.mass)
     mixes = tuple(
-        _couple(result, load, order, 2.0 * math.pi * drum.f01_Hz)
-        for order in np.unique(basis.orders[basis.zeros <= _COUPLED])
+        _couple(result, load, order, w01) for order in np.unique(basis.orders[basis.zeros <= _COUPLED])
     )
     result.f_Hz[:] /= 2.0 * math.pi
+    for values in (result.f_Hz, result.decays, result.masses):
+        values.setflags(write=False)
     return result._replace(mixes=tuple(mix for mix in mixes if len(mix.targets)))
 
 
@@ -151,70 +160,111 @@ class _Found(NamedTuple):
 
 
 class _Order:
-    """The air of one order's modes, `zeros`, all that are solved together."""
+    """The air of one order's modes, `zeros`, all that are solved together, on a head with waves of speed c."""
 
-    def __init__(self, order: int, zeros: Numbers, load: _Load) -> None:
-        self.zeros, self._order, self._load = zeros, order, load
-        if load.depth is None:
-            return
-        count = len(zeros) + 8
+    def __init__(self, order: int, load: _Load, c: float) -> None:
+        all_of_them = modes_below(_COUPLED)
+        self.zeros = all_of_them.zeros[all_of_them.orders == order]
+        self._order, self._load = order, load
+        count = len(self.zeros)
+        self._stiff, self._drawn = np.diag((c * self.zeros) ** 2), np.zeros((count, 0))
+        self._held, self._own = np.zeros((count, count)), np.zeros(0)
+        if load.depth is not None:
+            self._add_kettle(load.depth)
+
+    def _add_kettle(self, depth: float) -> None:
+        # Cylinder modes up to a wavenumber, and as a mass what is above; the one of k = 0 is a spring alone.
+        heavy, order = 0.5 * self._load.heavy, self._order
+        count = len(self.zeros) + 8
         jnp_zeros, jv = bessel().jnp_zeros, bessel().jv
-        self._own = jnp_zeros(order, count) if order else np.append(0.0, jnp_zeros(0, count - 1))
-        size = (1.0 - (order / np.where(self._own > 0.0, self._own, 1.0)) ** 2) * jv(order, self._own) ** 2
-        self._met = self._transforms(self._own) * np.sqrt(4.0 / size)
+        own = jnp_zeros(order, count) if order else np.append(0.0, jnp_zeros(0, count - 1))
+        size = (1.0 - (order / np.where(own > 0.0, own, 1.0)) ** 2) * jv(order, own) ** 2
+        met = self._transforms(own) * np.sqrt(4.0 * heavy / size)
+        safe = np.where(own > 0.0, own, 1.0)
+        still = np.where(own > 0.0, 1.0 / (safe * np.tanh(safe * depth)), depth / 3.0)
+        self._held = (met * still) @ met.T
+        if order == 0:
+            self._stiff = self._stiff + np.outer(met[:, 0], met[:, 0]) / (depth * self._load.slow**2)
+        along = np.arange(math.ceil(_KETTLE * depth / math.pi) + 1)
+        k = np.sqrt(own[:, None] ** 2 + (along * math.pi / depth) ** 2)
+        q, at = np.nonzero((k > 0.0) & (k < _KETTLE))
+        chosen = np.argsort(k[q, at])[:_MAX_OF_KETTLE]
+        q, at = q[chosen], at[chosen]
+        self._own = k[q, at]
+        self._drawn = met[:, q] * np.sqrt(np.where(at > 0, 2.0, 1.0) / depth) / self._own
 
     def _transforms(self, x: Numbers) -> Numbers:
         # b_n(x), shape (N, len(x)); x meets no zero.
         return self.zeros[:, None] * bessel().jv(self._order, x) / (self.zeros[:, None] ** 2 - x**2)
 
-    def _outside(self, xk: float) -> tuple[Numbers, Numbers]:
-        # G and H. x = sqrt(xk^2 + t^2) and x = xk sin t take the roots away.
+    def _outside(self, w: float) -> tuple[Numbers, Numbers]:
+        # mu G and mu H, or half of both over a kettle. x = sqrt(xk^2 + t^2) and x = xk sin t take the roots away.
+        xk, share = w * self._load.slow, self._load.heavy * (1.0 if self._load.depth is None else 0.5)
         t = (np.arange(round(_REACH / _SPACING)) + 0.5) * _SPACING
         above = self._transforms(np.sqrt(xk * xk + t * t))
         count = _points(xk)
         x = xk * np.sin((np.arange(count) + 0.5) * (0.5 * math.pi / count))
         below = self._transforms(x)
-        return 2.0 * _SPACING * above @ above.T, math.pi / count * (below * x) @ below.T
+        return 2.0 * share * _SPACING * above @ above.T, share * math.pi / count * (below * x) @ below.T
 
-    def _inside(self, xk: float, depth: float) -> tuple[Numbers, Numbers]:
-        # Mass and loss of the air in the kettle, in the units of G and H: as one side of the open air has them.
-        s = np.sqrt(self._own**2 - (xk * (1.0 - 1j * _WALLS)) ** 2 + 0j)
-        answer = 1.0 / (s * np.tanh(s * depth))
-        return (self._met * answer.real) @ self._met.T, (self._met * np.abs(answer.imag)) @ self._met.T
+    def _whole(self, outside: Numbers) -> tuple[Numbers, Numbers]:
+        # Stiffness and mass of head and cylinder together.
+        head, other = len(self.zeros), len(self._own)
+        stiff, mass = np.zeros((head + other, head + other)), np.eye(head + other)
+        stiff[:head, :head] = self._stiff
+        stiff[head:, head:] = np.diag((self._own / self._load.slow) ** 2)
+        mass[:head, :head] += outside + self._held
+        mass[:head, head:] = self._drawn
+        mass[head:, :head] = self._drawn.T
+        return stiff, mass
 
     def at(self, w: float) -> tuple[Numbers, Numbers]:
-        """M, and mu H."""
-        load, xk = self._load, w * self._load.slow
-        mass, loss = self._outside(xk)
-        if load.depth is not None:
-            inner_mass, inner_loss = self._inside(xk, load.depth)
-            mass, loss = 0.5 * (mass + inner_mass), 0.5 * (loss + inner_loss)
-        return np.eye(len(self.zeros)) + load.heavy * mass, load.heavy * loss
+        """Stiffness and mass of the head alone at w, with all of the air in the latter but what is a spring."""
+        mass = np.eye(len(self.zeros)) + self._outside(w)[0] + self._held
+        mass += (
+            self._drawn * (w * self._load.slow) ** 2 / (self._own**2 - (w * self._load.slow) ** 2)
+        ) @ self._drawn.T
+        return self._stiff, mass
 
-    def slowest(self, w: float) -> tuple[float, Numbers]:
-        """w and v of the lowest mode of a head that is as tight as it takes for that mode to turn at w."""
-        return w, _solved(self.zeros, self.at(w)[0])[1][:, 0]
+    def solved(self, w: float) -> tuple[Numbers, Numbers]:
+        """All modes by the outer air at w, the lowest first: their w, and shapes in columns that are 1 long in mass."""
+        solved: Any = cast(Any, _linalg()).eigh(*self._whole(self._outside(w)[0]))
+        values, vectors = cast(tuple[Numbers, Numbers], solved)
+        return np.sqrt(np.maximum(values, 0.0)), vectors
 
-    def settled(self, c: float, w: float, place: int) -> tuple[float, Numbers]:
-        """w, looked for from there on, and v of one mode at its own w: the one that has most of the vacuum's with this
-        place in its order.
-        """
-
-        def look(at_w: float) -> tuple[float, Numbers]:
-            values, vectors = _solved(self.zeros, self.at(at_w)[0])
-            at = int(np.argmax(np.where(values > 0.0, np.abs(vectors[place]), -1.0)))
-            return c / math.sqrt(float(values[at])), vectors[:, at]
-
+    def settled(self, w: float, rank: int) -> tuple[float, Numbers]:
+        """w of the mode of this rank at its own w, looked for from there on, and its shape."""
         for _ in range(_ROUNDS):
-            first, v = look(w)
-            if abs(first - w) <= _CLOSE * w:
-                return first, v
-            second, v = look(first)
+            turns, vectors = self.solved(w)
+            first = float(turns[rank])
+            if abs(first - w) <= _CLOSE * first:
+                return first, vectors[:, rank]
+            second = float(self.solved(first)[0][rank])
             # Aitken: where a row of which each step is so much of the last one ends; no farther than it has come.
             bent = second - 2.0 * first + w
             ahead = -((second - first) ** 2) / bent if bent != 0.0 else 0.0
             w = second + min(max(ahead, -abs(first - w)), abs(first - w))
-        return look(w)
+        raise ValueError(
+            f"the air on the head leaves a mode near {w / (2.0 * math.pi):.0f} Hz without a pitch of its own"
+        )
+
+    def effective(self, w: float, shape: Numbers) -> tuple[float, float]:
+        """Mass and decay of a mode with its w and shape, of which the head's part is taken as 1 long."""
+        mass, loss = self._outside(w)
+        beside, _ = self._outside(w * (1.0 + _APART))
+        head, rest = shape[: len(self.zeros)], shape[len(self.zeros) :]
+        moving = float(shape @ self._whole(mass)[1] @ shape + head @ (beside - mass) @ head / (2.0 * _APART))
+        held = float(
+            rest**2 @ (self._own / self._load.slow) ** 2
+        )  # of w^2 moving, what the cylinder's modes hold
+        decay = 0.5 * w * float(head @ loss @ head) / moving + _WALLS * held / (w * moving)
+        return moving / float(head @ head), decay
+
+
+def _linalg() -> Any:
+    from scipy import linalg
+
+    return linalg
 
 
 def _points(xk: float) -> int:
@@ -222,22 +272,15 @@ def _points(xk: float) -> int:
     return 16 + 2 * math.ceil(xk)
 
 
-def _solved(zeros: Numbers, mass: Numbers) -> tuple[Numbers, Numbers]:
-    # (w/c)^-2 of all modes, the lowest mode first, and their shapes, columns of length 1.
-    from scipy import linalg
-
-    solved: Any = cast(Any, linalg).eigh(mass, np.diag(zeros**2))
-    values, vectors = cast(tuple[Numbers, Numbers], solved)
-    return values[::-1], (vectors / np.linalg.norm(vectors, axis=0))[:, ::-1]
-
-
-def _speed(basis: Modes, load: _Load, w: float) -> float:
-    # c of the head whose lowest mode turns at w: M is known there, so its tension follows at once.
-    zeros = basis.zeros[(basis.orders == 0) & (basis.zeros <= _COUPLED)]
-    slowest = float(_solved(zeros, _Order(0, zeros, load).at(w)[0])[0][0])
-    if not slowest > 0.0:
+def _speed(load: _Load, w: float) -> float:
+    # c of the head whose mode (0,1) turns at w. The air is known there: c^2 j^2 v = w^2 M v, and (0,1) is the slowest.
+    order = _Order(0, load, 0.0)
+    stiff, mass = order.at(w)
+    solved: Any = _linalg().eigh(w * w * mass - stiff, np.diag(order.zeros**2), eigvals_only=True)
+    fastest = float(cast(Numbers, solved)[-1])
+    if not fastest > 0.0:
         raise ValueError(f"the air alone holds the head up to more than f01_Hz = {w / (2.0 * math.pi):g} Hz")
-    c = w * math.sqrt(slowest)
+    c = math.sqrt(fastest)
     if not c * load.slow < 1.0:
         raise ValueError(
             f"in air, f01_Hz = {w / (2.0 * math.pi):g} Hz asks for waves on the head as fast as sound"
@@ -271,24 +314,25 @@ def _alone(modes: Modes, load: _Load, c: float) -> _Found:
     return _Found(turn, 0.5 * sides * load.heavy * turn * loss / mass, mass)
 
 
-def _couple(found: InAir, load: _Load, order: int, f01: float) -> _Mix:
-    # Solves the modes of one order together; writes their w, decay and mass. f01: w of the lowest.
+def _couple(found: InAir, load: _Load, order: int, w01: float) -> _Mix:
+    # Solves the modes of one order together; writes their w, decay and mass. Each of the vacuum's gets the mode that
+    # has most of it, of those that are left; (0,1) the one that turns at w01.
     columns = np.flatnonzero((found.basis.orders == order) & (found.basis.zeros <= _COUPLED))
-    zeros = found.basis.zeros[columns]
     targets = columns[columns < len(found.f_Hz)]
     weights = np.zeros((len(columns), len(targets)))
-    outside, whole = (_Order(order, zeros, each) for each in (load._replace(depth=None), load))
+    air = _Order(order, load, found.c)
+    taken: set[int] = set()
     for at, target in enumerate(targets):
-        w, v = outside.settled(found.c, float(found.f_Hz[target]), at)
-        if load.depth is not None:
-            # The lowest round one is where the scene has it: a deep kettle has another beside it.
-            w, v = whole.slowest(f01) if order == at == 0 else whole.settled(found.c, w, at)
-        v = v * math.copysign(1.0, v[at])
-        mass, loss = whole.at(w)
-        beside, _ = whole.at(w * (1.0 + _APART))
-        # At least the head's own: in the middle of one of the kettle's resonances the difference says less.
-        moving = max(1.0, float(v @ (mass + (beside - mass) / (2.0 * _APART)) @ v))
-        found.f_Hz[target], found.masses[target] = w, moving
-        found.decays[target] = 0.5 * w * float(v @ loss @ v) / moving
+        begin = w01 if order == at == 0 else float(found.f_Hz[target])
+        turns, shapes = air.solved(begin)
+        heads = shapes[: len(columns)]
+        liked = -np.abs(turns - w01) if order == at == 0 else np.abs(heads[at])
+        rank = next(int(each) for each in np.argsort(-liked) if int(each) not in taken)
+        taken.add(rank)
+        w, shape = air.settled(float(turns[rank]), rank)
+        mass, decay = air.effective(w, shape)
+        head = shape[: len(columns)]
+        v = head * math.copysign(1.0, head[at]) / float(np.linalg.norm(head))
+        found.f_Hz[target], found.masses[target], found.decays[target] = w, mass, decay
         weights[:, at] = v * np.sqrt(found.basis.norms[target] / found.basis.norms[columns])
     return _Mix(columns, targets, weights)

@@ -20,6 +20,7 @@ from realtime.records import ABSENT
 
 MAX_MODES = 20_000  # of 0.3 to 0.5 ns each and a step: two fifths of a core at 48 kHz
 _RADII_A_RADIAN = 2.0  # of the table of shapes, per radian of the shortest wave
+_HIGHEST = 0.49  # turns a step
 _NEPERS = 3.0 * math.log(10.0)  # 60 dB
 
 Numbers = npt.NDArray[np.float64]
@@ -49,13 +50,16 @@ def highest_zero(scene: Scene, rate_Hz: float) -> float:
 def divisor_below(scene: Scene, rate_Hz: int) -> int:
     """Device samples a step: as many as leave the scene's highest mode in the interpolator's pass band."""
     assert scene.modal is not None
-    return max(1, math.floor(PASS_BAND * rate_Hz / scene.modal.top_Hz))
+    highest_Hz = float(in_air(highest_zero(scene, rate_Hz), scene.drum).f_Hz.max())
+    return max(1, math.floor(PASS_BAND * rate_Hz / max(scene.modal.top_Hz, highest_Hz)))
 
 
 def bank_of(scene: Scene, step_s: float) -> Bank:
     """The scene's drum at rest, a step every `step_s`."""
     head = in_air(highest_zero(scene, 1.0 / step_s), scene.drum)
     modes, f_Hz = head.modes, head.f_Hz
+    if not f_Hz.max() * step_s < _HIGHEST:
+        raise ValueError(f"a mode at {f_Hz.max():.0f} Hz is beyond {1.0 / step_s:g} steps a second")
     left_a_step = np.exp(-(decay_rates(scene.drum, f_Hz) + head.decays) * step_s)  # R
     theta = 2.0 * math.pi * f_Hz * step_s
     bend = 1.0 - 2.0 * left_a_step * np.cos(theta) + left_a_step**2
