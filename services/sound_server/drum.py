@@ -60,6 +60,9 @@ class Drum:
         self._boot: int | None = None  # the boot whose clock and scene are in use
         self._heard: int | None = None  # the boot of the newest message
         self._other_boot = threading.Event()
+        self._heard_revision = -1  # of the set that the servo uses, by its newest state
+        self._asked_revision: int | None = None  # at which the live values were asked for
+        self._next_question = 0.0
         self._scene: Scene | None = None
         self._unplayable: Scene | None = None
         self._engine: Engine | None = None
@@ -94,6 +97,7 @@ class Drum:
         elif time.monotonic() >= self._next_clock:
             self._strikes.clock = self._contacts.clock = self._link.clock() or self._strikes.clock
             self._next_clock = time.monotonic() + self._link.clock_pause_s
+        self._ask_live_values()
         self._link.publish(self._meter())
 
     def _find(self) -> bool:
@@ -135,17 +139,26 @@ class Drum:
         if self._engine is None:
             return False
         self._link.subscribe_contacts(self._contacts.take if self._strikes.note is not None else None)
-        self._follow_live_values()
-        return True
-
-    def _follow_live_values(self) -> None:
-        # Subscribed first: what is set between is heard by the one or by the other.
+        # Subscribed before it is asked: what is set between is heard by the one or by the other.
         self._live_values.begin_anew()
         self._link.subscribe_params(self._live_values.names, self._live_values.take)
+        self._asked_revision, self._next_question = None, 0.0
+        self._ask_live_values()
+        return True
+
+    def _ask_live_values(self) -> None:
+        # At first, and whenever the servo uses another set: a readback may have been lost with its router or gateway.
+        newest = self._heard_revision
+        if newest == self._asked_revision or time.monotonic() < self._next_question:
+            return
         for name in self._live_values.names:
             payload = self._link.param(name)
-            if payload is not None:
-                self._live_values.take(name, payload)
+            if payload is None:
+                self._log_limited.warn(f"{name}: the rig does not say how it is set; it is asked again")
+                self._next_question = time.monotonic() + _PATIENCE_S
+                return
+            self._live_values.take(name, payload)
+        self._asked_revision = newest
 
     def _play(self, scene: Scene) -> None:
         # The new drum enters before strikes go to it, and the old one leaves only when the strikes that it had still
@@ -178,9 +191,12 @@ class Drum:
 
     def _heard_state(self, payload: bytes, _now_ns: int) -> None:
         try:
-            self._heard_boot(decode(payload, State).boot)
+            state = decode(payload, State)
         except ValueError as error:
             self._log_limited.warn(f"state ignored: {error}")
+            return
+        self._heard_revision = state.revision
+        self._heard_boot(state.boot)
 
     def _haptic_ns(self, here_ns: int) -> int:
         # By the haptic machine's clock, while it is known.

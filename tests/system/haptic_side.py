@@ -140,11 +140,11 @@ class HapticSide:
     def strike(self, payload: bytes | None = None) -> None:
         self.session.put(self.keys.strike, self.message() if payload is None else payload)
 
-    def tell_state(self) -> None:
+    def tell_state(self, revision: int = 0) -> None:
         state = State(
             boot=self.boot, t_ns=self.now_ns(), status="playing", z_m=0.0, v_m_per_s=0.0, force_N=0.0, x=0.0, y=0.0,
             roll_rate_Hz=0.0, v_e_m_per_s=0.0, strikes=0, ticks=0, overruns=0, lateness_p99_us=0.0,
-            lateness_worst_us=0.0, ring_dropped=0, revision=0, pending=False,
+            lateness_worst_us=0.0, ring_dropped=0, revision=revision, pending=False,
         )  # fmt: skip
         self.session.put(self.keys.state, encode(state))
 

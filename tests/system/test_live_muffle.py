@@ -47,6 +47,12 @@ def test_the_sound_server_follows_a_muffle_that_is_set(free_port: Callable[[], i
             side.struck("a drum that rings", lambda m: m.peak_left > 5.0 * muffled)
             side.set(1.0)
             side.struck("a drum that does not", lambda m: m.played > 6 and 0.0 < m.peak_left <= muffled)
+            # A readback that was lost: the state's revision says that there is something to ask for.
+            side.press, side.revision = 0.0, side.revision + 1
+            side.tell_state(side.revision)
+            side.struck("a drum that rings, though nobody said so", lambda m: m.peak_left > 5.0 * muffled)
+            side.set(1.0)
+            side.struck("a drum that does not", lambda m: m.played > 9 and 0.0 < m.peak_left <= muffled)
             # A servo that started anew counts its revisions anew: what holds then is asked for.
             side.boot, side.seq, side.press, side.revision = 8, 0, 0.0, 0
             side.tell_state()

@@ -187,7 +187,7 @@ class Relay:
         # Once for each accepted set that is still waiting when a state goes out.
         if pending and self._parameters.revision != self._published_pending:
             self._published_pending = self._parameters.revision
-            self._wire.put_readbacks(self._parameters.everything(), self._parameters.live_revision, True)
+            self._wire.put_readbacks(*self._parameters.everything(), pending=True)
 
     def _publish_lease(self) -> None:
         holder = self._parameters.lease_holder()

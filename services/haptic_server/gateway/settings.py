@@ -166,9 +166,11 @@ class Parameters:
                 self._touched.clear()
         return self._echoes({name: after[name] for name in names})
 
-    def everything(self) -> list[ReadbackValue]:
-        """All readbacks."""
-        return self._echoes(self.values())
+    def everything(self) -> tuple[list[ReadbackValue], int]:
+        """All readbacks, and the revision that they are of."""
+        with self._lock:
+            values, revision = parameters.values_of(self._live, self.table), self._live_revision
+        return self._echoes(values), revision
 
     def _echoes(self, values: Mapping[str, float]) -> list[ReadbackValue]:
         return [ReadbackValue(n, v, self.table[n].norm(v)) for n, v in values.items() if math.isfinite(v)]

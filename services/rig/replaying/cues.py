@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import msgspec
 
-from protocol.messages import Contact, Message, Release, State, Strike, decode
+from protocol.messages import Contact, Message, Readback, Release, State, Strike, decode
 from rig.recording import channels
 from rig.recording.channels import Channel
 from rig.recording.reading import RecordedMessage
@@ -120,6 +120,10 @@ class Renumbering:
         self._numbers = numbers
         self._anchor_ns: int | None = None
         self._first_ticks: dict[tuple[int, int, int], int] = {}
+        self._later = (
+            0  # what revisions count further by: each pass, and each start of the servo, begins anew
+        )
+        self._revision = 0
 
     def renumbered(self, cue: Cue, begin_ns: int, turn: int) -> Message:
         """The cue's message in pass `turn` (0, 1 ...), which began at begin_ns (monotonic)."""
@@ -136,7 +140,17 @@ class Renumbering:
                 strikes = (
                     message.strikes + self._numbers.shift.get(message.boot, 0) + turn * self._numbers.span
                 )
-                return msgspec.structs.replace(message, boot=self._boot, strikes=strikes, t_ns=at_ns)
+                return msgspec.structs.replace(
+                    message,
+                    boot=self._boot,
+                    strikes=strikes,
+                    t_ns=at_ns,
+                    revision=message.revision + self._later,
+                )
+            case Readback():
+                self._later = max(self._later, self._revision - message.revision)
+                self._revision = message.revision + self._later
+                return msgspec.structs.replace(message, revision=self._revision)
             case _:
                 return message
 

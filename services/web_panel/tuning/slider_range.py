@@ -79,6 +79,8 @@ def range_around(quantity: Quantity, value: float) -> SliderRange:
     """SliderRange for a parameter whose scene says `value`; a value that is not finite counts as 0."""
     low, high = quantity.low, quantity.high
     value = value if math.isfinite(value) else 0.0
+    if (low, high) == (0.0, 1.0):  # a share: its ends are what one reaches for
+        return SliderRange(low, high, False)
     if quantity.scale == "log" and low > 0.0:
         value = min(max(value, low), high)
         factor = 10.0**_DECADES_EACH_WAY

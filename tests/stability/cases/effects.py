@@ -45,10 +45,10 @@ CASES = (
         "muffle set while it plays",
         "effects",
         hard="A hand mutes the head in the middle of a stroke, under a tension that counts the masses it slows.",
-        naive="Masses as they were when the drum was built make energy: 0.06 % of a stroke in one step.",
-        ours="Brake and masses change together, at the beginning of a step in which no mallet touches.",
+        naive="Masses as they were when the drum was built make energy: 0.02 % of a stroke in one step.",
+        ours="Brake and masses change together, at the beginning of a step in which no mallet is pressed in.",
         bound="2e-6 of a strike's energy in a step, rounding, with a muffle that jumps the whole way in one step."
-        " Naive: a hundred times that.",
+        " Naive: fifty times that.",
     ),
     Case(
         "wires on the head",

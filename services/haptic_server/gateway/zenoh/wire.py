@@ -186,14 +186,15 @@ class Wire:
         return True
 
     def _ask(self, query: zenoh.Query, name: str) -> None:
-        echoes = [e for e in self._parameters.everything() if name in ("*", "**", e.name)]
+        known, revision = self._parameters.everything()
+        echoes = [echo for echo in known if name in ("*", "**", echo.name)]
         if not echoes:
             raise ValueError(
                 f"{name}: no such parameter in this scene; it has {', '.join(self._parameters.table)}"
             )
         for echo in echoes:
             readback = messages.Readback(
-                value=echo.value, revision=self._parameters.live_revision, pending=self._parameters.pending
+                value=echo.value, revision=revision, pending=self._parameters.pending
             )
             query.reply(self._keys.param(echo.name), messages.encode(readback), encoding=self._encoding)
 

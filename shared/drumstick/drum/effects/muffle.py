@@ -4,7 +4,7 @@ With s the head's loss, s_m the patch's and p how hard it is pressed, u- a junct
 one after it without the patch, the step ends at u+ + g (u- - u+), where g = p s_m/(1 + s + p s_m). The damper is
 centred in the step, so it only removes energy, however strong it is and however it changes from step to step. Others
 compute with g in advance (the masses that a tension counts, the patch under a mallet's tip), so g changes only at the
-beginning of a step, and only while no mallet touches. Kernels: audio thread. `wanted`: written by the thread that
+beginning of a step, and only while no mallet is pressed in. Kernels: audio thread. `wanted`: written by the thread that
 receives it.
 """
 
@@ -65,13 +65,16 @@ class Wanted(Record):
 
 
 class MuffleState(Record):
-    """p and g as they are; s_m of full pressure, 1 + s of the head, and how far p may move in a step."""
+    """p and g as they are; s_m of full pressure, 1 + s of the head, the most that p moves in a step, and whether it
+    moves in this one.
+    """
 
     press: float
     g: float
     s: float
     held_back: float
     most: float
+    moved: int
 
 
 WANTED, STATE = dtype_of(Wanted), dtype_of(MuffleState)
@@ -104,7 +107,7 @@ def part_of(building: "Building") -> Muffle:
     wanted["muffle"] = table.press
     state: Records = np.zeros(1, STATE)
     held_back = 1.0 + numbers.losses.s
-    state[0] = (table.press, share_held(table.press, s, held_back), s, held_back, step_s / _WHOLE_WAY_S)
+    state[0] = (table.press, share_held(table.press, s, held_back), s, held_back, step_s / _WHOLE_WAY_S, 0)
     return Muffle(wanted, state, places, masses, np.zeros(len(places), np.float32))
 
 
@@ -116,7 +119,10 @@ def share_held(press: float, s: float, held_back: float) -> float:
 
 @only_with("mallets", otherwise=False)
 def _is_touched(engine: "Engine") -> bool:
-    return bool(engine.mallets.state[0].begun != engine.mallets.state[0].oldest)
+    tips, touched = engine.mallets.tips, False
+    for slot in range(tips.shape[0]):
+        touched = touched or tips[slot].depth > 0.0 or tips[slot].depth_before > 0.0
+    return touched
 
 
 @only_with("tension")
@@ -146,10 +152,18 @@ def wake(engine: "Engine") -> None:
 def note(engine: "Engine", then: Floats) -> None:
     """Move to what is wanted, and keep u- where it will be needed, before the sweep."""
     muffle = engine.effects.muffle
-    if not _is_touched(engine):
+    muffle.state[0].moved = 0
+    if muffle.state[0].press != muffle.wanted[0].muffle and not _is_touched(engine):
         _move(engine, muffle.state[0].most)
+        muffle.state[0].moved = 1
     for i in range(muffle.places.shape[0]):
         muffle.before[i] = then[muffle.places[i]]
+
+
+@only_with("muffle", otherwise=False)
+def has_moved(engine: "Engine") -> bool:
+    """True in a step in which g is another than before: whoever computes with it in advance does so again."""
+    return bool(engine.effects.muffle.state[0].moved != 0)
 
 
 @only_with("muffle", otherwise=0.0)

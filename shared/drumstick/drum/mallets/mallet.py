@@ -98,7 +98,8 @@ def playing(engine: "Engine") -> int:
 
 
 @only_with("head")
-def _lay_on_mesh(engine: "Engine", slot: int) -> None:
+def lay_on_mesh(engine: "Engine", slot: int) -> None:
+    """Lay the tip where the mallet comes down: what of the head is under it, and how it gives way."""
     state, mallet, tip = engine.mallets.state[0], engine.mallets.pool[slot], engine.mallets.tips[slot]
     give, moved = patch.place_tip(engine, slot, mallet.x, mallet.y, state.radius)
     tip.give = mallet.own_give + state.unit_m * give
@@ -125,9 +126,10 @@ def swing(engine: "Engine", event: StrikeEvent, age: float) -> bool:
         state.oldest += 1
     mallet.stage, mallet.x, mallet.y = COMING, event.x, event.y
     mallet.speed, mallet.age, mallet.force = event.speed_m_per_s, age, 0.0
+    placed(engine.mallets.tips[slot], 0.0, 0.0)
     mallet.own_give = state.own_give / max(1.0 - rim.share(engine, event.x, event.y), _MIN_LEFT)
     state.begun += 1
-    _lay_on_mesh(engine, slot)
+    lay_on_mesh(engine, slot)
     _lay_on_modes(engine, slot)
     return True
 
@@ -151,6 +153,7 @@ def take_away(engine: "Engine", slot: int) -> None:
     mallet.force = 0.0
     if engine.mallets.tips[slot].depth > 0.0:
         engine.mallets.state[0].lifted += 1
+    placed(engine.mallets.tips[slot], 0.0, 0.0)
 
 
 @njit()

@@ -7,8 +7,19 @@ what it holds. Kernels: audio thread; no allocation.
 import math
 from typing import TYPE_CHECKING, Any
 
+from drumstick.drum.effects import muffle
 from drumstick.drum.mallets import patch
-from drumstick.drum.mallets.mallet import PLAYING, POOL, arrive, due, fly, forget, free, take_away
+from drumstick.drum.mallets.mallet import (
+    PLAYING,
+    POOL,
+    arrive,
+    due,
+    fly,
+    forget,
+    free,
+    lay_on_mesh,
+    take_away,
+)
 from drumstick.drum.mallets.tip import solve_contact
 from drumstick.drum.membrane.interpolation import drawn_in
 from realtime.kernels.jit import njit, only_with
@@ -37,6 +48,8 @@ def come(engine: "Engine", now: Any, then: Any) -> None:
     state, pool = engine.mallets.state[0], engine.mallets.pool
     for number in range(state.oldest, state.begun):
         slot = number % POOL
+        if muffle.has_moved(engine):
+            lay_on_mesh(engine, slot)
         if due(pool[slot]):
             _clear(engine, slot)
             y = state.unit_m * patch.under(engine.mallets.patches, slot, now)

@@ -228,7 +228,7 @@ class _Order:
 
     def solved(self, w: float) -> tuple[Numbers, Numbers]:
         """All modes by the outer air at w, the lowest first: their w, and shapes in columns that are 1 long in mass."""
-        solved: Any = cast(Any, _linalg()).eigh(*self._whole(self._outside(w)[0]))
+        solved: Any = _linalg().eigh(*self._whole(self._outside(w)[0]))
         values, vectors = cast(tuple[Numbers, Numbers], solved)
         return np.sqrt(np.maximum(values, 0.0)), vectors
 

@@ -114,6 +114,21 @@ def test_readbacks_are_told_as_they_were_and_meters_and_presences_not_at_all(tmp
     ]
 
 
+def test_revisions_never_go_back_over_passes_and_restarts_of_the_servo(tmp_path: Path) -> None:
+    """Who listens takes an older revision for one that was overtaken; a set that changes nothing anew is still told."""
+    messages: list[tuple[float, str, Message]] = [
+        (0.0, "/strike", a_strike(1)),
+        (0.1, "/param/muffle", Readback(value=0.1, revision=4)),
+        (0.2, "/param/muffle", Readback(value=0.2, revision=6)),
+        (0.3, "/param/muffle", Readback(value=0.3, revision=0)),  # the servo began anew
+    ]
+    told = [message for _, message in played(recorded(tmp_path / "a.mcap", messages), turns=2)]
+    readbacks = [message for message in told if isinstance(message, Readback)]
+    assert [readback.value for readback in readbacks] == [0.1, 0.2, 0.3, 0.1, 0.2, 0.3]
+    revisions = [readback.revision for readback in readbacks]
+    assert revisions == sorted(revisions)
+
+
 def test_lateness_is_counted() -> None:
     late = Lateness()
     assert late.percentile_us(0.99) == 0.0

@@ -71,3 +71,10 @@ def test_zero_travels_a_twentieth_of_the_range() -> None:
     travel = range_around(Quantity(float, 0.0, 10.0, "m/s"), 0.0)
     assert (travel.low, travel.high) == (0.0, 0.5)
     assert range_around(Quantity(float, 0.0, 10.0, "m/s"), 5e-324) == travel
+
+
+@pytest.mark.parametrize("value", [0.0, 0.1, 1.0])
+def test_a_share_has_its_whole_travel_wherever_it_stands(value: float) -> None:
+    muffle = table_of(parse("[drum.effects.muffle]\n", "muffled"))["muffle"].quantity
+    travel = range_around(muffle, value)
+    assert (travel.low, travel.high, travel.log) == (0.0, 1.0, False)

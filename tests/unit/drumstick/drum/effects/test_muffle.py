@@ -68,21 +68,34 @@ def test_it_goes_the_whole_way_in_twenty_milliseconds_and_never_beyond() -> None
     assert max(before - after for before, after in itertools.pairwise(seen)) <= 1.0 / steps + 1e-9
 
 
-def test_it_waits_for_the_mallet_to_leave() -> None:
+def test_it_waits_until_the_tip_is_out_of_the_head_and_the_tip_knows() -> None:
     engine = engine_of(with_mallet(drum_of({"muffle": Muffle(PATCHES, 0.005)}, 60.0, 2000.0)))
     swing(engine, 1.0, 0.4, 0.1)
     take(engine, 2)
+    slot = int(engine.mallets.state["oldest"][0])
     set_live(engine, "muffle", 0.5)
-    state = engine.mallets.state
     touching = 0
-    while state["begun"][0] > state["oldest"][0]:
+    while engine.mallets.tips["depth"][slot] > 0.0 or touching == 0:
         assert _press(engine) == 1.0
+        before = float(engine.mallets.tips["give"][slot])
         take(engine, 1)
         touching += 1
         assert touching < 20_000
-    assert touching > 20
-    take(engine, 2)
+    assert touching > 5
+    take(engine, 3)
     assert _press(engine) < 1.0
+    assert engine.mallets.tips["give"][slot] > before  # less is held under it
+
+
+def test_it_moves_through_the_densest_roll() -> None:
+    """A stroke every ten milliseconds, so that some mallet is always on its way."""
+    engine = engine_of(with_mallet(drum_of({"muffle": Muffle(PATCHES, 0.005)}, 60.0, 400.0)))
+    step_s = float(engine.control["divisor"][0] / engine.control["rate_Hz"][0])
+    set_live(engine, "muffle", 0.0)
+    for stroke in range(60):
+        swing(engine, 1.0, 0.5 * float(np.cos(stroke)), 0.5 * float(np.sin(stroke)))
+        take(engine, round(0.01 / step_s))
+    assert _press(engine) == 0.0
 
 
 @pytest.mark.parametrize("excitation", ["analytic", "mallet"])
