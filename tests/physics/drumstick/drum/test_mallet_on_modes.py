@@ -108,7 +108,7 @@ def test_it_pushes_as_the_equations_say(
     def every_sample(scene: Scene, rate_Hz: float) -> int:
         return 1
 
-    monkeypatch.setattr("drumstick.drum.modal.modes.divisor_below", every_sample)
+    monkeypatch.setattr("drumstick.drum.modal.building.divisor_below", every_sample)
     found, step_s = _pushes(scene, rate=8 * RATE)
     exact = _in_continuous_time(scene, step_s * np.arange(len(found)))
     assert exact.max() > 10.0
