@@ -71,7 +71,9 @@ def _check(event: RecordedMessage) -> None:
         case Strike() | Release():
             counted = (message.seq,)
         case State():
-            counted = (message.strikes,)
+            counted = (message.strikes, message.revision)
+        case Readback():
+            counted = (message.revision,)
         case Contact():
             counted = (message.seq, message.first_tick)
             low, high = _RATES_HZ

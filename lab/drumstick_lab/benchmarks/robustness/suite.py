@@ -16,6 +16,7 @@ import time
 from typing import Any
 
 from drumstick_lab.checkout import RESULTS, ROOT
+from drumstick_lab.pages.measured.measured_page import PAGE, page
 from rig.machine.this_machine import description
 
 RESULT = RESULTS / "suite.json"
@@ -74,6 +75,7 @@ def main() -> None:
         run = _run(given.busy)
         kept = json.loads(RESULT.read_text())["runs"] if RESULT.exists() else []
         RESULT.write_text(json.dumps({"machine": description(), "runs": [*kept, run]}, indent=1) + "\n")
+        PAGE.write_text(page(), encoding="utf-8")  # the next run looks whether it is up to date
         print(json.dumps(run))
 
 

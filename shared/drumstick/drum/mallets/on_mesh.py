@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from drumstick.drum.effects import muffle
 from drumstick.drum.mallets import patch
 from drumstick.drum.mallets.mallet import (
+    GONE,
     PLAYING,
     POOL,
     arrive,
@@ -48,7 +49,7 @@ def come(engine: "Engine", now: Any, then: Any) -> None:
     state, pool = engine.mallets.state[0], engine.mallets.pool
     for number in range(state.oldest, state.begun):
         slot = number % POOL
-        if muffle.has_moved(engine):
+        if muffle.has_moved(engine) and pool[slot].stage != GONE:
             lay_on_mesh(engine, slot)
         if due(pool[slot]):
             _clear(engine, slot)

@@ -67,18 +67,31 @@ def _row_height_by_type(head: ArgumentType) -> Callable[[Head], float]:
     return lambda head: height
 
 
+@njit()
+def _first_at_least(places: npt.NDArray[np.int64], junction: int) -> int:
+    # Of places that rise.
+    low, high = 0, places.shape[0]
+    while low < high:
+        middle = (low + high) // 2
+        if places[middle] < junction:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
 @only_with("muffle")
 def _hold(engine: "Engine", slot: int) -> None:
-    # Patches of felt keep a share of what the tip does to the junctions under them.
+    # Patches of felt keep a share of what the tip does to the junctions under them; laid anew when they move.
     patches, muffle = engine.mallets.patches, engine.effects.muffle
-    free = np.float32(1.0 - muffle.state[0].g)  # it does not move while a mallet plays
+    free = np.float32(1.0 - muffle.state[0].g)
     for row in range(patches.rows[slot]):
         start = patches.starts[slot, row]
-        for i in range(muffle.places.shape[0]):
-            lane = muffle.places[i] - start
-            if 0 <= lane < TIP_LANES:
-                patches.free[slot, row, lane] *= free
-                patches.steps[slot, row, lane] *= free
+        at = _first_at_least(muffle.places, start)
+        while at < muffle.places.shape[0] and muffle.places[at] < start + TIP_LANES:
+            patches.free[slot, row, muffle.places[at] - start] *= free
+            patches.steps[slot, row, muffle.places[at] - start] *= free
+            at += 1
 
 
 @njit()

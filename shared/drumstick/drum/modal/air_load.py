@@ -322,6 +322,9 @@ def _couple(found: InAir, load: _Load, order: int, w01: float) -> _Mix:
     weights = np.zeros((len(columns), len(targets)))
     air = _Order(order, load, found.c)
     taken: set[int] = set()
+    ends = bessel().jv(
+        order + 1, found.basis.zeros[columns]
+    )  # b_n is the transform of J_m(j_n r) over this, sign and all
     for at, target in enumerate(targets):
         begin = w01 if order == at == 0 else float(found.f_Hz[target])
         turns, shapes = air.solved(begin)
@@ -334,5 +337,5 @@ def _couple(found: InAir, load: _Load, order: int, w01: float) -> _Mix:
         head = shape[: len(columns)]
         v = head * math.copysign(1.0, head[at]) / float(np.linalg.norm(head))
         found.f_Hz[target], found.masses[target], found.decays[target] = w, mass, decay
-        weights[:, at] = v * np.sqrt(found.basis.norms[target] / found.basis.norms[columns])
+        weights[:, at] = v * ends[at] / ends
     return _Mix(columns, targets, weights)
