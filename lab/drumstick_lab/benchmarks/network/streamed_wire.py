@@ -65,8 +65,10 @@ class Ear:
 
     @property
     def count(self) -> int:
-        """Contacts that ended since it listens."""
-        return len(self._releases)
+        """Contacts that ended after the first whose force came: releases may be held back from before, forces are not."""
+        if not (self._pieces and self._releases):
+            return 0
+        return decode(self._releases[-1], Release).seq - decode(self._pieces[0][0], Contact).seq
 
     def close(self) -> tuple[list[Heard], list[Release]]:
         """Hear no more; what it heard."""
