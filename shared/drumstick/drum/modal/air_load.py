@@ -36,10 +36,8 @@ from drumstick.parameters.drum import Drum
 
 SPEED_OF_SOUND_M_PER_S = 343.0
 _COUPLED = 40.0
-_REACH, _SPACING = (
-    160.0,
-    0.4,
-)  # of the sum over x; b^2 turns every pi, so that this is exact but for what lies beyond
+# Of the sum over x; b^2 turns every pi, so that this is exact but for what lies beyond.
+_REACH, _SPACING = 160.0, 0.4
 _ROUNDS, _CLOSE = 20, 1e-7
 _APART = 1e-4  # of w, between two looks at M for its slope
 _WALLS = 0.005  # the kettle's resonances have a Q of 100
@@ -254,9 +252,8 @@ class _Order:
         beside, _ = self._outside(w * (1.0 + _APART))
         head, rest = shape[: len(self.zeros)], shape[len(self.zeros) :]
         moving = float(shape @ self._whole(mass)[1] @ shape + head @ (beside - mass) @ head / (2.0 * _APART))
-        held = float(
-            rest**2 @ (self._own / self._load.slow) ** 2
-        )  # of w^2 moving, what the cylinder's modes hold
+        # Of w^2 moving, what the cylinder's modes hold.
+        held = float(rest**2 @ (self._own / self._load.slow) ** 2)
         decay = 0.5 * w * float(head @ loss @ head) / moving + _WALLS * held / (w * moving)
         return moving / float(head @ head), decay
 
@@ -322,9 +319,8 @@ def _couple(found: InAir, load: _Load, order: int, w01: float) -> _Mix:
     weights = np.zeros((len(columns), len(targets)))
     air = _Order(order, load, found.c)
     taken: set[int] = set()
-    ends = bessel().jv(
-        order + 1, found.basis.zeros[columns]
-    )  # b_n is the transform of J_m(j_n r) over this, sign and all
+    # b_n is the transform of J_m(j_n r) over this, sign and all.
+    ends = bessel().jv(order + 1, found.basis.zeros[columns])
     for at, target in enumerate(targets):
         begin = w01 if order == at == 0 else float(found.f_Hz[target])
         turns, shapes = air.solved(begin)

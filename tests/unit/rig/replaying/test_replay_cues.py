@@ -115,7 +115,7 @@ def test_readbacks_are_told_as_they_were_and_meters_and_presences_not_at_all(tmp
 
 
 def test_revisions_never_go_back_over_passes_and_restarts_of_the_servo(tmp_path: Path) -> None:
-    """Who listens takes an older revision for one that was overtaken; a set that changes nothing anew is still told."""
+    """An older revision would be taken for one that was overtaken, and dropped."""
     messages: list[tuple[float, str, Message]] = [
         (0.0, "/strike", a_strike(1)),
         (0.1, "/param/muffle", Readback(value=0.1, revision=4)),

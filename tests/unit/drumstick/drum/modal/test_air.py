@@ -35,7 +35,7 @@ BOWL = Kettle(0.14 / (math.pi * 0.328**2))  # 0.14 m^3
 
 
 def first_of(found: InAir, values: npt.NDArray[np.float64], orders: int) -> npt.NDArray[np.float64]:
-    """Of the modes (m,1)."""
+    """Values of the modes (m,1), m below `orders`."""
     return np.array([values[found.modes.orders == order][0] for order in range(orders)])
 
 
@@ -89,7 +89,7 @@ def test_a_kettle_so_shallow_that_its_spring_swaps_two_modes_loses_none() -> Non
 
 
 def test_no_mode_is_played_beyond_what_a_step_can_carry() -> None:
-    """Where a kettle holds a mode far above the highest that is asked for, steps are shorter."""
+    """Shorter steps where a kettle holds a mode far above the highest that is asked for."""
     stiff = Drum(
         radius_m=0.2325, f01_Hz=330.84, effects={"air": Air(4.29, 0.201), "kettle": Kettle(0.052)}, t60_s=1.0
     )
