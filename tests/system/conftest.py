@@ -1,6 +1,5 @@
 """What tests of a whole rig share: each module has a `rig` of its own."""
 
-import socket
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -8,6 +7,7 @@ import pytest
 import zenoh
 from browser import chromium
 from fake_rig import FakeRig
+from osc_port import OscPort
 from panel_process import PanelProcess, panel
 from playwright.sync_api import Browser
 from rig_process import Rig
@@ -25,12 +25,10 @@ def session(rig: Rig) -> Iterator[zenoh.Session]:
 
 
 @pytest.fixture
-def osc(rig: Rig) -> Iterator[socket.socket]:
+def osc(rig: Rig) -> Iterator[OscPort]:
     """The port that the module's rig sends OSC to."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sock:
-        sock.bind(("127.0.0.1", rig.osc_out))
-        sock.settimeout(10.0)
-        yield sock
+    with OscPort(rig.osc_out, rig.osc_in) as port:
+        yield port
 
 
 @pytest.fixture(scope="module")

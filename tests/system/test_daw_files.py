@@ -13,8 +13,7 @@ from xml.etree import ElementTree
 
 import pytest
 import zenoh
-from osc_port import receive, send
-from pythonosc.osc_message import OscMessage
+from osc_port import OscPort
 from rig_process import DRUMSTICK, Listener, Rig, ask, free_port, running, wait_for
 
 from haptic_server.gateway.osc.echo_filter import ECHO_S
@@ -101,14 +100,12 @@ def panicked(rig: Rig, session: zenoh.Session) -> None:
 
 
 @contextmanager
-def heard_beside(rig: Rig) -> Iterator[socket.socket]:
+def heard_beside(rig: Rig) -> Iterator[OscPort]:
     """A second listener, subscribed: what the program under test should have heard too."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as udp:
-        udp.bind(("127.0.0.1", 0))
-        udp.settimeout(10.0)
-        send(udp, rig, "/drumstick/subscribe", udp.getsockname()[1])
-        yield udp
-        send(udp, rig, "/drumstick/unsubscribe")
+    with OscPort(sends_to=rig.osc_in) as beside:
+        beside.send("/drumstick/subscribe", beside.port)
+        yield beside
+        beside.send("/drumstick/unsubscribe")
 
 
 class PureData:
@@ -149,9 +146,9 @@ def test_the_patch_of_pure_data(rig: Rig, session: zenoh.Session, tmp_path: Path
         wait_for("strikes", lambda: len(pd.shown("peak")) > 5)
         sequence = [float(word) for word in pd.shown("seq")]
         assert sequence == [sequence[0] + i for i in range(len(sequence))]
-        heard = receive(beside, "/drumstick/strike")
+        heard = beside.receive("/drumstick/strike")
         while heard[0] < sequence[0]:  # of the time when the program was not yet subscribed
-            heard = receive(beside, "/drumstick/strike")
+            heard = beside.receive("/drumstick/strike")
         assert isinstance(heard[4], float)
         wait_for("that strike", lambda: heard[0] in map(float, pd.shown("seq")))
         # Its numbers are shown one after the other, and newer ones behind them.
@@ -241,7 +238,7 @@ def test_the_script_of_supercollider(rig: Rig, session: zenoh.Session, tmp_path:
             lambda: [sc.readback(n) for n in ("dv_pls", "k_coll")] == [pytest.approx(0.2), 5000.0],
         )
         wait_for("strikes", lambda: len(sc.said("struck")) > 5)
-        heard = receive(beside, "/drumstick/strike")[1:]
+        heard = beside.receive("/drumstick/strike")[1:]
         wait_for(
             "that strike",
             lambda: any(
@@ -262,18 +259,10 @@ def test_the_script_of_supercollider(rig: Rig, session: zenoh.Session, tmp_path:
         assert not [line for line in sc.lines if "ERROR" in line], sc.lines
 
 
-def answer(udp: socket.socket, address: str) -> list[object]:
-    """What follows a set: its readback, or the refusal."""
-    while True:
-        message = OscMessage(udp.recv(2048))
-        if message.address in (address, "/drumstick/error"):
-            return list(message.params)
-
-
 @pytest.mark.parametrize("surface", ["open stage control", "touchosc"])
 @pytest.mark.long
 def test_what_the_controls_of_a_touch_screen_send(
-    surface: str, rig: Rig, session: zenoh.Session, osc: socket.socket
+    surface: str, rig: Rig, session: zenoh.Session, osc: OscPort
 ) -> None:
     travels = open_stage_control() if surface == "open stage control" else touchosc()
     assert len(travels) == 2
@@ -283,15 +272,15 @@ def test_what_the_controls_of_a_touch_screen_send(
         name = PARAM.fullmatch(address)
         assert name is not None
         for end in (low, (low + high) / 2, high):
-            send(osc, rig, address, float(end))
-            params = answer(osc, address)
+            osc.send(address, float(end))
+            _, params = osc.next(address, "/drumstick/error")  # its readback, or the refusal
             # What is too much together is for the envelope to say; no end is outside the table or of a wrong type.
             assert params == [pytest.approx(end, rel=1e-5)] or "limit is" in str(params[1]), (address, params)
         before = value(session, rig, name[1])
-        send(osc, rig, address, float(low + 0.1 * (high - low)))
-        assert len(answer(osc, address)) == 1
+        osc.send(address, float(low + 0.1 * (high - low)))
+        assert osc.next(address, "/drumstick/error")[0] == address
         wait_for("it at the servo", lambda n=name[1], b=before: value(session, rig, n) != b)
-    send(osc, rig, "/drumstick/panic", 1)
+    osc.send("/drumstick/panic", 1)
     panicked(rig, session)
 
 

@@ -2,14 +2,13 @@
 
 import os
 import signal
-import socket
 import subprocess
 import time
 from collections.abc import Iterator
 
 import pytest
 import zenoh
-from osc_port import receive, send
+from osc_port import OscPort
 from rig_process import (
     DRUMSTICK,
     Listener,
@@ -109,7 +108,7 @@ def changed_within(strikes: Listener, since_ns: int, louder_than: float) -> int:
 
 
 def test_a_set_over_zenoh_changes_the_roll_and_is_echoed(
-    rig: Rig, session: zenoh.Session, strikes: Listener, osc: socket.socket
+    rig: Rig, session: zenoh.Session, strikes: Listener, osc: OscPort
 ) -> None:
     settle(session, rig, dv_pls=0.2)
     state_where(session, rig, lambda s: abs(s.v_e_m_per_s - ROLL_V_E) < 1e-4)
@@ -119,13 +118,13 @@ def test_a_set_over_zenoh_changes_the_roll_and_is_echoed(
     assert readback.value in (0.4, 0.2)  # 0.2 with pending, when the stick was in the head for long
     assert changed_within(strikes, then, 0.62) <= CONTACTS_IN_200_MS
     wait_for("the echo", lambda: any(e.value == 0.4 and not e.pending for e in echoes.got))
-    receive(osc, "/drumstick/param/dv_pls", 0.4)
+    osc.receive("/drumstick/param/dv_pls", 0.4)
     settle(session, rig, dv_pls=0.2)
 
 
 @pytest.mark.needs("oscsend")
 def test_oscsend_changes_the_roll_and_is_echoed(
-    rig: Rig, session: zenoh.Session, strikes: Listener, osc: socket.socket
+    rig: Rig, session: zenoh.Session, strikes: Listener, osc: OscPort
 ) -> None:
     state_where(session, rig, lambda s: abs(s.v_e_m_per_s - ROLL_V_E) < 1e-4)
     then = time.monotonic_ns()
@@ -134,17 +133,17 @@ def test_oscsend_changes_the_roll_and_is_echoed(
         check=True,
         timeout=10,
     )
-    receive(osc, "/drumstick/param/dv_pls", 0.4)
-    receive(osc, "/drumstick/param/dv_pls/norm", 0.04)
+    osc.receive("/drumstick/param/dv_pls", 0.4)
+    osc.receive("/drumstick/param/dv_pls/norm", 0.04)
     assert changed_within(strikes, then, 0.62) <= CONTACTS_IN_200_MS
     settle(session, rig, dv_pls=0.2)
 
 
 def test_nan_over_osc_is_refused_in_words_and_changes_nothing(
-    rig: Rig, session: zenoh.Session, osc: socket.socket
+    rig: Rig, session: zenoh.Session, osc: OscPort
 ) -> None:
-    send(osc, rig, "/drumstick/param/dv_pls", float("nan"))
-    address, why = receive(osc, "/drumstick/error")
+    osc.send("/drumstick/param/dv_pls", float("nan"))
+    address, why = osc.receive("/drumstick/error")
     assert address == "/drumstick/param/dv_pls"
     assert "nan" in str(why)
     assert decode(ask(session, rig.keys.param("dv_pls")), Readback).value == pytest.approx(0.2)
@@ -179,8 +178,8 @@ def test_a_dead_roll_keeps_a_set_pending_until_the_player_throws_again(
     state_where(session, rig, lambda s: not s.pending and abs(s.roll_rate_Hz - ROLL_HZ) < 0.01)
 
 
-def test_panic_stops_the_force_until_armed_here(rig: Rig, session: zenoh.Session, osc: socket.socket) -> None:
-    send(osc, rig, "/drumstick/panic")
+def test_panic_stops_the_force_until_armed_here(rig: Rig, session: zenoh.Session, osc: OscPort) -> None:
+    osc.send("/drumstick/panic")
     stopped = state_where(session, rig, lambda s: s.status == "panic")
     assert stopped.force_N == 0.0
     settle(session, rig, dv_pls=0.2)  # sets are still taken, nothing moves

@@ -3,11 +3,10 @@
 import contextlib
 import os
 import signal
-import socket
 from collections.abc import Iterator
 
 import pytest
-from osc_port import receive, send
+from osc_port import OscPort
 from rig_process import Listener, Rig, running, wait_for
 
 from protocol.messages import State
@@ -30,13 +29,13 @@ def standing(rig: Rig) -> Iterator[None]:
         rig.process.send_signal(signal.SIGCONT)
 
 
-def flood(sock: socket.socket, rig: Rig) -> None:
+def flood(osc: OscPort) -> None:
     """Two thousand messages that are refused, and the answer to one that is not: all of them were heard."""
     for number in range(2000):
-        send(sock, rig, "/drumstick/nothing", number)
+        osc.send("/drumstick/nothing", number)
         if number % 50 == 0:  # no more than the port keeps
-            send(sock, rig, "/drumstick/ping", number)
-            receive(sock, "/drumstick/pong", number)
+            osc.send("/drumstick/ping", number)
+            osc.receive("/drumstick/pong", number)
 
 
 def test_a_rig_whose_output_nobody_takes_hears_a_panic_and_plays_on() -> None:
@@ -44,18 +43,16 @@ def test_a_rig_whose_output_nobody_takes_hears_a_panic_and_plays_on() -> None:
         session = rig.client()
         states: Listener[State] = Listener(session, rig.keys.state, State)
         wait_for("strikes", lambda: states.got and states.got[-1].strikes > 5)
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sock:
-            sock.bind(("127.0.0.1", rig.osc_out))
-            sock.settimeout(10.0)
+        with OscPort(rig.osc_out, rig.osc_in) as osc:
             with standing(rig):
-                flood(sock, rig)
+                flood(osc)
                 before = states.got[-1].strikes
                 wait_for("more strikes", lambda: states.got[-1].strikes > before + 5)
-                send(sock, rig, "/drumstick/panic")
+                osc.send("/drumstick/panic")
                 wait_for("the servo's panic", lambda: states.got[-1].status == "panic", 10.0)
             os.close(reading)  # whoever read the terminal dies
             os.close(writing)
-            flood(sock, rig)
+            flood(osc)
         # Killed, it is started again: the supervisor says so to nobody, and goes on.
         old = rig.children()[GATEWAY]
         os.kill(old, signal.SIGKILL)

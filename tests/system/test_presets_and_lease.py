@@ -3,7 +3,6 @@
 import json
 import os
 import signal
-import socket
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,7 +10,7 @@ from pathlib import Path
 import msgspec
 import pytest
 import zenoh
-from osc_port import receive, send
+from osc_port import OscPort
 from rig_process import DRUMSTICK, Listener, Rig, ask, reason_of, reply_to, running, wait_for
 
 from protocol.messages import (
@@ -45,7 +44,7 @@ def drumstick(rig: Rig, *words: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
 
 
-def test_saved_and_loaded_over_every_wire(rig: Rig, session: zenoh.Session, osc: socket.socket) -> None:
+def test_saved_and_loaded_over_every_wire(rig: Rig, session: zenoh.Session, osc: OscPort) -> None:
     news = Listener(session, rig.keys.preset, PresetNews)
     ask(session, rig.keys.set_many, {"dv_pls": 0.31, "k_hand": 31.0})
     assert decode(ask(session, rig.keys.preset_save, "by zenoh"), PresetNews).name == "by zenoh"
@@ -61,8 +60,8 @@ def test_saved_and_loaded_over_every_wire(rig: Rig, session: zenoh.Session, osc:
     assert json.loads(told.stdout)["values"]["k_hand"] == 22.0
     wait_for("the readback", lambda: value_of(session, rig, "k_hand") == 22.0)
 
-    send(osc, rig, "/drumstick/preset/load", "by zenoh")
-    assert receive(osc, "/drumstick/preset") == ["by zenoh"]
+    osc.send("/drumstick/preset/load", "by zenoh")
+    assert osc.receive("/drumstick/preset") == ["by zenoh"]
     wait_for("the readback", lambda: value_of(session, rig, "k_hand") == 31.0)
 
     listed = json.loads(drumstick(rig, "preset", "list", "--json").stdout)["presets"]
@@ -76,14 +75,14 @@ def test_saved_and_loaded_over_every_wire(rig: Rig, session: zenoh.Session, osc:
     )
 
 
-def test_what_cannot_be_loaded_changes_nothing(rig: Rig, session: zenoh.Session, osc: socket.socket) -> None:
+def test_what_cannot_be_loaded_changes_nothing(rig: Rig, session: zenoh.Session, osc: OscPort) -> None:
     before = value_of(session, rig, "dv_pls")
     assert "no preset 'nowhere'" in refusal(session, rig.keys.preset_load, [1, "nowhere"])
     assert "letters, digits" in refusal(session, rig.keys.preset_load, [1, "../last"])
     assert "letters, digits" in refusal(session, rig.keys.preset_save, [1, "a/b"])
     assert "expected a name" in refusal(session, rig.keys.preset_load, [1, 3])
-    send(osc, rig, "/drumstick/preset/load", "nowhere")
-    address, why = receive(osc, "/drumstick/error")
+    osc.send("/drumstick/preset/load", "nowhere")
+    address, why = osc.receive("/drumstick/error")
     assert address == "/drumstick/preset/load"
     assert "no preset 'nowhere'" in str(why)
     wrong = drumstick(rig, "preset", "load", "nowhere")
@@ -92,7 +91,7 @@ def test_what_cannot_be_loaded_changes_nothing(rig: Rig, session: zenoh.Session,
     assert value_of(session, rig, "dv_pls") == before
 
 
-def test_one_technician_at_a_time(rig: Rig, session: zenoh.Session, osc: socket.socket) -> None:
+def test_one_technician_at_a_time(rig: Rig, session: zenoh.Session, osc: OscPort) -> None:
     shown = Listener(session, rig.keys.lease, Lease)
     other = rig.client()
     assert decode(ask(other, rig.keys.lease), Lease) == Lease(name="", left_s=0.0)
@@ -101,14 +100,14 @@ def test_one_technician_at_a_time(rig: Rig, session: zenoh.Session, osc: socket.
     assert reply.ok is not None
     assert decode(reply.ok.payload.to_bytes(), Lease).name == "Ada"
     wait_for("the others to see it", lambda: shown.got and shown.got[-1].name == "Ada")
-    assert receive(osc, "/drumstick/lease")[0] == "Ada"
+    assert osc.receive("/drumstick/lease")[0] == "Ada"
 
     before = value_of(session, rig, "dv_pls")
     assert "Ada is tuning" in refusal(other, rig.keys.set_one("dv_pls"), [1, 0.27])
     assert "Ada is tuning" in refusal(other, rig.keys.set_many, [1, {"dv_pls": 0.27}, {"lease": "Ada"}])
     assert "Ada is tuning" in refusal(other, rig.keys.preset_load, [1, "by zenoh"])
-    send(osc, rig, "/drumstick/param/dv_pls", 0.27)
-    assert "Ada is tuning" in str(receive(osc, "/drumstick/error")[1])
+    osc.send("/drumstick/param/dv_pls", 0.27)
+    assert "Ada is tuning" in str(osc.receive("/drumstick/error")[1])
     refused = drumstick(rig, "params", "set", "dv_pls=0.27")
     assert (refused.returncode, "Ada is tuning" in refused.stderr) == (2, True)
     assert value_of(session, rig, "dv_pls") == before
@@ -122,13 +121,13 @@ def test_one_technician_at_a_time(rig: Rig, session: zenoh.Session, osc: socket.
     other.close()
 
 
-def test_the_lease_by_osc(rig: Rig, session: zenoh.Session, osc: socket.socket) -> None:
-    send(osc, rig, "/drumstick/lease", "desk")
-    assert receive(osc, "/drumstick/lease") == ["desk", pytest.approx(5.0)]
+def test_the_lease_by_osc(rig: Rig, session: zenoh.Session, osc: OscPort) -> None:
+    osc.send("/drumstick/lease", "desk")
+    assert osc.receive("/drumstick/lease") == ["desk", pytest.approx(5.0)]
     assert "desk is tuning" in refusal(session, rig.keys.set_one("dv_pls"), [1, 0.3])
-    send(osc, rig, "/drumstick/param/dv_pls", 0.29)
-    assert receive(osc, "/drumstick/param/dv_pls") == [pytest.approx(0.29)]
-    send(osc, rig, "/drumstick/lease", "")
+    osc.send("/drumstick/param/dv_pls", 0.29)
+    assert osc.receive("/drumstick/param/dv_pls") == [pytest.approx(0.29)]
+    osc.send("/drumstick/lease", "")
     wait_for("its end", lambda: decode(ask(session, rig.keys.lease), Lease).name == "")
     ask(session, rig.keys.set_many, {"dv_pls": 0.3})
 

@@ -3,7 +3,6 @@
 import json
 import os
 import signal
-import socket
 import subprocess
 import sys
 import wave
@@ -14,12 +13,11 @@ import numpy as np
 import pytest
 import zenoh
 from browser import chromium, part, visitor
-from osc_port import receive
+from osc_port import OscPort
 from playwright.sync_api import expect
 from rig_process import (
     DRUMSTICK,
     LOOPBACK,
-    PATIENCE_S,
     Listener,
     Rig,
     ask,
@@ -175,12 +173,10 @@ def test_the_commands_beside_it(rig: Rig, session: zenoh.Session) -> None:
 
 def test_a_short_run_ends_by_itself_with_a_summary_and_a_sound_file(tmp_path: Path) -> None:
     recorded = tmp_path / "roll.wav"
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as daw:
-        daw.bind(("127.0.0.1", 0))
-        heard_by = ["--osc-out", f"127.0.0.1:{daw.getsockname()[1]}"]
+    with OscPort() as daw:
+        heard_by = ["--osc-out", f"127.0.0.1:{daw.port}"]
         with running("up", "--duration", "3", "--json", "--audio", f"wav:{recorded}", *heard_by) as started:
-            daw.settimeout(PATIENCE_S)
-            assert receive(daw, "/drumstick/strike")[0] == 1, "whoever listens misses no strike of a start"
+            assert daw.receive("/drumstick/strike")[0] == 1, "whoever listens misses no strike of a start"
             summary = started.summary()
             children = started.children()
     assert 10.0 < summary["roll_rate_Hz"] < 40.0

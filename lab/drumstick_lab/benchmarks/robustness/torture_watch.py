@@ -1,14 +1,11 @@
 """Watch over a tortured rig's promises, from outside: strikes, values, panics, and that all comes back."""
 
-import contextlib
-import socket
 import subprocess
 import time
 
 import msgspec
 import zenoh
-from osc_port import send
-from pythonosc.osc_message import OscMessage
+from osc_port import OscPort
 from rig_process import DRUMSTICK, Listener, ask, wait_for
 
 from drumstick_lab.benchmarks.robustness.torture_harm import SERVICES, Stage
@@ -40,27 +37,22 @@ class Watch:
         self.states = Listener(session, rig.keys.state, State)
         self.strikes = Listener(session, rig.keys.strike, Strike)
         self._meters = Listener(session, rig.keys.meter, Meter)
-        self.udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self.udp.bind(("127.0.0.1", rig.osc_out))
-        self.udp.setblocking(False)
+        self._osc = OscPort(rig.osc_out, rig.osc_in)
         self.accepted: dict[str, float] = {}
         self.sets = self.refused = 0
 
     def close(self) -> None:
-        self.udp.close()
+        self._osc.close()
 
     def osc_strikes(self) -> int:
         """Count of strikes heard by OSC since the last call."""
-        count = 0
-        with contextlib.suppress(BlockingIOError):
-            while True:
-                count += OscMessage(self.udp.recv(65536)).address == "/drumstick/strike"
-        return count
+        return self._osc.count("/drumstick/strike")
 
     def forget(self) -> None:
         """Drop what was heard until now: memory shall not grow for hours."""
         for listener in (self.states, self.strikes, self._meters):
             del listener.got[:-1]
+        self.osc_strikes()
 
     def lost(self) -> int:
         """Strikes that the servo made and nobody heard, between the first and the last heard one of each boot."""
@@ -115,11 +107,11 @@ class Watch:
 
         AssertionError when it does not within `within_s`.
         """
-        send(self.udp, self._stage.rig, "/drumstick/panic")
+        self._osc.send("/drumstick/panic")
 
         def acts() -> bool:
             if repeated:
-                send(self.udp, self._stage.rig, "/drumstick/panic")
+                self._osc.send("/drumstick/panic")
             return self.status() == "panic"
 
         wait_for("the panic", acts, since_s + within_s - time.monotonic())
