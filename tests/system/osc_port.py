@@ -15,7 +15,7 @@ from osc_bench import built
 class OscPort:
     """A UDP port whose messages are taken as they come, by a thread, and kept.
 
-    A roll is 160 messages a second, and a socket of Linux keeps some 277: were they left there while a test does
+    A roll is 160 messages a second, and a socket of Linux keeps 256 of them: were they left there while a test does
     something else, an answer would find no room after 2 s, and be lost.
     """
 
