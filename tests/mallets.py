@@ -13,7 +13,7 @@ from drumstick.drum.mallets.tip import TIP, Tip, goes_on, placed, solve_contact
 from drumstick.drum.modal.bank import Bank
 from drumstick.parameters.mallet import Mallet
 from drumstick.parameters.scene import Scene
-from membranes import energy, is_triangular
+from membranes import energy, is_triangular, of_tension
 from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.jit import njit
 from realtime.records import Records
@@ -183,11 +183,23 @@ def _of_modes(bank: Bank) -> float:
     return float(np.sum(0.5 * mass * (d**2 + square * q * (q - d))))
 
 
+def in_bank(engine: Engine) -> float:
+    """What a bank of modes and its tension hold, in the bank's own units."""
+    bank = engine.modal
+    assert bank is not None
+    held = _of_modes(bank)
+    if engine.effects.tension is not None:
+        assert bank.lengths is not None
+        q, d = bank.q.astype(float), bank.d.astype(float)
+        held += of_tension(engine.effects.tension, float(np.sum(bank.lengths * q * (q - d))))
+    return held
+
+
 def joules(engine: Engine) -> float:
     """All that is in a mesh, or a bank of modes, and in the mallets that play on it."""
     assert engine.mallets is not None
     if engine.modal is not None:
-        return _of_modes(engine.modal) * float(engine.mallets.state["unit_m"][0]) + of_mallets(engine)
+        return in_bank(engine) * float(engine.mallets.state["unit_m"][0]) + of_mallets(engine)
     height = 0.75**0.5 if is_triangular(engine.head) else 1.0
     unit = float(engine.mallets.state["unit_m"][0]) * 4.0 * height / float(engine.control["tau"][0])
     return unit * energy(engine) + of_mallets(engine)

@@ -3,7 +3,6 @@
 The energy here shares nothing with the kernels but the planes and the lattice's weights: it is the judge of theirs.
 """
 
-import math
 from typing import Any
 
 import numpy as np
@@ -80,10 +79,12 @@ class Membrane:
         return 0.25 * ((1.0 + rho) * sizes + tau * (2.0 * (1.0 + eta) * self.product(v, w) - rho * eta * own))
 
 
-def _of_tension(tension: Tension, stretch: float) -> float:
+def of_tension(tension: Tension, stretch: float) -> float:
+    """Energy of a tension's rise, at a stretch: V of drumstick.drum.effects.tension."""
     state = tension.state[0]
-    ratio = abs(stretch) / state["half"]
-    return 0.5 * float(state["q_most"] * state["half"] * (ratio - math.log1p(ratio)))
+    most, kappa, size = float(state["q_most"]), float(state["kappa"]), abs(stretch)
+    followed = size if kappa * size <= most else most / kappa
+    return 0.25 * kappa * followed**2 + 0.5 * most * (size - followed)
 
 
 def _of_snare(snare: Snare) -> float:
@@ -112,7 +113,7 @@ def energy(engine: Engine) -> float:
         rho, eta = (float(gain) for gain in engine.effects.internal_loss.gains)
         found = membrane.energy_with_momentum(u, before, float(control["tau"]), rho, eta)
     if engine.effects.tension is not None:
-        found += _of_tension(engine.effects.tension, membrane.product(u, before))
+        found += of_tension(engine.effects.tension, membrane.product(u, before))
     if engine.effects.cavity is not None:
         state, head = engine.effects.cavity.state[0], engine.effects.cavity.head
         held_back = 2.0 / (1.0 + float(state["then_gain"]))

@@ -50,11 +50,11 @@ def drum_of(
 
 
 def engine_of(scene: Scene) -> Engine:
-    """Its engine at rest and awake; a glide that is half its most at a stretch of 1, wires that lie on."""
+    """Its engine at rest and awake; a glide that is at its most from a stretch of 1 on, wires that lie on."""
     engine = new_engine(scene, RATE, StrikeRing())
     engine.control["asleep"] = 0
     if engine.effects.tension is not None:
-        engine.effects.tension.state["half"] = 1.0
+        engine.effects.tension.state["kappa"] = engine.effects.tension.state["q_most"]
     if engine.effects.snare is not None:
         engine.effects.snare.state["eta_0"] = 0.01
     return engine

@@ -13,7 +13,7 @@ from drumstick.drum.excitation.timeline import stream_of
 from drumstick.drum.mallets.mallet_memory import mallets_on_mesh, mallets_on_modes
 from drumstick.drum.membrane.heads import aligned, ears_on, head_of
 from drumstick.drum.membrane.scheme import tuned
-from drumstick.drum.membrane.surface import Places, of_modes, on_mesh
+from drumstick.drum.membrane.surface import Places, metres_per_unit_in_air, of_modes, on_mesh
 from drumstick.drum.output.display_data import shown_of
 from drumstick.drum.output.microphones import microphones_of
 from drumstick.drum.output.upsample import TAPS, interpolator
@@ -58,6 +58,12 @@ def _common(scene: Scene, step_s: float, divisor: int, strikes: StrikeRing, plac
     }
 
 
+def _unit_m(scene: Scene) -> float:
+    # Only a head that stiffens by its own numbers asks for it.
+    tension = scene.drum.effects.get("tension")
+    return 0.0 if tension is None or tension.young_GPa == 0.0 else metres_per_unit_in_air(scene)
+
+
 class Unplayable(ValueError):
     """No engine can be made of this scene; says why."""
 
@@ -79,7 +85,7 @@ def _of_mesh(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
         ear_gains=ear_gains,
         microphones=microphones_of(scene, lattice, step_s) if scene.listen.microphones else ABSENT,
         bend=aligned((size,)) if numbers.scheme.order_4 else ABSENT,
-        effects=effects_of(Building(scene, step_s, lattice, numbers)),
+        effects=effects_of(Building(scene, step_s, _unit_m(scene), lattice, numbers)),
         stream=stream_of(scene, step_s) if scene.drum.excitation == "streamed" else ABSENT,
         mallets=mallets_on_mesh(scene, step_s, float(head.grid["spacing"][0])),
     )
@@ -103,7 +109,7 @@ def _of_modes(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
         ears=np.zeros(0, np.int64),
         ear_gains=np.zeros((0, 2), np.float32),
         modal=bank,
-        effects=effects_of(Building(scene, step_s)),
+        effects=effects_of(Building(scene, step_s, _unit_m(scene))),
         mallets=mallets_on_modes(scene, step_s, len(bank.q)),
     )
 

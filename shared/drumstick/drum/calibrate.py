@@ -6,11 +6,11 @@ import numpy as np
 
 from drumstick.drum.block import render_all
 from drumstick.drum.build import Unplayable, new_engine
+from drumstick.drum.effects.tension import TensionTable, risen
 from drumstick.drum.engine import Control, Engine
 from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.fitting import fitted
 from drumstick.drum.mallets.mallet import full_impulse
-from drumstick.drum.step_numbers import GLIDE_ROOM
 from drumstick.parameters.scene import Scene
 from drumstick.stick import contact
 from drumstick.stick.law import law_of
@@ -19,7 +19,7 @@ from drumstick.stick.strike_curve import level_at
 from realtime.records import Record, is_there
 
 PEAK_OF_FULL_SCALE = 0.5
-_STIFFENINGS = 5
+_STIFFENINGS, _AS_STIFF = 8, 2e-3
 _PERIODS = 2.0  # of the lowest mode: the peak has passed by then
 
 
@@ -48,12 +48,12 @@ def full_scale(scene: Scene) -> OfflineStrike:
     return strike_for_speed(scene, scene.strike.full_scale_m_per_s, 0.5, 0.0)
 
 
-def _gain(scene: Scene, rate_Hz: int, half: float, press: float) -> float:
+def _gain(scene: Scene, rate_Hz: int, kappa: float, press: float) -> float:
     # A trial run with a gain so small that the limiter stays out of it; the sound is linear in the gain.
     ring = StrikeRing()
     trial = new_engine(scene, rate_Hz, ring)
-    if half > 0.0:
-        _slack(trial, half)
+    if kappa > 0.0:
+        _stiffen(trial, kappa)
     _press_on(trial, press)
     blow = full_scale(scene)
     # The force and the head's tension of 1 make displacements of about peak * contact / period: far from the knee.
@@ -71,18 +71,18 @@ def _gain(scene: Scene, rate_Hz: int, half: float, press: float) -> float:
     return PEAK_OF_FULL_SCALE / peak
 
 
-def _slack(engine: Engine, half: float) -> None:
+def _stiffen(engine: Engine, kappa: float) -> None:
     if is_there(engine.effects.tension):
-        engine.effects.tension.state["half"] = half
+        engine.effects.tension.state["kappa"] = kappa
 
 
-def _mean_pull(scene: Scene, rate_Hz: int, half: float) -> tuple[float, float]:
-    # By how much a stroke of full scale tightens the head, on the mean over the first period after the contact, and the
-    # most that it could: q and q_most.
+def _mean_rise(scene: Scene, rate_Hz: int, kappa: float) -> float:
+    # By how much of itself the tension rises, on the mean over the first period after the contact of a full-scale
+    # stroke.
     ring = StrikeRing()
     trial = new_engine(scene, rate_Hz, ring)
     assert trial.effects.tension is not None
-    _slack(trial, half)
+    _stiffen(trial, kappa)
     state: Record = trial.effects.tension.state[0]
     blow = full_scale(scene)
     ring.swing(blow)
@@ -95,19 +95,24 @@ def _mean_pull(scene: Scene, rate_Hz: int, half: float) -> tuple[float, float]:
     for _ in range(round(steps_per_s / scene.drum.f01_Hz)):
         render_all(trial, block, len(block), 0)
         pulls.append(float(state["pull"]))
-    return float(np.mean(pulls)), float(state["q_most"])
+    return float(np.mean(pulls)) / float(state["tau"])
 
 
-def _half_stretch(scene: Scene, rate_Hz: int) -> float:
-    # `half`, with which a stroke of full scale raises the pitch by the scene's cents, half of what there is room for.
-    # On a head that is far too slack the pull is q_most S/half; near the end it goes with the root of `half`.
-    half = 1e12
-    pull, most = _mean_pull(scene, rate_Hz, half)
-    half *= pull / most
+def _asks_for_cents(table: TensionTable) -> bool:
+    return table.young_GPa == 0.0 and table.glide_cents > 0.0
+
+
+def _kappa(scene: Scene, rate_Hz: int) -> float:
+    # With which a stroke of full scale raises the pitch by the scene's cents. On a head that does not stiffen yet the
+    # rise goes with kappa; a tighter one is stretched less.
+    wanted = risen(scene.drum.effects["tension"].glide_cents)
+    kappa = 1e-12
     for _ in range(_STIFFENINGS):
-        pull, most = _mean_pull(scene, rate_Hz, half)
-        half *= (GLIDE_ROOM * pull / most) ** 2
-    return half
+        found = wanted / _mean_rise(scene, rate_Hz, kappa)
+        kappa *= found
+        if abs(found - 1.0) < _AS_STIFF:
+            break
+    return kappa
 
 
 def _press_on(engine: Engine, distance: float) -> None:
@@ -117,15 +122,15 @@ def _press_on(engine: Engine, distance: float) -> None:
         state["eta_0"] = distance * state["mass"] * state["spring"] / state["stiffness"]
 
 
-def _press(scene: Scene, rate_Hz: int, half: float) -> float:
+def _press(scene: Scene, rate_Hz: int, kappa: float) -> float:
     # How far the wires are bent: the scene's share of the second head's largest movement after a stroke of full scale,
     # with the wires as good as gone.
     ring = StrikeRing()
     trial = new_engine(scene, rate_Hz, ring)
     assert trial.effects.cavity is not None
     assert trial.effects.snare is not None
-    if half > 0.0:
-        _slack(trial, half)
+    if kappa > 0.0:
+        _stiffen(trial, kappa)
     trial.effects.snare.state["stiffness"] = 1e-12
     blow = full_scale(scene)
     ring.swing(blow)
@@ -149,13 +154,15 @@ def build(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     `fitted` does."""
     scene = fitted(scene, rate_Hz).scene
     engine = new_engine(scene, rate_Hz, strikes)
-    half = 0.0
-    if is_there(engine.effects.tension) and scene.drum.effects["tension"].glide_cents > 0.0:
-        half = _half_stretch(scene, rate_Hz)
-        _slack(engine, half)
-    press = _press(scene, rate_Hz, half) if is_there(engine.effects.snare) else 0.0
+    kappa = 0.0
+    if is_there(engine.effects.tension) and _asks_for_cents(scene.drum.effects["tension"]):
+        kappa = _kappa(scene, rate_Hz)
+        _stiffen(engine, kappa)
+    press = _press(scene, rate_Hz, kappa) if is_there(engine.effects.snare) else 0.0
     _press_on(engine, press)
-    engine.control["output_gain"] = _gain(scene, rate_Hz, half, press) * 10.0 ** (scene.listen.gain_dB / 20.0)
+    engine.control["output_gain"] = _gain(scene, rate_Hz, kappa, press) * 10.0 ** (
+        scene.listen.gain_dB / 20.0
+    )
     if is_there(engine.effects.rim):
         # A stroke of full scale on the rim gives its impulse to modes that share it: together they peak at most there.
         level = scene.drum.effects["rim"].level * PEAK_OF_FULL_SCALE

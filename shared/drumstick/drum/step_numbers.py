@@ -3,6 +3,7 @@
 import numpy as np
 
 from drumstick.drum.effects.cavity import AIR_KG_PER_M3, SOUND_M_PER_S
+from drumstick.drum.effects.tension import room_of
 from drumstick.drum.engine import CONTROL
 from drumstick.drum.membrane.scheme import Losses, even_losses, rising_losses
 from drumstick.drum.tiers import scheme_for
@@ -10,9 +11,6 @@ from drumstick.parameters.drum import Drum
 from drumstick.parameters.drum_effects import Cavity as CavityTable
 from drumstick.parameters.scene import Scene
 from realtime.records import Record, Records
-
-# A glide goes at most to so many times what a stroke of full scale makes of it on the mean; the mesh has room for it.
-GLIDE_ROOM = 2.0
 
 
 def _losses(drum: Drum, step_s: float) -> Losses:
@@ -42,7 +40,7 @@ class StepCoefficients:
         room = (4.0 - 2.0 * self.spring) / 4.0 * self.losses.most
         self.glide = 0.0
         if "tension" in drum.effects:
-            self.glide = GLIDE_ROOM * (2.0 ** (drum.effects["tension"].glide_cents / 600.0) - 1.0)
+            self.glide = room_of(drum.effects["tension"])
         self.scheme = scheme_for(scene).squeezed(room / (1.0 + 1.1 * self.glide))
         self.with_momentum = self.losses.eta > 0.0
         self.held_back = 1.0 if self.with_momentum else 1.0 + self.losses.s

@@ -71,7 +71,7 @@ class Mesh:
 
 @dataclass(frozen=True)
 class Modal:
-    """Instead of a mesh: the head's modes themselves, each exact, for a linear drum whose pickups stay."""
+    """Instead of a mesh: the head's modes themselves, each exact while the tension rests, for pickups that stay."""
 
     top_Hz: float = number(10000.0, 200.0, 20000.0, "Hz", "Modes up to here are computed")
 

@@ -1,5 +1,6 @@
 """`[drum]` as it may be written, with `[drum.effects.NAME]` below it."""
 
+import math
 from collections.abc import Collection
 from typing import Any, cast
 
@@ -44,7 +45,7 @@ def check_renderer(reader: Reader, drum: Drum, named: Collection[str]) -> None:
         reader.refuse("drum.excitation", "needs [mesh]: [modal] is struck by strikes or mallets")
     for name in drum.effects:
         if name not in MODAL_EFFECTS:
-            reader.refuse(f"drum.effects.{name}", "needs [mesh]: [modal] is for a linear head by itself")
+            reader.refuse(f"drum.effects.{name}", "needs [mesh]: a bank of modes has no junctions for it")
 
 
 def check_mallet(reader: Reader, drum: Drum, named: Collection[str]) -> None:
@@ -85,6 +86,16 @@ def check_drum(reader: Reader, drum: Drum) -> None:
         reader.refuse("drum.effects.snare", "needs [drum.effects.cavity]: the wires lie on the second head")
     if "kettle" in drum.effects and "air" not in drum.effects:
         reader.refuse("drum.effects.kettle", "needs [drum.effects.air]: it is air that it holds")
+    tension = drum.effects.get("tension")
+    if tension is not None and tension.young_GPa == 0.0 and tension.most_cents > 0.0:
+        # A mode's stretch comes to twice its mean.
+        least = 600.0 * math.log2(1.0 + 2.0 * (2.0 ** (tension.glide_cents / 600.0) - 1.0))
+        if tension.most_cents < least:
+            reader.refuse(
+                "drum.effects.tension.most_cents",
+                f"{tension.most_cents:g} cents leave no room for glide_cents = {tension.glide_cents:g}, a mean: "
+                f"at least {math.ceil(least)}, or 0",
+            )
     loss = drum.effects.get("internal_loss")
     if loss is not None and not (loss.t60_s < drum.t60_s and loss.at_Hz > drum.f01_Hz):
         reader.refuse(

@@ -143,10 +143,11 @@ MODES: dict[str, tuple[float, float, dict[str, object]]] = {
         0.5,
         {"air_loss": AirLoss(2.0), "internal_loss": InternalLoss(0.1, 1000.0), "rim": Rim()},
     ),
+    "under tension": (6000.0, math.inf, {"tension": Tension(600.0)}),
 }
 
 
-@pytest.mark.daily("felt")
+@pytest.mark.daily("*felt")
 @shows("mallet on the head", "ours")
 @pytest.mark.parametrize("tip", TIPS)
 @pytest.mark.parametrize("bank", MODES)

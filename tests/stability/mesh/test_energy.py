@@ -166,7 +166,7 @@ def test_any_effects_together_decay(
     engine = new_engine(scene, RATE, ring)
     assert engine.effects.tension is not None
     assert engine.effects.snare is not None
-    engine.effects.tension.state["half"] = 1.0
+    engine.effects.tension.state["kappa"] = engine.effects.tension.state["q_most"]
     engine.effects.snare.state["eta_0"] = 0.01
     blow = full_scale(scene)
     ring.push(0, 0.3, -0.2, share * blow.peak_N, blow.contact_s)

@@ -110,7 +110,7 @@ def _engine(effects: dict[str, Any], microphones: int) -> Engine:
     scene = dataclasses.replace(scene, listen=listen)
     engine = new_engine(scene, RATE_HZ, StrikeRing())
     if is_there(engine.effects.tension):
-        engine.effects.tension.state["half"] = 1e-3
+        engine.effects.tension.state["kappa"] = 1e3 * engine.effects.tension.state["q_most"]
     start(engine.head)
     return engine
 

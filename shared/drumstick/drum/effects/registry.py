@@ -3,7 +3,7 @@
 A new effect is one module of this folder and one line here. The module has
 
 - `TABLE`, the dataclass of `[drum.effects.<name>]`: the scene's keys and the docs follow from it;
-- `ON_MODES = True` if a bank of modes can have it too: one without junctions, linear or beside the head;
+- `ON_MODES = True` if a bank of modes can have it too;
   `ON_MESH = False` if only a bank of modes can;
 - `part_of(building)`, which lays out what the kernels need as a named tuple: `engine.effects.<name>`, None in a scene
   without it. An effect that is in the coefficients of the head has no part. One with a value that is set while it plays
@@ -79,10 +79,12 @@ else:
 
 
 class Building(NamedTuple):
-    """A drum in the making. lattice, numbers: of a mesh only. parts: of the effects before this one."""
+    """A drum in the making. unit_m: metres for 1 of its displacement, where an effect asks for them. lattice, numbers:
+    of a mesh only. parts: of the effects before this one."""
 
     scene: "Scene"
     step_s: float
+    unit_m: float
     lattice: "Lattice" = ABSENT
     numbers: "StepCoefficients" = ABSENT
     parts: "dict[str, Any]" = {}  # noqa: RUF012  never written to: `effects_of` gives its own

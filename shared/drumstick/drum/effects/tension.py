@@ -1,14 +1,17 @@
 """`tension`: a hard stroke stretches the head, which sounds higher until it has calmed down.
 
-As in Kirchhoff and Carrier's membrane the tension follows S = <u, L u>, the head's own stretch: by q(S) more than tau.
-Theirs grows without end, q = kappa S, and a mesh at its limit of stability has no room for that: here q comes to
-q_most S/(|S| + half), and tau leaves room for q_most. Its energy is V = (q_most/2) (|S| - half ln(1 + |S|/half)).
+As in Kirchhoff and Carrier's membrane (Kirchhoff, "Vorlesungen ueber Mechanik", 1883; Carrier, "On the non-linear
+vibration problem of the elastic string", Q. Appl. Math. 3, 1945) the tension follows S = <u, L u>, the head's own
+stretch: T/T0 - 1 = E h/(2 (1 - nu^2) T0) times the mean square of the slope, here q/tau with q = kappa S. Its energy is
+V = kappa S^2/4. Beyond the most that the scene names q stays at q_most, and V goes on straight: a mesh at its limit of
+stability keeps room for so much, and no more.
 
 In discrete time S stands between two steps, S- = <u, L u-> and S+ = <u+, L u>, and the pull is the discrete gradient
 q = 2 (V(S+) - V(S-))/(S+ - S-) (Gonzalez, "Time integration and discrete Hamiltonian systems", J. Nonlinear Sci. 6,
-1996). S+ - S- = -sum M A u (u+ - u-) holds exactly and u+ is linear in q, so one number is solved for; what V gives the
-head it loses itself, however hard the stroke, and nothing is carried along that could drift. A tension that lags by a
-step instead makes the energy grow a thousandfold. Kernels: audio thread.
+1996). S+ - S- = -sum M A u (u+ - u-) holds exactly and u+ is linear in q, so one number is solved for: below q_most in
+closed form. What V gives the head it loses itself, however hard the stroke, and nothing is carried along that could
+drift. A tension that lags by a step instead makes the energy grow a thousandfold. A bank of modes does the same with
+its own S (drumstick.drum.modal.stretch). Kernels: audio thread.
 """
 
 import math
@@ -23,7 +26,7 @@ from drumstick.drum.membrane.heads import aligned
 from drumstick.drum.membrane.sweep import bend_at, stretched
 from drumstick.parameters.declare import number
 from realtime.kernels.jit import njit, only_with
-from realtime.records import Record, Records, Rows, dtype_of
+from realtime.records import ABSENT, Record, Records, Rows, dtype_of, is_there
 
 if TYPE_CHECKING:
     from drumstick.drum.effects.registry import Building
@@ -35,20 +38,44 @@ class TensionTable:
     """A hard stroke stretches the head: the pitch glides down as it calms."""
 
     glide_cents: float = number(
-        60.0, 0.0, 1200.0, "cents", "How far a stroke of full scale at half radius raises the pitch"
+        60.0,
+        0.0,
+        1200.0,
+        "cents",
+        "How far a stroke of full scale at half radius raises the pitch, without young_GPa",
+    )
+    young_GPa: float = number(
+        0.0,
+        0.0,
+        50.0,
+        "GPa",
+        "Elastic modulus of the head, from which the glide then follows; 0: from glide_cents",
+    )
+    thickness_mm: float = number(0.19, 0.01, 5.0, "mm", "Of the head, with young_GPa")
+    poisson: float = number(0.35, 0.0, 0.5, "1", "Poisson's ratio of the head, with young_GPa")
+    most_cents: float = number(
+        0.0,
+        0.0,
+        1200.0,
+        "cents",
+        "The pitch never rises by more: a mesh keeps room for it, and is the coarser for it; 0: 2.5 times what "
+        "glide_cents asks of the tension, or 240 cents with young_GPa",
     )
 
 
 TABLE = TensionTable
+ON_MODES = True
+_ROOM, _MOST_CENTS = 2.5, 240.0  # a mode's stretch comes to twice its mean, and several meet
 
 
 class TensionState(Record):
-    """q_most and half as above, the last q; tau of the head, what of it is in the weights (`baked`), 1 + s; eta of the
-    internal loss. The step's equation, S+ = before - x - y q, for those who move the head by what q leaves of it.
+    """q_most and kappa as above, the last q; tau of the head, what of it is in the weights (`baked`), 1 + s; eta of the
+    internal loss; for a bank of modes all of these are 1, and eta is 0. The step's equation, S+ = before - x - y q, for
+    those who move the head by what q leaves of it.
     """
 
     q_most: float
-    half: float
+    kappa: float
     pull: float
     tau: float
     baked: float
@@ -67,19 +94,53 @@ _CLOSE = 1e-12
 
 
 class Tension(NamedTuple):
-    """state (1,) of STATE; share (J,): each junction's mass, less what a muffle takes of its movement."""
+    """state (1,) of STATE; share (J,), of a mesh: each junction's mass, less what a muffle takes of its movement."""
 
     state: Rows[TensionState]
-    share: npt.NDArray[np.float32]
+    share: npt.NDArray[np.float32] = ABSENT
+
+
+def risen(cents: float) -> float:
+    """Rise of the tension, over the tension at rest, that raises all pitches by so much."""
+    return 2.0 ** (cents / 600.0) - 1.0
+
+
+def room_of(table: TensionTable) -> float:
+    """The most that the tension may rise, over the tension at rest."""
+    if table.most_cents > 0.0:
+        return risen(table.most_cents)
+    return risen(_MOST_CENTS) if table.young_GPa > 0.0 else _ROOM * risen(table.glide_cents)
+
+
+def _own_kappa(table: TensionTable, unit_m: float, radius_m: float) -> float:
+    # Of the head's own numbers, for the integral of the square of the slope over a head of radius 1. The tension is
+    # 1/unit_m: a renderer's displacement of 1 is what 1 N does where the tension is 1 N/m.
+    membrane = 1e9 * table.young_GPa * 1e-3 * table.thickness_mm / (1.0 - table.poisson**2)
+    return membrane * unit_m**3 / (2.0 * math.pi * radius_m**2)
+
+
+def _state_of(building: "Building", tau: float) -> Records:
+    # `calibrate` finds kappa for glide_cents; until then the head is far too slack to stiffen.
+    drum = building.scene.drum
+    table: TensionTable = drum.effects["tension"]
+    state: Records = np.zeros(1, STATE)
+    fields: Record = state[0]
+    fields["q_most"], fields["tau"] = tau * room_of(table), tau
+    fields["kappa"] = tau * _own_kappa(table, building.unit_m, drum.radius_m)
+    fields["baked"] = fields["held_back"] = 1.0
+    return state
 
 
 def part_of(building: "Building") -> Tension:
-    """`calibrate` finds `half`; until then the head is far too slack to stiffen."""
+    """The head at rest."""
+    if not is_there(building.lattice):
+        return Tension(_state_of(building, 1.0))
     lattice, numbers, muffled = building.lattice, building.numbers, building.parts.get("muffle")
-    state: Records = np.zeros(1, STATE)
+    state = _state_of(building, numbers.scheme.tau)
     fields: Record = state[0]
-    fields["q_most"], fields["half"] = numbers.glide * numbers.scheme.tau, 1e300
-    fields["tau"], fields["baked"] = numbers.scheme.tau, numbers.baked
+    # <u, L u> of a mesh counts a junction as 1, and its neighbours at a distance of 1.
+    fields["kappa"] *= 4.0 * lattice.topology.row_height
+    fields["baked"] = numbers.baked
     fields["held_back"], fields["eta"] = numbers.held_back, numbers.losses.eta
     share = aligned((lattice.weights.size,))
     inside = np.flatnonzero(lattice.weights)
@@ -92,27 +153,29 @@ def part_of(building: "Building") -> Tension:
 @njit()
 def _energy(state: TensionState, stretch: float) -> float:
     # 2 V.
-    ratio = abs(stretch) / state.half
-    return state.q_most * state.half * (ratio - math.log1p(ratio))
+    size = abs(stretch)
+    if state.kappa * size <= state.q_most:
+        return 0.5 * state.kappa * size * size
+    return state.q_most * (size - 0.5 * state.q_most / state.kappa)
 
 
 @njit()
 def _pull(state: TensionState, stretch: float) -> float:
-    return state.q_most * stretch / (abs(stretch) + state.half)
+    return min(max(state.kappa * stretch, -state.q_most), state.q_most)
 
 
 @njit()
 def _gradient(state: TensionState, before: float, held: float, after: float) -> float:
     # held: 2 V(S-).
-    if abs(after - before) <= _NEAR * (abs(after) + abs(before) + state.half):
+    if abs(after - before) <= _NEAR * (abs(after) + abs(before)):
         return _pull(state, 0.5 * (before + after))
     return (_energy(state, after) - held) / (after - before)
 
 
 @njit()
-def solved(state: TensionState, before: float, x: float, y: float, near: float) -> float:
-    """q, from S- and S+ = S- - x - y q, looked for from `near` on. V is convex and y not negative, so there is one
-    solution between two bounds."""
+def _beyond(state: TensionState, before: float, x: float, y: float, near: float) -> float:
+    # `solved`, where S- or S+ lies beyond what the pull follows. Newton's method, and bisection where it leaves the
+    # bounds: 2 V is convex and y not negative, so there is one solution between them.
     low, high = before - x - y * state.q_most, before - x + y * state.q_most
     after, held = before - x - y * near, _energy(state, before)
     for turn in range(_ITERATIONS):
@@ -122,17 +185,27 @@ def solved(state: TensionState, before: float, x: float, y: float, near: float) 
             high = after
         else:
             low = after
-        # Newton's method; its slope is at least 1.
+        # Its slope is at least 1.
         apart = after - before
-        rise = (_pull(state, after) - q) / apart if abs(apart) > _NEAR * state.half else 0.0
+        rise = (_pull(state, after) - q) / apart if abs(apart) > _NEAR * (abs(after) + abs(before)) else 0.0
         following = after - wrong / (1.0 + y * max(rise, 0.0))
-        # A stretch of a thousand times `half` has a corner at 0 over which Newton's method goes to and fro.
+        # A stretch of a thousand times what is followed has a corner at 0 over which Newton's method goes to and fro.
         if not low < following < high or (turn > _QUICK and turn & 1):
             following = 0.5 * (low + high)
-        if abs(following - after) <= _CLOSE * (abs(following) + state.half):
+        if abs(following - after) <= _CLOSE * (abs(following) + abs(before)):
             break
         after = following
     return _gradient(state, before, held, after)
+
+
+@njit()
+def solved(state: TensionState, before: float, x: float, y: float, near: float) -> float:
+    """q, from S- and S+ = S- - x - y q. `near`: where to look first, where there is no closed form."""
+    half = 0.5 * state.kappa
+    after = (before * (1.0 - half * y) - x) / (1.0 + half * y)
+    if state.kappa * max(abs(before), abs(after)) <= state.q_most:
+        return half * (before + after)
+    return float(_beyond(state, before, x, y, near))
 
 
 @only_with("tension", otherwise=0.0)

@@ -1,23 +1,15 @@
 """The memory of a scene's mallets, all of them far from the head. Allocates; any thread."""
 
-import math
-
 import numpy as np
 
-from drumstick.drum.effects.cavity import AIR_KG_PER_M3
 from drumstick.drum.mallets.mallet import MALLET, POOL, STATE, Mallets
 from drumstick.drum.mallets.patch import patches_of, radius_on
 from drumstick.drum.mallets.shares import shares_of
 from drumstick.drum.mallets.tip import TIP
-from drumstick.drum.membrane.surface import metres_per_unit
-from drumstick.parameters.drum_effects import Cavity
+from drumstick.drum.membrane.surface import metres_per_unit_in_air
 from drumstick.parameters.mallet import Mallet
 from drumstick.parameters.scene import Scene
 from realtime.records import ABSENT, Record, Records
-
-# Of the air's mass on one side of a piston in a wall, to that of a layer as thick as its radius (Rayleigh, "The theory
-# of sound", section 302).
-_PISTON = 8.0 / (3.0 * math.pi)
 
 
 def _tips(mallet: Mallet, step_s: float) -> Records:
@@ -30,21 +22,10 @@ def _tips(mallet: Mallet, step_s: float) -> Records:
     return tips
 
 
-def _unit_m(scene: Scene) -> float:
-    # A head that sounds at f01 carries air along on both sides, as a piston in a wall does, and is so much tighter. A
-    # drum whose modes are those in air has that in them.
-    alone_m = metres_per_unit(scene)
-    if "air" in scene.drum.effects:
-        return alone_m
-    head_kg_per_m2 = scene.drum.effects.get("cavity", Cavity()).head_kg_per_m2
-    air_kg_per_m2 = 2.0 * _PISTON * AIR_KG_PER_M3 * scene.drum.radius_m
-    return alone_m * head_kg_per_m2 / (head_kg_per_m2 + air_kg_per_m2)
-
-
 def _state_of(scene: Scene, mallet: Mallet, step_s: float) -> Records:
     state: Records = np.zeros(1, STATE)
     fields: Record = state[0]
-    fields["unit_m"], fields["step_s"] = _unit_m(scene), step_s
+    fields["unit_m"], fields["step_s"] = metres_per_unit_in_air(scene), step_s
     fields["own_give"] = step_s**2 / mallet.mass_kg
     fields["radius"] = mallet.tip_radius_m / scene.drum.radius_m
     return state

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from drumstick.drum.mallets import shares
 from drumstick.drum.mallets.mallet import PLAYING, POOL, arrive, due, fly, forget, free, take_away
 from drumstick.drum.mallets.tip import solve_contact
-from drumstick.drum.modal import bank
+from drumstick.drum.modal import bank, stretch
 from realtime.kernels.jit import njit, only_with
 
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 _MAX_TURNS = 64
 _CLOSE = 1e-9  # of the largest push
 _TOGETHER = 0.5
+_SETTLED = 1e-10  # of the largest pull
 
 
 @njit()
@@ -65,7 +66,37 @@ def _left(engine: "Engine", slot: int) -> float:
         other = number % POOL
         if other != slot and mallets.pool[other].stage == PLAYING:
             depth -= state.unit_m * gives[slot, other] * mallets.pool[other].force
-    return float(depth)
+    return float(depth) - _drawn_away(engine, slot)
+
+
+@only_with("tension", otherwise=0.0)
+def _drawn_away(engine: "Engine", slot: int) -> float:
+    # By how much less deep the head's pull leaves the tip.
+    return float(engine.mallets.pool[slot].slack * engine.effects.tension.state[0].pull)
+
+
+@only_with("tension")
+def _look(engine: "Engine", slot: int) -> None:
+    mallet, state = engine.mallets.pool[slot], engine.mallets.state[0]
+    mallet.slack = -state.unit_m * stretch.of_pull(engine, engine.mallets.shares.moving[slot])
+    mallet.stretch = -stretch.of_newton(engine, slot)
+
+
+@only_with("tension", otherwise=True)
+def _answered(engine: "Engine") -> bool:
+    # The tension pulls as the present pushes stretch it; True when it pulls as before.
+    mallets, state = engine.mallets, engine.effects.tension.state[0]
+    x, before = 0.0, state.pull
+    for number in range(mallets.state[0].oldest, mallets.state[0].begun):
+        slot = number % POOL
+        if mallets.pool[slot].stage == PLAYING:
+            x += mallets.pool[slot].stretch * mallets.pool[slot].force
+    return bool(abs(stretch.pull_for(engine, x) - before) <= _SETTLED * state.q_most)
+
+
+@only_with("tension", otherwise=True)
+def _is_linear(engine: "Engine") -> bool:
+    return False
 
 
 @njit()
@@ -95,9 +126,11 @@ def _meet(engine: "Engine") -> None:
         slot = number % POOL
         if pool[slot].stage == PLAYING:
             pool[slot].bare = free(engine, slot, state.unit_m * shares.ahead(engine, slot))
+            _look(engine, slot)
     for _ in range(_MAX_TURNS):
         changed, most = _turn(engine)
-        if playing == 1 or changed <= _CLOSE * most:
+        settled = _answered(engine)
+        if (playing == 1 and _is_linear(engine)) or (changed <= _CLOSE * most and settled):
             break
     for number in range(state.oldest, state.begun):
         slot = number % POOL

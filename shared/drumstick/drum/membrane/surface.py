@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from drumstick.drum.effects.cavity import AIR_KG_PER_M3
 from drumstick.drum.membrane.interpolation import CORNERS, corners_of
 from drumstick.drum.membrane.lattice import J01
 from drumstick.drum.membrane.sweep import Head
@@ -81,3 +82,22 @@ def metres_per_unit(scene: Scene) -> float:
     cavity: Cavity = scene.drum.effects.get("cavity", Cavity())
     c_m_per_s = 2.0 * math.pi * scene.drum.f01_Hz * scene.drum.radius_m / J01
     return 1.0 / (cavity.head_kg_per_m2 * c_m_per_s**2)
+
+
+# Of the air's mass on one side of a piston in a wall, to that of a layer as thick as its radius (Rayleigh, "The theory
+# of sound", section 302).
+_PISTON = 8.0 / (3.0 * math.pi)
+
+
+def metres_per_unit_in_air(scene: Scene) -> float:
+    """Metres for 1 of a renderer's displacement, on a head whose f01 is that in air.
+
+    A head that sounds at f01 carries air along on both sides, as a piston in a wall does, and is so much tighter than
+    `metres_per_unit` has it. A drum whose modes are those in air has that in them.
+    """
+    alone_m = metres_per_unit(scene)
+    if "air" in scene.drum.effects:
+        return alone_m
+    head_kg_per_m2 = scene.drum.effects.get("cavity", Cavity()).head_kg_per_m2
+    air_kg_per_m2 = 2.0 * _PISTON * AIR_KG_PER_M3 * scene.drum.radius_m
+    return alone_m * head_kg_per_m2 / (head_kg_per_m2 + air_kg_per_m2)

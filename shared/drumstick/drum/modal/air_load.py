@@ -68,6 +68,15 @@ class InAir(NamedTuple):
     masses: Numbers
     mixes: tuple[_Mix, ...] = ()
 
+    def of_tension(self) -> Numbers:
+        """By how much of itself a rise of the tension by 1 raises each w^2, shape (P,): a kettle's air is a spring
+        beside it."""
+        own: Numbers = self.modes.zeros**2
+        for mix in self.mixes:
+            sizes = mix.weights**2 * self.basis.norms[mix.columns, None] / self.modes.norms[mix.targets]
+            own[mix.targets] = self.basis.zeros[mix.columns] ** 2 @ sizes
+        return self.c**2 * own / ((2.0 * math.pi * self.f_Hz) ** 2 * self.masses)
+
     def mixed(self, values: Numbers) -> Numbers:
         """Values of the modes, shape (..., P), from those of the vacuum's, shape (..., B)."""
         if not self.mixes:

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from drumstick.drum.modal import stretch
 from realtime.kernels.jit import njit, only_with
 from realtime.records import ABSENT
 
@@ -31,7 +32,7 @@ class Bank(NamedTuple):
     """Shapes, with P radial modes and 2 P oscillators: q, d, kept (R^2), bend (k), left and right (2 P,); orders (P,);
     radial (K, P): J_m(j r) times what a force of 1 N drives, at the radii r = (row - 1) / (K - 3); aimed (32, 2 P), a
     row for each pulse of the pool, or mallet; turns (2, orders): cos and sin of m phi; masses (2 P,), for mallets: over
-    what a force of 1 N drives."""
+    what a force of 1 N drives; lengths and tight (2 P,), for tension: see drumstick.drum.modal.stretch."""
 
     q: Floats
     d: Floats
@@ -44,6 +45,8 @@ class Bank(NamedTuple):
     aimed: Floats
     turns: npt.NDArray[np.float64]
     masses: Floats = ABSENT
+    lengths: Floats = ABSENT
+    tight: Floats = ABSENT
 
 
 @njit()
@@ -97,6 +100,7 @@ def _drive(d: Floats, aimed: Floats, strength: np.float32) -> None:
 @only_with("modal")
 def push(engine: "Engine", row: int, force: float) -> None:
     """The mean force of one pulse, N, over the coming step."""
+    stretch.push(engine, row, force)
     _drive(engine.modal.d, engine.modal.aimed[row], np.float32(force))
 
 
@@ -135,8 +139,11 @@ def ring(bank: Bank) -> tuple[float, float]:
 
 @only_with("modal", otherwise=(0.0, 0.0))
 def step(engine: "Engine") -> Any:
-    """`ring`, where there is a bank."""
-    return ring(engine.modal)
+    """`ring`, where there is a bank, under what tension it has."""
+    stretch.tighten(engine)
+    heard = ring(engine.modal)
+    stretch.look(engine)
+    return heard
 
 
 @njit()
@@ -158,3 +165,4 @@ def rest(engine: "Engine") -> None:
     """All at rest."""
     engine.modal.q[:] = np.float32(0.0)
     engine.modal.d[:] = np.float32(0.0)
+    stretch.rest(engine)

@@ -8,6 +8,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from drumstick.drum.effects.tension import room_of
 from drumstick.drum.excitation.analytic import POOL
 from drumstick.drum.membrane.lattice import J01
 from drumstick.drum.modal.air_load import in_air, zero_at
@@ -21,6 +22,8 @@ from realtime.records import ABSENT
 MAX_MODES = 20_000  # of 0.3 to 0.5 ns each and a step: two fifths of a core at 48 kHz
 _RADII_A_RADIAN = 2.0  # of the table of shapes, per radian of the shortest wave
 _HIGHEST = 0.49  # turns a step
+_TURNS = 0.45  # a step, that a scene's highest mode may have
+_LEFT = 0.95  # of what a rising tension may raise, for modes that are above the highest in air
 _NEPERS = 3.0 * math.log(10.0)  # 60 dB
 
 Numbers = npt.NDArray[np.float64]
@@ -39,10 +42,18 @@ def decay_rates(drum: Drum, f_Hz: Numbers) -> Numbers:
     return _NEPERS * inverse
 
 
+def _most_turns(scene: Scene) -> float:
+    # A step, of the highest mode. A tension that rises raises K = 2 - 2 cos(theta), and it must stay below 4.
+    if "tension" not in scene.drum.effects:
+        return _TURNS
+    most = 4.0 * _LEFT / (1.0 + room_of(scene.drum.effects["tension"]))
+    return min(_TURNS, math.acos(max(1.0 - 0.5 * most, -1.0)) / (2.0 * math.pi))
+
+
 def highest_zero(scene: Scene, rate_Hz: float) -> float:
     """j of the highest mode that the scene asks for, that fits below half the rate, and that the bank has room for."""
     assert scene.modal is not None
-    top_Hz = min(scene.modal.top_Hz, 0.45 * rate_Hz)
+    top_Hz = min(scene.modal.top_Hz, _most_turns(scene) * rate_Hz)
     most = 2.0 * math.sqrt(MAX_MODES)  # Weyl: (j/2)^2 modes, pairs counted
     return max(min(zero_at(top_Hz, scene.drum), most), J01)
 
@@ -51,7 +62,8 @@ def divisor_below(scene: Scene, rate_Hz: int) -> int:
     """Device samples a step: as many as leave the scene's highest mode in the interpolator's pass band."""
     assert scene.modal is not None
     highest_Hz = float(in_air(highest_zero(scene, rate_Hz), scene.drum).f_Hz.max())
-    return max(1, math.floor(PASS_BAND * rate_Hz / max(scene.modal.top_Hz, highest_Hz)))
+    turns = min(PASS_BAND, _most_turns(scene))
+    return max(1, math.floor(turns * rate_Hz / max(scene.modal.top_Hz, highest_Hz)))
 
 
 def bank_of(scene: Scene, step_s: float) -> Bank:
@@ -82,6 +94,7 @@ def bank_of(scene: Scene, step_s: float) -> Bank:
         return np.concatenate([values, values]).astype(np.float32)
 
     size = 2 * len(f_Hz)
+    by_tension = head.of_tension() * bend / left_a_step**2 if "tension" in scene.drum.effects else None
     return Bank(
         q=np.zeros(size, np.float32),
         d=np.zeros(size, np.float32),
@@ -94,4 +107,6 @@ def bank_of(scene: Scene, step_s: float) -> Bank:
         aimed=np.zeros((POOL, size), np.float32),
         turns=np.zeros((2, int(modes.orders.max()) + 1)),
         masses=both(1.0 / drive) if scene.mallet is not None else ABSENT,
+        lengths=ABSENT if by_tension is None else both(by_tension / drive),
+        tight=ABSENT if by_tension is None else both(by_tension),
     )

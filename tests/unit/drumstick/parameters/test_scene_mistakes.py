@@ -191,10 +191,10 @@ def test_monstrous_values_are_mistakes_too(value: str) -> None:
 
 def test_modal_stands_instead_of_a_mesh_and_of_what_needs_one() -> None:
     with pytest.raises(SceneError) as refused:
-        parse("[modal]\n[mesh]\n[drum.effects.tension]\n[drum.effects.rim]\n", SOURCE)
+        parse("[modal]\n[mesh]\n[drum.effects.cavity]\n[drum.effects.rim]\n", SOURCE)
     assert sorted(refused.value.mistakes) == [
         f"{SOURCE}:1: modal: stands instead of [mesh]: a scene has one of them",
-        f"{SOURCE}:3: drum.effects.tension: needs [mesh]: [modal] is for a linear head by itself",
+        f"{SOURCE}:3: drum.effects.cavity: needs [mesh]: a bank of modes has no junctions for it",
     ]
     assert parse("[drum.effects.rim]\n", SOURCE).modal is None
     kept = parse("[modal]\ntop_Hz = 5000\n[drum.effects.rim]\n", SOURCE)

@@ -1,0 +1,125 @@
+"""`tension` on a bank of modes: what they stretch the head by, and how its tension then pulls them.
+
+A mode is q+ - 2 q + q- = -K q - s (q+ - q-) + ..., of energy ((q - q-)^2 + K q q-)/(2 (1 + s) b)
+(drumstick.drum.mallets.shares). A rise of the tension by the share g raises K by g times that part of it which is the
+tension's, r: all of it, but for what a kettle's air holds. With S+ = sum l q+ q, where l = r K/((1 + s) b), and S- of
+the step before, the step adds -g (S+ - S-)/2, and g is the discrete gradient of the tension's energy between the two:
+what that energy gives, the modes lose (drumstick.drum.effects.tension). l q^2 is the integral of the square of the
+mode's slope, over a head of radius 1.
+
+With k the bank's bend and R^2 its kept, K = k (1 + s): so a pull of g takes g r k q from the step, or g r k/R^2 q from
+the movement before it. Kernels: audio thread; no allocation.
+"""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from drumstick.drum.effects import tension
+from realtime.kernels.jit import njit, only_with
+
+if TYPE_CHECKING:
+    from drumstick.drum.engine import Engine
+
+Floats = npt.NDArray[np.float32]
+_PART = 1024  # modes, whose sums single precision holds
+
+
+@njit(fastmath={"contract", "reassoc"})
+def _summed(
+    lengths: Floats, tight: Floats, q: Floats, d: Floats, kept: Floats, bend: Floats
+) -> tuple[float, float, float]:
+    # S-, x and y of some modes.
+    before = x = y = np.float32(0.0)
+    for i in range(q.shape[0]):
+        stretch = lengths[i] * q[i]
+        before += stretch * (q[i] - d[i])
+        x += stretch * (bend[i] * q[i] - kept[i] * d[i] - d[i])
+        y += stretch * (kept[i] * (tight[i] * q[i]))
+    return float(before), float(x), float(y)
+
+
+@only_with("tension")
+def look(engine: "Engine") -> None:
+    """Take the equation of the coming step, S+ = S- - x - y g, from the modes as they are; forces come to it."""
+    modes, state = engine.modal, engine.effects.tension.state[0]
+    state.before = state.x = state.y = 0.0
+    for first in range(0, modes.q.shape[0], _PART):
+        last = min(first + _PART, modes.q.shape[0])
+        before, x, y = _summed(
+            modes.lengths[first:last],
+            modes.tight[first:last],
+            modes.q[first:last],
+            modes.d[first:last],
+            modes.kept[first:last],
+            modes.bend[first:last],
+        )
+        state.before += before
+        state.x += x
+        state.y += y
+
+
+@njit(fastmath={"contract", "reassoc"})
+def _under(lengths: Floats, kept: Floats, q: Floats, aimed: Floats) -> float:
+    total = 0.0
+    for i in range(q.shape[0]):
+        total += float(lengths[i] * q[i]) * float(kept[i] * aimed[i])
+    return total
+
+
+@only_with("tension", otherwise=0.0)
+def of_newton(engine: "Engine", row: int) -> float:
+    """What a force of 1 N over the coming step adds to S+, by its row of shares."""
+    modes = engine.modal
+    return _under(modes.lengths, modes.kept, modes.q, modes.aimed[row])
+
+
+@only_with("tension")
+def push(engine: "Engine", row: int, force: float) -> None:
+    """A force over the coming step, N, that the modes are driven by."""
+    engine.effects.tension.state[0].x -= force * of_newton(engine, row)
+
+
+@njit(fastmath={"contract", "reassoc"})
+def _slack(tight: Floats, moving: Floats, q: Floats) -> float:
+    total = 0.0
+    for i in range(q.shape[0]):
+        total += float(moving[i]) * float(tight[i] * q[i])
+    return total
+
+
+@only_with("tension", otherwise=0.0)
+def of_pull(engine: "Engine", moving: Floats) -> float:
+    """How far a pull of 1 draws the head in a step where the shares `moving` of the modes' movement are read."""
+    return _slack(engine.modal.tight, moving, engine.modal.q)
+
+
+@njit()
+def pull_for(engine: "Engine", newtons_x: float) -> float:
+    """g of the coming step, with forces that add so much to its x besides; kept as the last pull."""
+    state = engine.effects.tension.state[0]
+    near = min(max(state.kappa * state.before, -state.q_most), state.q_most)
+    state.pull = tension.solved(state, state.before, state.x + newtons_x, state.y, near)
+    return float(state.pull)
+
+
+@njit(fastmath={"contract"})
+def _drawn(d: Floats, tight: Floats, q: Floats, pull: np.float32) -> None:
+    for i in range(d.shape[0]):
+        d[i] -= pull * (tight[i] * q[i])
+
+
+@only_with("tension")
+def tighten(engine: "Engine") -> None:
+    """Pull the modes, after all forces of a step and before it."""
+    pull = pull_for(engine, 0.0)
+    if pull != 0.0:
+        _drawn(engine.modal.d, engine.modal.tight, engine.modal.q, np.float32(pull))
+
+
+@only_with("tension")
+def rest(engine: "Engine") -> None:
+    """All at rest."""
+    state = engine.effects.tension.state[0]
+    state.before = state.x = state.y = state.pull = 0.0
