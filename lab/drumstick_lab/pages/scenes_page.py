@@ -44,7 +44,7 @@ def _materials() -> list[str]:
 _MORE = {
     "modal": [
         "Absent unless named, and then no mesh is computed. A bank of modes is in tune by itself and takes the effects `air_loss`,",
-        "`internal_loss` and `rim`, and mallets; moving pickups, patches, glides, second heads and microphones need the mesh. Its price goes with the",
+        "`internal_loss`, `tension` and `rim`, mallets and microphones; patches and second heads need the mesh. Its price goes with the",
         "square of `top_Hz`: `drumstick scene cost` shows it beside the mesh's.",
         "",
     ],

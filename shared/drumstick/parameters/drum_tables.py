@@ -67,8 +67,8 @@ def check_mesh(reader: Reader, mesh: Mesh, named: Collection[str]) -> None:
                 reader.refuse(f"mesh.{key}", 'is what accuracy = "auto" chooses: leave one of them out')
 
 
-def check_listen(reader: Reader, listen: Listen, named: Collection[str]) -> None:
-    """Microphones: what their four numbers may be, and that a bank of modes has none."""
+def check_listen(reader: Reader, listen: Listen) -> None:
+    """Microphones: what their four numbers may be."""
     for at, (_, _, height, pan) in enumerate(listen.microphones, 1):
         if height < _LOWEST:
             reader.refuse(
@@ -76,8 +76,6 @@ def check_listen(reader: Reader, listen: Listen, named: Collection[str]) -> None
             )
         if abs(pan) > 1.0:
             reader.refuse("listen.microphones", f"number {at} has the pan {pan:g}, outside -1 .. 1")
-    if listen.microphones and "modal" in named:
-        reader.refuse("listen.microphones", "needs [mesh]: [modal] hears by pickups")
 
 
 def check_drum(reader: Reader, drum: Drum) -> None:

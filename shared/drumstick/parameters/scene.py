@@ -162,7 +162,7 @@ def parse(text: str, source: str) -> Scene:
     if drum.excitation == "mallet" and "mallet" not in values:
         values["mallet"] = mallet_of(reader, {})
     check_mesh(reader, values.get("mesh", Mesh()), given)
-    check_listen(reader, values.get("listen", Listen()), given)
+    check_listen(reader, values.get("listen", Listen()))
     if reader.mistakes:
         raise SceneError(reader.mistakes)
     return Scene(**values)
@@ -190,7 +190,7 @@ def from_tables(tables: Mapping[str, Any]) -> Scene:
     if values["drum"].excitation == "mallet" and "mallet" not in values:
         values["mallet"] = mallet_of(reader, {})
     check_mesh(reader, values["mesh"], named)
-    check_listen(reader, values["listen"], named)
+    check_listen(reader, values["listen"])
     if reader.mistakes:
         raise SceneError(reader.mistakes)
     return Scene(**values)

@@ -31,8 +31,12 @@ _PART = 1024  # modes
 class Bank(NamedTuple):
     """Shapes, with P radial modes and 2 P oscillators: q, d, kept (R^2), bend (k), left and right (2 P,); orders (P,);
     radial (K, P): J_m(j r) times what a force of 1 N drives, at the radii r = (row - 1) / (K - 3); aimed (32, 2 P), a
-    row for each pulse of the pool, or mallet; turns (2, orders): cos and sin of m phi; masses (2 P,), for mallets: over
-    what a force of 1 N drives; lengths and tight (2 P,), for tension: see drumstick.drum.modal.stretch."""
+    row for each pulse of the pool, or mallet; turns (2, orders): cos and sin of m phi.
+
+    What not every scene has, (2 P,): masses, for mallets: over what a force of 1 N drives; left_still and right_still,
+    for microphones: gains of q, where left and right are those of d; lengths and tight, for tension: see
+    drumstick.drum.modal.stretch.
+    """
 
     q: Floats
     d: Floats
@@ -45,6 +49,8 @@ class Bank(NamedTuple):
     aimed: Floats
     turns: npt.NDArray[np.float64]
     masses: Floats = ABSENT
+    left_still: Floats = ABSENT
+    right_still: Floats = ABSENT
     lengths: Floats = ABSENT
     tight: Floats = ABSENT
 
@@ -113,16 +119,26 @@ def _move(q: Floats, d: Floats, kept: Floats, bend: Floats) -> None:
 
 
 @njit(fastmath={"contract", "reassoc"})
-def _heard(d: Floats, gains: Floats) -> float:
+def _heard(values: Floats, gains: Floats) -> float:
     total = np.float32(0.0)
-    for i in range(d.shape[0]):
-        total += gains[i] * d[i]
+    for i in range(values.shape[0]):
+        total += gains[i] * values[i]
     return float(total)
+
+
+@only_with("left_still", otherwise=0.0)
+def _heard_left(bank: Bank, first: int, last: int) -> float:
+    return _heard(bank.q[first:last], bank.left_still[first:last])
+
+
+@only_with("right_still", otherwise=0.0)
+def _heard_right(bank: Bank, first: int, last: int) -> float:
+    return _heard(bank.q[first:last], bank.right_still[first:last])
 
 
 @njit()
 def ring(bank: Bank) -> tuple[float, float]:
-    """One step of every mode; returns what the pickups hear of their velocities, left and right.
+    """One step of every mode; returns what pickups hear of their velocities, or microphones of them, left and right.
 
     In loops of few arrays each: compilers find vectors only where they can tell that none overlaps another. A part of
     the modes at a time, which the first loop leaves in the nearest cache for the next.
@@ -132,8 +148,8 @@ def ring(bank: Bank) -> tuple[float, float]:
     for first in range(0, q.shape[0], _PART):
         last = min(first + _PART, q.shape[0])
         _move(q[first:last], d[first:last], kept[first:last], bend[first:last])
-        heard_left += _heard(d[first:last], left[first:last])
-        heard_right += _heard(d[first:last], right[first:last])
+        heard_left += _heard(d[first:last], left[first:last]) + _heard_left(bank, first, last)
+        heard_right += _heard(d[first:last], right[first:last]) + _heard_right(bank, first, last)
     return heard_left, heard_right
 
 

@@ -11,9 +11,10 @@ import numpy.typing as npt
 from drumstick.drum.effects.tension import room_of
 from drumstick.drum.excitation.analytic import POOL
 from drumstick.drum.membrane.lattice import J01
-from drumstick.drum.modal.air_load import in_air, zero_at
+from drumstick.drum.modal.air_load import InAir, in_air, zero_at
 from drumstick.drum.modal.bank import Bank
 from drumstick.drum.modal.modes import left_under_tip, radial_shapes, shapes_at
+from drumstick.drum.modal.radiation import heard_by, on_place_and_movement
 from drumstick.drum.output.upsample import PASS_BAND
 from drumstick.parameters.drum import Drum
 from drumstick.parameters.scene import Scene
@@ -66,6 +67,27 @@ def divisor_below(scene: Scene, rate_Hz: int) -> int:
     return max(1, math.floor(turns * rate_Hz / max(scene.modal.top_Hz, highest_Hz)))
 
 
+def _gains(scene: Scene, head: InAir, theta: Numbers) -> tuple[Numbers, Numbers | None]:
+    # Of left and right, shape (2, 2 P), on the modes' movements, and, for microphones, on their places.
+    moving, still = np.zeros((2, 2, 2 * len(head.f_Hz)))
+    for x, y, pan in () if scene.listen.microphones else scene.listen.pickups:
+        heard = np.concatenate([head.mixed(values) for values in shapes_at(head.basis, x, y)])
+        moving += np.outer(_panned(pan), heard)
+    if not scene.listen.microphones:
+        return moving, None
+    for (*_, pan), waves in zip(scene.listen.microphones, heard_by(scene, head), strict=True):
+        both = [on_place_and_movement(each, theta) for each in waves]
+        still += np.outer(_panned(pan), np.concatenate([place for place, _ in both]))
+        moving += np.outer(_panned(pan), np.concatenate([movement for _, movement in both]))
+    return moving, still
+
+
+def _panned(pan: float) -> tuple[float, float]:
+    # Left and right, of equal power.
+    angle = (pan + 1.0) * math.pi / 4.0
+    return math.cos(angle), math.sin(angle)
+
+
 def bank_of(scene: Scene, step_s: float) -> Bank:
     """The scene's drum at rest, a step every `step_s`."""
     head = in_air(highest_zero(scene, 1.0 / step_s), scene.drum)
@@ -84,11 +106,7 @@ def bank_of(scene: Scene, step_s: float) -> Bank:
     if scene.mallet is not None:
         shapes *= left_under_tip(head.basis, scene.mallet.tip_radius_m / scene.drum.radius_m)
     radial = drive * head.mixed(shapes)
-    gains = np.zeros((2, 2 * len(f_Hz)))
-    for x, y, pan in scene.listen.pickups:
-        angle = (pan + 1.0) * math.pi / 4.0  # equal power
-        heard = np.concatenate([head.mixed(values) for values in shapes_at(head.basis, x, y)])
-        gains += np.outer((math.cos(angle), math.sin(angle)), heard)
+    gains, still = _gains(scene, head, theta)
 
     def both(values: Numbers) -> npt.NDArray[np.float32]:
         return np.concatenate([values, values]).astype(np.float32)
@@ -102,6 +120,8 @@ def bank_of(scene: Scene, step_s: float) -> Bank:
         bend=both(bend),
         left=gains[0].astype(np.float32),
         right=gains[1].astype(np.float32),
+        left_still=ABSENT if still is None else still[0].astype(np.float32),
+        right_still=ABSENT if still is None else still[1].astype(np.float32),
         orders=modes.orders,
         radial=np.ascontiguousarray(radial, np.float32),
         aimed=np.zeros((POOL, size), np.float32),

@@ -223,7 +223,6 @@ def _in_agreement(tables: dict[str, Any]) -> dict[str, Any]:
         if "kettle" in linear:
             linear = {"air": DRUM_EFFECTS["air"](), **linear}
         tables["drum"] = dataclasses.replace(tables["drum"], effects=linear, excitation="analytic")
-        above = ()
     else:
         meshed = {k: v for k, v in tables["drum"].effects.items() if k in MESH_EFFECTS}
         tables["drum"] = dataclasses.replace(tables["drum"], effects=meshed)
@@ -241,6 +240,11 @@ def _in_agreement(tables: dict[str, Any]) -> dict[str, Any]:
     if "snare" in tables["drum"].effects:
         two_heads = {"cavity": DRUM_EFFECTS["cavity"](), **tables["drum"].effects}
         tables["drum"] = dataclasses.replace(tables["drum"], effects=two_heads)
+    # The pitch may rise by more than it does on the mean.
+    tension = tables["drum"].effects.get("tension")
+    if tension is not None and tension.young_GPa == 0.0:
+        roomy = {**tables["drum"].effects, "tension": dataclasses.replace(tension, most_cents=0.0)}
+        tables["drum"] = dataclasses.replace(tables["drum"], effects=roomy)
     # And a head's own losses take more from what is higher.
     loss, drum = tables["drum"].effects.get("internal_loss"), tables["drum"]
     if loss is not None and not (loss.t60_s < drum.t60_s and loss.at_Hz > drum.f01_Hz):

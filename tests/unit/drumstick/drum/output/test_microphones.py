@@ -128,11 +128,6 @@ def test_what_no_microphone_can_be_is_refused(rows: str, words: str) -> None:
     assert words in str(refused.value)
 
 
-def test_a_bank_of_modes_has_no_microphones() -> None:
-    with pytest.raises(SceneError, match=r"needs \[mesh\]"):
-        parse("[modal]\n[listen]\nmicrophones = [[0, 0, 1, 0]]\n", "a")
-
-
 def test_microphones_survive_the_wire() -> None:
     kept = scene((0.0, 1.0, 2.0, 0.5))
     assert from_tables(as_tables(kept)) == kept

@@ -1,0 +1,98 @@
+"""What microphones in the air hear of each mode. Any thread; allocates.
+
+A mode that turns at w is heard as p = -w^2 q rho/(2 pi) I, with I = int shape exp(-i k (r - r0))/r dA over the head in
+an endless baffle (Rayleigh's integral, as `drumstick.drum.output.microphones` has it for a mesh) and k = w/c0. r0, the
+shortest way there is, is left out: nobody hears it. Each place of the head is heard as its own wave is once the mode
+rings; that the farther ones come later at first, by two radii of sound's way at most, is left out. So microphones cost
+a bank no delay lines, only a second pair of gains: one acts on a mode's place, one on its movement.
+
+About a microphone's own direction the wave is even, so int cos(m phi) .../r d phi is a cosine series, for all orders at
+once; along r it is Gauss and Legendre's sum. Both are done for a row of k, and each mode reads that at its own.
+"""
+
+import math
+from typing import Any, cast
+
+import numpy as np
+import numpy.typing as npt
+
+from drumstick.drum.modal.air_load import SPEED_OF_SOUND_M_PER_S, InAir
+from drumstick.drum.modal.modes import radial_shapes
+from drumstick.parameters.scene import Scene
+
+_K_STEP = 0.2  # of k times the radius, read between by cubics: 6e-4 of a wave two radii late
+_RADII, _ANGLES = 64, 96  # and so many more for each radian, or each order, of the shortest wave
+
+Numbers = npt.NDArray[np.float64]
+Waves = npt.NDArray[np.complex128]
+
+
+def _shortest(microphones: tuple[tuple[float, ...], ...]) -> float:
+    # From any microphone to the head, radii.
+    return min(math.hypot(max(math.hypot(x, y) - 1.0, 0.0), z) for x, y, z, _ in microphones)
+
+
+def _series(
+    at: tuple[float, ...], k: Numbers, radii: Numbers, orders: int, shortest: float
+) -> npt.NDArray[np.complex64]:
+    # int cos(m psi) exp(-i k (r - r0))/r d psi, shape (k, radii, orders).
+    from scipy import fft
+
+    x, y, z, _ = at
+    count = orders + _ANGLES
+    psi = np.arange(count + 1) * (math.pi / count)
+    aside = math.hypot(x, y)
+    way = np.sqrt(radii[:, None] ** 2 + aside**2 - 2.0 * aside * radii[:, None] * np.cos(psi) + z**2)
+    found = np.zeros((len(k), len(radii), orders), np.complex64)
+    transforms: Any = fft
+    for i, each in enumerate(k):
+        waves = np.exp(-1j * each * (way - shortest)) / way
+        real = transforms.dct(waves.real, type=1, axis=1)[:, :orders]
+        turned = transforms.dct(waves.imag, type=1, axis=1)[:, :orders]
+        found[i] = (math.pi / count) * (real + 1j * turned)
+    return found
+
+
+def _read(rows: Waves, at: Numbers) -> Waves:
+    # Rows of one k each, shape (k, P), at each mode's own place between them: Lagrange's cubic.
+    first = np.clip(np.floor(at).astype(np.int64) - 1, 0, len(rows) - 4)
+    t, modes = at - first, np.arange(rows.shape[1])
+    found = np.zeros(rows.shape[1], np.complex128)
+    for i in range(4):
+        weight = np.ones(len(at))
+        for j in range(4):
+            if j != i:
+                weight *= (t - j) / (i - j)
+        found += weight * rows[first + i, modes]
+    return found
+
+
+def heard_by(scene: Scene, head: InAir) -> list[tuple[Waves, Waves]]:
+    """For each of the scene's microphones, -w^2 I of all modes of cos(m phi), and of sin(m phi), shapes (P,); w in
+    units of c0 over the radius."""
+    basis, microphones = head.basis, scene.listen.microphones
+    own_k = 2.0 * math.pi * head.f_Hz * scene.drum.radius_m / SPEED_OF_SOUND_M_PER_S
+    k = np.arange(math.ceil(float(own_k.max()) / _K_STEP) + 3) * _K_STEP
+    legendre: Any = np.polynomial.legendre.leggauss(_RADII + math.ceil(float(basis.zeros[-1])))
+    nodes, weights = cast(tuple[Numbers, Numbers], legendre)
+    radii = 0.5 * (nodes + 1.0)
+    shapes = radial_shapes(basis, radii) * (0.5 * weights * radii)[:, None]
+    found: list[tuple[Waves, Waves]] = []
+    for at in microphones:
+        series = _series(at, k, radii, int(basis.orders.max()) + 1, _shortest(microphones))
+        rows = np.zeros((len(k), len(basis.zeros)), np.complex128)
+        for order in range(series.shape[2]):
+            same = basis.orders == order
+            rows[:, same] = series[:, :, order] @ shapes[:, same]
+        heard = -(own_k**2) * _read(head.mixed(rows), own_k / _K_STEP)
+        angle = head.modes.orders * math.atan2(at[1], at[0])
+        found.append((heard * np.cos(angle), heard * np.sin(angle)))
+    return found
+
+
+def on_place_and_movement(heard: Waves, theta: Numbers) -> tuple[Numbers, Numbers]:
+    """Gains by which a mode's place q and its movement in a step, q - q-, sum to what is heard of it.
+
+    With a turn of theta a step q- = cos(theta) q + sin(theta) p, where p is q a quarter of a turn later.
+    """
+    return heard.real - heard.imag * np.tan(0.5 * theta), heard.imag / np.sin(theta)
