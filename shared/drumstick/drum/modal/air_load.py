@@ -96,13 +96,13 @@ def without_air(modes: Modes, f01_Hz: float) -> InAir:
 
 def speed_of(drum: Drum) -> float:
     """c of the drum's head by itself, radii a second; raises as `in_air`."""
-    load, w = _load_of(drum), 2.0 * math.pi * drum.f01_Hz
+    load, w = load_of(drum), 2.0 * math.pi * drum.f01_Hz
     return w / J01 if load is None else _speed(load, w)
 
 
 def zero_at(f_Hz: float, drum: Drum) -> float:
     """j of a mode that sounds at f_Hz, beyond those that are solved together; raises as `in_air`."""
-    load = _load_of(drum)
+    load = load_of(drum)
     if load is None:
         return f_Hz / drum.f01_Hz * J01
     alone = 2.0 * math.pi * f_Hz / speed_of(drum)
@@ -119,11 +119,12 @@ def in_air(highest: float, drum: Drum) -> InAir:
 
     ValueError where no tension gives it its f01_Hz, or where the head's waves would be as fast as sound.
     """
-    return _in_air(highest, drum.f01_Hz, _load_of(drum))
+    return under_load(highest, drum.f01_Hz, load_of(drum))
 
 
 @functools.lru_cache(maxsize=8)
-def _in_air(highest: float, f01_Hz: float, load: "_Load | None") -> InAir:
+def under_load(highest: float, f01_Hz: float, load: "Load | None") -> InAir:
+    """`in_air`, of what it depends on alone."""
     modes = modes_below(highest)
     if load is None:
         return without_air(modes, f01_Hz)
@@ -141,18 +142,20 @@ def _in_air(highest: float, f01_Hz: float, load: "_Load | None") -> InAir:
     return result._replace(mixes=tuple(mix for mix in mixes if len(mix.targets)))
 
 
-class _Load(NamedTuple):
-    # mu; radius over the speed of sound, s; the kettle's depth in radii.
+class Load(NamedTuple):
+    """mu; radius over the speed of sound, s; the kettle's depth in radii."""
+
     heavy: float
     slow: float
     depth: float | None
 
 
-def _load_of(drum: Drum) -> _Load | None:
+def load_of(drum: Drum) -> Load | None:
+    """What air a drum has on its head."""
     air, kettle = drum.effects.get("air"), drum.effects.get("kettle")
     if air is None or air.density_kg_per_m3 == 0.0:
         return None
-    return _Load(
+    return Load(
         heavy=2.0 * air.density_kg_per_m3 * drum.radius_m / air.head_kg_per_m2,
         slow=drum.radius_m / SPEED_OF_SOUND_M_PER_S,
         depth=None if kettle is None else kettle.depth_m / drum.radius_m,
@@ -169,7 +172,7 @@ class _Found(NamedTuple):
 class _Order:
     """The air of one order's modes, `zeros`, all that are solved together, on a head with waves of speed c."""
 
-    def __init__(self, order: int, load: _Load, c: float) -> None:
+    def __init__(self, order: int, load: Load, c: float) -> None:
         all_of_them = modes_below(_COUPLED)
         self.zeros = all_of_them.zeros[all_of_them.orders == order]
         self._order, self._load = order, load
@@ -278,7 +281,7 @@ def _points(xk: float) -> int:
     return 16 + 2 * math.ceil(xk)
 
 
-def _speed(load: _Load, w: float) -> float:
+def _speed(load: Load, w: float) -> float:
     # c of the head whose mode (0,1) turns at w. The air is known there: c^2 j^2 v = w^2 M v, and (0,1) is the slowest.
     order = _Order(0, load, 0.0)
     stiff, mass = order.at(w)
@@ -294,7 +297,7 @@ def _speed(load: _Load, w: float) -> float:
     return c
 
 
-def _alone(modes: Modes, load: _Load, c: float) -> _Found:
+def _alone(modes: Modes, load: Load, c: float) -> _Found:
     # Each mode by itself.
     zeros = modes.zeros
     turn = c * zeros
@@ -320,7 +323,7 @@ def _alone(modes: Modes, load: _Load, c: float) -> _Found:
     return _Found(turn, 0.5 * sides * load.heavy * turn * loss / mass, mass)
 
 
-def _couple(found: InAir, load: _Load, order: int, w01: float) -> _Mix:
+def _couple(found: InAir, load: Load, order: int, w01: float) -> _Mix:
     # Solves the modes of one order together; writes their w, decay and mass. Each of the vacuum's gets the mode that
     # has most of it, of those that are left; (0,1) the one that turns at w01.
     columns = np.flatnonzero((found.basis.orders == order) & (found.basis.zeros <= _COUPLED))

@@ -67,7 +67,7 @@ def divisor_below(scene: Scene, rate_Hz: int) -> int:
     return max(1, math.floor(turns * rate_Hz / max(scene.modal.top_Hz, highest_Hz)))
 
 
-def _gains(scene: Scene, head: InAir, theta: Numbers) -> tuple[Numbers, Numbers | None]:
+def _gains(scene: Scene, highest: float, head: InAir, theta: Numbers) -> tuple[Numbers, Numbers | None]:
     # Of left and right, shape (2, 2 P), on the modes' movements, and, for microphones, on their places.
     moving, still = np.zeros((2, 2, 2 * len(head.f_Hz)))
     for x, y, pan in () if scene.listen.microphones else scene.listen.pickups:
@@ -75,7 +75,7 @@ def _gains(scene: Scene, head: InAir, theta: Numbers) -> tuple[Numbers, Numbers 
         moving += np.outer(_panned(pan), heard)
     if not scene.listen.microphones:
         return moving, None
-    for (*_, pan), waves in zip(scene.listen.microphones, heard_by(scene, head), strict=True):
+    for (*_, pan), waves in zip(scene.listen.microphones, heard_by(scene, highest), strict=True):
         both = [on_place_and_movement(each, theta) for each in waves]
         still += np.outer(_panned(pan), np.concatenate([place for place, _ in both]))
         moving += np.outer(_panned(pan), np.concatenate([movement for _, movement in both]))
@@ -90,7 +90,8 @@ def _panned(pan: float) -> tuple[float, float]:
 
 def bank_of(scene: Scene, step_s: float) -> Bank:
     """The scene's drum at rest, a step every `step_s`."""
-    head = in_air(highest_zero(scene, 1.0 / step_s), scene.drum)
+    highest = highest_zero(scene, 1.0 / step_s)
+    head = in_air(highest, scene.drum)
     modes, f_Hz = head.modes, head.f_Hz
     if not f_Hz.max() * step_s < _HIGHEST:
         raise ValueError(f"a mode at {f_Hz.max():.0f} Hz is beyond {1.0 / step_s:g} steps a second")
@@ -106,7 +107,7 @@ def bank_of(scene: Scene, step_s: float) -> Bank:
     if scene.mallet is not None:
         shapes *= left_under_tip(head.basis, scene.mallet.tip_radius_m / scene.drum.radius_m)
     radial = drive * head.mixed(shapes)
-    gains, still = _gains(scene, head, theta)
+    gains, still = _gains(scene, highest, head, theta)
 
     def both(values: Numbers) -> npt.NDArray[np.float32]:
         return np.concatenate([values, values]).astype(np.float32)

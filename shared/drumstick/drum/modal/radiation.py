@@ -10,13 +10,14 @@ About a microphone's own direction the wave is even, so int cos(m phi) .../r d p
 once; along r it is Gauss and Legendre's sum. Both are done for a row of k, and each mode reads that at its own.
 """
 
+import functools
 import math
 from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.drum.modal.air_load import SPEED_OF_SOUND_M_PER_S, InAir
+from drumstick.drum.modal.air_load import SPEED_OF_SOUND_M_PER_S, Load, load_of, under_load
 from drumstick.drum.modal.modes import radial_shapes
 from drumstick.parameters.scene import Scene
 
@@ -67,11 +68,26 @@ def _read(rows: Waves, at: Numbers) -> Waves:
     return found
 
 
-def heard_by(scene: Scene, head: InAir) -> list[tuple[Waves, Waves]]:
-    """For each of the scene's microphones, -w^2 I of all modes of cos(m phi), and of sin(m phi), shapes (P,); w in
-    units of c0 over the radius."""
-    basis, microphones = head.basis, scene.listen.microphones
-    own_k = 2.0 * math.pi * head.f_Hz * scene.drum.radius_m / SPEED_OF_SOUND_M_PER_S
+def heard_by(scene: Scene, highest: float) -> tuple[tuple[Waves, Waves], ...]:
+    """-w^2 I of all modes of cos(m phi), and of sin(m phi), for each of the scene's microphones; read only.
+
+    Shapes (P,), w in units of c0 over the radius. The modes are those of `air_load.in_air`.
+    """
+    drum = scene.drum
+    return _heard_by(scene.listen.microphones, drum.radius_m, highest, drum.f01_Hz, load_of(drum))
+
+
+@functools.lru_cache(maxsize=8)  # an engine is built some times over until its level is found
+def _heard_by(
+    microphones: tuple[tuple[float, ...], ...],
+    radius_m: float,
+    highest: float,
+    f01_Hz: float,
+    load: Load | None,
+) -> tuple[tuple[Waves, Waves], ...]:
+    head = under_load(highest, f01_Hz, load)
+    basis = head.basis
+    own_k = 2.0 * math.pi * head.f_Hz * radius_m / SPEED_OF_SOUND_M_PER_S
     k = np.arange(math.ceil(float(own_k.max()) / _K_STEP) + 3) * _K_STEP
     legendre: Any = np.polynomial.legendre.leggauss(_RADII + math.ceil(float(basis.zeros[-1])))
     nodes, weights = cast(tuple[Numbers, Numbers], legendre)
@@ -87,7 +103,9 @@ def heard_by(scene: Scene, head: InAir) -> list[tuple[Waves, Waves]]:
         heard = -(own_k**2) * _read(head.mixed(rows), own_k / _K_STEP)
         angle = head.modes.orders * math.atan2(at[1], at[0])
         found.append((heard * np.cos(angle), heard * np.sin(angle)))
-    return found
+        for values in found[-1]:
+            values.setflags(write=False)
+    return tuple(found)
 
 
 def on_place_and_movement(heard: Waves, theta: Numbers) -> tuple[Numbers, Numbers]:

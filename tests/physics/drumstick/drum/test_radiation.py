@@ -46,7 +46,7 @@ def test_each_mode_is_heard_as_the_sum_over_the_head() -> None:
     scene = _scene(ABOVE, BESIDE)
     head = in_air(60.0, scene.drum)
     shortest_m = scene.drum.radius_m * 0.3
-    for (even, _), where in zip(heard_by(scene, head), (ABOVE, BESIDE), strict=True):
+    for (even, _), where in zip(heard_by(scene, 60.0), (ABOVE, BESIDE), strict=True):
         most = float(np.abs(even).max())
         for at in (0, 1, 3, 7, 20, 60, len(even) - 1):
             f_Hz = float(head.f_Hz[at])
@@ -58,7 +58,7 @@ def test_each_mode_is_heard_as_the_sum_over_the_head() -> None:
 def test_in_air_a_mode_is_heard_by_the_shape_that_it_has_there() -> None:
     scene = _scene(BESIDE, air=True)
     head = in_air(60.0, scene.drum)
-    even, _ = heard_by(scene, head)[0]
+    even, _ = heard_by(scene, 60.0)[0]
     # The lowest mode, as the sum of the vacuum's that it is.
     own = np.flatnonzero(head.basis.orders == 0)
     parts = np.zeros(len(head.basis.zeros))

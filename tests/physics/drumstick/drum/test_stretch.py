@@ -202,7 +202,7 @@ def test_a_rise_of_tension_raises_modes_in_air_as_solving_them_anew_does(kettle:
     drum = dataclasses.replace(Scene("air").drum, radius_m=0.328, f01_Hz=130.0, effects=effects)
     head = air_load.in_air(12.0, drum)
     shares = head.of_tension()
-    load = air_load._load_of(drum)
+    load = air_load.load_of(drum)
     assert load is not None
     for order in range(4):
         at = int(np.flatnonzero(head.modes.orders == order)[0])
