@@ -1,18 +1,18 @@
 """The wish for another scene that a gateway left in the run folder: taken up once, and never a reason to end."""
 
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 
 from realtime.regular_file import read_text
 from rig import scene_file
 from rig.exit_status import CommandError
+from rig.scene_file import Say
 from rig.supervision.scene_files import SceneFiles
 
 _MAX_BYTES = 4096  # a scene's name, or the path of its file
 
 
-def take(run: Path, say: Callable[[str], None]) -> SceneFiles | None:
+def take(run: Path, say: Say) -> SceneFiles | None:
     """Take up the scene that was asked for; None where nobody asked, or for nothing that can be played (said)."""
     from haptic_server import files
 
@@ -27,7 +27,7 @@ def take(run: Path, say: Callable[[str], None]) -> SceneFiles | None:
         return None
     _remove(wanted)
     try:
-        return scene_file.scene_files(name)
+        return scene_file.scene_files(name, say)
     except CommandError as stop:
         say(f"another scene was asked for: {stop}")
         return None

@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
+import logging
+from collections.abc import Callable
 from difflib import get_close_matches
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from haptic_server.files import MAX_SCENE_BYTES
+from realtime.log import say as say_on_stderr
 from realtime.regular_file import read_text
 from rig.exit_status import usage_error
 from rig.supervision.scene_files import SceneFiles
 
 if TYPE_CHECKING:
     from drumstick.parameters.scene import Scene
+
+
+Say = Callable[[str], None]
+
+
+def to_stderr(words: str) -> None:
+    """Print what a scene's reader notes."""
+    say_on_stderr(logging.WARNING, f"drumstick: {words}")
 
 
 class SceneText(NamedTuple):
@@ -74,18 +85,22 @@ def gesture(scene: str, loaded: Scene) -> str | None:
     return text
 
 
-def scene_files(scene: str) -> SceneFiles:
-    """The scene and its gesture, both checked, ready for a run folder. Raises CommandError."""
-    loaded = load(scene)
+def scene_files(scene: str, say: Say) -> SceneFiles:
+    """The scene and its gesture, both checked, ready for a run folder; `say` is for notes. Raises CommandError."""
+    loaded = load(scene, say)
     return SceneFiles(loaded.name, read(scene).text, gesture(scene, loaded))
 
 
-def load(scene: str):
-    """The validated scene. Raises CommandError with every mistake in it."""
+def load(scene: str, say: Say = to_stderr):
+    """The validated scene; `say` gets what should be written otherwise. Raises CommandError with every mistake."""
     from drumstick.parameters.scene import SceneError, parse
 
     found = read(scene)
+    notes: list[str] = []
     try:
-        return parse(found.text, found.source)
+        loaded = parse(found.text, found.source, notes)
     except SceneError as error:
         usage_error(str(error))
+    for note in notes:
+        say(note)
+    return loaded

@@ -7,7 +7,7 @@ from dataclasses import MISSING, fields
 
 from drumstick.parameters.declare import Quantity, quantities
 from drumstick.parameters.drum import Drum, Listen, Mesh, Modal
-from drumstick.parameters.drum_effects import DRUM_EFFECTS
+from drumstick.parameters.drum_effects import DRUM_EFFECTS, FORMER_NAMES
 from drumstick.parameters.mallet import MATERIALS, Mallet
 from drumstick.parameters.rig import Device, Guard, Hand, Servo
 from drumstick.parameters.scene import EFFECTS, Scene, parse, shipped_names, shipped_text
@@ -43,7 +43,7 @@ def _materials() -> list[str]:
 # What the keys of a table do not say by themselves.
 _MORE = {
     "modal": [
-        "Absent unless named, and then no mesh is computed. A bank of modes is in tune by itself and takes the effects `air_loss`,",
+        "Absent unless named, and then no mesh is computed. A bank of modes is in tune by itself and takes the effects `uniform_loss`,",
         "`internal_loss`, `tension` and `rim`, mallets and microphones; patches and second heads need the mesh. Its price goes with the",
         "square of `top_Hz`: `drumstick scene cost` shows it beside the mesh's.",
         "",
@@ -177,8 +177,12 @@ def page() -> str:
     for name, table in OTHERS.items():
         lines += [f"### `[{name}]`", "", *_keys(table), *_MORE.get(name, [])]
         if table is Drum:
+            former = {name: old for old, name in FORMER_NAMES.items()}
             for effect, kind in DRUM_EFFECTS.items():
-                lines += [f"#### `[drum.effects.{effect}]`", "", str(inspect.getdoc(kind)), "", *_keys(kind)]
+                about = str(inspect.getdoc(kind))
+                if effect in former:
+                    about += f" Its former name, `{former[effect]}`, is still read, with a note."
+                lines += [f"#### `[drum.effects.{effect}]`", "", about, "", *_keys(kind)]
     return "\n".join(lines).rstrip() + "\n"
 
 

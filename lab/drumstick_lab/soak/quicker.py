@@ -53,6 +53,8 @@ def quicker(text: str, source: str, speed: float) -> str:
     tables["stick"] = _scaled(whole["stick"], speed)
     if scene.effects:
         tables["effects"] = {name: _scaled(whole["effects"][name], speed) for name in scene.effects}
+    if scene.drum.effects:
+        tables["drum"]["effects"] = whole["drum"]["effects"]  # by the names that they have now
     made = _toml(tables)
     _check(made, source, speed)
     return made

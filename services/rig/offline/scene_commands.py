@@ -2,6 +2,7 @@
 
 import json
 
+from drumstick.parameters.former_names import with_present_names
 from drumstick.parameters.scene import as_tables, shipped_names
 from rig import scene_file
 from rig.supervision.preflight import playable, try_drum, try_stick
@@ -14,9 +15,10 @@ def show_list(as_json: bool) -> None:
 
 
 def show(scene: str, as_json: bool) -> None:
-    """The scene's text, or all its values as JSON."""
+    """The scene's text, with old names renewed, or all its values as JSON."""
     loaded = scene_file.load(scene)
-    print(json.dumps(as_tables(loaded)) if as_json else scene_file.read(scene).text.rstrip())
+    text = with_present_names(scene_file.read(scene).text)
+    print(json.dumps(as_tables(loaded)) if as_json else text.rstrip())
 
 
 def check(scene: str) -> None:

@@ -5,7 +5,6 @@ Everything lies in the run folder, which the caller has claimed: no servo runs.
 
 import hashlib
 import json
-from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 
@@ -13,13 +12,12 @@ from protocol.keys import DEFAULT_RIG, command
 from realtime.regular_file import read_text
 from rig import folder, requested_scene, scene_file
 from rig.exit_status import GIVEN, LACKING, CommandError
+from rig.scene_file import Say
 from rig.supervision.scene_files import SceneFiles
 
 CONFIGURED = "scene.configured"  # hash of the scene that was laid out because the options name it
 _MAX_BYTES = 500_000_000  # a recorded gesture, as JSON beside its scene
 BEFORE = "scene.before"  # the scene to go back to, until the one that somebody asked for has played
-
-Say = Callable[[str], None]
 
 
 def _lying(run: Path) -> SceneFiles | None:
@@ -57,7 +55,7 @@ def install_scene(run: Path, configured: str, say: Say, rig: str = DEFAULT_RIG) 
     from haptic_server import block_header
 
     lying, wanted = _lying(run), requested_scene.take(run, say)
-    first = scene_file.scene_files(configured)
+    first = scene_file.scene_files(configured, say)
     is_new = _read(run / CONFIGURED) != _mark(first)
     if lying is not None and wanted is None and not is_new:
         return

@@ -229,7 +229,7 @@ def up(options: Options, scene: str, duration_s: float | None, as_json: bool) ->
                     ' [drum] excitation = "streamed", or leave it out'
                 )
             held.enter_context(folder.claim(options.folder, options.rig))
-            laid = scene_file.scene_files(scene)
+            laid = scene_file.scene_files(scene, lambda _: None)  # `load` above has said the notes
             (options.folder / files.BLOCK).unlink(missing_ok=True)  # whoever types `up` is here, and means it
             laid.put(options.folder)
             (options.folder / files.LISTENERS_AWAITED).touch()

@@ -15,8 +15,8 @@ from realtime.records import Record, Records
 
 def _losses(drum: Drum, step_s: float) -> Losses:
     t60_s = drum.t60_s
-    if "air_loss" in drum.effects:
-        t60_s = 1.0 / (1.0 / t60_s + 1.0 / drum.effects["air_loss"].t60_s)
+    if "uniform_loss" in drum.effects:
+        t60_s = 1.0 / (1.0 / t60_s + 1.0 / drum.effects["uniform_loss"].t60_s)
     if "internal_loss" not in drum.effects:
         return even_losses(t60_s, step_s)
     high = drum.effects["internal_loss"]

@@ -1,31 +1,58 @@
 """`[drum]` as it may be written, with `[drum.effects.NAME]` below it."""
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from typing import Any, cast
 
 from drumstick.parameters.drum import Drum, Listen, Mesh
-from drumstick.parameters.drum_effects import DRUM_EFFECTS, MESH_EFFECTS, MODAL_EFFECTS
+from drumstick.parameters.drum_effects import DRUM_EFFECTS, FORMER_NAMES, MESH_EFFECTS, MODAL_EFFECTS
 from drumstick.parameters.reading import Reader, shown
 
 
-def named_tables(reader: Reader, path: str, known: dict[str, type], given: object) -> dict[str, Any]:
-    """The tables of effects under `path`, in the order of `known`; every mistake is noted."""
+def named_tables(
+    reader: Reader,
+    path: str,
+    known: dict[str, type],
+    given: object,
+    former: Mapping[str, str] | None = None,
+) -> dict[str, Any]:
+    """The tables of effects under `path`, in the order of `known`; every mistake is noted.
+
+    former: old name -> name in `known`. A table of an old name is read as that of the name, and a note says so.
+    """
     if not isinstance(given, dict):
         reader.refuse(path, f"must hold tables such as [{path}.{next(iter(known))}], not {shown(given)}")
         return {}
     named = cast(dict[str, object], given)
+    written: dict[str, str] = {}  # name -> as the text has it, or a mistake in its table would name no line
     for name in named:
-        if name not in known:
+        now = name if former is None else former.get(name, name)
+        if now not in known:
             reader.refuse(f"{path}.{name}", f"unknown effect; known: {', '.join(known)}")
-    return {name: reader.table(f"{path}.{name}", known[name], named[name]) for name in known if name in named}
+        elif now == name:
+            written[now] = name
+        elif now in named:
+            reader.refuse(
+                f"{path}.{name}", f"is the old name of {now}, which is here too: delete [{path}.{name}]"
+            )
+        else:
+            reader.note(
+                f"{path}.{name}",
+                f"is called {now} now; the old name is still read for a while: rename it there",
+            )
+            written[now] = name
+    return {
+        name: reader.table(f"{path}.{written[name]}", known[name], named[written[name]])
+        for name in known
+        if name in written
+    }
 
 
 def drum_of(reader: Reader, given: object) -> Drum:
     """The table `[drum]`."""
     values = reader.values("drum", Drum, given, also_known=("effects",))
     entries = cast(dict[str, object], given) if isinstance(given, dict) else {}
-    effects = named_tables(reader, "drum.effects", DRUM_EFFECTS, entries.get("effects", {}))
+    effects = named_tables(reader, "drum.effects", DRUM_EFFECTS, entries.get("effects", {}), FORMER_NAMES)
     return Drum(**values, effects=effects)
 
 

@@ -56,15 +56,23 @@ def _meant(key: str, declared: dict[str, Quantity]) -> str:
 
 
 class Reader:
-    """Collects mistakes while it checks; `where` words a place in the text."""
+    """Collects mistakes while it checks, and notes: what is read, and should be written otherwise."""
 
     def __init__(self, source: str, text: str) -> None:
         self.source = source
         self._lines = lines_of(text)
         self.mistakes: list[str] = []
+        self.notes: list[str] = []
 
     def refuse(self, path: str, words: str) -> None:
-        """Note a mistake at `path` (table.key)."""
+        """Add a mistake at `path` (table.key)."""
+        self.mistakes.append(self._at(path, words))
+
+    def note(self, path: str, words: str) -> None:
+        """Add a note at `path`: no mistake."""
+        self.notes.append(self._at(path, words))
+
+    def _at(self, path: str, words: str) -> str:
         line, place = None, path
         while line is None and place:  # of a key in a table that stands in braces: where the table begins
             line, place = self._lines.get(place), place.rpartition(".")[0]
@@ -72,7 +80,7 @@ class Reader:
         named = "".join(
             c if c.isprintable() else repr(c)[1:-1] for c in path[:_SHOWN_PATH]
         )  # keys are anybody's
-        self.mistakes.append(f"{at}: {named}: {words}")
+        return f"{at}: {named}: {words}"
 
     def table(self, path: str, kind: type, given: object) -> Any:
         """The table as its dataclass; defaults where keys are missing or refused."""

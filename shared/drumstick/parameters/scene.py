@@ -136,8 +136,11 @@ def _read(reader: Reader, key: str, given: object) -> Any:
     return read(reader, given) if read is not None else reader.table(key, _TABLES[key], given)
 
 
-def parse(text: str, source: str) -> Scene:
-    """Read a scene's TOML text; `source` names it in messages. Raises SceneError with every mistake found."""
+def parse(text: str, source: str, notes: list[str] | None = None) -> Scene:
+    """Read a scene's TOML text; `source` names it in messages. Raises SceneError with every mistake found.
+
+    `notes` gets what is read all the same, and should be written otherwise: one line each, for whoever gave the text.
+    """
     try:
         given = tables_of(text)
     except ValueError as error:
@@ -163,6 +166,8 @@ def parse(text: str, source: str) -> Scene:
         values["mallet"] = mallet_of(reader, {})
     check_mesh(reader, values.get("mesh", Mesh()), given)
     check_listen(reader, values.get("listen", Listen()))
+    if notes is not None:
+        notes += reader.notes
     if reader.mistakes:
         raise SceneError(reader.mistakes)
     return Scene(**values)

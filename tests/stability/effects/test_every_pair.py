@@ -8,14 +8,14 @@ import pytest
 
 from drumstick.drum.engine import Engine
 from drumstick.drum.membrane.scheme import Scheme
-from drumstick.parameters.drum_effects import AirLoss, Cavity, InternalLoss, Muffle, Rim, Snare, Tension
+from drumstick.parameters.drum_effects import Cavity, InternalLoss, Muffle, Rim, Snare, Tension, UniformLoss
 from membranes import energy
 from stability.catalogue import shows
 from stability.mesh_steps import drum_of, engine_of, height, strike, take
 
 # Strong ones: each takes or lends a large part of the energy within the first hundred steps.
 EFFECTS: dict[str, object] = {
-    "air_loss": AirLoss(0.05),
+    "uniform_loss": UniformLoss(0.05),
     "internal_loss": InternalLoss(0.01, 4000.0),
     "muffle": Muffle(((0.4, 0.1, 0.4), (0.9, 0.0, 0.3)), 0.002),
     "tension": Tension(600.0),
@@ -31,7 +31,7 @@ SCHEMES: dict[str, dict[str, object]] = {
 }
 # As weak as a scene can ask for them.
 WEAKEST: dict[str, object] = {
-    "air_loss": AirLoss(60.0),
+    "uniform_loss": UniformLoss(60.0),
     "internal_loss": InternalLoss(60.0, 20000.0),
     "muffle": Muffle(((0.4, 0.1, 0.4), (0.9, 0.0, 0.3)), 10.0),
     "tension": Tension(0.0),

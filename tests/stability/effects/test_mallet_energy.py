@@ -8,7 +8,7 @@ import pytest
 
 from drumstick.drum.engine import Engine, set_live
 from drumstick.parameters.drum import Modal
-from drumstick.parameters.drum_effects import AirLoss, Cavity, InternalLoss, Muffle, Rim, Snare, Tension
+from drumstick.parameters.drum_effects import Cavity, InternalLoss, Muffle, Rim, Snare, Tension, UniformLoss
 from mallets import joules, swing, with_mallet
 from stability.catalogue import shows
 from stability.mesh_steps import drum_of, engine_of, take
@@ -141,7 +141,7 @@ MODES: dict[str, tuple[float, float, dict[str, object]]] = {
     "with losses": (
         6000.0,
         0.5,
-        {"air_loss": AirLoss(2.0), "internal_loss": InternalLoss(0.1, 1000.0), "rim": Rim()},
+        {"uniform_loss": UniformLoss(2.0), "internal_loss": InternalLoss(0.1, 1000.0), "rim": Rim()},
     ),
     "under tension": (6000.0, math.inf, {"tension": Tension(600.0)}),
 }

@@ -18,12 +18,12 @@ from drumstick.drum.membrane.scheme import Losses
 from drumstick.drum.render import render
 from drumstick.parameters.drum_effects import (
     DRUM_EFFECTS,
-    AirLoss,
     Cavity,
     InternalLoss,
     Muffle,
     Snare,
     Tension,
+    UniformLoss,
 )
 from drumstick.parameters.scene import Scene
 from membranes import energy
@@ -130,7 +130,7 @@ def test_energy_never_grows(name: str) -> None:
 EFFECTS = st.fixed_dictionaries(
     {},
     optional={
-        "air_loss": st.builds(AirLoss, st.floats(0.02, 60.0)),
+        "uniform_loss": st.builds(UniformLoss, st.floats(0.02, 60.0)),
         "internal_loss": st.builds(InternalLoss, st.floats(0.001, 0.4), st.floats(2100.0, 20000.0)),
         "muffle": st.builds(Muffle, st.just(((0.4, 0.1, 0.4), (0.9, 0.0, 0.3))), st.floats(0.001, 10.0)),
         "tension": st.builds(Tension, st.floats(0.0, 1200.0)),
@@ -182,14 +182,17 @@ def test_any_effects_together_decay(
 
 @shows("strong internal loss")
 @pytest.mark.parametrize("naive", [False, True])
-@pytest.mark.parametrize("air_t60_s", [0.02, 0.06, 0.3])
+@pytest.mark.parametrize("uniform_t60_s", [0.02, 0.06, 0.3])
 def test_strong_losses_leave_less_room_for_quick_modes(
-    naive: bool, air_t60_s: float, monkeypatch: pytest.MonkeyPatch
+    naive: bool, uniform_t60_s: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """q may go to 2 (1 + rho)/(1 + eta (1 + rho)). The limit that holds for rho = 1 alone lets the quickest grow."""
     if naive:
         monkeypatch.setattr(Losses, "most", property(lambda losses: 4.0 / (1.0 + 2.0 * losses.eta)))
-    effects: dict[str, object] = {"internal_loss": InternalLoss(0.4, 2100.0), "air_loss": AirLoss(air_t60_s)}
+    effects: dict[str, object] = {
+        "internal_loss": InternalLoss(0.4, 2100.0),
+        "uniform_loss": UniformLoss(uniform_t60_s),
+    }
     engine = struck(scene_of(effects, t60_s=1.0, f01_Hz=150.0), [(0.3, -0.2, 1.0)])
     heights: list[float] = []
     for _ in range(2):

@@ -24,7 +24,7 @@ from drumstick_lab.accuracy.drums.heads import DEVICE_RATE_Hz, sounding
 from drumstick_lab.accuracy.timing import ENGINES, SWEEP, Window, apart, in_turn, plain_sweep
 
 ALL, NONE = "all", "none"
-QUICK = ("air_loss", "internal_loss", "tension", "cavity")  # the rest would compile for a minute more
+QUICK = ("uniform_loss", "internal_loss", "tension", "cavity")  # the rest would compile for a minute more
 _HEARD_S = 1.2
 _WINDOW = 2048  # samples, 43 ms
 Sound = npt.NDArray[np.float32]

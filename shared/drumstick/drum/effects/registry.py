@@ -5,6 +5,7 @@ A new effect is one module of this folder and one line here. The module has
 - `TABLE`, the dataclass of `[drum.effects.<name>]`: the scene's keys and the docs follow from it;
 - `ON_MODES = True` if a bank of modes can have it too;
   `ON_MESH = False` if only a bank of modes can;
+- `FORMER_NAME` if scenes called it otherwise once: they are still read, with a note;
 - `part_of(building)`, which lays out what the kernels need as a named tuple: `engine.effects.<name>`, None in a scene
   without it. An effect that is in the coefficients of the head has no part. One with a value that is set while it plays
   (declared with a `wire` name) has a record `wanted` with a field of that name, and moves there in `note`;
@@ -21,7 +22,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from drumstick.drum.effects import (
     air,
-    air_loss,
     cavity,
     internal_loss,
     kettle,
@@ -29,6 +29,7 @@ from drumstick.drum.effects import (
     rim,
     snare,
     tension,
+    uniform_loss,
 )
 from realtime.records import ABSENT
 
@@ -46,7 +47,7 @@ if TYPE_CHECKING:
 _IN_ORDER: tuple[ModuleType, ...] = (
     air,
     kettle,
-    air_loss,
+    uniform_loss,
     internal_loss,
     muffle,
     tension,
@@ -57,6 +58,10 @@ _IN_ORDER: tuple[ModuleType, ...] = (
 EFFECTS: dict[str, ModuleType] = {module.__name__.rpartition(".")[2]: module for module in _IN_ORDER}
 MESH_EFFECTS = tuple(name for name, module in EFFECTS.items() if getattr(module, "ON_MESH", True))
 MODAL_EFFECTS = tuple(name for name, module in EFFECTS.items() if hasattr(module, "ON_MODES"))
+# What scenes called an effect once -> its name.
+FORMER_NAMES: dict[str, str] = {
+    module.FORMER_NAME: name for name, module in EFFECTS.items() if hasattr(module, "FORMER_NAME")
+}
 
 if TYPE_CHECKING:
 

@@ -33,8 +33,8 @@ Numbers = npt.NDArray[np.float64]
 def decay_rates(drum: Drum, f_Hz: Numbers) -> Numbers:
     """sigma of each frequency, 1/s: the drum's own decay, and what its losses add."""
     inverse = np.full(len(f_Hz), 1.0 / drum.t60_s)
-    if "air_loss" in drum.effects:
-        inverse += 1.0 / drum.effects["air_loss"].t60_s
+    if "uniform_loss" in drum.effects:
+        inverse += 1.0 / drum.effects["uniform_loss"].t60_s
     if "internal_loss" in drum.effects:
         high = drum.effects["internal_loss"]
         lowest = float(inverse[0])

@@ -22,7 +22,7 @@ SLACK = 1.15
 @pytest.fixture
 def found(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     """One effect each, and one round."""
-    monkeypatch.setattr(drum_effects, "QUICK", ("air_loss",))
+    monkeypatch.setattr(drum_effects, "QUICK", ("uniform_loss",))
     monkeypatch.setattr(drum_effects, "_HEARD_S", 0.2)
     monkeypatch.setattr(stick_effects, "QUICK", ("pulse",))
     monkeypatch.setattr(stick_effects, "_TICKS", 500)
@@ -36,15 +36,15 @@ def found(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
 @pytest.mark.long
 def test_rows_are_complete_and_json(found: dict[str, Any]) -> None:
     assert json.loads(json.dumps(found, allow_nan=False)) == found
-    assert [row["effect"] for row in found["sample"]] == ["none", "air_loss", "all"]
+    assert [row["effect"] for row in found["sample"]] == ["none", "uniform_loss", "all"]
     for row in found["sample"]:
         assert set(row) == {"effect", "ns_per_sample", "added_ns", "spread_ns", "ratio", "changes_dB"}
         assert row["ns_per_sample"] > 0.0
-    none, air, everything = found["sample"]
+    none, uniform, everything = found["sample"]
     assert none["changes_dB"] is None
     assert none["added_ns"] == 0.0
-    assert -40.0 < air["changes_dB"] < 0.0
-    assert everything["changes_dB"] > air["changes_dB"]
+    assert -40.0 < uniform["changes_dB"] < 0.0
+    assert everything["changes_dB"] > uniform["changes_dB"]
     assert [row["effect"] for row in found["tick"]] == ["none", "pulse", "all"]
     for row in found["tick"]:
         assert set(row) == {

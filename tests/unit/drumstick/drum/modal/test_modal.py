@@ -18,7 +18,7 @@ from drumstick.drum.modal.building import MAX_MODES, bank_of
 from drumstick.drum.modal.modes import modes_below, shapes_at
 from drumstick.drum.render import render
 from drumstick.parameters.drum import Drum, Listen, Modal
-from drumstick.parameters.drum_effects import AirLoss, Rim
+from drumstick.parameters.drum_effects import Rim, UniformLoss
 from drumstick.parameters.scene import Scene
 from realtime.records import is_there
 
@@ -136,10 +136,10 @@ def test_hard_blows_stay_finite(peak_N: float) -> None:
 
 
 def test_it_fades_by_its_law_for_twenty_seconds() -> None:
-    """The longest that a scene can ask for, the head's and the air's 60 s each: 20 dB in ten seconds."""
+    """The longest that a scene can ask for, the head's own and the uniform loss's 60 s each: 20 dB in ten seconds."""
     plain = scene(t60_s=60.0)
     which = dataclasses.replace(
-        plain, drum=dataclasses.replace(plain.drum, effects={"air_loss": AirLoss(60.0)})
+        plain, drum=dataclasses.replace(plain.drum, effects={"uniform_loss": UniformLoss(60.0)})
     )
     ring = StrikeRing()
     engine = build(which, RATE, ring)
