@@ -59,7 +59,7 @@ class StandIn:
             "sim_mean_call": ctypes.c_double,
         }.items():
             getattr(self.library, name).restype = returns
-        for name in ("due", "called", "style_used", "layout", "sent", "bad_at"):
+        for name in ("called", "witnessed", "style_used", "layout", "sent", "bad_at"):
             getattr(self.library, f"sim_{name}").restype = ctypes.c_long
         assert calls.declare(self.library) == []
         self.hd = Hd(self.library)

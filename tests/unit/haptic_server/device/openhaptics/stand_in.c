@@ -381,6 +381,29 @@ void hdStopScheduler(void) {
 }
 
 /* ---- the test's side ---- */
+static pthread_t witness;
+static volatile int watching;
+static volatile long witnessed;
+
+static void *watch(void *unused) { /* as `serve`, with nothing to call: how many ticks the machine lets a thread make */
+    (void)unused;
+    long period = 1000000000L / (long)rate_Hz, next = now_ns() + period;
+    while (watching) {
+        struct timespec until = {next / 1000000000L, next % 1000000000L};
+        clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, NULL);
+        next += ((now_ns() - next) / period + 1) * period;
+        witnessed++;
+    }
+    return NULL;
+}
+
+void sim_watch(int on) {
+    if (on) witnessed = 0;
+    watching = on;
+    if (!on) pthread_join(witness, NULL);
+    else if (pthread_create(&witness, NULL, watch, NULL) != 0) { watching = 0; violate("no thread to watch"); }
+}
+long sim_witnessed(void) { return witnessed; }
 void sim_configure(const char *name) { snprintf(configured, sizeof configured, "%s", name); }
 void sim_licence(int valid) { licence = valid; }
 void sim_bus(int kind) { bus = kind; } /* 0 card, 1 FireWire, 2 refuses every rate */
@@ -405,7 +428,6 @@ void sim_stall(double seconds) { stall_s = seconds; }
 void sim_warm(double share) { temperature = share; }
 void sim_raise(unsigned code, unsigned where) { raised_where = where; raised = code; }
 void sim_flood(int each_tick) { flood = each_tick; }
-long sim_due(void) { return due; }
 long sim_called(void) { return called; }
 long sim_bad_at(void) { return bad_at; }
 long sim_style_used(void) { return style_used; }
