@@ -19,7 +19,9 @@ from drumstick.stick.strike_curve import level_at
 from realtime.records import Record, is_there
 
 PEAK_OF_FULL_SCALE = 0.5
-_STIFFENINGS, _AS_STIFF = 8, 2e-3
+_STIFFENINGS, _AS_STIFF, _LEAST_SLOPE = 20, 2e-3, 0.1
+_RINGS = 0.1  # of the rise while it is touched
+_LONGEST_TOUCH_S = 0.05  # a soft mallet on a slack head
 _PERIODS = 2.0  # of the lowest mode: the peak has passed by then
 
 
@@ -76,9 +78,17 @@ def _stiffen(engine: Engine, kappa: float) -> None:
         engine.effects.tension.state["kappa"] = kappa
 
 
-def _mean_rise(scene: Scene, rate_Hz: int, kappa: float) -> float:
-    # By how much of itself the tension rises, on the mean over the first period after the contact of a full-scale
-    # stroke.
+def _pushes(engine: Engine) -> bool:
+    # Does a mallet, or a pulse, still push?
+    if is_there(engine.mallets):
+        return bool((engine.mallets.pool["force"] > 0.0).any())
+    control: Control = engine.control[0]
+    return bool(control["active"])
+
+
+def _mean_rises(scene: Scene, rate_Hz: int, kappa: float) -> tuple[float, float]:
+    # By how much of itself the tension rises, on the mean over the first period after a full-scale stroke has left the
+    # head, and while it is touched.
     ring = StrikeRing()
     trial = new_engine(scene, rate_Hz, ring)
     assert trial.effects.tension is not None
@@ -89,13 +99,18 @@ def _mean_rise(scene: Scene, rate_Hz: int, kappa: float) -> float:
     control: Control = trial.control[0]
     block = np.zeros((int(control["divisor"]), 2), np.float32)
     steps_per_s = control["rate_Hz"] / control["divisor"]
-    for _ in range(round(blow.contact_s * steps_per_s)):
+    touched: list[float] = []
+    for step in range(round(_LONGEST_TOUCH_S * steps_per_s)):
         render_all(trial, block, len(block), 0)
-    pulls: list[float] = []
+        touched.append(float(state["pull"]))
+        if step > blow.contact_s * steps_per_s and not _pushes(trial):
+            break
+    ringing: list[float] = []
     for _ in range(round(steps_per_s / scene.drum.f01_Hz)):
         render_all(trial, block, len(block), 0)
-        pulls.append(float(state["pull"]))
-    return float(np.mean(pulls)) / float(state["tau"])
+        ringing.append(float(state["pull"]))
+    tau = float(state["tau"])
+    return float(np.mean(ringing)) / tau, float(np.mean(touched)) / tau
 
 
 def _asks_for_cents(table: TensionTable) -> bool:
@@ -104,15 +119,29 @@ def _asks_for_cents(table: TensionTable) -> bool:
 
 def _kappa(scene: Scene, rate_Hz: int) -> float:
     # With which a stroke of full scale raises the pitch by the scene's cents. On a head that does not stiffen yet the
-    # rise goes with kappa; a tighter one is stretched less.
+    # rise goes with kappa; a tighter one is stretched less: the secant, in logarithms.
     wanted = risen(scene.drum.effects["tension"].glide_cents)
-    kappa = 1e-12
-    for _ in range(_STIFFENINGS):
-        found = wanted / _mean_rise(scene, rate_Hz, kappa)
-        kappa *= found
-        if abs(found - 1.0) < _AS_STIFF:
-            break
-    return kappa
+    # Where nothing rings once a head so high is let go, it is the rise while it is touched.
+    kappa, before = 1e-12, (0.0, 0.0)
+    ringing, touched = _mean_rises(scene, rate_Hz, kappa)
+    rings = ringing > _RINGS * touched
+    for turn in range(_STIFFENINGS):
+        ringing, touched = _mean_rises(scene, rate_Hz, kappa)
+        rise = ringing if rings else touched
+        if not 0.0 < rise < np.inf:
+            raise Unplayable(
+                f"the drum of {scene.name} cannot be computed: a full-scale stroke raises its tension by {rise:g}"
+            )
+        here, short = (math.log(kappa), math.log(rise)), math.log(wanted / rise)
+        if abs(short) < _AS_STIFF:
+            return kappa
+        slope = (here[1] - before[1]) / (here[0] - before[0]) if turn > 1 and here[0] != before[0] else 1.0
+        kappa *= math.exp(short / min(max(slope, _LEAST_SLOPE), 1.0))
+        before = here
+    raise Unplayable(
+        f"the drum of {scene.name} cannot be computed: no stiffness raises the pitch by"
+        f" {scene.drum.effects['tension'].glide_cents:g} cents at full scale; ask for less, or name young_GPa"
+    )
 
 
 def _press_on(engine: Engine, distance: float) -> None:

@@ -73,7 +73,13 @@ class Mesh:
 class Modal:
     """Instead of a mesh: the head's modes themselves, each exact while the tension rests, for pickups that stay."""
 
-    top_Hz: float = number(10000.0, 200.0, 20000.0, "Hz", "Modes up to here are computed")
+    top_Hz: float = number(
+        10000.0,
+        200.0,
+        20000.0,
+        "Hz",
+        "Modes up to here are computed; with the effect tension up to 0.22 of the audio rate at most",
+    )
 
 
 @dataclass(frozen=True)

@@ -118,8 +118,8 @@ def check_drum(reader: Reader, drum: Drum) -> None:
         if tension.most_cents < least:
             reader.refuse(
                 "drum.effects.tension.most_cents",
-                f"{tension.most_cents:g} cents leave no room for glide_cents = {tension.glide_cents:g}, a mean: "
-                f"at least {math.ceil(least)}, or 0",
+                f"{tension.most_cents:g} cents leave no room for glide_cents = {tension.glide_cents:g}, a mean:"
+                f" give at least {math.ceil(least)}, or leave it out",
             )
     loss = drum.effects.get("internal_loss")
     if loss is not None and not (loss.t60_s < drum.t60_s and loss.at_Hz > drum.f01_Hz):

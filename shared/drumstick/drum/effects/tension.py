@@ -8,10 +8,10 @@ stability keeps room for so much, and no more.
 
 In discrete time S stands between two steps, S- = <u, L u-> and S+ = <u+, L u>, and the pull is the discrete gradient
 q = 2 (V(S+) - V(S-))/(S+ - S-) (Gonzalez, "Time integration and discrete Hamiltonian systems", J. Nonlinear Sci. 6,
-1996). S+ - S- = -sum M A u (u+ - u-) holds exactly and u+ is linear in q, so one number is solved for: below q_most in
-closed form. What V gives the head it loses itself, however hard the stroke, and nothing is carried along that could
-drift. A tension that lags by a step instead makes the energy grow a thousandfold. A bank of modes does the same with
-its own S (drumstick.drum.modal.stretch). Kernels: audio thread.
+1996). S+ - S- = -sum M A u (u+ - u-) holds exactly and u+ is linear in q, so one number is solved for, in closed form.
+What V gives the head it loses itself, however hard the stroke, and nothing is carried along that could drift. A tension
+that lags by a step instead makes the energy grow a thousandfold. A bank of modes does the same with its own S
+(drumstick.drum.modal.stretch). Kernels: audio thread.
 """
 
 import math
@@ -87,10 +87,7 @@ class TensionState(Record):
 
 
 STATE = dtype_of(TensionState)
-_NEAR = 1e-4  # stretches so near to each other have the gradient of their middle, to 1e-9
-_ITERATIONS = 60
-_QUICK = 6  # turns of Newton's method, before every other one is a bisection
-_CLOSE = 1e-12
+_NEAR = 1e-9  # of their size
 
 
 class Tension(NamedTuple):
@@ -166,46 +163,51 @@ def _pull(state: TensionState, stretch: float) -> float:
 
 @njit()
 def _gradient(state: TensionState, before: float, held: float, after: float) -> float:
-    # held: 2 V(S-).
+    # held: 2 V(S-). Of stretches so near to each other the pull in their middle will do.
     if abs(after - before) <= _NEAR * (abs(after) + abs(before)):
         return _pull(state, 0.5 * (before + after))
     return (_energy(state, after) - held) / (after - before)
 
 
 @njit()
-def _beyond(state: TensionState, before: float, x: float, y: float, near: float) -> float:
-    # `solved`, where S- or S+ lies beyond what the pull follows. Newton's method, and bisection where it leaves the
-    # bounds: 2 V is convex and y not negative, so there is one solution between them.
-    low, high = before - x - y * state.q_most, before - x + y * state.q_most
-    after, held = before - x - y * near, _energy(state, before)
-    for turn in range(_ITERATIONS):
-        q = _gradient(state, before, held, after)
-        wrong = after - before + x + y * q
-        if wrong > 0.0:
-            high = after
-        else:
-            low = after
-        # Its slope is at least 1.
-        apart = after - before
-        rise = (_pull(state, after) - q) / apart if abs(apart) > _NEAR * (abs(after) + abs(before)) else 0.0
-        following = after - wrong / (1.0 + y * max(rise, 0.0))
-        # A stretch of a thousand times what is followed has a corner at 0 over which Newton's method goes to and fro.
-        if not low < following < high or (turn > _QUICK and turn & 1):
-            following = 0.5 * (low + high)
-        if abs(following - after) <= _CLOSE * (abs(following) + abs(before)):
-            break
-        after = following
+def _beyond(state: TensionState, before: float, x: float, y: float) -> float:
+    # `solved`, where S- or S+ lies beyond what the pull follows. S+ - S- + x + y q grows with S+: its signs at the two
+    # corners of V say between which S+ lies, and there it is the root of a quadratic.
+    corner = state.q_most / state.kappa
+    held = _energy(state, before)
+    up = corner - before + x + y * _gradient(state, before, held, corner)
+    down = -corner - before + x + y * _gradient(state, before, held, -corner)
+    if up >= 0.0 >= down:
+        # S- is beyond, on the side `sign`, and S+ is not.
+        sign = 1.0 if before > 0.0 else -1.0
+        size = abs(before) - corner
+        a = 1.0 + 0.5 * y * state.kappa
+        b = sign * x + y * state.kappa * abs(before)
+        c = 0.5 * y * state.kappa * size * size
+        moved = -sign * (b + math.sqrt(max(b * b - 4.0 * a * c, 0.0))) / (2.0 * a)
+        after = min(max(before + moved, -corner), corner)
+    else:
+        sign = 1.0 if up < 0.0 else -1.0
+        own = sign * before
+        if own >= corner:  # both on the same side
+            return sign * state.q_most
+        b = sign * x + y * state.q_most
+        c = -2.0 * y * state.q_most * own
+        if own > -corner:
+            c = 0.5 * y * state.kappa * (corner - own) * (corner - own)
+        root = math.sqrt(b * b + 4.0 * c)
+        after = before + sign * (2.0 * c / (b + root) if b > 0.0 else 0.5 * (root - b))
     return _gradient(state, before, held, after)
 
 
 @njit()
-def solved(state: TensionState, before: float, x: float, y: float, near: float) -> float:
-    """q, from S- and S+ = S- - x - y q. `near`: where to look first, where there is no closed form."""
+def solved(state: TensionState, before: float, x: float, y: float) -> float:
+    """q, from S- and S+ = S- - x - y q. V is convex and y not negative, so there is one solution."""
     half = 0.5 * state.kappa
     after = (before * (1.0 - half * y) - x) / (1.0 + half * y)
     if state.kappa * max(abs(before), abs(after)) <= state.q_most:
         return half * (before + after)
-    return float(_beyond(state, before, x, y, near))
+    return _beyond(state, before, x, y)
 
 
 @only_with("tension", otherwise=0.0)
@@ -230,5 +232,5 @@ def tightened(engine: "Engine", now: Any, then: Any, push: float) -> float:
         x += 2.0 * p / (state.baked * state.held_back)
     before = -(t + muffle.hidden_stretch(engine, now, own_gain)) / state.baked
     state.before, state.x, state.y = before, x, y
-    state.pull = solved(state, before, x, y, _pull(state, before))
+    state.pull = solved(state, before, x, y)
     return state.pull

@@ -107,7 +107,7 @@ def _answered(engine: "Engine", pull: float) -> float:
             stretched += mallet.stretch * force
     if stretched == 0.0:
         return float(tight.pull)
-    return float(tension.solved(tight, tight.before, tight.x + stretched, tight.y, pull))
+    return float(tension.solved(tight, tight.before, tight.x + stretched, tight.y))
 
 
 @njit()

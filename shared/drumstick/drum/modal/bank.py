@@ -118,6 +118,18 @@ def _move(q: Floats, d: Floats, kept: Floats, bend: Floats) -> None:
         q[i] += moved
 
 
+@njit(fastmath={"contract"})
+def _drawn(d: Floats, tight: Floats, q: Floats, pull: np.float32) -> None:
+    for i in range(d.shape[0]):
+        d[i] -= pull * (tight[i] * q[i])
+
+
+@only_with("tight")
+def _pull(bank: Bank, first: int, last: int, pull: np.float32) -> None:
+    if pull != np.float32(0.0):
+        _drawn(bank.d[first:last], bank.tight[first:last], bank.q[first:last], pull)
+
+
 @njit(fastmath={"contract", "reassoc"})
 def _heard(values: Floats, gains: Floats) -> float:
     total = np.float32(0.0)
@@ -137,8 +149,8 @@ def _heard_right(bank: Bank, first: int, last: int) -> float:
 
 
 @njit()
-def ring(bank: Bank) -> tuple[float, float]:
-    """One step of every mode; returns what pickups hear of their velocities, or microphones of them, left and right.
+def ring(bank: Bank, pull: float) -> tuple[float, float]:
+    """One step of every mode, under a pull of the tension; returns what pickups, or microphones, hear, left and right.
 
     In loops of few arrays each: compilers find vectors only where they can tell that none overlaps another. A part of
     the modes at a time, which the first loop leaves in the nearest cache for the next.
@@ -147,6 +159,7 @@ def ring(bank: Bank) -> tuple[float, float]:
     heard_left = heard_right = 0.0
     for first in range(0, q.shape[0], _PART):
         last = min(first + _PART, q.shape[0])
+        _pull(bank, first, last, np.float32(pull))
         _move(q[first:last], d[first:last], kept[first:last], bend[first:last])
         heard_left += _heard(d[first:last], left[first:last]) + _heard_left(bank, first, last)
         heard_right += _heard(d[first:last], right[first:last]) + _heard_right(bank, first, last)
@@ -156,8 +169,7 @@ def ring(bank: Bank) -> tuple[float, float]:
 @only_with("modal", otherwise=(0.0, 0.0))
 def step(engine: "Engine") -> Any:
     """`ring`, where there is a bank, under what tension it has."""
-    stretch.tighten(engine)
-    heard = ring(engine.modal)
+    heard = ring(engine.modal, stretch.pull(engine))
     stretch.look(engine)
     return heard
 

@@ -24,7 +24,9 @@ MAX_MODES = 20_000  # of 0.3 to 0.5 ns each and a step: two fifths of a core at 
 _RADII_A_RADIAN = 2.0  # of the table of shapes, per radian of the shortest wave
 _HIGHEST = 0.49  # turns a step
 _TURNS = 0.45  # a step, that a scene's highest mode may have
+_TURNS_UNDER_TENSION, _TURNS_OF_LOWEST = 0.22, 1.0 / 12.0
 _LEFT = 0.95  # of what a rising tension may raise, for modes that are above the highest in air
+_LEAST_LEFT = 1e-3
 _NEPERS = 3.0 * math.log(10.0)  # 60 dB
 
 Numbers = npt.NDArray[np.float64]
@@ -44,11 +46,12 @@ def decay_rates(drum: Drum, f_Hz: Numbers) -> Numbers:
 
 
 def _most_turns(scene: Scene) -> float:
-    # A step, of the highest mode. A tension that rises raises K = 2 - 2 cos(theta), and it must stay below 4.
+    # A step, of the highest mode. A tension that rises raises K = 2 - 2 cos(theta), and it must stay below 4; and a
+    # mode stretches the head as its amplitude says, not as its phase, only well below a quarter of a turn.
     if "tension" not in scene.drum.effects:
         return _TURNS
     most = 4.0 * _LEFT / (1.0 + room_of(scene.drum.effects["tension"]))
-    return min(_TURNS, math.acos(max(1.0 - 0.5 * most, -1.0)) / (2.0 * math.pi))
+    return min(_TURNS_UNDER_TENSION, math.acos(max(1.0 - 0.5 * most, -1.0)) / (2.0 * math.pi))
 
 
 def highest_zero(scene: Scene, rate_Hz: float) -> float:
@@ -64,7 +67,10 @@ def divisor_below(scene: Scene, rate_Hz: int) -> int:
     assert scene.modal is not None
     highest_Hz = float(in_air(highest_zero(scene, rate_Hz), scene.drum).f_Hz.max())
     turns = min(PASS_BAND, _most_turns(scene))
-    return max(1, math.floor(turns * rate_Hz / max(scene.modal.top_Hz, highest_Hz)))
+    most = turns * rate_Hz / max(scene.modal.top_Hz, highest_Hz)
+    if "tension" in scene.drum.effects:
+        most = min(most, _TURNS_OF_LOWEST * rate_Hz / scene.drum.f01_Hz)
+    return max(1, math.floor(most))
 
 
 def _gains(scene: Scene, highest: float, head: InAir, theta: Numbers) -> tuple[Numbers, Numbers | None]:
@@ -95,7 +101,8 @@ def bank_of(scene: Scene, step_s: float) -> Bank:
     modes, f_Hz = head.modes, head.f_Hz
     if not f_Hz.max() * step_s < _HIGHEST:
         raise ValueError(f"a mode at {f_Hz.max():.0f} Hz is beyond {1.0 / step_s:g} steps a second")
-    left_a_step = np.exp(-(decay_rates(scene.drum, f_Hz) + head.decays) * step_s)  # R
+    # R; what is gone in a step or two shall not overflow where it is divided by.
+    left_a_step = np.maximum(np.exp(-(decay_rates(scene.drum, f_Hz) + head.decays) * step_s), _LEAST_LEFT)
     theta = 2.0 * math.pi * f_Hz * step_s
     bend = 1.0 - 2.0 * left_a_step * np.cos(theta) + left_a_step**2
     # Over R^2: what drives a step is added to d before the step keeps R^2 of it.

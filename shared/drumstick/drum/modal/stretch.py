@@ -99,23 +99,14 @@ def of_pull(engine: "Engine", moving: Floats) -> float:
 def pull_for(engine: "Engine", newtons_x: float) -> float:
     """g of the coming step, with forces that add so much to its x besides; kept as the last pull."""
     state = engine.effects.tension.state[0]
-    near = min(max(state.kappa * state.before, -state.q_most), state.q_most)
-    state.pull = tension.solved(state, state.before, state.x + newtons_x, state.y, near)
+    state.pull = tension.solved(state, state.before, state.x + newtons_x, state.y)
     return float(state.pull)
 
 
-@njit(fastmath={"contract"})
-def _drawn(d: Floats, tight: Floats, q: Floats, pull: np.float32) -> None:
-    for i in range(d.shape[0]):
-        d[i] -= pull * (tight[i] * q[i])
-
-
-@only_with("tension")
-def tighten(engine: "Engine") -> None:
-    """Pull the modes, after all forces of a step and before it."""
-    pull = pull_for(engine, 0.0)
-    if pull != 0.0:
-        _drawn(engine.modal.d, engine.modal.tight, engine.modal.q, np.float32(pull))
+@only_with("tension", otherwise=0.0)
+def pull(engine: "Engine") -> float:
+    """g of the coming step, after all its forces."""
+    return pull_for(engine, 0.0)
 
 
 @only_with("tension")

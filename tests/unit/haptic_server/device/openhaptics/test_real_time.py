@@ -19,7 +19,9 @@ from hd_stand_in import CENTRE_MM, StandIn, playing
 from realtime.kernels.jit import allocations
 
 pytestmark = [pytest.mark.needs("cc"), pytest.mark.timeout(120)]
-_MADE = 0.6  # of the ticks that a thread makes which has nothing to call; Python, which waits its turn, makes 0.2
+_MADE = (
+    0.6  # of the ticks that a thread makes which has nothing to call; Python, which waits its turn, makes 0.2
+)
 
 
 @contextlib.contextmanager

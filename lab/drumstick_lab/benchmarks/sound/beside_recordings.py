@@ -1,0 +1,227 @@
+"""Drums beside recorded ones: drumstick lab beside-recordings KITS [--scenes tom snare ...] [--held-out].
+
+KITS is the folder of Debian's hydrogen-drumkits (`apt-get download hydrogen-drumkits`, `dpkg-deb -x` it: usr/share/
+hydrogen/data/drumkits). Each scene is struck five times, from its softest stroke to full scale, at 0.3 of the radius,
+and set beside recorded drums of the same kind: levels of five bands to the whole (30 Hz up, 1.5 s), softest and hardest;
+by how much 1-8 kHz rise from the softest to the loudest; flatness between 0.5 and 8 kHz; T60 by octave of the hardest;
+and the mean distance of the band levels over all dynamics, dB. Scenes are made beside the kits of `WORK`; --held-out
+judges by the others, and shall be asked seldom, so that nothing is fitted to them. Kits whose dynamics were made
+equally loud afterwards count as they are: levels are told to the whole stroke's.
+"""
+
+import argparse
+import itertools
+import json
+import math
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from drumstick.drum.calibrate import strike_for_speed
+from drumstick.drum.render import render
+from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick_lab.checkout import RESULTS
+from rig.machine.this_machine import description
+
+RESULT = RESULTS / "beside_recordings.json"
+RATE_HZ = 48_000
+EDGES_HZ = (500.0, 1000.0, 2000.0, 4000.0, 8000.0, 16000.0)
+OCTAVES_HZ = (125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0)
+STROKES, PLACE, SECONDS = 5, 0.3, 2.5
+
+_BLACK_PEARL = ("Softest", "Soft", "Med", "Hard", "Hardest")
+# Kind -> name -> files, softest first.
+WORK: dict[str, dict[str, list[str]]] = {
+    "tom": {
+        f"Forzee {t}": [f"ForzeeStereo/Tom{t}-{i}.wav" for i in range(5)] for t in ("High", "Mid", "Low")
+    },
+    "snare": {
+        "Forzee": [f"ForzeeStereo/Snare-{i}.wav" for i in range(5)],
+        "Forzee, wires off": [f"ForzeeStereo/SnareOff-{i}.wav" for i in range(5)],
+    },
+}
+HELD_OUT: dict[str, dict[str, list[str]]] = {
+    "tom": {
+        **{
+            f"Black Pearl {t}": [f"The Black Pearl 1.0/PearlTom{t}-{level}.wav" for level in _BLACK_PEARL]
+            for t in ("1", "2", "Floor")
+        },
+        "BJA": [f"BJA_Pacific/TM_{i:02d}.aiff" for i in range(1, 9)],
+        "BJA floor": [f"BJA_Pacific/TM2_{i:02d}.aiff" for i in range(1, 9)],
+        "Millo 2": [f"Millo_MultiLayered2/tom_{i:02d}.flac" for i in range(1, 5)],
+        "Millo 2 floor": [f"Millo_MultiLayered2/floortom_{i:02d}.flac" for i in range(1, 5)],
+        **{
+            f"Millo 3 {t}": [f"Millo_MultiLayered3/{t}_{i:02d}.flac" for i in range(1, 4)]
+            for t in ("t1", "t2", "ft")
+        },
+    },
+    "snare": {
+        "Black Pearl": [f"The Black Pearl 1.0/PearlSnare-{level}.wav" for level in _BLACK_PEARL],
+        "BJA": [f"BJA_Pacific/SN_{i:02d}.aiff" for i in range(1, 9)],
+        "Millo 2 jazz": [f"Millo_MultiLayered2/jsnare_{i:02d}.flac" for i in range(1, 6)],
+        "Millo 2 rock": [f"Millo_MultiLayered2/rsnare_{i:02d}.flac" for i in range(1, 6)],
+        "Millo 3": [f"Millo_MultiLayered3/sd_{i:02d}.flac" for i in (1, 2, 3, 4, 5, 6, 8)],
+    },
+}
+KINDS = {"tom": "tom", "roll": "tom", "snare": "snare"}
+
+Numbers = npt.NDArray[np.float64]
+
+
+class Measures(NamedTuple):
+    """Of one drum: bands (strokes, 5), dB to the whole; flatness of each stroke; T60 by octave of the last, s."""
+
+    bands: Numbers
+    flatness: Numbers
+    t60_s: Numbers
+
+
+def _trimmed(sound: Numbers) -> Numbers:
+    # One channel at full level, from just before the blow.
+    mono = sound.mean(axis=1)
+    mono = mono / np.abs(mono).max()
+    return mono[max(int(np.argmax(np.abs(mono) > 0.02)) - 20, 0) :]
+
+
+def _spectrum(sound: Numbers, rate_Hz: float) -> tuple[Numbers, Numbers]:
+    power = np.abs(np.fft.rfft(sound[: round(1.5 * rate_Hz)], 1 << 17)) ** 2
+    f_Hz = np.fft.rfftfreq(1 << 17, 1.0 / rate_Hz)
+    power[f_Hz < 30.0] = 0.0
+    return power, f_Hz
+
+
+def _t60_s(sound: Numbers, rate_Hz: float, middle_Hz: float) -> float:
+    # From 3 to at most 30 dB below the loudest of an octave, 8 dB above what it ends in; NaN where that is too short.
+    from scipy import signal
+
+    filters: Any = signal
+    edges = [middle_Hz / math.sqrt(2.0), min(middle_Hz * math.sqrt(2.0), 0.48 * rate_Hz)]
+    sections = filters.butter(3, edges, "band", fs=rate_Hz, output="sos")
+    around = np.zeros(round(0.25 * rate_Hz))
+    heard = filters.sosfiltfilt(sections, np.concatenate([around, sound, around[: len(around) // 2]]))
+    heard = heard[len(around) : len(around) + len(sound)] ** 2
+    hop = max(round(rate_Hz * max(0.01, 2.0 / middle_Hz)), 1)
+    count = len(heard) // hop
+    level = 10.0 * np.log10(heard[: count * hop].reshape(count, hop).mean(axis=1) + 1e-30)
+    first = int(np.argmax(level))
+    end_dB = 10.0 * math.log10(float(np.mean(10.0 ** (level[int(0.9 * count) :] / 10.0))) + 1e-30)
+    lowest = max(level[first] - 30.0, end_dB + 8.0)
+    last = first
+    while last < count and level[last] > lowest:
+        last += 1
+    begin = first
+    while begin < last and level[begin] > level[first] - 3.0:
+        begin += 1
+    if last - begin < 4:
+        return math.nan
+    slope = np.polyfit(np.arange(begin, last) * hop / rate_Hz, level[begin:last], 1)[0]
+    return -60.0 / float(slope)
+
+
+def measured(strokes: list[tuple[Numbers, float]]) -> Measures:
+    """Measures of a drum, from its strokes (frames, channels) and their rates, the softest first."""
+    bands: list[list[float]] = []
+    flatness: list[float] = []
+    for sound, rate_Hz in strokes:
+        power, f_Hz = _spectrum(_trimmed(sound), rate_Hz)
+        whole = power.sum()
+        edges = itertools.pairwise(EDGES_HZ)
+        shares = [power[(f_Hz >= low) & (f_Hz < high)].sum() / whole for low, high in edges]
+        bands.append([10.0 * math.log10(share + 1e-12) for share in shares])
+        middle = power[(f_Hz > 500.0) & (f_Hz < 8000.0)] + 1e-20
+        flatness.append(float(np.exp(np.log(middle).mean()) / middle.mean()))
+    last, rate_Hz = strokes[-1]
+    decays = [_t60_s(_trimmed(last), rate_Hz, middle_Hz) for middle_Hz in OCTAVES_HZ]
+    return Measures(np.array(bands), np.array(flatness), np.array(decays))
+
+
+def rise(bands: Numbers) -> float:
+    """By how much 1-8 kHz rise from the softest stroke to the brightest one."""
+    bright = 10.0 * np.log10((10.0 ** (bands[:, 1:4] / 10.0)).sum(axis=1))
+    return float(bright.max() - bright[0])
+
+
+def distance(one: Numbers, other: Numbers) -> float:
+    """Mean difference of band levels over five dynamics, read between the strokes that there are."""
+
+    def at_five(bands: Numbers) -> Numbers:
+        places = np.linspace(0.0, len(bands) - 1.0, STROKES)
+        columns = [np.interp(places, np.arange(len(bands)), column) for column in bands.T]
+        return np.array(columns).T
+
+    return float(np.abs(at_five(one) - at_five(other)).mean())
+
+
+def recorded(kits: Path, files: list[str]) -> Measures:
+    """Measures of a recorded drum. FileNotFoundError names what is missing."""
+    import soundfile
+
+    strokes: list[tuple[Numbers, float]] = []
+    for name in files:
+        if not (kits / name).is_file():
+            raise FileNotFoundError(f"{kits / name} is not there: is {kits} the folder of hydrogen-drumkits?")
+        sound, rate_Hz = soundfile.read(kits / name, always_2d=True)
+        strokes.append((sound, float(rate_Hz)))
+    return measured(strokes)
+
+
+def played(scene: Scene) -> Measures:
+    """Measures of a scene's drum, from its softest stroke to full scale."""
+    strike = scene.strike
+    speeds = np.geomspace(0.1 * strike.full_scale_m_per_s, strike.full_scale_m_per_s, STROKES)
+    sounds = [
+        render(scene, [strike_for_speed(scene, float(speed), PLACE, 0.0)], SECONDS, RATE_HZ)
+        for speed in speeds
+    ]
+    return measured([(sound.astype(np.float64), float(RATE_HZ)) for sound in sounds])
+
+
+def _told(measures: Measures) -> dict[str, Any]:
+    return {
+        "softest_dB": [round(float(v), 1) for v in measures.bands[0]],
+        "hardest_dB": [round(float(v), 1) for v in measures.bands[-1]],
+        "rise_dB": round(rise(measures.bands), 1),
+        "flatness": round(float(np.median(measures.flatness)), 3),
+        "t60_s": [None if math.isnan(v) else round(float(v), 2) for v in measures.t60_s],
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("kits", type=Path)
+    parser.add_argument("--scenes", nargs="+", choices=sorted(KINDS), default=sorted(KINDS))
+    parser.add_argument("--held-out", action="store_true")
+    args = parser.parse_args()
+    groups = {"work": WORK, **({"held_out": HELD_OUT} if args.held_out else {})}
+    real = {
+        kind: {
+            group: {name: recorded(args.kits, files) for name, files in named[kind].items()}
+            for group, named in groups.items()
+        }
+        for kind in sorted({KINDS[name] for name in args.scenes})
+    }
+    scenes: dict[str, Any] = {}
+    for name in args.scenes:
+        ours = played(parse(shipped_text(name), f"{name}.toml"))
+        beside = {
+            group: {other: round(distance(ours.bands, its.bands), 1) for other, its in drums.items()}
+            for group, drums in real[KINDS[name]].items()
+        }
+        medians = {
+            f"median_{group}_dB": float(np.median([d for other, d in found.items() if "off" not in other]))
+            for group, found in beside.items()
+        }
+        scenes[name] = {**_told(ours), "distance_dB": beside, **medians}
+        print(name, json.dumps(scenes[name]), flush=True)
+    recordings = {
+        kind: {group: {name: _told(its) for name, its in drums.items()} for group, drums in found.items()}
+        for kind, found in real.items()
+    }
+    result = {"machine": description(), "edges_Hz": EDGES_HZ, "octaves_Hz": OCTAVES_HZ}
+    RESULT.write_text(json.dumps({**result, "scenes": scenes, "recordings": recordings}, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
