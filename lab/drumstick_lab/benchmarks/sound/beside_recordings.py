@@ -65,7 +65,14 @@ HELD_OUT: dict[str, dict[str, list[str]]] = {
         "Millo 3": [f"Millo_MultiLayered3/sd_{i:02d}.flac" for i in (1, 2, 3, 4, 5, 6, 8)],
     },
 }
-KINDS = {"tom": "tom", "roll": "tom", "snare": "snare"}
+# Which kind a scene is of, and which of the recordings it was made beside.
+KINDS = {
+    "high-tom": ("tom", "Forzee High"),
+    "mid-tom": ("tom", "Forzee Mid"),
+    "low-tom": ("tom", "Forzee Low"),
+    "tom": ("tom", ""),
+    "snare": ("snare", "Forzee"),
+}
 
 Numbers = npt.NDArray[np.float64]
 
@@ -200,20 +207,21 @@ def main() -> None:
             group: {name: recorded(args.kits, files) for name, files in named[kind].items()}
             for group, named in groups.items()
         }
-        for kind in sorted({KINDS[name] for name in args.scenes})
+        for kind in sorted({KINDS[name][0] for name in args.scenes})
     }
     scenes: dict[str, Any] = {}
     for name in args.scenes:
         ours = played(parse(shipped_text(name), f"{name}.toml"))
+        kind, counterpart = KINDS[name]
         beside = {
             group: {other: round(distance(ours.bands, its.bands), 1) for other, its in drums.items()}
-            for group, drums in real[KINDS[name]].items()
+            for group, drums in real[kind].items()
         }
         medians = {
             f"median_{group}_dB": float(np.median([d for other, d in found.items() if "off" not in other]))
             for group, found in beside.items()
         }
-        scenes[name] = {**_told(ours), "distance_dB": beside, **medians}
+        scenes[name] = {**_told(ours), "made_beside": counterpart, "distance_dB": beside, **medians}
         print(name, json.dumps(scenes[name]), flush=True)
     recordings = {
         kind: {group: {name: _told(its) for name, its in drums.items()} for group, drums in found.items()}

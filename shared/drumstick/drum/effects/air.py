@@ -5,16 +5,23 @@ mesh has it yet: short waves move less air, but a junction's mass is the same fo
 """
 
 from dataclasses import dataclass
+from typing import Literal
 
-from drumstick.parameters.declare import number
+from drumstick.parameters.declare import choice, number
 
 
 @dataclass(frozen=True)
 class AirTable:
-    """Air on both sides of the head, which sits in a baffle; for a bank of modes. f01_Hz includes it."""
+    """Air on both sides of the head; for a bank of modes. f01_Hz includes it."""
 
     density_kg_per_m3: float = number(1.2, 0.0, 10.0, "kg/m^3", "Density of the air; 0: none")
     head_kg_per_m2: float = number(0.26, 0.05, 2.0, "kg/m^2", "Mass per area of the head alone")
+    baffle: Literal["endless", "none"] = choice(
+        "endless",
+        ("endless", "none"),
+        "endless: a wall around the head keeps the sound of its two sides apart; none: it flows round the rim, and low "
+        "modes radiate less and ring longer",
+    )
 
 
 TABLE = AirTable

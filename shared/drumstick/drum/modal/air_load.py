@@ -1,4 +1,4 @@
-"""A head in air: pitch, decay and shape of a circular membrane's modes in an infinite baffle. Any thread; allocates.
+"""A head in air: pitch, decay and shape of a circular membrane's modes. Any thread; allocates.
 
 The head's displacement is a sum of its modes in vacuum, u = sum q_n J_m(j_n r), one order m at a time. Each side's air
 loads a wave of wavenumber x/a, with w in rad/s, c0 the speed of sound and xk = w a/c0: for x above xk with the mass
@@ -18,6 +18,10 @@ in M with the other sign, and this takes it out.
 With a kettle, one side is a closed cylinder of depth L with rigid walls: its own modes, J_m(j' r) cos(l pi z/L) with
 J_m'(j') = 0, are masses on springs beside the head's, the higher ones together a mass. So each mode of the two has its
 place among them, and none is taken twice. The walls take a part of what the cylinder's modes hold.
+
+That holds in an endless baffle. Without one the two sides' sound meets round the rim: of what a mode radiates xk^2/(1 +
+xk^2) is left, as of a dipole beside a monopole where waves are long, and all where they are short; its mass is left as
+it is. Where it bends, at xk = 1, is an estimate: the lowest mode of a tom then rings about as long as recorded ones do.
 
 Modes with j_n up to _COUPLED are solved together, order by order. Those above are narrow in x and are solved alone,
 with G = 1/sqrt(j^2 - xk^2), kettle or not: at most four cents off, least for the highest.
@@ -56,8 +60,8 @@ class _Mix(NamedTuple):
 class InAir(NamedTuple):
     """The modes of a head, P of them, and those (B >= P, the same ones first) that their shapes are sums of.
 
-    c: speed of its waves without air, radii a second. f_Hz, decays (1/s, by radiation alone) and masses (over that
-    without air) have shape (P,).
+    c: speed of its waves without air, radii a second. f_Hz, decays (1/s, by radiation alone), masses (over that without
+    air) and radiated (the share of the power in an endless baffle) have shape (P,).
     """
 
     modes: Modes
@@ -66,6 +70,7 @@ class InAir(NamedTuple):
     f_Hz: Numbers
     decays: Numbers
     masses: Numbers
+    radiated: Numbers
     mixes: tuple[_Mix, ...] = ()
 
     def of_tension(self) -> Numbers:
@@ -91,7 +96,7 @@ def without_air(modes: Modes, f01_Hz: float) -> InAir:
     """Modes of a head in vacuum."""
     c = 2.0 * math.pi * f01_Hz / float(modes.zeros[0])
     f_Hz = f01_Hz * modes.zeros / modes.zeros[0]
-    return InAir(modes, modes, c, f_Hz, np.zeros(len(f_Hz)), np.ones(len(f_Hz)))
+    return InAir(modes, modes, c, f_Hz, np.zeros(len(f_Hz)), np.ones(len(f_Hz)), np.ones(len(f_Hz)))
 
 
 def speed_of(drum: Drum) -> float:
@@ -132,22 +137,27 @@ def under_load(highest: float, f01_Hz: float, load: "Load | None") -> InAir:
     w01 = 2.0 * math.pi * f01_Hz
     c = _speed(load, w01)
     found = _alone(modes, load, c)
-    result = InAir(modes, basis, c, found.turn, found.decay, found.mass)
+    result = InAir(modes, basis, c, found.turn, found.decay, found.mass, np.ones(len(modes.zeros)))
     mixes = tuple(
         _couple(result, load, order, w01) for order in np.unique(basis.orders[basis.zeros <= _COUPLED])
     )
     result.f_Hz[:] /= 2.0 * math.pi
-    for values in (result.f_Hz, result.decays, result.masses):
+    if not load.baffled:
+        xk = 2.0 * math.pi * result.f_Hz * load.slow
+        result.radiated[:] = xk**2 / (1.0 + xk**2)
+        result.decays[:] *= result.radiated
+    for values in (result.f_Hz, result.decays, result.masses, result.radiated):
         values.setflags(write=False)
     return result._replace(mixes=tuple(mix for mix in mixes if len(mix.targets)))
 
 
 class Load(NamedTuple):
-    """mu; radius over the speed of sound, s; the kettle's depth in radii."""
+    """mu; radius over the speed of sound, s; the kettle's depth in radii; whether it sits in a baffle."""
 
     heavy: float
     slow: float
     depth: float | None
+    baffled: bool
 
 
 def load_of(drum: Drum) -> Load | None:
@@ -159,6 +169,7 @@ def load_of(drum: Drum) -> Load | None:
         heavy=2.0 * air.density_kg_per_m3 * drum.radius_m / air.head_kg_per_m2,
         slow=drum.radius_m / SPEED_OF_SOUND_M_PER_S,
         depth=None if kettle is None else kettle.depth_m / drum.radius_m,
+        baffled=air.baffle == "endless",
     )
 
 

@@ -71,7 +71,8 @@ def _read(rows: Waves, at: Numbers) -> Waves:
 def heard_by(scene: Scene, highest: float) -> tuple[tuple[Waves, Waves], ...]:
     """-w^2 I of all modes of cos(m phi), and of sin(m phi), for each of the scene's microphones; read only.
 
-    Shapes (P,), w in units of c0 over the radius. The modes are those of `air_load.in_air`.
+    Shapes (P,), w in units of c0 over the radius. The modes are those of `air_load.in_air`; without a baffle each is so
+    much weaker as its power is.
     """
     drum = scene.drum
     return _heard_by(scene.listen.microphones, drum.radius_m, highest, drum.f01_Hz, load_of(drum))
@@ -100,7 +101,7 @@ def _heard_by(
         for order in range(series.shape[2]):
             same = basis.orders == order
             rows[:, same] = series[:, :, order] @ shapes[:, same]
-        heard = -(own_k**2) * _read(head.mixed(rows), own_k / _K_STEP)
+        heard = -(own_k**2) * np.sqrt(head.radiated) * _read(head.mixed(rows), own_k / _K_STEP)
         angle = head.modes.orders * math.atan2(at[1], at[0])
         found.append((heard * np.cos(angle), heard * np.sin(angle)))
         for values in found[-1]:
