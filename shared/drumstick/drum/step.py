@@ -27,29 +27,29 @@ _LOOK_EVERY = 4096  # steps between looks at whether the head has come to rest
 
 
 @folded(EFFECTS, each)
-def note(engine: Engine, then: Floats) -> None:
+def before_sweep(engine: Engine, then: Floats) -> None:
     """Let effects keep what they need of u-, before the sweep overwrites it."""
 
 
 @folded(EFFECTS, added)
-def brake(engine: Engine, then: Floats) -> float:
+def after_sweep(engine: Engine, then: Floats) -> float:
     """Let effects move u+ after the sweep; returns by how much its sum changed."""
     return 0.0
 
 
 @folded(EFFECTS, added)
-def beside(engine: Engine) -> float:
+def added_output(engine: Engine) -> float:
     """One step of what sounds besides the head, and what is heard of it."""
     return 0.0
 
 
-@folded(EFFECTS, each, hook="wake")
-def _wake(engine: Engine) -> None:
+@folded(EFFECTS, each)
+def resume(engine: Engine) -> None:
     """Let effects take up what was set while the head was at rest, before anything lies on it."""
 
 
 @folded(EFFECTS, each)
-def rest(engine: Engine) -> None:
+def reset(engine: Engine) -> None:
     """All effects at rest."""
 
 
@@ -139,15 +139,15 @@ def _largest(engine: Engine) -> float:
 
 
 @only_with("head")
-def _rest(engine: Engine) -> None:
+def _reset_head(engine: Engine) -> None:
     engine.head.planes[:] = np.float32(0.0)
-    microphones.rest(engine)
+    microphones.reset(engine)
 
 
 @njit()
 def wake(engine: Engine) -> None:
     """Compute the head again: something is about to push it."""
-    _wake(engine)
+    resume(engine)
     engine.control[0].asleep = 0
 
 
@@ -159,9 +159,9 @@ def _fall_asleep(engine: Engine) -> None:
     top = _largest(engine) + bank.largest(engine)
     control.loudest = max(control.loudest, top)
     if top <= _REST * control.loudest:
-        _rest(engine)
-        bank.rest(engine)
-        rest(engine)
+        _reset_head(engine)
+        bank.reset(engine)
+        reset(engine)
         control.loudest = 0.0
         control.asleep = 1
 
@@ -172,7 +172,7 @@ def _meshed(engine: Engine) -> Any:
     control = engine.control[0]
     planes = engine.head.planes
     now, then = planes[control.plane], planes[1 - control.plane]
-    note(engine, then)
+    before_sweep(engine, then)
     on_mesh.come(engine, now, then)
     if _is_fourth(engine):
         _swept_fourth(engine, now, then)
@@ -180,7 +180,7 @@ def _meshed(engine: Engine) -> Any:
     else:
         total = _swept(engine, now, then)
     total += _struck(engine, then)
-    total += brake(engine, then)
+    total += after_sweep(engine, then)
     total += on_mesh.strike(engine, then)
     cavity.step(engine, control.plane, total)
     left, right = cavity.picked_up(engine, control.plane)
@@ -203,7 +203,7 @@ def step(engine: Engine) -> tuple[float, float]:
     on_modes.strike(engine)
     left, right = _meshed(engine)
     also_left, also_right = bank.step(engine)
-    hoop = beside(engine)
+    hoop = added_output(engine)
     control.steps += 1
     if active == 0 and control.steps % _LOOK_EVERY == 0:
         _fall_asleep(engine)

@@ -133,7 +133,7 @@ def picked_up(engine: "Engine", plane: int) -> tuple[float, float]:
 
 
 @only_with("cavity")
-def rest(engine: "Engine") -> None:
+def reset(engine: "Engine") -> None:
     """All at rest."""
     engine.effects.cavity.head.planes[:] = np.float32(0.0)
     engine.effects.cavity.state[0].sum_1 = 0.0

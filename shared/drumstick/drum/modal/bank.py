@@ -161,8 +161,8 @@ def largest(engine: "Engine") -> float:
 
 
 @only_with("modal")
-def rest(engine: "Engine") -> None:
+def reset(engine: "Engine") -> None:
     """All at rest."""
     engine.modal.q[:] = np.float32(0.0)
     engine.modal.d[:] = np.float32(0.0)
-    stretch.rest(engine)
+    stretch.reset(engine)

@@ -119,7 +119,7 @@ def tighten(engine: "Engine") -> None:
 
 
 @only_with("tension")
-def rest(engine: "Engine") -> None:
+def reset(engine: "Engine") -> None:
     """All at rest."""
     state = engine.effects.tension.state[0]
     state.before = state.x = state.y = state.pull = 0.0
