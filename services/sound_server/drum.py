@@ -1,4 +1,4 @@
-"""One rig's drum: which scene it plays, by which clock its strikes come, where it stands on the stage.
+"""One rig's drum: which scene it plays, by which clock its strikes come, in which slot of the mixer it sounds.
 
 Each drum has a thread of its own, so that a rig that does not answer holds up no other; strikes and states come on the
 link's threads.
@@ -66,7 +66,7 @@ class Drum:
         self._scene: Scene | None = None
         self._unplayable: Scene | None = None
         self._engine: Engine | None = None
-        self._place = 0
+        self._slot = 0
         self._next_clock = 0.0
         self._silent_after: float | None = time.monotonic() + _PATIENCE_S
 
@@ -85,8 +85,8 @@ class Drum:
         """Have the drum fade, and wait until it has, unless `abandoned`. After `run`."""
         if self._engine is None:
             return
-        self._sink.stage.leave(self._place)
-        while not abandoned() and not self._sink.stage.has_left(self._place):
+        self._sink.mixer.leave(self._slot)
+        while not abandoned() and not self._sink.mixer.has_left(self._slot):
             time.sleep(_FADING_S)
 
     def _turn(self) -> None:
@@ -169,16 +169,16 @@ class Drum:
         engine.control["output_gain"] *= self._room.gain
         if is_there(engine.stream):
             self._strikes.note = self._contacts.note  # a contact sounds once: as it comes, or by its strike
-        place = self._sink.stage.enter(engine)
+        slot = self._sink.mixer.enter(engine)
         self._strikes.ring, self._strikes.scene = ring, scene
         if self._scene is not None:
-            self._sink.stage.leave(self._place, self._scene.drum.latency_s + self._room.latency_s)
+            self._sink.mixer.leave(self._slot, self._scene.drum.latency_s + self._room.latency_s)
         self._strikes.latency_s = scene.drum.latency_s + self._room.latency_s
         self._strikes.room_s = self._room.latency_s
         self._contacts.play_on(engine.stream, scene.drum.latency_s, self._room.latency_s)
         if not is_there(engine.stream):
             self._strikes.note = None
-        self._scene, self._engine, self._place = scene, engine, place
+        self._scene, self._engine, self._slot = scene, engine, slot
         self._live_values.play_on(scene, engine)
         summary = "; ".join(filter(None, (words(engine), fit.words)))
         self._display.show(fit.scene, engine, summary)

@@ -10,7 +10,7 @@ from protocol.pattern import checked_pattern, is_pattern
 from realtime.service_options import ServiceOptions
 from sound_server.room import MAX_LATENCY_MS, LEVELS_dB
 
-MAX_RIGS = 8  # half the places on the stage: each drum may be followed by its next
+MAX_RIGS = 8  # half the slots of the mixer: each drum may be followed by its next
 
 
 class SoundOptions(ServiceOptions, frozen=True, kw_only=True):

@@ -1,4 +1,4 @@
-"""One drum's audio, block by block: strikes in, mesh forward, pickups out. Kernels of the stage and offline."""
+"""One drum's audio, block by block: strikes in, mesh forward, pickups out. Kernels of the mixer and offline."""
 
 import math
 

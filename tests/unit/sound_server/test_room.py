@@ -14,8 +14,8 @@ from protocol.messages import Contact, Strike, encode
 from protocol.rate_limited_log import RateLimitedLog
 from realtime.stop import StopRequest
 from sound_server.drum import Drum
+from sound_server.mixer import Mixer, mix
 from sound_server.room import Room
-from sound_server.stage import Mixer, mix
 
 RATE, BLOCK = 48_000, 120  # blocks of 2.5 ms: no instant has to be rounded
 BOOT, NOW, OFFSET = 7, 5_000_000_000, 123_456_789_000
@@ -31,7 +31,7 @@ class _Sink:
 
     def __init__(self) -> None:
         self.rate_Hz = RATE
-        self.stage = Mixer(RATE)
+        self.mixer = Mixer(RATE)
 
 
 class _Link:
@@ -61,13 +61,13 @@ def drum_in(room: Room, scene: Scene) -> tuple[Drum, Mixer]:
     sink: Any = _Sink()
     drum = Drum(link, sink, "id", RateLimitedLog(lambda: 0), StopRequest(), room)
     assert drum._catch_up()
-    return drum, sink.stage
+    return drum, sink.mixer
 
 
-def sound_of(stage: Mixer, frames: int = FRAMES) -> Sound:
+def sound_of(mixer: Mixer, frames: int = FRAMES) -> Sound:
     out = np.zeros((frames, 2), np.float32)
     for first in range(0, frames, BLOCK):
-        mix(stage.boards, out[first : first + BLOCK], RATE, NOW + round(first * 1e9 / RATE))
+        mix(mixer.buffers, out[first : first + BLOCK], RATE, NOW + round(first * 1e9 / RATE))
     return out
 
 
@@ -84,11 +84,11 @@ def strikes() -> list[bytes]:
 
 
 def struck(room: Room, scene: Scene) -> Sound:
-    drum, stage = drum_in(room, scene)
+    drum, mixer = drum_in(room, scene)
     for message in strikes():
         drum._strikes.take(message, NOW)
     assert drum._strikes.played == 3
-    return sound_of(stage)
+    return sound_of(mixer)
 
 
 @pytest.mark.parametrize("ms", [10.0, 25.0, 500.0])
@@ -110,10 +110,10 @@ def test_two_rooms_of_a_scene_without_latency_play_apart_too() -> None:
 
 
 def test_without_a_clock_the_room_still_comes_later() -> None:
-    drum, stage = drum_in(Room(0.1), scene_of(0.0))
+    drum, mixer = drum_in(Room(0.1), scene_of(0.0))
     drum._strikes.clock = None
     drum._strikes.take(strikes()[0], NOW)
-    sound = sound_of(stage)
+    sound = sound_of(mixer)
     first = int(np.flatnonzero(np.abs(sound).max(axis=1) > 1e-4)[0])
     assert 0 <= first - 0.1 * RATE < 0.002 * RATE
 
@@ -121,7 +121,7 @@ def test_without_a_clock_the_room_still_comes_later() -> None:
 def test_a_streamed_force_comes_later_by_the_same() -> None:
     sounds: list[Sound] = []
     for room in (Room(), Room(0.3)):
-        drum, stage = drum_in(room, scene_of(0.05, "streamed"))
+        drum, mixer = drum_in(room, scene_of(0.05, "streamed"))
         assert drum._strikes.note is not None
         force = 3.0 * np.sin(np.pi * (np.arange(8) + 0.5) / 8)
         for seq, at in ((1, 0), (2, 40)):
@@ -130,7 +130,7 @@ def test_a_streamed_force_comes_later_by_the_same() -> None:
                 t_ns=NOW + OFFSET + at * 1_000_000, x=0.3, y=0.1,
             )  # fmt: skip
             drum._contacts.take(encode(piece), NOW)
-        sounds.append(sound_of(stage))
+        sounds.append(sound_of(mixer))
     here, there = sounds
     apart = round(0.3 * RATE)
     assert np.abs(here).max() > 0.01
