@@ -71,7 +71,7 @@ METERS = dtype_of(Meters)
 
 class Engine(NamedTuple):
     """One drum, of a mesh or of a bank of modes. Shapes, with J junctions stored, P pickups and C corners (3 or 4):
-    pulses (32,), contact (1,), forces (32 C,), ears (C P,) and their gains (C P, 2), phases (divisor, TAPS),
+    pulses (32,), contact (1,), forces (32 C,), pickups (C P,) and their gains (C P, 2), phases (divisor, TAPS),
     history (2, 2 TAPS), pending (256,), ring cells (24,) and slots (256,); bend (J,), for fourth order only."""
 
     control: Rows[Control]
@@ -80,8 +80,8 @@ class Engine(NamedTuple):
     pulses: Rows[ContactPulse]
     contact: Rows[ContactDecay]
     forces: Rows[JunctionForce]
-    ears: npt.NDArray[np.int64]
-    ear_gains: npt.NDArray[np.float32]
+    pickups: npt.NDArray[np.int64]
+    pickup_gains: npt.NDArray[np.float32]
     phases: npt.NDArray[np.float32]
     history: npt.NDArray[np.float32]
     pending: Rows[StrikeEvent]

@@ -187,10 +187,10 @@ def _meshed(engine: Engine) -> Any:
     from_air = microphones.captured(engine, now, then)
     left += from_air[0]
     right += from_air[1]
-    for i in range(engine.ears.shape[0]):
-        moved = float(then[engine.ears[i]] - now[engine.ears[i]])
-        left += engine.ear_gains[i, 0] * moved
-        right += engine.ear_gains[i, 1] * moved
+    for i in range(engine.pickups.shape[0]):
+        moved = float(then[engine.pickups[i]] - now[engine.pickups[i]])
+        left += engine.pickup_gains[i, 0] * moved
+        right += engine.pickup_gains[i, 1] * moved
     control.plane = 1 - control.plane
     return left, right
 
