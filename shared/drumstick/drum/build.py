@@ -84,7 +84,7 @@ def _of_mesh(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
         pickups=pickups,
         pickup_gains=pickup_gains,
         microphones=microphones_of(scene, lattice, step_s) if scene.listen.microphones else ABSENT,
-        bend=aligned((size,)) if numbers.scheme.order_4 else ABSENT,
+        laplacian=aligned((size,)) if numbers.scheme.order_4 else ABSENT,
         effects=effects_of(Building(scene, step_s, _unit_m(scene), lattice, numbers)),
         stream=stream_of(scene, step_s) if scene.drum.excitation == "streamed" else ABSENT,
         mallets=mallets_on_mesh(scene, step_s, float(head.grid["spacing"][0])),

@@ -75,16 +75,16 @@ def _push(engine: Engine) -> float:
     return float(cavity.push(engine))
 
 
-@only_with("bend", otherwise=False)
+@only_with("laplacian", otherwise=False)
 def _is_fourth(engine: Engine) -> bool:
     return True
 
 
-@only_with("bend")
+@only_with("laplacian")
 def _swept_fourth(engine: Engine, now: Floats, then: Floats) -> None:
-    control, bend = engine.control[0], engine.bend
+    control, laplacian = engine.control[0], engine.laplacian
     less, none = np.float32(-1.0), np.float32(0.0)
-    sweep(engine.head, now, bend, bare(less, none))
+    sweep(engine.head, now, laplacian, bare(less, none))
     terms = Terms(
         now_gain=control.order_2,
         then_gain=control.then_gain,
@@ -97,7 +97,7 @@ def _swept_fourth(engine: Engine, now: Floats, then: Floats) -> None:
         plane_gain=control.now_gain,
         total=None,
     )
-    sweep(engine.head, bend, then, terms)
+    sweep(engine.head, laplacian, then, terms)
 
 
 @njit()

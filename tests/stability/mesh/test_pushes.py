@@ -96,7 +96,7 @@ def _late_tension_in_noise(depth: float, steps: int) -> float:
         for _ in range(steps):
             stretch = mesh.stretch(u, before)
             q = 2.0 * depth * tau * stretch / (abs(stretch) + half)
-            u, before = 0.999 * (2.0 * u - before + (tau + q) * (mesh.bend @ u)), 0.999 * u
+            u, before = 0.999 * (2.0 * u - before + (tau + q) * (mesh.laplacian @ u)), 0.999 * u
             u[noise.integers(len(u))] += noise.uniform(-1.0, 1.0)
             if not abs(stretch) < 1e60:
                 return math.inf

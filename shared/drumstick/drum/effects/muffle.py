@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from drumstick.drum.effects import internal_loss
 from drumstick.drum.membrane.scheme import even_losses
-from drumstick.drum.membrane.sweep import bend_at
+from drumstick.drum.membrane.sweep import laplacian_at
 from drumstick.parameters.declare import number, numbers
 from realtime.kernels.jit import njit, only_with
 from realtime.records import Record, Records, Rows, dtype_of
@@ -188,5 +188,7 @@ def hidden_stretch(engine: "Engine", now: Floats, own_gain: float) -> float:
     """
     muffle, hidden = engine.effects.muffle, 0.0
     for i in range(muffle.places.shape[0]):
-        hidden += muffle.masses[i] * bend_at(engine.head, now, muffle.places[i], own_gain) * muffle.before[i]
+        hidden += (
+            muffle.masses[i] * laplacian_at(engine.head, now, muffle.places[i], own_gain) * muffle.before[i]
+        )
     return muffle.state[0].g * hidden

@@ -136,7 +136,7 @@ def stretched(
 
 
 @njit()
-def bend_at(head: Head, now: Floats, at: int, now_gain: float) -> float:
+def laplacian_at(head: Head, now: Floats, at: int, now_gain: float) -> float:
     """w ring - now_gain u at one junction, by its flat index."""
     grid = head.grid[0]
     stride = grid.stride

@@ -29,15 +29,16 @@ _PART = 1024  # modes
 
 
 class Bank(NamedTuple):
-    """Shapes, with P radial modes and 2 P oscillators: q, d, kept (R^2), bend (k), left and right (2 P,); orders (P,);
-    radial (K, P): J_m(j r) times what a force of 1 N drives, at the radii r = (row - 1) / (K - 3); aimed (32, 2 P), a
-    row for each pulse of the pool, or mallet; turns (2, orders): cos and sin of m phi; masses (2 P,), for mallets: over
-    what a force of 1 N drives; lengths and tight (2 P,), for tension: see drumstick.drum.modal.stretch."""
+    """Shapes, with P radial modes and 2 P oscillators: q, d, kept (R^2), stiffness (k), left and right (2 P,); orders
+    (P,); radial (K, P): J_m(j r) times what a force of 1 N drives, at the radii r = (row - 1) / (K - 3); aimed (32,
+    2 P), a row for each pulse of the pool, or mallet; turns (2, orders): cos and sin of m phi; masses (2 P,), for
+    mallets: over what a force of 1 N drives; lengths and tight (2 P,), for tension: see drumstick.drum.modal.stretch.
+    """
 
     q: Floats
     d: Floats
     kept: Floats
-    bend: Floats
+    stiffness: Floats
     left: Floats
     right: Floats
     orders: npt.NDArray[np.int64]
@@ -105,9 +106,9 @@ def push(engine: "Engine", row: int, force: float) -> None:
 
 
 @njit(fastmath={"contract"})
-def _move(q: Floats, d: Floats, kept: Floats, bend: Floats) -> None:
+def _move(q: Floats, d: Floats, kept: Floats, stiffness: Floats) -> None:
     for i in range(q.shape[0]):
-        moved = kept[i] * d[i] - bend[i] * q[i]
+        moved = kept[i] * d[i] - stiffness[i] * q[i]
         d[i] = moved
         q[i] += moved
 
@@ -127,11 +128,11 @@ def ring(bank: Bank) -> tuple[float, float]:
     In loops of few arrays each: compilers find vectors only where they can tell that none overlaps another. A part of
     the modes at a time, which the first loop leaves in the nearest cache for the next.
     """
-    q, d, kept, bend, left, right = bank.q, bank.d, bank.kept, bank.bend, bank.left, bank.right
+    q, d, kept, stiffness, left, right = bank.q, bank.d, bank.kept, bank.stiffness, bank.left, bank.right
     heard_left = heard_right = 0.0
     for first in range(0, q.shape[0], _PART):
         last = min(first + _PART, q.shape[0])
-        _move(q[first:last], d[first:last], kept[first:last], bend[first:last])
+        _move(q[first:last], d[first:last], kept[first:last], stiffness[first:last])
         heard_left += _heard(d[first:last], left[first:last])
         heard_right += _heard(d[first:last], right[first:last])
     return heard_left, heard_right
