@@ -21,18 +21,18 @@ from protocol.rate_limited_log import RateLimitedLog
 from realtime.records import is_there
 from realtime.stop import StopRequest
 from sound_server.display import DrumDisplay
+from sound_server.output_trim import OutputTrim
 from sound_server.receiving.contacts import ContactScheduler
 from sound_server.receiving.link import Link
 from sound_server.receiving.live_values import LiveValues
 from sound_server.receiving.strikes import StrikeScheduler
-from sound_server.room import Room
 from sound_server.sinks.sink import Sink
 
 _PATIENCE_S = 2.0
 _RETRY_S = 0.25
 _TURN_S = 0.1
 _FADING_S = 0.02
-_HERE = Room()
+_NO_TRIM = OutputTrim()
 
 
 class Drum:
@@ -45,10 +45,10 @@ class Drum:
         ident: str,
         limited_log: RateLimitedLog,
         stop: StopRequest,
-        room: Room = _HERE,
+        trim: OutputTrim = _NO_TRIM,
     ) -> None:
         self._stop = stop
-        self._room = room
+        self._trim = trim
         self._link = link
         self._sink = sink
         self._id = ident
@@ -165,17 +165,17 @@ class Drum:
         # to wait for have sounded: none is lost, and nothing clicks.
         ring = StrikeRing()
         fit = fitted(scene, self._sink.rate_Hz)
-        engine = build(self._room.later(fit.scene), self._sink.rate_Hz, ring)
-        engine.control["output_gain"] *= self._room.gain
+        engine = build(self._trim.later(fit.scene), self._sink.rate_Hz, ring)
+        engine.control["output_gain"] *= self._trim.gain
         if is_there(engine.stream):
             self._strikes.note = self._contacts.note  # a contact sounds once: as it comes, or by its strike
         slot = self._sink.mixer.enter(engine)
         self._strikes.ring, self._strikes.scene = ring, scene
         if self._scene is not None:
-            self._sink.mixer.leave(self._slot, self._scene.drum.latency_s + self._room.latency_s)
-        self._strikes.latency_s = scene.drum.latency_s + self._room.latency_s
-        self._strikes.room_s = self._room.latency_s
-        self._contacts.play_on(engine.stream, scene.drum.latency_s, self._room.latency_s)
+            self._sink.mixer.leave(self._slot, self._scene.drum.latency_s + self._trim.delay_s)
+        self._strikes.latency_s = scene.drum.latency_s + self._trim.delay_s
+        self._strikes.trim_delay_s = self._trim.delay_s
+        self._contacts.play_on(engine.stream, scene.drum.latency_s, self._trim.delay_s)
         if not is_there(engine.stream):
             self._strikes.note = None
         self._scene, self._engine, self._slot = scene, engine, slot
@@ -212,7 +212,7 @@ class Drum:
         return Meter(
             id=self._id,
             t_ns=self._haptic_ns(time.monotonic_ns()),
-            sink=", ".join(filter(None, (self._sink.words, self._room.words))),
+            sink=", ".join(filter(None, (self._sink.words, self._trim.words))),
             peak_left=float(peaks["peak_left"]),
             peak_right=float(peaks["peak_right"]),
             load=self._sink.load,
