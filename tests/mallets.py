@@ -177,8 +177,8 @@ def of_mallets(engine: Engine) -> float:
 def _of_modes(bank: Bank) -> float:
     # What drumstick.drum.mallets.shares says a bank holds, in its own units.
     assert bank.masses is not None
-    q, d, kept, bend = (values.astype(float) for values in (bank.q, bank.d, bank.kept, bank.bend))
-    square = 2.0 * bend / (1.0 + kept)
+    q, d, kept, stiffness = (values.astype(float) for values in (bank.q, bank.d, bank.kept, bank.stiffness))
+    square = 2.0 * stiffness / (1.0 + kept)
     mass = bank.masses * (1.0 + kept) / (2.0 * kept)
     return float(np.sum(0.5 * mass * (d**2 + square * q * (q - d))))
 

@@ -47,13 +47,13 @@ class Membrane:
         self.mass = np.zeros_like(self.weights)
         self.mass[inside] = 1.0 / (neighbours * self.weights[inside])
 
-    def bend(self, u: npt.NDArray[Any]) -> Plane:
+    def laplacian(self, u: npt.NDArray[Any]) -> Plane:
         """A u."""
         return np.where(self.weights > 0.0, self.weights * ring(self.head, u) - u, 0.0)
 
     def product(self, u: npt.NDArray[Any], v: npt.NDArray[Any]) -> float:
         """<u, L v>, the stretch between two planes."""
-        return -float(np.sum(self.mass * u.astype(np.float64) * self.bend(v)))
+        return -float(np.sum(self.mass * u.astype(np.float64) * self.laplacian(v)))
 
     def energy(
         self, u: npt.NDArray[Any], before: npt.NDArray[Any], tau: float, order_4: float = 0.0
@@ -62,7 +62,7 @@ class Membrane:
         moved = u.astype(np.float64) - before
         found = 0.5 * float(np.sum(self.mass * moved * moved)) + 0.5 * tau * self.product(u, before)
         if order_4:
-            found -= 0.5 * order_4 * float(np.sum(self.mass * self.bend(u) * self.bend(before)))
+            found -= 0.5 * order_4 * float(np.sum(self.mass * self.laplacian(u) * self.laplacian(before)))
         return found
 
     def energy_with_momentum(

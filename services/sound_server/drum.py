@@ -1,4 +1,4 @@
-"""One rig's drum: which scene it plays, by which clock its strikes come, where it stands on the stage.
+"""One rig's drum: which scene it plays, by which clock its strikes come, in which slot of the mixer it sounds.
 
 Each drum has a thread of its own, so that a rig that does not answer holds up no other; strikes and states come on the
 link's threads.
@@ -21,18 +21,18 @@ from protocol.rate_limited_log import RateLimitedLog
 from realtime.records import is_there
 from realtime.stop import StopRequest
 from sound_server.display import DrumDisplay
+from sound_server.output_trim import OutputTrim
 from sound_server.receiving.contacts import ContactScheduler
 from sound_server.receiving.link import Link
 from sound_server.receiving.live_values import LiveValues
 from sound_server.receiving.strikes import StrikeScheduler
-from sound_server.room import Room
 from sound_server.sinks.sink import Sink
 
 _PATIENCE_S = 2.0
 _RETRY_S = 0.25
 _TURN_S = 0.1
 _FADING_S = 0.02
-_HERE = Room()
+_NO_TRIM = OutputTrim()
 
 
 class Drum:
@@ -45,10 +45,10 @@ class Drum:
         ident: str,
         limited_log: RateLimitedLog,
         stop: StopRequest,
-        room: Room = _HERE,
+        trim: OutputTrim = _NO_TRIM,
     ) -> None:
         self._stop = stop
-        self._room = room
+        self._trim = trim
         self._link = link
         self._sink = sink
         self._id = ident
@@ -66,7 +66,7 @@ class Drum:
         self._scene: Scene | None = None
         self._unplayable: Scene | None = None
         self._engine: Engine | None = None
-        self._place = 0
+        self._slot = 0
         self._next_clock = 0.0
         self._silent_after: float | None = time.monotonic() + _PATIENCE_S
 
@@ -85,8 +85,8 @@ class Drum:
         """Have the drum fade, and wait until it has, unless `abandoned`. After `run`."""
         if self._engine is None:
             return
-        self._sink.stage.leave(self._place)
-        while not abandoned() and not self._sink.stage.has_left(self._place):
+        self._sink.mixer.leave(self._slot)
+        while not abandoned() and not self._sink.mixer.has_left(self._slot):
             time.sleep(_FADING_S)
 
     def _turn(self) -> None:
@@ -165,20 +165,20 @@ class Drum:
         # to wait for have sounded: none is lost, and nothing clicks.
         ring = StrikeRing()
         fit = fitted(scene, self._sink.rate_Hz)
-        engine = build(self._room.later(fit.scene), self._sink.rate_Hz, ring)
-        engine.control["output_gain"] *= self._room.gain
+        engine = build(self._trim.later(fit.scene), self._sink.rate_Hz, ring)
+        engine.control["output_gain"] *= self._trim.gain
         if is_there(engine.stream):
             self._strikes.note = self._contacts.note  # a contact sounds once: as it comes, or by its strike
-        place = self._sink.stage.enter(engine)
+        slot = self._sink.mixer.enter(engine)
         self._strikes.ring, self._strikes.scene = ring, scene
         if self._scene is not None:
-            self._sink.stage.leave(self._place, self._scene.drum.latency_s + self._room.latency_s)
-        self._strikes.latency_s = scene.drum.latency_s + self._room.latency_s
-        self._strikes.room_s = self._room.latency_s
-        self._contacts.play_on(engine.stream, scene.drum.latency_s, self._room.latency_s)
+            self._sink.mixer.leave(self._slot, self._scene.drum.latency_s + self._trim.delay_s)
+        self._strikes.latency_s = scene.drum.latency_s + self._trim.delay_s
+        self._strikes.trim_delay_s = self._trim.delay_s
+        self._contacts.play_on(engine.stream, scene.drum.latency_s, self._trim.delay_s)
         if not is_there(engine.stream):
             self._strikes.note = None
-        self._scene, self._engine, self._place = scene, engine, place
+        self._scene, self._engine, self._slot = scene, engine, slot
         self._live_values.play_on(scene, engine)
         summary = "; ".join(filter(None, (words(engine), fit.words)))
         self._display.show(fit.scene, engine, summary)
@@ -212,7 +212,7 @@ class Drum:
         return Meter(
             id=self._id,
             t_ns=self._haptic_ns(time.monotonic_ns()),
-            sink=", ".join(filter(None, (self._sink.words, self._room.words))),
+            sink=", ".join(filter(None, (self._sink.words, self._trim.words))),
             peak_left=float(peaks["peak_left"]),
             peak_right=float(peaks["peak_right"]),
             load=self._sink.load,

@@ -8,9 +8,9 @@ from protocol.access.identity import Identity
 from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER
 from protocol.pattern import checked_pattern, is_pattern
 from realtime.service_options import ServiceOptions
-from sound_server.room import MAX_LATENCY_MS, LEVELS_dB
+from sound_server.output_trim import MAX_DELAY_MS, GAINS_dB
 
-MAX_RIGS = 8  # half the places on the stage: each drum may be followed by its next
+MAX_RIGS = 8  # half the slots of the mixer: each drum may be followed by its next
 
 
 class SoundOptions(ServiceOptions, frozen=True, kw_only=True):
@@ -27,8 +27,8 @@ class SoundOptions(ServiceOptions, frozen=True, kw_only=True):
     rate: Annotated[int, Meta(ge=22050, le=192000)] = 48000
     block: Annotated[int, Meta(ge=16, le=8192)] = 128
     awaited: bool = False
-    room_latency_ms: Annotated[float, Meta(ge=0.0, le=MAX_LATENCY_MS)] = 0.0
-    room_level_dB: Annotated[float, Meta(ge=LEVELS_dB[0], le=LEVELS_dB[1])] = 0.0
+    room_latency_ms: Annotated[float, Meta(ge=0.0, le=MAX_DELAY_MS)] = 0.0
+    room_level_dB: Annotated[float, Meta(ge=GAINS_dB[0], le=GAINS_dB[1])] = 0.0
 
     def __post_init__(self) -> None:
         named = {rig for rig in self.rigs if not is_pattern(checked_pattern(rig))}

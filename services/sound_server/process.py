@@ -12,7 +12,7 @@ from realtime.log import flush_log, open_log
 from realtime.service_options import command, options_of_process
 from realtime.stop import StopRequest
 from sound_server.options import SoundOptions
-from sound_server.room import Room
+from sound_server.output_trim import OutputTrim
 
 
 def main() -> int:
@@ -44,9 +44,9 @@ def main() -> int:
         device_watch = reconnecting.DeviceWatch(wanted.audio, stop)
     try:
         supervisor = Supervisor()
-        room = Room(1e-3 * wanted.room_latency_ms, wanted.room_level_dB)
+        trim = OutputTrim(1e-3 * wanted.room_latency_ms, wanted.room_level_dB)
         Server(
-            wanted.rigs, wanted.connect, sink, stop, wanted.identity, wanted.most_rigs, room, supervisor
+            wanted.rigs, wanted.connect, sink, stop, wanted.identity, wanted.most_rigs, trim, supervisor
         ).run()
     except DeviceLost as lost:
         logging.error("audio device lost: %s", lost)

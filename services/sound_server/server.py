@@ -22,14 +22,14 @@ from realtime.notify import Supervisor
 from realtime.stop import StopRequest
 from sound_server.drum import Drum
 from sound_server.options import MAX_RIGS
+from sound_server.output_trim import OutputTrim
 from sound_server.receiving.discovery import Discovery
 from sound_server.receiving.link import Link
-from sound_server.room import Room
 from sound_server.roster import Roster
 from sound_server.sinks.sink import Sink
 
 _TURN_S = 0.1
-_HERE = Room()
+_NO_TRIM = OutputTrim()
 
 
 class DeviceLost(Exception):
@@ -48,13 +48,13 @@ class Server:
         stop: StopRequest,
         identity: Identity | None = None,
         most: int = MAX_RIGS,
-        room: Room = _HERE,
+        trim: OutputTrim = _NO_TRIM,
         supervisor: Supervisor | None = None,
     ) -> None:
         self._named = [rig for rig in rigs if not is_pattern(rig)]
         self._patterns = [rig for rig in rigs if is_pattern(rig)]
         self._router, self._identity = router, identity
-        self._sink, self._room, self._most = sink, room, most
+        self._sink, self._trim, self._most = sink, trim, most
         self._stop = stop
         self._supervisor = supervisor
         self._turns = 0
@@ -92,7 +92,7 @@ class Server:
         if session is None:
             return
         link = Link(session, Keys(rig), self._log_limited)
-        drum = Drum(link, self._sink, self._id, self._log_limited, stop, self._room)
+        drum = Drum(link, self._sink, self._id, self._log_limited, stop, self._trim)
         try:
             drum.run()
             drum.leave(lambda: self._stop.is_set() or bool(self._sink.lost))

@@ -17,8 +17,8 @@ FORBIDDEN = [
     ("shared/drumstick/parameters/scene.py", "from protocol import keys", "drumstick imports only realtime"),
     ("shared/realtime/ring.py", "import drumstick.stick.contact", "realtime imports nothing of ours"),
     ("shared/protocol/keys.py", "import realtime.ring", "protocol imports only drumstick"),
-    ("services/sound_server/stage.py", "import haptic_server.block", "Services never import one another"),
-    ("shared/drumstick/drum/step.py", "import sound_server.stage", "drumstick imports only realtime"),
+    ("services/sound_server/mixer.py", "import haptic_server.block", "Services never import one another"),
+    ("shared/drumstick/drum/step.py", "import sound_server.mixer", "drumstick imports only realtime"),
     ("services/web_panel/__init__.py", "import rig", "Nothing imports rig"),
     ("services/rig/folder.py", "import drumstick_lab.checkout", "Nothing imports the laboratory"),
     ("services/rig/replaying/cues.py", "import haptic_server.records", "Recording and replaying meet"),
@@ -64,7 +64,7 @@ def test_kernels_of_the_services_do_no_i_o() -> None:
 
 
 @pytest.mark.parametrize(
-    "path", ["haptic_server/servo/force/tick.py", "haptic_server/device/phantom.py", "sound_server/stage.py"]
+    "path", ["haptic_server/servo/force/tick.py", "haptic_server/device/phantom.py", "sound_server/mixer.py"]
 )
 @pytest.mark.parametrize("line", ["import os", "from zenoh import Session", "import os.path as p"])
 @pytest.mark.daily("*tick.py")

@@ -228,7 +228,7 @@ def part_of(building: Any) -> Hum:
 
 
 @only_with("hum", otherwise=0.0)
-def beside(engine: Any) -> float:
+def added_output(engine: Any) -> float:
     """The sine's next value."""
     state = engine.effects.hum.state[0]
     state.phase += state.turn

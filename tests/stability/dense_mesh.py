@@ -13,7 +13,10 @@ Plane = npt.NDArray[np.float64]
 
 
 class DenseMesh:
-    """`bend` is A, with A u = (mean of the neighbours, weighted at the rim) - u; `mass`, `x`, `y` are per junction."""
+    """`laplacian` is A, with A u = (mean of the neighbours, weighted at the rim) - u.
+
+    `mass`, `x` and `y` are per junction.
+    """
 
     def __init__(self, across: float = 12.3, topology: str = "triangular") -> None:
         lattice = lattice_of(2.0 / across, TOPOLOGIES[topology])
@@ -25,12 +28,12 @@ class DenseMesh:
         self.x, self.y = np.array(places).T
         self.weights = lattice.weights.ravel()[self._inside]
         self.mass = self._membrane.mass[self._inside]
-        self.bend: Plane = np.column_stack([self._bent(at) for at in self._inside])
+        self.laplacian: Plane = np.column_stack([self._column(at) for at in self._inside])
 
-    def _bent(self, at: int) -> Plane:
+    def _column(self, at: int) -> Plane:
         unit = np.zeros(self.lattice.weights.size)
         unit[at] = 1.0
-        return self._membrane.bend(unit)[self._inside]
+        return self._membrane.laplacian(unit)[self._inside]
 
     def bump(self) -> Plane:
         """A smooth displacement off the centre, 1 at its top."""
@@ -38,7 +41,7 @@ class DenseMesh:
 
     def stretch(self, u: Plane, v: Plane) -> float:
         """<u, L v>."""
-        return -float(np.sum(self.mass * u * (self.bend @ v)))
+        return -float(np.sum(self.mass * u * (self.laplacian @ v)))
 
     def energy(self, u: Plane, before: Plane, tau: float) -> float:
         """Of a head without losses, as membranes.Membrane has it."""

@@ -1,7 +1,7 @@
 """Scheduling of Contact messages: checked, each tick's sample played once, at its instant, or dropped and counted.
 
 What is heard of a tick is heard `delay_s` after it: the scene's latency, or three pieces and one block of the audio
-device; and the room's. A piece is full after CONTACT_PIECE_S, the parabolas look two ticks ahead, a block is rendered
+device; and the trim's. A piece is full after CONTACT_PIECE_S, the parabolas look two ticks ahead, a block is rendered
 before it sounds; the rest is for the network. A contact whose beginning comes too late for that sounds as soon as it
 can without gaps.
 `ContactScheduler` is fed by the one thread that reads contacts; counters may be read from any.
@@ -42,16 +42,16 @@ class ContactScheduler:
         self._boots: list[int] = []  # oldest first; the last one plays
         self._anchor = (0, 0.0, 0)  # first tick, period and instant, where no clock tells the instant
         self.clock: HapticClock | None = None
-        self.latency_s = self.room_s = 0.0
+        self.latency_s = self.trim_delay_s = 0.0
         self.played = 0
         self.late = 0
         self.duplicates = 0
         self.refused = 0
 
-    def play_on(self, stream: Stream | None, latency_s: float, room_s: float = 0.0) -> None:
-        """Play for this engine's stream from now on, with the latency of its scene and of the room; None: for none. Any
+    def play_on(self, stream: Stream | None, latency_s: float, trim_delay_s: float = 0.0) -> None:
+        """Play for this engine's stream from now on, with its scene's latency and the trim's delay; None: for none. Any
         thread."""
-        self.latency_s, self.room_s = latency_s, room_s
+        self.latency_s, self.trim_delay_s = latency_s, trim_delay_s
         self._feed = None if stream is None else Feed(stream)
 
     @property
@@ -59,7 +59,7 @@ class ContactScheduler:
         """Delay from a tick to its sound."""
         block_s = self._feed.block_s if self._feed is not None else 0.0
         own_s = self.latency_s if self.latency_s > 0.0 else _PIECES * CONTACT_PIECE_S + block_s
-        return own_s + self.room_s
+        return own_s + self.trim_delay_s
 
     @property
     def underflows(self) -> int:

@@ -57,7 +57,8 @@ class StrikeScheduler:
         self.clock: HapticClock | None = None
         self.latency_s = 0.0
         self.scene: Scene | None = None  # whose drum is struck; None: one that asks for no speed
-        self.room_s = 0.0  # how much of the latency is the room's, which also holds for what sounds at once
+        # How much of the latency is the trim's, which also holds for what sounds at once.
+        self.trim_delay_s = 0.0
         self.arrivals = ArrivalStatistics()
         self.played = 0
         self.late = 0
@@ -115,7 +116,7 @@ class StrikeScheduler:
         return max(due_ns, 1)
 
     def _at_once(self, now_ns: int) -> int:
-        return now_ns + round(self.room_s * 1e9) if self.room_s else 0
+        return now_ns + round(self.trim_delay_s * 1e9) if self.trim_delay_s else 0
 
     def _note_arrival(self, strike: Strike, now_ns: int, latency_ns: int) -> int | None:
         # Our time of the contact; None without a clock of its boot.

@@ -1,6 +1,6 @@
 """The audio device's callback, compiled: PortAudio's thread calls it without Python and without the GIL.
 
-It gets the address of a stage's boards and of the counters that it keeps up to date; which drums sound is the stage's.
+It gets the address of a mixer's buffers and of the counters that it keeps up to date; which drums sound is the mixer's.
 """
 
 from typing import Any
@@ -15,9 +15,9 @@ from realtime.kernels.float_mode import flush_denormals, restore
 from realtime.kernels.handover import ForeignHandle, load_from_address
 from realtime.kernels.jit import cfunction, njit
 from realtime.records import Records
+from sound_server.mixer import MixBuffers, Mixer
 from sound_server.sinks.load_meter import timed_block
 from sound_server.sinks.sink import SINK_COUNTERS, SinkCounters
-from sound_server.stage import MixBuffers, Mixer
 
 _array: Any = carray  # numba knows it by value; its own annotations do not fit addresses
 _UNDERFLOW = 0x4  # paOutputUnderflow
@@ -37,23 +37,23 @@ def block_start(counters: Records, now: int, frames: int) -> int:
 
 @njit()
 def fill(
-    boards: MixBuffers,
+    buffers: MixBuffers,
     counters: Records,
     out: npt.NDArray[np.float32],
     flags: int,
     clock: npt.NDArray[np.int64],
 ) -> None:
     """One callback's work. Audio thread; no allocation, no locks."""
-    boards = borrowed_view(boards)
+    buffers = borrowed_view(buffers)
     if flags & _UNDERFLOW:
         counters[0].xruns += 1
     mode = flush_denormals()
-    timed_block(boards, counters, out, block_start(counters, now_ns(clock), out.shape[0]), clock)
+    timed_block(buffers, counters, out, block_start(counters, now_ns(clock), out.shape[0]), clock)
     restore(mode)
 
 
-def _handed(stage: Mixer, counters: Records) -> ForeignHandle:
-    return ForeignHandle((stage.boards, counters, np.zeros(2, np.int64)))
+def _handed(mixer: Mixer, counters: Records) -> ForeignHandle:
+    return ForeignHandle((mixer.buffers, counters, np.zeros(2, np.int64)))
 
 
 _KIND = _handed(Mixer(48000), np.zeros(1, SINK_COUNTERS)).kind
@@ -62,17 +62,17 @@ _KIND = _handed(Mixer(48000), np.zeros(1, SINK_COUNTERS)).kind
 @cfunction("int32(voidptr, voidptr, uint64, voidptr, uint64, voidptr)", cache=False)
 def stream_callback(_input: Any, output: Any, frames: Any, _time: Any, flags: Any, address: Any) -> int:
     """PaStreamCallback; returns paContinue."""
-    boards, counters, clock = load_from_address(address, _KIND)
+    buffers, counters, clock = load_from_address(address, _KIND)
     out: npt.NDArray[np.float32] = _array(output, (int(frames), counters[0].channels), np.float32)
-    fill(boards, counters, out, int(flags), clock)
+    fill(buffers, counters, out, int(flags), clock)
     return 0
 
 
 class CallbackData:
     """Memory that the callback reads. It must live as long as the stream; `counters` is (1,) of SINK_COUNTERS."""
 
-    def __init__(self, stage: Mixer, counters: Records) -> None:
-        self._handed = _handed(stage, counters)
+    def __init__(self, mixer: Mixer, counters: Records) -> None:
+        self._handed = _handed(mixer, counters)
 
     @property
     def address(self) -> int:

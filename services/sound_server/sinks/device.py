@@ -13,10 +13,10 @@ import numpy.typing as npt
 import sounddevice
 
 from realtime.records import Records
+from sound_server.mixer import Mixer
 from sound_server.sinks import callback
 from sound_server.sinks.load_meter import noted
 from sound_server.sinks.sink import SINK_COUNTERS, SinkError
-from sound_server.stage import Mixer
 
 LOWEST_RATE_HZ = 22_050
 
@@ -34,8 +34,8 @@ class DeviceSink:
         channels = min(2, int(facts["max_output_channels"]))
         self._counters: Records = np.zeros(1, SINK_COUNTERS)
         self._counters["rate_Hz"], self._counters["channels"] = self.rate_Hz, channels
-        self.stage = Mixer(self.rate_Hz)
-        self._callback_data = callback.CallbackData(self.stage, self._counters)
+        self.mixer = Mixer(self.rate_Hz)
+        self._callback_data = callback.CallbackData(self.mixer, self._counters)
         self._clock = np.zeros(2, np.int64)
         self._stream = self._open(index, block, channels)
         if api == "ALSA":
@@ -65,7 +65,9 @@ class DeviceSink:
         return base(kind="output", callback=function, wrap_callback=None, userdata=userdata, **wishes)
 
     def _python_callback(self, out: Any, frames: int, _time: Any, flags: Any) -> None:
-        callback.fill(self.stage.boards, self._counters, out, 4 if flags.output_underflow else 0, self._clock)
+        callback.fill(
+            self.mixer.buffers, self._counters, out, 4 if flags.output_underflow else 0, self._clock
+        )
 
     @property
     def load(self) -> float:

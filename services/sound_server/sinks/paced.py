@@ -16,9 +16,9 @@ from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.float_mode import flush_denormals, restore
 from realtime.kernels.jit import njit
 from realtime.records import Records
+from sound_server.mixer import MixBuffers, Mixer
 from sound_server.sinks.load_meter import timed_block
 from sound_server.sinks.sink import SINK_COUNTERS, SinkCounters
-from sound_server.stage import MixBuffers, Mixer
 
 _CHUNK_S = 0.05
 _POLL_S = 0.02
@@ -30,7 +30,7 @@ Recorder = Callable[[npt.NDArray[np.float32]], None]
 
 @njit()
 def play_chunk(
-    boards: MixBuffers,
+    buffers: MixBuffers,
     counters: Records,
     out: npt.NDArray[np.float32],
     block: int,
@@ -38,7 +38,7 @@ def play_chunk(
     clock: npt.NDArray[np.int64],
 ) -> None:
     """Fill `out` block by block, each at its own time after `start_ns`. Sink's thread; blocks as long as it plays."""
-    boards = borrowed_view(boards)
+    buffers = borrowed_view(buffers)
     counts: SinkCounters = counters[0]
     mode = flush_denormals()
     first = 0
@@ -47,7 +47,7 @@ def play_chunk(
         at = start_ns + int(first * 1e9 / counts.rate_Hz)
         while now_ns(clock) < at:
             sleep_until(clock, at)
-        timed_block(boards, counters, out[first:last], at, clock)
+        timed_block(buffers, counters, out[first:last], at, clock)
         first = last
     restore(mode)
 
@@ -74,7 +74,7 @@ class PacedSink:
         self.turns = 0  # grows while the thread runs, before the first drum too
         self._counters: Records = np.zeros(1, SINK_COUNTERS)
         self._counters["rate_Hz"], self._counters["channels"] = rate_Hz, 2
-        self.stage = Mixer(rate_Hz)
+        self.mixer = Mixer(rate_Hz)
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="audio", daemon=True)
         self._thread.start()
@@ -106,9 +106,9 @@ class PacedSink:
         blocks = max(1, round(_CHUNK_S * self.rate_Hz / self._block))
         out = np.zeros((blocks * self._block, 2), np.float32)
         clock = np.zeros(2, np.int64)
-        boards = self.stage.boards
-        play_chunk(boards, self._counters, out[:0], self._block, 0, clock)  # compiles, where it must
-        while self.stage.drums == 0:  # a recording begins with the first drum
+        buffers = self.mixer.buffers
+        play_chunk(buffers, self._counters, out[:0], self._block, 0, clock)  # compiles, where it must
+        while self.mixer.drums == 0:  # a recording begins with the first drum
             self.turns += 1
             if self._stop.wait(_POLL_S):
                 return
@@ -122,7 +122,7 @@ class PacedSink:
             if late_ns > _GIVE_UP_NS:
                 origin_ns, frames = time.monotonic_ns(), 0
                 continue
-            play_chunk(boards, self._counters, out, self._block, start_ns, clock)
+            play_chunk(buffers, self._counters, out, self._block, start_ns, clock)
             frames += len(out)
             if self._record is not None:
                 self._record(out)

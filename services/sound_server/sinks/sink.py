@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from realtime.records import Record, dtype_of
-from sound_server.stage import Mixer
+from sound_server.mixer import Mixer
 
 NOTED = 4096  # blocks
 
@@ -39,9 +39,9 @@ class SinkError(Exception):
 
 
 class Sink(Protocol):
-    """Plays its stage, which is empty at first. All methods belong to the server's main thread."""
+    """Plays its mixer, which is empty at first. All methods belong to the server's main thread."""
 
-    stage: Mixer
+    mixer: Mixer
 
     @property
     def is_recoverable(self) -> bool:

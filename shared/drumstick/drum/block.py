@@ -1,4 +1,4 @@
-"""One drum's audio, block by block: strikes in, mesh forward, pickups out. Kernels of the stage and offline."""
+"""One drum's audio, block by block: strikes in, mesh forward, pickups out. Kernels of the mixer and offline."""
 
 import math
 
@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from drumstick.drum.engine import Control, Engine, Meters
 from drumstick.drum.excitation import force_resampling
-from drumstick.drum.excitation.analytic import POOL, ContactPulse, begin, bend
+from drumstick.drum.excitation.analytic import POOL, ContactPulse, begin, damp
 from drumstick.drum.excitation.strikes import StrikeEvent
 from drumstick.drum.mallets import mallet
 from drumstick.drum.modal import bank
@@ -51,7 +51,7 @@ def _start_due(engine: Engine, block_start_ns: int, frames: int) -> None:
         control.begun = begin(engine.pulses, control.begun, event.x, event.y, age, duration, event.peak_N)
         if event.impulse_N_s > 0.0:
             pulse: ContactPulse = engine.pulses[(control.begun - 1) % POOL]
-            bend(pulse, engine.contact[0], event.impulse_N_s * control.rate_Hz / control.divisor)
+            damp(pulse, engine.contact[0], event.impulse_N_s * control.rate_Hz / control.divisor)
     control.pending = kept
 
 

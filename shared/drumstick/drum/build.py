@@ -11,7 +11,7 @@ from drumstick.drum.excitation.point_force import FORCE
 from drumstick.drum.excitation.strikes import EVENT, StrikeRing
 from drumstick.drum.excitation.timeline import stream_of
 from drumstick.drum.mallets.mallet_memory import mallets_on_mesh, mallets_on_modes
-from drumstick.drum.membrane.heads import aligned, ears_on, head_of
+from drumstick.drum.membrane.heads import aligned, head_of, pickups_on
 from drumstick.drum.membrane.scheme import tuned
 from drumstick.drum.membrane.surface import Places, metres_per_unit_in_air, of_modes, on_mesh
 from drumstick.drum.output.display_data import shown_of
@@ -75,16 +75,16 @@ def _of_mesh(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     lattice = tuned(scene.drum.f01_Hz, step_s, numbers.scheme, numbers.losses)
     head = head_of(lattice, numbers.baked)
     size = lattice.weights.size
-    ears, ear_gains = ears_on(scene, head, 1.0)
+    pickups, pickup_gains = pickups_on(scene, head, 1.0)
     return Engine(
         **_common(scene, step_s, divisor, strikes, on_mesh(head)),
         control=numbers.control(scene, rate_Hz, divisor),
         head=head,
         forces=cast(Records, np.zeros(FORCES, FORCE)),
-        ears=ears,
-        ear_gains=ear_gains,
+        pickups=pickups,
+        pickup_gains=pickup_gains,
         microphones=microphones_of(scene, lattice, step_s) if scene.listen.microphones else ABSENT,
-        bend=aligned((size,)) if numbers.scheme.order_4 else ABSENT,
+        laplacian=aligned((size,)) if numbers.scheme.order_4 else ABSENT,
         effects=effects_of(Building(scene, step_s, _unit_m(scene), lattice, numbers)),
         stream=stream_of(scene, step_s) if scene.drum.excitation == "streamed" else ABSENT,
         mallets=mallets_on_mesh(scene, step_s, float(head.grid["spacing"][0])),
@@ -106,8 +106,8 @@ def _of_modes(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
         control=control,
         head=ABSENT,  # for compiled code: nothing of a mesh
         forces=cast(Records, np.zeros(0, FORCE)),
-        ears=np.zeros(0, np.int64),
-        ear_gains=np.zeros((0, 2), np.float32),
+        pickups=np.zeros(0, np.int64),
+        pickup_gains=np.zeros((0, 2), np.float32),
         modal=bank,
         effects=effects_of(Building(scene, step_s, _unit_m(scene))),
         mallets=mallets_on_modes(scene, step_s, len(bank.q)),

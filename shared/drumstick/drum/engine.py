@@ -71,8 +71,8 @@ METERS = dtype_of(Meters)
 
 class Engine(NamedTuple):
     """One drum, of a mesh or of a bank of modes. Shapes, with J junctions stored, P pickups and C corners (3 or 4):
-    pulses (32,), contact (1,), forces (32 C,), ears (C P,) and their gains (C P, 2), phases (divisor, TAPS),
-    history (2, 2 TAPS), pending (256,), ring cells (24,) and slots (256,); bend (J,), for fourth order only."""
+    pulses (32,), contact (1,), forces (32 C,), pickups (C P,) and their gains (C P, 2), phases (divisor, TAPS),
+    history (2, 2 TAPS), pending (256,), ring cells (24,) and slots (256,); laplacian (J,), for fourth order only."""
 
     control: Rows[Control]
     meters: Rows[Meters]
@@ -80,8 +80,8 @@ class Engine(NamedTuple):
     pulses: Rows[ContactPulse]
     contact: Rows[ContactDecay]
     forces: Rows[JunctionForce]
-    ears: npt.NDArray[np.int64]
-    ear_gains: npt.NDArray[np.float32]
+    pickups: npt.NDArray[np.int64]
+    pickup_gains: npt.NDArray[np.float32]
     phases: npt.NDArray[np.float32]
     history: npt.NDArray[np.float32]
     pending: Rows[StrikeEvent]
@@ -91,7 +91,7 @@ class Engine(NamedTuple):
     effects: Effects
     modal: Bank = ABSENT
     microphones: Microphones = ABSENT
-    bend: npt.NDArray[np.float32] = ABSENT
+    laplacian: npt.NDArray[np.float32] = ABSENT
     stream: Stream = ABSENT
     mallets: Mallets = ABSENT
 

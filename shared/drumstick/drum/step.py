@@ -27,29 +27,29 @@ _LOOK_EVERY = 4096  # steps between looks at whether the head has come to rest
 
 
 @folded(EFFECTS, each)
-def note(engine: Engine, then: Floats) -> None:
+def before_sweep(engine: Engine, then: Floats) -> None:
     """Let effects keep what they need of u-, before the sweep overwrites it."""
 
 
 @folded(EFFECTS, added)
-def brake(engine: Engine, then: Floats) -> float:
+def after_sweep(engine: Engine, then: Floats) -> float:
     """Let effects move u+ after the sweep; returns by how much its sum changed."""
     return 0.0
 
 
 @folded(EFFECTS, added)
-def beside(engine: Engine) -> float:
+def added_output(engine: Engine) -> float:
     """One step of what sounds besides the head, and what is heard of it."""
     return 0.0
 
 
-@folded(EFFECTS, each, hook="wake")
-def _wake(engine: Engine) -> None:
+@folded(EFFECTS, each)
+def resume(engine: Engine) -> None:
     """Let effects take up what was set while the head was at rest, before anything lies on it."""
 
 
 @folded(EFFECTS, each)
-def rest(engine: Engine) -> None:
+def reset(engine: Engine) -> None:
     """All effects at rest."""
 
 
@@ -75,29 +75,29 @@ def _push(engine: Engine) -> float:
     return float(cavity.push(engine))
 
 
-@only_with("bend", otherwise=False)
+@only_with("laplacian", otherwise=False)
 def _is_fourth(engine: Engine) -> bool:
     return True
 
 
-@only_with("bend")
+@only_with("laplacian")
 def _swept_fourth(engine: Engine, now: Floats, then: Floats) -> None:
-    control, bend = engine.control[0], engine.bend
+    control, laplacian = engine.control[0], engine.laplacian
     less, none = np.float32(-1.0), np.float32(0.0)
-    sweep(engine.head, now, bend, bare(less, none))
+    sweep(engine.head, now, laplacian, bare(less, none))
     terms = Terms(
         now_gain=control.order_2,
         then_gain=control.then_gain,
         ring_gain=control.order_4,
         push=None,
         momentum=None,
-        kept=None,
-        brake=None,
+        rho=None,
+        eta=None,
         plane=now,
         plane_gain=control.now_gain,
         total=None,
     )
-    sweep(engine.head, bend, then, terms)
+    sweep(engine.head, laplacian, then, terms)
 
 
 @njit()
@@ -112,8 +112,8 @@ def _swept(engine: Engine, now: Floats, then: Floats) -> float:
         ring_gain=_ring_gain(engine, q),
         push=cavity.push(engine),
         momentum=internal_loss.momentum(engine),
-        kept=internal_loss.rho(engine),
-        brake=internal_loss.eta(engine),
+        rho=internal_loss.rho(engine),
+        eta=internal_loss.eta(engine),
         plane=None,
         plane_gain=None,
         total=_summed(engine),
@@ -139,15 +139,15 @@ def _largest(engine: Engine) -> float:
 
 
 @only_with("head")
-def _rest(engine: Engine) -> None:
+def _reset_head(engine: Engine) -> None:
     engine.head.planes[:] = np.float32(0.0)
-    microphones.rest(engine)
+    microphones.reset(engine)
 
 
 @njit()
 def wake(engine: Engine) -> None:
     """Compute the head again: something is about to push it."""
-    _wake(engine)
+    resume(engine)
     engine.control[0].asleep = 0
 
 
@@ -159,9 +159,9 @@ def _fall_asleep(engine: Engine) -> None:
     top = _largest(engine) + bank.largest(engine)
     control.loudest = max(control.loudest, top)
     if top <= _REST * control.loudest:
-        _rest(engine)
-        bank.rest(engine)
-        rest(engine)
+        _reset_head(engine)
+        bank.reset(engine)
+        reset(engine)
         control.loudest = 0.0
         control.asleep = 1
 
@@ -172,7 +172,7 @@ def _meshed(engine: Engine) -> Any:
     control = engine.control[0]
     planes = engine.head.planes
     now, then = planes[control.plane], planes[1 - control.plane]
-    note(engine, then)
+    before_sweep(engine, then)
     on_mesh.come(engine, now, then)
     if _is_fourth(engine):
         _swept_fourth(engine, now, then)
@@ -180,17 +180,17 @@ def _meshed(engine: Engine) -> Any:
     else:
         total = _swept(engine, now, then)
     total += _struck(engine, then)
-    total += brake(engine, then)
+    total += after_sweep(engine, then)
     total += on_mesh.strike(engine, then)
     cavity.step(engine, control.plane, total)
     left, right = cavity.picked_up(engine, control.plane)
     from_air = microphones.captured(engine, now, then)
     left += from_air[0]
     right += from_air[1]
-    for i in range(engine.ears.shape[0]):
-        moved = float(then[engine.ears[i]] - now[engine.ears[i]])
-        left += engine.ear_gains[i, 0] * moved
-        right += engine.ear_gains[i, 1] * moved
+    for i in range(engine.pickups.shape[0]):
+        moved = float(then[engine.pickups[i]] - now[engine.pickups[i]])
+        left += engine.pickup_gains[i, 0] * moved
+        right += engine.pickup_gains[i, 1] * moved
     control.plane = 1 - control.plane
     return left, right
 
@@ -203,7 +203,7 @@ def step(engine: Engine) -> tuple[float, float]:
     on_modes.strike(engine)
     left, right = _meshed(engine)
     also_left, also_right = bank.step(engine)
-    hoop = beside(engine)
+    hoop = added_output(engine)
     control.steps += 1
     if active == 0 and control.steps % _LOOK_EVERY == 0:
         _fall_asleep(engine)

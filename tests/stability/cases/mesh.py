@@ -29,7 +29,7 @@ CASES = (
         naive="A neighbour reflected at the rim, -(1 - theta)/theta u, has a mode beyond any limit: even"
         " tau = 2 explodes.",
         ours="A cut way is an admittance of 1/theta, and the junction the lighter for it: no mode above"
-        " most_bend.",
+        " max_eigenvalue.",
         bound="Eigenvalues: above 4 against below 1.5, the mesh's own.",
     ),
     Case(

@@ -88,7 +88,7 @@ def test_no_pair_of_effects_gives_energy(pair: tuple[str, str]) -> None:
     """Compiled for these two alone. The lossless scheme is the same code with other numbers."""
     for scheme in ("limit", "lossless"):
         engine = _struck(scheme, _named(pair))
-        assert engine.bend is None
+        assert engine.laplacian is None
         assert _most_growth(engine, EACH_STEP) <= ROUNDING
 
 
@@ -126,7 +126,7 @@ def test_all_effects_at_their_weakest_give_no_energy_for_long(scheme: str) -> No
 def test_no_effects_together_give_energy_to_the_fourth_order(names: tuple[str, ...]) -> None:
     """All three that it may have, and each two."""
     engine = _struck("fourth order", _named(names))
-    assert engine.bend is not None
+    assert engine.laplacian is not None
     assert _most_growth(engine, EACH_STEP) <= ROUNDING
 
 

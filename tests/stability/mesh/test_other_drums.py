@@ -9,7 +9,7 @@ from drumstick.drum.calibrate import build
 from drumstick.drum.engine import Engine
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.parameters.drum_effects import Tension
-from sound_server.stage import GONE, Mixer, mix
+from sound_server.mixer import GONE, Mixer, mix
 from stability.catalogue import shows
 from stability.mesh_steps import RATE, drum_of, engine_of, height, strike, take
 
@@ -29,16 +29,16 @@ def _drum(block: int) -> Engine:
 
 
 def _changed_in_each_block(cut: bool) -> np.ndarray:
-    stage, out, place = Mixer(RATE), np.zeros((BLOCKS * BLOCK, 2), np.float32), -1
+    mixer, out, place = Mixer(RATE), np.zeros((BLOCKS * BLOCK, 2), np.float32), -1
     for block in range(BLOCKS):
-        coming = stage.enter(_drum(block))
+        coming = mixer.enter(_drum(block))
         if place >= 0 and cut:
-            stage.boards.states[place] = GONE
+            mixer.buffers.states[place] = GONE
         elif place >= 0:
-            stage.leave(place)
+            mixer.leave(place)
         place = coming
         first = block * BLOCK
-        mix(stage.boards, out[first : first + BLOCK], RATE, int(first * 1e9 / RATE))
+        mix(mixer.buffers, out[first : first + BLOCK], RATE, int(first * 1e9 / RATE))
     return out
 
 

@@ -77,7 +77,7 @@ def test_a_push_that_never_ends_leaves_nothing_in_the_sound() -> None:
     strike(engine, 1e4, steps=lasting, age=0.5 * lasting)
     onset = take(engine, 500)
     take(engine, 20_000)
-    places, gains = engine.ears, engine.ear_gains[:, 0].astype(float)
+    places, gains = engine.pickups, engine.pickup_gains[:, 0].astype(float)
     at = engine.head.planes[int(engine.control["plane"][0])][places]
     bent = height(engine)
     assert abs(float(gains @ at)) > 0.1 * bent
@@ -96,7 +96,7 @@ def _late_tension_in_noise(depth: float, steps: int) -> float:
         for _ in range(steps):
             stretch = mesh.stretch(u, before)
             q = 2.0 * depth * tau * stretch / (abs(stretch) + half)
-            u, before = 0.999 * (2.0 * u - before + (tau + q) * (mesh.bend @ u)), 0.999 * u
+            u, before = 0.999 * (2.0 * u - before + (tau + q) * (mesh.laplacian @ u)), 0.999 * u
             u[noise.integers(len(u))] += noise.uniform(-1.0, 1.0)
             if not abs(stretch) < 1e60:
                 return math.inf
@@ -175,7 +175,7 @@ def test_pickups_on_the_rim_hear_the_head() -> None:
     engine = engine_of(
         dataclasses.replace(scene, listen=dataclasses.replace(scene.listen, pickups=tuple(EDGES)))
     )
-    assert (engine.head.weights[engine.ears] > 0.0).all()
+    assert (engine.head.weights[engine.pickups] > 0.0).all()
     strike(engine, 4.0)
     assert 0.0 < take(engine, 2000) < math.inf
 

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from drumstick.drum.build import new_engine
 from drumstick.drum.engine import Control, Engine
 from drumstick.drum.excitation import force_resampling
-from drumstick.drum.excitation.analytic import PULSE, begin, bend, mean_force
+from drumstick.drum.excitation.analytic import PULSE, begin, damp, mean_force
 from drumstick.drum.excitation.offline import ContactFeeder, StreamedContact
 from drumstick.drum.excitation.point_force import JunctionForce
 from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
@@ -92,13 +92,13 @@ def true_impulse() -> Impulse:
     return lambda t_s: np.interp(t_s, contact.t_s, contact.impulse_N_s)
 
 
-def message_forces(blow: OfflineStrike, engine: Engine, steps: int, is_bent: bool = True) -> Numbers:
-    """Mean force in each of an engine's first steps, N, by a strike's message: bent by its contact, or a half-sine."""
+def message_forces(blow: OfflineStrike, engine: Engine, steps: int, is_damped: bool = True) -> Numbers:
+    """Mean force in each of an engine's first steps, N, by a strike's message: damped by its contact, or a half-sine."""
     step_s = float(engine.control["divisor"][0] / engine.control["rate_Hz"][0])
     pulses: Any = np.zeros(1, PULSE)
     begin(pulses, 0, 0.0, 0.0, -blow.t_s / step_s, blow.contact_s / step_s, blow.peak_N)
-    if is_bent:
-        bend(pulses[0], engine.contact[0], blow.impulse_N_s / step_s)
+    if is_damped:
+        damp(pulses[0], engine.contact[0], blow.impulse_N_s / step_s)
     found = np.zeros(steps)
     for i in range(steps):
         found[i] = mean_force(pulses[0])

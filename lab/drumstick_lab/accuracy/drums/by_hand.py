@@ -51,7 +51,7 @@ class Drum(NamedTuple):
     blows: Records  # (n,) of PULSE, all at one junction
     junction: int
     force_gain: float
-    ears: npt.NDArray[np.int64]
+    pickups: npt.NDArray[np.int64]
     gains: Floats
 
 
@@ -82,8 +82,8 @@ def by_hand(drum: Drum, out: Floats) -> None:
                 then[drum.junction] += np.float32(drum.force_gain * force)
                 blow.age += 1.0
         left = right = 0.0
-        for k in range(drum.ears.shape[0]):
-            moved = float(then[drum.ears[k]] - now[drum.ears[k]])
+        for k in range(drum.pickups.shape[0]):
+            moved = float(then[drum.pickups[k]] - now[drum.pickups[k]])
             left += drum.gains[k, 0] * moved
             right += drum.gains[k, 1] * moved
         out[at, 0], out[at, 1] = left, right
@@ -122,8 +122,8 @@ def drum_of(engine: Engine, x: float, y: float, blows: int) -> Drum:
         blows=np.zeros(blows, PULSE),
         junction=junction,
         force_gain=float(head.weights[junction]) * float(control["force_gain"]),
-        ears=engine.ears,
-        gains=engine.ear_gains,
+        pickups=engine.pickups,
+        gains=engine.pickup_gains,
     )
 
 

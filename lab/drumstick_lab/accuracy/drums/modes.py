@@ -76,9 +76,9 @@ def patterns_of(lattice: Lattice) -> Patterns:
     root = np.sqrt(lattice.weights.ravel()[places])
     one, other = _pairs(lattice)
     half = algebra.coo_array((root[one] * root[other], (one, other)), shape=(len(places), len(places)))
-    bend = (algebra.eye_array(len(places)) - half - half.T).tocsc()
+    minus_laplacian = (algebra.eye_array(len(places)) - half - half.T).tocsc()
     begin = np.random.default_rng(1).standard_normal(len(places))
-    a, found = solver.eigsh(bend, k=MODES + _SPARE, sigma=0.0, v0=begin)
+    a, found = solver.eigsh(minus_laplacian, k=MODES + _SPARE, sigma=0.0, v0=begin)
     lowest = np.argsort(a)[:MODES]
     columns: Numbers = found[:, lowest]
     return Patterns(places, (columns * root[:, None]).T, (columns / root[:, None]).T)
@@ -91,9 +91,9 @@ class Poles(NamedTuple):
     t60_s: Numbers
 
 
-def poles_of(bend: Numbers, kept: Numbers, step_s: float) -> Poles:
-    """Poles of v(n+1) = bend v(n) - kept v(n-1), all of shape (20,)."""
-    theta = np.arccos(np.clip(0.5 * bend / np.sqrt(kept), -1.0, 1.0))
+def poles_of(turn: Numbers, kept: Numbers, step_s: float) -> Poles:
+    """Poles of v(n+1) = turn v(n) - kept v(n-1), all of shape (20,)."""
+    theta = np.arccos(np.clip(0.5 * turn / np.sqrt(kept), -1.0, 1.0))
     with np.errstate(divide="ignore"):
         t60_s = np.where(kept < 1.0, -2.0 * _NEPERS * step_s / np.log(kept), np.inf)
     return Poles(theta / (2.0 * math.pi * step_s), t60_s)

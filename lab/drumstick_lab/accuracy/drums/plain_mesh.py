@@ -13,12 +13,12 @@ Plane = npt.NDArray[np.float64]
 
 
 class PlainMesh(NamedTuple):
-    """Shapes, with J junctions stored: planes (2, J), u- and u by turns; bend (J,), for fourth order; weights (J,);
+    """Shapes, with J junctions stored: planes (2, J), u- and u by turns; laplacian (J,), for fourth order; weights (J,);
     spans (rows, 2), first and last column + 1. Gains: of the neighbours' mean, of u, of u-, and by fourth order of
     A u."""
 
     planes: Plane
-    bend: Plane
+    laplacian: Plane
     weights: Plane
     spans: npt.NDArray[np.int64]
     stride: int
@@ -26,7 +26,7 @@ class PlainMesh(NamedTuple):
     ring_gain: float
     now_gain: float
     then_gain: float
-    bend_gain: float
+    laplacian_gain: float
 
 
 @njit(fastmath={"contract"})
@@ -63,11 +63,11 @@ def plain_steps(mesh: PlainMesh, at: int, steps: int) -> None:
     """So many steps, from plane `at` as u on. No allocation."""
     for _ in range(steps):
         now, then = mesh.planes[at], mesh.planes[1 - at]
-        if mesh.bend_gain == 0.0:
+        if mesh.laplacian_gain == 0.0:
             _swept(mesh, now, then, mesh.ring_gain, mesh.now_gain, mesh.then_gain)
         else:
-            _swept(mesh, now, mesh.bend, 1.0, -1.0, 0.0)
-            _swept(mesh, mesh.bend, then, mesh.ring_gain, mesh.bend_gain, mesh.then_gain)
+            _swept(mesh, now, mesh.laplacian, 1.0, -1.0, 0.0)
+            _swept(mesh, mesh.laplacian, then, mesh.ring_gain, mesh.laplacian_gain, mesh.then_gain)
             _add(then, mesh.now_gain, now)
         at = 1 - at
 
@@ -83,7 +83,7 @@ def plain_mesh(lattice: Lattice, scheme: Scheme, losses: Losses) -> PlainMesh:
     fourth = scheme.order_4 != 0.0
     return PlainMesh(
         planes=np.zeros((2, lattice.weights.size)),
-        bend=np.zeros(lattice.weights.size),
+        laplacian=np.zeros(lattice.weights.size),
         weights=lattice.weights.ravel(),
         spans=spans,
         stride=lattice.weights.shape[1],
@@ -91,5 +91,5 @@ def plain_mesh(lattice: Lattice, scheme: Scheme, losses: Losses) -> PlainMesh:
         ring_gain=(scheme.order_4 if fourth else scheme.tau) / held_back,
         now_gain=(2.0 if fourth else 2.0 - scheme.tau) / held_back,
         then_gain=-(1.0 - losses.s) / held_back,
-        bend_gain=(scheme.tau - scheme.order_4) / held_back if fourth else 0.0,
+        laplacian_gain=(scheme.tau - scheme.order_4) / held_back if fourth else 0.0,
     )

@@ -177,7 +177,7 @@ def main() -> None:
         assert isinstance(sink, DeviceSink)
         ring = StrikeRing()
         engine = large(ring)
-        sink.stage.enter(engine)
+        sink.mixer.enter(engine)
         found: dict[str, list[dict[str, Any]]] = {work.__name__: [] for work in (idle, sorting)}
         for _ in range(options.windows):
             for work in (idle, sorting):

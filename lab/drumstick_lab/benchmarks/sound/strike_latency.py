@@ -97,7 +97,7 @@ def measured(strikes: int) -> dict[str, Any]:
 
         sink = named_device(name, RATE_HZ, BLOCK)
         assert isinstance(sink, DeviceSink)
-        sink.stage.enter(engine)
+        sink.mixer.enter(engine)
         rows = {
             work.__name__: latencies_ms(sink, scheduler, first, strikes, work)
             for first, work in ((0, idle), (strikes, sorting))

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.effects import snare
-from drumstick.drum.membrane.heads import ears_on, head_of
+from drumstick.drum.membrane.heads import head_of, pickups_on
 from drumstick.drum.membrane.rows import Terms
 from drumstick.drum.membrane.scheme import even_losses, scheme_of, tuned
 from drumstick.drum.membrane.sweep import Head, sweep
@@ -60,12 +60,12 @@ STATE = dtype_of(CavityState)
 
 
 class Cavity(NamedTuple):
-    """The second head, state (1,) of STATE, and where it is heard: as the engine's own ears."""
+    """The second head, state (1,) of STATE, and where it is heard: as the engine's own pickups."""
 
     head: Head
     state: Rows[CavityState]
-    ears: npt.NDArray[np.int64]
-    ear_gains: npt.NDArray[np.float32]
+    pickups: npt.NDArray[np.int64]
+    pickup_gains: npt.NDArray[np.float32]
 
 
 def part_of(building: "Building") -> Cavity:
@@ -84,7 +84,7 @@ def part_of(building: "Building") -> Cavity:
     fields["push_2"] = numbers.spring * lattice.topology.neighbours / scheme.tau
     fields["now_gain"] = (2.0 - scheme.tau) / (1.0 + losses.s)
     fields["then_gain"] = (1.0 - losses.s) / (1.0 + losses.s)
-    return Cavity(head, state, *ears_on(building.scene, head, table.heard))
+    return Cavity(head, state, *pickups_on(building.scene, head, table.heard))
 
 
 @only_with("cavity")
@@ -108,8 +108,8 @@ def step(engine: "Engine", plane: int, sum_1: float) -> None:
         ring_gain=None,
         push=np.float32(state.push_2 * difference),
         momentum=None,
-        kept=None,
-        brake=None,
+        rho=None,
+        eta=None,
         plane=None,
         plane_gain=None,
         total=1,
@@ -125,15 +125,15 @@ def picked_up(engine: "Engine", plane: int) -> tuple[float, float]:
     cavity = engine.effects.cavity
     now, after = cavity.head.planes[plane], cavity.head.planes[1 - plane]
     left, right = 0.0, 0.0
-    for i in range(cavity.ears.shape[0]):
-        moved = float(after[cavity.ears[i]] - now[cavity.ears[i]])
-        left += cavity.ear_gains[i, 0] * moved
-        right += cavity.ear_gains[i, 1] * moved
+    for i in range(cavity.pickups.shape[0]):
+        moved = float(after[cavity.pickups[i]] - now[cavity.pickups[i]])
+        left += cavity.pickup_gains[i, 0] * moved
+        right += cavity.pickup_gains[i, 1] * moved
     return left, right
 
 
 @only_with("cavity")
-def rest(engine: "Engine") -> None:
+def reset(engine: "Engine") -> None:
     """All at rest."""
     engine.effects.cavity.head.planes[:] = np.float32(0.0)
     engine.effects.cavity.state[0].sum_1 = 0.0

@@ -73,6 +73,6 @@ def push(engine: "Engine", junction: int, speed: float) -> None:
 
 
 @only_with("internal_loss")
-def rest(engine: "Engine") -> None:
+def reset(engine: "Engine") -> None:
     """All at rest."""
     engine.effects.internal_loss.moving[:] = np.float32(0.0)

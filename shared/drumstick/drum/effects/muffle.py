@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from drumstick.drum.effects import internal_loss
 from drumstick.drum.membrane.scheme import even_losses
-from drumstick.drum.membrane.sweep import bend_at
+from drumstick.drum.membrane.sweep import laplacian_at
 from drumstick.parameters.declare import number, numbers
 from realtime.kernels.jit import njit, only_with
 from realtime.records import Record, Records, Rows, dtype_of
@@ -143,13 +143,13 @@ def _move(engine: "Engine", most: float) -> None:
 
 
 @only_with("muffle")
-def wake(engine: "Engine") -> None:
+def resume(engine: "Engine") -> None:
     """Take up at once what was set while nothing sounded: no tip lies on the head yet."""
     _move(engine, 1.0)
 
 
 @only_with("muffle")
-def note(engine: "Engine", then: Floats) -> None:
+def before_sweep(engine: "Engine", then: Floats) -> None:
     """Move to what is wanted, and keep u- where it will be needed, before the sweep."""
     muffle = engine.effects.muffle
     muffle.state[0].moved = 0
@@ -167,7 +167,7 @@ def has_moved(engine: "Engine") -> bool:
 
 
 @only_with("muffle", otherwise=0.0)
-def brake(engine: "Engine", then: Floats) -> float:
+def after_sweep(engine: "Engine", then: Floats) -> float:
     """Brake the patches' junctions, after the sweep; returns by how much the sum of u+ changed."""
     changed = 0.0
     muffle = engine.effects.muffle
@@ -184,9 +184,11 @@ def brake(engine: "Engine", then: Floats) -> float:
 @only_with("muffle", otherwise=0.0)
 def hidden_stretch(engine: "Engine", now: Floats, own_gain: float) -> float:
     """Part of sum M d u- that the masses of the tension's share, less by g under a patch, leave out: before the sweep,
-    after `note`.
+    after `before_sweep`.
     """
     muffle, hidden = engine.effects.muffle, 0.0
     for i in range(muffle.places.shape[0]):
-        hidden += muffle.masses[i] * bend_at(engine.head, now, muffle.places[i], own_gain) * muffle.before[i]
+        hidden += (
+            muffle.masses[i] * laplacian_at(engine.head, now, muffle.places[i], own_gain) * muffle.before[i]
+        )
     return muffle.state[0].g * hidden

@@ -8,10 +8,10 @@ A new effect is one module of this folder and one line here. The module has
 - `FORMER_NAME` if scenes called it otherwise once: they are still read, with a note;
 - `part_of(building)`, which lays out what the kernels need as a named tuple: `engine.effects.<name>`, None in a scene
   without it. An effect that is in the coefficients of the head has no part. One with a value that is set while it plays
-  (declared with a `wire` name) has a record `wanted` with a field of that name, and moves there in `note`;
-- those kernels of `drum.step` that it needs, decorated with `only_with`: `note` before the sweep, `brake` after it,
-  which moves junctions and says by how much their sum changed, `beside`, what is heard besides the head, `rest`, where
-  all falls asleep, and `wake`, before the first step after that.
+  (declared with a `wire` name) has a record `wanted` with a field of that name, and moves there in `before_sweep`;
+- those kernels of `drum.step` that it needs, decorated with `only_with`: `before_sweep`; `after_sweep`, which moves
+  junctions and says by how much their sum changed; `added_output`, what is heard besides the head; `reset`, where all
+  falls asleep; and `resume`, before the first step after that.
 
 Every effect must be passive: what it gives back it took from the head before, at any step and any strength.
 """

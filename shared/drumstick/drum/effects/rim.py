@@ -117,7 +117,7 @@ def strike(engine: "Engine", x: float, y: float, impulse: float) -> None:
 
 
 @only_with("rim", otherwise=0.0)
-def beside(engine: "Engine") -> float:
+def added_output(engine: "Engine") -> float:
     """One step of the hoop, and what is heard of it."""
     state, total = engine.effects.rim.state[0], 0.0
     for i in range(engine.effects.rim.modes.shape[0]):
@@ -130,7 +130,7 @@ def beside(engine: "Engine") -> float:
 
 
 @only_with("rim")
-def rest(engine: "Engine") -> None:
+def reset(engine: "Engine") -> None:
     """All at rest."""
     for i in range(engine.effects.rim.modes.shape[0]):
         engine.effects.rim.modes[i].now = 0.0

@@ -165,7 +165,7 @@ def rattle(engine: "Engine", head_after: npt.NDArray[np.float32]) -> float:
 
 
 @only_with("snare")
-def rest(engine: "Engine") -> None:
+def reset(engine: "Engine") -> None:
     """All at rest, in touch with the head."""
     for i in range(engine.effects.snare.beads.shape[0]):
         bead = engine.effects.snare.beads[i]

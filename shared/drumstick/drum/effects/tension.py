@@ -23,7 +23,7 @@ import numpy.typing as npt
 
 from drumstick.drum.effects import internal_loss, muffle
 from drumstick.drum.membrane.heads import aligned
-from drumstick.drum.membrane.sweep import bend_at, stretched
+from drumstick.drum.membrane.sweep import laplacian_at, stretched
 from drumstick.parameters.declare import number
 from realtime.kernels.jit import njit, only_with
 from realtime.records import ABSENT, Record, Records, Rows, dtype_of, is_there
@@ -222,7 +222,7 @@ def tightened(engine: "Engine", now: Any, then: Any, push: float) -> float:
     forces = engine.forces
     for i in range(engine.control[0].forces):
         at = forces[i].junction
-        moved += share[at] * bend_at(head, now, at, own_gain) * forces[i].step
+        moved += share[at] * laplacian_at(head, now, at, own_gain) * forces[i].step
     # The weights hold `baked` times A; the step divides all but a force's own movement by 1 + s.
     y = q / (state.baked * state.baked * state.held_back)
     x = (1.0 + state.eta) * state.tau * y + moved / state.baked

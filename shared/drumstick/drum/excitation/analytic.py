@@ -55,7 +55,7 @@ _ROUNDS = 12  # for w_d of a given duration, to 1e-6
 
 
 class ContactDecay(Record):
-    """The contact law of the scene, for its pulses: see `bend`."""
+    """The contact law of the scene, for its pulses: see `damp`."""
 
     decay: float
     own_decay: float
@@ -97,7 +97,7 @@ def begin(pulses: Records, begun: int, x: float, y: float, age: float, duration:
 
 
 @njit()
-def bend(pulse: ContactPulse, contact: ContactDecay, impulse: float) -> None:
+def damp(pulse: ContactPulse, contact: ContactDecay, impulse: float) -> None:
     """Make a pulse that has begun that of a damped contact, with this impulse, N steps.
 
     contact: its a and b per step, as `decay` and `own_decay`, and `pulls`, 1 for a head that pulls at the end.

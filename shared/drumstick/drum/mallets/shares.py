@@ -60,7 +60,7 @@ def place_tip(engine: "Engine", slot: int, x: float, y: float) -> float:
     one = np.float32(1.0)
     for i in range(aimed.shape[0]):
         share = modes.masses[i] * aimed[i]
-        still[i] = share * (one - modes.bend[i])
+        still[i] = share * (one - modes.stiffness[i])
         moving[i] = share * modes.kept[i]
     for other in range(own.gives.shape[0]):
         given = _given(modes.kept, modes.masses, aimed, modes.aimed[other])

@@ -32,7 +32,7 @@ Floats = npt.NDArray[np.float32]
 
 
 @njit(fastmath={"contract", "reassoc"})
-def _bent(engine: "Engine", slot: int, now: Floats) -> float:
+def _laplacian(engine: "Engine", slot: int, now: Floats) -> float:
     # Under the tip, of what is free to move: how far the neighbours pull, w ring - u, as the weights are baked.
     patches, weights, grid = engine.mallets.patches, engine.head.weights, engine.head.grid[0]
     own, stride, total = engine.control[0].own_gain, grid.stride, 0.0
@@ -66,15 +66,15 @@ def _carried(engine: "Engine", slot: int) -> float:
 
 
 @njit()
-def _bare(engine: "Engine", slot: int, now: Floats, then: Floats, bent: float, push: float) -> float:
+def _bare(engine: "Engine", slot: int, now: Floats, then: Floats, laplacian: float, push: float) -> float:
     # How high the head would stand under the tip after this step, without a pull and without mallets.
     control, patches, state = engine.control[0], engine.mallets.patches, engine.effects.tension.state[0]
     height, gone = patch.free_under(patches, slot, now), patch.free_under(patches, slot, then)
     found: float = patch.under(patches, slot, then) - gone  # what a muffle holds stays where it was
     found += push * patch.free_under(patches, slot, engine.head.weights)
     if state.eta > 0.0:
-        return found + height + _carried(engine, slot) + (1.0 + state.eta) * bent
-    return found + (control.own_gain + control.now_gain) * height - control.then_gain * gone + bent
+        return found + height + _carried(engine, slot) + (1.0 + state.eta) * laplacian
+    return found + (control.own_gain + control.now_gain) * height - control.then_gain * gone + laplacian
 
 
 @njit()
@@ -87,11 +87,11 @@ def _look(engine: "Engine", now: Floats, then: Floats, push: float) -> None:
         slot = number % POOL
         mallet = mallets.pool[slot]
         if mallet.stage == PLAYING:
-            bent = _bent(engine, slot, now)
-            height = _bare(engine, slot, now, then, bent, push)
+            laplacian = _laplacian(engine, slot, now)
+            height = _bare(engine, slot, now, then, laplacian, push)
             mallet.bare = 2.0 * mallet.now - mallet.before - state.unit_m * height
-            mallet.slack = state.unit_m * bent / engine.effects.tension.state[0].tau
-            mallet.stretch = control.force_gain / neighbours * bent
+            mallet.slack = state.unit_m * laplacian / engine.effects.tension.state[0].tau
+            mallet.stretch = control.force_gain / neighbours * laplacian
 
 
 @njit()
@@ -128,10 +128,10 @@ def _agreed(engine: "Engine") -> float:
             high = min(high, answer)
         following = answer
         again = _answered(engine, following)
-        bent = (again - following - wrong) / (following - pull)  # of answer - pull; from -1 to 0
+        slope = (again - following - wrong) / (following - pull)  # of answer - pull; from -1 to 0
         pull, answer = following, again
-        if bent < _FLAT:
-            best = following - (again - following) / bent
+        if slope < _FLAT:
+            best = following - (again - following) / slope
             if low < best < high:
                 pull, answer = best, _answered(engine, best)
     return answer

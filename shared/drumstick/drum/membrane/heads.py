@@ -38,7 +38,7 @@ def _planes(size: int) -> npt.NDArray[np.float32]:
     return aligned((2, size))
 
 
-def ears_on(
+def pickups_on(
     scene: "Scene", head: Head, level: float
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float32]]:
     """The junctions that the scene's pickups hear on this head, (n,), and how much of each left and right, (n, 2)."""

@@ -24,12 +24,12 @@ class Topology:
     """Neighbours of a junction.
 
     neighbours: in directions that divide the circle evenly, from 0 on. row_height: between rows, in spacings.
-    most_bend: largest eigenvalue of u - mean of the neighbours.
+    max_eigenvalue: largest eigenvalue of u - mean of the neighbours.
     """
 
     neighbours: int
     row_height: float
-    most_bend: float
+    max_eigenvalue: float
 
     @property
     def shifted(self) -> bool:
@@ -170,8 +170,8 @@ def _ring(lattice: Lattice, u: npt.NDArray[np.float64]) -> npt.NDArray[np.float6
     return found
 
 
-def lowest_bend(lattice: Lattice) -> float:
-    """The smallest a with A u = -a u: what the lowest mode is bent by.
+def lowest_eigenvalue(lattice: Lattice) -> float:
+    """The smallest a with A u = -a u, that of the lowest mode.
 
     Rayleigh's quotient of the ideal membrane's mode, whose own error it squares: true to 1e-6 from 24 across.
     """

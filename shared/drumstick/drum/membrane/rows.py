@@ -46,8 +46,8 @@ class Terms(NamedTuple):
     ring_gain: Any
     push: Any
     momentum: Any
-    kept: Any
-    brake: Any
+    rho: Any
+    eta: Any
     plane: Any
     plane_gain: Any
     total: Any
@@ -107,9 +107,9 @@ def _with_momentum(lanes, step: Terms, then, i, centre, ring, weight):
     driven = pulled if step.ring_gain is None else lanes.times(step.ring_gain, pulled)
     if step.push is not None:
         driven = lanes.sum_with_product(weight, step.push, driven)
-    moving = lanes.sum_with_product(step.kept, lanes.load(step.momentum, i), driven)
+    moving = lanes.sum_with_product(step.rho, lanes.load(step.momentum, i), driven)
     lanes.store(moving, step.momentum, i)
-    return lanes.plus(centre, lanes.sum_with_product(step.brake, pulled, moving))
+    return lanes.plus(centre, lanes.sum_with_product(step.eta, pulled, moving))
 
 
 def step_of(width: int, side: int) -> Any:
@@ -165,7 +165,7 @@ def stretch_of(width: int, side: int) -> Any:
                 gone = lanes.load(then_p, i)
                 moved = lanes.minus(centre, gone)
                 if step.momentum is not None:
-                    moved = lanes.sum_with_product(step.kept, lanes.load(step.momentum, i), moved)
+                    moved = lanes.sum_with_product(step.rho, lanes.load(step.momentum, i), moved)
                 factors = (moved, pulled, weight, gone)
                 return [
                     lanes.sum_with_product(weighed, factor, sum_)

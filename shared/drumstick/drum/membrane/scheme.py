@@ -5,8 +5,8 @@ With A u = (mean of the neighbours, weighted at the rim) - u, which is h^2/4 tim
     (1 + s) u+ = 2 u - (1 - s) u- + tau A u + order_4 A A u                     every mode loses alike (s)
     p' = rho p + tau A u,   u+ = u + p' + eta tau A u                           quick modes lose more (eta)
 
-A mode with A u = -a u, 0 <= a <= most_bend, turns by the angle theta a step; q = tau a - order_4 a^2 fixes it. Up to
-q = 2 (1 + rho)/(1 + eta (1 + rho)) all is stable, 4 without losses. tau = 4 (c T/h)^2: 2 is the textbook's lossless
+A mode with A u = -a u, 0 <= a <= max_eigenvalue, turns by the angle theta a step; q = tau a - order_4 a^2 fixes it. Up
+to q = 2 (1 + rho)/(1 + eta (1 + rho)) all is stable, 4 without losses. tau = 4 (c T/h)^2: 2 is the textbook's lossless
 triangular mesh (Fontana and Rocchesso, "Online correction of dispersion error in 2D waveguide meshes", ICMC 2000); the
 limit 8/3 has a third of its phase error.
 """
@@ -14,7 +14,7 @@ limit 8/3 has a third of its phase error.
 import math
 from dataclasses import dataclass
 
-from drumstick.drum.membrane.lattice import J01, Lattice, Topology, lattice_of, lowest_bend
+from drumstick.drum.membrane.lattice import J01, Lattice, Topology, lattice_of, lowest_eigenvalue
 
 _NEPERS = 3.0 * math.log(10.0)  # 60 dB
 # Fourth order: the largest (c T/h)^2 with q <= 4, from 6 x - 36 (x^2/12 - x/16) = 4; and a hair, for rounding.
@@ -33,9 +33,9 @@ class Scheme:
 
     def squeezed(self, most: float) -> "Scheme":
         """This scheme with tau lowered, where needed, so that q <= `most`."""
-        return Scheme(self.topology, min(self.tau, most / self.topology.most_bend), self.order_4)
+        return Scheme(self.topology, min(self.tau, most / self.topology.max_eigenvalue), self.order_4)
 
-    def bend_of(self, q: float) -> float:
+    def eigenvalue_of(self, q: float) -> float:
         """a, from q."""
         if self.order_4 == 0.0:
             return q / self.tau
@@ -51,7 +51,7 @@ def scheme_of(topology: Topology, order: int, lossless: bool) -> Scheme:
             )
         x = _FOURTH
         return Scheme(topology, 4.0 * x, 4.0 * x**2 / 3.0 - x)
-    return Scheme(topology, 2.0 if lossless else 4.0 / topology.most_bend)
+    return Scheme(topology, 2.0 if lossless else 4.0 / topology.max_eigenvalue)
 
 
 @dataclass(frozen=True)
@@ -122,8 +122,8 @@ def rising_losses(t60_s: float, f_Hz: float, high_t60_s: float, high_Hz: float, 
 
 def tuned(f01_Hz: float, step_s: float, scheme: Scheme, losses: Losses) -> Lattice:
     """The lattice on which the lowest mode sounds at f01: the mesh's own dispersion and its rim are taken out."""
-    a = scheme.bend_of(losses.q_of(2.0 * math.pi * f01_Hz * step_s))
+    a = scheme.eigenvalue_of(losses.q_of(2.0 * math.pi * f01_Hz * step_s))
     lattice = lattice_of(2.0 * math.sqrt(a) / J01, scheme.topology)
     for _ in range(_TUNINGS):
-        lattice = lattice_of(lattice.spacing * math.sqrt(a / lowest_bend(lattice)), scheme.topology)
+        lattice = lattice_of(lattice.spacing * math.sqrt(a / lowest_eigenvalue(lattice)), scheme.topology)
     return lattice

@@ -79,8 +79,8 @@ def bare(now_gain: np.float32, then_gain: np.float32) -> Terms:
         ring_gain=None,
         push=None,
         momentum=None,
-        kept=None,
-        brake=None,
+        rho=None,
+        eta=None,
         plane=None,
         plane_gain=None,
         total=None,
@@ -107,7 +107,7 @@ def sweep(head: Head, now: Floats, then: Floats, terms: Terms) -> float:
 
 @njit()
 def stretched(
-    head: Head, now: Floats, then: Floats, share: Floats, now_gain: np.float32, momentum: Any, kept: Any
+    head: Head, now: Floats, then: Floats, share: Floats, now_gain: np.float32, momentum: Any, rho: Any
 ) -> tuple[float, float, float, float]:
     """P, Q, R and T of `rows.stretch_of`, over the whole mesh."""
     terms = Terms(
@@ -116,8 +116,8 @@ def stretched(
         ring_gain=None,
         push=None,
         momentum=momentum,
-        kept=kept,
-        brake=None,
+        rho=rho,
+        eta=None,
         plane=None,
         plane_gain=None,
         total=None,
@@ -136,7 +136,7 @@ def stretched(
 
 
 @njit()
-def bend_at(head: Head, now: Floats, at: int, now_gain: float) -> float:
+def laplacian_at(head: Head, now: Floats, at: int, now_gain: float) -> float:
     """w ring - now_gain u at one junction, by its flat index."""
     grid = head.grid[0]
     stride = grid.stride

@@ -29,9 +29,9 @@ _PART = 1024  # modes
 
 
 class Bank(NamedTuple):
-    """Shapes, with P radial modes and 2 P oscillators: q, d, kept (R^2), bend (k), left and right (2 P,); orders (P,);
-    radial (K, P): J_m(j r) times what a force of 1 N drives, at the radii r = (row - 1) / (K - 3); aimed (32, 2 P), a
-    row for each pulse of the pool, or mallet; turns (2, orders): cos and sin of m phi.
+    """Shapes, with P radial modes and 2 P oscillators: q, d, kept (R^2), stiffness (k), left and right (2 P,); orders
+    (P,); radial (K, P): J_m(j r) times what a force of 1 N drives, at the radii r = (row - 1) / (K - 3); aimed (32,
+    2 P), a row for each pulse of the pool, or mallet; turns (2, orders): cos and sin of m phi.
 
     What not every scene has, (2 P,): masses, for mallets: over what a force of 1 N drives; left_still and right_still,
     for microphones: gains of q, where left and right are those of d; lengths and tight, for tension: see
@@ -41,7 +41,7 @@ class Bank(NamedTuple):
     q: Floats
     d: Floats
     kept: Floats
-    bend: Floats
+    stiffness: Floats
     left: Floats
     right: Floats
     orders: npt.NDArray[np.int64]
@@ -111,9 +111,9 @@ def push(engine: "Engine", row: int, force: float) -> None:
 
 
 @njit(fastmath={"contract"})
-def _move(q: Floats, d: Floats, kept: Floats, bend: Floats) -> None:
+def _move(q: Floats, d: Floats, kept: Floats, stiffness: Floats) -> None:
     for i in range(q.shape[0]):
-        moved = kept[i] * d[i] - bend[i] * q[i]
+        moved = kept[i] * d[i] - stiffness[i] * q[i]
         d[i] = moved
         q[i] += moved
 
@@ -155,12 +155,12 @@ def ring(bank: Bank, pull: float) -> tuple[float, float]:
     In loops of few arrays each: compilers find vectors only where they can tell that none overlaps another. A part of
     the modes at a time, which the first loop leaves in the nearest cache for the next.
     """
-    q, d, kept, bend, left, right = bank.q, bank.d, bank.kept, bank.bend, bank.left, bank.right
+    q, d, kept, stiffness, left, right = bank.q, bank.d, bank.kept, bank.stiffness, bank.left, bank.right
     heard_left = heard_right = 0.0
     for first in range(0, q.shape[0], _PART):
         last = min(first + _PART, q.shape[0])
         _pull(bank, first, last, np.float32(pull))
-        _move(q[first:last], d[first:last], kept[first:last], bend[first:last])
+        _move(q[first:last], d[first:last], kept[first:last], stiffness[first:last])
         heard_left += _heard(d[first:last], left[first:last]) + _heard_left(bank, first, last)
         heard_right += _heard(d[first:last], right[first:last]) + _heard_right(bank, first, last)
     return heard_left, heard_right
@@ -189,8 +189,8 @@ def largest(engine: "Engine") -> float:
 
 
 @only_with("modal")
-def rest(engine: "Engine") -> None:
+def reset(engine: "Engine") -> None:
     """All at rest."""
     engine.modal.q[:] = np.float32(0.0)
     engine.modal.d[:] = np.float32(0.0)
-    stretch.rest(engine)
+    stretch.reset(engine)

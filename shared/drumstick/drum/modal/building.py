@@ -104,7 +104,7 @@ def bank_of(scene: Scene, step_s: float) -> Bank:
     # R; what is gone in a step or two shall not overflow where it is divided by.
     left_a_step = np.maximum(np.exp(-(decay_rates(scene.drum, f_Hz) + head.decays) * step_s), _LEAST_LEFT)
     theta = 2.0 * math.pi * f_Hz * step_s
-    bend = 1.0 - 2.0 * left_a_step * np.cos(theta) + left_a_step**2
+    stiffness = 1.0 - 2.0 * left_a_step * np.cos(theta) + left_a_step**2
     # Over R^2: what drives a step is added to d before the step keeps R^2 of it.
     drive = head.c**2 * step_s**2 / (modes.norms * head.masses) * np.sin(theta) / theta / left_a_step
     count = max(8, math.ceil(_RADII_A_RADIAN * head.basis.zeros[-1]))
@@ -120,12 +120,12 @@ def bank_of(scene: Scene, step_s: float) -> Bank:
         return np.concatenate([values, values]).astype(np.float32)
 
     size = 2 * len(f_Hz)
-    by_tension = head.of_tension() * bend / left_a_step**2 if "tension" in scene.drum.effects else None
+    by_tension = head.of_tension() * stiffness / left_a_step**2 if "tension" in scene.drum.effects else None
     return Bank(
         q=np.zeros(size, np.float32),
         d=np.zeros(size, np.float32),
         kept=both(left_a_step**2),
-        bend=both(bend),
+        stiffness=both(stiffness),
         left=gains[0].astype(np.float32),
         right=gains[1].astype(np.float32),
         left_still=ABSENT if still is None else still[0].astype(np.float32),

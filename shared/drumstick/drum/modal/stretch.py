@@ -7,8 +7,8 @@ the step before, the step adds -g (S+ - S-)/2, and g is the discrete gradient of
 what that energy gives, the modes lose (drumstick.drum.effects.tension). l q^2 is the integral of the square of the
 mode's slope, over a head of radius 1.
 
-With k the bank's bend and R^2 its kept, K = k (1 + s): so a pull of g takes g r k q from the step, or g r k/R^2 q from
-the movement before it. Kernels: audio thread; no allocation.
+With k the bank's stiffness and R^2 its kept, K = k (1 + s): so a pull of g takes g r k q from the step, or g r k/R^2 q
+from the movement before it. Kernels: audio thread; no allocation.
 """
 
 from typing import TYPE_CHECKING
@@ -28,14 +28,14 @@ _PART = 1024  # modes, whose sums single precision holds
 
 @njit(fastmath={"contract", "reassoc"})
 def _summed(
-    lengths: Floats, tight: Floats, q: Floats, d: Floats, kept: Floats, bend: Floats
+    lengths: Floats, tight: Floats, q: Floats, d: Floats, kept: Floats, stiffness: Floats
 ) -> tuple[float, float, float]:
     # S-, x and y of some modes.
     before = x = y = np.float32(0.0)
     for i in range(q.shape[0]):
         stretch = lengths[i] * q[i]
         before += stretch * (q[i] - d[i])
-        x += stretch * (bend[i] * q[i] - kept[i] * d[i] - d[i])
+        x += stretch * (stiffness[i] * q[i] - kept[i] * d[i] - d[i])
         y += stretch * (kept[i] * (tight[i] * q[i]))
     return float(before), float(x), float(y)
 
@@ -53,7 +53,7 @@ def look(engine: "Engine") -> None:
             modes.q[first:last],
             modes.d[first:last],
             modes.kept[first:last],
-            modes.bend[first:last],
+            modes.stiffness[first:last],
         )
         state.before += before
         state.x += x
@@ -110,7 +110,7 @@ def pull(engine: "Engine") -> float:
 
 
 @only_with("tension")
-def rest(engine: "Engine") -> None:
+def reset(engine: "Engine") -> None:
     """All at rest."""
     state = engine.effects.tension.state[0]
     state.before = state.x = state.y = state.pull = 0.0

@@ -66,7 +66,7 @@ def captured(engine: "Engine", now: Floats, then: Floats) -> Any:
 
 
 @only_with("microphones")
-def rest(engine: "Engine") -> None:
+def reset(engine: "Engine") -> None:
     """Empty the delay lines."""
     engine.microphones.line[:] = 0.0
 

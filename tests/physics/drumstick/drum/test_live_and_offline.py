@@ -1,7 +1,7 @@
 """The sound of a streamed roll, live and rendered offline: the same samples, in virtual time.
 
 Live: the scene's servo, the gateway's pieces, their payloads, a network that jitters, the sound server's scheduler and
-stage, block by block. Offline: what `drumstick render --roll` writes. The two may differ by what is rounded on the way:
+mixer, block by block. Offline: what `drumstick render --roll` writes. The two may differ by what is rounded on the way:
 instants to whole ns (the haptic clock, the start of each block), which moves each contact by at most 2 ns. At the top
 of what the mesh plays that is 2 pi 8 kHz 2 ns = 1e-4 of it; a difference of 1e-4 of the peak is allowed (-80 dB).
 """
@@ -26,8 +26,8 @@ from protocol.messages import encode
 from protocol.rate_limited_log import RateLimitedLog
 from realtime import ring
 from rig.offline.streamed_roll import presses, servo_of
+from sound_server.mixer import Mixer, mix
 from sound_server.receiving.contacts import ContactScheduler
-from sound_server.stage import Mixer, mix
 from streamed_engine import MS, STREAMS, streamed_text
 
 Sound = npt.NDArray[np.float32]
@@ -57,25 +57,25 @@ def wire(scene: Scene, gesture: str | None, start_ns: int) -> list[tuple[int, by
 
 def live(scene: Scene, gesture: str | None, start_ns: int) -> tuple[Sound, ContactScheduler]:
     """What the sound server plays from the instant on at which the servo's start is heard."""
-    stage = Mixer(RATE_HZ)
+    mixer = Mixer(RATE_HZ)
     engine = build(fitted(scene, RATE_HZ).scene, RATE_HZ, StrikeRing())
-    stage.enter(engine)
+    mixer.enter(engine)
     scheduler = ContactScheduler(RateLimitedLog(lambda: 0), lambda _boot: None)
     scheduler.clock = HapticClock(BOOT, start_ns - BEGIN_NS, 0)
     scheduler.play_on(engine.stream, scene.drum.latency_s)
     out = np.zeros((round(SECONDS * RATE_HZ), 2), np.float32)
     # A block of silence tells the scheduler how long blocks are. Then the mesh steps with the ticks, as offline.
-    mix(stage.boards, out[:BLOCK], RATE_HZ, 0)
+    mix(mixer.buffers, out[:BLOCK], RATE_HZ, 0)
     delay_ns = round(scheduler.delay_s * 1e9)
     divisor = int(engine.control["divisor"][0])
-    mix(stage.boards, out[: -BLOCK % divisor], RATE_HZ, 0)
+    mix(mixer.buffers, out[: -BLOCK % divisor], RATE_HZ, 0)
     first_ns, messages = BEGIN_NS + delay_ns, wire(scene, gesture, start_ns)
     for start in range(0, len(out), BLOCK):
         now_ns = first_ns + int(start * 1e9 / RATE_HZ)
         while messages and messages[0][0] <= now_ns:
             arrival_ns, payload = messages.pop(0)
             scheduler.take(payload, arrival_ns)
-        mix(stage.boards, out[start : start + BLOCK], RATE_HZ, now_ns)
+        mix(mixer.buffers, out[start : start + BLOCK], RATE_HZ, now_ns)
     return out, scheduler
 
 

@@ -100,7 +100,7 @@ def eigenfrequencies(which: Scene) -> npt.NDArray[np.float64]:
     unit = np.zeros(len(membrane.weights))
     for k, place in enumerate(inside):
         unit[place] = 1.0
-        columns[:, k] = membrane.bend(unit)[inside]
+        columns[:, k] = membrane.laplacian(unit)[inside]
         unit[place] = 0.0
     root = np.sqrt(membrane.weights[inside])
     symmetric = columns * root[None, :] / root[:, None]

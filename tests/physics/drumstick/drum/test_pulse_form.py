@@ -15,7 +15,7 @@ from drumstick.parameters.scene import parse, shipped_text
 from drumstick_lab.accuracy.drums import blows
 
 RATE_HZ = 48_000
-# Of the difference to the true force: what the bent pulse is held to, in dB.
+# Of the difference to the true force: what the damped pulse is held to, in dB.
 HELD_TO = {
     "roll": -35.0, "cor-roll": -34.0, "tom": -22.0, "snare": -22.0, "timpani": -22.0, "phantom": -21.0,
     "paper-roll": -10.0, "delay-drum": -18.0,
@@ -23,7 +23,7 @@ HELD_TO = {
 
 
 def errors_dB(name: str) -> tuple[float, float]:  # noqa: N802
-    """Of the bent pulse, and of the half-sine."""
+    """Of the damped pulse, and of the half-sine."""
     scene = parse(shipped_text(name), name)
     engine = new_engine(scene, RATE_HZ, StrikeRing())
     contact = blows.contact_of(scene, 30)
@@ -33,18 +33,18 @@ def errors_dB(name: str) -> tuple[float, float]:  # noqa: N802
     ends_s = np.arange(steps + 1) * step_s
     true = np.diff(np.interp(ends_s, contact.t_s, contact.impulse_N_s)) / step_s
     blow = blows.OfflineStrike(0.0, 0.5, 0.0, told.peak_N, told.contact_s, told.impulse_N_s)
-    bent, half_sine = (
+    damped, half_sine = (
         20.0
         * math.log10(
-            np.linalg.norm(blows.message_forces(blow, engine, steps, is_bent) - true) / np.linalg.norm(true)
+            np.linalg.norm(blows.message_forces(blow, engine, steps, is_damped) - true) / np.linalg.norm(true)
         )
-        for is_bent in (True, False)
+        for is_damped in (True, False)
     )
-    return bent, half_sine
+    return damped, half_sine
 
 
 @pytest.mark.parametrize("name", HELD_TO)
 def test_a_message_is_the_contact_it_announces(name: str) -> None:
-    bent, half_sine = errors_dB(name)
-    assert bent < HELD_TO[name]
-    assert bent < half_sine + 1.0
+    damped, half_sine = errors_dB(name)
+    assert damped < HELD_TO[name]
+    assert damped < half_sine + 1.0

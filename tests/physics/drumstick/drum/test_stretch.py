@@ -52,7 +52,7 @@ def _let_go(engine: Engine, height: float) -> float:
         bank.q[0] = height
         # As the step before would have left it, in which nothing moved.
         stretched = float(bank.lengths[0]) * height**2
-        state["before"], state["x"] = stretched, stretched * float(bank.bend[0])
+        state["before"], state["x"] = stretched, stretched * float(bank.stiffness[0])
         state["y"] = stretched * float(bank.kept[0] * bank.tight[0])
     return float(engine.control["divisor"][0]) / RATE
 

@@ -27,13 +27,13 @@ KINDS = {
 
 
 @njit()
-def bent(head: Head, u: npt.NDArray[np.float32], out: npt.NDArray[np.float32]) -> None:
+def laplacian(head: Head, u: npt.NDArray[np.float32], out: npt.NDArray[np.float32]) -> None:
     """A u, by the sweep."""
     zero = np.float32(0.0)
     sweep(head, u, out, bare(np.float32(-1.0), zero))
 
 
-def bends(lattice: Lattice) -> npt.NDArray[np.float64]:
+def eigenvalues(lattice: Lattice) -> npt.NDArray[np.float64]:
     """The eigenvalues a of A u = -a u, rising: one unit displacement after another goes through the kernel."""
     head = head_of(lattice, 1.0)
     inside = np.flatnonzero(lattice.weights)
@@ -42,7 +42,7 @@ def bends(lattice: Lattice) -> npt.NDArray[np.float64]:
         u, out = head.planes
         u[:], out[:] = 0.0, 0.0
         u[place] = 1.0
-        bent(head, u, out)
+        laplacian(head, u, out)
         assert not out[lattice.weights.ravel() == 0.0].any()
         columns[:, k] = out[inside]
     root = np.sqrt(lattice.weights.ravel()[inside])
@@ -60,7 +60,7 @@ def lattice_across(scheme: Scheme, across: float) -> tuple[Lattice, float]:
 def cents_off(scheme: Scheme, across: float, modes: int) -> npt.NDArray[np.float64]:
     """Error of the lowest modes against the Bessel zeros, in cents."""
     lattice, f01_Hz = lattice_across(scheme, across)
-    a = bends(lattice)[:modes]
+    a = eigenvalues(lattice)[:modes]
     q = scheme.tau * a - scheme.order_4 * a * a
     found_Hz = np.arccos(1.0 - q / 2.0) / (2.0 * math.pi * STEP_S)
     return 1200.0 * np.log2(found_Hz / (f01_Hz / J01 * np.array(MODES[:modes])))
@@ -98,7 +98,7 @@ def test_the_limit_of_stability_is_respected_with_a_rim(kind: str) -> None:
     """0 <= q <= 4, even where the rim passes close to junctions; and the scheme goes near its limit."""
     scheme = KINDS[kind]
     for across in (9.7, 16.0, 21.3):
-        a = bends(lattice_across(scheme, across)[0])
+        a = eigenvalues(lattice_across(scheme, across)[0])
         q = scheme.tau * a - scheme.order_4 * a * a
         assert 0.0 < q.min() <= q.max() <= 4.0 + 1e-5
         assert q.max() > (2.9 if "lossless" in kind else 3.8)

@@ -18,10 +18,10 @@ from drumstick.drum.render import render
 from drumstick.drum.tiers import divisor_for
 from drumstick.parameters.scene import Scene
 from realtime.kernels.jit import allocations
+from sound_server.mixer import Mixer
 from sound_server.sinks.callback import CallbackData, block_start, stream_callback
 from sound_server.sinks.load_meter import noted
 from sound_server.sinks.sink import NOTED, SINK_COUNTERS
-from sound_server.stage import Mixer
 
 RATE = 48000
 SCENE = Scene("drum")
@@ -170,8 +170,8 @@ def through_callback(engine: Engine, frames: int, block: int, channels: int) -> 
     """What a device would get: the compiled C callback is called as PortAudio would call it."""
     counters = np.zeros(1, SINK_COUNTERS)
     counters["rate_Hz"], counters["channels"] = RATE, channels
-    stage = Mixer(RATE)
-    heard = CallbackData(stage, counters)
+    mixer = Mixer(RATE)
+    heard = CallbackData(mixer, counters)
     call = ctypes.CFUNCTYPE(
         ctypes.c_int,
         *[ctypes.c_void_p, ctypes.c_void_p, ctypes.c_ulong, ctypes.c_void_p, ctypes.c_ulong, ctypes.c_void_p],
@@ -179,7 +179,7 @@ def through_callback(engine: Engine, frames: int, block: int, channels: int) -> 
     out = np.full((frames, channels), 9.0, np.float32)
     assert call(None, out.ctypes.data, block, None, 0, heard.address) == 0
     assert not out[:block].any()  # silence before the first engine
-    stage.enter(engine)
+    mixer.enter(engine)
     for start in range(0, frames, block):
         assert call(None, out[start : start + block].ctypes.data, block, None, 4, heard.address) == 0
     assert counters["xruns"][0] == counters["calls"][0] - 1 == frames // block

@@ -16,7 +16,7 @@ from realtime.stop import StopRequest
 from rig.exit_status import CommandError
 from rig.offline import scene_commands
 from sound_server.drum import Drum
-from sound_server.stage import Mixer
+from sound_server.mixer import Mixer
 
 RATE_HZ = 48_000
 STIFF_AIR = (
@@ -57,7 +57,7 @@ class _Sink:
 
     def __init__(self) -> None:
         self.rate_Hz = RATE_HZ
-        self.stage = Mixer(RATE_HZ)
+        self.mixer = Mixer(RATE_HZ)
 
 
 class _Link:

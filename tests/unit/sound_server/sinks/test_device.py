@@ -89,7 +89,7 @@ def test_without_the_private_door_python_plays_the_same(
     callback(out, 128, None, Flags())
     assert not out.any()
     ring = StrikeRing()
-    sink.stage.enter(build(Scene("drum"), 48000, ring))
+    sink.mixer.enter(build(Scene("drum"), 48000, ring))
     sounds: list[np.ndarray] = []
     for frame in range(20):
         if frame == 0:

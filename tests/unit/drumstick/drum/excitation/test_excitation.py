@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 from drumstick.drum.build import new_engine
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.analytic import CONTACT, POOL, PULSE, begin, bend, mean_force, press
+from drumstick.drum.excitation.analytic import CONTACT, POOL, PULSE, begin, damp, mean_force, press
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.parameters.scene import parse, shipped_text
 
@@ -32,14 +32,14 @@ def test_the_impulse_is_exact_wherever_the_onset_falls(duration: float, age: flo
     assert max(forces) <= 7.0 + 1e-9
 
 
-def bent(
+def damped(
     duration: float, age: float, impulse: float, decay: float, own_decay: float, pulls: bool
 ) -> np.ndarray:
-    """Mean forces of all steps of a bent pulse; decays a step."""
+    """Mean forces of all steps of a damped pulse; decays a step."""
     pulses, contact = np.zeros(1, PULSE), np.zeros(1, CONTACT)
     begin(pulses, 0, 0.0, 0.0, age, duration, 7.0)
     contact[0] = (decay, own_decay, pulls)
-    bend(pulses[0], contact[0], impulse)
+    damp(pulses[0], contact[0], impulse)
     forces: list[float] = []
     while pulses[0]["age"] < pulses[0]["duration"]:
         forces.append(mean_force(pulses[0]))
@@ -54,7 +54,7 @@ def bent(
 def test_a_told_impulse_is_exact_for_any_contact(
     duration: float, age: float, impulse: float, decay: float, share: float, pulls: bool
 ) -> None:
-    forces = bent(duration, age, impulse, decay, share * decay, pulls)
+    forces = damped(duration, age, impulse, decay, share * decay, pulls)
     assert np.sum(forces) == pytest.approx(impulse, rel=1e-9)
     if not pulls:
         assert np.min(forces) >= -1e-9 * impulse
@@ -79,7 +79,7 @@ def test_a_lone_blow_is_that_of_the_equation_of_motion(release: str, r_out: floa
     ends_s = np.minimum(np.arange(math.ceil(lasts_s / step_s) + 1) * step_s, lasts_s)
     expected = np.diff(solved.sol(ends_s)[2]) / step_s
     per_step = step_s / (2.0 * m)
-    found = bent(
+    found = damped(
         lasts_s / step_s,
         0.0,
         impulse / step_s,

@@ -14,7 +14,7 @@ from drumstick.drum.membrane.lattice import (
     Lattice,
     Topology,
     lattice_of,
-    lowest_bend,
+    lowest_eigenvalue,
     strips_of,
 )
 from drumstick.drum.membrane.scheme import J01, even_losses, scheme_of, tuned
@@ -142,10 +142,10 @@ def test_spacing_follows_the_pitch() -> None:
     assert lattice.across == pytest.approx(0.625 * 16000.0 / 150.0, rel=2e-3)
 
 
-def test_the_lowest_bend_is_that_of_the_ideal_head_where_junctions_are_many() -> None:
+def test_the_lowest_eigenvalue_is_that_of_the_ideal_head_where_junctions_are_many() -> None:
     for kind in TOPOLOGIES.values():
         lattice = lattice_of(0.02, kind)
-        assert lowest_bend(lattice) == pytest.approx((J01 * 0.02) ** 2 / 4.0, rel=1e-3)
+        assert lowest_eigenvalue(lattice) == pytest.approx((J01 * 0.02) ** 2 / 4.0, rel=1e-3)
 
 
 @pytest.mark.parametrize("spacing", [0.0, 1e-4, 0.6, math.nan])

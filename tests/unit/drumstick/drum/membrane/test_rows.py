@@ -60,7 +60,7 @@ def test_a_step_is_what_the_equation_says(kind: str) -> None:
     membrane = Membrane(head, 2.6)
     u, momentum = head.planes[0].copy(), aligned(head.weights.shape)
     momentum[:] = head.planes[1] * 0.01
-    pulled = 2.6 * membrane.bend(u)
+    pulled = 2.6 * membrane.laplacian(u)
     moving = 0.99 * momentum.astype(float) + 1.3 * pulled + 2.6 * membrane.weights * 0.25
     wanted = np.where(membrane.weights > 0.0, u + moving + 0.02 * pulled, 0.0)
     terms = Terms(
@@ -69,8 +69,8 @@ def test_a_step_is_what_the_equation_says(kind: str) -> None:
         ring_gain=np.float32(1.3),
         push=np.float32(0.25),
         momentum=momentum,
-        kept=np.float32(0.99),
-        brake=np.float32(0.02),
+        rho=np.float32(0.99),
+        eta=np.float32(0.02),
         plane=None,
         plane_gain=None,
         total=1,
@@ -87,7 +87,7 @@ def test_the_stretch_is_what_its_sums_say(kind: str) -> None:
     share = aligned(head.weights.shape)
     share[:] = membrane.mass
     u, before = head.planes[0].astype(float), head.planes[1].astype(float)
-    d = 2.6 * membrane.bend(head.planes[0])
+    d = 2.6 * membrane.laplacian(head.planes[0])
     found = stretched(head, head.planes[0], head.planes[1], share, np.float32(2.6), None, None)
     weights = 2.6 * membrane.weights
     wanted = [np.sum(share * d * other) for other in (u - before, d, weights, before)]

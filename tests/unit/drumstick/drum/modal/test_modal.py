@@ -95,7 +95,7 @@ def test_bank_and_mesh_sound_alike() -> None:
 def test_an_engine_of_modes_has_nothing_of_a_mesh() -> None:
     engine = build(scene(), RATE, StrikeRing())
     assert engine.head is None
-    assert engine.bend is None
+    assert engine.laplacian is None
     assert set(engine.effects._fields) == {"internal_loss", "muffle", "tension", "cavity", "snare", "rim"}
     assert not any(is_there(part) for part in engine.effects)
     assert engine.modal is not None

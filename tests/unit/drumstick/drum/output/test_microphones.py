@@ -94,10 +94,10 @@ def test_above_the_middle_only_round_modes_are_heard() -> None:
 
 
 def test_pickups_are_not_heard_besides_and_a_drum_without_has_none() -> None:
-    assert len(new_engine(scene((0.0, 0.0, 2.0, 0.0)), RATE, StrikeRing()).ears) == 0
+    assert len(new_engine(scene((0.0, 0.0, 2.0, 0.0)), RATE, StrikeRing()).pickups) == 0
     plain = new_engine(dataclasses.replace(scene(), listen=Listen()), RATE, StrikeRing())
     assert plain.microphones is None
-    assert len(plain.ears) > 0
+    assert len(plain.pickups) > 0
 
 
 def test_silence_comes_back_and_nothing_stays_on_its_way() -> None:

@@ -20,7 +20,7 @@ from protocol.keys import Keys
 from protocol.messages import Contact, decode
 from protocol.session import open_client, open_router
 from realtime import ring
-from sound_server.room import MAX_LATENCY_MS
+from sound_server.output_trim import MAX_DELAY_MS
 
 MS = 1_000_000
 KEYS = Keys("streaming")
@@ -82,7 +82,7 @@ def test_what_waited_for_a_gateway_that_was_away_is_not_sent() -> None:
 
 def test_what_a_scene_and_a_room_of_the_longest_latency_still_play_is_sent_however_late() -> None:
     pieces = Pieces(1000.0)
-    longest_ms = 1e3 * quantities(Drum)["latency_s"].high + MAX_LATENCY_MS
+    longest_ms = 1e3 * quantities(Drum)["latency_s"].high + MAX_DELAY_MS
     found = told(pieces.of(1, samples(1, 0, [1.0] * 50), round(longest_ms) * MS))
     assert sum(len(forces) for _, _, forces in found) == 50
     assert pieces.stale == 0

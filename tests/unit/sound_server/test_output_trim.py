@@ -1,4 +1,4 @@
-"""The room's latency and level: what two sound servers play of the same strikes differs by what was asked, exactly."""
+"""The output's delay and gain: what two sound servers play of the same strikes differs by what was asked, exactly."""
 
 import dataclasses
 from typing import Any
@@ -14,8 +14,8 @@ from protocol.messages import Contact, Strike, encode
 from protocol.rate_limited_log import RateLimitedLog
 from realtime.stop import StopRequest
 from sound_server.drum import Drum
-from sound_server.room import Room
-from sound_server.stage import Mixer, mix
+from sound_server.mixer import Mixer, mix
+from sound_server.output_trim import OutputTrim
 
 RATE, BLOCK = 48_000, 120  # blocks of 2.5 ms: no instant has to be rounded
 BOOT, NOW, OFFSET = 7, 5_000_000_000, 123_456_789_000
@@ -31,7 +31,7 @@ class _Sink:
 
     def __init__(self) -> None:
         self.rate_Hz = RATE
-        self.stage = Mixer(RATE)
+        self.mixer = Mixer(RATE)
 
 
 class _Link:
@@ -56,18 +56,18 @@ def scene_of(latency_s: float = 0.02, excitation: Any = "analytic") -> Scene:
     return Scene("drum", drum=DrumOfScene(f01_Hz=150.0, latency_s=latency_s, excitation=excitation))
 
 
-def drum_in(room: Room, scene: Scene) -> tuple[Drum, Mixer]:
+def drum_in(trim: OutputTrim, scene: Scene) -> tuple[Drum, Mixer]:
     link: Any = _Link(scene)
     sink: Any = _Sink()
-    drum = Drum(link, sink, "id", RateLimitedLog(lambda: 0), StopRequest(), room)
+    drum = Drum(link, sink, "id", RateLimitedLog(lambda: 0), StopRequest(), trim)
     assert drum._catch_up()
-    return drum, sink.stage
+    return drum, sink.mixer
 
 
-def sound_of(stage: Mixer, frames: int = FRAMES) -> Sound:
+def sound_of(mixer: Mixer, frames: int = FRAMES) -> Sound:
     out = np.zeros((frames, 2), np.float32)
     for first in range(0, frames, BLOCK):
-        mix(stage.boards, out[first : first + BLOCK], RATE, NOW + round(first * 1e9 / RATE))
+        mix(mixer.buffers, out[first : first + BLOCK], RATE, NOW + round(first * 1e9 / RATE))
     return out
 
 
@@ -83,18 +83,18 @@ def strikes() -> list[bytes]:
     ]  # fmt: skip
 
 
-def struck(room: Room, scene: Scene) -> Sound:
-    drum, stage = drum_in(room, scene)
+def struck(trim: OutputTrim, scene: Scene) -> Sound:
+    drum, mixer = drum_in(trim, scene)
     for message in strikes():
         drum._strikes.take(message, NOW)
     assert drum._strikes.played == 3
-    return sound_of(stage)
+    return sound_of(mixer)
 
 
 @pytest.mark.parametrize("ms", [10.0, 25.0, 500.0])
 def test_two_rooms_play_the_same_strikes_apart_by_what_was_asked(ms: float) -> None:
     scene = scene_of()
-    here, there = struck(Room(), scene), struck(Room(1e-3 * ms), scene)
+    here, there = struck(OutputTrim(), scene), struck(OutputTrim(1e-3 * ms), scene)
     apart = round(1e-3 * ms * RATE)
     assert apart % 3 == 0  # a whole number of the mesh's steps
     assert np.abs(here).max() > 0.05
@@ -103,25 +103,25 @@ def test_two_rooms_play_the_same_strikes_apart_by_what_was_asked(ms: float) -> N
 
 
 def test_two_rooms_of_a_scene_without_latency_play_apart_too() -> None:
-    """The strikes come as they are made here; the one room plays at once, the other when it is time."""
-    there = struck(Room(0.03), scene_of(0.0))
+    """The strikes come as they are made here; the one server plays at once, the other when it is time."""
+    there = struck(OutputTrim(0.03), scene_of(0.0))
     first = int(np.flatnonzero(np.abs(there).max(axis=1) > 1e-4)[0])
     assert 0 <= first - 0.03 * RATE < 0.002 * RATE
 
 
 def test_without_a_clock_the_room_still_comes_later() -> None:
-    drum, stage = drum_in(Room(0.1), scene_of(0.0))
+    drum, mixer = drum_in(OutputTrim(0.1), scene_of(0.0))
     drum._strikes.clock = None
     drum._strikes.take(strikes()[0], NOW)
-    sound = sound_of(stage)
+    sound = sound_of(mixer)
     first = int(np.flatnonzero(np.abs(sound).max(axis=1) > 1e-4)[0])
     assert 0 <= first - 0.1 * RATE < 0.002 * RATE
 
 
 def test_a_streamed_force_comes_later_by_the_same() -> None:
     sounds: list[Sound] = []
-    for room in (Room(), Room(0.3)):
-        drum, stage = drum_in(room, scene_of(0.05, "streamed"))
+    for trim in (OutputTrim(), OutputTrim(0.3)):
+        drum, mixer = drum_in(trim, scene_of(0.05, "streamed"))
         assert drum._strikes.note is not None
         force = 3.0 * np.sin(np.pi * (np.arange(8) + 0.5) / 8)
         for seq, at in ((1, 0), (2, 40)):
@@ -130,7 +130,7 @@ def test_a_streamed_force_comes_later_by_the_same() -> None:
                 t_ns=NOW + OFFSET + at * 1_000_000, x=0.3, y=0.1,
             )  # fmt: skip
             drum._contacts.take(encode(piece), NOW)
-        sounds.append(sound_of(stage))
+        sounds.append(sound_of(mixer))
     here, there = sounds
     apart = round(0.3 * RATE)
     assert np.abs(here).max() > 0.01
@@ -141,12 +141,12 @@ def test_a_streamed_force_comes_later_by_the_same() -> None:
 def test_the_level_is_the_rooms() -> None:
     scene = scene_of()
     quiet = dataclasses.replace(scene, listen=dataclasses.replace(scene.listen, gain_dB=-24.0))
-    here, there = struck(Room(), quiet), struck(Room(0.0, -12.0), quiet)
+    here, there = struck(OutputTrim(), quiet), struck(OutputTrim(0.0, -12.0), quiet)
     assert there == pytest.approx(10.0 ** (-12.0 / 20.0) * here.astype(float), abs=1e-6)
 
 
 def test_the_meter_says_which_room_it_is() -> None:
-    drum, _ = drum_in(Room(), scene_of())
+    drum, _ = drum_in(OutputTrim(), scene_of())
     assert drum._meter().sink == "nothing"
-    drum, _ = drum_in(Room(0.02, -6.0), scene_of())
+    drum, _ = drum_in(OutputTrim(0.02, -6.0), scene_of())
     assert drum._meter().sink == "nothing, 20 ms later, -6 dB"

@@ -15,7 +15,7 @@ from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.output.limiter import limited
 from drumstick.parameters.drum import Drum
 from drumstick.parameters.scene import Scene
-from sound_server.stage import EMPTY, GONE, LEAVING, PLACES, PLAYING, Mixer, StageFull, mix
+from sound_server.mixer import EMPTY, GONE, LEAVING, PLAYING, SLOTS, Mixer, MixerFull, mix
 from stability.catalogue import shows
 
 RATE = 48_000
@@ -36,28 +36,28 @@ def alone(engine: Engine, frames: int) -> Sound:
     return out
 
 
-def played(stage: Mixer, frames: int, channels: int = 2, block: int = BLOCK, first: int = 0) -> Sound:
+def played(mixer: Mixer, frames: int, channels: int = 2, block: int = BLOCK, first: int = 0) -> Sound:
     out = np.zeros((frames, channels), np.float32)
     for start in range(0, frames, block):
-        mix(stage.boards, out[start : start + block], RATE, int((first + start) * 1e9 / RATE))
+        mix(mixer.buffers, out[start : start + block], RATE, int((first + start) * 1e9 / RATE))
     return out
 
 
 def test_two_drums_sound_as_the_sum_of_each() -> None:
-    stage = Mixer(RATE)
-    stage.enter(struck(150.0))
-    stage.enter(struck(210.0))
+    mixer = Mixer(RATE)
+    mixer.enter(struck(150.0))
+    mixer.enter(struck(210.0))
     parts = alone(struck(150.0), 4096).astype(float) + alone(struck(210.0), 4096)
     assert np.abs(parts).max() < 0.75  # the limiter changes nothing
-    assert played(stage, 4096) == pytest.approx(parts, abs=1e-6)
+    assert played(mixer, 4096) == pytest.approx(parts, abs=1e-6)
 
 
 def test_the_sum_is_limited_once() -> None:
-    stage = Mixer(RATE)
+    mixer = Mixer(RATE)
     for _ in range(16):
-        stage.enter(struck(150.0))
+        mixer.enter(struck(150.0))
     one = alone(struck(150.0), 4096).astype(float)
-    found = played(stage, 4096)
+    found = played(mixer, 4096)
     assert np.abs(16.0 * one).max() > 1.1
     assert np.abs(found).max() < 1.0
     assert found[:, 0] == pytest.approx([limited(16.0 * x) for x in one[:, 0]], abs=1e-5)
@@ -65,8 +65,8 @@ def test_the_sum_is_limited_once() -> None:
 
 def test_a_block_longer_than_the_scratch_comes_in_parts() -> None:
     whole, parts = Mixer(RATE), Mixer(RATE)
-    for stage in (whole, parts):
-        stage.enter(struck(150.0, onset_ns=45_000_000))
+    for mixer in (whole, parts):
+        mixer.enter(struck(150.0, onset_ns=45_000_000))
     assert np.allclose(played(whole, 8192, block=8192), played(parts, 8192), atol=1e-6)
 
 
@@ -75,20 +75,20 @@ def _rough(sound: Sound) -> float:
     return float(np.abs(np.diff(sound[:, 0].astype(float), n=3)).max())
 
 
-def _cut_off(stage: Mixer, place: int) -> None:
-    stage.boards.states[place] = GONE
+def _cut_off(mixer: Mixer, slot: int) -> None:
+    mixer.buffers.states[slot] = GONE
 
 
 @shows("another drum in every block")
 @pytest.mark.parametrize(("end", "clicks"), [(Mixer.leave, False), (_cut_off, True)])
 def test_a_drum_leaves_without_a_click(end: Callable[[Mixer, int], None], clicks: bool) -> None:
     """The naive way, dropping it between two blocks, is heard by the same measure."""
-    stage = Mixer(RATE)
-    place = stage.enter(struck(150.0))
-    before = played(stage, 4096)
-    ringing = played(stage, 2048, first=4096)
-    end(stage, place)
-    after = played(stage, 4096, first=6144)
+    mixer = Mixer(RATE)
+    slot = mixer.enter(struck(150.0))
+    before = played(mixer, 4096)
+    ringing = played(mixer, 2048, first=4096)
+    end(mixer, slot)
+    after = played(mixer, 4096, first=6144)
     joint = np.concatenate([ringing, after])
     assert np.abs(ringing).max() > 0.05
     assert np.abs(before).max() > 0.05
@@ -97,54 +97,54 @@ def test_a_drum_leaves_without_a_click(end: Callable[[Mixer, int], None], clicks
 
 
 def test_a_leaving_drum_still_plays_what_it_waits_for() -> None:
-    stage = Mixer(RATE)
+    mixer = Mixer(RATE)
     engine = struck(150.0, onset_ns=100_000_000)
-    place = stage.enter(engine)
-    played(stage, 1024)
-    stage.leave(place, after_s=0.15)
-    sound = played(stage, 20_480, first=1024)
+    slot = mixer.enter(engine)
+    played(mixer, 1024)
+    mixer.leave(slot, after_s=0.15)
+    sound = played(mixer, 20_480, first=1024)
     assert np.abs(sound[: round(0.07 * RATE)]).max() == 0.0
     assert np.abs(sound[round(0.08 * RATE) :]).max() > 0.05
-    assert stage.boards.states[place] == GONE
+    assert mixer.buffers.states[slot] == GONE
 
 
-def test_places_are_used_again_and_a_seventeenth_drum_is_refused() -> None:
-    stage = Mixer(RATE)
+def test_slots_are_used_again_and_a_seventeenth_drum_is_refused() -> None:
+    mixer = Mixer(RATE)
     engine = struck(150.0)
-    places = [stage.enter(engine) for _ in range(PLACES)]
-    assert sorted(places) == list(range(PLACES))
-    with pytest.raises(StageFull, match="16 drums sound already"):
-        stage.enter(engine)
-    stage.leave(places[3])
-    with pytest.raises(StageFull):
-        stage.enter(engine)  # it still fades
-    assert stage.boards.states[places[3]] == LEAVING
-    played(stage, 4096)
-    assert stage.enter(engine) == places[3]
-    assert stage.boards.states[places[3]] == PLAYING
-    assert stage.drums == PLACES
+    slots = [mixer.enter(engine) for _ in range(SLOTS)]
+    assert sorted(slots) == list(range(SLOTS))
+    with pytest.raises(MixerFull, match="16 drums sound already"):
+        mixer.enter(engine)
+    mixer.leave(slots[3])
+    with pytest.raises(MixerFull):
+        mixer.enter(engine)  # it still fades
+    assert mixer.buffers.states[slots[3]] == LEAVING
+    played(mixer, 4096)
+    assert mixer.enter(engine) == slots[3]
+    assert mixer.buffers.states[slots[3]] == PLAYING
+    assert mixer.drums == SLOTS
 
 
-def test_an_empty_stage_is_silent() -> None:
-    stage = Mixer(RATE)
-    assert not stage.boards.states.any()
-    assert stage.boards.states[0] == EMPTY
-    assert not played(stage, 256, channels=1).any()
+def test_an_empty_mixer_is_silent() -> None:
+    mixer = Mixer(RATE)
+    assert not mixer.buffers.states.any()
+    assert mixer.buffers.states[0] == EMPTY
+    assert not played(mixer, 256, channels=1).any()
 
 
 def test_a_drum_that_enters_or_leaves_changes_nothing_in_the_sound_of_the_other() -> None:
-    stage, lone = Mixer(RATE), Mixer(RATE)
+    mixer, lone = Mixer(RATE), Mixer(RATE)
     silent = Scene("silent", drum=Drum(f01_Hz=210.0))
-    for each in (stage, lone):
+    for each in (mixer, lone):
         each.enter(struck(150.0))
-    parts = [played(stage, 4 * BLOCK)]
-    place = stage.enter(build(silent, RATE, StrikeRing()))
-    parts.append(played(stage, 4 * BLOCK, first=4 * BLOCK))
-    stage.leave(place)
-    assert not stage.has_left(place)
-    parts.append(played(stage, RATE // 8, first=8 * BLOCK))
-    assert stage.has_left(place)
-    assert stage.drums == 1
+    parts = [played(mixer, 4 * BLOCK)]
+    slot = mixer.enter(build(silent, RATE, StrikeRing()))
+    parts.append(played(mixer, 4 * BLOCK, first=4 * BLOCK))
+    mixer.leave(slot)
+    assert not mixer.has_left(slot)
+    parts.append(played(mixer, RATE // 8, first=8 * BLOCK))
+    assert mixer.has_left(slot)
+    assert mixer.drums == 1
     whole = np.concatenate(parts)
     assert np.array_equal(whole, played(lone, len(whole)))
 
@@ -155,11 +155,11 @@ from drumstick.parameters.scene import Scene
 from realtime.kernels.handover import ForeignHandle
 from drumstick.drum.build import new_engine
 from drumstick.drum.excitation.strikes import StrikeRing
-from sound_server.stage import Mixer, _player_of
+from sound_server.mixer import Mixer, _player_of
 
-stage = Mixer(48_000)
+mixer = Mixer(48_000)
 engine = new_engine(Scene("drum", drum=Drum(f01_Hz=150.0)), 48_000, StrikeRing())
-print(_player_of(ForeignHandle((engine, stage.boards.begun[:1])).kind).was_stored)
+print(_player_of(ForeignHandle((engine, mixer.buffers.begun[:1])).kind).was_stored)
 """
 
 

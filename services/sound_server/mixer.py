@@ -1,0 +1,183 @@
+"""Mixer of all sounding drums, side by side and on their way out. Every sink plays one.
+
+A slot holds one engine. Engines of different scenes are of different types: with each comes the address of the
+function that was compiled for it. Who may change a slot's state is known from the state itself, so nobody waits:
+
+    EMPTY -> PLAYING     the control thread, when the slot is filled
+    PLAYING -> LEAVING   the control thread; the audio thread then fades the drum out, without a click
+    LEAVING -> GONE      the audio thread, which does not touch the slot again
+    GONE -> EMPTY        the control thread, which lets go of the engine
+
+`mix` and what it calls: audio thread, no allocation, no locks. `Stage`: any number of control threads.
+"""
+
+import functools
+import math
+import threading
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from numba import types
+from numba.np.numpy_support import carray
+
+from drumstick.drum.block import render_block
+from drumstick.drum.engine import Engine
+from drumstick.drum.output.limiter import limit
+from realtime.atomics import load_acquire, peek, poke, store_release
+from realtime.kernels.borrowed_view import borrowed_view
+from realtime.kernels.foreign import call_block
+from realtime.kernels.handover import ForeignHandle, take_up_typed, typed_callback
+from realtime.kernels.jit import CFunction, njit
+from realtime.records import Record, Rows, dtype_of
+
+SLOTS = 16
+EMPTY, PLAYING, LEAVING, GONE = 0, 1, 2, 3
+_MAX_FRAMES = 1024  # rendered at once; longer blocks come in parts
+_FADE_S = 0.06
+_array: Any = carray  # numba knows it by value; its own annotations do not fit addresses
+
+
+class MixerSlot(Record):
+    """`fade` is how far the fade-out has come, 0..1; it begins after `hold` frames, `fade_step` further each frame."""
+
+    function: int
+    argument: int
+    hold: int
+    fade: float
+    fade_step: float
+
+
+MIXER_SLOT = dtype_of(MixerSlot)
+
+
+class MixBuffers(NamedTuple):
+    """Arrays of the audio thread. Shapes: states, slots and begun (16,), voice and bus (1024, 2). voice: one drum's
+    sound; bus: the sum of all; begun: the pulses that each drum was given so far."""
+
+    states: npt.NDArray[np.int64]
+    slots: Rows[MixerSlot]
+    voice: npt.NDArray[np.float32]
+    bus: npt.NDArray[np.float32]
+    begun: npt.NDArray[np.int64]
+
+
+class MixerFull(Exception):
+    """Every slot is taken: 16 drums sound already."""
+
+
+@njit()
+def _add(buffers: MixBuffers, at: int, frames: int, leaving: bool) -> None:
+    slot: MixerSlot = buffers.slots[at]
+    if not leaving:
+        for i in range(frames):
+            buffers.bus[i, 0] += buffers.voice[i, 0]
+            buffers.bus[i, 1] += buffers.voice[i, 1]
+        return
+    for i in range(frames):
+        if slot.hold > 0:
+            slot.hold -= 1
+        else:
+            slot.fade = min(1.0, slot.fade + slot.fade_step)
+        level = np.float32(0.5 + 0.5 * math.cos(math.pi * slot.fade))
+        buffers.bus[i, 0] += level * buffers.voice[i, 0]
+        buffers.bus[i, 1] += level * buffers.voice[i, 1]
+    if slot.fade >= 1.0:
+        store_release(buffers.states, at, GONE)
+
+
+@njit()
+def mix(buffers: MixBuffers, out: npt.NDArray[np.float32], rate_Hz: float, start_ns: int) -> None:
+    """Fill `out`, shape (frames, 1 or 2), with everything that sounds from `start_ns` (monotonic) on, limited.
+
+    The caller sets the float mode.
+    """
+    first = 0
+    while first < out.shape[0]:
+        frames = min(out.shape[0] - first, _MAX_FRAMES)
+        buffers.bus[:frames] = np.float32(0.0)
+        for at in range(SLOTS):
+            state = load_acquire(buffers.states, at)
+            if state in (PLAYING, LEAVING):
+                slot: MixerSlot = buffers.slots[at]
+                since_ns = int(first * 1e9 / rate_Hz)
+                call_block(
+                    slot.function, slot.argument, buffers.voice.ctypes.data, frames, start_ns + since_ns
+                )
+                _add(buffers, at, frames, state == LEAVING)
+        for i in range(frames):
+            if out.shape[1] == 1:
+                out[first + i, 0] = np.float32(0.5) * (buffers.bus[i, 0] + buffers.bus[i, 1])
+            else:
+                out[first + i, 0] = buffers.bus[i, 0]
+                out[first + i, 1] = buffers.bus[i, 1]
+        first += frames
+    limit(out)
+
+
+def _play(argument: Any, output: Any, frames: int, start_ns: int) -> None:
+    # No closure over the kind: that would be compiled anew in each process, for longer than all else takes.
+    taken, begun = take_up_typed(argument)
+    out: npt.NDArray[np.float32] = _array(output, (frames, 2), np.float32)
+    render_block(borrowed_view(taken), out, start_ns)
+    begun[0] = taken.meters[0].begun
+
+
+@functools.cache
+def _player_of(kind: Any) -> CFunction:
+    return CFunction(_play, typed_callback(kind, types.voidptr, types.int64, types.int64))
+
+
+class Mixer:
+    """Up to 16 drums. It must live as long as any audio thread that plays `buffers`."""
+
+    def __init__(self, rate_Hz: int) -> None:
+        self._rate_Hz = rate_Hz
+        self.buffers = MixBuffers(
+            np.zeros(SLOTS, np.int64),
+            np.zeros(SLOTS, MIXER_SLOT),
+            np.zeros((_MAX_FRAMES, 2), np.float32),
+            np.zeros((_MAX_FRAMES, 2), np.float32),
+            np.zeros(SLOTS, np.int64),
+        )
+        self._held: dict[int, tuple[ForeignHandle, CFunction]] = {}
+        self._filling = threading.Lock()
+
+    def enter(self, engine: Engine) -> int:
+        """Let `engine` sound from the next block on; returns its slot. Seconds where its kernels must compile."""
+        with self._filling:
+            self._clear()
+            for at in range(SLOTS):
+                if at not in self._held:
+                    handed = ForeignHandle((engine, self.buffers.begun[at : at + 1]))
+                    function = _player_of(handed.kind)
+                    self._held[at] = handed, function
+                    self.buffers.slots[at] = (function.address, handed.address, 0, 0.0, 0.0)
+                    poke(self.buffers.states, at, PLAYING)
+                    return at
+        raise MixerFull(f"{SLOTS} drums sound already: stop one, or wait until one has faded")
+
+    def leave(self, at: int, after_s: float = 0.0) -> None:
+        """Fade the drum in this slot out in 60 ms, beginning `after_s` from now; another may enter there then."""
+        slot: MixerSlot = self.buffers.slots[at]
+        slot["hold"] = round(after_s * self._rate_Hz)
+        slot["fade_step"] = 1.0 / (_FADE_S * self._rate_Hz)
+        poke(self.buffers.states, at, LEAVING)
+
+    def has_left(self, at: int) -> bool:
+        """True when the drum that left this slot has faded; then nothing of it is held here any more."""
+        with self._filling:
+            self._clear()
+            return at not in self._held
+
+    def _clear(self) -> None:
+        # Let go of the drums that have faded.
+        for at in list(self._held):
+            if peek(self.buffers.states, at) == GONE:
+                del self._held[at]
+                poke(self.buffers.states, at, EMPTY)
+
+    @property
+    def drums(self) -> int:
+        """Number of slots taken, those of fading drums included."""
+        return len(self._held)
