@@ -15,7 +15,7 @@ from realtime.service_options import read
 from rig import checks, folder
 from rig.exit_status import GIVEN, LACKING, CommandError
 from rig.machine import ports
-from rig.supervision import arm
+from rig.supervision import arm, service_checks
 from rig.supervision.plan import Options, commands
 
 
@@ -103,15 +103,15 @@ def test_where_oscquery_cannot_be_served(text: str) -> None:
 ])  # fmt: skip
 def test_midi_that_cannot_be(port: str, note: int, channel: int) -> None:
     with pytest.raises(CommandError, match="--midi-") as stop:
-        checks.midi(port, note, channel)
+        service_checks.midi(port, note, channel)
     assert stop.value.status == GIVEN
-    checks.midi("x", 0, 16)
+    service_checks.midi("x", 0, 16)
 
 
 def test_windows_makes_no_virtual_ports(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sys.platform", "win32")
     with pytest.raises(CommandError, match="loopback driver") as stop:
-        checks.midi("virtual", 38, 10)
+        service_checks.midi("virtual", 38, 10)
     assert stop.value.status == LACKING
 
 

@@ -20,7 +20,7 @@ from protocol.keys import Keys
 from protocol.messages import Contact, decode
 from protocol.session import open_client, open_router
 from realtime import ring
-from sound_server.room import MAX_LATENCY_MS
+from sound_server.ranges import MAX_LATENCY_MS
 
 MS = 1_000_000
 KEYS = Keys("streaming")
