@@ -5,7 +5,7 @@ import math
 from drumstick.parameters.scene import parse, shipped_text
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
-from haptic_server.block import ARM, HELD
+from haptic_server.block_header import ARM, HELD
 from haptic_server.records import NO_FAULT, Reading
 from haptic_server.servo import memory
 from haptic_server.servo.memory import Servo

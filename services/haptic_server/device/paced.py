@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from haptic_server.block import STOP, Cells
+from haptic_server.block_header import STOP, Cells
 from haptic_server.device.protocol import DeviceError
 from haptic_server.device.specification import Specification
 from haptic_server.records import NO_FAULT

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from haptic_server.gateway.options import GatewayOptions
 from haptic_server.gateway.osc.inbound import Network
 from haptic_server.gateway.osc.targets import Endpoint
-from haptic_server.gateway.parameter_access import ParameterAccess
+from haptic_server.gateway.settings import Parameters
 
 if TYPE_CHECKING:
     from haptic_server.gateway.oscquery.osc_bridge import OscBridge
@@ -38,7 +38,7 @@ class Extras:
         return [] if self._bridge is None else [self._bridge.endpoint]
 
     def open(
-        self, parameters: ParameterAccess, front: Endpoint, allow: Sequence[Network], insiders: set[Endpoint]
+        self, parameters: Parameters, front: Endpoint, allow: Sequence[Network], insiders: set[Endpoint]
     ) -> None:
         """Serve what was asked for; `front` is where OSC is heard, `allow` are the sources that may use it.
 
@@ -53,7 +53,7 @@ class Extras:
         self,
         bridge: OscBridge,
         bind: Endpoint,
-        parameters: ParameterAccess,
+        parameters: Parameters,
         front: Endpoint,
         allow: Sequence[Network],
         insiders: set[Endpoint],

@@ -16,7 +16,15 @@ import numpy.typing as npt
 from drumstick.safety import envelope
 from drumstick.stick.law import Records
 from haptic_server import block as blocks
-from haptic_server.block_header import is_about_to_tick, is_alive, is_held, raise_panic
+from haptic_server.block_header import (
+    HEARTBEAT,
+    PANIC,
+    BlockError,
+    is_about_to_tick,
+    is_alive,
+    is_held,
+    raise_panic,
+)
 from haptic_server.records import EVENT, POINTER, STATUS, set_type
 from realtime import ring, triple_buffer
 from realtime.atomics import add_to, peek
@@ -167,8 +175,8 @@ def warm_up(law: Records) -> None:
     triple_buffer.publish(block.pointer_cells, block.pointer, np.zeros(1, POINTER)[0])
     triple_buffer.read_into(block.live_cells, block.live, offered)
     triple_buffer.read_into(block.status_cells, block.status, np.zeros(1, STATUS))
-    add_to(block.control, blocks.PANIC, 1)
-    peek(block.control, blocks.HEARTBEAT)
+    add_to(block.control, PANIC, 1)
+    peek(block.control, HEARTBEAT)
     envelope.judge(law[0], envelope.Limits(1.0, 1.0).record()[0], envelope.new_scratch())
 
 
@@ -188,7 +196,7 @@ def wait_for_servo(
                 return link
         except FileNotFoundError:
             reported = ""
-        except blocks.BlockError as error:
+        except BlockError as error:
             if str(error) != reported:
                 reported = str(error)
                 _log.warning("waiting for a servo of this scene: %s", reported)

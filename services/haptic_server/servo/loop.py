@@ -10,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from haptic_server.block import LATENESS_BIN_NS, LATENESS_BINS, STOP
+from haptic_server.block import LATENESS_BIN_NS, LATENESS_BINS
+from haptic_server.block_header import STOP
 from haptic_server.servo.event_output import publish_status
 from haptic_server.servo.force.pointed import pointed_arm_tick, pointed_stick_tick
 from haptic_server.servo.force.sampled import replayed_tick, sampled_tick

@@ -14,7 +14,8 @@ from drumstick.stick.motion import exact
 from drumstick.stick.records import Law, Motion
 from drumstick.stick.strike_curve import CurveTable, curve_of
 from haptic_server import contacts
-from haptic_server.block import HELD, Block
+from haptic_server.block import Block
+from haptic_server.block_header import HELD
 from haptic_server.device.hand import GESTURE
 from haptic_server.device.specification import EXACT_STICK, Specification
 from haptic_server.limits import lead_s, limits_of

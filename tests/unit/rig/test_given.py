@@ -9,6 +9,7 @@ from msgspec.structs import replace
 from drumstick.parameters.scene import Scene
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
+from haptic_server.block_header import ARM, HEARTBEAT
 from haptic_server.gateway.options import GatewayOptions
 from realtime.atomics import peek, poke
 from realtime.service_options import read
@@ -142,8 +143,8 @@ def test_arm_without_a_servo_or_with_a_dead_one_arms_nothing(
     with pytest.raises(CommandError, match="does not tick") as stop:
         arm.arm("here")
     assert stop.value.status == LACKING
-    assert peek(mine.control, blocks.ARM) == 0
-    poke(mine.control, blocks.HEARTBEAT, time.monotonic_ns() + 10**12)
+    assert peek(mine.control, ARM) == 0
+    poke(mine.control, HEARTBEAT, time.monotonic_ns() + 10**12)
     arm.arm("here")
-    assert peek(mine.control, blocks.ARM) == 1
+    assert peek(mine.control, ARM) == 1
     assert "armed" in capsys.readouterr().out

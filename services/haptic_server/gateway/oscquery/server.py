@@ -28,7 +28,7 @@ from haptic_server.gateway.oscquery.osc_bridge import OscBridge
 from haptic_server.gateway.oscquery.pages import Page, page
 from haptic_server.gateway.oscquery.tree import EXTENSIONS, tree_of
 from haptic_server.gateway.oscquery.values import Values
-from haptic_server.gateway.parameter_access import ParameterAccess
+from haptic_server.gateway.settings import Parameters
 
 MAX_CONNECTIONS = 64  # in whatever state, so that half-open ones use up neither memory nor descriptors
 MAX_CLIENTS = 16  # of these, over WebSocket
@@ -64,7 +64,7 @@ class OscQuery:
         bind: tuple[str, int],
         rig: str,
         prefix: str,
-        parameters: ParameterAccess,
+        parameters: Parameters,
         front: Endpoint,
         bridge: OscBridge,
         allow: Sequence[Network] = LOOPBACK,

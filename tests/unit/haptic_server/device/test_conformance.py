@@ -12,7 +12,7 @@ import pytest
 
 import every_device
 from every_device import Case
-from haptic_server.block import ARM, HEARTBEAT, PANIC, STOP
+from haptic_server.block_header import ARM, HEARTBEAT, PANIC, STOP
 from haptic_server.device.protocol import Device, DeviceError
 from haptic_server.records import NO_FAULT, STALLED, STATUS
 from haptic_server.records import PANIC as IN_PANIC

@@ -11,7 +11,7 @@ import sampled_arm
 from drumstick.parameters.scene import Scene, parse, shipped_text
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
-from haptic_server.block import ARM, PANIC
+from haptic_server.block_header import ARM, PANIC
 from haptic_server.device.pointed_hand import HAND, LIFTED_M, STALE_NS, follow, height_of, top_of
 from haptic_server.device.pointer import Pointed
 from haptic_server.device.selection import chosen
