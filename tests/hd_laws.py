@@ -19,7 +19,7 @@ STEADY_N = 3.0
 def servo_at(rate_hz: int = 1000) -> Servo:
     """A servo of the scene `phantom`, without a simulated arm."""
     scene = parse(shipped_text("phantom") + f"\n[servo]\nrate_Hz = {rate_hz}\n", "phantom")
-    return memory.prepare(scene, blocks.in_memory(law_of(scene)))._replace(plant=None)
+    return memory.prepare(scene, blocks.in_memory(law_of(scene)))
 
 
 @njit()

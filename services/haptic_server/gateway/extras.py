@@ -9,6 +9,7 @@ from haptic_server.gateway.options import GatewayOptions
 from haptic_server.gateway.osc.inbound import Network
 from haptic_server.gateway.osc.targets import Endpoint
 from haptic_server.gateway.settings import Parameters
+from realtime.service_options import command
 
 if TYPE_CHECKING:
     from haptic_server.gateway.oscquery.osc_bridge import OscBridge
@@ -78,11 +79,13 @@ class Extras:
 
     def _open_midi(self, name: str) -> None:
         from haptic_server.gateway.midi.encoding import Voice
-        from haptic_server.gateway.midi.process import PortProcess, command
+        from haptic_server.gateway.midi.options import MidiOptions
+        from haptic_server.gateway.midi.port_process import PortProcess
         from haptic_server.gateway.midi.sender import MidiSender
 
         given = self._given
-        port = PortProcess(command(name, f"drumstick {given.rig}"))
+        options = MidiOptions(client=f"drumstick {given.rig}", port=name)
+        port = PortProcess(command("haptic_server.gateway.midi", options))
         self.midi = MidiSender(Voice(given.midi_note, given.midi_channel), port)
 
     def counters(self) -> dict[str, dict[str, int]]:

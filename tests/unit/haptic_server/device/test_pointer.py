@@ -51,7 +51,7 @@ class Player:
     def tick(self, ticks: int) -> None:
         for _ in range(ticks):
             self.now_ns = loop.run_virtual(self.servo, 1, self.now_ns)
-            self.lifts.append(float(self.servo.gesture[0]["lift"]))
+            self.lifts.append(float(self.servo.pointed[0]["lift"]))
             self.heights.append(float(self.servo.status[0]["z_m"]))
 
     def hold(self, seconds: float, lift: float, x: float = 0.0, y: float = 0.0) -> None:
@@ -239,6 +239,6 @@ def test_no_other_device_lets_itself_be_pointed_at() -> None:
         block = blocks.in_memory(law_of(ROLL))
         if words == "simulated":
             servo = device.attach_simulation(memory.prepare(ROLL, block))
-            assert "wish" not in (servo.gesture.dtype.names or ())
+            assert servo.pointed is None
         assert not block.is_pointed
     assert servo_of(ROLL).block.is_pointed
