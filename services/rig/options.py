@@ -135,9 +135,9 @@ RoomLevel = Annotated[
 Listen = Annotated[str, typer.Option(help=_LISTEN_WORDS)]
 Figures = Annotated[Path | None, _OUT]
 Sweeps = Annotated[list[str] | None, _SWEEP]
-ExitHow = Annotated[str, typer.Argument(envvar="EXIT_CODE", help="As systemd tells it: exited, killed ...")]
+ExitHow = Annotated[str, typer.Argument(envvar="EXIT_CODE", help="As systemd reports it: exited, killed ...")]
 ExitStatus = Annotated[
-    str, typer.Argument(envvar="EXIT_STATUS", help="As systemd tells it: a number or a signal.")
+    str, typer.Argument(envvar="EXIT_STATUS", help="As systemd reports it: a number or a signal.")
 ]
 
 

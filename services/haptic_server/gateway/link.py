@@ -1,7 +1,7 @@
 """The gateway's hold on the servo's block: takes events, readbacks and status; finds a restarted servo again.
 
 All of `take_*`, `status`, `point` and `refresh` belong to the relay thread; `offer` and `raise_panic` may be called by
-one other thread at a time (the parameters's lock sees to that).
+one other thread at a time (the lock of the parameters sees to that).
 """
 
 import logging
@@ -186,7 +186,7 @@ def wait_for_servo(
     """The link to the servo of `folder`, once there is one that ticks or is about to; None when `stop` came first.
 
     Until then there may be no block (the servo still compiles), or one that an earlier run or version left behind;
-    `tell_waiting` is called at each look.
+    `report_waiting` is called at each look.
     """
     reported = ""
     while not stop.is_set():

@@ -19,8 +19,8 @@ def _ports_listed(outputs: OutputOptions, as_json: bool) -> bool:
     # `--midi-out list` shows the ports instead of playing.
     if outputs.midi_out != "list":
         return False
+    from rig import service_checks
     from rig.machine.midi_ports import show
-    from rig.supervision import service_checks
 
     service_checks.midi("list", outputs.midi_note, outputs.midi_channel)
     show(as_json)

@@ -3,9 +3,8 @@
 import dataclasses
 from typing import Any
 
-from rig import checks, folder
+from rig import checks, folder, service_checks
 from rig.options import EndpointOptions, RigOptions
-from rig.supervision import service_checks
 from rig.supervision.plan import Options
 from rig.supervision.resolved_options import resolve
 

@@ -1,7 +1,7 @@
 """An audio device through PortAudio (JACK, PipeWire, ALSA ...), played by the compiled callback.
 
-sounddevice takes a C function only through its private `_StreamBase`; where that door is gone, a Python callback does
-the same work, with a warning: under a busy interpreter it misses most of its deadlines.
+sounddevice takes a C function only through its private `_StreamBase`; where that is gone, a Python callback does the
+same work, with a warning: under a busy interpreter it misses most of its deadlines.
 """
 
 import ctypes

@@ -146,7 +146,7 @@ class Page:
             )
         if self._tuning is None:
             self._absent.say(
-                markup.line("The controls appear when the haptic server tells its scene.", "absent")
+                markup.line("The controls appear when the haptic server reports its scene.", "absent")
             )
             return
         self._absent.say("")

@@ -13,10 +13,10 @@ from haptic_server.block_header import ARM, HEARTBEAT
 from haptic_server.gateway.options import GatewayOptions
 from realtime.atomics import peek, poke
 from realtime.service_options import read
-from rig import checks, folder
+from rig import checks, folder, service_checks
 from rig.exit_status import GIVEN, LACKING, CommandError
 from rig.machine import ports
-from rig.supervision import arm, service_checks
+from rig.supervision import arm
 from rig.supervision.plan import Options, commands
 
 

@@ -1,6 +1,6 @@
 """VALUE of each address: the servo's readback of a parameter, the newest message of anything else.
 
-Belongs to the OSCQuery thread. The parameters's lock is taken for the microseconds that its readback takes.
+Belongs to the OSCQuery thread. The lock of the parameters is taken for the microseconds that its readback takes.
 """
 
 import math

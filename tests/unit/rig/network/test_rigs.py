@@ -5,10 +5,10 @@ import json
 import pytest
 
 from protocol.keys import Keys
+from rig import service_checks
 from rig.exit_status import CommandError
 from rig.network.discovery import NO_SERVER, Seen
 from rig.network.rigs import _object, _shown, _table, changes
-from rig.supervision import service_checks
 from rig.supervision.resolved_options import RemoteRig
 
 END = RemoteRig("tcp/127.0.0.1:7447", Keys("main"))
