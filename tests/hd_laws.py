@@ -5,7 +5,7 @@ import math
 from drumstick.parameters.scene import parse, shipped_text
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
-from haptic_server.block import ARM, HELD
+from haptic_server.block_header import ARM, HELD
 from haptic_server.records import NO_FAULT, Reading
 from haptic_server.servo import memory
 from haptic_server.servo.memory import Servo
@@ -19,7 +19,7 @@ STEADY_N = 3.0
 def servo_at(rate_hz: int = 1000) -> Servo:
     """A servo of the scene `phantom`, without a simulated arm."""
     scene = parse(shipped_text("phantom") + f"\n[servo]\nrate_Hz = {rate_hz}\n", "phantom")
-    return memory.prepare(scene, blocks.in_memory(law_of(scene)))._replace(plant=None)
+    return memory.prepare(scene, blocks.in_memory(law_of(scene)))
 
 
 @njit()

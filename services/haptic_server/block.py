@@ -18,7 +18,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from haptic_server.block_header import ARM as ARM
 from haptic_server.block_header import (
     BOOT_CELL,
     CONTROL_CELLS,
@@ -35,10 +34,6 @@ from haptic_server.block_header import (
     is_held,
     read_header,
 )
-from haptic_server.block_header import HEARTBEAT as HEARTBEAT
-from haptic_server.block_header import PANIC as PANIC
-from haptic_server.block_header import PANICS_SEEN as PANICS_SEEN
-from haptic_server.block_header import STOP as STOP
 from haptic_server.files import BLOCK
 from haptic_server.records import EVENT, POINTER, STATUS, set_type
 from realtime import ring, triple_buffer

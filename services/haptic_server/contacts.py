@@ -12,7 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from haptic_server.block import BlockError, Cells, Slots, reserve
+from haptic_server.block import Slots, reserve
+from haptic_server.block_header import BlockError, Cells
 from haptic_server.files import CONTACTS
 from realtime import ring
 from realtime.records import Record, dtype_of

@@ -3,12 +3,13 @@
 import importlib.util
 import math
 import socket
-import sys
-from collections.abc import Sequence
 from pathlib import Path
 
 from protocol.keys import DEFAULT_ROUTER, Keys, checked_rig
+from protocol.osc import DEFAULT_OUT, checked_prefix
 from rig.exit_status import unavailable, usage_error
+
+DEFAULT_TARGET = "{}:{}".format(*DEFAULT_OUT)
 
 
 def rig_name(name: str) -> None:
@@ -17,28 +18,6 @@ def rig_name(name: str) -> None:
         checked_rig(name)
     except ValueError as error:
         usage_error(str(error))
-
-
-def sound_rigs(own: str, also: Sequence[str], most: int) -> None:
-    """The rigs that one sound server plays: names, and patterns with *."""
-    from protocol.pattern import checked_pattern, is_pattern
-
-    finite(most, "--most-rigs", 1.0, 8.0, "rigs")
-    try:
-        named = {own, *(checked_pattern(name) for name in also if not is_pattern(checked_pattern(name)))}
-    except ValueError as error:
-        usage_error(f"--also: {error}")
-    if len(named) > most:
-        usage_error(
-            f"--rig and --also name {len(named)} rigs, more than the {most} that one sound server plays (--most-rigs,"
-            " at most 8): start another one for the rest"
-        )
-
-
-def room(latency_ms: float, level_dB: float) -> None:
-    """Check a room's delay and gain."""
-    finite(latency_ms, "--room-latency", 0.0, 500.0, "ms")
-    finite(level_dB, "--room-level", -60.0, 12.0, "dB")
 
 
 def endpoint(connect: str | None, option: str = "--connect") -> str:
@@ -68,7 +47,7 @@ def target(text: str, option: str = "--osc-out") -> str:
     """host:port of an OSC listener, whose name nobody needs to know yet."""
     host, _, number = text.rpartition(":")
     if not host or not number.isdecimal() or not 1 <= int(number) <= 65535:
-        usage_error(f"{option} {text!r}: write host:port, e.g. 127.0.0.1:9101")
+        usage_error(f"{option} {text!r}: write host:port, e.g. {DEFAULT_TARGET}")
     return text
 
 
@@ -79,7 +58,7 @@ def known_target(text: str, option: str = "--osc-out") -> str:
         socket.getaddrinfo(host, int(number), socket.AF_INET, socket.SOCK_DGRAM)
     except (OSError, UnicodeError):
         unavailable(
-            f"{option} {text!r}: no IPv4 address is known for {host!r}; write one, e.g. 127.0.0.1:9101"
+            f"{option} {text!r}: no IPv4 address is known for {host!r}; write one, e.g. {DEFAULT_TARGET}"
         )
     return text
 
@@ -106,21 +85,6 @@ def oscquery(text: str | None, announce: bool) -> tuple[str, int] | None:
     return str(found[0][4][0]), int(number)
 
 
-def midi(port: str, note: int, channel: int) -> None:
-    """A MIDI port's name, a note and a channel; the package that this takes is there."""
-    if not port.strip() or not port.isprintable():
-        usage_error(f"--midi-out {port!r}: write part of a port's name, virtual, or list to see the ports")
-    if not 0 <= note <= 127:
-        usage_error(f"--midi-note {note}: must be 0 .. 127 (38 is the snare of General MIDI)")
-    if not 1 <= channel <= 16:
-        usage_error(f"--midi-channel {channel}: must be 1 .. 16 (10 is for percussion in General MIDI)")
-    if port == "virtual" and sys.platform == "win32":
-        unavailable(
-            "--midi-out virtual: Windows cannot make MIDI ports; make one with a loopback driver and name it"
-        )
-    installed("--midi-out", "midi", "rtmidi2")
-
-
 def installed(option: str, extra: str, *packages: str) -> None:
     """Stop with status 3 unless these packages, which `extra` brings, can be imported."""
     missing = [name for name in packages if importlib.util.find_spec(name) is None]
@@ -130,8 +94,6 @@ def installed(option: str, extra: str, *packages: str) -> None:
 
 def prefix(text: str) -> None:
     """First part of OSC addresses."""
-    from protocol.osc import checked_prefix
-
     try:
         checked_prefix(text)
     except ValueError as error:

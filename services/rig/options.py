@@ -9,7 +9,18 @@ from typing import Annotated
 
 import typer
 
+from haptic_server.gateway.midi.encoding import CHANNELS, DEFAULT_CHANNEL, DEFAULT_NOTE, NOTES
 from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER
+from protocol.osc import DEFAULT_IN, DEFAULT_PREFIX
+from sound_server.ranges import (
+    BLOCKS,
+    DEFAULT_BLOCK,
+    DEFAULT_RATE_HZ,
+    MAX_DELAY_MS,
+    MAX_RIGS,
+    RATES_HZ,
+    GAINS_dB,
+)
 
 _SCENE = typer.Option(help="A shipped scene or a .toml file.")
 # deploy/drumstick-at names the rig and its file so: a command that takes neither is not in the way.
@@ -26,10 +37,6 @@ _RIG_FILE = typer.Option(
 _DURATION = typer.Option(help="Stop after this many seconds of play.")
 _JSON = typer.Option("--json", help="Print one JSON object and nothing else on stdout.")
 _AUDIO = typer.Option(help="auto, null, wav:FILE, or part of an audio device's name.")
-_AUDIO_RATE = typer.Option(help="Sample rate, 22050 to 192000 Hz; a device with only one rate keeps its own.")
-_AUDIO_BLOCK = typer.Option(
-    help="Frames per audio block, 16 to 8192. Smaller: lower latency, more risk of dropouts."
-)
 _PANEL_PORT = typer.Option(help="TCP port of the technician's page, on 127.0.0.1.")
 _OSC_IN_WORDS = "UDP port to hear OSC at, on 127.0.0.1 or where the rig file says."
 _OSC_OUT = typer.Option(help="host:port that gets the strikes as OSC; may be repeated.")
@@ -45,8 +52,6 @@ _MIDI_OUT = typer.Option(
     metavar="NAME",
     help="Also play the strikes as MIDI: part of a port's name, virtual, or list to see the ports.",
 )
-_MIDI_NOTE = typer.Option(help="MIDI note of a strike, 0 to 127.")
-_MIDI_CHANNEL = typer.Option(help="MIDI channel of strikes, 1 to 16.")
 _FRESH = typer.Option("--fresh", help="Start with the scene's parameters, not with those of last time.")
 _OUT = typer.Option(help="Also write figures (PNG, SVG), tables (CSV) and analysis.json into this folder.")
 _SWEEP = typer.Option(
@@ -76,19 +81,29 @@ RigNameOrFile = Annotated[
     ),
 ]
 ListenOrFile = Annotated[str | None, typer.Option(help=_LISTEN_WORDS, show_default=DEFAULT_ROUTER)]
-OscInOrFile = Annotated[int | None, typer.Option(help=_OSC_IN_WORDS, show_default="9100")]
+OscInOrFile = Annotated[int | None, typer.Option(help=_OSC_IN_WORDS, show_default=str(DEFAULT_IN[1]))]
 Json = Annotated[bool, _JSON]
 Audio = Annotated[str, _AUDIO]
-AudioRate = Annotated[int, _AUDIO_RATE]
-AudioBlock = Annotated[int, _AUDIO_BLOCK]
+AudioRate = Annotated[
+    int,
+    typer.Option(
+        help=f"Sample rate, {RATES_HZ[0]} to {RATES_HZ[1]} Hz; a device with only one rate keeps its own."
+    ),
+]
+AudioBlock = Annotated[
+    int,
+    typer.Option(
+        help=f"Frames per audio block, {BLOCKS[0]} to {BLOCKS[1]}. Smaller: lower latency, more risk of dropouts."
+    ),
+]
 PanelPort = Annotated[int, _PANEL_PORT]
 OscOut = Annotated[list[str] | None, _OSC_OUT]
 Prefix = Annotated[str, _PREFIX]
 OscQuery = Annotated[str | None, _OSCQUERY]
 OscQueryAnnounce = Annotated[bool, _OSCQUERY_ANNOUNCE]
 MidiOut = Annotated[str | None, _MIDI_OUT]
-MidiNote = Annotated[int, _MIDI_NOTE]
-MidiChannel = Annotated[int, _MIDI_CHANNEL]
+MidiNote = Annotated[int, typer.Option(help=f"MIDI note of a strike, {NOTES[0]} to {NOTES[1]}.")]
+MidiChannel = Annotated[int, typer.Option(help=f"MIDI channel of strikes, {CHANNELS[0]} to {CHANNELS[1]}.")]
 Device = Annotated[str, _DEVICE]
 Fresh = Annotated[bool, _FRESH]
 PresetName = Annotated[str, typer.Argument(help="1 to 60 letters, digits, spaces, _ . or -")]
@@ -106,16 +121,23 @@ Also = Annotated[
 ]
 MostRigs = Annotated[
     int,
-    typer.Option(help="How many rigs to play at once, 1 to 8: each drum takes computing time and memory."),
+    typer.Option(
+        help=f"How many rigs to play at once, 1 to {MAX_RIGS}: each drum takes computing time and memory."
+    ),
 ]
-RoomLatency = Annotated[float, typer.Option(metavar="MS", help="Extra delay for this room, 0 to 500 ms.")]
-RoomLevel = Annotated[float, typer.Option(metavar="DB", help="Output gain for this room, -60 to 12 dB.")]
+RoomLatency = Annotated[
+    float, typer.Option(metavar="MS", help=f"Extra delay for this room, 0 to {MAX_DELAY_MS:g} ms.")
+]
+RoomLevel = Annotated[
+    float,
+    typer.Option(metavar="DB", help=f"Output gain for this room, {GAINS_dB[0]:g} to {GAINS_dB[1]:g} dB."),
+]
 Listen = Annotated[str, typer.Option(help=_LISTEN_WORDS)]
 Figures = Annotated[Path | None, _OUT]
 Sweeps = Annotated[list[str] | None, _SWEEP]
-ExitHow = Annotated[str, typer.Argument(envvar="EXIT_CODE", help="As systemd tells it: exited, killed ...")]
+ExitHow = Annotated[str, typer.Argument(envvar="EXIT_CODE", help="As systemd reports it: exited, killed ...")]
 ExitStatus = Annotated[
-    str, typer.Argument(envvar="EXIT_STATUS", help="As systemd tells it: a number or a signal.")
+    str, typer.Argument(envvar="EXIT_STATUS", help="As systemd reports it: a number or a signal.")
 ]
 
 
@@ -149,13 +171,13 @@ class EndpointOptions:
 class OutputOptions:
     """Optional parts of a gateway: memory of the last set, OSCQuery, MIDI."""
 
-    prefix: Prefix = "/drumstick"
+    prefix: Prefix = DEFAULT_PREFIX
     fresh: Fresh = False
     oscquery: OscQuery = None
     oscquery_announce: OscQueryAnnounce = False
     midi_out: MidiOut = None
-    midi_note: MidiNote = 38
-    midi_channel: MidiChannel = 10
+    midi_note: MidiNote = DEFAULT_NOTE
+    midi_channel: MidiChannel = DEFAULT_CHANNEL
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -173,8 +195,8 @@ class AudioOptions:
     """Audio output."""
 
     audio: Audio = "auto"
-    audio_rate: AudioRate = 48000  # Hz
-    audio_block: AudioBlock = 128  # frames
+    audio_rate: AudioRate = DEFAULT_RATE_HZ
+    audio_block: AudioBlock = DEFAULT_BLOCK  # frames
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -182,7 +204,7 @@ class RoomOptions:
     """Rigs that a sound server plays, and its room's delay and gain."""
 
     also: Also = None
-    most_rigs: MostRigs = 8
+    most_rigs: MostRigs = MAX_RIGS
     room_latency: RoomLatency = 0.0  # ms
     room_level: RoomLevel = 0.0  # dB
 

@@ -8,9 +8,15 @@ from protocol.access.identity import Identity
 from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER
 from protocol.pattern import checked_pattern, is_pattern
 from realtime.service_options import ServiceOptions
-from sound_server.output_trim import MAX_DELAY_MS, GAINS_dB
-
-MAX_RIGS = 8  # half the slots of the mixer: each drum may be followed by its next
+from sound_server.ranges import (
+    BLOCKS,
+    DEFAULT_BLOCK,
+    DEFAULT_RATE_HZ,
+    MAX_DELAY_MS,
+    MAX_RIGS,
+    RATES_HZ,
+    GAINS_dB,
+)
 
 
 class SoundOptions(ServiceOptions, frozen=True, kw_only=True):
@@ -24,8 +30,8 @@ class SoundOptions(ServiceOptions, frozen=True, kw_only=True):
     connect: str = DEFAULT_ROUTER
     identity: Identity | None = None
     audio: str = "auto"
-    rate: Annotated[int, Meta(ge=22050, le=192000)] = 48000
-    block: Annotated[int, Meta(ge=16, le=8192)] = 128
+    rate: Annotated[int, Meta(ge=RATES_HZ[0], le=RATES_HZ[1])] = DEFAULT_RATE_HZ
+    block: Annotated[int, Meta(ge=BLOCKS[0], le=BLOCKS[1])] = DEFAULT_BLOCK
     awaited: bool = False
     room_latency_ms: Annotated[float, Meta(ge=0.0, le=MAX_DELAY_MS)] = 0.0
     room_level_dB: Annotated[float, Meta(ge=GAINS_dB[0], le=GAINS_dB[1])] = 0.0

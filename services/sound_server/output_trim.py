@@ -8,9 +8,6 @@ from typing import TYPE_CHECKING, NamedTuple
 if TYPE_CHECKING:  # the options of this service are read without a compiler
     from drumstick.parameters.scene import Scene
 
-MAX_DELAY_MS = 500.0
-GAINS_dB = (-60.0, 12.0)
-
 
 class OutputTrim(NamedTuple):
     """delay_s: 0..0.5, beyond the scene's latency; gain_dB: -60..12, beyond the scene's own."""

@@ -21,8 +21,8 @@ from protocol.session import open_client
 from realtime.notify import Supervisor
 from realtime.stop import StopRequest
 from sound_server.drum import Drum
-from sound_server.options import MAX_RIGS
 from sound_server.output_trim import OutputTrim
+from sound_server.ranges import MAX_RIGS
 from sound_server.receiving.discovery import Discovery
 from sound_server.receiving.link import Link
 from sound_server.roster import Roster

@@ -34,6 +34,19 @@ def test_every_function_exists_in_its_module() -> None:
     assert not [(path, name) for path, name in named if name not in functions(ROOT / path)]
 
 
+@pytest.mark.parametrize(
+    "title", ["A strike, from the tick to the speaker", "A value, from the slider to the force"]
+)
+def test_a_way_has_as_many_modules_as_it_says(title: str) -> None:
+    way = PAGE.partition(f"## {title}\n")[2].partition("\n## ")[0]
+    folder, named = ROOT, set[Path]()
+    for word in re.findall(r"`([\w/]+\.py)`", way):
+        folder = (ROOT / word).parent if "/" in word else folder
+        named.add(folder / Path(word).name)
+    assert not [path for path in named if not path.is_file()]
+    assert re.findall(r"^(\d+) modules", way, re.MULTILINE) == [str(len(named))]
+
+
 def test_every_room_is_on_the_page() -> None:
     rooms = {
         path.parent.relative_to(ROOT)

@@ -32,14 +32,23 @@ I_O = {"asyncio", "io", "logging", "os", "pathlib", "select", "shutil", "socket"
 }  # fmt: skip
 # Beside their kernels they ask the system for a thread's priority and processor.
 THREADS = {"haptic_server/device/openhaptics/thread.py", "haptic_server/servo/stall_detector.py"}
-DECORATORS = {"njit", "only_with", "cfunc"}
+# What makes compiled code of a function, around it or called with it; others have an `overload` of their own.
+COMPILERS = {"njit", "only_with", "overload", "cfunction", "CFunction", "folded"}
+KERNELS = "realtime.kernels"
 
 
 def defines_kernels(tree: ast.Module) -> bool:
-    """Whether a function of the module is compiled."""
-    found = (d for node in ast.walk(tree) if isinstance(node, ast.FunctionDef) for d in node.decorator_list)
-    called = (d.func if isinstance(d, ast.Call) else d for d in found)
-    return any(isinstance(name, ast.Name) and name.id in DECORATORS for name in called)
+    """Whether the module has a function compiled, by whatever name it calls the compiler."""
+    froms = [
+        n for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) and (n.module or "").startswith(KERNELS)
+    ]
+    own = {each.asname or each.name for node in froms for each in node.names if each.name in COMPILERS}
+    called = (node.func for node in ast.walk(tree) if isinstance(node, ast.Call))
+    return any(
+        (isinstance(name, ast.Name) and name.id in own)
+        or (isinstance(name, ast.Attribute) and name.attr in COMPILERS)
+        for name in called
+    )
 
 
 def imported(tree: ast.Module) -> set[str]:
@@ -57,6 +66,30 @@ def kernels_with_i_o(services: Path) -> set[str]:
         if defines_kernels(module) and imported(module) & I_O:
             found.add(path.relative_to(services).as_posix())
     return found
+
+
+def test_every_compiler_is_there() -> None:
+    kernels = (ROOT / "shared" / "realtime" / "kernels").rglob("*.py")
+    modules = [ast.parse(path.read_text(encoding="utf-8")) for path in kernels]
+    defined = {
+        n.name for module in modules for n in module.body if isinstance(n, ast.FunctionDef | ast.ClassDef)
+    }
+    assert defined >= COMPILERS
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "from realtime.kernels.jit import njit\n@njit()\ndef f(x): ...",
+        "from realtime.kernels.jit import overload as chosen\n@chosen(g)\ndef f(x): ...",
+        "from realtime.kernels import jit\n@jit.cfunction('void()')\ndef f(): ...",
+        "from realtime.kernels.jit import CFunction\nf = CFunction(g, 'void()')",
+        "from realtime.kernels.folding import folded\n@folded(PARTS, each)\ndef f(x): ...",
+    ],
+)
+def test_a_kernel_is_known_by_its_compiler(text: str) -> None:
+    assert defines_kernels(ast.parse(text))
+    assert not defines_kernels(ast.parse("from typing import overload\n@overload\ndef f(x): ..."))
 
 
 def test_kernels_of_the_services_do_no_i_o() -> None:

@@ -156,7 +156,7 @@ def test_the_spectrum_is_drawn_and_the_ideal_modes_are_marked(page: Page, rig: F
     assert sum(value == 0.0 for value in there(modes)) == 20 + 1  # the dot at f01 has a place of its own
     assert "spectrum" in rig.watched()
     rig.sounding = False
-    expect(part(page, "missing")).to_have_text("No sound server tells what it sounds.", timeout=PATIENCE_MS)
+    expect(part(page, "missing")).to_have_text("No sound server reports a spectrum.", timeout=PATIENCE_MS)
     plotted(page, "heard", lambda column: not there(column))
     rig.sounding = True
     plotted(page, "heard", lambda column: bool(there(column)))

@@ -6,15 +6,14 @@ import threading
 from collections.abc import Generator
 from contextlib import contextmanager
 
-import numpy as np
-
-from haptic_server.block import STOP, Cells
+from haptic_server.block_header import STOP, Cells
 from haptic_server.device.protocol import DeviceError
 from haptic_server.device.specification import Specification
 from haptic_server.records import NO_FAULT
 from haptic_server.servo import loop
 from haptic_server.servo.memory import Servo
 from realtime.atomics import poke
+from realtime.records import is_there
 from realtime.stop import StopRequest
 
 _POLL_S = 0.02
@@ -53,17 +52,11 @@ def _heard(stop: StopRequest, control: Cells) -> Generator[None]:
         listener.join()
 
 
-def _slacken(plant: np.ndarray | None) -> None:
-    names = () if plant is None else plant.dtype.names or ()
-    for name in ("force_N", "queue_N"):
-        if plant is not None and name in names:
-            plant[name] = 0.0
-
-
 def run(specification: Specification, servo: Servo, stop: StopRequest) -> int:
     """Pace the ticks until `stop` is asked or the block's STOP cell is set; the arm feels no force after that."""
     require_rate(specification, servo)
     with _heard(stop, servo.block.control):
         loop.run_paced(servo)
-    _slacken(servo.plant)
+    if is_there(servo.plant):
+        servo.plant["force_N"] = servo.plant["queue_N"] = 0.0
     return NO_FAULT

@@ -9,7 +9,7 @@ from realtime.records import Record, dtype_of
 
 
 class PlaybackState(Record):
-    """State of a playback. Its fields tell the loop, at compile time, which device it is."""
+    """State of a playback: how far it has come, s, and the row before that."""
 
     replayed_s: float
     row: int

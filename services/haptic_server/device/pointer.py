@@ -57,10 +57,10 @@ class Pointed:
         if not self._sampled:
             motion = servo.motion.copy()
             motion["z"], motion["v"] = lifted_m, 0.0
-            return servo._replace(gesture=self._hand(), motion=motion)
+            return servo._replace(pointed=self._hand(), motion=motion)
         plant = simulated.arm_of(self._scene, self.info().specification)
         plant["z_m"] = plant["hand_m"] = self._scene.device.head_z_m + lifted_m
-        return servo._replace(plant=plant, gesture=self._hand())
+        return servo._replace(plant=plant, pointed=self._hand())
 
     def warm_up(self, spare: Servo) -> None:
         """Compile the loop and touch every path of it."""

@@ -52,7 +52,7 @@ class ReplayDevice:
 
     def attach_simulation(self, servo: Servo) -> Servo:
         """The servo with what this device moves in it."""
-        return servo._replace(plant=np.zeros(1, REPLAY), path=self.recording)
+        return servo._replace(replay=np.zeros(1, REPLAY), path=self.recording)
 
     def warm_up(self, spare: Servo) -> None:
         """Compile the loop and touch every path of it."""

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 from haptic_server.gateway.options import GatewayOptions
 from haptic_server.gateway.osc.inbound import Network
 from haptic_server.gateway.osc.targets import Endpoint
-from haptic_server.gateway.parameter_access import ParameterAccess
+from haptic_server.gateway.settings import Parameters
+from realtime.service_options import command
 
 if TYPE_CHECKING:
     from haptic_server.gateway.oscquery.osc_bridge import OscBridge
@@ -38,7 +39,7 @@ class Extras:
         return [] if self._bridge is None else [self._bridge.endpoint]
 
     def open(
-        self, parameters: ParameterAccess, front: Endpoint, allow: Sequence[Network], insiders: set[Endpoint]
+        self, parameters: Parameters, front: Endpoint, allow: Sequence[Network], insiders: set[Endpoint]
     ) -> None:
         """Serve what was asked for; `front` is where OSC is heard, `allow` are the sources that may use it.
 
@@ -53,7 +54,7 @@ class Extras:
         self,
         bridge: OscBridge,
         bind: Endpoint,
-        parameters: ParameterAccess,
+        parameters: Parameters,
         front: Endpoint,
         allow: Sequence[Network],
         insiders: set[Endpoint],
@@ -78,11 +79,13 @@ class Extras:
 
     def _open_midi(self, name: str) -> None:
         from haptic_server.gateway.midi.encoding import Voice
-        from haptic_server.gateway.midi.process import PortProcess, command
+        from haptic_server.gateway.midi.options import MidiOptions
+        from haptic_server.gateway.midi.port_process import PortProcess
         from haptic_server.gateway.midi.sender import MidiSender
 
         given = self._given
-        port = PortProcess(command(name, f"drumstick {given.rig}"))
+        options = MidiOptions(client=f"drumstick {given.rig}", port=name)
+        port = PortProcess(command("haptic_server.gateway.midi", options))
         self.midi = MidiSender(Voice(given.midi_note, given.midi_channel), port)
 
     def counters(self) -> dict[str, dict[str, int]]:

@@ -1,7 +1,7 @@
 """The gateway's hold on the servo's block: takes events, readbacks and status; finds a restarted servo again.
 
 All of `take_*`, `status`, `point` and `refresh` belong to the relay thread; `offer` and `raise_panic` may be called by
-one other thread at a time (the parameters's lock sees to that).
+one other thread at a time (the lock of the parameters sees to that).
 """
 
 import logging
@@ -16,7 +16,15 @@ import numpy.typing as npt
 from drumstick.safety import envelope
 from drumstick.stick.law import Records
 from haptic_server import block as blocks
-from haptic_server.block_header import is_about_to_tick, is_alive, is_held, raise_panic
+from haptic_server.block_header import (
+    HEARTBEAT,
+    PANIC,
+    BlockError,
+    is_about_to_tick,
+    is_alive,
+    is_held,
+    raise_panic,
+)
 from haptic_server.records import EVENT, POINTER, STATUS, set_type
 from realtime import ring, triple_buffer
 from realtime.atomics import add_to, peek
@@ -167,8 +175,8 @@ def warm_up(law: Records) -> None:
     triple_buffer.publish(block.pointer_cells, block.pointer, np.zeros(1, POINTER)[0])
     triple_buffer.read_into(block.live_cells, block.live, offered)
     triple_buffer.read_into(block.status_cells, block.status, np.zeros(1, STATUS))
-    add_to(block.control, blocks.PANIC, 1)
-    peek(block.control, blocks.HEARTBEAT)
+    add_to(block.control, PANIC, 1)
+    peek(block.control, HEARTBEAT)
     envelope.judge(law[0], envelope.Limits(1.0, 1.0).record()[0], envelope.new_scratch())
 
 
@@ -178,7 +186,7 @@ def wait_for_servo(
     """The link to the servo of `folder`, once there is one that ticks or is about to; None when `stop` came first.
 
     Until then there may be no block (the servo still compiles), or one that an earlier run or version left behind;
-    `tell_waiting` is called at each look.
+    `report_waiting` is called at each look.
     """
     reported = ""
     while not stop.is_set():
@@ -188,7 +196,7 @@ def wait_for_servo(
                 return link
         except FileNotFoundError:
             reported = ""
-        except blocks.BlockError as error:
+        except BlockError as error:
             if str(error) != reported:
                 reported = str(error)
                 _log.warning("waiting for a servo of this scene: %s", reported)

@@ -6,8 +6,10 @@ from typing import Annotated
 
 from msgspec import Meta
 
+from haptic_server.gateway.midi.encoding import CHANNELS, DEFAULT_CHANNEL, DEFAULT_NOTE, NOTES
 from protocol.access.identity import Identity
 from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, checked_rig
+from protocol.osc import DEFAULT_IN, DEFAULT_OUT, DEFAULT_PREFIX
 from realtime.service_options import ServiceOptions
 
 Address = tuple[str, Annotated[int, Meta(ge=0, le=65535)]]
@@ -27,17 +29,17 @@ class GatewayOptions(ServiceOptions, frozen=True, kw_only=True):
     listen: str = DEFAULT_ROUTER
     connect: str | None = None
     identity: Identity | None = None
-    osc_in: Address = ("127.0.0.1", 9100)
-    osc_out: tuple[Address, ...] = (("127.0.0.1", 9101),)
+    osc_in: Address = DEFAULT_IN
+    osc_out: tuple[Address, ...] = (DEFAULT_OUT,)
     osc_allow: tuple[str, ...] = ()
-    prefix: str = "/drumstick"
+    prefix: str = DEFAULT_PREFIX
     fresh: bool = False
     supervised: bool = False
     oscquery: Address | None = None
     oscquery_announce: bool = False
     midi_out: str | None = None
-    midi_note: Annotated[int, Meta(ge=0, le=127)] = 38
-    midi_channel: Annotated[int, Meta(ge=1, le=16)] = 10
+    midi_note: Annotated[int, Meta(ge=NOTES[0], le=NOTES[1])] = DEFAULT_NOTE
+    midi_channel: Annotated[int, Meta(ge=CHANNELS[0], le=CHANNELS[1])] = DEFAULT_CHANNEL
 
     def __post_init__(self) -> None:
         checked_rig(self.rig)

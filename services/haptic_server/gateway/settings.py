@@ -112,6 +112,7 @@ class Parameters:
         Changes build on the newest accepted set, so nothing accepted before is lost while it waits. Somebody else's
         lease refuses them, and so does a newer set than the one that the claim names. Values that the newest accepted
         set has already, to 32 bits, make no revision and no readback; the answer's `pending` is then whether they wait.
+        `source` names who asked, for the log, e.g. "osc 127.0.0.1:50412".
         """
         if not changes:
             raise Refusal("an empty set: name at least one parameter")

@@ -10,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from haptic_server.block import LATENESS_BIN_NS, LATENESS_BINS, STOP
+from haptic_server.block import LATENESS_BIN_NS, LATENESS_BINS
+from haptic_server.block_header import STOP
 from haptic_server.servo.event_output import publish_status
 from haptic_server.servo.force.pointed import pointed_arm_tick, pointed_stick_tick
 from haptic_server.servo.force.sampled import replayed_tick, sampled_tick
@@ -20,7 +21,7 @@ from haptic_server.servo.trace import note
 from realtime.atomics import load_acquire, poke
 from realtime.clock import now_ns, wait_until
 from realtime.kernels.borrowed_view import borrowed_view
-from realtime.kernels.jit import ArgumentType, array_has, is_none, njit, overload
+from realtime.kernels.jit import ArgumentType, is_none, njit, overload
 
 WARM_TICKS = 100  # lateness before this is the machine getting started, not the loop
 _FOR_EVER = 2**62  # ticks
@@ -34,7 +35,7 @@ def _is_sampled(servo: Servo) -> bool:
 
 @overload(_is_sampled)
 def _is_sampled_by_type(servo: ArgumentType) -> Callable[[Servo], bool]:
-    sampled = not is_none(servo, "plant")
+    sampled = not (is_none(servo, "plant") and is_none(servo, "replay"))
     return lambda servo: sampled
 
 
@@ -47,13 +48,13 @@ def _tick_of_plant(
     servo: ArgumentType, now_ns: ArgumentType, span_s: ArgumentType
 ) -> Callable[[Servo, int, float], None]:
     # Decided at compile time: the exact stick gets none of a sampled arm's code, nor the other way round.
-    is_pointed = array_has(servo, "gesture", "wish")
+    is_pointed = not is_none(servo, "pointed")
+    if not is_none(servo, "replay"):
+        return lambda servo, now_ns, span_s: replayed_tick(servo, now_ns, span_s)
     if is_none(servo, "plant"):
         if is_pointed:
             return lambda servo, now_ns, span_s: pointed_stick_tick(servo, now_ns, span_s)
         return lambda servo, now_ns, span_s: tick(servo, now_ns, span_s)
-    if array_has(servo, "plant", "replayed_s"):
-        return lambda servo, now_ns, span_s: replayed_tick(servo, now_ns, span_s)
     if is_pointed:
         return lambda servo, now_ns, span_s: pointed_arm_tick(servo, now_ns, span_s)
     return lambda servo, now_ns, span_s: sampled_tick(servo, now_ns, span_s)

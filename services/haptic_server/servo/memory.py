@@ -1,6 +1,6 @@
 """All the memory of one servo, made before its loop starts. Control thread."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -14,8 +14,12 @@ from drumstick.stick.motion import exact
 from drumstick.stick.records import Law, Motion
 from drumstick.stick.strike_curve import CurveTable, curve_of
 from haptic_server import contacts
-from haptic_server.block import HELD, Block
-from haptic_server.device.hand import GESTURE
+from haptic_server.block import Block
+from haptic_server.block_header import HELD
+from haptic_server.device.hand import GESTURE, Gesture
+from haptic_server.device.phantom import Plant
+from haptic_server.device.playback import PlaybackState
+from haptic_server.device.pointed_hand import PointedHand
 from haptic_server.device.specification import EXACT_STICK, Specification
 from haptic_server.limits import lead_s, limits_of
 from haptic_server.records import (
@@ -45,13 +49,14 @@ from realtime.records import ABSENT, Rows
 class Servo(NamedTuple):
     """All the memory a servo thread touches: arrays of one record each. numba takes the whole tuple as one argument.
 
-    plant: None for the exact stick and for real devices, else the record of a simulated arm or of a recording; gesture:
-    the hand's, of its own or after a pointer. Their types choose the code, so that a servo has only its own device's.
-    ahead: a motion in which the contact that begins is played to its end, by ahead_law. hand: None for the exact stick,
-    whose hand is its law, else what is known of the hand that holds the arm. curve: of levels over speeds. path: shape
-    (n, 2), times s and heights m of a recorded gesture, or (n, 4), a recording. limits, room: of the envelope, and what
-    its judgement writes to. offer: the set that is looked at, a copy of our own; offer_words and offer_numbers are its
-    law in the same memory. stream: None unless the scene streams its contacts' force.
+    plant: the simulated arm, replay: the recording that is replayed; neither for the exact stick and for real devices.
+    gesture: of a hand of its own; pointed: the hand that follows a pointer. What is absent chooses the code, so that a
+    servo has only its own device's. ahead: a motion in which the contact that begins is played to its end, by
+    ahead_law. hand: None for the exact stick, whose hand is its law, else what is known of the hand that holds the arm.
+    curve: of levels over speeds. path: shape (n, 2), times s and heights m of a recorded gesture, or (n, 4), a
+    recording. limits, room: of the envelope, and what its judgement writes to. offer: the set that is looked at, a copy
+    of our own; offer_words and offer_numbers are its law in the same memory. stream: None unless the scene streams its
+    contacts' force.
     """
 
     block: Block
@@ -69,8 +74,7 @@ class Servo(NamedTuple):
     track: Rows[Track]
     guard: Rows[GuardState]
     allowed: Rows[DeviceLimits]
-    plant: Any
-    gesture: Any
+    gesture: Rows[Gesture]
     path: npt.NDArray[np.float64]
     trace: Rows[Trace]
     fence: Rows[Fence]
@@ -81,6 +85,9 @@ class Servo(NamedTuple):
     offer_numbers: npt.NDArray[np.float64]
     stream: Stream = ABSENT
     hand: Rows[HandPull] = ABSENT
+    plant: Rows[Plant] = ABSENT
+    replay: Rows[PlaybackState] = ABSENT
+    pointed: Rows[PointedHand] = ABSENT
 
 
 def _plan(scene: Scene) -> npt.NDArray[np.void]:
@@ -156,7 +163,6 @@ def prepare(scene: Scene, block: Block, specification: Specification = EXACT_STI
         track=new_track(judgement.window) if accepted else new_track(),
         guard=guard,
         allowed=_allowed(scene, specification),
-        plant=None,
         gesture=np.zeros(1, GESTURE),
         path=np.zeros((2, 2)),
         trace=np.zeros(TICKS, TRACE),

@@ -15,6 +15,7 @@ from drumstick.parameters.table import Refusal
 from drumstick.safety import envelope
 from drumstick.stick.law import law_of
 from haptic_server import block, contacts, files
+from haptic_server.block_header import STOP
 from haptic_server.device.protocol import Device, DeviceError
 from haptic_server.device.selection import chosen
 from haptic_server.device.specification import Specification
@@ -126,7 +127,7 @@ def _play(device: Device, scene: Scene, run_dir: Path, stop: StopRequest) -> int
         _log.warning("still held by a fault: %s", FAULT_WORDS[int(servo.player[0]["fault"])])
     _log.info("scene %s, %d Hz, %s", scene.name, scene.servo.rate_Hz, info.specification.name)
     written = _watch(servo, run_dir / files.TRACE, thread, stop, inherited)
-    poke(servo.block.control, block.STOP, 1)
+    poke(servo.block.control, STOP, 1)
     thread.join()
     if refused:
         raise refused[0]

@@ -46,7 +46,7 @@ def keys_make(
     ] = None,
     days: Annotated[int, typer.Option(help="How long the certificates are valid, 1 to 825.")] = 365,
     renew: Annotated[
-        str | None, typer.Option(help="Make only this role's certificate anew, by the authority in --out.")
+        str | None, typer.Option(help="Make only this role's certificate again, by the authority in --out.")
     ] = None,
 ) -> None:
     """Create a private CA and one certificate per role: haptic, sound, panel, technician, listener."""

@@ -7,6 +7,7 @@ import typer
 
 from rig.cli.grouped import grouped
 from rig.options import FigureOptions, Figures, Json, SceneName, Sweeps
+from sound_server.ranges import DEFAULT_RATE_HZ, RATES_HZ
 
 
 def simulate_command(
@@ -47,7 +48,7 @@ def render_command(
         ),
     ] = None,
     roll: Annotated[bool, typer.Option("--roll", help="Play what the scene's own stick does.")] = False,
-    rate: Annotated[int, typer.Option(help="Samples a second.")] = 48000,
+    rate: Annotated[int, typer.Option(help="Samples a second.")] = DEFAULT_RATE_HZ,
     *,
     pictures: FigureOptions,
     as_json: Json = False,
@@ -57,7 +58,7 @@ def render_command(
     from rig.offline.render import RenderOptions, render
 
     checks.duration(duration)
-    checks.finite(rate, "--rate", 22050.0, 192000.0, "Hz")
+    checks.finite(rate, "--rate", *RATES_HZ, "Hz")
     seconds = 3.0 if duration is None else duration
     options = RenderOptions(out, seconds, strikes, roll, rate, pictures.spectrogram, pictures.modes)
     render(scene, options, as_json, whole=duration is None)

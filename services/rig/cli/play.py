@@ -19,10 +19,10 @@ def _ports_listed(outputs: OutputOptions, as_json: bool) -> bool:
     # `--midi-out list` shows the ports instead of playing.
     if outputs.midi_out != "list":
         return False
-    from rig import checks
+    from rig import service_checks
     from rig.machine.midi_ports import show
 
-    checks.midi("list", outputs.midi_note, outputs.midi_channel)
+    service_checks.midi("list", outputs.midi_note, outputs.midi_channel)
     show(as_json)
     return True
 

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from protocol.keys import DEFAULT_ROUTER
+from protocol.osc import DEFAULT_PREFIX
 from rig.cli.grouped import grouped
 from rig.options import (
     Connect,
@@ -56,7 +57,7 @@ def replay_command(
     connect: Connect = None,
     listen: Listen = DEFAULT_ROUTER,
     osc_out: OscOut = None,
-    prefix: Prefix = "/drumstick",
+    prefix: Prefix = DEFAULT_PREFIX,
     as_json: Json = False,
 ) -> None:
     """Play a recording over Zenoh and OSC, in the haptic server's place."""
@@ -64,7 +65,7 @@ def replay_command(
     from rig.replaying.replay import ReplayOptions, checked, replay
 
     _, keys = checks.wire(rig, connect)
-    out = osc_out or ["127.0.0.1:9101"]
+    out = osc_out or [checks.DEFAULT_TARGET]
     how = (playback.speed, playback.loop, playback.await_sound)
     options = ReplayOptions(file, *how, listen, connect, tuple(out), prefix, playback.longest)
     replay(keys, checked(options), as_json)

@@ -13,9 +13,13 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from protocol.endpoint import host_and_port
+from protocol.keys import DEFAULT_ROUTER
+from protocol.osc import DEFAULT_IN
 from rig.exit_status import LACKING, CommandError
 from rig.machine.finding import Finding
 from rig.machine.ports import require_free_tcp, require_free_udp
+from rig.options import PageOptions
 
 if TYPE_CHECKING:
     from rig.machine.last_fault import LastFault
@@ -80,10 +84,11 @@ def _port(name: str, check: Callable[[], None]) -> Finding:
 
 
 def _ports() -> list[Finding]:
+    router, page = host_and_port(DEFAULT_ROUTER), ("127.0.0.1", PageOptions.panel_port)
     return [
-        _port("OSC port 9100", lambda: require_free_udp("127.0.0.1", 9100, "OSC port", "--osc-in")),
-        _port("Zenoh port 7447", lambda: require_free_tcp("127.0.0.1", 7447, "Zenoh port", "--connect")),
-        _port("panel port 8080", lambda: require_free_tcp("127.0.0.1", 8080, "panel port", "--panel-port")),
+        _port(f"OSC port {DEFAULT_IN[1]}", lambda: require_free_udp(*DEFAULT_IN, "OSC port", "--osc-in")),
+        _port(f"Zenoh port {router[1]}", lambda: require_free_tcp(*router, "Zenoh port", "--connect")),
+        _port(f"panel port {page[1]}", lambda: require_free_tcp(*page, "panel port", "--panel-port")),
     ]
 
 

@@ -4,6 +4,8 @@ import json
 import subprocess
 import sys
 
+from haptic_server.gateway.midi.options import MidiOptions
+from realtime.service_options import command
 from rig.exit_status import unavailable
 
 _ANSWER_WITHIN_S = 20.0
@@ -11,9 +13,9 @@ _ANSWER_WITHIN_S = 20.0
 
 def show(as_json: bool) -> None:
     """Print the ports, one a line. CommandError when the library does not answer."""
-    command = [sys.executable, "-m", "haptic_server.gateway.midi", "--list", "--client", "drumstick list"]
+    asked = command("haptic_server.gateway.midi", MidiOptions(client="drumstick list"))
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=_ANSWER_WITHIN_S, check=False)
+        done = subprocess.run(asked, capture_output=True, text=True, timeout=_ANSWER_WITHIN_S, check=False)
     except subprocess.TimeoutExpired:
         unavailable(f"the MIDI system does not answer within {_ANSWER_WITHIN_S:.0f} s")
     if done.returncode != 0:

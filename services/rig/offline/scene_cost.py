@@ -12,12 +12,12 @@ from typing import Any
 from drumstick.parameters.scene import Scene
 from rig import scene_file
 from rig.supervision.preflight import playable
+from sound_server.ranges import DEFAULT_RATE_HZ
 
 _TICKS = 20_000
 _REPEATS = 5
 _STEPS_S = (1e-3, 1e-4, 1e-5)
 _STEPPER = "rk4"
-_DEVICE_RATE_Hz = 48_000
 _FRAMES = 12_000
 _LONG_T60_S = 20.0  # so that there is something left to measure the pitch of
 # Somebody waits for the answer: a large head is measured fewer times, and its pitch not at all where that takes long.
@@ -97,11 +97,11 @@ def _pinned(scene: Scene) -> Scene:
     # The scene's mesh by its order and rate: what is left out of the drum may not bring another scheme.
     from drumstick.drum import tiers
 
-    order, divisor = tiers.order_of(scene), tiers.divisor_for(scene, _DEVICE_RATE_Hz)
+    order, divisor = tiers.order_of(scene), tiers.divisor_for(scene, DEFAULT_RATE_HZ)
     mesh = dataclasses.replace(
         scene.mesh,
         accuracy="fine" if order == 4 else "standard",
-        rate_Hz=_DEVICE_RATE_Hz / divisor,
+        rate_Hz=DEFAULT_RATE_HZ / divisor,
         junctions_across=0.0,
         cpu_budget=math.inf,
     )
@@ -132,7 +132,7 @@ def _drum_effects(scene: Scene, step: Step) -> dict[str, float]:
     for _ in _while_time(len(tried) * _RUNS_S) if scene.drum.effects else ():
         for name, drum in tried.items():
             step(f"drum without {name}" if name else "drum")
-            runs[name].append(cost.ringing(drum, _DEVICE_RATE_Hz, _FRAMES).cpu_s / _FRAMES * 1e9)
+            runs[name].append(cost.ringing(drum, DEFAULT_RATE_HZ, _FRAMES).cpu_s / _FRAMES * 1e9)
     # The median of the rounds' own differences.
     return {
         name: statistics.median(a - b for a, b in zip(runs[""], runs[name], strict=True))
@@ -149,25 +149,25 @@ def _tiers(scene: Scene) -> dict[str, Scene]:
 
     own = {} if scene.modal is None else {"modal": scene}
     if scene.mesh.accuracy == "auto":
-        own["auto"] = fitted(scene, _DEVICE_RATE_Hz).scene  # of which the pitch is measured too
+        own["auto"] = fitted(scene, DEFAULT_RATE_HZ).scene  # of which the pitch is measured too
     return {accuracy: meshed(accuracy) for accuracy in ACCURACIES} | own
 
 
 def _tier(tried: Scene) -> dict[str, Any]:
     from drumstick.drum import cost
 
-    runs = [cost.ringing(tried, _DEVICE_RATE_Hz, _FRAMES) for _ in _while_time(_RUNS_S)]
+    runs = [cost.ringing(tried, DEFAULT_RATE_HZ, _FRAMES) for _ in _while_time(_RUNS_S)]
     cpu_s = statistics.median(run.cpu_s for run in runs)
-    pitch_takes_s = cpu_s / _FRAMES * _DEVICE_RATE_Hz * cost.PITCH_HEARD_S
+    pitch_takes_s = cpu_s / _FRAMES * DEFAULT_RATE_HZ * cost.PITCH_HEARD_S
     measured = pitch_takes_s <= _PITCH_S
     # The head's own pitch: alone, and for long enough to be measured.
     alone = dataclasses.replace(tried, drum=dataclasses.replace(tried.drum, t60_s=_LONG_T60_S, effects={}))
     return {
         "ns_per_sample": cpu_s / _FRAMES * 1e9,
-        "share_of_core": cpu_s * _DEVICE_RATE_Hz / _FRAMES,
+        "share_of_core": cpu_s * DEFAULT_RATE_HZ / _FRAMES,
         "junctions": runs[0].junctions,
-        "mesh_rate_Hz": round(runs[0].steps * _DEVICE_RATE_Hz / _FRAMES),
-        "f01_error_cents": cost.f01_error_cents(alone, _DEVICE_RATE_Hz) if measured else None,
+        "mesh_rate_Hz": round(runs[0].steps * DEFAULT_RATE_HZ / _FRAMES),
+        "f01_error_cents": cost.f01_error_cents(alone, DEFAULT_RATE_HZ) if measured else None,
         "pitch_would_take_s": None if measured else pitch_takes_s,
     }
 
@@ -176,7 +176,7 @@ def _sound(scene: Scene, step: Step) -> dict[str, Any]:
     from drumstick.drum.build import Unplayable
     from drumstick.drum.fitting import fitted
 
-    fit = fitted(scene, _DEVICE_RATE_Hz, again=True)
+    fit = fitted(scene, DEFAULT_RATE_HZ, again=True)
     rows: dict[str, Any] = {}
     for accuracy, tried in _tiers(scene).items():
         step(f"drum: {accuracy}")
@@ -190,7 +190,7 @@ def _sound(scene: Scene, step: Step) -> dict[str, Any]:
             }  # the scene plays; what else it could have had does not
     effects = {name: {"ns_per_sample": ns} for name, ns in _drum_effects(fit.scene, step).items()}
     return {
-        "device_rate_Hz": _DEVICE_RATE_Hz,
+        "device_rate_Hz": DEFAULT_RATE_HZ,
         "accuracy": scene.mesh.accuracy if scene.modal is None else "modal",
         "tiers": rows,
         "chosen": fit.words,

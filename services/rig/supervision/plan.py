@@ -8,9 +8,11 @@ from haptic_server.gateway.options import GatewayOptions
 from haptic_server.servo.options import ServoOptions
 from protocol.access.identity import Identity
 from protocol.keys import DEFAULT_ROUTER
+from protocol.osc import DEFAULT_IN
 from protocol.session import Public
 from realtime.service_options import ServiceOptions, command
 from rig.accuracy_files import FILE, SHIPPED
+from rig.checks import DEFAULT_TARGET
 from rig.exit_status import usage_error
 from rig.folder import accuracy_folder
 from rig.options import AudioOptions, DeviceOptions, OutputOptions, PageOptions, RecordOptions, RoomOptions
@@ -32,9 +34,8 @@ class Options(DeviceOptions, OutputOptions, AudioOptions, RoomOptions, PageOptio
     listen: str = DEFAULT_ROUTER
     public: Public | None = None  # where other machines come in
     identity: Identity | None = None  # of clients, when they go to another machine
-    osc_host: str = "127.0.0.1"
-    osc_port: int = 9100
-    osc_targets: tuple[str, ...] = ("127.0.0.1:9101",)
+    osc_bind: tuple[str, int] = DEFAULT_IN
+    osc_targets: tuple[str, ...] = (DEFAULT_TARGET,)
     osc_allow: tuple[str, ...] = ()  # networks that may send OSC; empty: loopback
     query: tuple[str, int] | None = None  # where OSCQuery is served
     audio_awaited: bool = False  # play for nobody while its device is not there
@@ -86,7 +87,7 @@ def _gateway(options: Options) -> GatewayOptions:
     return GatewayOptions(
         run_dir=options.folder, state_dir=options.state, rig=options.rig, listen=options.listen,
         connect=options.connect, identity=options.identity if options.connect else None,
-        osc_in=(options.osc_host, options.osc_port), osc_out=tuple(map(_address, options.osc_targets)),
+        osc_in=options.osc_bind, osc_out=tuple(map(_address, options.osc_targets)),
         osc_allow=options.osc_allow, prefix=options.prefix, fresh=options.fresh, supervised=True,
         oscquery=options.query, oscquery_announce=options.oscquery_announce, midi_out=options.midi_out,
         midi_note=options.midi_note, midi_channel=options.midi_channel,

@@ -10,8 +10,7 @@ from contextlib import contextmanager
 
 from drumstick.parameters.scene import Scene
 from rig.exit_status import usage_error
-
-_DEVICE_RATE_Hz = 48_000
+from sound_server.ranges import DEFAULT_RATE_HZ
 
 
 @contextmanager
@@ -46,7 +45,7 @@ def try_drum(scene: Scene) -> None:
 
     # The finest mesh that `auto` may choose leaves a wave the most room.
     finest = dataclasses.replace(
-        scene.mesh, accuracy="standard", rate_Hz=_DEVICE_RATE_Hz, cpu_budget=math.inf
+        scene.mesh, accuracy="standard", rate_Hz=DEFAULT_RATE_HZ, cpu_budget=math.inf
     )
     mesh = finest if scene.mesh.accuracy == "auto" else scene.mesh
-    new_engine(dataclasses.replace(scene, mesh=mesh), _DEVICE_RATE_Hz, StrikeRing())
+    new_engine(dataclasses.replace(scene, mesh=mesh), DEFAULT_RATE_HZ, StrikeRing())

@@ -11,6 +11,7 @@ from protocol.access.identity import Identity
 from protocol.access.roles import HAPTIC, ROLES
 from protocol.endpoint import host_and_port, is_every_address, is_loopback, is_tls
 from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, Keys
+from protocol.osc import DEFAULT_IN
 from protocol.session import Public
 from realtime.log import say
 from rig import checks
@@ -20,8 +21,6 @@ from rig.identity.rig_file import RigFile, load
 from rig.supervision.parts import ACCESS, PANEL, SOUND
 from rig.supervision.parts import HAPTIC as HAPTIC_PART
 
-_OSC_HOST, _OSC_PORT = "127.0.0.1", 9100
-_OSC_TARGETS = ("127.0.0.1:9101",)
 SETTERS = ("technician", "panel")
 READERS = (*SETTERS, "listener")
 FOLLOWERS = ("listener",)
@@ -65,9 +64,13 @@ def resolve(
     checks.endpoint(at, "--listen")
     if osc_in is not None:
         checks.port(osc_in, "--osc-in")
-    host, port = file.osc_bind or (_OSC_HOST, _OSC_PORT)
+    host, port = file.osc_bind or DEFAULT_IN
     targets = (
-        tuple(osc_out) if osc_out else file.osc_targets if file.osc_targets is not None else _OSC_TARGETS
+        tuple(osc_out)
+        if osc_out
+        else file.osc_targets
+        if file.osc_targets is not None
+        else (checks.DEFAULT_TARGET,)
     )
     for target in osc_out or ():
         checks.target(target)

@@ -3,7 +3,7 @@
 import dataclasses
 from typing import Any
 
-from rig import checks, folder
+from rig import checks, folder, service_checks
 from rig.options import EndpointOptions, RigOptions
 from rig.supervision.plan import Options
 from rig.supervision.resolved_options import resolve
@@ -23,23 +23,21 @@ def checked_options(parts: frozenset[str], given_rig: RigOptions, *groups: Group
         rig=given_rig.rig, connect=given_rig.connect,
         listen=endpoints.listen, osc_in=endpoints.osc_in, osc_out=endpoints.osc_out,
     )  # fmt: skip
-    host, port = found.osc_bind
     options = Options(
         found.rig, folder.run_folder(found.rig), folder.state_folder(found.rig), parts=parts,
         connect=found.connect, listen=found.listen, public=found.public, identity=found.identity,
-        osc_host=host, osc_port=port, osc_targets=found.osc_targets, osc_allow=found.osc_allow, **given,
+        osc_bind=found.osc_bind, osc_targets=found.osc_targets, osc_allow=found.osc_allow, **given,
     )  # fmt: skip
     _check(options)
     return dataclasses.replace(options, query=checks.oscquery(options.oscquery, options.oscquery_announce))
 
 
 def _check(options: Options) -> None:
-    checks.room(options.room_latency, options.room_level)
+    service_checks.room(options.room_latency, options.room_level)
     checks.port(options.panel_port, "--panel-port")
-    checks.finite(options.audio_rate, "--audio-rate", 22050.0, 192000.0, "Hz")
-    checks.finite(options.audio_block, "--audio-block", 16.0, 8192.0, "frames")
+    service_checks.audio(options.audio_rate, options.audio_block)
     checks.prefix(options.prefix)
     checks.device(options.device)
     if options.midi_out is not None:
-        checks.midi(options.midi_out, options.midi_note, options.midi_channel)
-    checks.sound_rigs(options.rig, options.also or (), options.most_rigs)
+        service_checks.midi(options.midi_out, options.midi_note, options.midi_channel)
+    service_checks.sound_rigs(options.rig, options.also or (), options.most_rigs)

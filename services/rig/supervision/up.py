@@ -235,7 +235,7 @@ def up(options: Options, scene: str, duration_s: float | None, as_json: bool) ->
             (options.folder / files.LISTENERS_AWAITED).touch()
             held.callback((options.folder / files.BLOCK).unlink, missing_ok=True)
             (options.folder / files.WANTED).unlink(missing_ok=True)
-            ports.require_free_udp(options.osc_host, options.osc_port, "OSC port", "--osc-in")
+            ports.require_free_udp(*options.osc_bind, "OSC port", "--osc-in")
             if options.query is not None:
                 ports.require_free_tcp(*options.query, "OSCQuery port", "--oscquery")
             if options.is_router:

@@ -1,7 +1,7 @@
 """An audio device through PortAudio (JACK, PipeWire, ALSA ...), played by the compiled callback.
 
-sounddevice takes a C function only through its private `_StreamBase`; where that door is gone, a Python callback does
-the same work, with a warning: under a busy interpreter it misses most of its deadlines.
+sounddevice takes a C function only through its private `_StreamBase`; where that is gone, a Python callback does the
+same work, with a warning: under a busy interpreter it misses most of its deadlines.
 """
 
 import ctypes
@@ -14,11 +14,10 @@ import sounddevice
 
 from realtime.records import Records
 from sound_server.mixer import Mixer
+from sound_server.ranges import RATES_HZ
 from sound_server.sinks import callback
 from sound_server.sinks.load_meter import noted
 from sound_server.sinks.sink import SINK_COUNTERS, SinkError
-
-LOWEST_RATE_HZ = 22_050
 
 
 class DeviceSink:
@@ -121,16 +120,14 @@ def reported_latency_s(told_s: float, rate_Hz: int) -> float:
 def playable_rate(index: int, wished_Hz: int) -> int:
     """The wished rate, or the device's own when it does not do that (JACK has one rate for all).
 
-    SinkError (3) when that is below 22,050 Hz: a high drum would have too few junctions to be one.
+    SinkError (3) when that is below the lowest of all.
     """
     try:
         sounddevice.check_output_settings(device=index, samplerate=wished_Hz, dtype="float32")
     except sounddevice.PortAudioError:
         facts = cast(dict[str, Any], sounddevice.query_devices(index))
         own_Hz = round(facts["default_samplerate"])
-        if own_Hz < LOWEST_RATE_HZ:
-            raise SinkError(
-                3, f"{facts['name']} plays at {own_Hz} Hz; {LOWEST_RATE_HZ} Hz are needed"
-            ) from None
+        if own_Hz < RATES_HZ[0]:
+            raise SinkError(3, f"{facts['name']} plays at {own_Hz} Hz; {RATES_HZ[0]} Hz are needed") from None
         return own_Hz
     return wished_Hz

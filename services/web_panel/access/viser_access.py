@@ -1,10 +1,10 @@
-"""viser, with a door. The only file that leans on viser's inside; it refuses to start when that is not as expected.
+"""viser, guarded. The only file that leans on viser's inside; it refuses to start when that is not as expected.
 
 viser has no authentication, no Origin check, and lets a client change any attribute of any control. It serves pages
 and websockets by one call of `websockets.asyncio.server.serve`; while a server is being made, that call goes through
 `_GuardedServe`, which puts `Admission` before every request and `ClientMessages` before every frame. What else viser
 does (another way to serve, another method of the connection, another shape of message) meets nothing that answers,
-so it fails closed; and before the address is printed the door is tried from outside.
+so it fails closed; and before the address is printed the guard is tried from outside.
 """
 
 import asyncio
@@ -199,7 +199,7 @@ def start(
     """A guarded server on 127.0.0.1 that is already heard; stop it with `.stop()`. Raises ViserIncompatible. Main
     thread.
 
-    `pointers` serves the websockets of pads, behind the same door; they never reach viser.
+    `pointers` serves the websockets of pads, behind the same guard; they never reach viser.
     """
     if viser.__version__.split(".")[:2] != ["1", "1"]:
         raise ViserIncompatible(f"viser {viser.__version__} is installed; this guard knows 1.1 only")

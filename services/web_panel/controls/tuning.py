@@ -8,7 +8,6 @@ from drumstick.stick.law import law_of
 from web_panel.access.client_message import ClientMessages
 from web_panel.controls.control import Control
 from web_panel.controls.exact_entry import ExactEntry
-from web_panel.rig.answer import Answer
 from web_panel.rig.rig_state import RigState
 from web_panel.tuning.changes import Changes
 
@@ -31,30 +30,23 @@ class Tuning:
         values = values_of(law_of(scene), table)
         self._first = server.gui.add_folder(None, order=order)
         self._more = server.gui.add_folder("More", order=order_of_more, expand_by_default=False)
-        self._controls: dict[str, Control] = {}
+        self.controls: dict[str, Control] = {}
         for name in sorted(table, key=lambda name: FIRST.index(name) if name in FIRST else len(FIRST)):
             large = name in FIRST
             folder = self._first if large else self._more
-            self._controls[name] = Control(
-                server, folder, messages, changes, table[name], values[name], large
-            )
+            self.controls[name] = Control(server, folder, messages, changes, table[name], values[name], large)
         self._exact = ExactEntry(server, self._more, messages, changes, table)
 
     def remove(self) -> None:
         """Take the controls off the page."""
-        for control in self._controls.values():
+        for control in self.controls.values():
             control.forget()
         self._exact.forget()
         self._first.remove()
         self._more.remove()
 
-    def note_answer(self, name: str, value: float, answer: Answer) -> None:
-        """Hand an answer to its control; a scene that has gone may have left some behind."""
-        if name in self._controls:
-            self._controls[name].note_answer(value, answer)
-
     def show(self, rig_state: RigState) -> None:
         """Write what changed to the page."""
         revision = rig_state.newest_revision()
-        for name, control in self._controls.items():
+        for name, control in self.controls.items():
             control.show(rig_state.readbacks.get(name), rig_state.setpoints.get(name), revision)

@@ -146,16 +146,16 @@ class Page:
             )
         if self._tuning is None:
             self._absent.say(
-                markup.line("The controls appear when the haptic server tells its scene.", "absent")
+                markup.line("The controls appear when the haptic server reports its scene.", "absent")
             )
             return
         self._absent.say("")
         self._tuning.show(rig_state)
 
     def note_answer(self, name: str, value: float, answer: Answer) -> None:
-        """Hand the answer to a request to its control."""
-        if self._tuning is not None:
-            self._tuning.note_answer(name, value, answer)
+        """Hand the answer to a request to its control; a scene that has gone may have left some behind."""
+        if self._tuning is not None and name in self._tuning.controls:
+            self._tuning.controls[name].note_answer(value, answer)
 
 
 class Text:

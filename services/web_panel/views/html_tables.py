@@ -43,7 +43,7 @@ def _stick(ticks: Ticks | Trouble | None) -> str:
 def _drum(costs: Mapping[str, Cost], load: tuple[float, float] | None) -> str:
     now = costs.get("now")
     if now is None:
-        return _small("drum-cost", "The drum: no sound server tells what it costs.")
+        return _small("drum-cost", "The drum: no sound server reports its cost.")
 
     def of_a_block(cost: Cost) -> str:
         if load is None:

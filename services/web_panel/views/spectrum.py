@@ -42,7 +42,7 @@ class SpectrumView:
     def show(self, rig_state: RigState, history: PlotHistory, now: float) -> None:
         """Redraw when something new was heard."""
         heard, scene = rig_state.spectrum, rig_state.scene
-        self._missing.say("" if heard is not None else "No sound server tells what it sounds.")
+        self._missing.say("" if heard is not None else "No sound server reports a spectrum.")
         if heard is None and self._drawn is not None:
             self._drawn = None
             self._plot.data = self._blank

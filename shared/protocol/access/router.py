@@ -1,4 +1,4 @@
-"""Access rules of a router on a machine of its own, made from the same table of roles as the door's.
+"""Access rules of a router on a machine of its own, made from the same table of roles as the public listener's.
 
 There the gateway is a client too, by its certificate `haptic`: it alone may do everything below its rigs' keys. Nobody
 is local: a link without a certificate gets nothing through.

@@ -1,4 +1,4 @@
-"""The one door to numba's decorators: typed, with options of their own and `store` in place of numba's.
+"""The only access to numba's decorators: typed, with options of their own and `store` in place of numba's.
 
 Call the decorators at import time only, from ordinary Python threads.
 """

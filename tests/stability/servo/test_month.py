@@ -16,7 +16,7 @@ import live_sets
 import sampled_arm
 from drumstick_lab.soak.in_process import ticks
 from haptic_server import block as blocks
-from haptic_server.block import HEARTBEAT, PANIC, PANICS_SEEN
+from haptic_server.block_header import HEARTBEAT, PANIC, PANICS_SEEN
 from haptic_server.records import EVENT, NO_FAULT, PLAYING, STRIKE, set_type
 from haptic_server.servo import loop, memory
 from protocol import osc

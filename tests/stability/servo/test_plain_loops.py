@@ -13,7 +13,7 @@ from drumstick.parameters.table import Refusal
 from drumstick.safety import envelope
 from drumstick.stick.law import law_of, thrown
 from drumstick.stick.motion import exact
-from haptic_server.block import ARM
+from haptic_server.block_header import ARM
 from haptic_server.device import phantom
 from haptic_server.records import EVENT, NO_FAULT, NOT_A_NUMBER, RELEASE, STALLED
 from haptic_server.servo import loop, memory

@@ -12,7 +12,7 @@ import pytest
 from drumstick.parameters.scene import Scene, parse, shipped_text
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
-from haptic_server import files
+from haptic_server import block_header, files
 from haptic_server.records import PANIC, set_type
 from haptic_server.servo import loop, memory
 from realtime import triple_buffer
@@ -27,15 +27,15 @@ def test_it_is_private_and_shared(tmp_path: Path) -> None:
     servo = blocks.create(tmp_path, law_of(ROLL))
     gateway = blocks.attach(tmp_path, law_of(ROLL).dtype)
     assert stat.S_IMODE((tmp_path / files.BLOCK).stat().st_mode) == 0o600
-    poke(servo.control, blocks.HEARTBEAT, 123)
-    assert gateway.control[blocks.HEARTBEAT] == 123
+    poke(servo.control, block_header.HEARTBEAT, 123)
+    assert gateway.control[block_header.HEARTBEAT] == 123
     assert gateway.boot == servo.boot
     assert gateway.pid == os.getpid()
 
 
 def test_a_block_of_another_scene_is_refused(tmp_path: Path) -> None:
     blocks.create(tmp_path, law_of(BARE))
-    with pytest.raises(blocks.BlockError, match="expected"):
+    with pytest.raises(block_header.BlockError, match="expected"):
         blocks.attach(tmp_path, law_of(ROLL).dtype)
 
 
@@ -133,7 +133,7 @@ def test_a_servo_inherits_what_was_accepted_and_whether_it_was_held(tmp_path: Pa
     wanted["law"]["pulse"]["dv_pls"] = 0.3
     wanted["revision"] = 9
     triple_buffer.publish(old.wanted_cells, old.wanted, wanted[0])
-    poke(old.control, blocks.PANIC, 1)  # raised, but the servo died before it saw it
+    poke(old.control, block_header.PANIC, 1)  # raised, but the servo died before it saw it
     left = blocks.inherited_state(tmp_path, law_of(ROLL).dtype)
     assert left is not None
     assert left.revision == 9

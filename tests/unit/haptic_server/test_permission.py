@@ -62,7 +62,7 @@ class Bench:
             self.tick()
             moved[:] = before
         elif event == permission.ARM:
-            poke(self.servo.block.control, blocks.ARM, 1)
+            poke(self.servo.block.control, block_header.ARM, 1)
         elif event == permission.SERVO:
             self.servo_starts()
         elif event == permission.GATEWAY:
@@ -131,14 +131,14 @@ def test_an_arm_given_before_a_fault_is_told_does_not_clear_it(tmp_path: Path, p
     control = bench.servo.block.control
     for _ in range(2):
         bench.servo.player["fault"] = TOO_FAST  # found by this tick, which has obeyed its orders
-        poke(control, blocks.ARM, 1)
+        poke(control, block_header.ARM, 1)
         event_output.publish_status(bench.servo, bench.now)
-        assert peek(control, blocks.ARM) == 0
+        assert peek(control, block_header.ARM) == 0
         bench.tick()
         assert bench.state == FAULTED
-        poke(control, blocks.ARM, 1)
+        poke(control, block_header.ARM, 1)
         event_output.publish_status(bench.servo, bench.now)
-        assert peek(control, blocks.ARM) == 1
+        assert peek(control, block_header.ARM) == 1
         assert (
             orders.obey(bench.servo) == permission.ARM
         )  # and the same fault comes again on this very tick: news
@@ -150,7 +150,7 @@ def test_an_arm_given_before_a_fault_is_told_does_not_clear_it(tmp_path: Path, p
 def test_a_panic_and_an_arm_in_one_tick_are_a_panic(tmp_path: Path, plant: str) -> None:
     bench = Bench(tmp_path, plant)
     bench.parameters.panic("test")
-    poke(bench.servo.block.control, blocks.ARM, 1)
+    poke(bench.servo.block.control, block_header.ARM, 1)
     bench.tick()
     bench.tick()
     assert bench.state == PANICKED
@@ -159,7 +159,7 @@ def test_a_panic_and_an_arm_in_one_tick_are_a_panic(tmp_path: Path, plant: str) 
 def test_panics_are_counted_whatever_the_count_is(tmp_path: Path) -> None:
     bench = Bench(tmp_path, "stick")
     for _ in range(3):
-        add_to(bench.servo.block.control, blocks.PANIC, 1)
+        add_to(bench.servo.block.control, block_header.PANIC, 1)
         bench.tick()
         assert bench.state == PANICKED
         bench.cause(permission.ARM)

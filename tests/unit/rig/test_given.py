@@ -9,10 +9,11 @@ from msgspec.structs import replace
 from drumstick.parameters.scene import Scene
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
+from haptic_server.block_header import ARM, HEARTBEAT
 from haptic_server.gateway.options import GatewayOptions
 from realtime.atomics import peek, poke
 from realtime.service_options import read
-from rig import checks, folder
+from rig import checks, folder, service_checks
 from rig.exit_status import GIVEN, LACKING, CommandError
 from rig.machine import ports
 from rig.supervision import arm
@@ -103,15 +104,15 @@ def test_where_oscquery_cannot_be_served(text: str) -> None:
 ])  # fmt: skip
 def test_midi_that_cannot_be(port: str, note: int, channel: int) -> None:
     with pytest.raises(CommandError, match="--midi-") as stop:
-        checks.midi(port, note, channel)
+        service_checks.midi(port, note, channel)
     assert stop.value.status == GIVEN
-    checks.midi("x", 0, 16)
+    service_checks.midi("x", 0, 16)
 
 
 def test_windows_makes_no_virtual_ports(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sys.platform", "win32")
     with pytest.raises(CommandError, match="loopback driver") as stop:
-        checks.midi("virtual", 38, 10)
+        service_checks.midi("virtual", 38, 10)
     assert stop.value.status == LACKING
 
 
@@ -142,8 +143,8 @@ def test_arm_without_a_servo_or_with_a_dead_one_arms_nothing(
     with pytest.raises(CommandError, match="does not tick") as stop:
         arm.arm("here")
     assert stop.value.status == LACKING
-    assert peek(mine.control, blocks.ARM) == 0
-    poke(mine.control, blocks.HEARTBEAT, time.monotonic_ns() + 10**12)
+    assert peek(mine.control, ARM) == 0
+    poke(mine.control, HEARTBEAT, time.monotonic_ns() + 10**12)
     arm.arm("here")
-    assert peek(mine.control, blocks.ARM) == 1
+    assert peek(mine.control, ARM) == 1
     assert "armed" in capsys.readouterr().out

@@ -71,7 +71,7 @@ def test_up_puts_scene_and_gesture_into_the_run_folder(
         state=tmp_path / "state",
         connect="tcp/127.0.0.1:1",
         parts=frozenset({HAPTIC}),
-        osc_port=0,
+        osc_bind=("127.0.0.1", 0),
     )
     with pytest.raises(Begun):
         up.up(options, given, None, as_json=False)

@@ -18,6 +18,7 @@ from drumstick.parameters.scene import parse, shipped_text
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server import limits
+from haptic_server.block_header import HEARTBEAT
 from haptic_server.device.specification import EXACT_STICK
 from haptic_server.files import GRANTED, SCENE
 from haptic_server.records import EVENT, PLAYING, STATUS, STRIKE
@@ -45,7 +46,7 @@ def main(folder: Path, rate_Hz: float, seconds: float, port: int) -> None:
         print("servo: no real-time priority", file=sys.stderr)
     bare = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     while not select.select([sys.stdin], [], [], 0.02)[0]:  # until gateway and listeners are there
-        poke(block.control, blocks.HEARTBEAT, time.monotonic_ns())
+        poke(block.control, HEARTBEAT, time.monotonic_ns())
     period_ns = round(1e9 / rate_Hz)
     due = time.monotonic_ns() + period_ns
     ticks = np.zeros(round(rate_Hz * (WARM_S + seconds)), np.int64)
@@ -56,7 +57,7 @@ def main(folder: Path, rate_Hz: float, seconds: float, port: int) -> None:
         event["seq"], event["t_ns"] = made, now
         ring.push(block.ring_cells, block.events, event[0])
         bare.sendto(BARE.pack(made), ("127.0.0.1", port))
-        poke(block.control, blocks.HEARTBEAT, now)
+        poke(block.control, HEARTBEAT, now)
         ticks[made - 1] = now
         if made % 16 == 0:
             status["t_ns"], status["strikes"] = now, made
@@ -64,7 +65,7 @@ def main(folder: Path, rate_Hz: float, seconds: float, port: int) -> None:
         due += period_ns
     end = time.monotonic() + 2.0
     while time.monotonic() < end:  # what waits in the ring goes out meanwhile
-        poke(block.control, blocks.HEARTBEAT, time.monotonic_ns())
+        poke(block.control, HEARTBEAT, time.monotonic_ns())
         time.sleep(0.02)
     np.save(folder / "ticks.npy", ticks)
     print(len(ticks), int(block.ring_cells[ring.DROPPED]), flush=True)
@@ -75,7 +76,7 @@ def warm_up() -> None:
     block = blocks.in_memory(law_of(parse(shipped_text("roll"), "roll")))
     ring.push(block.ring_cells, block.events, np.zeros(1, EVENT)[0])
     triple_buffer.publish(block.status_cells, block.status, np.zeros(1, STATUS)[0])
-    poke(block.control, blocks.HEARTBEAT, 0)
+    poke(block.control, HEARTBEAT, 0)
 
 
 if __name__ == "__main__":

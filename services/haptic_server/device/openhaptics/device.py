@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable
 from typing import NamedTuple
 
-from haptic_server.block import STOP
+from haptic_server.block_header import STOP
 from haptic_server.device.openhaptics import calibration, facts, port, protection, rates, thread
 from haptic_server.device.openhaptics.callback import Callback, Rendering, conclude
 from haptic_server.device.openhaptics.driver import library, names, opening

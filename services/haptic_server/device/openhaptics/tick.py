@@ -5,7 +5,7 @@ Tick thread: no allocation, no locks, no Python, no exceptions. What the foreign
 
 import math
 
-from haptic_server.block import HELD, STOP, Cells
+from haptic_server.block_header import HELD, STOP, Cells
 from haptic_server.device.openhaptics.driver import names
 from haptic_server.device.openhaptics.driver.faults import fault_of, is_hard, worse
 from haptic_server.device.openhaptics.frame import to_device, to_paper

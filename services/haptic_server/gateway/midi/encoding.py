@@ -11,6 +11,7 @@ MESSAGE_BYTES = 3
 NOTE_OFF, NOTE_ON, CONTROL = 0x80, 0x90, 0xB0
 X_CONTROLLER, Y_CONTROLLER, ALL_NOTES_OFF = 16, 17, 123
 RELEASE_VELOCITY = 64  # what MIDI says for who does not measure it
+NOTES, CHANNELS = (0, 127), (1, 16)  # channels as musicians count
 DEFAULT_NOTE, DEFAULT_CHANNEL = 38, 10  # acoustic snare, on the channel of percussion (General MIDI)
 
 
@@ -30,16 +31,15 @@ def controller_value(place: float) -> int:
 
 @dataclass(frozen=True)
 class Voice:
-    """Note and channel of a strike: 0 .. 127, and 1 .. 16 as musicians count."""
+    """Note and channel of a strike, within NOTES and CHANNELS; else ValueError."""
 
     note: int = DEFAULT_NOTE
     channel: int = DEFAULT_CHANNEL
 
     def __post_init__(self) -> None:
-        if not 0 <= self.note <= 127:
-            raise ValueError(f"MIDI note {self.note}: must be 0 .. 127")
-        if not 1 <= self.channel <= 16:
-            raise ValueError(f"MIDI channel {self.channel}: must be 1 .. 16")
+        for name, number, (low, high) in (("note", self.note, NOTES), ("channel", self.channel, CHANNELS)):
+            if not low <= number <= high:
+                raise ValueError(f"MIDI {name} {number}: must be {low} .. {high}")
 
     def _message(self, kind: int, first: int, second: int) -> bytes:
         return bytes((kind | (self.channel - 1), first, second))

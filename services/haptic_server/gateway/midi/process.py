@@ -1,129 +1,94 @@
-"""The MIDI library in a process of its own: it holds the interpreter while it waits, and it ends its process by itself.
+"""The process that has the MIDI library: messages from standard input to a port, until the input ends.
 
-(rtmidi2 1.5 releases no GIL, and an error of a driver in some of its calls is a C++ exception that nobody catches.)
-Whole messages go down a pipe, what became of the port comes back as lines of JSON. When the pipe ends, because the
-gateway ended or was killed, that process ends every note that it knows to sound. One thread, which never waits here.
+Standard output gets a line of JSON whenever the port comes or goes; without a port, one with the ports that there are.
 """
 
 import json
 import os
-import subprocess
-import sys
-from collections.abc import Sequence
-from typing import Any
+import select
+import signal
+import time
+from typing import IO, NoReturn
 
+from haptic_server.gateway.midi.carrier import Carrier, Report
 from haptic_server.gateway.midi.encoding import MESSAGE_BYTES
+from haptic_server.gateway.midi.library import RtMidi
+from haptic_server.gateway.midi.options import MidiOptions
+from realtime.service_options import options_of_process
 
-RETRY_S = 2.0
-_END_WITHIN_S = 1.0
+_POLL_EVERY_S = 1.0
+# JACK takes messages once a block, of 85 ms at most as a rule, and those of a closed port never.
+_LEAVE_WITHIN_S = 0.25
 
 
-def command(port: str, client: str) -> list[str]:
-    """Command line of the process that carries messages to the port."""
-    return [sys.executable, "-m", "haptic_server.gateway.midi", "--port", port, "--client", client]
+def _own_output() -> IO[str]:
+    # The libraries print to both: neither may get between the lines of JSON.
+    output = os.fdopen(os.dup(1), "w", buffering=1)
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    os.dup2(nowhere, 2)
+    return output
 
 
-class PortProcess:
-    """`words` are the command line of the process that has the library, started by the first `look`."""
+def _report(output: IO[str], report: Report | None) -> None:
+    if report is not None:
+        output.write(json.dumps(report._asdict()) + "\n")
 
-    def __init__(self, words: Sequence[str]) -> None:
-        self._words = list(words)
-        self._process: subprocess.Popen[bytes] | None = None
-        self._start_at_s = float("-inf")
-        self._partial = b""
-        self._is_open = False
-        self._told_away = False
 
-    @property
-    def is_open(self) -> bool:
-        """True when the process has reported that it has the port."""
-        return self._is_open
-
-    def poll(self, now_s: float) -> str:
-        """Start the process when it is due, and read what it says. A port that is away is told once."""
-        if self._process is None:
-            if now_s >= self._start_at_s:
-                self._start(now_s)
-            return ""
-        news = ""
-        for line in self._lines():
-            news = self._take(line) or news
-        status = self._process.poll()
-        if status is not None:
-            self._let_go()
-            news = self._away(f"the MIDI library ended with status {status}; trying again") or news
-        return news
-
-    def send(self, messages: bytes) -> bool:
-        """Send whole messages; a process that no longer takes them is ended, and another one started later."""
-        assert len(messages) % MESSAGE_BYTES == 0
-        if self._process is None or self._process.stdin is None or not self._is_open:
-            return False
-        try:
-            # Far less than a pipe takes at once: either all of it is written or nothing.
-            os.write(self._process.stdin.fileno(), messages)
-        except BlockingIOError:
-            self._process.kill()
-            self._is_open = False
-            return False
-        except BrokenPipeError:
-            self._is_open = False
-            return False
-        return True
-
-    def close(self) -> None:
-        """The end of the pipe asks the process to end its notes and itself; it is killed after a second."""
-        if self._process is None:
+def _carry(carrier: Carrier, library: RtMidi, output: IO[str]) -> None:
+    look_at, partial = float("-inf"), b""
+    last: Report | None = None
+    while True:
+        if time.monotonic() >= look_at:
+            look_at = time.monotonic() + _POLL_EVERY_S
+            report = carrier.poll()
+            if report != last and report is not None:
+                _report(output, report)
+                last = report
+        if library.jack is not None and library.jack.ended.is_set():
+            _end(output, Report(False, "JACK has ended; waiting for it"))
+        if not select.select([0], [], [], _POLL_EVERY_S)[0]:
+            continue
+        chunk = os.read(0, 4096)
+        if not chunk:
             return
-        assert self._process.stdin is not None
-        self._process.stdin.close()
-        try:
-            self._process.wait(_END_WITHIN_S)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
-        self._let_go()
+        partial += chunk
+        whole = len(partial) - len(partial) % MESSAGE_BYTES
+        for at in range(0, whole, MESSAGE_BYTES):
+            gone = carrier.send(partial[at : at + MESSAGE_BYTES])
+            if gone is not None:
+                _report(output, gone)
+                last = gone
+        partial = partial[whole:]
 
-    def _start(self, now_s: float) -> None:
-        self._start_at_s = now_s + RETRY_S
-        self._process = subprocess.Popen(
-            self._words,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,  # JACK and ALSA write lines there whenever something is not as they like it
-            bufsize=0,
-        )
-        for pipe in (self._process.stdin, self._process.stdout):
-            assert pipe is not None
-            os.set_blocking(pipe.fileno(), False)
 
-    def _let_go(self) -> None:
-        if self._process is not None:
-            for pipe in (self._process.stdin, self._process.stdout):
-                if pipe is not None:
-                    pipe.close()
-        self._process = None
-        self._partial = b""
-        self._is_open = False
+def _end(output: IO[str], report: Report) -> NoReturn:
+    # At once: JACK's library waits for a server that has ended when its clients are closed.
+    _report(output, report)
+    output.flush()
+    os._exit(0)
 
-    def _lines(self) -> list[bytes]:
-        assert self._process is not None
-        assert self._process.stdout is not None
-        while chunk := self._process.stdout.read(65536):
-            self._partial += chunk
-        *lines, self._partial = self._partial.split(b"\n")
-        return lines
 
-    def _take(self, line: bytes) -> str:
-        report: dict[str, Any] = json.loads(line)
-        self._is_open = bool(report["open"])
-        if not self._is_open:
-            return self._away(str(report["words"]))
-        self._told_away = False
-        return str(report["words"])
-
-    def _away(self, words: str) -> str:
-        if self._told_away:
-            return ""
-        self._told_away = True
-        return words
+def main() -> int:
+    """Carry messages until the input ends; exit status 3 without the library."""
+    given = options_of_process(MidiOptions, "haptic_server.gateway.midi")
+    # The end of the pipe ends it, after the notes.
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)
+    output = _own_output()
+    try:
+        library = RtMidi(given.client)
+    except ImportError as error:
+        _report(output, Report(False, f"{error}; install haptic-drumstick[midi]"))
+        return 3
+    if given.port is None:
+        output.write(json.dumps({"ports": library.names()}) + "\n")
+        output.flush()
+        os._exit(0)
+    carrier = Carrier(given.port, given.client, library)
+    _carry(carrier, library, output)
+    carrier.silence()
+    time.sleep(_LEAVE_WITHIN_S)
+    carrier.close()
+    output.flush()
+    os._exit(0)

@@ -23,8 +23,8 @@ from haptic_server.gateway.osc.refusal_counts import RefusalCounts
 from haptic_server.gateway.osc.reply_rate_limit import ReplyRateLimit
 from haptic_server.gateway.osc.reply_targets import ReplyTargets
 from haptic_server.gateway.osc.targets import SUBSCRIPTION_S, Endpoint, Targets
-from haptic_server.gateway.parameter_access import ParameterAccess
 from haptic_server.gateway.rounding import is_norm_of, is_same
+from haptic_server.gateway.settings import Parameters
 from haptic_server.presets.preset import PresetError
 from haptic_server.set_rate_limit import SETS_A_SECOND, SetRateLimit, Verdict
 from protocol import osc
@@ -66,7 +66,7 @@ class Inbound:
     def __init__(
         self,
         prefix: str,
-        parameters: ParameterAccess,
+        parameters: Parameters,
         load_preset: LoadPreset,
         allow: Sequence[Network],
         outbound: Outbound,

@@ -18,7 +18,7 @@ from haptic_server.gateway.osc.prescan import MAX_BYTES
 from haptic_server.gateway.osc.refusal_counts import RefusalCounts
 from haptic_server.gateway.osc.reply_targets import ReplyTargets
 from haptic_server.gateway.osc.targets import Endpoint, Targets
-from haptic_server.gateway.parameter_access import ParameterAccess
+from haptic_server.gateway.settings import Parameters
 from protocol import osc
 from protocol.messages import Release, Strike
 
@@ -42,7 +42,7 @@ class OscServer:
         bind: tuple[str, int],
         targets: Sequence[tuple[str, int]],
         prefix: str,
-        parameters: ParameterAccess,
+        parameters: Parameters,
         load_preset: LoadPreset,
         allow: Sequence[Network] = LOOPBACK,
         now: Callable[[], float] = time.monotonic,

@@ -13,6 +13,8 @@ from http import HTTPStatus
 from ipaddress import IPv4Address, IPv4Network, IPv6Network, ip_address
 from typing import NamedTuple, Protocol
 
+from protocol.endpoint import is_loopback
+
 _HOST = re.compile(r"([A-Za-z0-9.-]{1,253}|\[::1\])(?::[0-9]{1,5})?")
 _LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 
@@ -33,11 +35,6 @@ class Verdict(NamedTuple):
 
 
 _WELCOME = Verdict(HTTPStatus.OK)
-
-
-def is_loopback(host: str) -> bool:
-    """True when a numeric address can be reached from this machine only."""
-    return ip_address(host).is_loopback
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import threading
 from typing import TYPE_CHECKING
 
 from haptic_server.gateway.osc.targets import Endpoint
-from haptic_server.gateway.oscquery.admission import is_loopback
+from protocol.endpoint import is_loopback
 
 if TYPE_CHECKING:
     import zeroconf

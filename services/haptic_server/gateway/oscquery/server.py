@@ -22,13 +22,14 @@ from haptic_server.gateway.osc.osc_server import LOOPBACK
 from haptic_server.gateway.osc.prescan import MAX_BYTES
 from haptic_server.gateway.osc.reply_rate_limit import ReplyRateLimit
 from haptic_server.gateway.osc.targets import Endpoint
-from haptic_server.gateway.oscquery.admission import Admission, is_loopback
+from haptic_server.gateway.oscquery.admission import Admission
 from haptic_server.gateway.oscquery.client import Client
 from haptic_server.gateway.oscquery.osc_bridge import OscBridge
 from haptic_server.gateway.oscquery.pages import Page, page
 from haptic_server.gateway.oscquery.tree import EXTENSIONS, tree_of
 from haptic_server.gateway.oscquery.values import Values
-from haptic_server.gateway.parameter_access import ParameterAccess
+from haptic_server.gateway.settings import Parameters
+from protocol.endpoint import is_loopback
 
 MAX_CONNECTIONS = 64  # in whatever state, so that half-open ones use up neither memory nor descriptors
 MAX_CLIENTS = 16  # of these, over WebSocket
@@ -64,7 +65,7 @@ class OscQuery:
         bind: tuple[str, int],
         rig: str,
         prefix: str,
-        parameters: ParameterAccess,
+        parameters: Parameters,
         front: Endpoint,
         bridge: OscBridge,
         allow: Sequence[Network] = LOOPBACK,

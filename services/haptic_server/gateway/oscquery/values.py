@@ -1,20 +1,20 @@
 """VALUE of each address: the servo's readback of a parameter, the newest message of anything else.
 
-Belongs to the OSCQuery thread. The parameters's lock is taken for the microseconds that its readback takes.
+Belongs to the OSCQuery thread. The lock of the parameters is taken for the microseconds that its readback takes.
 """
 
 import math
 
 from haptic_server.gateway.osc.prescan import Message, Unreadable, prescan
 from haptic_server.gateway.oscquery.tree import Node
-from haptic_server.gateway.parameter_access import ParameterAccess
+from haptic_server.gateway.settings import Parameters
 from protocol.osc import Argument
 
 
 class Values:
     """Values of one rig."""
 
-    def __init__(self, parameters: ParameterAccess) -> None:
+    def __init__(self, parameters: Parameters) -> None:
         self._parameters = parameters
         self._newest: dict[str, list[Argument]] = {}
 
@@ -34,7 +34,7 @@ class Values:
 class Snapshot:
     """The values at one moment; all parameters are read at most once."""
 
-    def __init__(self, parameters: ParameterAccess, newest: dict[str, list[Argument]]) -> None:
+    def __init__(self, parameters: Parameters, newest: dict[str, list[Argument]]) -> None:
         self._parameters = parameters
         self._newest = newest
         self._read: dict[str, float] | None = None

@@ -15,7 +15,7 @@ import numpy as np
 
 from drumstick.parameters.scene import Scene
 from haptic_server import contacts as rings
-from haptic_server.block import BlockError
+from haptic_server.block_header import BlockError
 from haptic_server.gateway.zenoh.contact_pieces import Pieces
 from protocol import messages
 from protocol.keys import Keys

@@ -3,7 +3,8 @@
 Tick thread: no allocation, no locks, no Python, no exceptions.
 """
 
-from haptic_server import block, permission
+from haptic_server import permission
+from haptic_server.block_header import ARM, PANIC
 from haptic_server.permission import FAULTED, FREE, PANICKED
 from haptic_server.records import NO_FAULT, TickState
 from haptic_server.servo.memory import Servo
@@ -40,8 +41,8 @@ def obey(servo: Servo) -> int:
     """
     control, player = servo.block.control, servo.player[0]
     event = NOTHING
-    panics = load_acquire(control, block.PANIC)
-    armed = exchange(control, block.ARM, 0)
+    panics = load_acquire(control, PANIC)
+    armed = exchange(control, ARM, 0)
     if panics != player.panics_seen:
         player.panics_seen = panics
         event = _PANIC
@@ -60,4 +61,4 @@ def obey(servo: Servo) -> int:
 def forget_arm(servo: Servo) -> None:
     """Clear an arm given before a fault was published, which cannot have been meant for it. Before each status."""
     if servo.player[0].fault != NO_FAULT and servo.status[0].fault == NO_FAULT:
-        exchange(servo.block.control, block.ARM, 0)
+        exchange(servo.block.control, ARM, 0)

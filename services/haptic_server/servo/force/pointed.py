@@ -34,7 +34,7 @@ def _advance_held(servo: Servo, now_ns: int, span_s: float) -> None:
     # The law's z_ss is where the hand holds its spring: for this tick it stands where the hand is. A set that is
     # latched in the middle of the tick brings its own z_ss, which then stays.
     law, player = servo.law[0], servo.player[0]
-    rest_m, revision, hand = law.z_ss, player.revision, servo.gesture[0]
+    rest_m, revision, hand = law.z_ss, player.revision, servo.pointed[0]
     reach = player.reach - composition.most_remaining_speed(law, servo.motion[0])
     law.z_ss = _within_reach(law, servo.motion[0], height_of(hand, rest_m), hand.stands_m, reach)
     hand.stands_m = law.z_ss
@@ -46,7 +46,7 @@ def _advance_held(servo: Servo, now_ns: int, span_s: float) -> None:
 @njit()
 def pointed_stick_tick(servo: Servo, now_ns: int, span_s: float) -> None:
     """Advance the exact stick to `now_ns` over the `span_s` seconds before it."""
-    hand, motion, player = servo.gesture[0], servo.motion[0], servo.player[0]
+    hand, motion, player = servo.pointed[0], servo.motion[0], servo.player[0]
     span_s = begin(servo, now_ns, span_s)
     follow(hand, servo.block, servo.law[0].z_ss, now_ns, span_s)
     player.x, player.y = hand.x, hand.y
@@ -63,7 +63,7 @@ def pointed_stick_tick(servo: Servo, now_ns: int, span_s: float) -> None:
 @njit()
 def pointed_arm_tick(servo: Servo, now_ns: int, span_s: float) -> None:
     """Move the arm on, measure where it is, render, obey."""
-    hand, plant, reading = servo.gesture[0], servo.plant[0], servo.reading[0]
+    hand, plant, reading = servo.pointed[0], servo.plant[0], servo.reading[0]
     allowed, plan = servo.allowed[0], servo.plan[0]
     rest_m = servo.law[0].z_ss
     follow(hand, servo.block, rest_m, now_ns, span_s)

@@ -12,7 +12,7 @@ from drumstick.safety.sampled_contact import slow_loss
 from drumstick.stick import composition
 from drumstick.stick.motion import exact, transitions
 from drumstick.stick.motion.events import SINK
-from haptic_server.block import HEARTBEAT, HELD, PANICS_SEEN
+from haptic_server.block_header import HEARTBEAT, HELD, PANICS_SEEN
 from haptic_server.records import NO_FAULT, OUT_OF_BOUNDS, Reading
 from haptic_server.servo import streaming
 from haptic_server.servo.event_output import end_contact, note_release, note_strike

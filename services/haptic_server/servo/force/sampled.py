@@ -42,5 +42,5 @@ def sampled_tick(servo: Servo, now_ns: int, span_s: float) -> None:
 @njit()
 def replayed_tick(servo: Servo, now_ns: int, span_s: float) -> None:
     """Follow the recording by `span_s` and render; nobody feels the force."""
-    playback.measure(servo.plant[0], servo.path, servo.plan[0].head_z_m, servo.reading[0], now_ns, span_s)
+    playback.measure(servo.replay[0], servo.path, servo.plan[0].head_z_m, servo.reading[0], now_ns, span_s)
     render(servo, servo.reading[0], now_ns, span_s)

@@ -6,7 +6,7 @@ Tick thread: no allocation, no locks, no Python, no exceptions. The same text ru
 from drumstick.stick import composition
 from drumstick.stick.motion import exact, transitions
 from haptic_server import permission
-from haptic_server.block import HEARTBEAT, HELD, PANICS_SEEN
+from haptic_server.block_header import HEARTBEAT, HELD, PANICS_SEEN
 from haptic_server.records import NO_FAULT, OUT_OF_BOUNDS
 from haptic_server.servo import streaming
 from haptic_server.servo.event_output import end_contact, note_release, note_strike

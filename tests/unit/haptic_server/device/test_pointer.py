@@ -11,7 +11,7 @@ import sampled_arm
 from drumstick.parameters.scene import Scene, parse, shipped_text
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
-from haptic_server.block import ARM, PANIC
+from haptic_server.block_header import ARM, PANIC
 from haptic_server.device.pointed_hand import HAND, LIFTED_M, STALE_NS, follow, height_of, top_of
 from haptic_server.device.pointer import Pointed
 from haptic_server.device.selection import chosen
@@ -51,7 +51,7 @@ class Player:
     def tick(self, ticks: int) -> None:
         for _ in range(ticks):
             self.now_ns = loop.run_virtual(self.servo, 1, self.now_ns)
-            self.lifts.append(float(self.servo.gesture[0]["lift"]))
+            self.lifts.append(float(self.servo.pointed[0]["lift"]))
             self.heights.append(float(self.servo.status[0]["z_m"]))
 
     def hold(self, seconds: float, lift: float, x: float = 0.0, y: float = 0.0) -> None:
@@ -239,6 +239,6 @@ def test_no_other_device_lets_itself_be_pointed_at() -> None:
         block = blocks.in_memory(law_of(ROLL))
         if words == "simulated":
             servo = device.attach_simulation(memory.prepare(ROLL, block))
-            assert "wish" not in (servo.gesture.dtype.names or ())
+            assert servo.pointed is None
         assert not block.is_pointed
     assert servo_of(ROLL).block.is_pointed

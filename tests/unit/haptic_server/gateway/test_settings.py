@@ -11,6 +11,7 @@ from drumstick.parameters.table import Refusal
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server import files
+from haptic_server.block_header import ARM
 from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.settings import Parameters
 from haptic_server.servo import loop, memory
@@ -224,7 +225,7 @@ def test_an_arm_is_known_at_once_whatever_came_between_two_looks(bench: Bench) -
         bench.tick(1)
         with pytest.raises(Refusal, match="drumstick arm --rig left"):
             bench.parameters.require_quiet(ANYBODY)
-        poke(bench.servo.block.control, blocks.ARM, 1)
+        poke(bench.servo.block.control, ARM, 1)
         bench.tick(1)
         bench.parameters.require_quiet(ANYBODY)
 
@@ -232,7 +233,7 @@ def test_an_arm_is_known_at_once_whatever_came_between_two_looks(bench: Bench) -
 def test_a_panic_that_was_cleared_does_not_come_back_with_a_new_servo(bench: Bench) -> None:
     bench.parameters.panic("test")
     bench.tick(1)
-    poke(bench.servo.block.control, blocks.ARM, 1)
+    poke(bench.servo.block.control, ARM, 1)
     bench.tick(1)
     bench.start_servo()
     assert bench.link.refresh()
@@ -256,7 +257,7 @@ def test_a_flood_of_panics_is_one_line_in_the_log(bench: Bench, caplog: pytest.L
         bench.parameters.panic("a flood")
     assert caplog.text.count("panic from a flood; clear it with: drumstick arm --rig left") == 1
     bench.tick(1)
-    poke(bench.servo.block.control, blocks.ARM, 1)
+    poke(bench.servo.block.control, ARM, 1)
     bench.tick(1)
     bench.parameters.panic("another")
     assert caplog.text.count("panic from") == 2

@@ -9,6 +9,7 @@ from drumstick.stick.law import law_of
 from drumstick.stick.motion import exact
 from drumstick.stick.simulate import simulate
 from haptic_server import block as blocks
+from haptic_server import block_header
 from haptic_server.device.simulated import Simulated
 from haptic_server.limits import limits_of
 from haptic_server.records import EVENT, PANIC, PLAYING, RELEASE, STRIKE, set_type
@@ -125,12 +126,12 @@ def test_panic_stops_everything_until_armed() -> None:
     servo = servo_of(scene())
     now = loop.run_virtual(servo, 1000, 0)
     struck = int(servo.player["seq"][0])
-    add_to(servo.block.control, blocks.PANIC, 1)
+    add_to(servo.block.control, block_header.PANIC, 1)
     now = loop.run_virtual(servo, 5000, now)
     assert servo.player["seq"][0] == struck
     assert servo.status["status"][0] == PANIC
     assert servo.status["force_N"][0] == 0.0
-    poke(servo.block.control, blocks.ARM, 1)
+    poke(servo.block.control, block_header.ARM, 1)
     loop.run_virtual(servo, 1000, now)
     assert servo.player["seq"][0] > struck
     assert servo.status["status"][0] == PLAYING
@@ -139,12 +140,12 @@ def test_panic_stops_everything_until_armed() -> None:
 def test_a_servo_that_starts_held_shows_a_stick_at_rest_until_somebody_arms() -> None:
     played = scene()
     block = blocks.in_memory(law_of(played))
-    poke(block.control, blocks.HELD, 1)
+    poke(block.control, block_header.HELD, 1)
     servo = memory.prepare(played, block)
     now = loop.run_virtual(servo, 100, 0)
     assert servo.status["status"][0] == PANIC
     assert servo.status["v_m_per_s"][0] == servo.status["z_m"][0] == servo.status["force_N"][0] == 0.0
-    poke(servo.block.control, blocks.ARM, 1)
+    poke(servo.block.control, block_header.ARM, 1)
     loop.run_virtual(servo, 1000, now)
     assert servo.status["status"][0] == PLAYING
     assert servo.player["seq"][0] > 3
@@ -153,8 +154,8 @@ def test_a_servo_that_starts_held_shows_a_stick_at_rest_until_somebody_arms() ->
 def test_a_panic_after_an_arm_is_never_lost() -> None:
     servo = servo_of(scene())
     now = loop.run_virtual(servo, 100, 0)
-    poke(servo.block.control, blocks.ARM, 1)
-    add_to(servo.block.control, blocks.PANIC, 1)
+    poke(servo.block.control, block_header.ARM, 1)
+    add_to(servo.block.control, block_header.PANIC, 1)
     loop.run_virtual(servo, 10, now)
     assert servo.status["status"][0] == PANIC
 
@@ -267,7 +268,7 @@ def test_panic_in_contact_ends_the_strikes_note() -> None:
     now = 0
     while servo.motion["place"][0] != exact.CONTACT:
         now = loop.run_virtual(servo, 1, now)
-    add_to(servo.block.control, blocks.PANIC, 1)
+    add_to(servo.block.control, block_header.PANIC, 1)
     loop.run_virtual(servo, 1, now)
     events = events_of(servo)
     assert events["kind"][-1] == RELEASE

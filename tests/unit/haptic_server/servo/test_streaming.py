@@ -9,6 +9,7 @@ from drumstick.stick.law import law_of
 from drumstick.stick.motion import exact
 from haptic_server import block as blocks
 from haptic_server import contacts
+from haptic_server.block_header import PANIC, BlockError
 from haptic_server.contacts import LISTENED, SAMPLE, SLOTS, ContactRing
 from haptic_server.records import EVENT, RELEASE, STRIKE
 from haptic_server.servo import loop, memory
@@ -157,7 +158,7 @@ def test_panic_in_contact_closes_it() -> None:
     now = 0
     while servo.motion["place"][0] != exact.CONTACT or servo.motion["z"][0] > -1e-4:
         now = loop.run_virtual(servo, 1, now)
-    add_to(servo.block.control, blocks.PANIC, 1)
+    add_to(servo.block.control, PANIC, 1)
     now = loop.run_virtual(servo, 5, now)
     samples = samples_of(servo)
     assert samples["force_N"][-1] == 0.0
@@ -204,5 +205,5 @@ def test_the_file_is_private_and_of_one_start(tmp_path) -> None:
     assert (seen.boot, seen.cells[LISTENED]) == (77, 5)
     assert [path.stat().st_mode & 0o777 for path in tmp_path.iterdir()] == [0o600]
     (tmp_path / "contacts.ring").write_bytes(b"short")
-    with pytest.raises(blocks.BlockError, match="expected"):
+    with pytest.raises(BlockError, match="expected"):
         contacts.attach(tmp_path)

@@ -1,20 +1,15 @@
 """A kernel that only kernels call has no wrapper for Python, here and in the store, until Python calls it."""
 
-import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from kernel_program import answer_of
 from realtime.kernels import store
 from realtime.kernels.inner_kernels import is_wrapped
 from realtime.kernels.jit import njit
-
-ROOT = Path(__file__).resolve().parents[4]
 
 
 def test_it_is_wrapped_when_python_calls_it_and_not_before(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -76,16 +71,7 @@ print(json.dumps([value, sum(contact.beta_eq3.stats.cache_hits.values())]))
 
 
 def _run(folder: Path, which: str) -> tuple[float, int]:
-    program = folder / "program.py"
-    program.write_text(_PROGRAM, encoding="utf-8")
-    path = os.pathsep.join(str(ROOT / part) for part in ("shared", "services"))
-    environment = dict(os.environ, XDG_CACHE_HOME=str(folder / "cache"), PYTHONPATH=path)
-    done = subprocess.run(
-        [sys.executable, program, which], env=environment, capture_output=True, text=True, check=False, timeout=110
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    assert done.stderr == ""
-    value, hits = json.loads(done.stdout)
+    value, hits = answer_of(_PROGRAM, folder, which)
     return value, hits
 
 

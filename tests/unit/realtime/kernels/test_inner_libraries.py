@@ -1,19 +1,14 @@
 """A kernel that only kernels call has no machine code of its own, here and in the store; its callers run it all the
 same."""
 
-import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from kernel_program import answer_of
 from realtime.kernels import store
 from realtime.kernels.jit import njit
-
-ROOT = Path(__file__).resolve().parents[4]
 
 # Three levels, and a third kernel that takes the innermost one from the store; sys.argv[1] says which Python calls.
 _PROGRAM = """
@@ -51,15 +46,7 @@ print(json.dumps([value, inner_ones, hits]))
 
 
 def _run(folder: Path, which: str) -> tuple[float, list[str], dict[str, int]]:
-    program = folder / "program.py"
-    program.write_text(_PROGRAM, encoding="utf-8")
-    path = os.pathsep.join(str(ROOT / part) for part in ("shared", "services"))
-    environment = dict(os.environ, XDG_CACHE_HOME=str(folder / "cache"), PYTHONPATH=path)
-    done = subprocess.run(
-        [sys.executable, program, which], env=environment, capture_output=True, text=True, check=False, timeout=110
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    value, inner_ones, hits = json.loads(done.stdout)
+    value, inner_ones, hits = answer_of(_PROGRAM, folder, which)
     return value, inner_ones, hits
 
 

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from protocol.keys import Keys
-from rig import checks
+from rig import service_checks
 from rig.exit_status import CommandError
 from rig.network.discovery import NO_SERVER, Seen
 from rig.network.rigs import _object, _shown, _table, changes
@@ -75,10 +75,10 @@ def test_what_a_stranger_makes_up_steers_no_terminal() -> None:
 )
 def test_too_many_rigs_or_none_that_could_be(also: list[str], most: int, words: str) -> None:
     with pytest.raises(CommandError) as stop:
-        checks.sound_rigs("main", also, most)
+        service_checks.sound_rigs("main", also, most)
     assert stop.value.status == 2
     assert words in str(stop.value)
 
 
 def test_patterns_take_no_seat_by_themselves() -> None:
-    checks.sound_rigs("main", ["main", "stage-*", "*"], 1)
+    service_checks.sound_rigs("main", ["main", "stage-*", "*"], 1)

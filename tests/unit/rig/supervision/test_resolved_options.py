@@ -59,11 +59,10 @@ READS = {
 
 def plan_of(ends: ResolvedOptions, parts: frozenset[str]) -> dict[str, Any]:
     """Options of each service, as it reads them."""
-    host, port = ends.osc_bind
     started = commands(
         Options(
-            ends.rig, Path("/run"), Path("/state"), connect=ends.connect, listen=ends.listen, osc_port=port,
-            osc_targets=ends.osc_targets, parts=parts, osc_host=host, osc_allow=ends.osc_allow,
+            ends.rig, Path("/run"), Path("/state"), connect=ends.connect, listen=ends.listen, parts=parts,
+            osc_targets=ends.osc_targets, osc_bind=ends.osc_bind, osc_allow=ends.osc_allow,
             public=ends.public, identity=ends.identity,
         )
     )  # fmt: skip

@@ -8,6 +8,7 @@ import pytest
 from drumstick.parameters.scene import parse, shipped_text
 from drumstick.stick.law import law_of
 from haptic_server import block, block_header, files
+from haptic_server.block_header import HELD
 from realtime.atomics import poke
 from rig.exit_status import GIVEN, LACKING, CommandError
 from rig.supervision import service
@@ -37,7 +38,7 @@ class Run:
         law = law_of(parse((self.folder / files.SCENE).read_text(), "lying"))
         made = block.create(self.folder, law, 1)
         if held is not None:
-            poke(made.control, block.HELD, int(held))
+            poke(made.control, HELD, int(held))
 
 
 @pytest.fixture

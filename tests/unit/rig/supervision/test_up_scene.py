@@ -7,6 +7,7 @@ import pytest
 from drumstick.parameters.scene import parse, shipped_text
 from drumstick.stick.law import law_of
 from haptic_server import block, files
+from haptic_server.block_header import HELD
 from realtime.atomics import poke
 from rig.supervision.plan import Options
 from rig.supervision.scene_files import SceneFiles
@@ -43,7 +44,7 @@ def test_a_held_servo_keeps_running_and_so_keeps_its_words(
     roll = SceneFiles("roll", shipped_text("roll"))
     roll.put(tmp_path)
     made = block.create(tmp_path, law_of(parse(roll.text, "roll")))
-    poke(made.control, block.HELD, int(is_held))
+    poke(made.control, HELD, int(is_held))
     rig = Rig(Options("main", tmp_path, tmp_path), roll, Terminal())
     monkeypatch.setattr(rig, "_services", [Child("servo", life), Child("gateway", life)])
     monkeypatch.setattr(rig, "_terminal", type("Said", (), {"say": staticmethod(said.append)}))

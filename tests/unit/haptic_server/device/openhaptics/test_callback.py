@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from haptic_server.block import ARM
+from haptic_server.block_header import ARM
 from haptic_server.device.openhaptics.driver import names
 from haptic_server.records import (
     FAULT,

@@ -5,7 +5,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from haptic_server.block import RING_SLOTS, STOP
+from haptic_server.block import RING_SLOTS
+from haptic_server.block_header import STOP
 from haptic_server.device.openhaptics import callback, port
 from haptic_server.device.openhaptics.calibration import CalibrationNeeded
 from haptic_server.device.openhaptics.device import OpenHaptics

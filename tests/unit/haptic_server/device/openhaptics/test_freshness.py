@@ -5,7 +5,7 @@ from collections.abc import Generator, Iterable
 import numpy as np
 import pytest
 
-from haptic_server.block import ARM
+from haptic_server.block_header import ARM
 from haptic_server.device.openhaptics.freshness import FRESHNESS, MOVING_M_PER_S, OVER_S, PRESSING_N, is_new
 from haptic_server.records import NO_FAULT, STALE, STALLED
 from haptic_server.servo.force.guard import STALE_S, STALL_FAULT_S

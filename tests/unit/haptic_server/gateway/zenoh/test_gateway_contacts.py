@@ -20,7 +20,7 @@ from protocol.keys import Keys
 from protocol.messages import Contact, decode
 from protocol.session import open_client, open_router
 from realtime import ring
-from sound_server.output_trim import MAX_DELAY_MS
+from sound_server.ranges import MAX_DELAY_MS
 
 MS = 1_000_000
 KEYS = Keys("streaming")

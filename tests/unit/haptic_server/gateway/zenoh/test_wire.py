@@ -14,6 +14,7 @@ from drumstick.parameters.table import Refusal
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server import block_header, files
+from haptic_server.block_header import HEARTBEAT
 from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.presets import Presets
 from haptic_server.gateway.settings import Parameters
@@ -53,7 +54,7 @@ class Wired(NamedTuple):
 def wired(tmp_path: Path, panics: list[str], monkeypatch: pytest.MonkeyPatch) -> Iterator[Wired]:
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     mine = blocks.create(tmp_path, law_of(ROLL))  # kept: the mapping lives as long as its views
-    poke(mine.control, blocks.HEARTBEAT, time.monotonic_ns() + 3600 * 10**9)  # as if it ticked for an hour
+    poke(mine.control, HEARTBEAT, time.monotonic_ns() + 3600 * 10**9)  # as if it ticked for an hour
     link = ServoLink(tmp_path, law_of(ROLL))
     session = open_router(endpoint)
     parameters = Parameters(ROLL, link)
@@ -171,7 +172,7 @@ def test_no_other_scene_in_the_place_of_a_servo_that_does_not_tick(
 ) -> None:
     there = block_header.read_header(tmp_path)
     assert there is not None
-    poke(there.control, blocks.HEARTBEAT, 0)
+    poke(there.control, HEARTBEAT, 0)
     assert "the servo process does not tick" in ask_for(router, "tom")
     assert not (tmp_path / files.WANTED).exists()
 

@@ -13,7 +13,7 @@ from drumstick.safety import envelope
 from drumstick.stick import contact
 from drumstick.stick.law import law_of
 from drumstick_lab.accuracy.sticks.filters import ADAPTIVE, fall, filter_of
-from haptic_server.block import ARM, PANIC
+from haptic_server.block_header import ARM, PANIC
 from haptic_server.device import phantom
 from haptic_server.device.simulated import Simulated
 from haptic_server.limits import limits_of

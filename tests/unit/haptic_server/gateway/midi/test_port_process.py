@@ -8,9 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from haptic_server.gateway.midi import process as processes
-from haptic_server.gateway.midi.process import PortProcess, command
+from haptic_server.gateway.midi import port_process as processes
+from haptic_server.gateway.midi.options import MidiOptions
+from haptic_server.gateway.midi.port_process import PortProcess
 from osc_bench import BOUND_S, Time
+from realtime.service_options import command
 
 OPENED = "import sys, os, json; print(json.dumps({'open': True, 'words': 'strikes go to X'}), flush=True)\n"
 KEEPS = OPENED + "open(sys.argv[1], 'ab').write(sys.stdin.buffer.read())\n"
@@ -129,7 +131,9 @@ def test_the_real_process_waits_for_what_is_not_there(
 ) -> None:
     monkeypatch.setenv("JACK_DEFAULT_SERVER", "no-such-server")
     monkeypatch.setenv("JACK_NO_START_SERVER", "1")
-    port = PortProcess(command("no such port", "drumstick test"))
+    port = PortProcess(
+        command("haptic_server.gateway.midi", MidiOptions(client="drumstick test", port="no such port"))
+    )
     try:
         told: list[str] = []
         told += look_until(port, lambda: told or port._told_away, Time())
