@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from drumstick.drum.effects.cavity import AIR_KG_PER_M3, SOUND_M_PER_S
+from drumstick.drum.air_constants import AIR_KG_PER_M3, SOUND_M_PER_S
 from drumstick.drum.effects.tension import room_of
 from drumstick.drum.engine import CONTROL
 from drumstick.drum.membrane.scheme import Losses, even_losses, rising_losses

@@ -78,7 +78,7 @@ Numbers = npt.NDArray[np.float64]
 
 
 class Measures(NamedTuple):
-    """Of one drum: bands (strokes, 5), dB to the whole; flatness of each stroke; T60 by octave of the last, s."""
+    """Measures of one drum: bands (strokes, 5), dB to the whole; flatness of each stroke; T60 by octave of the last, s."""
 
     bands: Numbers
     flatness: Numbers
@@ -145,7 +145,7 @@ def measured(strokes: list[tuple[Numbers, float]]) -> Measures:
 
 
 def rise(bands: Numbers) -> float:
-    """By how much 1-8 kHz rise from the softest stroke to the brightest one."""
+    """Rise of 1-8 kHz, dB, from the softest stroke to the brightest one."""
     bright = 10.0 * np.log10((10.0 ** (bands[:, 1:4] / 10.0)).sum(axis=1))
     return float(bright.max() - bright[0])
 

@@ -40,7 +40,6 @@ class CavityTable:
 TABLE = CavityTable
 
 
-AIR_KG_PER_M3, SOUND_M_PER_S = 1.204, 343.2  # at 20 degrees Celsius
 
 
 class CavityState(Record):

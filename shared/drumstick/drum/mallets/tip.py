@@ -52,6 +52,7 @@ TIP = dtype_of(Tip)
 MAX_ROUNDS = 12
 _CLOSE = 1e-6  # of the push, -120 dB: no energy is made however rough it is, and each round costs a sixth of a touch
 _ROUNDING = 1e-16
+_NOTHING = 1e-150  # m: over less than that nothing can be divided
 _NEAR = 1e-5  # depths so near to each other have the gradient of V as the mean of both, to 1e-11
 
 
@@ -80,7 +81,7 @@ def _force(tip: Tip, after: float) -> tuple[float, float]:
     push = elastic_force(tip, after)
     moved = after - tip.depth_before
     loss = tip.rate * tip.push
-    if abs(moved) <= _NEAR * (abs(after) + abs(tip.depth_before)):
+    if abs(moved) <= _NEAR * (abs(after) + abs(tip.depth_before)) + _NOTHING:
         force = 0.5 * (push + tip.push_before)
         rise = 0.5 * tip.exponent * push / after if after > 0.0 else 0.0
     else:

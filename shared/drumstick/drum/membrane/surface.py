@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.drum.effects.cavity import AIR_KG_PER_M3
+from drumstick.drum.air_constants import AIR_KG_PER_M3
 from drumstick.drum.membrane.interpolation import CORNERS, corners_of
 from drumstick.drum.membrane.lattice import J01
 from drumstick.drum.membrane.sweep import Head

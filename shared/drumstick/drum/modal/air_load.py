@@ -34,11 +34,11 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 import numpy.typing as npt
 
+from drumstick.drum.air_constants import SOUND_M_PER_S
 from drumstick.drum.membrane.lattice import J01
 from drumstick.drum.modal.modes import Modes, bessel, modes_below
 from drumstick.parameters.drum import Drum
 
-SPEED_OF_SOUND_M_PER_S = 343.0
 _COUPLED = 40.0
 # Of the sum over x; b^2 turns every pi, so that this is exact but for what lies beyond.
 _REACH, _SPACING = 160.0, 0.4
@@ -74,8 +74,7 @@ class InAir(NamedTuple):
     mixes: tuple[_Mix, ...] = ()
 
     def of_tension(self) -> Numbers:
-        """By how much of itself a rise of the tension by 1 raises each w^2, shape (P,): a kettle's air is a spring
-        beside it."""
+        """Share of each w^2 that is the tension's, shape (P,): a kettle's air is a spring beside it."""
         own: Numbers = self.modes.zeros**2
         for mix in self.mixes:
             sizes = mix.weights**2 * self.basis.norms[mix.columns, None] / self.modes.norms[mix.targets]
@@ -129,7 +128,7 @@ def in_air(highest: float, drum: Drum) -> InAir:
 
 @functools.lru_cache(maxsize=8)
 def under_load(highest: float, f01_Hz: float, load: "Load | None") -> InAir:
-    """`in_air`, of what it depends on alone."""
+    """Modes of `in_air`, by what they depend on alone."""
     modes = modes_below(highest)
     if load is None:
         return without_air(modes, f01_Hz)
@@ -161,13 +160,13 @@ class Load(NamedTuple):
 
 
 def load_of(drum: Drum) -> Load | None:
-    """What air a drum has on its head."""
+    """Air that a drum has on its head."""
     air, kettle = drum.effects.get("air"), drum.effects.get("kettle")
     if air is None or air.density_kg_per_m3 == 0.0:
         return None
     return Load(
         heavy=2.0 * air.density_kg_per_m3 * drum.radius_m / air.head_kg_per_m2,
-        slow=drum.radius_m / SPEED_OF_SOUND_M_PER_S,
+        slow=drum.radius_m / SOUND_M_PER_S,
         depth=None if kettle is None else kettle.depth_m / drum.radius_m,
         baffled=air.baffle == "endless",
     )

@@ -1,4 +1,4 @@
-"""What microphones in the air hear of each mode. Any thread; allocates.
+"""Sound of each mode at microphones in the air. Any thread; allocates.
 
 A mode that turns at w is heard as p = -w^2 q rho/(2 pi) I, with I = int shape exp(-i k (r - r0))/r dA over the head in
 an endless baffle (Rayleigh's integral, as `drumstick.drum.output.microphones` has it for a mesh) and k = w/c0. r0, the
@@ -17,7 +17,8 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.drum.modal.air_load import SPEED_OF_SOUND_M_PER_S, Load, load_of, under_load
+from drumstick.drum.air_constants import SOUND_M_PER_S
+from drumstick.drum.modal.air_load import Load, load_of, under_load
 from drumstick.drum.modal.modes import radial_shapes
 from drumstick.parameters.scene import Scene
 
@@ -69,7 +70,7 @@ def _read(rows: Waves, at: Numbers) -> Waves:
 
 
 def heard_by(scene: Scene, highest: float) -> tuple[tuple[Waves, Waves], ...]:
-    """-w^2 I of all modes of cos(m phi), and of sin(m phi), for each of the scene's microphones; read only.
+    """Radiation -w^2 I of all modes of cos(m phi), and of sin(m phi), for each of the scene's microphones; read only.
 
     Shapes (P,), w in units of c0 over the radius. The modes are those of `air_load.in_air`; without a baffle each is so
     much weaker as its power is.
@@ -88,7 +89,7 @@ def _heard_by(
 ) -> tuple[tuple[Waves, Waves], ...]:
     head = under_load(highest, f01_Hz, load)
     basis = head.basis
-    own_k = 2.0 * math.pi * head.f_Hz * radius_m / SPEED_OF_SOUND_M_PER_S
+    own_k = 2.0 * math.pi * head.f_Hz * radius_m / SOUND_M_PER_S
     k = np.arange(math.ceil(float(own_k.max()) / _K_STEP) + 3) * _K_STEP
     legendre: Any = np.polynomial.legendre.leggauss(_RADII + math.ceil(float(basis.zeros[-1])))
     nodes, weights = cast(tuple[Numbers, Numbers], legendre)

@@ -70,7 +70,7 @@ def _under(lengths: Floats, kept: Floats, q: Floats, aimed: Floats) -> float:
 
 @only_with("tension", otherwise=0.0)
 def of_newton(engine: "Engine", row: int) -> float:
-    """What a force of 1 N over the coming step adds to S+, by its row of shares."""
+    """Stretch that a force of 1 N over the coming step adds to S+, by its row of shares."""
     modes = engine.modal
     return _under(modes.lengths, modes.kept, modes.q, modes.aimed[row])
 
@@ -91,13 +91,13 @@ def _slack(tight: Floats, moving: Floats, q: Floats) -> float:
 
 @only_with("tension", otherwise=0.0)
 def of_pull(engine: "Engine", moving: Floats) -> float:
-    """How far a pull of 1 draws the head in a step where the shares `moving` of the modes' movement are read."""
+    """Way by which a pull of 1 draws the head in a step, where the shares `moving` of the modes' movement are read."""
     return _slack(engine.modal.tight, moving, engine.modal.q)
 
 
 @njit()
 def pull_for(engine: "Engine", newtons_x: float) -> float:
-    """g of the coming step, with forces that add so much to its x besides; kept as the last pull."""
+    """Pull g of the coming step, with forces that add so much to its x besides; kept as the last pull."""
     state = engine.effects.tension.state[0]
     state.pull = tension.solved(state, state.before, state.x + newtons_x, state.y)
     return float(state.pull)
@@ -105,7 +105,7 @@ def pull_for(engine: "Engine", newtons_x: float) -> float:
 
 @only_with("tension", otherwise=0.0)
 def pull(engine: "Engine") -> float:
-    """g of the coming step, after all its forces."""
+    """Pull g of the coming step, after all its forces."""
     return pull_for(engine, 0.0)
 
 

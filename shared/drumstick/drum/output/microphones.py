@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.drum.effects.cavity import SOUND_M_PER_S
+from drumstick.drum.air_constants import SOUND_M_PER_S
 from drumstick.drum.membrane.lattice import Lattice
 from drumstick.parameters.scene import Scene
 from realtime.kernels.jit import njit, only_with

@@ -17,7 +17,7 @@ from drumstick.parameters.drum import Drum, Listen, Mesh, Modal
 from drumstick.parameters.drum_effects import Air
 from drumstick.parameters.scene import Scene
 
-RATE, SOUND_M_PER_S = 48_000, 343.0
+RATE, SOUND_M_PER_S = 48_000, 343.2
 ABOVE, BESIDE = (0.7, 0.0, 0.3, -1.0), (-0.6, 1.4, 2.0, 1.0)
 
 

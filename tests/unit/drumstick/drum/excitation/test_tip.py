@@ -39,6 +39,7 @@ def _force(k: float, p: float, rate: float, before: float, now: float, after: fl
     DEPTHS,
 )
 @example(1.5, 7.0, 0.0, -5.0, 0.0, 0.0, 1e-4)
+@example(1.0, 3.0, 0.0, -9.0, -5e-324, 0.0, 1e-9)
 @example(2.0, 8.0, 1e3, -4.0, 1e-4, 2e-4, -1e-4)
 def test_the_meeting_solves_its_equation_and_makes_no_energy(
     p: float, log_k: float, rate: float, log_give: float, before: float, now: float, free: float

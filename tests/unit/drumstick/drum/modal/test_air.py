@@ -15,7 +15,7 @@ from drumstick.drum.block import render_all
 from drumstick.drum.build import Unplayable, new_engine
 from drumstick.drum.calibrate import build, full_scale, strike_for_speed
 from drumstick.drum.excitation.strikes import StrikeRing
-from drumstick.drum.modal.air_load import SPEED_OF_SOUND_M_PER_S, InAir, in_air, zero_at
+from drumstick.drum.modal.air_load import SOUND_M_PER_S, InAir, in_air, zero_at
 from drumstick.drum.modal.building import bank_of, divisor_below, highest_zero
 from drumstick.drum.modal.modes import shapes_at
 from drumstick.drum.render import render
@@ -170,9 +170,9 @@ def test_a_light_head_radiates_as_a_small_source_in_a_wall() -> None:
     """rho c0 k^2 S^2/(2 pi) on each side, S the volume it moves (Morse and Ingard, 7.4), while k a is small."""
     air, radius_m, f01_Hz = Air(1e-4, 0.5), 0.05, 60.0
     found = in_air(10.0, Drum(radius_m=radius_m, f01_Hz=f01_Hz, effects={"air": air}))
-    k = 2.0 * math.pi * f01_Hz / SPEED_OF_SOUND_M_PER_S
+    k = 2.0 * math.pi * f01_Hz / SOUND_M_PER_S
     moved = 2.0 * math.pi * radius_m**2 * jv(1, J01) / J01
-    resistance = 2.0 * air.density_kg_per_m3 * SPEED_OF_SOUND_M_PER_S * (k * moved) ** 2 / (2.0 * math.pi)
+    resistance = 2.0 * air.density_kg_per_m3 * SOUND_M_PER_S * (k * moved) ** 2 / (2.0 * math.pi)
     mass = air.head_kg_per_m2 * math.pi * radius_m**2 * jv(1, J01) ** 2
     assert k * radius_m < 0.1
     assert found.decays[0] == pytest.approx(resistance / (2.0 * mass), rel=3e-3)
@@ -182,7 +182,7 @@ def test_a_mode_that_is_solved_with_its_order_is_where_it_would_stand_alone_in_t
     """Four cents at the border between the two; below, where waves are long, they are far apart."""
     found = timpano(top_Hz=2700.0)
     zeros, turns = found.modes.zeros, 2.0 * math.pi * found.f_Hz
-    narrow = np.sqrt(zeros**2 - (turns * TIMPANO["radius_m"] / SPEED_OF_SOUND_M_PER_S) ** 2)
+    narrow = np.sqrt(zeros**2 - (turns * TIMPANO["radius_m"] / SOUND_M_PER_S) ** 2)
     heavy = 2.0 * HEAD.density_kg_per_m3 * TIMPANO["radius_m"] / HEAD.head_kg_per_m2
     off = np.abs(cents(turns / (found.c * zeros / np.sqrt(1.0 + heavy / narrow))))
     assert off[(zeros > 37.0) & (zeros < 40.0)].max() < 4.0

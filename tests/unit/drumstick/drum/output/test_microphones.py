@@ -7,9 +7,9 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from drumstick.drum.air_constants import SOUND_M_PER_S
 from drumstick.drum.block import render_all
 from drumstick.drum.build import new_engine
-from drumstick.drum.effects.cavity import SOUND_M_PER_S
 from drumstick.drum.engine import Engine
 from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.render import render
