@@ -94,7 +94,6 @@ def test_up_notes_it_once(
         state=tmp_path / "state",
         connect="tcp/127.0.0.1:1",
         parts=frozenset({HAPTIC}),
-        osc_port=0,
     )
     options.folder.mkdir()
     with pytest.raises(Begun):

@@ -40,8 +40,6 @@ class CavityTable:
 TABLE = CavityTable
 
 
-
-
 class CavityState(Record):
     """Sums of u over the heads, gains that turn a difference of means into a push, the second head's own gains."""
 

@@ -58,14 +58,14 @@ def _series(
 def _read(rows: Waves, at: Numbers) -> Waves:
     # Rows of one k each, shape (k, P), at each mode's own place between them: Lagrange's cubic.
     first = np.clip(np.floor(at).astype(np.int64) - 1, 0, len(rows) - 4)
-    t, modes = at - first, np.arange(rows.shape[1])
-    found = np.zeros(rows.shape[1], np.complex128)
+    t = at - first
+    found = np.zeros(len(at), np.complex128)
     for i in range(4):
         weight = np.ones(len(at))
         for j in range(4):
             if j != i:
                 weight *= (t - j) / (i - j)
-        found += weight * rows[first + i, modes]
+        found += weight * np.take_along_axis(rows, (first + i)[None, :], axis=0)[0]
     return found
 
 
@@ -90,7 +90,8 @@ def _heard_by(
     head = under_load(highest, f01_Hz, load)
     basis = head.basis
     own_k = 2.0 * math.pi * head.f_Hz * radius_m / SOUND_M_PER_S
-    k = np.arange(math.ceil(float(own_k.max()) / _K_STEP) + 3) * _K_STEP
+    count = math.ceil(float(own_k.max()) / _K_STEP) + 3
+    k: Numbers = np.linspace(0.0, (count - 1) * _K_STEP, count)
     legendre: Any = np.polynomial.legendre.leggauss(_RADII + math.ceil(float(basis.zeros[-1])))
     nodes, weights = cast(tuple[Numbers, Numbers], legendre)
     radii = 0.5 * (nodes + 1.0)

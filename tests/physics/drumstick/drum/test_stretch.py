@@ -102,7 +102,7 @@ def test_f_squared_rises_with_the_square_of_the_slope(kind: str) -> None:
 
 
 def _by_the_book(height_m: float) -> float:
-    """Pitch over that of the lowest mode at rest, let go at `height_m`: q'' + w^2 (1 + e q^2) q = 0, solved."""
+    """Pitch over that of the lowest mode at rest, let go at `height_m`: q'' + w^2 (1 + e q^2) q = 0, by its energy."""
     air = HEAD_KG_PER_M2 + 2.0 * 8.0 / (3.0 * math.pi) * AIR_KG_PER_M3 * RADIUS_M
     tension = air * (2.0 * math.pi * F01_HZ * RADIUS_M / J01) ** 2
     # Mean square of the slope of J0(j r/a), by numbers.
@@ -111,25 +111,18 @@ def _by_the_book(height_m: float) -> float:
     square = float(integrate.trapezoid(slope**2 * 2.0 * r, r))
     e = YOUNG_PA * THICKNESS_M / (2.0 * (1.0 - POISSON**2) * tension) * square * height_m**2
 
-    def zero(_t: float, y: np.ndarray) -> float:
-        return float(y[0])
+    # A quarter of a period: from its turning point to 0, where it is fastest, so that the way is the variable.
+    def slowness(x: float) -> float:
+        return 1.0 / math.sqrt(1.0 + 0.5 * e * (1.0 + x * x))
 
-    zero.terminal, zero.direction = True, -1.0  # type: ignore[attr-defined]
-    solved = integrate.solve_ivp(
-        lambda _t, y: [y[1], -(1.0 + e * y[0] ** 2) * y[0]],
-        (0.0, 4.0),
-        [1.0, 0.0],
-        events=zero,
-        rtol=1e-10,
-        atol=1e-12,
-    )
-    return 0.5 * math.pi / float(solved.t_events[0][0])
+    quarter = integrate.quad(lambda angle: slowness(math.sin(angle)), 0.0, 0.5 * math.pi)[0]
+    return 0.5 * math.pi / quarter
 
 
 @pytest.mark.parametrize("kind", ["mesh", "modes"])
 @pytest.mark.parametrize("height_m", [0.001, 0.004])
 def test_the_glide_is_that_of_the_heads_own_numbers(kind: str, height_m: float) -> None:
-    """E, h and nu in SI, against an oscillator of the same law solved by another method."""
+    """E, h and nu in SI, against the integral of an oscillator of the same law."""
     at_rest = _pitch(_engine(kind, Tension(glide_cents=0.0)), 1e-3)
     wanted = 1200.0 * math.log2(_by_the_book(height_m))
     engine = _engine(kind, POLYESTER)
