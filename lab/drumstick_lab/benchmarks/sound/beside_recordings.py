@@ -227,8 +227,17 @@ def main() -> None:
         kind: {group: {name: _told(its) for name, its in drums.items()} for group, drums in found.items()}
         for kind, found in real.items()
     }
-    result = {"machine": description(), "edges_Hz": EDGES_HZ, "octaves_Hz": OCTAVES_HZ}
-    RESULT.write_text(json.dumps({**result, "scenes": scenes, "recordings": recordings}, indent=1) + "\n")
+    among = {
+        kind: {
+            f"{one} / {other}": round(distance(found["work"][one].bands, found["work"][other].bands), 1)
+            for one, other in itertools.combinations(found["work"], 2)
+        }
+        for kind, found in real.items()
+    }
+    result = {"machine": description(), "edges_Hz": EDGES_HZ, "octaves_Hz": OCTAVES_HZ, "scenes": scenes}
+    RESULT.write_text(
+        json.dumps({**result, "recordings": recordings, "among_recordings_dB": among}, indent=1) + "\n"
+    )
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Writes docs/measured.md from the stored results: drumstick lab measured-page."""
 
 from drumstick_lab.checkout import DOCS, RESULTS
-from drumstick_lab.pages.measured import measured_panel
+from drumstick_lab.pages.measured import measured_drums, measured_panel
 from drumstick_lab.pages.measured.stored import read, where
 
 PAGE = DOCS / "measured.md"
@@ -424,6 +424,7 @@ def page() -> str:
             *_streamed(),
             *_streamed_wire(),
             *_mallet(),
+            *measured_drums.recordings(),
             *_announced(),
             *_ticks(),
             *_lateness(),
