@@ -7,6 +7,8 @@ What is to be chosen is told as it is typed, into a scene file or on the command
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
+from drumstick.parameters.drum_effects import NEEDS
+
 Row = dict[str, Any]
 # What a scene's [mesh] says beside its rate.
 SCHEMES = {
@@ -170,7 +172,7 @@ def _of_effects(found: Row) -> Iterator[Choice]:
             changes = (
                 "" if row["changes_dB"] is None else f"; changes the sound by {row['changes_dB']:.0f} dB"
             )
-            needs = "cavity" if row["effect"] == "snare" else ""
+            needs = NEEDS[row["effect"]][0] if row["effect"] in NEEDS else ""
             added_ns = sum(added[name] for name in (needs, row["effect"]) if name)
             spread = f" ± {row['spread_ns']:.0f}"
             tables = [f"`[drum.effects.{name}]`" for name in (needs, row["effect"]) if name]

@@ -9,6 +9,7 @@ from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from drumstick.parameters.drum_effects import NEEDS
 from drumstick.parameters.scene import Scene
 from rig import scene_file
 from rig.supervision.preflight import playable
@@ -109,7 +110,9 @@ def _pinned(scene: Scene) -> Scene:
 
 
 def _without(scene: Scene, effect: str) -> Scene:
-    effects = {name: table for name, table in scene.drum.effects.items() if name != effect}
+    # And without what needs it.
+    needing = {name for name, (needed, _) in NEEDS.items() if needed == effect}
+    effects = {name: table for name, table in scene.drum.effects.items() if name not in {effect, *needing}}
     return dataclasses.replace(scene, drum=dataclasses.replace(scene.drum, effects=effects))
 
 

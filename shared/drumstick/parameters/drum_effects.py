@@ -5,7 +5,7 @@ from drumstick.drum.effects.cavity import CavityTable as Cavity
 from drumstick.drum.effects.internal_loss import InternalLossTable as InternalLoss
 from drumstick.drum.effects.kettle import KettleTable as Kettle
 from drumstick.drum.effects.muffle import MuffleTable as Muffle
-from drumstick.drum.effects.registry import EFFECTS, FORMER_NAMES, MESH_EFFECTS, MODAL_EFFECTS
+from drumstick.drum.effects.registry import EFFECTS, FORMER_NAMES, MESH_EFFECTS, MODAL_EFFECTS, NEEDS
 from drumstick.drum.effects.rim import RimTable as Rim
 from drumstick.drum.effects.snare import SnareTable as Snare
 from drumstick.drum.effects.tension import TensionTable as Tension
@@ -16,6 +16,7 @@ __all__ = [
     "FORMER_NAMES",
     "MESH_EFFECTS",
     "MODAL_EFFECTS",
+    "NEEDS",
     "Air",
     "Cavity",
     "InternalLoss",

@@ -5,7 +5,7 @@ from collections.abc import Collection, Mapping
 from typing import Any, cast
 
 from drumstick.parameters.drum import Drum, Listen, Mesh
-from drumstick.parameters.drum_effects import DRUM_EFFECTS, FORMER_NAMES, MESH_EFFECTS, MODAL_EFFECTS
+from drumstick.parameters.drum_effects import DRUM_EFFECTS, FORMER_NAMES, MESH_EFFECTS, MODAL_EFFECTS, NEEDS
 from drumstick.parameters.reading import Reader, shown
 
 
@@ -107,10 +107,9 @@ def check_listen(reader: Reader, listen: Listen) -> None:
 
 def check_drum(reader: Reader, drum: Drum) -> None:
     """Check what only several values together can get wrong."""
-    if "snare" in drum.effects and "cavity" not in drum.effects:
-        reader.refuse("drum.effects.snare", "needs [drum.effects.cavity]: the wires lie on the second head")
-    if "kettle" in drum.effects and "air" not in drum.effects:
-        reader.refuse("drum.effects.kettle", "needs [drum.effects.air]: it is air that it holds")
+    for name, (needed, why) in NEEDS.items():
+        if name in drum.effects and needed not in drum.effects:
+            reader.refuse(f"drum.effects.{name}", f"needs [drum.effects.{needed}]: {why}")
     tension = drum.effects.get("tension")
     if tension is not None and tension.young_GPa == 0.0 and tension.most_cents > 0.0:
         # A mode's stretch comes to twice its mean.

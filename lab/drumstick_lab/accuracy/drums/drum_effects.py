@@ -18,7 +18,7 @@ from drumstick.drum.build import size_of
 from drumstick.drum.calibrate import build, strike_for_speed
 from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.render import render
-from drumstick.parameters.drum_effects import DRUM_EFFECTS
+from drumstick.parameters.drum_effects import DRUM_EFFECTS, NEEDS
 from drumstick.parameters.scene import Scene
 from drumstick_lab.accuracy.drums.heads import DEVICE_RATE_Hz, sounding
 from drumstick_lab.accuracy.timing import ENGINES, SWEEP, Window, apart, in_turn, plain_sweep
@@ -40,12 +40,17 @@ def drum_with(*effects: str) -> Scene:
 def _named(effect: str) -> tuple[str, ...]:
     if effect in (ALL, NONE):
         return tuple(DRUM_EFFECTS) if effect == ALL else ()
-    return ("cavity", "snare") if effect == "snare" else (effect,)
+    return (*needed(effect), effect)
+
+
+def needed(effect: str) -> tuple[str, ...]:
+    """The effect without which this one cannot be, if there is one."""
+    return NEEDS[effect][:1] if effect in NEEDS else ()
 
 
 def without(effect: str) -> str:
     """Table with which an effect is compared."""
-    return "cavity" if effect == "snare" else NONE
+    return next(iter(needed(effect)), NONE)
 
 
 def _blows(scene: Scene) -> list[OfflineStrike]:
@@ -87,7 +92,8 @@ def sample_rows(effects: Sequence[str], rounds: int) -> tuple[list[dict[str, Any
 
     What is added is the median over engines, `spread_ns` half of what they span.
     """
-    names = [NONE, *effects, *([] if "snare" not in effects or "cavity" in effects else ["cavity"]), ALL]
+    besides = {without(effect) for effect in effects} - {NONE, *effects}
+    names = [NONE, *effects, *sorted(besides), ALL]
     windows = {f"{name} {k}": _window(name) for k in range(ENGINES) for name in names}
     times = in_turn({SWEEP: plain_sweep()} | windows, rounds)
     each = {name: [times[f"{name} {k}"] for k in range(ENGINES)] for name in names}

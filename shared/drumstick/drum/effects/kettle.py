@@ -17,5 +17,6 @@ class KettleTable:
 
 
 TABLE = KettleTable
+NEEDS = ("air", "it is air that it holds")
 ON_MODES = True
 ON_MESH = False

@@ -4,7 +4,7 @@ A new effect is one module of this folder and one line here. The module has
 
 - `TABLE`, the dataclass of `[drum.effects.<name>]`: the scene's keys and the docs follow from it;
 - `ON_MODES = True` if a bank of modes can have it too;
-  `ON_MESH = False` if only a bank of modes can;
+  `ON_MESH = False` if only a bank of modes can; `NEEDS`, another effect without which it cannot be, and why;
 - `FORMER_NAME` if scenes called it otherwise once: they are still read, with a note;
 - `part_of(building)`, which lays out what the kernels need as a named tuple: `engine.effects.<name>`, None in a scene
   without it. An effect that is in the coefficients of the head has no part. One with a value that is set while it plays
@@ -57,6 +57,10 @@ _IN_ORDER: tuple[ModuleType, ...] = (
 )
 EFFECTS: dict[str, ModuleType] = {module.__name__.rpartition(".")[2]: module for module in _IN_ORDER}
 MESH_EFFECTS = tuple(name for name, module in EFFECTS.items() if getattr(module, "ON_MESH", True))
+# Effect -> the one that it needs, and why.
+NEEDS: dict[str, tuple[str, str]] = {
+    name: module.NEEDS for name, module in EFFECTS.items() if hasattr(module, "NEEDS")
+}
 MODAL_EFFECTS = tuple(name for name, module in EFFECTS.items() if hasattr(module, "ON_MODES"))
 # What scenes called an effect once -> its name.
 FORMER_NAMES: dict[str, str] = {

@@ -46,6 +46,7 @@ class SnareTable:
 
 
 TABLE = SnareTable
+NEEDS = ("cavity", "the wires lie on the second head")
 
 
 class Bead(Record):

@@ -6,9 +6,10 @@ import re
 
 import pytest
 
-from drumstick.drum import cost, tiers
+from drumstick.drum import build, cost, tiers
 from drumstick.drum.build import Unplayable
-from drumstick.parameters.scene import Scene, parse
+from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.parameters.scene import Scene, parse, shipped_text
 from rig.offline import scene_cost
 
 
@@ -67,6 +68,29 @@ def test_what_an_effect_is_compared_with_has_the_same_order_and_rate(
     scene_cost._drum_effects(scene, lambda what: None)
     whole = tiers.order_of(scene), tiers.divisor_for(scene, 48_000)
     assert tried == [(*whole, effects) for _ in range(scene_cost._REPEATS) for effects in ((effect,), ())]
+
+
+@pytest.mark.parametrize(
+    ("name", "effect", "goes_with_it"), [("snare", "cavity", "snare"), ("timpani", "air", "kettle")]
+)
+def test_what_needs_an_effect_goes_with_it(
+    monkeypatch: pytest.MonkeyPatch, name: str, effect: str, goes_with_it: str
+) -> None:
+    tried: list[set[str]] = []
+
+    def ringing(drum: Scene, rate_Hz: int, frames: int) -> cost.RingingCost:
+        build.new_engine(drum, rate_Hz, StrikeRing())
+        tried.append(set(drum.drum.effects))
+        return cost.RingingCost(1.0, 1, 1)
+
+    monkeypatch.setattr(cost, "ringing", ringing)
+    monkeypatch.setattr(scene_cost, "_REPEATS", 1)
+    scene = parse(shipped_text(name), name)
+    told = scene_cost._drum_effects(scene, lambda what: None)
+    named = set(scene.drum.effects)
+    assert tried[0] == named
+    assert named - {effect, goes_with_it} in tried
+    assert set(told) == named
 
 
 @pytest.mark.long
