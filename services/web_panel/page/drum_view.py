@@ -20,7 +20,7 @@ from web_panel.rig.surface_mesh import Corners, Exaggeration, disc, heights_of, 
 _AIM = np.array((0.62, -0.55, 0.56)) / math.hypot(0.62, -0.55, 0.56)
 _TURN = np.array((1.0 + _AIM[2], -_AIM[1], _AIM[0], 0.0)) / math.sqrt(2.0 * (1.0 + _AIM[2]))
 _LENGTH = 1.2
-_SILENT = "no sound server tells how the head moves"
+_SILENT = "no sound server reports how the head moves"
 _AT_REST = (16, 48)  # rings and spokes before any surface was heard
 
 

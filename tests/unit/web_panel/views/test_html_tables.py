@@ -47,7 +47,7 @@ def test_the_cost_of_another_mesh_is_what_this_one_takes_times_its_share() -> No
 @pytest.mark.parametrize("told", [None, Trouble(NASTY)])
 def test_what_is_not_known_is_said(told: Trouble | None) -> None:
     found = html_tables.cost(told, {}, None)
-    assert "no sound server tells" in found
+    assert "no sound server reports" in found
     assert "measured" in found
     assert NASTY not in found
 
