@@ -43,16 +43,16 @@ def _materials() -> list[str]:
 # What the keys of a table do not say by themselves.
 _MORE = {
     "modal": [
-        "Absent unless named, and then no mesh is computed. A bank of modes is in tune by itself and takes the effects `uniform_loss`,",
-        "`internal_loss`, `tension` and `rim`, mallets and microphones; patches and second heads need the mesh. Its price goes with the",
-        "square of `top_Hz`: `drumstick scene cost` shows it beside the mesh's.",
+        "Without this table a mesh is computed; with it, a bank of modes instead. A bank needs no tuning. It takes the effects `air`, `kettle`,",
+        "`uniform_loss`, `internal_loss`, `tension` and `rim`, mallets and microphones; `muffle`, `cavity` and `snare` need the mesh. The bank's cost",
+        "rises with the square of `top_Hz`: see `drumstick scene cost`.",
         "",
     ],
     "mallet": [
         'Only with `[drum] excitation = "mallet"`, on a mesh or a bank of modes. Each strike throws a virtual mallet at the moving',
         "head, and the head throws it back. Soft mallets and soft strokes stay on the head longer, and the two may meet more than once. So a hard stroke is",
-        "brighter than a soft one, and no two strokes of a roll are the same. What the hand feels stays the stick's own contact.",
-        "Numbers that are given stand in the place of the material's:",
+        "brighter than a soft one, and no two strokes of a roll are the same. The force on the hand still comes from `[stick]`, not from the mallet.",
+        "Values given here replace those of the material:",
         "",
         *_materials(),
         "",

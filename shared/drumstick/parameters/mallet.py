@@ -63,15 +63,16 @@ class Mallet:
     """A mallet whose tip pushes with F = K d^p (1 + lambda d') while it is pressed in by d, and never pulls."""
 
     material: Literal["wood", "nylon", "cork", "felt", "hand"] = choice(
-        "wood", tuple(MATERIALS), "What the tip is made of: its numbers, where they are not given here"
+        "wood", tuple(MATERIALS), "What the tip is made of: sets the defaults of the keys below"
     )
-    mass_kg: float = _of_wood("mass_kg", 0.001, 1.0, "kg", "What the head feels of the mallet's mass")
+    mass_kg: float = _of_wood("mass_kg", 0.001, 1.0, "kg", "Effective mass at the tip")
     stiffness_N_per_m_p: float = _of_wood(
         "stiffness_N_per_m_p",
         1e2,
         1e12,
         "N/m^p",
-        "K of the contact force F = K d^p (1 + lambda d'), d: compression of the tip",
+        "K of the contact force F = K d^p (1 + lambda d'), d: compression of the tip, d': its speed; comparable at "
+        "equal p only",
     )
     exponent: float = _of_wood("exponent", 1.0, 4.0, "1", "p, exponent of that force")
     loss_s_per_m: float = _of_wood("loss_s_per_m", 0.0, 10.0, "s/m", "lambda, loss in the tip")

@@ -38,8 +38,8 @@ WORK: dict[str, dict[str, list[str]]] = {
         f"Forzee {t}": [f"ForzeeStereo/Tom{t}-{i}.wav" for i in range(5)] for t in ("High", "Mid", "Low")
     },
     "snare": {
-        "Forzee": [f"ForzeeStereo/Snare-{i}.wav" for i in range(5)],
-        "Forzee, wires off": [f"ForzeeStereo/SnareOff-{i}.wav" for i in range(5)],
+        "Forzee snare": [f"ForzeeStereo/Snare-{i}.wav" for i in range(5)],
+        "Forzee snare, wires off": [f"ForzeeStereo/SnareOff-{i}.wav" for i in range(5)],
     },
 }
 HELD_OUT: dict[str, dict[str, list[str]]] = {
@@ -71,7 +71,7 @@ KINDS = {
     "mid-tom": ("tom", "Forzee Mid"),
     "low-tom": ("tom", "Forzee Low"),
     "tom": ("tom", ""),
-    "snare": ("snare", "Forzee"),
+    "snare": ("snare", "Forzee snare"),
 }
 
 Numbers = npt.NDArray[np.float64]

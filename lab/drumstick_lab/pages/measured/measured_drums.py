@@ -18,12 +18,17 @@ def recordings() -> list[str]:
         "",
         "## Drums beside recorded ones",
         "",
-        "`drumstick lab beside-recordings`: five strokes of each drum, softest to hardest, beside the drum kits that Debian packages for",
-        "Hydrogen. Levels of the bands 0.5-1, 1-2, 2-4, 4-8 and 8-16 kHz to the whole stroke, dB; by how much 1-8 kHz rise from the softest",
-        "stroke to the brightest; flatness from 0.5 to 8 kHz; T60 of the octaves from 125 Hz to 8 kHz; and how far the levels lie from the",
-        f"recording that a scene was made beside, and from the median of kits that nothing was made beside. {where(found)}",
+        "`drumstick lab beside-recordings`: each drum is struck five times, softest to hardest, at 0.3 of its radius, and compared with drum kits that",
+        f"Debian packages for Hydrogen (some have 3 to 8 strokes). {where(found)}",
         "",
-        "| drum | softest | hardest | rise dB | flatness | T60 s | from its recording dB | from other kits dB |",
+        "- softest, hardest: level of the bands 0.5-1, 1-2, 2-4, 4-8, 8-16 kHz relative to the whole stroke, dB",
+        "- rise: of 1-8 kHz, from the softest stroke to the brightest",
+        "- flatness: spectral flatness from 0.5 to 8 kHz, median of the strokes",
+        "- T60: of the hardest stroke, in the octaves from 125 Hz to 8 kHz; -: not measurable",
+        "- the last two: mean difference of band levels over all strokes, from the recording that the scene was tuned to, and from kits that nothing was",
+        "  tuned to (median over all their drums of that kind, floor toms included)",
+        "",
+        "| drum | softest dB | hardest dB | rise dB | flatness | T60 s | from its recording dB | from other kits dB |",
         "|---|---|---|---|---|---|---|---|",
     ]
     for name, drum in found["scenes"].items():
@@ -32,7 +37,7 @@ def recordings() -> list[str]:
         held = drum.get("median_held_out_dB")
         lines.append(_row(f"`{name}`", drum, beside, "-" if held is None else f"{held:.1f}"))
     for kind in found["recordings"].values():
-        lines += [_row(name, drum, "", "") for name, drum in kind["work"].items()]
+        lines += [_row(f"{name} (recorded)", drum, "", "") for name, drum in kind["work"].items()]
     apart = [
         f"{pair} {value:.1f}"
         for kind in found["among_recordings_dB"].values()

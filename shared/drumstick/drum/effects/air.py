@@ -15,12 +15,14 @@ class AirTable:
     """Air on both sides of the head; for a bank of modes. f01_Hz includes it."""
 
     density_kg_per_m3: float = number(1.2, 0.0, 10.0, "kg/m^3", "Density of the air; 0: none")
-    head_kg_per_m2: float = number(0.26, 0.05, 2.0, "kg/m^2", "Mass per area of the head alone")
+    head_kg_per_m2: float = number(
+        0.26, 0.05, 2.0, "kg/m^2", "Mass per area of the head alone; 0.26 is 0.19 mm of polyester"
+    )
     baffle: Literal["endless", "none"] = choice(
         "endless",
         ("endless", "none"),
-        "endless: a wall around the head keeps the sound of its two sides apart; none: it flows round the rim, and low "
-        "modes radiate less and ring longer",
+        "endless: an infinite baffle, the head's two sides do not cancel (timpani); none: their sound cancels round "
+        "the rim, so low modes radiate less and ring longer (toms)",
     )
 
 

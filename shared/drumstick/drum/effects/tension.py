@@ -1,13 +1,13 @@
-"""`tension`: a hard stroke stretches the head, which sounds higher until it has calmed down.
+"""`tension`: a hard stroke stretches the head and raises its tension, so the pitch glides down (tension modulation).
 
-As in Kirchhoff and Carrier's membrane (Kirchhoff, "Vorlesungen ueber Mechanik", 1883; Carrier, "On the non-linear
-vibration problem of the elastic string", Q. Appl. Math. 3, 1945) the tension follows S = <u, L u>, the head's own
-stretch: T/T0 - 1 = E h/(2 (1 - nu^2) T0) times the mean square of the slope, here q/tau with q = kappa S. Its energy is
-V = kappa S^2/4. Beyond the most that the scene names q stays at q_most, and V goes on straight: a mesh at its limit of
-stability keeps room for so much, and no more.
+Kirchhoff and Carrier's law for strings, applied to a membrane, whose tension is the same all over (Kirchhoff,
+"Vorlesungen ueber Mechanik", 1883; Carrier, "On the non-linear vibration problem of the elastic string", Q. Appl. Math.
+3, 1945). The tension follows S = <u, L u>, the head's own stretch: T/T0 - 1 = E h/(2 (1 - nu^2) T0) times the mean
+square of the slope, here q/tau with q = kappa S. Its energy is V = kappa S^2/4. Above q_most, the scene's limit, the
+pull is constant and V grows linearly: the step of a mesh allows for so much and no more.
 
-In discrete time S stands between two steps, S- = <u, L u-> and S+ = <u+, L u>, and the pull is the discrete gradient
-q = 2 (V(S+) - V(S-))/(S+ - S-) (Gonzalez, "Time integration and discrete Hamiltonian systems", J. Nonlinear Sci. 6,
+In discrete time S stands between two steps, S- = <u, L u-> and S+ = <u+, L u>, and the pull is the discrete gradient q
+= 2 (V(S+) - V(S-))/(S+ - S-) (Gonzalez, "Time integration and discrete Hamiltonian systems", J. Nonlinear Sci. 6,
 1996). S+ - S- = -sum M A u (u+ - u-) holds exactly and u+ is linear in q, so one number is solved for, in closed form.
 What V gives the head it loses itself, however hard the stroke, and nothing is carried along that could drift. A tension
 that lags by a step instead makes the energy grow a thousandfold. A bank of modes does the same with its own S
@@ -42,24 +42,25 @@ class TensionTable:
         0.0,
         1200.0,
         "cents",
-        "How far a stroke of full scale at half radius raises the pitch, without young_GPa",
+        "Pitch rise after a full-scale stroke at half radius, mean over the first period after contact; ignored if "
+        "young_GPa is above 0",
     )
     young_GPa: float = number(
         0.0,
         0.0,
         50.0,
         "GPa",
-        "Elastic modulus of the head, from which the glide then follows; 0: from glide_cents",
+        "Young's modulus of the head (polyester: 3.5 to 5.5); above 0 it sets the glide, with thickness_mm and poisson",
     )
-    thickness_mm: float = number(0.19, 0.01, 5.0, "mm", "Of the head, with young_GPa")
+    thickness_mm: float = number(0.19, 0.01, 5.0, "mm", "Thickness of the head, with young_GPa")
     poisson: float = number(0.35, 0.0, 0.5, "1", "Poisson's ratio of the head, with young_GPa")
     most_cents: float = number(
         0.0,
         0.0,
         1200.0,
         "cents",
-        "The pitch never rises by more: a mesh keeps room for it, and is the coarser for it; 0: 2.5 times what "
-        "glide_cents asks of the tension, or 240 cents with young_GPa",
+        "Upper limit of the pitch rise; a higher limit makes a mesh coarser. 0: automatic, a rise in tension of 2.5 "
+        "times that of glide_cents, or 240 cents with young_GPa",
     )
 
 

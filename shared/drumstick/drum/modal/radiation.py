@@ -1,13 +1,15 @@
 """Sound of each mode at microphones in the air. Any thread; allocates.
 
-A mode that turns at w is heard as p = -w^2 q rho/(2 pi) I, with I = int shape exp(-i k (r - r0))/r dA over the head in
-an endless baffle (Rayleigh's integral, as `drumstick.drum.output.microphones` has it for a mesh) and k = w/c0. r0, the
-shortest way there is, is left out: nobody hears it. Each place of the head is heard as its own wave is once the mode
-rings; that the farther ones come later at first, by two radii of sound's way at most, is left out. So microphones cost
-a bank no delay lines, only a second pair of gains: one acts on a mode's place, one on its movement.
+A mode that oscillates at w is heard as p = -w^2 q rho/(2 pi) I, with I = int shape exp(-i k (r - r0))/r dA over the
+head in an endless baffle (Rayleigh's integral, as `drumstick.drum.output.microphones` has it for a mesh) and k = w/c0.
+r0, the shortest distance from any microphone to the head, is dropped: a delay common to all. The result is the steady
+state of each mode; the extra delay of farther parts of the head at the onset, at most the time that sound takes for two
+radii, is left out. So microphones cost a bank no delay lines, only a second pair of gains: one acts on a mode's place,
+one on its movement.
 
-About a microphone's own direction the wave is even, so int cos(m phi) .../r d phi is a cosine series, for all orders at
-once; along r it is Gauss and Legendre's sum. Both are done for a row of k, and each mode reads that at its own.
+Measured from the microphone's azimuth the integrand is even in phi, so int cos(m phi) .../r d phi is a cosine series,
+for all orders at once; along r it is Gauss and Legendre's sum. Both are done for a row of k, and each mode reads that
+at its own.
 """
 
 import functools
@@ -72,8 +74,8 @@ def _read(rows: Waves, at: Numbers) -> Waves:
 def heard_by(scene: Scene, highest: float) -> tuple[tuple[Waves, Waves], ...]:
     """Radiation -w^2 I of all modes of cos(m phi), and of sin(m phi), for each of the scene's microphones; read only.
 
-    Shapes (P,), w in units of c0 over the radius. The modes are those of `air_load.in_air`; without a baffle each is so
-    much weaker as its power is.
+    Shapes (P,), w in units of c0 over the radius. The modes are those of `air_load.in_air`; without a baffle the
+    pressure is scaled by the square root of the share of power that is left.
     """
     drum = scene.drum
     return _heard_by(scene.listen.microphones, drum.radius_m, highest, drum.f01_Hz, load_of(drum))

@@ -4,11 +4,11 @@ A mode is q+ - 2 q + q- = -K q - s (q+ - q-) + ..., of energy ((q - q-)^2 + K q 
 (drumstick.drum.mallets.shares). A rise of the tension by the share g raises K by g times that part of it which is the
 tension's, r: all of it, but for what a kettle's air holds. With S+ = sum l q+ q, where l = r K/((1 + s) b), and S- of
 the step before, the step adds -g (S+ - S-)/2, and g is the discrete gradient of the tension's energy between the two:
-what that energy gives, the modes lose (drumstick.drum.effects.tension). l q^2 is the integral of the square of the
-mode's slope, over a head of radius 1.
+what that energy gives, the modes lose (drumstick.drum.effects.tension). The sum of l q^2 is the integral of the squared
+slope over a head of radius 1. (In drumstick.drum.effects.tension the pull g is called q.)
 
-With k the bank's stiffness and R^2 its kept, K = k (1 + s): so a pull of g takes g r k q from the step, or g r k/R^2 q
-from the movement before it. Kernels: audio thread; no allocation.
+In the bank's terms (k its `stiffness`, R^2 its `kept`, s the mode's loss) K = k (1 + s): so a pull g subtracts g r k q
+from the step, or g r k q/R^2 from the movement before it. Kernels: audio thread; no allocation.
 """
 
 from typing import TYPE_CHECKING
@@ -42,7 +42,7 @@ def _summed(
 
 @only_with("tension")
 def look(engine: "Engine") -> None:
-    """Take the equation of the coming step, S+ = S- - x - y g, from the modes as they are; forces come to it."""
+    """Set up the coming step's equation S+ = S- - x - y g from the modes; `push` adds forces to x."""
     modes, state = engine.modal, engine.effects.tension.state[0]
     state.before = state.x = state.y = 0.0
     for first in range(0, modes.q.shape[0], _PART):
@@ -91,7 +91,7 @@ def _slack(tight: Floats, moving: Floats, q: Floats) -> float:
 
 @only_with("tension", otherwise=0.0)
 def of_pull(engine: "Engine", moving: Floats) -> float:
-    """Way by which a pull of 1 draws the head in a step, where the shares `moving` of the modes' movement are read."""
+    """Displacement in a step that a pull of 1 makes, read with the shares `moving`."""
     return _slack(engine.modal.tight, moving, engine.modal.q)
 
 
