@@ -2,7 +2,8 @@
 
 Runs `make test` so many times in this checkout, one after another; --busy: beside a process that keeps one core busy.
 Each run is kept as it ends, with its commit, seconds by layer, and the names of what failed: lab/results/suite.json.
-Runs of other commits stay there: those of a whole history tell more about false alarms than twenty of one day.
+Runs of other commits stay there: those of a whole history tell more about false alarms than twenty of one day. What a
+red run printed is in .pytest_cache.
 """
 
 import argparse
@@ -20,6 +21,7 @@ from drumstick_lab.pages.measured.measured_page import PAGE, page
 from rig.machine.this_machine import description
 
 RESULT = RESULTS / "suite.json"
+SAID = ROOT / ".pytest_cache"  # of red runs, whole
 LAYERS = ("computing", "processes", "real clock")  # the passes of `make test`, in order
 _PASS = re.compile(r"^=+ .*?(\d+) passed.* in ([\d.]+)s")
 _FAILED = re.compile(r"^(?:FAILED|ERROR) (\S+)")
@@ -56,9 +58,13 @@ def _run(busy: bool) -> dict[str, Any]:
         ["git", "describe", "--always", "--dirty"], cwd=ROOT, capture_output=True, text=True, check=True
     )
     whole_s = time.monotonic() - begun
+    ended = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
+    if done.returncode != 0:
+        SAID.mkdir(exist_ok=True)
+        (SAID / f"red-{ended}.txt").write_text(done.stdout + done.stderr, encoding="utf-8")
     return {
         "commit": commit.stdout.strip(),
-        "ended": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+        "ended": ended,
         "beside_a_busy_core": busy,
         "passed": done.returncode == 0,
         "whole_s": round(whole_s, 1),
