@@ -1,6 +1,7 @@
 """Another drum in every block: another tuning, another level, another type of engine, again and again."""
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
@@ -51,11 +52,11 @@ def _jumps(sound: np.ndarray) -> np.ndarray:
 @pytest.mark.long
 @shows("another drum in every block")
 def test_another_drum_in_every_block_neither_clicks_nor_overflows() -> None:
-    """Dropping the one before in mid-sound is heard as a click with each of them."""
+    """Dropping the one before in mid-sound clicks; over all of them, as one may be cut just as it passes 0."""
     faded, cut = _changed_in_each_block(cut=False), _changed_in_each_block(cut=True)
     assert np.abs(faded).max() <= 1.0
     assert np.abs(faded).max() > 0.05
-    assert np.median(_jumps(cut) / _jumps(faded)) > 3.0
+    assert math.sqrt(np.mean(_jumps(cut) ** 2)) > 3.0 * math.sqrt(np.mean(_jumps(faded) ** 2))
     assert _jumps(faded).max() < 0.5 * _jumps(cut).max()
 
 
