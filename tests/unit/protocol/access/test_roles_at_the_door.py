@@ -339,7 +339,8 @@ def test_local_processes_may_do_everything_and_advanced_publishers_too(keyring: 
             one.put(key("strike"), b"s")
             assert list(two.get(key("panic"), timeout=2.0))
             settle(one)
-            assert b"before" in heard
+            # Where the cache is announced after the subscriber has asked, its publisher is found a moment later.
+            wait_for("what was said before", lambda: b"before" in heard)
             subscriber.undeclare()
             publisher.undeclare()
         assert (key("strike"), b"s", "put") in gateway.put
