@@ -11,7 +11,7 @@ ROOT = Path(__file__).resolve().parents[1]
 
 
 def answer_of(program: str, folder: Path, word: str) -> Any:
-    """What the program prints as JSON when this is its argument; it may print nothing else, not even a warning.
+    """JSON that the program prints with `word` as its argument; it may print nothing else, not even a warning.
 
     Runs with the same `folder` share a store.
     """

@@ -184,7 +184,7 @@ def _of_modes(bank: Bank) -> float:
 
 
 def in_bank(engine: Engine) -> float:
-    """What a bank of modes and its tension hold, in the bank's own units."""
+    """Energy of a bank of modes and of its tension, in the bank's own units."""
     bank = engine.modal
     assert bank is not None
     held = _of_modes(bank)

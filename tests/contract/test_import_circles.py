@@ -61,7 +61,7 @@ def modules_in(*tops: Path) -> dict[str, Path]:
 
 
 def folders_of(modules: Mapping[str, Path]) -> dict[str, Pairs]:
-    """Of each folder, which of its children imports which other."""
+    """Imports among the children of each folder: folder -> child -> the others that it imports."""
     found: dict[str, Pairs] = defaultdict(set)
     for name, path in modules.items():
         own = name.split(".")

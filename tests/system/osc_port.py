@@ -53,7 +53,7 @@ class OscPort:
         self._udp.sendto(built(address, *args), ("127.0.0.1", self._sends_to))
 
     def count(self, address: str) -> int:
-        """How many messages at `address` came since the last call; all others are dropped."""
+        """Count of messages at `address` that came since the last call; all others are dropped."""
         found = 0
         while not self._came.empty():
             found += OscMessage(self._came.get()).address == address
@@ -72,5 +72,5 @@ class OscPort:
         raise AssertionError(f"no {' or '.join(addresses)} {'' if value is None else value} came")
 
     def receive(self, address: str, value: float | None = None) -> list[object]:
-        """What the next message at `address` says, or the next one whose first argument is `value`."""
+        """Arguments of the next message at `address`, or of the next one whose first argument is `value`."""
         return self.next(address, value=value)[1]

@@ -78,8 +78,9 @@ def _drawn_away(engine: "Engine", slot: int) -> float:
 @only_with("tension")
 def _look(engine: "Engine", slot: int) -> None:
     mallet, state = engine.mallets.pool[slot], engine.mallets.state[0]
-    mallet.slack = -state.unit_m * stretch.of_pull(engine, engine.mallets.shares.moving[slot])
+    # A pull of 1 moves the tip as a newton stretches the head: both are the same sum over the modes.
     mallet.stretch = -stretch.of_newton(engine, slot)
+    mallet.slack = state.unit_m * mallet.stretch
 
 
 @only_with("tension", otherwise=True)

@@ -81,20 +81,6 @@ def push(engine: "Engine", row: int, force: float) -> None:
     engine.effects.tension.state[0].x -= force * of_newton(engine, row)
 
 
-@njit(fastmath={"contract", "reassoc"})
-def _slack(tight: Floats, moving: Floats, q: Floats) -> float:
-    total = 0.0
-    for i in range(q.shape[0]):
-        total += float(moving[i]) * float(tight[i] * q[i])
-    return total
-
-
-@only_with("tension", otherwise=0.0)
-def of_pull(engine: "Engine", moving: Floats) -> float:
-    """Displacement in a step that a pull of 1 makes, read with the shares `moving`."""
-    return _slack(engine.modal.tight, moving, engine.modal.q)
-
-
 @njit()
 def pull_for(engine: "Engine", newtons_x: float) -> float:
     """Pull g of the coming step, with forces that add so much to its x besides; kept as the last pull."""

@@ -23,7 +23,7 @@ HELD_TO = {
 
 
 def errors_dB(name: str) -> tuple[float, float]:  # noqa: N802
-    """Of the damped pulse, and of the half-sine."""
+    """Errors of the damped pulse, and of the half-sine."""
     scene = parse(shipped_text(name), name)
     engine = new_engine(scene, RATE_HZ, StrikeRing())
     contact = blows.contact_of(scene, 30)
