@@ -1,7 +1,7 @@
 """Writes docs/measured.md from the stored results: drumstick lab measured-page."""
 
-from drumstick_lab.checkout import DOCS, RESULTS
-from drumstick_lab.pages.measured import measured_drums, measured_panel
+from drumstick_lab.checkout import DOCS
+from drumstick_lab.pages.measured import measured_drums, measured_panel, measured_robustness
 from drumstick_lab.pages.measured.stored import read, where
 
 PAGE = DOCS / "measured.md"
@@ -192,54 +192,6 @@ def _lateness() -> list[str]:
     return lines
 
 
-def _month() -> list[str]:
-    found = read("month")
-    hours = found["processor_s"] / 3600.0
-    low, high = found["roll_rate_Hz"]
-    return [
-        "",
-        "## A month of ticks",
-        "",
-        f"`drumstick lab month`: {found['ticks']:.3g} ticks in virtual time, from {found['start_ns']:.3g} ns on, {hours:.1f} hours of a "
-        f"processor. {where(found)}",
-        "",
-        f"{found['strikes']} strikes, {found['dropped']} dropped; every strike within {found['furthest_from_exact_ns']:.1f} ns of where the exact cycle has",
-        f"it; the day's rate between {low:.7f} and {high:.7f} Hz; memory grew by {max(found['resident_growth_kB'])} kB.",
-    ]
-
-
-def _soak() -> list[str]:
-    found = read("soak")
-    lines = [
-        "",
-        "## A soak",
-        "",
-        f"`drumstick soak --real-time --duration {found['duration_s']:.0f} --out DIR` ([what it does](soak.md)): {found['strikes']:,} strikes,"
-        f" {found['strikes_per_s']:.0f} a second,",
-        f"{found['speed']:g} times those of `{found['scene']}`, with a visit every second or so: {'passed' if found['passed'] else 'not passed'}. {where(found)}",
-        "",
-        "| process | resident memory, MB | kB an hour, with 95 % confidence | descriptors an hour | threads an hour | verdict on the memory |",
-        "|---|---|---|---|---|---|",
-    ]
-    rows = {row["name"]: row for row in found["quantities"]}
-    for name, row in rows.items():
-        who, _, what = name.rpartition(" ")
-        if what == "rss_kB":
-            slope = row["slope"]
-            others = " | ".join(
-                f"{rows[f'{who} {other}']['slope']['per_h']:.3g}" for other in ("descriptors", "threads")
-            )
-            lines.append(
-                f"| {who} | {row['last'] / 1e3:.0f} | {slope['per_h']:+.0f} ({slope['low']:+.0f} .. {slope['high']:+.0f}) | {others} | {row['words']} |"
-            )
-    counted = [row for row in rows.values() if row["slope"] is None]
-    lines += ["", "| counted | | |", "|---|---|---|"]
-    return lines + [
-        f"| {row['name']} | {row['last']:.0f} | {row['words']}{'' if row['passed'] is not None else '; reported, not judged'} |"
-        for row in counted
-    ]
-
-
 def _wire() -> list[str]:
     found, fuzz = read("wire"), read("osc_fuzz")
     lines = [
@@ -300,64 +252,6 @@ def _wire() -> list[str]:
             lines.append(
                 f"SuperCollider's server 3.13 given {words}: after {fuzz[key]['bore']} it {fuzz[key]['then']}."
             )
-    return lines
-
-
-def _suite() -> list[str]:
-    if not (RESULTS / "suite.json").exists():  # a run takes many minutes: the first one makes the section
-        return []
-    runs = read("suite")["runs"]
-    red = [run for run in runs if not run["passed"]]
-    last = runs[-1]
-    lines = [
-        "",
-        "## The suite",
-        "",
-        f"`drumstick lab suite`: `make test`, {len(runs)} times, {sum(run['beside_a_busy_core'] for run in runs)} of them beside a process that kept one core busy;"
-        f" {len(red)} red. The newest, at {last['commit']}, took {last['whole_s'] / 60:.1f} minutes. {where(read('suite'))}",
-        "",
-        "| part | tests | s, newest | s, of all: least | most |",
-        "|---|---|---|---|---|",
-    ]
-    for name, seconds in last["seconds"].items():
-        of_all = [run["seconds"][name] for run in runs if name in run["seconds"]]
-        lines.append(
-            f"| {name} | {last['tests'].get(name, '')} | {seconds:.0f} | {min(of_all):.0f} | {max(of_all):.0f} |"
-        )
-    failed = sorted({name for run in red for name in run["failed"]})
-    if failed:
-        lines += ["", "Red were:", "", *(f"- `{name}`" for name in failed)]
-    return lines
-
-
-def _torture() -> list[str]:
-    found = read("torture")
-    panics, values, strikes = found["panics"], found["values"], found["strikes"]
-    lines = [
-        "",
-        "## A rig that is tortured",
-        "",
-        "`drumstick lab torture`: services killed and stopped, floods, a full disk, output that nobody reads, busy processors, a clock that",
-        f"jumps, a link that is cut, one or two at a time on a playing rig: {found['minutes']:.0f} minutes, {found['rounds']} rounds. {where(found)}",
-        "",
-        f"Promises broken: {len(found['broken'])}. Strikes heard by a listener: {strikes['heard']:,}, lost: {strikes['lost']}. Values accepted:"
-        f" {values['accepted']:,}, lost: {values['lost']}.",
-        f"Panics sent once: {panics['sent']}, the longest took {panics['longest_s'] * 1e3:.0f} ms until the state said so; sent again and"
-        f" again after the gateway was killed: {panics['after_a_kill']}, the longest {panics['longest_after_a_kill_s']:.1f} s.",
-        "",
-        "| what was done | rounds | strikes lost | strikes are back after, s | sound | panel |",
-        "|---|---|---|---|---|---|",
-    ]
-    for name, row in sorted(found["harms"].items()):
-        cells = [
-            f"{total / count:.2f} (at most {most:.2f})" if count else ""
-            for count, total, most in (
-                row["back_s"].get(part, (0, 0.0, 0.0)) for part in ("strikes", "sound", "panel")
-            )
-        ]
-        lines.append(f"| {name} | {row['rounds']} | {row['strikes_lost']} | {' | '.join(cells)} |")
-    if found["not_tried"]:
-        lines += ["", f"Not tried here: {'; '.join(found['not_tried'])}."]
     return lines
 
 
@@ -428,11 +322,11 @@ def page() -> str:
             *_announced(),
             *_ticks(),
             *_lateness(),
-            *_month(),
-            *_soak(),
+            *measured_robustness.month(),
+            *measured_robustness.soak(),
             *_wire(),
-            *_torture(),
-            *_suite(),
+            *measured_robustness.torture(),
+            *measured_robustness.suite(),
             *_door(),
             *measured_panel.panel(),
             *measured_panel.attacked(),
