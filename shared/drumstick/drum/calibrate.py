@@ -20,7 +20,7 @@ from realtime.records import Record, is_there
 
 PEAK_OF_FULL_SCALE = 0.5
 _STIFFENINGS, _AS_STIFF, _LEAST_SLOPE = 20, 2e-3, 0.1
-_RINGS = 0.1  # of the rise while it is touched
+_RINGS = 0.02  # of the rise while it is touched
 _LONGEST_TOUCH_S = 0.05  # a soft mallet on a slack head
 _PERIODS = 2.0  # of the lowest mode: the peak has passed by then
 

@@ -14,6 +14,7 @@ from drumstick.drum.modal.air_load import in_air
 from drumstick.drum.modal.radiation import heard_by
 from drumstick.parameters.drum import Drum, Listen, Modal
 from drumstick.parameters.drum_effects import Air, InternalLoss, Tension
+from drumstick.parameters.mallet import MATERIALS
 from drumstick.parameters.scene import Scene
 from mallets import swing, with_mallet
 from stability.mesh_steps import RATE, take
@@ -59,9 +60,10 @@ def test_a_mode_that_is_gone_in_a_step_leaves_numbers() -> None:
         assert np.isfinite(array).all()
 
 
-@pytest.mark.parametrize("material", ["wood", "hand"])
+@pytest.mark.parametrize("material", ["wood", "felt", "hand"])
 def test_with_mallets_cents_count_from_the_end_of_their_own_touch(material: str) -> None:
-    scene = with_mallet(_scene({"tension": Tension(80.0)}, top_Hz=3000.0), material=material)
+    scene = _scene({"tension": Tension(80.0)}, top_Hz=3000.0)
+    scene = with_mallet(scene, material=material, **MATERIALS[material])
     ring = StrikeRing()
     engine = build(scene, RATE, ring)
     assert engine.mallets is not None
