@@ -49,13 +49,14 @@ def drum_of(
     return dataclasses.replace(scene, drum=changed, mesh=dataclasses.replace(scene.mesh, **(mesh or {})))
 
 
-def engine_of(scene: Scene) -> Engine:
-    """Its engine at rest and awake; a glide that is at its most from a stretch of 1 on, wires that lie on."""
+def engine_of(scene: Scene, presses: bool = True) -> Engine:
+    """Its engine at rest and awake; a glide that is at its most from a stretch of 1 on; wires pressed on by so much
+    that blows of some newtons lift them off, if it `presses`, else as the scene has it."""
     engine = new_engine(scene, RATE, StrikeRing())
     engine.control["asleep"] = 0
     if engine.effects.tension is not None:
         engine.effects.tension.state["kappa"] = engine.effects.tension.state["q_most"]
-    if engine.effects.snare is not None:
+    if engine.effects.snare is not None and presses:
         engine.effects.snare.state["eta_0"] = 0.01
     return engine
 

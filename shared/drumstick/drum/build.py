@@ -59,9 +59,10 @@ def _common(scene: Scene, step_s: float, divisor: int, strikes: StrikeRing, plac
 
 
 def _unit_m(scene: Scene) -> float:
-    # Only a head that stiffens by its own numbers asks for it.
+    # Only wires, and a head that stiffens by its own numbers, ask for it.
     tension = scene.drum.effects.get("tension")
-    return 0.0 if tension is None or tension.young_GPa == 0.0 else metres_per_unit_in_air(scene)
+    asked = "snare" in scene.drum.effects or (tension is not None and tension.young_GPa > 0.0)
+    return metres_per_unit_in_air(scene) if asked else 0.0
 
 
 class Unplayable(ValueError):

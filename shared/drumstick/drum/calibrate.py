@@ -50,13 +50,12 @@ def full_scale(scene: Scene) -> OfflineStrike:
     return strike_for_speed(scene, scene.strike.full_scale_m_per_s, 0.5, 0.0)
 
 
-def _gain(scene: Scene, rate_Hz: int, kappa: float, press: float) -> float:
+def _gain(scene: Scene, rate_Hz: int, kappa: float) -> float:
     # A trial run with a gain so small that the limiter stays out of it; the sound is linear in the gain.
     ring = StrikeRing()
     trial = new_engine(scene, rate_Hz, ring)
     if kappa > 0.0:
         _stiffen(trial, kappa)
-    _press_on(trial, press)
     blow = full_scale(scene)
     # The force and the head's tension of 1 make displacements of about peak * contact / period: far from the knee.
     small = 1e-6 / blow.peak_N
@@ -144,32 +143,6 @@ def _kappa(scene: Scene, rate_Hz: int) -> float:
     )
 
 
-def _press_on(engine: Engine, distance: float) -> None:
-    if is_there(engine.effects.snare):
-        state: Record = engine.effects.snare.state[0]
-        # What the wires' own springs push when they are bent so far.
-        state["eta_0"] = distance * state["mass"] * state["spring"] / state["stiffness"]
-
-
-def _press(scene: Scene, rate_Hz: int, kappa: float) -> float:
-    # How far the wires are bent: the scene's share of the second head's largest movement after a stroke of full scale,
-    # with the wires as good as gone.
-    ring = StrikeRing()
-    trial = new_engine(scene, rate_Hz, ring)
-    assert trial.effects.cavity is not None
-    assert trial.effects.snare is not None
-    if kappa > 0.0:
-        _stiffen(trial, kappa)
-    trial.effects.snare.state["stiffness"] = 1e-12
-    blow = full_scale(scene)
-    ring.swing(blow)
-    block, top = np.zeros((64, 2), np.float32), 0.0
-    for _ in range(round((blow.contact_s + _PERIODS / scene.drum.f01_Hz) * rate_Hz / 64)):
-        render_all(trial, block, len(block), 0)
-        top = max(top, float(np.abs(trial.effects.cavity.head.planes).max()))
-    return scene.drum.effects["snare"].press * top
-
-
 def _impulse(engine: Engine, blow: OfflineStrike) -> float:
     # That a blow has on the rim, N steps.
     if is_there(engine.mallets):
@@ -187,11 +160,7 @@ def build(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     if is_there(engine.effects.tension) and _asks_for_cents(scene.drum.effects["tension"]):
         kappa = _kappa(scene, rate_Hz)
         _stiffen(engine, kappa)
-    press = _press(scene, rate_Hz, kappa) if is_there(engine.effects.snare) else 0.0
-    _press_on(engine, press)
-    engine.control["output_gain"] = _gain(scene, rate_Hz, kappa, press) * 10.0 ** (
-        scene.listen.gain_dB / 20.0
-    )
+    engine.control["output_gain"] = _gain(scene, rate_Hz, kappa) * 10.0 ** (scene.listen.gain_dB / 20.0)
     if is_there(engine.effects.rim):
         # A stroke of full scale on the rim gives its impulse to modes that share it: together they peak at most there.
         level = scene.drum.effects["rim"].level * PEAK_OF_FULL_SCALE

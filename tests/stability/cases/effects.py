@@ -58,7 +58,7 @@ CASES = (
         naive="Pushed by where they are, they gain energy at each touch.",
         ours="The push is the discrete gradient of its energy between two steps: nothing is gained at any"
         " stiffness.",
-        bound="Naive: a tenth more. Ours: 1e-9 for one bead in float64, 2e-6 for a bed in float32, rounding.",
+        bound="Naive: a tenth more. Ours: 1e-9 for one point in float64, 2e-6 for all wires in float32, rounding.",
     ),
     Case(
         "strong internal loss",

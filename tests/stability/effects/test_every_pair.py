@@ -20,7 +20,7 @@ EFFECTS: dict[str, object] = {
     "muffle": Muffle(((0.4, 0.1, 0.4), (0.9, 0.0, 0.3)), 0.002),
     "tension": Tension(600.0),
     "cavity": Cavity(depth_m=0.02, head_kg_per_m2=0.05, f01_Hz=1700.0, t60_s=60.0),
-    "snare": Snare(wires=20, t60_s=10.0, mass=0.5),
+    "snare": Snare(wires=20, g_per_m=20.0, t60_s=10.0),
     "rim": Rim(),
 }
 SCHEMES: dict[str, dict[str, object]] = {
@@ -38,7 +38,7 @@ WEAKEST: dict[str, object] = {
     "cavity": Cavity(
         depth_m=2.0, head_kg_per_m2=2.0, f01_Hz=1700.0, t60_s=60.0
     ),  # a lower one is a larger mesh
-    "snare": Snare(wires=1, t60_s=10.0, mass=0.001),
+    "snare": Snare(wires=1, g_per_m=0.1, bed_mm=0.0, t60_s=10.0),
     "rim": Rim(level=0.0),
 }
 _SECOND_ORDER_ONLY = {"internal_loss", "tension", "cavity", "snare"}

@@ -113,7 +113,7 @@ def test_a_damper_by_the_last_speed_explodes_under_a_heavy_muffle_and_ours_only_
 
 
 def _wire_on_head(stiffness: float, explicit: bool, steps: int = 5000) -> float:
-    # A bead of half a junction's mass on a spring, under a junction on another, in touch by and by; the largest energy
+    # A point of half a junction's mass on a spring, under a junction on another, in touch by and by; the largest energy
     # of all steps, in units of the first.
     heavy, light, hold, spring = 1.0, 0.5, 0.03, 0.002
     u = u_before = 1.0
@@ -149,7 +149,7 @@ def test_wires_pushed_by_where_they_are_gain_energy_and_by_the_gradient_they_do_
 def test_wires_at_the_ends_of_their_ranges() -> None:
     """Forty heavy wires that hardly lose, under a blow a thousand times as hard as theirs that lies on."""
     cavity = Cavity(depth_m=0.02, head_kg_per_m2=0.05, f01_Hz=700.0, t60_s=60.0)
-    engine = engine_of(drum_of({"cavity": cavity, "snare": Snare(40, 2000.0, 10.0, 1.0, 2.0)}))
+    engine = engine_of(drum_of({"cavity": cavity, "snare": Snare(42, 50.0, 200.0, 10.0, 10.0)}))
     strike(engine, 40.0)
     take(engine, 8)
     held = [energy(engine)]

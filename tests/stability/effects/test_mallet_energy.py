@@ -18,7 +18,7 @@ EFFECTS: dict[str, object] = {
     "muffle": Muffle(((0.4, 0.1, 0.4), (0.9, 0.0, 0.3)), 0.005),
     "tension": Tension(600.0),
     "cavity": Cavity(depth_m=0.05, head_kg_per_m2=0.26, f01_Hz=1700.0, t60_s=60.0),
-    "snare": Snare(wires=20, t60_s=10.0, mass=0.5),
+    "snare": Snare(wires=20, g_per_m=20.0, t60_s=10.0),
     "rim": Rim(),
 }
 DRUMS: dict[str, tuple[str, ...]] = {

@@ -18,6 +18,7 @@ from drumstick.drum.membrane.scheme import Losses
 from drumstick.drum.render import render
 from drumstick.parameters.drum_effects import (
     DRUM_EFFECTS,
+    MESH_EFFECTS,
     Cavity,
     InternalLoss,
     Muffle,
@@ -36,7 +37,7 @@ DRUMS: dict[str, dict[str, object]] = {
     "plain": {},
     "tension": {"tension": Tension(300.0)},
     "cavity": {"cavity": Cavity(depth_m=0.1, f01_Hz=700.0, t60_s=60.0)},
-    "snare": {"cavity": Cavity(depth_m=0.1, f01_Hz=700.0, t60_s=2.0), "snare": Snare(press=0.05)},
+    "snare": {"cavity": Cavity(depth_m=0.1, f01_Hz=700.0, t60_s=2.0), "snare": Snare()},
     "muffle": {"muffle": Muffle(((0.5, 0.2, 0.3),), 0.01)},
 }
 
@@ -136,10 +137,12 @@ EFFECTS = st.fixed_dictionaries(
         "tension": st.builds(Tension, st.floats(0.0, 1200.0)),
         "snare": st.builds(
             Snare,
-            st.integers(1, 40),
-            st.floats(20.0, 2000.0),
+            st.integers(1, 42),
+            st.floats(0.1, 50.0),
+            st.floats(0.1, 200.0),
+            st.floats(0.0, 10.0),
             st.floats(0.005, 10.0),
-            st.floats(0.001, 1.0),
+            st.sampled_from([0.0, 0.05, 1.0]),
         ),
         "cavity": st.builds(
             Cavity,
@@ -159,7 +162,7 @@ def test_any_effects_together_decay(
     effects: dict[str, object], f01_Hz: float, t60_s: float, share: float
 ) -> None:
     """Any values of the tables, up to thirty times full scale: what is in the drum only becomes less."""
-    full = {name: effects.get(name) or DRUM_EFFECTS[name]() for name in DRUM_EFFECTS}
+    full = {name: effects.get(name) or DRUM_EFFECTS[name]() for name in MESH_EFFECTS}
     full["internal_loss"] = effects.get("internal_loss", InternalLoss(0.4, 2100.0))
     scene = scene_of(full, t60_s=t60_s, f01_Hz=f01_Hz)
     ring = StrikeRing()

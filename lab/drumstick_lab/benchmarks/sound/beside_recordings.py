@@ -10,6 +10,7 @@ equally loud afterwards count as they are: levels are told to the whole stroke's
 """
 
 import argparse
+import dataclasses
 import itertools
 import json
 import math
@@ -72,6 +73,7 @@ KINDS = {
     "low-tom": ("tom", "Forzee Low"),
     "tom": ("tom", ""),
     "snare": ("snare", "Forzee snare"),
+    "snare, strainer off": ("snare", "Forzee snare, wires off"),
 }
 
 Numbers = npt.NDArray[np.float64]
@@ -174,6 +176,16 @@ def recorded(kits: Path, files: list[str]) -> Measures:
     return measured(strokes)
 
 
+def _scene_of(name: str) -> Scene:
+    shipped, _, off = name.partition(", ")
+    scene = parse(shipped_text(shipped), f"{shipped}.toml")
+    if not off:
+        return scene
+    wires = dataclasses.replace(scene.drum.effects["snare"], strainer=0.0)
+    drum = dataclasses.replace(scene.drum, effects={**scene.drum.effects, "snare": wires})
+    return dataclasses.replace(scene, drum=drum)
+
+
 def played(scene: Scene) -> Measures:
     """Measures of a scene's drum, from its softest stroke to full scale."""
     strike = scene.strike
@@ -211,7 +223,7 @@ def main() -> None:
     }
     scenes: dict[str, Any] = {}
     for name in args.scenes:
-        ours = played(parse(shipped_text(name), f"{name}.toml"))
+        ours = played(_scene_of(name))
         kind, counterpart = KINDS[name]
         beside = {
             group: {other: round(distance(ours.bands, its.bands), 1) for other, its in drums.items()}
@@ -220,6 +232,7 @@ def main() -> None:
         medians = {
             f"median_{group}_dB": float(np.median([d for other, d in found.items() if "off" not in other]))
             for group, found in beside.items()
+            if "off" not in name
         }
         scenes[name] = {**_told(ours), "made_beside": counterpart, "distance_dB": beside, **medians}
         print(name, json.dumps(scenes[name]), flush=True)

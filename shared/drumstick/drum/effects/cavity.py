@@ -112,7 +112,7 @@ def step(engine: "Engine", plane: int, sum_1: float) -> None:
         total=1,
     )
     state.sum_2 = sweep(cavity.head, planes[plane], planes[1 - plane], terms)
-    state.sum_2 += snare.rattle(engine, planes[1 - plane])
+    state.sum_2 += snare.rattle(engine, plane, planes[1 - plane])
     state.sum_1 = sum_1
 
 

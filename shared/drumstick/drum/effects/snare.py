@@ -1,10 +1,19 @@
-"""`snare`: wires across the second head, which leave it and fall back on it while it rings.
+"""`snare`: wires across the second head, which leave it and fall back on it while it rings; `strainer` can be set live.
 
-Each wire is a few beads on springs, pressed against the head. A bead and the head that come as near as eta = u - x push
-each other by F = K [eta + eta_0]+, less what they push at rest, F_0 = K eta_0. In discrete time the push is the
-discrete gradient of its energy between eta- and eta+ (Chatziioannou and van Walstijn, "Energy conserving schemes for
-the simulation of musical instrument contact dynamics", J. Sound Vib. 339, 2015): one equation a bead with one solution,
-and no blow, however hard, adds energy. Kernels: audio thread.
+Each wire is a string of its own along a row of the head's junctions (after Bilbao, "Time domain simulation and sound
+synthesis for the snare drum", J. Acoust. Soc. Am. 131, 2012, where a wire meets the head all along its length). With u
+the head's height and x a string's, a step of a point is
+
+    (1 + s) x+ = 2 x - (1 - s) x- + l^2 (x left - 2 x + x right) + F/M          l = c T/h <= 1, ends at rest
+
+A wire and the head that come as near as eta = u - x push each other by F = K [eta + eta_0]+, less what they push at
+rest, F_0 = K [eta_0]+. Where the strainer is off, -eta_0 is a gap. In discrete time the push is the discrete gradient
+of its energy between eta- and eta+ (Chatziioannou and van Walstijn, "Energy conserving schemes for the simulation of
+musical instrument contact dynamics", J. Sound Vib. 339, 2015): one equation a point with one solution, since each
+junction lies under one point, and no blow, however hard, adds energy. Turning the strainer is work from outside.
+
+K belongs to the wire, not to the mesh: a wire that lies on something rigid swings at 6 kHz. Kernels: audio thread.
+`wanted`: written by the thread that receives it.
 """
 
 import math
@@ -14,7 +23,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.drum.membrane.interpolation import corners_of
 from drumstick.drum.membrane.lattice import TOPOLOGIES
 from drumstick.drum.membrane.scheme import even_losses
 from drumstick.parameters.declare import count, number
@@ -31,90 +39,118 @@ if TYPE_CHECKING:
 class SnareTable:
     """Wires across the second head, which rattle on it. Needs `cavity`, whose head they lie on."""
 
-    wires: int = count(12, 1, 40, "wires", "Side by side across the head")
-    f_Hz: float = number(300.0, 20.0, 2000.0, "Hz", "Pitch of a wire by itself")
-    t60_s: float = number(0.08, 0.005, 10.0, "s", "Its own decay")
-    mass: float = number(0.08, 0.001, 1.0, "of the head", "Of all wires together")
-    press: float = number(
-        0.1,
-        0.0,
-        2.0,
-        "1",
-        "How firmly the wires press on the head: their deflection, as a share of the snare head's largest "
-        "movement after a full-scale stroke at half radius",
+    wires: int = count(12, 1, 42, "wires", "Side by side across the head")
+    g_per_m: float = number(
+        2.2, 0.1, 50.0, "g/m", "Mass of one wire: 5 for a coil of 0.4 mm steel, 1.6 mm wide; gut has 1"
+    )
+    tension_N: float = number(3.3, 0.1, 200.0, "N", "Pull on one wire with the strainer tight")
+    bed_mm: float = number(
+        0.1, 0.0, 10.0, "mm", "How far the snare bed bends the wires, which presses them on the head"
+    )
+    t60_s: float = number(0.14, 0.005, 10.0, "s", "A wire's own decay")
+    strainer: float = number(
+        1.0, 0.0, 1.0, "1", "How tight the strainer is; 0 is off: the wires hang free", wire="strainer"
     )
 
 
 TABLE = SnareTable
 NEEDS = ("cavity", "the wires lie on the second head")
 
+# Half the length of the wires and half the width of the bed, in radii; how far from the head wires hang; the pitch of a
+# wire's contact with something rigid; the least pull, of that of a tight strainer; from off to tight.
+_HALF_LENGTH, _HALF_WIDTH, _GAP_M, _CONTACT_HZ, _LEAST, _WHOLE_WAY_S = 0.85, 0.2, 0.005, 6000.0, 0.1, 0.05
+_OFF = -1.0
 
-class Bead(Record):
-    """One bead: the junction under it, its place and how near the head is to it, now and before."""
-
-    junction: int
-    now: float
-    before: float
-    eta: float
-    eta_before: float
+Floats = npt.NDArray[np.float32]
+Doubles = npt.NDArray[np.float64]
 
 
-BEAD = dtype_of(Bead)
+class Wanted(Record):
+    """Values set while it plays, by wire name."""
+
+    strainer: float
 
 
 class WiresState(Record):
-    """K and eta_0; a bead's mass in junctions, its spring (w T)^2, 1 + its losses; what a weight of 1, as baked, gives
-    way.
+    """tight: from 1 to 0, and to -1 where the wires are off; the most that it moves in a step. K, a point's mass in
+    junctions, l^2 and eta_0 of a tight strainer, the gap of one that is off, 1 + s of a wire; what a weight of 1, as
+    baked, gives way; junctions from point to point.
     """
 
+    tight: float
+    most: float
     stiffness: float
-    eta_0: float
     mass: float
     spring: float
+    eta_0: float
+    gap: float
     loss: float
     give: float
+    apart: int
 
 
-STATE = dtype_of(WiresState)
+WANTED, STATE = dtype_of(Wanted), dtype_of(WiresState)
 
 
 class Snare(NamedTuple):
-    """beads (n,) of BEAD; state (1,) of STATE."""
+    """wanted, state: (1,); the strings' places and how near the head is, (2, S, P + 2), now and before by the head's
+    planes, the ends at rest; first: the junction under each string's first moving point, (S,).
+    """
 
-    beads: Rows[Bead]
+    wanted: Rows[Wanted]
     state: Rows[WiresState]
-
-
-# Where wires lie on the second head, in radii, and the beads that each of them is.
-_WIRE_LENGTH, _BED_WIDTH, _BEADS = 0.85, 0.12, 5
+    places: Doubles
+    etas: Doubles
+    first: npt.NDArray[np.int64]
 
 
 def part_of(building: "Building") -> Snare:
-    """The wires, along x, side by side about the middle of the second head. `calibrate` presses them on."""
+    """The wires, along x, on rows of the second head about its middle. Where the bed has fewer rows than there are
+    wires, each string stands for several.
+    """
     under: Cavity = building.parts["cavity"]
-    step_s = building.step_s
-    table = building.scene.drum.effects["snare"]
-    wires: int = table.wires
+    step_s, radius_m = building.step_s, building.scene.drum.radius_m
+    drum = building.scene.drum
+    table: SnareTable = drum.effects["snare"]
+    grid, topology = under.head.grid[0], TOPOLOGIES[building.scene.mesh.topology]
+    spacing, height = float(grid["spacing"]), topology.row_height
+    rows_aside = int(_HALF_WIDTH / (height * spacing))
+    strings = min(table.wires, 2 * rows_aside + 1)
+    # One string a row: two on the same junction would each be solved for without the other.
+    rows = (
+        np.floor(np.linspace(-rows_aside, rows_aside, strings) + 0.5).astype(int)
+        if strings > 1
+        else np.zeros(1, int)
+    )
+    c_m_per_s = math.sqrt(table.tension_N / (1e-3 * table.g_per_m))
+    length_m = 2.0 * _HALF_LENGTH * radius_m
+    # As fine as the head, and no finer than a wave of the string goes in a step.
+    apart = max(1, math.ceil(c_m_per_s * step_s / (spacing * radius_m)))
+    pieces = max(int(2.0 * _HALF_LENGTH / (apart * spacing)), 2)
     state: Records = np.zeros(1, STATE)
     fields: Record = state[0]
+    neighbours = topology.neighbours
+    junction_kg = drum.effects["cavity"].head_kg_per_m2 * height * (spacing * radius_m) ** 2
+    fields["mass"] = table.wires / strings * 1e-3 * table.g_per_m * length_m / pieces / junction_kg
+    fields["spring"] = min((c_m_per_s * step_s * pieces / length_m) ** 2, 1.0)
+    turn = 2.0 * math.pi * _CONTACT_HZ * step_s
+    fields["stiffness"] = fields["mass"] * turn * turn
+    # Bent by b over a length L, a string that is pulled by T presses with 8 b T/L^2.
+    pressed_m = 8e-3 * table.bed_mm * (c_m_per_s / (length_m * 2.0 * math.pi * _CONTACT_HZ)) ** 2
+    fields["eta_0"], fields["gap"] = pressed_m / building.unit_m, _GAP_M / building.unit_m
+    fields["loss"] = 1.0 + even_losses(table.t60_s, step_s).s
     held_back = 2.0 / (1.0 + float(under.state["then_gain"][0]))
     tau = 2.0 - float(under.state["now_gain"][0]) * held_back
-    neighbours = TOPOLOGIES[building.scene.mesh.topology].neighbours
-    junctions = 1.0 / float(under.state["per_area_2"][0])
-    along = np.linspace(-_WIRE_LENGTH, _WIRE_LENGTH, _BEADS)
-    across = np.linspace(-_BED_WIDTH, _BED_WIDTH, wires) if wires > 1 else np.zeros(1)
-    places = [corners_of(under.head, float(x), float(y)) for y in across for x in along]
-    # One bead a junction: two on the same would each be solved for without the other.
-    under_beads = np.unique([corners[int(np.argmax(shares))] for corners, shares in places])
-    beads: Records = np.zeros(len(under_beads), BEAD)
-    beads["junction"] = under_beads
-    fields["mass"] = table.mass * junctions / len(beads)
-    fields["spring"] = min((2.0 * math.pi * table.f_Hz * step_s) ** 2, 2.0)
-    fields["loss"] = 1.0 + even_losses(table.t60_s, step_s).s
     fields["give"] = neighbours / tau
-    # As stiff as a step still shows: a bead and a junction in touch swing at a radian a step.
-    fields["stiffness"] = 1.0 / (1.0 + 1.0 / fields["mass"])
-    return Snare(beads, state)
+    fields["apart"] = apart
+    fields["most"] = step_s / _WHOLE_WAY_S
+    fields["tight"] = table.strainer if table.strainer > 0.0 else _OFF
+    wanted: Records = np.zeros(1, WANTED)
+    wanted["strainer"] = table.strainer
+    middle = int(grid["centre_column"])
+    first = (int(grid["centre_row"]) + rows) * int(grid["stride"]) + middle - (pieces // 2 - 1) * apart
+    shape = (2, len(rows), pieces + 1)
+    return Snare(wanted, state, np.zeros(shape), np.zeros(shape), first)
 
 
 @njit()
@@ -134,43 +170,85 @@ def met(before: float, free: float, give: float) -> float:
     return half + math.sqrt(max(half * half - free * before / (1.0 + give), 0.0))
 
 
+@njit()
+def eta_0_of(state: WiresState) -> float:
+    """eta_0 as the strainer stands; below 0 it is a gap."""
+    return state.tight * (state.eta_0 if state.tight > 0.0 else state.gap)
+
+
+@njit()
+def spring_of(state: WiresState) -> float:
+    """l^2 as the strainer stands."""
+    return state.spring * max(state.tight, _LEAST)
+
+
 @only_with("snare", otherwise=0.0)
-def rattle(engine: "Engine", head_after: npt.NDArray[np.float32]) -> float:
-    """Move the beads on after the second head's sweep: they push it and are pushed; returns by how much its sum
-    changed.
+def rattle(engine: "Engine", plane: int, head_after: Floats) -> float:
+    """Move the wires on after the second head's sweep: they push it and are pushed; returns by how much its sum
+    changed. plane: the head's now.
     """
-    state, beads = engine.effects.snare.state[0], engine.effects.snare.beads
+    snare = engine.effects.snare
+    state = snare.state[0]
+    if state.tight <= _OFF:
+        return 0.0
     weights = engine.effects.cavity.head.weights
+    now, coming = snare.places[plane], snare.places[1 - plane]
+    eta = snare.etas[1 - plane]
+    spring, eta_0, loss = spring_of(state), eta_0_of(state), state.loss
+    at_rest = state.stiffness * max(eta_0, 0.0)
+    own = 1.0 / (state.mass * loss)
     changed = 0.0
-    at_rest = state.stiffness * state.eta_0
-    for i in range(beads.shape[0]):
-        bead = beads[i]
-        give = weights[bead.junction] * state.give
-        # Without the push: the head's and the bead's next places, with the constant push of rest on both.
-        base = (2.0 - state.spring) * bead.now - (2.0 - state.loss) * bead.before
-        free = (base - at_rest / state.mass) / state.loss
-        height = float(head_after[bead.junction]) + give * at_rest
-        all_gives = 0.5 * state.stiffness * (give + 1.0 / (state.mass * state.loss))
-        eta = met(bead.eta_before + state.eta_0, height - free + state.eta_0, all_gives) - state.eta_0
-        force = (height - free - eta) / (give + 1.0 / (state.mass * state.loss))
-        step = give * (at_rest - force)
-        head_after[bead.junction] += np.float32(step)
-        changed += step
-        bead.before = bead.now
-        bead.now = free + force / (state.mass * state.loss)
-        bead.eta_before = bead.eta
-        bead.eta = (
-            float(head_after[bead.junction]) - bead.now
-        )  # as the plane has it, so that rounding adds up nowhere
+    for string in range(now.shape[0]):
+        at = snare.first[string]
+        for k in range(1, now.shape[1] - 1):
+            give = float(weights[at]) * state.give
+            # Without the push: the head's and the wire's next places, with the constant push of rest on both.
+            pulled = spring * (now[string, k - 1] + now[string, k + 1] - 2.0 * now[string, k])
+            base = 2.0 * now[string, k] - (2.0 - loss) * coming[string, k] + pulled
+            free = base / loss - at_rest * own
+            height = float(head_after[at]) + give * at_rest
+            gives = give + own
+            near = met(eta[string, k] + eta_0, height - free + eta_0, 0.5 * state.stiffness * gives) - eta_0
+            force = (height - free - near) / gives
+            step = np.float32(give * (at_rest - force))
+            head_after[at] += step
+            changed += float(step)
+            coming[string, k] = free + force * own
+            # As the plane has it, so that rounding adds up nowhere.
+            eta[string, k] = float(head_after[at]) - coming[string, k]
+            at += state.apart
     return changed
+
+
+@njit()
+def _hang(engine: "Engine") -> None:
+    engine.effects.snare.places[:] = 0.0
+    engine.effects.snare.etas[:] = 0.0
+
+
+@njit()
+def _turn(engine: "Engine", most: float) -> None:
+    state, wanted = engine.effects.snare.state[0], engine.effects.snare.wanted[0].strainer
+    goal = wanted if wanted > 0.0 else _OFF
+    if state.tight != goal:
+        state.tight += min(max(goal - state.tight, -most), most)
+        if state.tight <= _OFF:
+            _hang(engine)
+
+
+@only_with("snare")
+def before_sweep(engine: "Engine", then: Floats) -> None:
+    """Turn the strainer towards what is wanted."""
+    _turn(engine, engine.effects.snare.state[0].most)
+
+
+@only_with("snare")
+def resume(engine: "Engine") -> None:
+    """Take up at once what was set while nothing sounded."""
+    _turn(engine, 2.0)
 
 
 @only_with("snare")
 def reset(engine: "Engine") -> None:
     """All at rest, in touch with the head."""
-    for i in range(engine.effects.snare.beads.shape[0]):
-        bead = engine.effects.snare.beads[i]
-        bead.now = 0.0
-        bead.before = 0.0
-        bead.eta = 0.0
-        bead.eta_before = 0.0
+    _hang(engine)

@@ -1,4 +1,7 @@
-"""A bead and the head under it: the one solution of their meeting, and what it keeps."""
+"""Wires on the head: the one solution of their meeting, strings of the right pitch, and a strainer that is turned."""
+
+import dataclasses
+import math
 
 import numpy as np
 import pytest
@@ -6,7 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
+from drumstick.drum.block import render_all
+from drumstick.drum.build import new_engine
 from drumstick.drum.effects.snare import met
+from drumstick.drum.engine import Engine, set_live
+from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.parameters.scene import Scene, parse, shipped_text
+from membranes import energy
+from stability.mesh_steps import RATE, engine_of, strike, take
 
 NUMBERS = st.floats(-10.0, 10.0)
 
@@ -43,3 +53,151 @@ def test_a_push_gives_back_what_it_stored_and_no_more(before: float, free: float
 def test_apart_stays_apart() -> None:
     assert met(-1.0, -0.5, 3.0) == -0.5
     assert np.isfinite(met(0.0, 0.0, 1.0))
+
+
+def snare(rate_Hz: float = 24_000.0, **changed: float) -> Scene:
+    """The shipped snare, struck by pulses, with other wires."""
+    scene = parse(shipped_text("snare"), "snare.toml")
+    effects = dict(scene.drum.effects)
+    effects["snare"] = dataclasses.replace(effects["snare"], **changed)
+    return dataclasses.replace(
+        scene,
+        drum=dataclasses.replace(scene.drum, effects=effects, excitation="analytic"),
+        mallet=None,
+        strike=dataclasses.replace(scene.strike, stroke_m_per_s=0.0),
+        mesh=dataclasses.replace(scene.mesh, rate_Hz=rate_Hz),
+    )
+
+
+def lying(scene: Scene) -> Engine:
+    """Its engine, awake, the wires pressed on as the scene says."""
+    return engine_of(scene, presses=False)
+
+
+def step_s_of(engine: Engine) -> float:
+    return float(engine.control["divisor"][0] / engine.control["rate_Hz"][0])
+
+
+def free_pitch(scene: Scene, periods: int = 6) -> float:
+    """Pitch, Hz, of a wire that is plucked far from the head."""
+    engine = lying(scene)
+    wires = engine.effects.snare
+    wires.state["eta_0"], wires.state["loss"] = -1e9, 1.0
+    wires.places[:] = np.sin(np.pi * np.linspace(0.0, 1.0, wires.places.shape[2]))
+    heights: list[float] = []
+    crossings = np.zeros(0, int)
+    while len(crossings) <= 2 * periods:
+        take(engine, 1)
+        heights.append(float(wires.places[int(engine.control["plane"][0]), 0, wires.places.shape[2] // 2]))
+        crossings = np.flatnonzero(np.diff(np.sign(heights)))
+        assert len(heights) < 100_000
+    exact = crossings + np.array([heights[i] / (heights[i] - heights[i + 1]) for i in crossings])
+    return (len(exact) - 1) / 2.0 / float(exact[-1] - exact[0]) / step_s_of(engine)
+
+
+@pytest.mark.parametrize("tension_N", [2.0, 200.0])
+def test_a_wire_by_itself_sounds_as_a_string_does(tension_N: float) -> None:
+    """c/(2 L) of 3 g/m over 0.85 of the head, whether its points lie a junction apart or several."""
+    scene = snare(g_per_m=3.0, tension_N=tension_N)
+    by_law = math.sqrt(tension_N / 3e-3) / (4.0 * 0.85 * scene.drum.radius_m)
+    assert free_pitch(scene) == pytest.approx(by_law, rel=5e-3)
+    half_as_tight = snare(g_per_m=3.0, tension_N=tension_N, strainer=0.25)
+    assert free_pitch(half_as_tight) == pytest.approx(by_law / 2.0, rel=5e-3)
+
+
+def second_head(scene: Scene, peak_N: float) -> np.ndarray:
+    """What the second head has become, to the blow."""
+    engine = lying(scene)
+    strike(engine, peak_N)
+    take(engine, 400)
+    return engine.effects.cavity.head.planes.astype(float) / peak_N
+
+
+def test_a_wire_rattles_only_as_far_as_it_is_not_pressed_on() -> None:
+    """Deep in the bed nothing lifts off, and twice the blow gives twice the movement; loose wires make no such sum."""
+    fast = snare(bed_mm=10.0, tension_N=200.0)
+    soft, hard = second_head(fast, 1.0), second_head(fast, 2.0)
+    np.testing.assert_allclose(soft, hard, rtol=0.0, atol=1e-4 * np.abs(soft).max())
+    loose = snare(bed_mm=0.001)
+    soft, hard = second_head(loose, 1.0), second_head(loose, 2.0)
+    assert np.abs(soft - hard).max() > 1e-2 * np.abs(soft).max()
+
+
+def test_the_blow_at_which_they_lift_off_goes_with_the_bed() -> None:
+    """Twice as deep a bed rattles at twice the blow in the very same way: the bed is the only length there is."""
+    np.testing.assert_allclose(
+        second_head(snare(bed_mm=0.02), 1.0), second_head(snare(bed_mm=0.04), 2.0), rtol=0.0, atol=1e-6
+    )
+
+
+@pytest.mark.parametrize("rate_Hz", [8000.0, 24000.0, 48000.0])
+@pytest.mark.parametrize("wires", [1, 2, 12, 42])
+def test_no_junction_lies_under_two_wires_and_all_of_them_are_there(rate_Hz: float, wires: int) -> None:
+    scene = snare(rate_Hz, wires=wires, g_per_m=3.0)
+    engine = lying(scene)
+    part, cavity = engine.effects.snare, engine.effects.cavity
+    points = part.places.shape[2] - 2
+    under = part.first[:, None] + int(part.state["apart"][0]) * np.arange(points)
+    assert len(np.unique(under)) == under.size
+    assert (cavity.head.weights[under] > 0.0).all()
+    # In kg: junctions of a head of 0.2 kg/m^2, and a wire of 3 g/m over 0.85 of the diameter, ends not counted.
+    junction_kg = 0.2 * math.pi * scene.drum.radius_m**2 * float(cavity.state["per_area_2"][0])
+    of_all = float(part.state["mass"][0]) * len(part.first) * (points + 1) * junction_kg
+    assert of_all == pytest.approx(wires * 3e-3 * 1.7 * scene.drum.radius_m, rel=1e-6)
+
+
+def test_wires_that_are_off_are_not_there() -> None:
+    scene = snare(strainer=0.0)
+    effects = {name: effect for name, effect in scene.drum.effects.items() if name != "snare"}
+    bare = dataclasses.replace(scene, drum=dataclasses.replace(scene.drum, effects=effects))
+    np.testing.assert_array_equal(second_head(scene, 1.0), second_head(bare, 1.0))
+    assert np.abs(second_head(scene, 1.0) - second_head(snare(), 1.0)).max() > 0.0
+
+
+def test_the_strainer_goes_the_whole_way_in_a_tenth_of_a_second_and_back() -> None:
+    engine = lying(snare())
+    state = engine.effects.snare.state
+    steps = round(0.1 / step_s_of(engine))
+    for wanted, end in ((0.0, -1.0), (0.6, 0.6)):
+        set_live(engine, "strainer", wanted)
+        strike(engine, 1.0)
+        seen = [float(state["tight"][0])]
+        for _ in range(steps + 2):
+            take(engine, 1)
+            seen.append(float(state["tight"][0]))
+        assert seen[-1] == end
+        assert np.abs(np.diff(seen)).max() <= 2.0 / steps + 1e-9
+        assert (np.diff(seen) * np.sign(end - seen[0]) >= 0.0).all()
+    assert float(np.abs(engine.effects.snare.places).max()) > 0.0
+
+
+def test_turned_at_random_while_it_rattles_the_drum_keeps_to_the_blows_energy() -> None:
+    """Turning is work from outside, and there is little of it: a hundredth of a strong blow's at most."""
+    engine, rng = lying(snare()), np.random.default_rng(4)
+    strike(engine, 30.0)
+    take(engine, round(0.004 / step_s_of(engine)))
+    last = first = energy(engine)
+    for _ in range(40):
+        set_live(engine, "strainer", float(rng.choice([0.0, 0.02, 0.5, 1.0])))
+        take(engine, round(0.01 / step_s_of(engine)))
+        now = energy(engine)
+        assert np.isfinite(now)
+        assert now <= last + 0.01 * first
+        last = now
+    assert last < 0.1 * first
+
+
+def test_what_was_set_while_nothing_sounded_holds_for_the_first_stroke() -> None:
+    def heard(strainer: float, then_set: float) -> np.ndarray:
+        ring = StrikeRing()
+        engine = new_engine(snare(strainer=strainer), RATE, ring)
+        out = np.zeros((RATE // 5, 2), np.float32)
+        render_all(engine, out[: RATE // 50], 64, 0)  # silence, in which it is not computed
+        set_live(engine, "strainer", then_set)
+        ring.push(0, 0.3, 0.2, 5.0, 0.002, 0.0, 1.0)
+        render_all(engine, out, 64, 0)
+        return out
+
+    for strainer in (0.0, 0.4):
+        np.testing.assert_array_equal(heard(1.0, strainer), heard(strainer, strainer))
+    assert np.abs(heard(1.0, 1.0) - heard(0.0, 0.0)).max() > 0.0
