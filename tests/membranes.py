@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.drum.effects.snare import Snare, eta_0_of, spring_of
+from drumstick.drum.effects.snare import Snare
 from drumstick.drum.effects.tension import Tension
 from drumstick.drum.engine import Engine
 from drumstick.drum.membrane.sweep import Head
@@ -87,15 +87,22 @@ def of_tension(tension: Tension, stretch: float) -> float:
     return 0.25 * kappa * followed**2 + 0.5 * most * (size - followed)
 
 
-def _of_snare(snare: Snare, plane: int) -> float:
+def _of_snare(snare: Snare, head: Head, plane: int) -> float:
     # Of the strings' movement and stretch, and what pushing the head has stored beyond the push at rest.
     state, now, before = snare.state[0], snare.places[plane], snare.places[1 - plane]
-    stiffness, eta_0 = float(state["stiffness"]), eta_0_of(state)
+    stiffness, tight = float(state["stiffness"]), float(state["tight"])
+    eta_0 = tight * float(state["eta_0"] if tight > 0.0 else state["gap"])
     moved = now - before
-    stretch = float(np.sum(np.diff(now, axis=1) * np.diff(before, axis=1)))
-    found = 0.5 * float(state["mass"]) * (float(np.sum(moved * moved)) + spring_of(state) * stretch)
+    stretch = (
+        float(state["spring"])
+        * max(tight, 0.1)
+        * float(np.sum(np.diff(now, axis=1) * np.diff(before, axis=1)))
+    )
+    found = 0.5 * float(state["mass"]) * (float(np.sum(moved * moved)) + stretch)
     at_rest = max(eta_0, 0.0)
-    for eta in snare.etas[:, :, 1:-1]:
+    under = snare.first[:, None] + int(state["apart"]) * np.arange(now.shape[1] - 2)
+    for at in (plane, 1 - plane):
+        eta = head.planes[at].astype(float)[under] - snare.places[at][:, 1:-1]
         pressed = np.maximum(eta + eta_0, 0.0)
         found += 0.5 * float(np.sum(0.5 * stiffness * (pressed**2 - at_rest**2) - stiffness * at_rest * eta))
     return found
@@ -129,7 +136,7 @@ def energy(engine: Engine) -> float:
 
         in_second = second.energy(head.planes[at], head.planes[1 - at], tau)
         if engine.effects.snare is not None:
-            in_second += _of_snare(engine.effects.snare, at)
+            in_second += _of_snare(engine.effects.snare, head, at)
         found += area / second_area * in_second
         found += 0.5 * area * spring * apart(at) * apart(1 - at)
     return found

@@ -277,7 +277,7 @@ def test_stops_cleanly_and_leaves_no_orphan(number: signal.Signals) -> None:
         children = wait_for("both processes", lambda: both(started))
         assert started.stop(number) == 0, started.said
         assert not any(is_alive(pid) for pid in children.values())
-        assert "killed" not in started.said
+        assert "killed" not in started.said, started.said
 
 
 @pytest.mark.long

@@ -1,19 +1,20 @@
 """`snare`: wires across the second head, which leave it and fall back on it while it rings; `strainer` can be set live.
 
 Each wire is a string of its own along a row of the head's junctions (after Bilbao, "Time domain simulation and sound
-synthesis for the snare drum", J. Acoust. Soc. Am. 131, 2012, where a wire meets the head all along its length). With u
-the head's height and x a string's, a step of a point is
+synthesis for the snare drum", J. Acoust. Soc. Am. 131, 2012, where a wire meets the head all along its length). With x
+a string's height and u the head's, a step of a point of mass M is
 
-    (1 + s) x+ = 2 x - (1 - s) x- + l^2 (x left - 2 x + x right) + F/M          l = c T/h <= 1, ends at rest
+    (1 + s) x+ = 2 x - (1 - s) x- + l^2 (x left - 2 x + x right) + (F - F_0)/M        l = c T/h <= 1, ends at rest
 
-A wire and the head that come as near as eta = u - x push each other by F = K [eta + eta_0]+, less what they push at
-rest, F_0 = K [eta_0]+. Where the strainer is off, -eta_0 is a gap. In discrete time the push is the discrete gradient
-of its energy between eta- and eta+ (Chatziioannou and van Walstijn, "Energy conserving schemes for the simulation of
-musical instrument contact dynamics", J. Sound Vib. 339, 2015): one equation a point with one solution, since each
-junction lies under one point, and no blow, however hard, adds energy. Turning the strainer is work from outside.
+and the head under it gets -(F - F_0). A wire and the head that come as near as eta = u - x push each other by F = K
+[eta + eta_0]+, at rest by F_0 = K [eta_0]+. Below 0, on the way to off, -eta_0 is a gap. In discrete time F is the
+discrete gradient of its energy between eta- and eta+ (Chatziioannou and van Walstijn, "Energy conserving schemes for
+the simulation of musical instrument contact dynamics", J. Sound Vib. 339, 2015), so that a contact never adds energy,
+however hard the blow. Each junction lies under at most one point: the equations are solved one by one, and each has
+exactly one solution. Turning the strainer is work from outside, and with heavy wires under a strong pull not little.
 
-K belongs to the wire, not to the mesh: a wire that lies on something rigid swings at 6 kHz. Kernels: audio thread.
-`wanted`: written by the thread that receives it.
+K/M does not follow the mesh: on something rigid a wire would swing at 6 kHz; a step makes 4.2 kHz of that at 24 kHz,
+5.4 at 48. Kernels: audio thread. `wanted`: written by the thread that receives it.
 """
 
 import math
@@ -57,7 +58,7 @@ TABLE = SnareTable
 NEEDS = ("cavity", "the wires lie on the second head")
 
 # Half the length of the wires and half the width of the bed, in radii; how far from the head wires hang; the pitch of a
-# wire's contact with something rigid; the least pull, of that of a tight strainer; from off to tight.
+# wire on something rigid; the least pull, of that of a tight strainer; time from tight to loose, and from there to off.
 _HALF_LENGTH, _HALF_WIDTH, _GAP_M, _CONTACT_HZ, _LEAST, _WHOLE_WAY_S = 0.85, 0.2, 0.005, 6000.0, 0.1, 0.05
 _OFF = -1.0
 
@@ -72,9 +73,9 @@ class Wanted(Record):
 
 
 class WiresState(Record):
-    """tight: from 1 to 0, and to -1 where the wires are off; the most that it moves in a step. K, a point's mass in
-    junctions, l^2 and eta_0 of a tight strainer, the gap of one that is off, 1 + s of a wire; what a weight of 1, as
-    baked, gives way; junctions from point to point.
+    """tight: from 1 to 0, and to -1 where the wires are off; most: how far it may move in a step. stiffness: K; mass: M
+    in junctions; spring: l^2, and eta_0, of a tight strainer; gap: of one that is off; loss: 1 + s of a wire; give:
+    times a junction's weight, how far a push of 1 moves it in a step; apart: junctions from point to point.
     """
 
     tight: float
@@ -93,8 +94,8 @@ WANTED, STATE = dtype_of(Wanted), dtype_of(WiresState)
 
 
 class Snare(NamedTuple):
-    """wanted, state: (1,); the strings' places and how near the head is, (2, S, P + 2), now and before by the head's
-    planes, the ends at rest; first: the junction under each string's first moving point, (S,).
+    """wanted, state: (1,). places x and etas of S strings of P points, each (2, S, P + 2), the first index as in the
+    head's planes; first and last column stay 0. first: the junction under each string's first point, (S,).
     """
 
     wanted: Rows[Wanted]
@@ -106,7 +107,7 @@ class Snare(NamedTuple):
 
 def part_of(building: "Building") -> Snare:
     """The wires, along x, on rows of the second head about its middle. Where the bed has fewer rows than there are
-    wires, each string stands for several.
+    wires, each string stands for several. One so fast that it crosses half its length in a step is slowed.
     """
     under: Cavity = building.parts["cavity"]
     step_s, radius_m = building.step_s, building.scene.drum.radius_m
@@ -155,8 +156,7 @@ def part_of(building: "Building") -> Snare:
 
 @njit()
 def met(before: float, free: float, give: float) -> float:
-    """eta+ = free - give [eta-, eta+], where give is K/2 times all that gives way, and [ , ] the gradient over K/2:
-    the sum of both in touch, 0 of both apart, else the square of the one in touch over their difference."""
+    """eta+ = free - give ([eta+]+^2 - [eta-]+^2)/(eta+ - eta-), where give is K/2 times all that gives way."""
     both = (free - give * before) / (1.0 + give)
     if before >= 0.0 and both >= 0.0:
         return both
@@ -195,25 +195,29 @@ def rattle(engine: "Engine", plane: int, head_after: Floats) -> float:
     now, coming = snare.places[plane], snare.places[1 - plane]
     eta = snare.etas[1 - plane]
     spring, eta_0, loss = spring_of(state), eta_0_of(state), state.loss
-    at_rest = state.stiffness * max(eta_0, 0.0)
+    lifted = 2.0 * max(eta_0, 0.0)
     own = 1.0 / (state.mass * loss)
     changed = 0.0
     for string in range(now.shape[0]):
         at = snare.first[string]
         for k in range(1, now.shape[1] - 1):
             give = float(weights[at]) * state.give
-            # Without the push: the head's and the wire's next places, with the constant push of rest on both.
-            pulled = spring * (now[string, k - 1] + now[string, k + 1] - 2.0 * now[string, k])
-            base = 2.0 * now[string, k] - (2.0 - loss) * coming[string, k] + pulled
-            free = base / loss - at_rest * own
-            height = float(head_after[at]) + give * at_rest
             gives = give + own
-            near = met(eta[string, k] + eta_0, height - free + eta_0, 0.5 * state.stiffness * gives) - eta_0
-            force = (height - free - near) / gives
-            step = np.float32(give * (at_rest - force))
+            stiff = 0.5 * state.stiffness * gives
+            # Without F - F_0: the wire's next place, and how near the head comes to it.
+            pulled = spring * (now[string, k - 1] + now[string, k + 1] - 2.0 * now[string, k])
+            alone = (2.0 * now[string, k] - (2.0 - loss) * coming[string, k] + pulled) / loss
+            bare = float(head_after[at]) - alone
+            before = eta[string, k]
+            # In touch before and after eta_0 drops out: what rounding leaves of a large one would never fall asleep.
+            near = (bare - stiff * before) / (1.0 + stiff)
+            if eta_0 < 0.0 or before + eta_0 < 0.0 or near + eta_0 < 0.0:
+                near = met(before + eta_0, bare + stiff * lifted + eta_0, stiff) - eta_0
+            push = (bare - near) / gives
+            step = np.float32(-give * push)
             head_after[at] += step
             changed += float(step)
-            coming[string, k] = free + force * own
+            coming[string, k] = alone + own * push
             # As the plane has it, so that rounding adds up nowhere.
             eta[string, k] = float(head_after[at]) - coming[string, k]
             at += state.apart
@@ -229,7 +233,7 @@ def _hang(engine: "Engine") -> None:
 @njit()
 def _turn(engine: "Engine", most: float) -> None:
     state, wanted = engine.effects.snare.state[0], engine.effects.snare.wanted[0].strainer
-    goal = wanted if wanted > 0.0 else _OFF
+    goal = min(wanted, 1.0) if wanted > 0.0 else _OFF
     if state.tight != goal:
         state.tight += min(max(goal - state.tight, -most), most)
         if state.tight <= _OFF:
@@ -250,5 +254,5 @@ def resume(engine: "Engine") -> None:
 
 @only_with("snare")
 def reset(engine: "Engine") -> None:
-    """All at rest, in touch with the head."""
+    """All at rest."""
     _hang(engine)
