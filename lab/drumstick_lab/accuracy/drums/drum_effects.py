@@ -1,4 +1,4 @@
-"""Cost of each effect of the drum per sample, and the change it makes in the sound. Any thread; blocks for seconds.
+"""Cost of each effect of a mesh per sample, and the change it makes in the sound. Any thread; blocks for seconds.
 
 Alone on the default drum; `snare` needs a second head to lie on, and is compared with `cavity`. The change is the level
 of the difference of two spectrograms, with the effect and without, relative to the one with: magnitudes only, for the
@@ -18,7 +18,7 @@ from drumstick.drum.build import size_of
 from drumstick.drum.calibrate import build, strike_for_speed
 from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.render import render
-from drumstick.parameters.drum_effects import DRUM_EFFECTS, NEEDS
+from drumstick.parameters.drum_effects import DRUM_EFFECTS, MESH_EFFECTS, NEEDS
 from drumstick.parameters.scene import Scene
 from drumstick_lab.accuracy.drums.heads import DEVICE_RATE_Hz, sounding
 from drumstick_lab.accuracy.timing import ENGINES, SWEEP, Window, apart, in_turn, plain_sweep
@@ -33,13 +33,13 @@ Sound = npt.NDArray[np.float32]
 def drum_with(*effects: str) -> Scene:
     """The default drum with these, as they are by default."""
     plain = Scene("drum")
-    tables = {name: DRUM_EFFECTS[name]() for name in DRUM_EFFECTS if name in effects}
+    tables = {name: DRUM_EFFECTS[name]() for name in MESH_EFFECTS if name in effects}
     return dataclasses.replace(plain, drum=dataclasses.replace(plain.drum, effects=tables))
 
 
 def _named(effect: str) -> tuple[str, ...]:
     if effect in (ALL, NONE):
-        return tuple(DRUM_EFFECTS) if effect == ALL else ()
+        return MESH_EFFECTS if effect == ALL else ()
     return (*needed(effect), effect)
 
 
