@@ -16,7 +16,7 @@ _PR_SET_PDEATHSIG = 1
 _LIBC = ctypes.CDLL(None)
 _FIRST_DELAY_S, _MAX_DELAY_S = 0.1, 5.0
 _STEADY_AFTER_S = 10.0
-_ANSWER_WITHIN_S = 0.2
+_ANSWER_WITHIN_S = 1.0  # a busy machine
 _REAL_FAULTS = (
     2,
     3,

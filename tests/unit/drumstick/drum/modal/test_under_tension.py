@@ -1,4 +1,4 @@
-"""What keeps a bank of modes sound under tension, strong losses, and without a baffle."""
+"""Bounds that keep a bank of modes stable under tension, under strong losses, and without a baffle."""
 
 import dataclasses
 import math
