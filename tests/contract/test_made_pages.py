@@ -67,7 +67,7 @@ def test_the_load_that_is_counted_is_that_of_the_messages_as_they_are() -> None:
     tool = _tool("scaling_page")
     from drumstick.drum.membrane import surface
 
-    load = sys.modules["drumstick_lab.benchmarks.network.rig_load"]
+    load = sys.modules["drumstick_lab.rig_load"]
     assert (load.RINGS, load.SPOKES) == (surface.RINGS, surface.SPOKES)
     states = load.STREAMS["state"]
     assert states.key == Keys(load.RIG).state

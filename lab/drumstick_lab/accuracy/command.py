@@ -41,7 +41,7 @@ def accuracy(quick: bool, as_json: bool, out: Path | None) -> None:
     if line := requirements.missing_matplotlib():
         print(f"no figures: they need matplotlib; type: {line}", file=sys.stderr)
     else:
-        from drumstick_lab.figures.accuracy import write
+        from drumstick_lab.accuracy.figures import write
 
         written += write(found, where)
     if as_json:

@@ -26,8 +26,8 @@ from drumstick_lab.accuracy.drums.heads import (
 from drumstick_lab.accuracy.drums.modal_bank import F01_Hz, banks
 from drumstick_lab.accuracy.drums.modes import Poles, bandwidth, cents_off, decay_error, measured, patterns_of
 from drumstick_lab.accuracy.job import Job
+from drumstick_lab.accuracy.peers import stored_peers
 from drumstick_lab.accuracy.timing import SWEEP, Window, in_turn, plain_sweep
-from drumstick_lab.peers import stored_peers
 
 Row = dict[str, Any]
 Measured = list[tuple[Row, Window]]

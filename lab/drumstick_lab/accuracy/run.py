@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from drumstick_lab.accuracy.job import Job
-from drumstick_lab.peers.windows import versions
+from drumstick_lab.accuracy.peers.windows import versions
 from realtime.kernels.store import hash_of_all
 from rig.machine.this_machine import description
 

@@ -74,7 +74,7 @@ def _form(
 
 
 def _write(out: Path, result: Result, scene: str, samples: Samples) -> None:
-    from drumstick_lab.figures.soak import draw
+    from drumstick_lab.soak.figure import draw
 
     try:
         (out / JSON).write_text(

@@ -1,7 +1,7 @@
 """Delivery of one rig's messages to many listeners: drumstick lab listeners [--quick] stores results/listeners.json.
 
 A real Zenoh router in a process of its own; a process that puts what a rig puts, at a rig's rates
-(lab/drumstick_lab/benchmarks/network/rig_load.py); up to 300 real subscribers, each with a session of its own, in four more processes. All on
+(lab/drumstick_lab/rig_load.py); up to 300 real subscribers, each with a session of its own, in four more processes. All on
 loopback, in a network namespace of their own, so that its byte counter counts nothing else. For each number of
 listeners: the share that was delivered, how late strikes came, what the router's processor time was for each message
 delivered, and that against one listener's in the same run. Then two routers one behind the other, and a tree of three.
@@ -22,8 +22,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from lone_router import lone_router
 
-from drumstick_lab.benchmarks.network.rig_load import payload_bytes_per_s, per_s
 from drumstick_lab.checkout import RESULTS
+from drumstick_lab.rig_load import payload_bytes_per_s, per_s
 from rig.machine.this_machine import description
 
 RESULT = RESULTS / "listeners.json"

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import zenoh
 
-from drumstick_lab.benchmarks.network.rig_load import PROFILES, STREAMS
+from drumstick_lab.rig_load import PROFILES, STREAMS
 from protocol.messages import ENCODING, Strike, decode, encode
 from protocol.session import open_client
 

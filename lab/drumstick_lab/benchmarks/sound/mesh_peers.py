@@ -17,12 +17,12 @@ from pathlib import Path
 from typing import Any
 
 from drumstick.drum.membrane.lattice import lattice_of
+from drumstick_lab.accuracy.peers import compiled, stored_peers
+from drumstick_lab.accuracy.peers.supercollider import shape
+from drumstick_lab.accuracy.peers.windows import missing, of_library, of_supercollider, versions
 from drumstick_lab.accuracy.timing import Window
 from drumstick_lab.benchmarks.sound.our_mesh import Ours
 from drumstick_lab.checkout import RESULTS
-from drumstick_lab.peers import compiled, stored_peers
-from drumstick_lab.peers.supercollider import shape
-from drumstick_lab.peers.windows import missing, of_library, of_supercollider, versions
 from rig.machine.this_machine import description
 
 RESULT = RESULTS / "mesh_peers.json"

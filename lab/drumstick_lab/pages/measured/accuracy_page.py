@@ -13,12 +13,12 @@ from matplotlib.figure import Figure
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
+from drumstick_lab.accuracy import figures
 from drumstick_lab.accuracy.choices import choices, worst_energy
+from drumstick_lab.accuracy.figures import FIGURES
 from drumstick_lab.accuracy.run import PARTS
 from drumstick_lab.accuracy.store import shipped, summary
 from drumstick_lab.checkout import DOCS
-from drumstick_lab.figures import accuracy
-from drumstick_lab.figures.accuracy import FIGURES
 from drumstick_lab.pages.measured.stored import where
 from rig.accuracy_files import SHIPPED
 from rig.figures import style
@@ -28,7 +28,7 @@ IMAGES = DOCS / "images"
 PAGE = DOCS / "accuracy-and-time.md"
 TEMPLATE = Path(__file__).parent / "accuracy.template.md"
 _COLOURS = 240
-_SOURCES = tuple(Path(module.__file__) for module in (accuracy, style))
+_SOURCES = tuple(Path(module.__file__) for module in (figures, style))
 _MADE_FROM = "made from"
 
 

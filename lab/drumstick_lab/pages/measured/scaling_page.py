@@ -1,21 +1,21 @@
 """Writes docs/scaling.md from the streams' rates and the stored results: drumstick lab scaling-page.
 
-The model is counted here, from what one rig puts (lab/drumstick_lab/benchmarks/network/rig_load.py); what a router can carry is from
+The model is counted here, from what one rig puts (lab/drumstick_lab/rig_load.py); what a router can carry is from
 lab/results/listeners.json and wire.json.
 """
 
 import math
 from typing import Any, NamedTuple
 
-from drumstick_lab.benchmarks.network.rig_load import (
+from drumstick_lab.checkout import DOCS
+from drumstick_lab.pages.measured.stored import read, where
+from drumstick_lab.rig_load import (
     PROFILES,
     STREAMS,
     STRIKES_PER_S,
     payload_bytes_per_s,
     per_s,
 )
-from drumstick_lab.checkout import DOCS
-from drumstick_lab.pages.measured.stored import read, where
 
 PAGE = DOCS / "scaling.md"
 COUNTS = (1, 3, 10, 30, 100, 300, 1000)

@@ -14,10 +14,10 @@ from typer.testing import CliRunner
 from drumstick.parameters.scene import parse
 from drumstick_lab.accuracy import command, store
 from drumstick_lab.accuracy.choices import choices
+from drumstick_lab.accuracy.figures import FIGURES, write
+from drumstick_lab.accuracy.peers import windows
 from drumstick_lab.accuracy.run import PARTS, begun, fill
 from drumstick_lab.benchmarks import worse
-from drumstick_lab.figures.accuracy import FIGURES, write
-from drumstick_lab.peers import windows
 from realtime.kernels.store import hash_of_all
 from rig import accuracy_files, folder
 from rig.cli.command import app
@@ -168,7 +168,7 @@ def test_a_quick_run_leaves_a_full_one_alone_and_a_whole_one_clears_what_was_not
 
     monkeypatch.setattr(command, "begun", begun)
     monkeypatch.setattr(command, "fill", lambda found: None)
-    monkeypatch.setattr("drumstick_lab.figures.accuracy.write", lambda found, out: [])
+    monkeypatch.setattr("drumstick_lab.accuracy.figures.write", lambda found, out: [])
     (tmp_path / store.UNFINISHED).write_text("{}")
     for asked, where in ((["--quick"], ""), ([], ""), (["--quick"], "quick")):
         told = CliRunner().invoke(app, ["accuracy", *asked, "--out", str(tmp_path)])

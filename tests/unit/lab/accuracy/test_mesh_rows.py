@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from drumstick_lab.accuracy import mesh, timing
-from drumstick_lab.peers import stored_peers, supercollider, windows
-from drumstick_lab.peers.heard import cents_heard, free_square, round_modes
+from drumstick_lab.accuracy.peers import stored_peers, supercollider, windows
+from drumstick_lab.accuracy.peers.heard import cents_heard, free_square, round_modes
 
 KEYS = {
     "renderer", "scheme", "rim", "precision", "across", "junctions", "rate_Hz", "rms_cents", "worst_cents",

@@ -5,9 +5,9 @@ import subprocess
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from drumstick_lab.accuracy.peers.compiled import Library
+from drumstick_lab.accuracy.peers.supercollider import RATE_HZ, Membranes
 from drumstick_lab.accuracy.timing import Window, spent_ns
-from drumstick_lab.peers.compiled import Library
-from drumstick_lab.peers.supercollider import RATE_HZ, Membranes
 
 _UPDATES = 4e6  # of junctions, in a window
 _MAX_S = 30.0

@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from drumstick_lab.accuracy.peers import compiled, supercollider
+from drumstick_lab.accuracy.peers.heard import Numbers, cents_heard, free_square, round_modes
+from drumstick_lab.accuracy.peers.windows import missing, of_library, of_supercollider, versions
 from drumstick_lab.accuracy.timing import SWEEP, Window, in_turn, plain_sweep
-from drumstick_lab.peers import compiled, supercollider
-from drumstick_lab.peers.heard import Numbers, cents_heard, free_square, round_modes
-from drumstick_lab.peers.windows import missing, of_library, of_supercollider, versions
 from rig.machine.this_machine import description
 
 Row = dict[str, Any]
@@ -95,7 +95,7 @@ def _row(name: str, point: Point) -> Row:
 
 def stored() -> dict[str, Any]:
     """Results that the package brings: machine, packages, and rows by the peer's name."""
-    text = (resources.files("drumstick_lab.peers") / STORED).read_text(encoding="utf-8")
+    text = (resources.files("drumstick_lab.accuracy.peers") / STORED).read_text(encoding="utf-8")
     return json.loads(text)
 
 
