@@ -43,3 +43,16 @@ class Keyring:
     def ended(self, role: str) -> Identity:
         """A certificate that ended yesterday."""
         return self.identity(role, days=1.0, begun=certificates.present() - timedelta(days=2))
+
+
+def rig_file(folder: Path, ring: Keyring, role: str, more: str = "", mine: Identity | None = None) -> Path:
+    """A rig file in this folder: of the haptic machine, or of one with another role."""
+    mine = mine or (ring.listener() if role == "haptic" else ring.identity(role))
+    end = 'public = "tls/0.0.0.0:7448"' if role == "haptic" else 'connect = "tls/haptic.local:7448"'
+    text = (
+        f'name = "stage"\n[zenoh]\n{end}\n[keys]\nauthority = "{mine.authority}"\n'
+        f'certificate = "{mine.certificate}"\nprivate_key = "{mine.private_key}"\n{more}'
+    )
+    path = folder / "rig.toml"
+    path.write_text(text)
+    return path

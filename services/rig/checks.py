@@ -12,12 +12,13 @@ from rig.exit_status import unavailable, usage_error
 DEFAULT_TARGET = "{}:{}".format(*DEFAULT_OUT)
 
 
-def rig_name(name: str) -> None:
+def rig_name(name: str) -> str:
     """A name that can stand in a Zenoh key."""
     try:
         checked_rig(name)
     except ValueError as error:
         usage_error(str(error))
+    return name
 
 
 def endpoint(connect: str | None, option: str = "--connect") -> str:

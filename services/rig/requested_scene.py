@@ -6,8 +6,7 @@ from pathlib import Path
 from realtime.regular_file import read_text
 from rig import scene_file
 from rig.exit_status import CommandError
-from rig.scene_file import Say
-from rig.supervision.scene_files import SceneFiles
+from rig.scene_file import Say, SceneFiles
 
 _MAX_BYTES = 4096  # a scene's name, or the path of its file
 

@@ -1,9 +1,13 @@
-"""Finding a scene by shipped name or file, read and validated, with one clear message otherwise."""
+"""Finding a scene by shipped name or file, read and validated, with one clear message otherwise.
+
+`SceneFiles` is what a rig plays of it, as servo and gateway find it in their run folder.
+"""
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from dataclasses import dataclass
 from difflib import get_close_matches
 from io import StringIO
 from pathlib import Path
@@ -12,8 +16,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from haptic_server.files import MAX_SCENE_BYTES
 from realtime.log import say as say_on_stderr
 from realtime.regular_file import read_text
+from rig import folder
 from rig.exit_status import usage_error
-from rig.supervision.scene_files import SceneFiles
 
 if TYPE_CHECKING:
     from drumstick.parameters.scene import Scene
@@ -32,6 +36,25 @@ class SceneText(NamedTuple):
 
     text: str
     source: str
+
+
+@dataclass(frozen=True)
+class SceneFiles:
+    """A scene's name, its text, and that of its recorded gesture if it has one."""
+
+    name: str
+    text: str = ""
+    gesture: str | None = None
+
+    def put(self, run: Path) -> None:
+        """Into the run folder, whose servo must not run; what it had made of another scene goes. Raises
+        CommandError."""
+        from haptic_server import block_header, files
+
+        block_header.invalidate(run)  # whoever made it is dead: we hold the lock
+        folder.put_text(run / files.SCENE, self.text)
+        if self.gesture is not None:
+            folder.put_text(run / files.GESTURE, self.gesture)
 
 
 def read(scene: str) -> SceneText:

@@ -24,10 +24,10 @@ from haptic_server import files
 from haptic_server.device.recording import TrajectoryError, recording_of
 from haptic_server.presets.preset import PresetError, from_bytes
 from recordings import a_release, a_state, a_strike
+from rig import last_fault
 from rig.exit_status import CommandError
 from rig.identity.rig_file import RigFileError
 from rig.identity.rig_file import parse as parse_rig_file
-from rig.machine import last_fault
 from rig.offline import render
 from rig.recording.channels import CHANNELS, Channel, as_json, from_json
 from rig.recording.recorder import scene_of

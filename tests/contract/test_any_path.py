@@ -20,10 +20,9 @@ from haptic_server.device.protocol import DeviceError
 from haptic_server.presets.preset import PresetError
 from haptic_server.presets.store import PresetStore
 from protocol.access.identity import Identity
-from rig import scene_file
+from rig import last_fault, scene_file
 from rig.exit_status import CommandError
 from rig.identity import identity_check, keys, rig_file
-from rig.machine import last_fault
 from rig.offline import render
 from rig.recording import reading
 from web_panel import accuracy_results

@@ -16,10 +16,6 @@ BACK: Mapping[str, Pairs] = {
     "drumstick.stick": {("motion", "methods")},
     "haptic_server": {("device", "servo")},
     "haptic_server.servo": {("event_output", "force"), ("memory", "force")},
-    "rig": {
-        ("figures", "machine"), ("machine", "network"), ("machine", "supervision"), ("requested_scene", "supervision"),
-        ("scene_file", "supervision"), ("supervision", "recording"),
-    },
     "web_panel": {
         ("accuracy_results", "views"), ("page", "controls"), ("page", "views"), ("rig", "tuning"), ("tuning", "page"),
     },

@@ -39,8 +39,8 @@ def record_command(
 ) -> None:
     """Record a running rig: strikes, parameters, state, meters; until Ctrl-C."""
     from rig import checks
+    from rig.network.remote_rig import FOLLOWERS, remote_rig
     from rig.recording.record import record
-    from rig.supervision.resolved_options import FOLLOWERS, remote_rig
 
     checks.duration(duration)
     record(remote_rig(rig_file, rig, connect, roles=FOLLOWERS), out, force, duration, as_json)
@@ -85,7 +85,7 @@ def rigs_command(
     """The rigs on this network: scene, state, strikes, who is there; with --watch and --json one object a line."""
     from rig import checks
     from rig.network import rigs
-    from rig.supervision.resolved_options import READERS, remote_rig
+    from rig.network.remote_rig import READERS, remote_rig
 
     checks.duration(duration)
     end = remote_rig(rig_file, None, connect, roles=READERS)
@@ -105,7 +105,7 @@ def monitor_command(
     """Watch a running rig, one line a second: state, roll rate, sound, and whether strikes announce the contacts."""
     from rig import checks
     from rig.network.monitor import monitor
-    from rig.supervision.resolved_options import FOLLOWERS, remote_rig
+    from rig.network.remote_rig import FOLLOWERS, remote_rig
 
     checks.duration(duration)
     monitor(remote_rig(rig_file, rig, connect, roles=FOLLOWERS), as_json, duration)
@@ -114,7 +114,7 @@ def monitor_command(
 def panic_command(rig: RigNameOrFile = None, rig_file: RigFile = None, connect: Connect = None) -> None:
     """Cut all force now. It stays off until `drumstick arm`."""
     from rig.network import remote
-    from rig.supervision.resolved_options import remote_rig
+    from rig.network.remote_rig import remote_rig
 
     remote.panic(remote_rig(rig_file, rig, connect))
 
@@ -139,7 +139,7 @@ def params_get(
 ) -> None:
     """Print the values that the servo uses now."""
     from rig.network import remote
-    from rig.supervision.resolved_options import READERS, remote_rig
+    from rig.network.remote_rig import READERS, remote_rig
 
     remote.params_get(remote_rig(rig_file, rig, connect, roles=READERS), names or [], as_json)
 
@@ -153,7 +153,7 @@ def params_set(
 ) -> None:
     """Set parameters while it plays."""
     from rig.network import remote
-    from rig.supervision.resolved_options import remote_rig
+    from rig.network.remote_rig import remote_rig
 
     remote.params_set(remote_rig(rig_file, rig, connect), pairs, as_json)
 
@@ -163,7 +163,7 @@ def params_watch(
 ) -> None:
     """Print every accepted change."""
     from rig.network import remote
-    from rig.supervision.resolved_options import READERS, remote_rig
+    from rig.network.remote_rig import READERS, remote_rig
 
     remote.params_watch(remote_rig(rig_file, rig, connect, roles=READERS), duration)
 
@@ -173,7 +173,7 @@ def preset_save(
 ) -> None:
     """Keep the parameters as they are now, on the haptic machine."""
     from rig.network import remote
-    from rig.supervision.resolved_options import remote_rig
+    from rig.network.remote_rig import remote_rig
 
     remote.preset_save(remote_rig(rig_file, rig, connect), name)
 
@@ -187,7 +187,7 @@ def preset_load(
 ) -> None:
     """Set everything that the preset holds, or nothing."""
     from rig.network import remote
-    from rig.supervision.resolved_options import remote_rig
+    from rig.network.remote_rig import remote_rig
 
     remote.preset_load(remote_rig(rig_file, rig, connect), name, as_json)
 
@@ -197,6 +197,6 @@ def preset_list(
 ) -> None:
     """Every preset of the rig."""
     from rig.network import remote
-    from rig.supervision.resolved_options import READERS, remote_rig
+    from rig.network.remote_rig import READERS, remote_rig
 
     remote.preset_list(remote_rig(rig_file, rig, connect, roles=READERS), as_json)

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from haptic_server.servo.force.guard import STALL_FAULT_S, STALL_PAUSE_S
 from rig.figures.style import BLUE, DPI, GREEN, GREY, HEAD, INK, ORANGE, PURPLE, VERMILION, styled
-from rig.machine.last_fault import LastFault
+from rig.last_fault import LastFault
 
 _CLOSE_TICKS = 40
 _MS = 1e3

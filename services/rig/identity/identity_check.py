@@ -5,6 +5,7 @@ Raises CommandError: status 2 for what stays wrong, 3 for what a renewed certifi
 
 from __future__ import annotations
 
+import logging
 import os
 import stat
 from collections.abc import Sequence
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from protocol.access.identity import Identity
 from protocol.access.roles import HAPTIC, ROLES
+from realtime.log import say
 from realtime.regular_file import read_bytes
 from rig.exit_status import unavailable, usage_error
 
@@ -47,6 +49,21 @@ def require_client(identity: Identity, roles: Sequence[str], what: str) -> list[
             f"{identity.certificate}: is of {name!r}{known}; {what} needs the certificate of {' or '.join(roles)}"
         )
     return warnings
+
+
+def require_identity(endpoint: str, identity: Identity | None) -> Identity:
+    """What this machine shows at an endpoint over TLS."""
+    if identity is None:
+        usage_error(
+            f"{endpoint}: over TLS this machine must show a certificate: give --rig-file with [keys] (docs/security.md)"
+        )
+    return identity
+
+
+def warn(warnings: list[str]) -> None:
+    """Say them on stderr."""
+    for words in warnings:
+        say(logging.WARNING, f"drumstick: {words}")
 
 
 def _require(identity: Identity) -> tuple[x509.Certificate, list[str]]:

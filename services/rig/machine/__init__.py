@@ -1,1 +1,1 @@
-"""Checks of this machine: doctor, real time, ports, the last fault."""
+"""Checks of this machine: doctor, real time, needs."""

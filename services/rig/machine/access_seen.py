@@ -5,13 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from protocol.access.roles import HAPTIC, ROLES
 from protocol.foreign_text import shown
 from protocol.keys import DEFAULT_RIG
 from rig.exit_status import CommandError
+from rig.identity import identity_check
 from rig.identity.rig_file import load
 from rig.machine.finding import Finding
 from rig.network import remote
-from rig.supervision import resolved_options
+from rig.network.remote_rig import remote_rig
 
 
 def rig_of(rig_file: Path | None, rig: str | None) -> str:
@@ -26,7 +28,7 @@ def rig_of(rig_file: Path | None, rig: str | None) -> str:
 def findings(rig_file: Path, rig: str | None) -> list[Finding]:
     """Findings about the rig file, and about its rig if that runs. Talks to nobody but the file's own rig."""
     try:
-        warnings = resolved_options.fitness(rig_file)
+        warnings = _fitness(rig_file)
     except CommandError as stop:
         return [
             Finding("rig file", False, True, str(stop), "docs/security.md says how keys are made and carried")
@@ -34,10 +36,20 @@ def findings(rig_file: Path, rig: str | None) -> list[Finding]:
     found = "; ".join(warnings) or f"{rig_file}: its certificate is good"
     own = Finding("rig file", not warnings, False, found)
     try:
-        gateway, public = remote.health(resolved_options.remote_rig(rig_file, rig, None))
+        gateway, public = remote.health(remote_rig(rig_file, rig, None))
     except CommandError as stop:
         return [own, Finding("rig", False, False, str(stop), "only a running rig tells whom it turned away")]
     return [own, *_findings(gateway, public)]
+
+
+def _fitness(rig_file: Path) -> list[str]:
+    # Warnings about this machine's certificate, whatever its role. Raises CommandError when it is fit for nothing.
+    file = load(rig_file)
+    if file.identity is None:
+        return []
+    if file.public is not None:
+        return identity_check.require_listener(file.identity)
+    return identity_check.require_client(file.identity, (HAPTIC, *ROLES), "a rig")
 
 
 def _findings(gateway: dict[str, Any], public: dict[str, Any] | None) -> list[Finding]:

@@ -18,11 +18,11 @@ from protocol.keys import DEFAULT_ROUTER
 from protocol.osc import DEFAULT_IN
 from rig.exit_status import LACKING, CommandError
 from rig.machine.finding import Finding
-from rig.machine.ports import require_free_tcp, require_free_udp
+from rig.network.ports import require_free_tcp, require_free_udp
 from rig.options import PageOptions
 
 if TYPE_CHECKING:
-    from rig.machine.last_fault import LastFault
+    from rig.last_fault import LastFault
 
 
 def _python() -> Finding:
@@ -130,7 +130,7 @@ def _picture(last: "LastFault") -> tuple[str | None, str]:
         return None, f"to see its ticks drawn, type: {line}; then drumstick doctor again"
     from rig.figures.fault import fault
     from rig.figures.style import save
-    from rig.machine.last_fault import PICTURE
+    from rig.last_fault import PICTURE
 
     path = last.path.with_name(PICTURE)
     try:
@@ -146,7 +146,7 @@ def last_fault(rig: str) -> tuple[Finding, Fault | None]:
     Raises CommandError for a bad name.
     """
     from rig import checks, folder
-    from rig.machine.last_fault import TraceError, read
+    from rig.last_fault import TraceError, read
 
     checks.rig_name(rig)
     place = folder.found_folder(rig)

@@ -1,1 +1,1 @@
-"""Running rigs on the network: discovery, and commands sent to one."""
+"""Running rigs on the network: how one is reached, discovery, commands sent to one; free ports of this machine."""

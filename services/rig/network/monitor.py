@@ -8,7 +8,7 @@ from protocol.announced import Announcements, Report, sentence
 from protocol.foreign_text import shown
 from protocol.messages import Message, Meter, Release, State, Strike, decode
 from rig.network.remote import opened
-from rig.supervision.resolved_options import RemoteRig
+from rig.network.remote_rig import RemoteRig
 
 _EVERY_S = 1.0
 _SILENT_AFTER_S = 2.0

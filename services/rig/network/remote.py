@@ -15,8 +15,8 @@ from protocol.keys import command
 from protocol.messages import PresetNews, PresetReply, Readback, RefusalReply, SetReply, decode
 from protocol.session import client_config
 from rig.exit_status import unavailable, usage_error
-from rig.machine.ports import listens
-from rig.supervision.resolved_options import RemoteRig
+from rig.network.ports import listens
+from rig.network.remote_rig import RemoteRig
 
 _ANSWER_WITHIN_S = 2.0
 _MAX_REASON = 1000  # names of parameters that there are may be in it

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from protocol.foreign_text import shown as foreign
 from rig.network.remote import opened
-from rig.supervision.resolved_options import RemoteRig
+from rig.network.remote_rig import RemoteRig
 
 if TYPE_CHECKING:
     from rig.network.discovery import Seen

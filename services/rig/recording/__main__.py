@@ -9,9 +9,9 @@ from protocol.keys import Keys
 from realtime.log import open_log
 from realtime.service_options import options_of_process
 from rig.exit_status import CommandError, unavailable
+from rig.network.remote_rig import RemoteRig
 from rig.recording.options import RecordingOptions
 from rig.recording.record import recorded, words
-from rig.supervision.resolved_options import RemoteRig
 
 _log = logging.getLogger("record")
 _MAX_PARTS = 10_000

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from realtime.stop import StopRequest, on_stop_signals
 from rig.exit_status import unavailable, usage_error
-from rig.supervision.resolved_options import RemoteRig
+from rig.network.remote_rig import RemoteRig
 
 if TYPE_CHECKING:
     from rig.recording.recorder import Result

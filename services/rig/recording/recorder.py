@@ -19,12 +19,12 @@ from protocol.messages import Message, Meter, decode
 from protocol.rate_limited_log import RateLimitedLog
 from realtime.log import say
 from realtime.stop import StopRequest
+from rig.network.remote_rig import RemoteRig
 from rig.recording import channels
 from rig.recording.lost_messages import LostMessages
 from rig.recording.mcap_writer import CLOCK_METADATA, SCENE_ATTACHMENT, McapWriter
 from rig.recording.recorder_session import Appeared, Item, NewClock, NewScene, Received, RecorderSession
 from rig.recording.times import TimeLine, wall_minus_monotonic_ns
-from rig.supervision.resolved_options import RemoteRig
 
 _TURN_S = 0.1
 _QUIET_S = 1.0  # between warnings

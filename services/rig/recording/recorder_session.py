@@ -18,9 +18,9 @@ import zenoh
 from protocol.clock import ClockMap, HapticClock, asked_clock
 from protocol.session import client_config, open_client
 from realtime.stop import StopRequest
+from rig.network.remote_rig import RemoteRig
 from rig.recording import channels
 from rig.recording.channels import Channel, Presence
-from rig.supervision.resolved_options import RemoteRig
 
 _RING = 4096
 _QUEUED = 100_000  # a minute of everything at its busiest

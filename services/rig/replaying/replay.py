@@ -10,12 +10,12 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from protocol.endpoint import host_and_port
 from protocol.keys import Keys
 from realtime.log import say
 from realtime.stop import StopRequest, on_stop_signals
 from rig.exit_status import unavailable, usage_error
-from rig.machine import ports
-from rig.supervision.watch import host_and_port
+from rig.network import ports
 
 if TYPE_CHECKING:
     import zenoh

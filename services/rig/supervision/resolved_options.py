@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from protocol.access.identity import Identity
-from protocol.access.roles import HAPTIC, ROLES
+from protocol.access.roles import HAPTIC
 from protocol.endpoint import host_and_port, is_every_address, is_loopback, is_tls
-from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, Keys
+from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER
 from protocol.osc import DEFAULT_IN
 from protocol.session import Public
-from realtime.log import say
 from rig import checks
 from rig.exit_status import LACKING, CommandError, usage_error
 from rig.identity import identity_check
@@ -21,9 +19,6 @@ from rig.identity.rig_file import RigFile, load
 from rig.supervision.parts import ACCESS, PANEL, SOUND
 from rig.supervision.parts import HAPTIC as HAPTIC_PART
 
-SETTERS = ("technician", "panel")
-READERS = (*SETTERS, "listener")
-FOLLOWERS = ("listener",)
 _ROLES_OF = {HAPTIC_PART: (HAPTIC,), SOUND: ("sound",), PANEL: ("panel",)}
 
 
@@ -57,7 +52,7 @@ def resolve(
     gateway is part of, and nobody asks here for the addresses of names.
     """
     file = RigFile() if rig_file is None else load(rig_file)
-    name = _rig(file, rig)
+    name = checks.rig_name(rig or file.name or DEFAULT_RIG)
     end = connect or file.connect
     checks.endpoint(end)
     at = listen or DEFAULT_ROUTER
@@ -88,55 +83,16 @@ def resolve(
     )
 
 
-class RemoteRig(NamedTuple):
-    """A running rig as a command reaches it: the router's endpoint, its keys, and as whom we come in."""
-
-    endpoint: str
-    keys: Keys
-    identity: Identity | None = None  # None on loopback
-
-
-def remote_rig(
-    rig_file: Path | None, rig: str | None, connect: str | None, *, roles: tuple[str, ...] = SETTERS
-) -> RemoteRig:
-    """Options of a command that talks to a running rig, with a certificate of one of these roles. Raises
-    CommandError."""
-    file = RigFile() if rig_file is None else load(rig_file)
-    end = checks.endpoint(connect or file.connect)
-    _require_identity(end, file)
-    identity = file.identity if is_tls(end) else None
-    if identity is not None:
-        _warn(identity_check.require_client(identity, roles, "this command"))
-    return RemoteRig(end, Keys(_rig(file, rig)), identity)
-
-
-def fitness(rig_file: Path) -> list[str]:
-    """Warnings about this machine's certificate, whatever its role. Raises CommandError when it is fit for nothing."""
-    file = load(rig_file)
-    if file.identity is None:
-        return []
-    if file.public is not None:
-        return identity_check.require_listener(file.identity)
-    return identity_check.require_client(file.identity, (HAPTIC, *ROLES), "a rig")
-
-
-def _rig(file: RigFile, rig: str | None) -> str:
-    name = rig or file.name or DEFAULT_RIG
-    checks.rig_name(name)
-    return name
-
-
 def _identity(file: RigFile, connect: str | None, parts: frozenset[str]) -> Identity | None:
     if connect is None or not is_tls(connect) or parts <= {ACCESS}:
         return None
-    _require_identity(connect, file)
-    assert file.identity is not None
+    identity = identity_check.require_identity(connect, file.identity)
     if len(parts - {ACCESS}) > 1:
         usage_error(
             f"{connect}: over TLS each part needs a certificate of its own: start drumstick haptic, sound or panel,"
             " each with its rig file"
         )
-    identity, (part,) = file.identity, parts - {ACCESS}
+    (part,) = parts - {ACCESS}
     _judge(lambda: identity_check.require_client(identity, _ROLES_OF[part], f"drumstick {part}"), parts)
     return identity
 
@@ -158,18 +114,11 @@ def _public(file: RigFile, rig: str, listen: str, parts: frozenset[str]) -> Publ
 
 def _judge(check: Callable[[], list[str]], parts: frozenset[str]) -> None:
     try:
-        _warn(check())
+        identity_check.warn(check())
     except CommandError as stop:
         if stop.status != LACKING or HAPTIC_PART not in parts:
             raise
-        _warn([f"{stop}; nobody comes in or goes out by it until then"])
-
-
-def _require_identity(end: str, file: RigFile) -> None:
-    if is_tls(end) and file.identity is None:
-        usage_error(
-            f"{end}: over TLS this machine must show a certificate: give --rig-file with [keys] (docs/security.md)"
-        )
+        identity_check.warn([f"{stop}; nobody comes in or goes out by it until then"])
 
 
 def require_loopback(listen: str) -> None:
@@ -179,8 +128,3 @@ def require_loopback(listen: str) -> None:
             f"--listen {listen}: whoever comes in there may do everything, so it must be a loopback address over TCP,"
             f" e.g. {DEFAULT_ROUTER}; other machines come in by zenoh.public of a rig file (docs/security.md)"
         )
-
-
-def _warn(warnings: list[str]) -> None:
-    for words in warnings:
-        say(logging.WARNING, f"drumstick: {words}")

@@ -12,8 +12,7 @@ from protocol.keys import DEFAULT_RIG, command
 from realtime.regular_file import read_text
 from rig import folder, requested_scene, scene_file
 from rig.exit_status import GIVEN, LACKING, CommandError
-from rig.scene_file import Say
-from rig.supervision.scene_files import SceneFiles
+from rig.scene_file import Say, SceneFiles
 
 CONFIGURED = "scene.configured"  # hash of the scene that was laid out because the options name it
 _MAX_BYTES = 500_000_000  # a recorded gesture, as JSON beside its scene

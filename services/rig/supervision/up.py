@@ -13,14 +13,14 @@ from protocol.keys import Keys, command
 from realtime.stop import on_stop_signals
 from rig import checks, folder, requested_scene, scene_file
 from rig.exit_status import OURS, CommandError, usage_error
-from rig.machine import ports
 from rig.machine.machine_needs import require_machine
+from rig.network import ports
 from rig.recording.record import check_out
+from rig.scene_file import SceneFiles
 from rig.supervision.parts import HAPTIC, NOT_ESSENTIAL, PANEL, SOUND
 from rig.supervision.plan import Options, commands
 from rig.supervision.process import Service
 from rig.supervision.router_check import require_admission
-from rig.supervision.scene_files import SceneFiles
 from rig.supervision.terminal import Terminal
 from rig.supervision.watch import Watch
 

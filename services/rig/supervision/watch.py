@@ -11,7 +11,7 @@ from protocol.endpoint import host_and_port, is_tls
 from protocol.keys import Keys
 from protocol.messages import Meter, State, decode
 from protocol.session import client_config, open_client
-from rig.machine.ports import listens
+from rig.network.ports import listens
 
 _MAX_METERS = 100  # sound servers, each start of one too
 

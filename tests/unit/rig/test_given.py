@@ -15,7 +15,7 @@ from realtime.atomics import peek, poke
 from realtime.service_options import read
 from rig import checks, folder, service_checks
 from rig.exit_status import GIVEN, LACKING, CommandError
-from rig.machine import ports
+from rig.network import ports
 from rig.supervision import arm
 from rig.supervision.plan import Options, commands
 

@@ -107,7 +107,8 @@ TARGETS: dict[str, tuple[Sequence[str], Sequence[str]]] = {
         ["shared/protocol/access/rules.py", "shared/protocol/access/roles.py", "shared/protocol/access/router.py"],
         [
             "tests/unit/protocol/access/test_access.py", "tests/contract/test_router_files.py",
-            "tests/unit/rig/identity/test_keys.py", "tests/unit/rig/supervision/test_resolved_options.py", _DOOR,
+            "tests/unit/rig/identity/test_keys.py", "tests/unit/rig/supervision/test_resolved_options.py",
+            "tests/unit/rig/network/test_remote_rig.py", _DOOR,
             "tests/system/test_router_files.py",
         ],
     ),

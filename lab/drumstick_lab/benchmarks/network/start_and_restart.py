@@ -20,8 +20,8 @@ from rig_process import DRUMSTICK, Listener, Rig, running, wait_for
 
 from drumstick_lab.checkout import RESULTS
 from protocol.messages import Meter, State
-from rig.machine.ports import listens
 from rig.machine.this_machine import description
+from rig.network.ports import listens
 
 RESULT = RESULTS / "start_and_restart.json"
 

@@ -10,7 +10,7 @@ from rig_process import DRUMSTICK, Listener, ask, wait_for
 
 from drumstick_lab.benchmarks.robustness.torture_harm import SERVICES, Stage
 from protocol.messages import Meter, Readback, SetReply, State, Strike, decode
-from rig.machine.ports import listens
+from rig.network.ports import listens
 
 ARM_EVERY_S = 3.0  # an arm that came too early is said again
 # Of the scene `roll`, each well inside its envelope whatever the others are.

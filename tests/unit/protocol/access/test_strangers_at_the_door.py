@@ -16,7 +16,7 @@ from protocol.access.identity import Identity
 from protocol.access.roles import ROLES
 from protocol.endpoint import host_and_port
 from protocol.session import Public, client_config, open_access, open_client, open_router
-from rig.machine.ports import listens
+from rig.network.ports import listens
 
 RIG = "r"
 

@@ -8,8 +8,8 @@ from protocol.keys import Keys
 from rig import service_checks
 from rig.exit_status import CommandError
 from rig.network.discovery import NO_SERVER, Seen
+from rig.network.remote_rig import RemoteRig
 from rig.network.rigs import _object, _shown, _table, changes
-from rig.supervision.resolved_options import RemoteRig
 
 END = RemoteRig("tcp/127.0.0.1:7447", Keys("main"))
 ONE = Seen("left", "roll", "playing", 1234, 23.05, 0.7421, {"haptic": 1, "sound": 2})

@@ -9,10 +9,10 @@ from rig_process import free_port, is_subscribed, wait_for
 from protocol import messages
 from protocol.keys import Keys
 from protocol.session import open_router
+from rig.network.remote_rig import RemoteRig
 from rig.recording import channels
 from rig.recording.channels import Channel
 from rig.recording.recorder_session import Item, Received, RecorderSession
-from rig.supervision.resolved_options import RemoteRig
 
 MANY = 300
 

@@ -9,7 +9,7 @@ import pytest
 from haptic_server.access.options import AccessOptions
 from haptic_server.gateway.options import GatewayOptions
 from haptic_server.servo.options import ServoOptions
-from made_keys import Keyring
+from made_keys import Keyring, rig_file
 from protocol.access.identity import Identity
 from protocol.access.roles import ROLES
 from protocol.keys import DEFAULT_ROUTER
@@ -17,7 +17,7 @@ from realtime.service_options import read
 from rig.exit_status import GIVEN, LACKING, CommandError
 from rig.identity import certificates
 from rig.supervision.plan import Options, commands
-from rig.supervision.resolved_options import FOLLOWERS, READERS, ResolvedOptions, remote_rig, resolve
+from rig.supervision.resolved_options import ResolvedOptions, resolve
 from sound_server.options import SoundOptions
 from web_panel.options import PanelOptions
 
@@ -27,18 +27,6 @@ ALL = frozenset({"haptic", "door", "sound", "panel"})
 @pytest.fixture(scope="module")
 def ring(tmp_path_factory: pytest.TempPathFactory) -> Keyring:
     return Keyring(tmp_path_factory.mktemp("k"))
-
-
-def rig_file(folder: Path, ring: Keyring, role: str, more: str = "", mine: Identity | None = None) -> Path:
-    mine = mine or (ring.listener() if role == "haptic" else ring.identity(role))
-    end = 'public = "tls/0.0.0.0:7448"' if role == "haptic" else 'connect = "tls/haptic.local:7448"'
-    text = (
-        f'name = "stage"\n[zenoh]\n{end}\n[keys]\nauthority = "{mine.authority}"\n'
-        f'certificate = "{mine.certificate}"\nprivate_key = "{mine.private_key}"\n{more}'
-    )
-    path = folder / "rig.toml"
-    path.write_text(text)
-    return path
 
 
 MODULES = {
@@ -197,19 +185,6 @@ def test_the_certificate_must_fit_the_part(tmp_path: Path, ring: Keyring) -> Non
         resolve(frozenset({"sound"}), path)
     with pytest.raises(CommandError, match="each part needs a certificate of its own"):
         resolve(ALL, path)
-    with pytest.raises(CommandError, match="this command needs the certificate of technician or panel"):
-        remote_rig(path, None, None)
-    assert remote_rig(path, None, None, roles=READERS)[2] is not None
-
-
-def test_commands_for_a_running_rig(tmp_path: Path, ring: Keyring) -> None:
-    assert remote_rig(None, None, None)[0] == DEFAULT_ROUTER
-    endpoint, keys, identity = remote_rig(rig_file(tmp_path, ring, "technician"), None, None)
-    assert (endpoint, keys.rig) == ("tls/haptic.local:7448", "stage")
-    assert identity is not None
-    on_the_haptic_machine = remote_rig(rig_file(tmp_path, ring, "haptic"), None, None)
-    assert on_the_haptic_machine[0] == DEFAULT_ROUTER
-    assert on_the_haptic_machine[2] is None
 
 
 def test_an_end_that_is_near_is_told_on_stderr(
@@ -232,12 +207,3 @@ def test_a_router_without_rules_is_for_this_machine_only(listen: str) -> None:
 def test_tls_without_a_certificate_is_told_at_once() -> None:
     with pytest.raises(CommandError, match="must show a certificate"):
         resolve(frozenset({"sound"}), None, connect="tls/haptic.local:7448")
-    with pytest.raises(CommandError, match="must show a certificate"):
-        remote_rig(None, None, "tls/haptic.local:7448")
-
-
-def test_only_who_may_follow_the_play_can_record_it(tmp_path: Path, ring: Keyring) -> None:
-    for role in ("technician", "panel"):
-        with pytest.raises(CommandError, match="listener"):
-            remote_rig(rig_file(tmp_path, ring, role), None, None, roles=FOLLOWERS)
-    assert remote_rig(rig_file(tmp_path, ring, "listener"), None, None, roles=FOLLOWERS).identity is not None

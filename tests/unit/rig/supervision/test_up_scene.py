@@ -9,8 +9,8 @@ from drumstick.stick.law import law_of
 from haptic_server import block, files
 from haptic_server.block_header import HELD
 from realtime.atomics import poke
+from rig.scene_file import SceneFiles
 from rig.supervision.plan import Options
-from rig.supervision.scene_files import SceneFiles
 from rig.supervision.terminal import Terminal
 from rig.supervision.up import Rig
 

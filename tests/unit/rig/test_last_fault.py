@@ -19,8 +19,8 @@ from rig import folder
 from rig.exit_status import GIVEN, CommandError
 from rig.figures import requirements
 from rig.figures.fault import fault
+from rig.last_fault import PICTURE, LastFault, TraceError, read
 from rig.machine import doctor
-from rig.machine.last_fault import PICTURE, LastFault, TraceError, read
 
 SECOND = 1000
 
