@@ -20,9 +20,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from haptic_server.device.phantom import Plant
-from haptic_server.servo import loop, memory
-from haptic_server.servo.event_output import publish_status
+from haptic_server.servo import loop
+from haptic_server.servo.force import memory
+from haptic_server.servo.force.event_output import publish_status
+from haptic_server.servo.simulation.phantom import Plant
 from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.jit import njit
 

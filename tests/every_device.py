@@ -12,15 +12,15 @@ import sampled_arm
 from drumstick.parameters.scene import Scene, parse, shipped_text
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
-from haptic_server.device.openhaptics.device import OpenHaptics
-from haptic_server.device.pointer import Pointed
-from haptic_server.device.protocol import Device
-from haptic_server.device.replay import ReplayDevice
-from haptic_server.device.simulated import Simulated
 from haptic_server.records import POINTER
-from haptic_server.servo import memory
+from haptic_server.servo.device.openhaptics.device import OpenHaptics
+from haptic_server.servo.device.pointer import Pointed
+from haptic_server.servo.device.protocol import Device
+from haptic_server.servo.device.replay import ReplayDevice
+from haptic_server.servo.device.simulated import Simulated
+from haptic_server.servo.force import memory
+from haptic_server.servo.force.memory import Servo
 from haptic_server.servo.force.rendering import render
-from haptic_server.servo.memory import Servo
 from hd_stand_in import CENTRE_MM, StandIn
 from realtime import triple_buffer
 

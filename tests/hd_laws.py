@@ -7,8 +7,8 @@ from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server.block_header import ARM, HELD
 from haptic_server.records import NO_FAULT, Reading
-from haptic_server.servo import memory
-from haptic_server.servo.memory import Servo
+from haptic_server.servo.force import memory
+from haptic_server.servo.force.memory import Servo
 from realtime.atomics import exchange, store_release
 from realtime.kernels.jit import njit
 

@@ -14,19 +14,19 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from haptic_server.device.openhaptics import port, protection
-from haptic_server.device.openhaptics.callback import Rendering, conclude
-from haptic_server.device.openhaptics.device import OpenHaptics
-from haptic_server.device.openhaptics.driver import calls, opening
-from haptic_server.device.openhaptics.driver.hd import Hd
-from haptic_server.device.openhaptics.tick import begin_at, finish
-from haptic_server.servo.memory import Servo
+from haptic_server.servo.device.openhaptics import port, protection
+from haptic_server.servo.device.openhaptics.callback import Rendering, conclude
+from haptic_server.servo.device.openhaptics.device import OpenHaptics
+from haptic_server.servo.device.openhaptics.driver import calls, opening
+from haptic_server.servo.device.openhaptics.driver.hd import Hd
+from haptic_server.servo.device.openhaptics.tick import begin_at, finish
+from haptic_server.servo.force.memory import Servo
 from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.handover import ForeignHandle, load_from_address
 from realtime.kernels.jit import CFunction, cfunction
 from realtime.stop import StopRequest
 
-SOURCE = Path(__file__).parent / "unit" / "haptic_server" / "device" / "openhaptics" / "stand_in.c"
+SOURCE = Path(__file__).parent / "unit" / "haptic_server" / "servo" / "device" / "openhaptics" / "stand_in.c"
 AT_BEGIN, AT_END = 1, 2
 ROOM = 1 << 17
 # The middle of its usable workspace, mm: x, y, z of the device's frame.
@@ -71,7 +71,7 @@ class StandIn:
         return answer.decode() if isinstance(answer, bytes) else answer
 
     def load(self) -> tuple[str, Hd]:
-        """In the place of haptic_server.device.openhaptics.driver.library.load."""
+        """In the place of haptic_server.servo.device.openhaptics.driver.library.load."""
         return "stand-in", self.hd
 
     def sent(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
@@ -142,7 +142,7 @@ def playing(arm: StandIn, law: Rendering, servo: Servo) -> Generator[Playing, No
 class Stepped:
     """The driver's own callback code over the stand-in, tick by tick on a clock of the test's: nothing stands still.
 
-    Only where the clock is read differs from haptic_server.device.openhaptics.callback.
+    Only where the clock is read differs from haptic_server.servo.device.openhaptics.callback.
     """
 
     def __init__(self, arm: StandIn, law: Rendering, servo: Servo) -> None:

@@ -15,8 +15,8 @@ from drumstick.parameters.scene import Scene
 from drumstick.parameters.stick import Stick
 from drumstick.safety import envelope
 from drumstick.stick.law import law_of
-from haptic_server.device.simulated import Simulated
 from haptic_server.limits import limits_of
+from haptic_server.servo.device.simulated import Simulated
 
 RATES_HZ, DELAYS, FRICTIONS_N = (500, 1000, 2000, 4000), (0, 0, 1, 2, 4, 8), (0.0, 0.04, 0.2)
 NEAR = 0.02  # of the boundary

@@ -17,10 +17,11 @@ from drumstick.parameters.table import Refusal
 from drumstick.safety import envelope
 from drumstick.stick.law import Records, law_of
 from haptic_server import block as blocks
-from haptic_server.device.simulated import Simulated
 from haptic_server.limits import limits_of
 from haptic_server.records import set_type
-from haptic_server.servo import loop, memory
+from haptic_server.servo import loop
+from haptic_server.servo.device.simulated import Simulated
+from haptic_server.servo.force import memory
 from realtime import triple_buffer
 from realtime.kernels.jit import njit
 

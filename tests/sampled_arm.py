@@ -5,9 +5,9 @@ import numpy as np
 from drumstick.parameters.scene import Scene, parse
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
-from haptic_server.device.simulated import Simulated
 from haptic_server.records import EVENT, Reading
-from haptic_server.servo import memory
+from haptic_server.servo.device.simulated import Simulated
+from haptic_server.servo.force import memory
 from haptic_server.servo.force.rendering import detect_events, render, requested_forces
 from realtime import ring
 from realtime.kernels.borrowed_view import borrowed_view

@@ -54,6 +54,35 @@ class ContactRing(NamedTuple):
         return int(self.header[1])
 
 
+class Streaming(Record):
+    """The present tick began at t_ns and is number `tick`; the force stands for that one and `missed` more before it.
+    `streamed_N_s` of the contact's impulse has gone out; `last_N` was the last sample.
+    """
+
+    tick: int
+    t_ns: int
+    missed: int
+    inside: int
+    streamed_N_s: float
+    last_N: float
+
+
+STREAM = dtype_of(Streaming)
+
+
+class Stream(NamedTuple):
+    """state (1,) of STREAM, sample (1,) of SAMPLE; the ring to the gateway."""
+
+    state: Slots
+    sample: Slots
+    contacts: ContactRing
+
+
+def stream_to(contacts: ContactRing) -> Stream:
+    """The servo's side of the ring. Control thread."""
+    return Stream(np.zeros(1, STREAM), np.zeros(1, SAMPLE), contacts)
+
+
 def _views(memory: mmap.mmap) -> ContactRing:
     words = np.frombuffer(memory, np.int64, _HEADER + _CELLS)
     slots = np.frombuffer(memory, SAMPLE, SLOTS, words.nbytes)

@@ -9,8 +9,8 @@ from typing import Any, cast
 
 from drumstick.parameters.scene import Scene
 from drumstick.safety.envelope import Limits
-from haptic_server.device.specification import EXACT_STICK, Specification
 from haptic_server.files import LIMITS
+from haptic_server.specification import EXACT_STICK, Specification
 from realtime.regular_file import read_text, write_text
 
 MAX_BYTES = 100_000  # of a file that the servo writes for the gateway: some hundred bytes

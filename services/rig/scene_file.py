@@ -79,7 +79,7 @@ def read(scene: str) -> SceneText:
 def _gesture_text(scene: str, file_name: str) -> str:
     # Beside the scene: in the package for a shipped one, else in the scene file's own folder.
     from drumstick.parameters.scene import shipped_gesture, shipped_names
-    from haptic_server.device.recording import MAX_BYTES
+    from haptic_server.servo.simulation.recording import MAX_BYTES
 
     if scene in shipped_names():
         return shipped_gesture(file_name)
@@ -88,8 +88,8 @@ def _gesture_text(scene: str, file_name: str) -> str:
 
 def gesture(scene: str, loaded: Scene) -> str | None:
     """The text of the scene's recorded gesture, checked; None when it has none. Raises CommandError."""
-    from haptic_server.device.gesture import gesture_of
-    from haptic_server.device.recording import TrajectoryError
+    from haptic_server.servo.device.gesture import gesture_of
+    from haptic_server.servo.simulation.recording import TrajectoryError
 
     name = loaded.hand.gesture_file
     if not name:

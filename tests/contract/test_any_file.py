@@ -21,8 +21,8 @@ from drumstick.parameters.scene import Scene, SceneError, as_tables, parse
 from drumstick.parameters.stick import Stick
 from drumstick.stick.effects.pulse import Pulse
 from haptic_server import files
-from haptic_server.device.recording import TrajectoryError, recording_of
 from haptic_server.presets.preset import PresetError, from_bytes
+from haptic_server.servo.simulation.recording import TrajectoryError, recording_of
 from recordings import a_release, a_state, a_strike
 from rig import last_fault
 from rig.exit_status import CommandError

@@ -15,10 +15,10 @@ import pytest
 from drumstick.parameters.scene import Scene, parse
 from drumstick_lab.accuracy import store
 from haptic_server import files
-from haptic_server.device import gesture, replay
-from haptic_server.device.protocol import DeviceError
 from haptic_server.presets.preset import PresetError
 from haptic_server.presets.store import PresetStore
+from haptic_server.servo.device import gesture, replay
+from haptic_server.servo.device.protocol import DeviceError
 from protocol.access.identity import Identity
 from rig import last_fault, scene_file
 from rig.exit_status import CommandError

@@ -14,8 +14,6 @@ BACK: Mapping[str, Pairs] = {
     "drumstick": {("parameters", "stick"), ("parameters", "drum")},
     "drumstick.drum": {("excitation", "modal"), ("excitation", "engine"), ("membrane", "modal")},
     "drumstick.stick": {("motion", "methods")},
-    "haptic_server": {("device", "servo")},
-    "haptic_server.servo": {("event_output", "force"), ("memory", "force")},
     "web_panel": {
         ("accuracy_results", "views"), ("page", "controls"), ("page", "views"), ("rig", "tuning"), ("tuning", "page"),
     },

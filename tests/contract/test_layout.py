@@ -31,7 +31,7 @@ I_O = {"asyncio", "io", "logging", "os", "pathlib", "select", "shutil", "socket"
     "pythonosc", "rtmidi2", "sounddevice", "viser", "websockets", "zenoh", "zeroconf"
 }  # fmt: skip
 # Beside their kernels they ask the system for a thread's priority and processor.
-THREADS = {"haptic_server/device/openhaptics/thread.py", "haptic_server/servo/stall_detector.py"}
+THREADS = {"haptic_server/servo/device/openhaptics/thread.py", "haptic_server/servo/stall_detector.py"}
 # What makes compiled code of a function, around it or called with it; others have an `overload` of their own.
 COMPILERS = {"njit", "only_with", "overload", "cfunction", "CFunction", "folded"}
 KERNELS = "realtime.kernels"
@@ -97,7 +97,12 @@ def test_kernels_of_the_services_do_no_i_o() -> None:
 
 
 @pytest.mark.parametrize(
-    "path", ["haptic_server/servo/force/tick.py", "haptic_server/device/phantom.py", "sound_server/mixer.py"]
+    "path",
+    [
+        "haptic_server/servo/force/tick.py",
+        "haptic_server/servo/simulation/phantom.py",
+        "sound_server/mixer.py",
+    ],
 )
 @pytest.mark.parametrize("line", ["import os", "from zenoh import Session", "import os.path as p"])
 @pytest.mark.daily("*tick.py")

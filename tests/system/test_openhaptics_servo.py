@@ -13,8 +13,8 @@ from rig_process import wait_for
 from drumstick.parameters.scene import parse, shipped_text
 from drumstick.stick.law import law_of
 from haptic_server import block, files
-from haptic_server.device.openhaptics.driver import library
 from haptic_server.records import FAULT, READY, STATUS, UNPLUGGED
+from haptic_server.servo.device.openhaptics.driver import library
 from haptic_server.servo.options import ServoOptions
 from hd_stand_in import CENTRE_MM, build
 from realtime import triple_buffer

@@ -8,9 +8,9 @@ from drumstick.parameters.declare import quantities
 from drumstick.parameters.scene import parse, shipped_text
 from drumstick.safety import envelope, sampled_contact
 from drumstick_lab.checkout import TESTS
-from haptic_server.device.openhaptics import device, freshness
-from haptic_server.device.specification import PREMIUM_1_5
+from haptic_server.servo.device.openhaptics import device, freshness
 from haptic_server.servo.force import guard
+from haptic_server.specification import PREMIUM_1_5
 
 SCENE = parse(shipped_text("phantom"), "phantom")
 
@@ -50,7 +50,7 @@ def table(rows: list[tuple[str, ...]]) -> str:
 GUARD = "unit/haptic_server/servo/force/test_guard.py"
 RENDERING, FENCES = "unit/haptic_server/servo/force/test_rendering.py", "unit/haptic_server/test_fences.py"
 ENVELOPE, LIVE = "unit/drumstick/safety/test_envelope.py", "stability/servo/test_live_sets.py"
-HD, PLAYS = "unit/haptic_server/device/openhaptics", "system/test_haptic_plays.py"
+HD, PLAYS = "unit/haptic_server/servo/device/openhaptics", "system/test_haptic_plays.py"
 LATCHED = f"{RENDERING}::test_a_fault_is_zero_force_on_the_same_tick_and_latched"
 
 
@@ -168,7 +168,7 @@ def always() -> str:
                 _tests(
                     f"{RENDERING}::test_force_and_slew_stay_within_the_limits",
                     f"{HD}/test_callback.py::test_no_more_force_than_the_device_has",
-                    "unit/haptic_server/device/test_conformance.py::test_no_force_beyond_the_devices_own",
+                    "unit/haptic_server/servo/device/test_conformance.py::test_no_force_beyond_the_devices_own",
                 ),
             ),
             (
@@ -296,7 +296,7 @@ def always() -> str:
                 "no force from the next tick on. `drumstick arm` on the machine with the arm gives it back; so does a reboot, or a new `drumstick up` (part 3)",
                 _tests(
                     f"{RENDERING}::test_panic_is_zero_force_on_the_same_tick",
-                    "unit/haptic_server/device/test_conformance.py::test_a_panic_takes_all_force_away_until_it_is_armed",
+                    "unit/haptic_server/servo/device/test_conformance.py::test_a_panic_takes_all_force_away_until_it_is_armed",
                     f"{PLAYS}::test_panic_stops_the_force_until_armed_here",
                     f"{PLAYS}::test_an_acknowledged_set_and_a_panic_outlive_servo_and_gateway_together",
                     "system/test_presets_and_lease.py::test_a_panic_needs_no_lease",
@@ -308,7 +308,7 @@ def always() -> str:
                 "device's part",
                 "the last force sent is zero, then force output is switched off",
                 _tests(
-                    "unit/haptic_server/device/test_conformance.py::test_no_force_is_left_when_it_stops_in_mid_contact",
+                    "unit/haptic_server/servo/device/test_conformance.py::test_no_force_is_left_when_it_stops_in_mid_contact",
                     f"{HD}/test_callback.py::test_the_last_frame_before_the_end_has_no_force",
                 ),
             ),

@@ -30,9 +30,9 @@ from drumstick_lab.pages.safety_pressure import (
     least_radius_m,
     radii,
 )
-from haptic_server.device.openhaptics import freshness
-from haptic_server.device.specification import PREMIUM_1_5
+from haptic_server.servo.device.openhaptics import freshness
 from haptic_server.servo.trace import TICKS
+from haptic_server.specification import PREMIUM_1_5
 
 PAGE = DOCS / "safety.md"
 TEMPLATE = Path(__file__).parent / "safety.template.md"

@@ -12,11 +12,11 @@ import numpy.typing as npt
 
 from haptic_server.block import LATENESS_BIN_NS, LATENESS_BINS
 from haptic_server.block_header import STOP
-from haptic_server.servo.event_output import publish_status
+from haptic_server.servo.force.event_output import publish_status
+from haptic_server.servo.force.memory import Servo
 from haptic_server.servo.force.pointed import pointed_arm_tick, pointed_stick_tick
 from haptic_server.servo.force.sampled import replayed_tick, sampled_tick
 from haptic_server.servo.force.tick import tick
-from haptic_server.servo.memory import Servo
 from haptic_server.servo.trace import note
 from realtime.atomics import load_acquire, poke
 from realtime.clock import now_ns, wait_until

@@ -16,17 +16,17 @@ from drumstick.safety import envelope
 from drumstick.stick.law import law_of
 from haptic_server import block, contacts, files
 from haptic_server.block_header import STOP
-from haptic_server.device.protocol import Device, DeviceError
-from haptic_server.device.selection import chosen
-from haptic_server.device.specification import Specification
 from haptic_server.limits import limits_of
 from haptic_server.limits import write as write_limits
 from haptic_server.records import FAULT_WORDS, NO_FAULT
-from haptic_server.servo import memory, priority, trace
+from haptic_server.servo import priority, trace
+from haptic_server.servo.device.protocol import Device, DeviceError
+from haptic_server.servo.device.selection import chosen
+from haptic_server.servo.force import memory
 from haptic_server.servo.force.latch import passes
 from haptic_server.servo.options import ServoOptions
-from haptic_server.servo.streaming import stream_to
 from haptic_server.servo.watchdog import Watchdog
+from haptic_server.specification import Specification
 from realtime.atomics import poke
 from realtime.log import open_log
 from realtime.notify import Supervisor
@@ -87,7 +87,7 @@ def _memory(scene: Scene, run_dir: Path, specification: Specification) -> memory
     servo = memory.prepare(scene, mine, specification)
     if not is_there(servo.stream):
         return servo
-    return servo._replace(stream=stream_to(contacts.create(run_dir, mine.boot)))
+    return servo._replace(stream=contacts.stream_to(contacts.create(run_dir, mine.boot)))
 
 
 def _await_listeners(run_dir: Path, stop: StopRequest) -> None:

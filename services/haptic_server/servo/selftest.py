@@ -16,9 +16,10 @@ import numpy as np
 from drumstick.parameters.scene import Scene, parse, shipped_text
 from drumstick.stick.law import law_of
 from haptic_server import block
-from haptic_server.servo import loop, memory, priority
+from haptic_server.servo import loop, priority
+from haptic_server.servo.force import memory
+from haptic_server.servo.force.memory import Servo
 from haptic_server.servo.loop import WARM_TICKS, Log, Times
-from haptic_server.servo.memory import Servo
 from haptic_server.servo.stall_detector import StallDetector, excused
 
 # The promise: discounted by what witnesses saw, at 1 kHz with SCHED_FIFO.

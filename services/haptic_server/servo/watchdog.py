@@ -1,7 +1,7 @@
 """Watchdog messages to the supervisor while the loop ticks. Main thread; the loop knows nothing of it."""
 
 from haptic_server.records import FAULT, FAULT_WORDS, STATUS_WORDS
-from haptic_server.servo.memory import Servo
+from haptic_server.servo.force.memory import Servo
 from realtime.notify import Supervisor
 
 

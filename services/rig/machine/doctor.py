@@ -94,7 +94,7 @@ def _ports() -> list[Finding]:
 
 def openhaptics() -> Finding:
     """Findings about a PHANTOM's driver, without loading it."""
-    from haptic_server.device.openhaptics.driver import diagnosis
+    from haptic_server.servo.device.openhaptics.driver import diagnosis
 
     seen = diagnosis.of_machine if sys.platform == "linux" else diagnosis.of_environment
     troubles = seen(dict(os.environ))

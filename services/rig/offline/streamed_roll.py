@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from drumstick.drum.excitation.offline import StreamedContact
     from drumstick.parameters.scene import Scene
-    from haptic_server.servo.memory import Servo
+    from haptic_server.servo.force.memory import Servo
     from protocol.messages import Contact
 
 _AT_ONCE_TICKS = 30  # a buzz of 65 contacts in each still finds room in the ring
@@ -32,8 +32,8 @@ def servo_of(scene: "Scene", gesture: str | None = None) -> "Servo":
     from drumstick.stick.law import law_of
     from haptic_server import block, files
     from haptic_server.contacts import LISTENED
-    from haptic_server.device.simulated import Simulated
-    from haptic_server.servo import memory
+    from haptic_server.servo.device.simulated import Simulated
+    from haptic_server.servo.force import memory
     from realtime.atomics import poke
 
     with tempfile.TemporaryDirectory() as folder:

@@ -29,8 +29,8 @@ def try_stick(scene: Scene) -> None:
     from drumstick.parameters.table import Refusal
     from drumstick.safety import envelope
     from drumstick.stick.law import law_of
-    from haptic_server.device.simulated import Simulated
     from haptic_server.limits import limits_of
+    from haptic_server.servo.device.simulated import Simulated
 
     try:
         envelope.require(law_of(scene), limits_of(scene, Simulated(scene).info().specification))

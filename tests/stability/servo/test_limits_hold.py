@@ -18,9 +18,10 @@ from drumstick.parameters.table import Refusal
 from drumstick.safety import envelope
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
-from haptic_server.device.pointer import Pointed
 from haptic_server.records import EVENT, NO_FAULT, POINTER
-from haptic_server.servo import loop, memory
+from haptic_server.servo import loop
+from haptic_server.servo.device.pointer import Pointed
+from haptic_server.servo.force import memory
 from realtime import ring, triple_buffer
 from realtime.kernels.jit import njit
 

@@ -18,7 +18,8 @@ from drumstick_lab.soak.in_process import ticks
 from haptic_server import block as blocks
 from haptic_server.block_header import HEARTBEAT, PANIC, PANICS_SEEN
 from haptic_server.records import EVENT, NO_FAULT, PLAYING, STRIKE, set_type
-from haptic_server.servo import loop, memory
+from haptic_server.servo import loop
+from haptic_server.servo.force import memory
 from protocol import osc
 from realtime import ring, triple_buffer
 from realtime.atomics import add_to, peek

@@ -14,10 +14,11 @@ from drumstick.safety import envelope
 from drumstick.stick.law import law_of, thrown
 from drumstick.stick.motion import exact
 from haptic_server.block_header import ARM
-from haptic_server.device import phantom
 from haptic_server.records import EVENT, NO_FAULT, NOT_A_NUMBER, RELEASE, STALLED
-from haptic_server.servo import loop, memory
+from haptic_server.servo import loop
+from haptic_server.servo.force import memory
 from haptic_server.servo.force.velocity import follow, new_track
+from haptic_server.servo.simulation import phantom
 from live_sets import PERIOD_NS, T
 from realtime import ring
 from realtime.atomics import poke

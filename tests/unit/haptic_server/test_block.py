@@ -14,7 +14,8 @@ from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server import block_header, files
 from haptic_server.records import PANIC, set_type
-from haptic_server.servo import loop, memory
+from haptic_server.servo import loop
+from haptic_server.servo.force import memory
 from realtime import triple_buffer
 from realtime.atomics import exchange, poke
 from realtime.kernels.jit import njit

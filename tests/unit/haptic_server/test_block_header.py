@@ -14,7 +14,8 @@ from haptic_server import block as blocks
 from haptic_server import block_header, files
 from haptic_server.block_header import ARM, HEARTBEAT, HELD, PANIC, BlockError
 from haptic_server.records import FAULT, OUT_OF_BOUNDS, READY
-from haptic_server.servo import loop, memory
+from haptic_server.servo import loop
+from haptic_server.servo.force import memory
 from haptic_server.servo.process import _memory
 from realtime.atomics import add_to, peek, poke
 
@@ -85,7 +86,7 @@ def test_whoever_starts_on_what_is_no_block_starts_held(tmp_path: Path, rest: by
 
 
 def test_a_law_that_the_device_does_not_take_takes_no_panic_with_it(tmp_path: Path) -> None:
-    from haptic_server.device.specification import EXACT_STICK
+    from haptic_server.specification import EXACT_STICK
 
     wild = law_of(ROLL)
     wild["k_coll"] = 1e9  # of a device that could carry it

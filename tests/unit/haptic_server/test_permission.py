@@ -10,13 +10,13 @@ from drumstick.parameters.table import Refusal
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server import block_header, permission
-from haptic_server.device.simulated import Simulated
 from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.settings import Parameters
 from haptic_server.permission import EVENTS, FAULTED, FREE, MAY_PUSH, PANICKED, REFUSED, STATES
 from haptic_server.records import FAULT, PANIC, PLAYING, READY, TOO_FAST
-from haptic_server.servo import event_output, loop, memory
-from haptic_server.servo.force import orders
+from haptic_server.servo import loop
+from haptic_server.servo.device.simulated import Simulated
+from haptic_server.servo.force import event_output, memory, orders
 from protocol.requests import ANYBODY, Claim
 from realtime.atomics import add_to, peek, poke
 

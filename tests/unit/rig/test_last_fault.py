@@ -11,10 +11,10 @@ from matplotlib.image import imread
 
 import sampled_arm
 from haptic_server import files
-from haptic_server.device.openhaptics.driver import diagnosis
 from haptic_server.records import FAULT_WORDS, NO_FAULT, NOT_A_NUMBER, STALLED, TOO_FAST
 from haptic_server.servo import loop, trace
-from haptic_server.servo.memory import Servo
+from haptic_server.servo.device.openhaptics.driver import diagnosis
+from haptic_server.servo.force.memory import Servo
 from rig import folder
 from rig.exit_status import GIVEN, CommandError
 from rig.figures import requirements

@@ -17,9 +17,9 @@ from drumstick.stick import contact
 from drumstick.stick.law import law_of
 from drumstick_lab.accuracy.sticks.filters import ADAPTIVE, fall, filter_of
 from haptic_server import block as blocks
-from haptic_server.device.simulated import Simulated
 from haptic_server.limits import limits_of
-from haptic_server.servo import memory
+from haptic_server.servo.device.simulated import Simulated
+from haptic_server.servo.force import memory
 
 M_KG, R_IN, SPEED = 0.075, 2.5, 0.3  # kg, N s/m, m/s
 PHASES = 32

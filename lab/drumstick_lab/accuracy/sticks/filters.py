@@ -12,11 +12,11 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.stick.motion.events import ABOVE
-from haptic_server.device import phantom
 from haptic_server.servo.force import guard
+from haptic_server.servo.force.memory import Servo
 from haptic_server.servo.force.rendering import detect_events, requested_forces
 from haptic_server.servo.force.velocity import LONGEST, Track, follow, forget, new_track
-from haptic_server.servo.memory import Servo
+from haptic_server.servo.simulation import phantom
 from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.jit import njit
 from realtime.records import Record, dtype_of

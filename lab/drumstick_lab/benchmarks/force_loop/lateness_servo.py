@@ -16,8 +16,9 @@ import numpy as np
 from drumstick.parameters.scene import parse
 from drumstick.stick.law import law_of
 from haptic_server import block, files, limits
-from haptic_server.device.simulated import Simulated
-from haptic_server.servo import memory, selftest
+from haptic_server.servo import selftest
+from haptic_server.servo.device.simulated import Simulated
+from haptic_server.servo.force import memory
 
 
 def _spin() -> None:

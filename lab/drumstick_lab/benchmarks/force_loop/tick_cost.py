@@ -30,10 +30,11 @@ from drumstick.stick.law import law_of
 from drumstick.stick.motion import exact
 from drumstick_lab.checkout import RESULTS
 from haptic_server import block as blocks
-from haptic_server.device import phantom
-from haptic_server.device.simulated import Simulated
-from haptic_server.servo import loop, memory
-from haptic_server.servo.memory import Servo
+from haptic_server.servo import loop
+from haptic_server.servo.device.simulated import Simulated
+from haptic_server.servo.force import memory
+from haptic_server.servo.force.memory import Servo
+from haptic_server.servo.simulation import phantom
 from realtime.clock import now_ns
 from realtime.kernels.jit import njit
 from rig.machine.this_machine import description

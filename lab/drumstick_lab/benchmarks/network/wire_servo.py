@@ -19,9 +19,9 @@ from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server import limits
 from haptic_server.block_header import HEARTBEAT
-from haptic_server.device.specification import EXACT_STICK
 from haptic_server.files import GRANTED, SCENE
 from haptic_server.records import EVENT, PLAYING, STATUS, STRIKE
+from haptic_server.specification import EXACT_STICK
 from realtime import ring, triple_buffer
 from realtime.atomics import poke
 

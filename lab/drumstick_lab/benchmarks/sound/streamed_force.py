@@ -31,7 +31,8 @@ from drumstick_lab.checkout import RESULTS
 from haptic_server import block as blocks
 from haptic_server.contacts import LISTENED, SAMPLE, SLOTS
 from haptic_server.gateway.zenoh.contact_pieces import Pieces
-from haptic_server.servo import loop, memory
+from haptic_server.servo import loop
+from haptic_server.servo.force import memory
 from protocol.messages import CONTACT_PIECE_S, encode
 from protocol.rate_limited_log import RateLimitedLog
 from realtime import ring

@@ -29,8 +29,8 @@ from drumstick.parameters.table import Refusal
 from drumstick.safety import envelope
 from drumstick.stick.law import law_of
 from drumstick_lab.checkout import RESULTS, ROOT
-from haptic_server.device.simulated import Simulated
 from haptic_server.limits import limits_of
+from haptic_server.servo.device.simulated import Simulated
 from held_arms import KNOWN, Trial, play, scene_of
 from rig.machine.this_machine import description
 
@@ -38,7 +38,7 @@ _SERVO, _STICK = "services/haptic_server/servo", "shared/drumstick"
 _JUDGED = (
     *(f"{_STICK}/{name}.py" for name in ("sampled_contact", "envelope", "bounds")),
     *(f"{_SERVO}/{name}.py" for name in ("guard", "rendering", "velocity", "latch")),
-    "services/haptic_server/device/phantom.py",
+    "services/haptic_server/servo/simulation/phantom.py",
     "tests/arm_witness.py",
     "tests/held_arms.py",
 )

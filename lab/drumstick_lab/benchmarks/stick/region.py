@@ -22,8 +22,8 @@ from drumstick.parameters.scene import parse, shipped_text
 from drumstick.safety import envelope, sampled_contact
 from drumstick.stick.law import law_of
 from drumstick_lab.checkout import RESULTS
-from haptic_server.device.simulated import Simulated, specification_of
 from haptic_server.limits import lag_s, limits_of
+from haptic_server.servo.device.simulated import Simulated, specification_of
 from rig.machine.this_machine import description
 
 RESULT = RESULTS / "region.json"

@@ -13,7 +13,6 @@ from drumstick.stick.law import law_of
 from drumstick_lab.soak.in_process.local_wire import LocalSession
 from drumstick_lab.soak.listeners import OSC_NUMBERS, Sequence
 from haptic_server import limits
-from haptic_server.device.simulated import Simulated
 from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.osc.osc_server import OscServer
 from haptic_server.gateway.presets import Presets
@@ -22,6 +21,7 @@ from haptic_server.gateway.settings import Parameters
 from haptic_server.gateway.zenoh.scene_request import SceneRequests
 from haptic_server.gateway.zenoh.wire import Wire
 from haptic_server.presets.store import PresetStore
+from haptic_server.servo.device.simulated import Simulated
 from protocol import osc
 from protocol.keys import Keys
 from protocol.requests import Claim

@@ -9,9 +9,10 @@ import numpy.typing as npt
 from drumstick.parameters.scene import Scene
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
-from haptic_server.device.simulated import Simulated
 from haptic_server.records import EVENT, RELEASE, STRIKE
-from haptic_server.servo import loop, memory
+from haptic_server.servo import loop
+from haptic_server.servo.device.simulated import Simulated
+from haptic_server.servo.force import memory
 from realtime import ring
 
 SECOND_NS = 10**9

@@ -10,7 +10,7 @@ locks, no Python, no exceptions.
 """
 
 import math
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
@@ -19,11 +19,8 @@ from drumstick.parameters.rig import MAX_DELAY_TICKS
 from drumstick.parameters.scene import Scene
 from drumstick.stick import contact
 from drumstick.stick.records import Law
-from realtime.kernels.jit import njit, only_with
+from realtime.kernels.jit import njit
 from realtime.records import Record, dtype_of
-
-if TYPE_CHECKING:
-    from haptic_server.servo.memory import Servo
 
 # How quickly it forgets: 300/s doubles the error that the encoder's steps make, 120/s is late where the hand turns.
 _RATE_PER_S = 200.0
@@ -70,15 +67,14 @@ def new_hand(scene: Scene) -> npt.NDArray[np.void]:
 
 
 @njit()
-def _acted(servo: "Servo") -> float:
+def _acted(hand: HandPull, asked_N: float, delay_ticks: int) -> float:
     # The force over the tick that is over: what was asked for so many ticks ago.
-    hand, force, delay = servo.hand[0], servo.player[0].force_N, servo.allowed[0].delay_ticks
-    if delay > 0:
+    if delay_ticks > 0:
         late = hand.queue_N[hand.next]
-        hand.queue_N[hand.next] = force
-        hand.next = (hand.next + 1) % delay
+        hand.queue_N[hand.next] = asked_N
+        hand.next = (hand.next + 1) % delay_ticks
         return float(late)
-    return float(force)
+    return float(asked_N)
 
 
 @njit()
@@ -114,11 +110,12 @@ def _correct(hand: HandPull, law: Law, off: float) -> None:
     hand.rate_m_per_s3 += z3 + damper * z2 + spring * v
 
 
-@only_with("hand")
-def update_observer(servo: "Servo", z: float, now_ns: int) -> None:
-    """The arm is at z m now, and the force of the tick before this one has acted on it."""
-    hand, law = servo.hand[0], servo.law[0]
-    force, span = _acted(servo), (now_ns - hand.t_ns) * 1e-9
+@njit()
+def update_observer(
+    hand: HandPull, law: Law, asked_N: float, delay_ticks: int, z: float, now_ns: int
+) -> None:
+    """The arm is at z m now; `asked_N` was asked of it in the tick before this one, and acts some ticks later."""
+    force, span = _acted(hand, asked_N, delay_ticks), (now_ns - hand.t_ns) * 1e-9
     hand.t_ns = now_ns
     # A hand's spring that swings faster than the observer forgets would make it unstable.
     is_slow = law.k_hand < law.m * _RATE_PER_S * _RATE_PER_S and law.r_out < law.m * _RATE_PER_S
@@ -130,11 +127,9 @@ def update_observer(servo: "Servo", z: float, now_ns: int) -> None:
     hand.known_s += span
 
 
-@only_with("hand")
-def freeze(servo: "Servo") -> None:
-    """Write into servo.ahead_law the law with a hand at rest that pulls as this one does on the mean of a contact."""
-    servo.ahead_law[0] = servo.law[0]
-    hand, law = servo.hand[0], servo.ahead_law[0]
+@njit()
+def freeze(hand: HandPull, law: Law) -> None:
+    """Give the law a hand at rest that pulls as this one does on the mean of a contact."""
     if hand.known_s < _SETTLED_S or not law.k_hand > 0.0:
         return
     contact_s = contact.contact_time(law.release, law.m, law.k_coll, law.r_in)

@@ -6,7 +6,7 @@ Tick thread: no allocation, no locks, no Python, no exceptions.
 from drumstick.safety import envelope
 from drumstick.safety.fence import within
 from drumstick.stick import composition
-from haptic_server.servo.memory import Servo
+from haptic_server.servo.force.memory import Servo
 from realtime import triple_buffer
 from realtime.kernels.jit import njit
 

@@ -7,7 +7,7 @@ from haptic_server import permission
 from haptic_server.block_header import ARM, PANIC
 from haptic_server.permission import FAULTED, FREE, PANICKED
 from haptic_server.records import NO_FAULT, TickState
-from haptic_server.servo.memory import Servo
+from haptic_server.servo.force.memory import Servo
 from realtime.atomics import exchange, load_acquire
 from realtime.kernels.jit import njit
 

@@ -8,12 +8,12 @@ from drumstick.safety import envelope
 from drumstick.stick import composition
 from drumstick.stick.motion import exact
 from drumstick.stick.records import Law, Motion
-from haptic_server.device import phantom
-from haptic_server.device.pointed_hand import follow, height_of
 from haptic_server.servo.force.latch import latch
+from haptic_server.servo.force.memory import Servo
 from haptic_server.servo.force.rendering import render
 from haptic_server.servo.force.tick import advance, begin, conclude
-from haptic_server.servo.memory import Servo
+from haptic_server.servo.simulation import phantom
+from haptic_server.servo.simulation.pointed_hand import follow, height_of
 from realtime.kernels.jit import njit
 
 _WITHIN_M = 0.01  # the arm's hand stays so far inside what the guard allows

@@ -14,15 +14,14 @@ from drumstick.stick.motion import exact, transitions
 from drumstick.stick.motion.events import SINK
 from haptic_server.block_header import HEARTBEAT, HELD, PANICS_SEEN
 from haptic_server.records import NO_FAULT, OUT_OF_BOUNDS, Reading
-from haptic_server.servo import streaming
-from haptic_server.servo.event_output import end_contact, note_release, note_strike
-from haptic_server.servo.force import guard, hand_estimate
+from haptic_server.servo.force import guard, hand_estimate, streaming
+from haptic_server.servo.force.event_output import end_contact, note_release, note_strike
 from haptic_server.servo.force.latch import latch_in_hand
+from haptic_server.servo.force.memory import Servo
 from haptic_server.servo.force.orders import NOTHING, held_word, obey
 from haptic_server.servo.force.velocity import follow, forget
-from haptic_server.servo.memory import Servo
 from realtime.atomics import store_release
-from realtime.kernels.jit import njit
+from realtime.kernels.jit import njit, only_with
 
 _CLEAR_OF_HEAD = 2.0  # resolutions above z = 0: a stick that lies on the head must not chatter
 
@@ -115,6 +114,14 @@ def _keep(servo: Servo, period_s: float) -> None:
         motion.impulse_N_s += felt_N * period_s
 
 
+@only_with("hand")
+def observe_hand(servo: Servo, z: float, now_ns: int) -> None:
+    """The arm is at z m now, and the force of the tick before this one has acted on it."""
+    hand_estimate.update_observer(
+        servo.hand[0], servo.law[0], servo.player[0].force_N, servo.allowed[0].delay_ticks, z, now_ns
+    )
+
+
 @njit()
 def _rendered(servo: Servo, reading: Reading, now_ns: int, span_s: float) -> float:
     player, plan, held, allowed = servo.player[0], servo.plan[0], servo.guard[0], servo.allowed[0]
@@ -123,7 +130,7 @@ def _rendered(servo: Servo, reading: Reading, now_ns: int, span_s: float) -> flo
         forget(servo.track[0])
     z = reading.z_m - plan.head_z_m
     v = follow(servo.track[0], now_ns * 1e-9, z, allowed.resolution_m)
-    hand_estimate.update_observer(servo, z, now_ns)
+    observe_hand(servo, z, now_ns)
     player.fault = guard.check_speed(allowed, v)
     if player.fault != NO_FAULT:
         return 0.0

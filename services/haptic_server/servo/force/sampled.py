@@ -3,11 +3,11 @@
 Tick thread: no allocation, no locks, no Python, no exceptions. The same text runs in real time and in virtual time.
 """
 
-from haptic_server.device import phantom, playback
-from haptic_server.device.hand import HOLD
+from haptic_server.servo.force.memory import Servo
 from haptic_server.servo.force.rendering import render
 from haptic_server.servo.force.strike_positions import advance_orbit
-from haptic_server.servo.memory import Servo
+from haptic_server.servo.simulation import phantom, playback
+from haptic_server.servo.simulation.hand import HOLD
 from realtime.kernels.jit import njit
 
 _STILL_M_PER_S = 1e-3

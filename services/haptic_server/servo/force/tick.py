@@ -8,12 +8,12 @@ from drumstick.stick.motion import exact, transitions
 from haptic_server import permission
 from haptic_server.block_header import HEARTBEAT, HELD, PANICS_SEEN
 from haptic_server.records import NO_FAULT, OUT_OF_BOUNDS
-from haptic_server.servo import streaming
-from haptic_server.servo.event_output import end_contact, note_release, note_strike
+from haptic_server.servo.force import streaming
+from haptic_server.servo.force.event_output import end_contact, note_release, note_strike
 from haptic_server.servo.force.latch import latch
+from haptic_server.servo.force.memory import Servo
 from haptic_server.servo.force.orders import NOTHING, held_word, obey
 from haptic_server.servo.force.strike_positions import advance_orbit
-from haptic_server.servo.memory import Servo
 from realtime.atomics import store_release
 from realtime.kernels.jit import njit
 

@@ -10,7 +10,8 @@ from haptic_server import block as blocks
 from haptic_server.contacts import LISTENED, SAMPLE, SLOTS
 from haptic_server.gateway.zenoh.contact_pieces import Pieces
 from haptic_server.records import EVENT, RELEASE
-from haptic_server.servo import loop, memory
+from haptic_server.servo import loop
+from haptic_server.servo.force import memory
 from protocol.clock import HapticClock
 from protocol.messages import encode
 from protocol.rate_limited_log import RateLimitedLog

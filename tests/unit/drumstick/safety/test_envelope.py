@@ -17,8 +17,8 @@ from drumstick.safety.envelope import Limits, entry_speed, judge, new_scratch, p
 from drumstick.stick.law import Records, law_of, thrown
 from drumstick.stick.motion import exact
 from drumstick.stick.simulate import COLUMNS, simulate
-from haptic_server.device.simulated import Simulated
 from haptic_server.limits import limits_of
+from haptic_server.servo.device.simulated import Simulated
 
 ROLL = parse(shipped_text("roll"), "roll")
 LIMITS = Limits(100.0, 10.0)

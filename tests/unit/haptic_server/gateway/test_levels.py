@@ -17,7 +17,8 @@ from haptic_server.gateway.relay import Relay, Wires
 from haptic_server.gateway.settings import Parameters
 from haptic_server.gateway.zenoh.wire import Wire
 from haptic_server.records import EVENT, STRIKE
-from haptic_server.servo import loop, memory
+from haptic_server.servo import loop
+from haptic_server.servo.force import memory
 from osc_bench import FakeParameters, client, opened_front
 from protocol.messages import Strike
 from realtime import ring

@@ -14,7 +14,8 @@ from haptic_server import files
 from haptic_server.block_header import ARM
 from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.settings import Parameters
-from haptic_server.servo import loop, memory
+from haptic_server.servo import loop
+from haptic_server.servo.force import memory
 from protocol.requests import ANYBODY, Claim
 from realtime.atomics import poke
 

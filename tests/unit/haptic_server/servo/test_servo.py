@@ -10,10 +10,11 @@ from drumstick.stick.motion import exact
 from drumstick.stick.simulate import simulate
 from haptic_server import block as blocks
 from haptic_server import block_header
-from haptic_server.device.simulated import Simulated
 from haptic_server.limits import limits_of
 from haptic_server.records import EVENT, PANIC, PLAYING, RELEASE, STRIKE, set_type
-from haptic_server.servo import loop, memory
+from haptic_server.servo import loop
+from haptic_server.servo.device.simulated import Simulated
+from haptic_server.servo.force import memory
 from realtime import ring, triple_buffer
 from realtime.atomics import add_to, poke
 from realtime.kernels.jit import allocations

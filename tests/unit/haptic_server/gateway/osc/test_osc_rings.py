@@ -17,7 +17,8 @@ from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.osc.osc_server import OscServer
 from haptic_server.gateway.osc.targets import Endpoint
 from haptic_server.gateway.settings import Parameters, ReadbackValue
-from haptic_server.servo import loop, memory
+from haptic_server.servo import loop
+from haptic_server.servo.force import memory
 from osc_bench import Client, Time, built, client, no_preset
 
 P = "/drumstick"

@@ -8,7 +8,7 @@ import pytest
 import sampled_arm
 from drumstick.parameters.scene import Scene, parse
 from haptic_server.servo import loop
-from haptic_server.servo.force import hand_estimate
+from haptic_server.servo.force import event_output, rendering
 from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.jit import njit
 
@@ -23,12 +23,12 @@ def scene(device: str = "", rate_Hz: int = 1000) -> Scene:
 
 @njit()
 def feel_once(servo: sampled_arm.memory.Servo, z: float, now_ns: int) -> None:
-    hand_estimate.update_observer(borrowed_view(servo), z, now_ns)
+    rendering.observe_hand(borrowed_view(servo), z, now_ns)
 
 
 @njit()
 def hold_once(servo: sampled_arm.memory.Servo) -> None:
-    hand_estimate.freeze(borrowed_view(servo))
+    event_output.foresee_hand(borrowed_view(servo))
 
 
 def felt(played: Scene, force_N: float, seconds: float, step_m: float = STEP_M) -> sampled_arm.memory.Servo:

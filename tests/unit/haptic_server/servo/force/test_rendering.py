@@ -14,8 +14,6 @@ from drumstick.stick import contact
 from drumstick.stick.law import law_of
 from drumstick_lab.accuracy.sticks.filters import ADAPTIVE, fall, filter_of
 from haptic_server.block_header import ARM, PANIC
-from haptic_server.device import phantom
-from haptic_server.device.simulated import Simulated
 from haptic_server.limits import limits_of
 from haptic_server.records import (
     FAULT_WORDS,
@@ -30,8 +28,10 @@ from haptic_server.records import (
     UNPLUGGED,
     set_type,
 )
-from haptic_server.servo import loop, memory
-from haptic_server.servo.force import guard
+from haptic_server.servo import loop
+from haptic_server.servo.device.simulated import Simulated
+from haptic_server.servo.force import guard, memory
+from haptic_server.servo.simulation import phantom
 from realtime import triple_buffer
 from realtime.atomics import add_to, poke
 from realtime.kernels.jit import allocations

@@ -6,7 +6,7 @@ import sampled_arm
 from drumstick.stick import contact
 from drumstick.stick.motion import exact
 from haptic_server.records import STRIKE
-from haptic_server.servo import memory
+from haptic_server.servo.force import memory
 from sampled_arm import PERIOD_NS, ask_once, events_of, see_once, servo_of
 
 

@@ -1,0 +1,35 @@
+"""From the words after --device to a device. Control thread."""
+
+from pathlib import Path
+
+from drumstick.parameters.scene import Scene
+from haptic_server.servo.device.protocol import Device, DeviceError
+
+KINDS = "simulated, pointer, openhaptics or replay:FILE"
+
+
+def chosen(words: str, scene: Scene, pose_is_held: bool = False, folder: Path | None = None) -> Device:
+    """The device, not open yet. DeviceError when there is none of that name.
+
+    `pose_is_held`: somebody holds a real arm in its neutral pose now, so that its encoders may be reset. `folder`: the
+    servo's run folder, where a recorded gesture lies.
+    """
+    kind, _, rest = words.partition(":")
+    if words == "simulated":
+        from haptic_server.servo.device.simulated import Simulated
+
+        return Simulated(scene, folder)
+    if words == "pointer":
+        from haptic_server.servo.device.pointer import Pointed
+
+        return Pointed(scene)
+    if words == "openhaptics":
+        from haptic_server.servo.device.openhaptics.device import OpenHaptics
+        from haptic_server.servo.force.rendering import render
+
+        return OpenHaptics(render, pose_is_held=pose_is_held)
+    if kind == "replay" and rest:
+        from haptic_server.servo.device.replay import ReplayDevice
+
+        return ReplayDevice(Path(rest))
+    raise DeviceError(f"no device {words!r}; there is {KINDS}")

@@ -1,0 +1,176 @@
+"""All the memory of one servo, made before its loop starts. Control thread."""
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from drumstick.parameters.scene import Scene
+from drumstick.safety import envelope
+from drumstick.safety.envelope import Limits
+from drumstick.safety.fence import Fence, fence_of
+from drumstick.stick.law import thrown
+from drumstick.stick.motion import exact
+from drumstick.stick.records import Law, Motion
+from drumstick.stick.strike_curve import CurveTable, curve_of
+from haptic_server import contacts
+from haptic_server.block import Block
+from haptic_server.block_header import HELD
+from haptic_server.limits import lead_s, limits_of
+from haptic_server.records import (
+    EVENT,
+    FAULT_WORDS,
+    NO_FAULT,
+    PLAN,
+    PLAYER,
+    READING,
+    STATUS,
+    ContactEvent,
+    Plan,
+    Reading,
+    Status,
+    TickState,
+    set_type,
+)
+from haptic_server.servo.force.guard import DEVICE_LIMITS, GUARD, DeviceLimits, GuardState, rebound_bounds
+from haptic_server.servo.force.hand_estimate import HandPull, new_hand
+from haptic_server.servo.force.velocity import Track, new_track
+from haptic_server.servo.simulation.hand import GESTURE, Gesture
+from haptic_server.servo.simulation.phantom import Plant
+from haptic_server.servo.simulation.playback import PlaybackState
+from haptic_server.servo.simulation.pointed_hand import PointedHand
+from haptic_server.servo.trace import TICKS, TRACE, Trace
+from haptic_server.specification import EXACT_STICK, Specification
+from realtime.atomics import peek
+from realtime.records import ABSENT, Rows
+
+
+class Servo(NamedTuple):
+    """All the memory a servo thread touches: arrays of one record each. numba takes the whole tuple as one argument.
+
+    plant: the simulated arm, replay: the recording that is replayed; neither for the exact stick and for real devices.
+    gesture: of a hand of its own; pointed: the hand that follows a pointer. What is absent chooses the code, so that a
+    servo has only its own device's. ahead: a motion in which the contact that begins is played to its end, by
+    ahead_law. hand: None for the exact stick, whose hand is its law, else what is known of the hand that holds the arm.
+    curve: of levels over speeds. path: shape (n, 2), times s and heights m of a recorded gesture, or (n, 4), a
+    recording. limits, room: of the envelope, and what its judgement writes to. offer: the set that is looked at, a copy
+    of our own; offer_words and offer_numbers are its law in the same memory. stream: None unless the scene streams its
+    contacts' force.
+    """
+
+    block: Block
+    law: Rows[Law]
+    motion: Rows[Motion]
+    ahead: Rows[Motion]
+    ahead_law: Rows[Law]
+    player: Rows[TickState]
+    plan: Rows[Plan]
+    curve: Rows[CurveTable]
+    event: Rows[ContactEvent]
+    status: Rows[Status]
+    timespec: npt.NDArray[np.int64]
+    reading: Rows[Reading]
+    track: Rows[Track]
+    guard: Rows[GuardState]
+    allowed: Rows[DeviceLimits]
+    gesture: Rows[Gesture]
+    path: npt.NDArray[np.float64]
+    trace: Rows[Trace]
+    fence: Rows[Fence]
+    limits: Rows[Limits]
+    room: npt.NDArray[np.float64]
+    offer: npt.NDArray[np.void]
+    offer_words: npt.NDArray[np.int64]
+    offer_numbers: npt.NDArray[np.float64]
+    stream: contacts.Stream = ABSENT
+    hand: Rows[HandPull] = ABSENT
+    plant: Rows[Plant] = ABSENT
+    replay: Rows[PlaybackState] = ABSENT
+    pointed: Rows[PointedHand] = ABSENT
+
+
+def _plan(scene: Scene) -> npt.NDArray[np.void]:
+    plan = np.zeros(1, PLAN)
+    plan["period_ns"] = round(1e9 / scene.servo.rate_Hz)
+    plan["throw_m_per_s"] = scene.hand.throw_m_per_s
+    plan["rest_s"] = scene.hand.rest_s
+    plan["orbit_radius"] = scene.hand.orbit_radius
+    plan["orbit_period_s"] = scene.hand.orbit_period_s
+    plan["spin_ns"] = scene.servo.spin_us * 1000
+    plan["head_z_m"] = scene.device.head_z_m
+    plan["reach_m"] = scene.device.reach_m
+    plan["lead_s"] = lead_s(scene)
+    return plan
+
+
+def _allowed(scene: Scene, specification: Specification) -> npt.NDArray[np.void]:
+    allowed = np.zeros(1, DEVICE_LIMITS)
+    allowed["max_force_N"] = min(scene.guard.max_force_N, specification.max_force_N)
+    allowed["max_slew_N_per_s"] = scene.guard.max_slew_N_per_s
+    allowed["max_speed_m_per_s"] = scene.guard.max_speed_m_per_s
+    allowed["lowest_m"] = scene.device.head_z_m + scene.guard.lowest_m
+    allowed["highest_m"] = scene.device.head_z_m + scene.guard.highest_m
+    allowed["ramp_s"] = scene.guard.ramp_s
+    allowed["dead_man"] = scene.guard.dead_man == "button"
+    allowed["resolution_m"] = specification.resolution_m
+    allowed["delay_ticks"] = scene.device.delay_ticks
+    allowed["m_kg"] = specification.moving_kg[0]
+    allowed["head_z_m"] = scene.device.head_z_m
+    return allowed
+
+
+def prepare(scene: Scene, block: Block, specification: Specification = EXACT_STICK) -> Servo:
+    """Memory for one servo of this scene on such a device, with the parameters that its new block starts from.
+
+    It starts held where the block says so: the servo before it was, by a panic or by a fault, which it still tells. A
+    device that is simulated or replayed adds what it moves (`attach_simulation`). A scene that streams gets a contact
+    ring of its own, without a file.
+    """
+    player = np.zeros(1, PLAYER)
+    player["revision"] = block.live["revision"][0]
+    held = peek(block.control, HELD)
+    player["fault"] = held - 1 if held - 1 in FAULT_WORDS else NO_FAULT
+    player["panicked"] = held != 0 and player["fault"][0] == NO_FAULT
+    player["trace_ended"] = player["fault"] != NO_FAULT  # the ticks before it are on file already
+    status = np.zeros(1, STATUS)
+    status["fault"] = player["fault"]
+    law = block.live["law"][:1].copy()
+    motion = thrown(scene, scene.hand.throw_m_per_s)
+    if held:  # it is not thrown before somebody arms
+        motion["v"], motion["fate"] = 0.0, exact.LEFT
+    limits, room = limits_of(scene, specification).record(), envelope.new_scratch()
+    judgement = envelope.judge(law[0], limits[0], room)
+    accepted = judgement.code == envelope.OK  # only tests play what the envelope refuses
+    player["reach"] = judgement.reach if accepted else scene.guard.max_speed_m_per_s
+    is_exact = specification is EXACT_STICK
+    guard = np.zeros(1, GUARD)
+    guard["e"], guard["b"] = rebound_bounds(law[0])
+    offer = np.zeros(1, set_type(law.dtype))
+    return Servo(
+        block=block,
+        law=law,
+        motion=motion,
+        ahead=motion.copy(),
+        ahead_law=law if is_exact else law.copy(),
+        player=player,
+        plan=_plan(scene),
+        curve=curve_of(scene.strike),
+        event=np.zeros(1, EVENT),
+        status=status,
+        timespec=np.zeros(2, np.int64),
+        reading=np.zeros(1, READING),
+        track=new_track(judgement.window) if accepted else new_track(),
+        guard=guard,
+        allowed=_allowed(scene, specification),
+        gesture=np.zeros(1, GESTURE),
+        path=np.zeros((2, 2)),
+        trace=np.zeros(TICKS, TRACE),
+        fence=fence_of(scene),
+        limits=limits,
+        room=room,
+        offer=offer,
+        offer_words=offer.view(np.int64)[1:],
+        offer_numbers=offer.view(np.float64)[1:],
+        stream=contacts.stream_to(contacts.in_memory()) if scene.drum.excitation == "streamed" else ABSENT,
+        hand=ABSENT if is_exact else new_hand(scene),
+    )
