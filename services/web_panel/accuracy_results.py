@@ -6,10 +6,12 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from realtime.regular_file import read_text
-from web_panel.views.plot_data import Pair
 
+Numbers = npt.NDArray[np.float64]
+Pair = tuple[Numbers, Numbers]  # cost and error, shape (n,) each
 _MAX_BYTES = 20_000_000
 _ROUNDING = 2.0**-52  # an exact method errs by no less; on a logarithmic scale it needs a place
 # Of the mesh's rows: what a scene can have. Rows of the stick have none of these keys.

@@ -15,7 +15,6 @@ from web_panel.access.viser_access import start
 from web_panel.accuracy_results import NO_FILES, Files
 from web_panel.computing.computer import Computer
 from web_panel.controls.preset_panel import PresetActions
-from web_panel.page.page import Page, RigActions
 from web_panel.rig.answer import Answer
 from web_panel.rig.rig_link import RigLink
 from web_panel.rig.rig_state import RigState
@@ -23,6 +22,7 @@ from web_panel.tuning.changes import Changes
 from web_panel.tuning.prediction import Prediction
 from web_panel.tuning.undo_file import UndoFile
 from web_panel.views.view_choice import Sources
+from web_panel.whole_page import Page, RigActions
 
 _log = logging.getLogger("panel")
 _PICTURE_S = 1.0 / 30.0

@@ -42,8 +42,8 @@ from protocol.session import client_config, open_client
 from rig.identity.rig_file import load
 from web_panel.rig.rig_link import RigLink
 from web_panel.rig.rig_state import RigState
+from web_panel.rig.set_request import SetRequest
 from web_panel.rig.view_subscriptions import DOCTOR, RELEASES, STRIKES
-from web_panel.tuning.set_queue import SetRequest
 
 pytestmark = pytest.mark.system
 

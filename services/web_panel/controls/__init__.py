@@ -1,1 +1,1 @@
-"""Controls on the page: sliders, exact entry, undo row, presets, lease and scenes."""
+"""Controls on the page: sliders, exact entry, undo row, keys, presets, lease and scenes."""

@@ -7,8 +7,8 @@ import viser
 from drumstick.parameters.table import Parameter
 from web_panel.access.client_message import ClientMessages
 from web_panel.access.viser_access import control_id
+from web_panel.controls.keyboard import add_key
 from web_panel.page import markup
-from web_panel.page.keyboard import add_key
 from web_panel.page.wording import measured
 from web_panel.tuning.changes import Changes
 from web_panel.tuning.compare import SLOTS

@@ -1,1 +1,1 @@
-"""The page and its parts: markup, style, words, scripts, the picture of the drum."""
+"""Parts of the page: markup, style, words, scripts, the picture of the drum."""

@@ -17,7 +17,7 @@ from protocol.session import open_client
 from web_panel.rig.answer import NO_ANSWER, Answer, accepted, all_accepted, loaded, refused
 from web_panel.rig.listener import Listener
 from web_panel.rig.rig_state import RigState
-from web_panel.tuning.set_queue import SetRequest
+from web_panel.rig.set_request import SetRequest
 
 _TIMEOUT_S = 2.0
 _SAVE_TIMEOUT_S = 5.0

@@ -8,8 +8,9 @@ from collections.abc import Callable
 from drumstick.parameters.table import Z_H0
 from web_panel.rig.answer import Answer
 from web_panel.rig.rig_state import RigState
+from web_panel.rig.set_request import SetRequest
 from web_panel.tuning.compare import SLOTS, Compare, settable
-from web_panel.tuning.set_queue import SetQueue, SetRequest
+from web_panel.tuning.set_queue import SetQueue
 from web_panel.tuning.undo import UndoHistory
 from web_panel.tuning.undo_file import UndoFile
 

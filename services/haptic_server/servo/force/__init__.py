@@ -1,1 +1,1 @@
-"""Computations of one tick and their memory: latch, law, guard, estimates, output; no allocation, no locks, no Python."""
+"""Computations of a tick and their memory: latch, law, guard, estimates, output; no allocation, no locks, no Python."""

@@ -14,8 +14,8 @@ from protocol.messages import Readback
 from web_panel.controls.steps_row import sets_words, step_words
 from web_panel.rig.answer import Answer
 from web_panel.rig.rig_state import RigState
+from web_panel.rig.set_request import SetRequest
 from web_panel.tuning.changes import Changes
-from web_panel.tuning.set_queue import SetRequest
 from web_panel.tuning.undo_file import UndoFile
 
 SCENE = parse(shipped_text("roll"), "roll.toml")

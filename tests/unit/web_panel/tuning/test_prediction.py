@@ -15,9 +15,9 @@ from web_panel.computing.computer import Computer
 from web_panel.computing.computing_messages import PredictedRoll
 from web_panel.page.wording import prediction_words
 from web_panel.rig.answer import Answer
+from web_panel.rig.set_request import SetRequest
 from web_panel.tuning.changes import Changes
 from web_panel.tuning.prediction import Prediction
-from web_panel.tuning.set_queue import SetRequest
 from web_panel.tuning.undo_file import UndoFile
 
 ROLL = parse(shipped_text("roll"), "roll.toml")

@@ -5,7 +5,8 @@ import pytest
 
 from protocol.messages import Readback
 from web_panel.rig.answer import Answer
-from web_panel.tuning.set_queue import SetQueue, SetRequest
+from web_panel.rig.set_request import SetRequest
+from web_panel.tuning.set_queue import SetQueue
 
 
 class Asked:

@@ -8,6 +8,7 @@ import viser
 from web_panel.access.client_message import ClientMessages, is_click
 from web_panel.access.lease_access import LeaseAccess
 from web_panel.access.viser_access import control_id
+from web_panel.controls.keyboard import add_key
 from web_panel.controls.lease_folder import LeaseFolder
 from web_panel.controls.prediction_line import PredictionLine
 from web_panel.controls.preset_panel import PresetActions, PresetPanel
@@ -16,7 +17,6 @@ from web_panel.controls.steps_row import StepsRow
 from web_panel.controls.tuning import Tuning
 from web_panel.page import markup
 from web_panel.page.drum_view import DrumView
-from web_panel.page.keyboard import add_key
 from web_panel.page.pad import pad
 from web_panel.page.style import MARK_PANIC
 from web_panel.page.wording import notice_of, sound_words
