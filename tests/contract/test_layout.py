@@ -11,6 +11,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 
+ONE_WAY = "In every folder imports go one way"
 FORBIDDEN = [
     ("shared/drumstick/parameters/stick.py", "import socket", "drumstick does no I/O"),
     ("shared/drumstick/stick/effects/pulse.py", "from pathlib import Path", "drumstick does no I/O"),
@@ -24,6 +25,10 @@ FORBIDDEN = [
     ("services/rig/replaying/cues.py", "import haptic_server.records", "Recording and replaying meet"),
     ("shared/protocol/access/identity.py", "import cryptography", "Only rig makes and reads certificates"),
     ("shared/drumstick/drum/step.py", "import os", "drumstick does no I/O"),
+    ("services/haptic_server/servo/force/tick.py", "import haptic_server.servo.loop", ONE_WAY),
+    ("services/rig/network/remote.py", "def late(): import rig.machine.doctor", ONE_WAY),
+    ("services/web_panel/rig/answer.py", "if TYPE_CHECKING: import web_panel.whole_page", ONE_WAY),
+    ("lab/drumstick_lab/accuracy/timing.py", "from drumstick_lab.benchmarks import worse", ONE_WAY),
 ]
 
 
