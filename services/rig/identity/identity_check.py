@@ -52,7 +52,7 @@ def require_client(identity: Identity, roles: Sequence[str], what: str) -> list[
 
 
 def require_identity(endpoint: str, identity: Identity | None) -> Identity:
-    """What this machine shows at an endpoint over TLS."""
+    """The identity that this machine shows at an endpoint over TLS."""
     if identity is None:
         usage_error(
             f"{endpoint}: over TLS this machine must show a certificate: give --rig-file with [keys] (docs/security.md)"

@@ -1,1 +1,1 @@
-"""What the tick itself moves: a simulated arm and the hands that hold it, and recordings that are played."""
+"""Plants that the tick itself moves: a simulated arm, the hands that hold it, and recordings that are played."""
