@@ -87,8 +87,8 @@ class Measures(NamedTuple):
     t60_s: Numbers
 
 
-def _trimmed(sound: Numbers) -> Numbers:
-    # One channel at full level, from just before the blow.
+def trimmed(sound: Numbers) -> Numbers:
+    """One channel of a sound (frames, channels), at full level, from just before the blow."""
     mono = sound.mean(axis=1)
     mono = mono / np.abs(mono).max()
     return mono[max(int(np.argmax(np.abs(mono) > 0.02)) - 20, 0) :]
@@ -134,7 +134,7 @@ def measured(strokes: list[tuple[Numbers, float]]) -> Measures:
     bands: list[list[float]] = []
     flatness: list[float] = []
     for sound, rate_Hz in strokes:
-        power, f_Hz = _spectrum(_trimmed(sound), rate_Hz)
+        power, f_Hz = _spectrum(trimmed(sound), rate_Hz)
         whole = power.sum()
         edges = itertools.pairwise(EDGES_HZ)
         shares = [power[(f_Hz >= low) & (f_Hz < high)].sum() / whole for low, high in edges]
@@ -142,7 +142,7 @@ def measured(strokes: list[tuple[Numbers, float]]) -> Measures:
         middle = power[(f_Hz > 500.0) & (f_Hz < 8000.0)] + 1e-20
         flatness.append(float(np.exp(np.log(middle).mean()) / middle.mean()))
     last, rate_Hz = strokes[-1]
-    decays = [_t60_s(_trimmed(last), rate_Hz, middle_Hz) for middle_Hz in OCTAVES_HZ]
+    decays = [_t60_s(trimmed(last), rate_Hz, middle_Hz) for middle_Hz in OCTAVES_HZ]
     return Measures(np.array(bands), np.array(flatness), np.array(decays))
 
 
@@ -176,7 +176,8 @@ def recorded(kits: Path, files: list[str]) -> Measures:
     return measured(strokes)
 
 
-def _scene_of(name: str) -> Scene:
+def scene_of(name: str) -> Scene:
+    """The scene of a row of KINDS."""
     shipped, _, off = name.partition(", ")
     scene = parse(shipped_text(shipped), f"{shipped}.toml")
     if not off:
@@ -186,13 +187,17 @@ def _scene_of(name: str) -> Scene:
     return dataclasses.replace(scene, drum=drum)
 
 
+def speeds_of(scene: Scene) -> list[float]:
+    """Speeds of STROKES strokes of the stick, m/s, from the softest to full scale."""
+    full = scene.strike.full_scale_m_per_s
+    return [float(speed) for speed in np.geomspace(0.1 * full, full, STROKES)]
+
+
 def played(scene: Scene) -> Measures:
     """Measures of a scene's drum, from its softest stroke to full scale."""
-    strike = scene.strike
-    speeds = np.geomspace(0.1 * strike.full_scale_m_per_s, strike.full_scale_m_per_s, STROKES)
     sounds = [
-        render(scene, [strike_for_speed(scene, float(speed), PLACE, 0.0)], SECONDS, RATE_HZ)
-        for speed in speeds
+        render(scene, [strike_for_speed(scene, speed, PLACE, 0.0)], SECONDS, RATE_HZ)
+        for speed in speeds_of(scene)
     ]
     return measured([(sound.astype(np.float64), float(RATE_HZ)) for sound in sounds])
 
@@ -223,7 +228,7 @@ def main() -> None:
     }
     scenes: dict[str, Any] = {}
     for name in args.scenes:
-        ours = played(_scene_of(name))
+        ours = played(scene_of(name))
         kind, counterpart = KINDS[name]
         beside = {
             group: {other: round(distance(ours.bands, its.bands), 1) for other, its in drums.items()}
