@@ -14,6 +14,7 @@ import dataclasses
 import itertools
 import json
 import math
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -29,6 +30,7 @@ from rig.machine.this_machine import description
 RESULT = RESULTS / "beside_recordings.json"
 RATE_HZ = 48_000
 EDGES_HZ = (500.0, 1000.0, 2000.0, 4000.0, 8000.0, 16000.0)
+THIRDS_HZ = tuple(1000.0 * 2.0 ** (k / 3.0) for k in range(-14, 13))  # 39 Hz to 16 kHz, middles
 OCTAVES_HZ = (125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0)
 STROKES, PLACE, SECONDS = 5, 0.3, 2.5
 
@@ -80,9 +82,11 @@ Numbers = npt.NDArray[np.float64]
 
 
 class Measures(NamedTuple):
-    """Measures of one drum: bands (strokes, 5), dB to the whole; flatness of each stroke; T60 by octave of the last, s."""
+    """Measures of one drum: bands (strokes, 5) and thirds of an octave (strokes, 27), dB to the whole; flatness of each
+    stroke; T60 by octave of the last, s."""
 
     bands: Numbers
+    thirds: Numbers
     flatness: Numbers
     t60_s: Numbers
 
@@ -129,21 +133,26 @@ def _t60_s(sound: Numbers, rate_Hz: float, middle_Hz: float) -> float:
     return -60.0 / float(slope)
 
 
+def _levels(power: Numbers, f_Hz: Numbers, edges: Iterable[tuple[float, float]]) -> list[float]:
+    shares = [power[(f_Hz >= low) & (f_Hz < high)].sum() / power.sum() for low, high in edges]
+    return [10.0 * math.log10(share + 1e-12) for share in shares]
+
+
 def measured(strokes: list[tuple[Numbers, float]]) -> Measures:
     """Measures of a drum, from its strokes (frames, channels) and their rates, the softest first."""
     bands: list[list[float]] = []
+    thirds: list[list[float]] = []
     flatness: list[float] = []
+    sixth = 2.0 ** (1.0 / 6.0)
     for sound, rate_Hz in strokes:
         power, f_Hz = _spectrum(trimmed(sound), rate_Hz)
-        whole = power.sum()
-        edges = itertools.pairwise(EDGES_HZ)
-        shares = [power[(f_Hz >= low) & (f_Hz < high)].sum() / whole for low, high in edges]
-        bands.append([10.0 * math.log10(share + 1e-12) for share in shares])
+        bands.append(_levels(power, f_Hz, itertools.pairwise(EDGES_HZ)))
+        thirds.append(_levels(power, f_Hz, ((middle / sixth, middle * sixth) for middle in THIRDS_HZ)))
         middle = power[(f_Hz > 500.0) & (f_Hz < 8000.0)] + 1e-20
         flatness.append(float(np.exp(np.log(middle).mean()) / middle.mean()))
     last, rate_Hz = strokes[-1]
     decays = [_t60_s(trimmed(last), rate_Hz, middle_Hz) for middle_Hz in OCTAVES_HZ]
-    return Measures(np.array(bands), np.array(flatness), np.array(decays))
+    return Measures(np.array(bands), np.array(thirds), np.array(flatness), np.array(decays))
 
 
 def rise(bands: Numbers) -> float:
@@ -206,6 +215,8 @@ def _told(measures: Measures) -> dict[str, Any]:
     return {
         "softest_dB": [round(float(v), 1) for v in measures.bands[0]],
         "hardest_dB": [round(float(v), 1) for v in measures.bands[-1]],
+        "bands_dB": measures.bands.round(1).tolist(),
+        "thirds_dB": measures.thirds.round(1).tolist(),
         "rise_dB": round(rise(measures.bands), 1),
         "flatness": round(float(np.median(measures.flatness)), 3),
         "t60_s": [None if math.isnan(v) else round(float(v), 2) for v in measures.t60_s],
@@ -242,7 +253,7 @@ def main() -> None:
         scenes[name] = {**_told(ours), "made_beside": counterpart, "distance_dB": beside, **medians}
         print(name, json.dumps(scenes[name]), flush=True)
     recordings = {
-        kind: {group: {name: _told(its) for name, its in drums.items()} for group, drums in found.items()}
+        kind: {"work": {name: _told(its) for name, its in found["work"].items()}}
         for kind, found in real.items()
     }
     among = {
@@ -252,7 +263,13 @@ def main() -> None:
         }
         for kind, found in real.items()
     }
-    result = {"machine": description(), "edges_Hz": EDGES_HZ, "octaves_Hz": OCTAVES_HZ, "scenes": scenes}
+    result = {
+        "machine": description(),
+        "edges_Hz": EDGES_HZ,
+        "thirds_Hz": [round(middle, 1) for middle in THIRDS_HZ],
+        "octaves_Hz": OCTAVES_HZ,
+        "scenes": scenes,
+    }
     RESULT.write_text(
         json.dumps({**result, "recordings": recordings, "among_recordings_dB": among}, indent=1) + "\n"
     )

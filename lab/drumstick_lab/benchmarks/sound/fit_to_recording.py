@@ -82,6 +82,7 @@ def _moved(tables: dict[str, Any], all_free: list[Free], random: np.random.Gener
 def _mean(drums: list[Measures]) -> Measures:
     return Measures(
         np.mean([drum.bands for drum in drums], axis=0),
+        np.mean([drum.thirds for drum in drums], axis=0),
         np.mean([drum.flatness for drum in drums], axis=0),
         np.exp(np.nanmean(np.log([drum.t60_s for drum in drums]), axis=0)),
     )
