@@ -115,6 +115,7 @@ def test_the_sounds_are_those_of_the_shipped_scenes() -> None:
         assert (rate_Hz, sound.shape) == (48_000, (round(48_000 * stored[name]["duration_s"]), 2))
         assert abs(sound).max() == pytest.approx(stored[name]["peak"], abs=2e-3)
     assert sum(path.stat().st_size for path in tool.SOUNDS.iterdir()) < 6_000_000
+    assert tool.stale_pictures() == [], "run: .venv/bin/drumstick lab sounds-page"
 
 
 def test_the_pictures_of_accuracy_are_those_of_its_result_and_of_the_code() -> None:

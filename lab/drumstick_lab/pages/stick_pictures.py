@@ -5,31 +5,28 @@ made from instead: the scene's text, what was asked for, and the source of the d
 """
 
 import hashlib
-import io
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
-from PIL import Image
-from PIL.PngImagePlugin import PngInfo
 
 from drumstick.analysis.cycles.sweep import Axis, Swept, sweep
 from drumstick.analysis.findings import analyse
 from drumstick.parameters.scene import Scene, parse, shipped_text
 from drumstick_lab.checkout import DOCS
+from drumstick_lab.pages.stored_picture import COLOURS, digest_of, store
 from rig import figures
 from rig.figures.bifurcation import bifurcation
 from rig.figures.phase_plane import phase_plane
 from rig.figures.plane import kinds, rates
 from rig.figures.predictions import filling, open_forecast, predictions
 from rig.figures.return_map import curves, example_throw, played, return_map
-from rig.figures.style import DPI, drawn_png
+from rig.figures.style import DPI
 from rig.figures.write import throws_of
 
 IMAGES = DOCS / "images"
-COLOURS = 240  # a palette halves the files; the eye sees no difference
 _PLANE = 61
 _SOURCES = ("bifurcation", "heading", "phase_plane", "plane", "predictions", "return_map", "style")
 
@@ -116,22 +113,10 @@ def _path(picture: Picture) -> Path:
 
 def stale() -> list[Picture]:
     """The pictures that are missing, or were made from something else."""
-    found: list[Picture] = []
-    for picture in pictures():
-        path = _path(picture)
-        if path.exists():
-            with Image.open(path) as image:
-                if image.info.get("Made from") == _digest(picture):
-                    continue
-        found.append(picture)
-    return found
+    return [picture for picture in pictures() if digest_of(_path(picture)) != _digest(picture)]
 
 
 def write(picture: Picture) -> None:
     """Draw it and write its file."""
     scene = parse(shipped_text(picture.scene), picture.scene)
-    info = PngInfo()
-    info.add_text("Made from", _digest(picture))
-    with Image.open(io.BytesIO(drawn_png(picture.draw(scene)))) as image:
-        few = image.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
-        few.save(_path(picture), optimize=True, pnginfo=info)
+    store(picture.draw(scene), _path(picture), _digest(picture))

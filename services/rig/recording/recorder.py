@@ -30,7 +30,8 @@ _TURN_S = 0.1
 _QUIET_S = 1.0  # between warnings
 _CLOCK_EVERY_S = 10.0
 _BOOT_EVERY_S = 0.5
-_ASK_AGAIN_S = 0.2  # a rig that is not there is said so at once
+_ASK_AGAIN_S = 0.2
+_ANSWER_WITHIN_S = 2.0  # as for every command; a busy machine may need more than one question's time
 _WAKE_S = 0.2  # of the writing thread, to end a chunk that is old enough
 
 
@@ -143,13 +144,14 @@ class Recorder:
                 return False
             raise NoRig(f"no rig answers at {self._endpoint}")
         self._session.listen(self._force)
+        given_up = time.monotonic() + _ANSWER_WITHIN_S
         while not stop.is_set():
             scene, clock = self._session.scene(), self._session.clock(self._warn)
             if scene is not None and clock is not None:
                 self._scene, self._boot = scene, clock.boot
                 self._line.learn(clock)
                 return True
-            if not self._wait:
+            if not self._wait and time.monotonic() >= given_up:
                 raise NoRig(f"nobody answers {self._keys.scene} and {self._keys.clock} at {self._endpoint}")
             stop.wait(_ASK_AGAIN_S)
         return False

@@ -14,6 +14,7 @@ import dataclasses
 import itertools
 import json
 import math
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -29,6 +30,7 @@ from rig.machine.this_machine import description
 RESULT = RESULTS / "beside_recordings.json"
 RATE_HZ = 48_000
 EDGES_HZ = (500.0, 1000.0, 2000.0, 4000.0, 8000.0, 16000.0)
+THIRDS_HZ = tuple(1000.0 * 2.0 ** (k / 3.0) for k in range(-14, 13))  # 39 Hz to 16 kHz, middles
 OCTAVES_HZ = (125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0)
 STROKES, PLACE, SECONDS = 5, 0.3, 2.5
 
@@ -80,15 +82,17 @@ Numbers = npt.NDArray[np.float64]
 
 
 class Measures(NamedTuple):
-    """Measures of one drum: bands (strokes, 5), dB to the whole; flatness of each stroke; T60 by octave of the last, s."""
+    """Measures of one drum: bands (strokes, 5) and thirds of an octave (strokes, 27), dB to the whole; flatness of each
+    stroke; T60 by octave of the last, s."""
 
     bands: Numbers
+    thirds: Numbers
     flatness: Numbers
     t60_s: Numbers
 
 
-def _trimmed(sound: Numbers) -> Numbers:
-    # One channel at full level, from just before the blow.
+def trimmed(sound: Numbers) -> Numbers:
+    """One channel of a sound (frames, channels), at full level, from just before the blow."""
     mono = sound.mean(axis=1)
     mono = mono / np.abs(mono).max()
     return mono[max(int(np.argmax(np.abs(mono) > 0.02)) - 20, 0) :]
@@ -129,21 +133,26 @@ def _t60_s(sound: Numbers, rate_Hz: float, middle_Hz: float) -> float:
     return -60.0 / float(slope)
 
 
+def _levels(power: Numbers, f_Hz: Numbers, edges: Iterable[tuple[float, float]]) -> list[float]:
+    shares = [power[(f_Hz >= low) & (f_Hz < high)].sum() / power.sum() for low, high in edges]
+    return [10.0 * math.log10(share + 1e-12) for share in shares]
+
+
 def measured(strokes: list[tuple[Numbers, float]]) -> Measures:
     """Measures of a drum, from its strokes (frames, channels) and their rates, the softest first."""
     bands: list[list[float]] = []
+    thirds: list[list[float]] = []
     flatness: list[float] = []
+    sixth = 2.0 ** (1.0 / 6.0)
     for sound, rate_Hz in strokes:
-        power, f_Hz = _spectrum(_trimmed(sound), rate_Hz)
-        whole = power.sum()
-        edges = itertools.pairwise(EDGES_HZ)
-        shares = [power[(f_Hz >= low) & (f_Hz < high)].sum() / whole for low, high in edges]
-        bands.append([10.0 * math.log10(share + 1e-12) for share in shares])
+        power, f_Hz = _spectrum(trimmed(sound), rate_Hz)
+        bands.append(_levels(power, f_Hz, itertools.pairwise(EDGES_HZ)))
+        thirds.append(_levels(power, f_Hz, ((middle / sixth, middle * sixth) for middle in THIRDS_HZ)))
         middle = power[(f_Hz > 500.0) & (f_Hz < 8000.0)] + 1e-20
         flatness.append(float(np.exp(np.log(middle).mean()) / middle.mean()))
     last, rate_Hz = strokes[-1]
-    decays = [_t60_s(_trimmed(last), rate_Hz, middle_Hz) for middle_Hz in OCTAVES_HZ]
-    return Measures(np.array(bands), np.array(flatness), np.array(decays))
+    decays = [_t60_s(trimmed(last), rate_Hz, middle_Hz) for middle_Hz in OCTAVES_HZ]
+    return Measures(np.array(bands), np.array(thirds), np.array(flatness), np.array(decays))
 
 
 def rise(bands: Numbers) -> float:
@@ -176,7 +185,8 @@ def recorded(kits: Path, files: list[str]) -> Measures:
     return measured(strokes)
 
 
-def _scene_of(name: str) -> Scene:
+def scene_of(name: str) -> Scene:
+    """The scene of a row of KINDS."""
     shipped, _, off = name.partition(", ")
     scene = parse(shipped_text(shipped), f"{shipped}.toml")
     if not off:
@@ -186,13 +196,17 @@ def _scene_of(name: str) -> Scene:
     return dataclasses.replace(scene, drum=drum)
 
 
+def speeds_of(scene: Scene) -> list[float]:
+    """Speeds of STROKES strokes of the stick, m/s, from the softest to full scale."""
+    full = scene.strike.full_scale_m_per_s
+    return [float(speed) for speed in np.geomspace(0.1 * full, full, STROKES)]
+
+
 def played(scene: Scene) -> Measures:
     """Measures of a scene's drum, from its softest stroke to full scale."""
-    strike = scene.strike
-    speeds = np.geomspace(0.1 * strike.full_scale_m_per_s, strike.full_scale_m_per_s, STROKES)
     sounds = [
-        render(scene, [strike_for_speed(scene, float(speed), PLACE, 0.0)], SECONDS, RATE_HZ)
-        for speed in speeds
+        render(scene, [strike_for_speed(scene, speed, PLACE, 0.0)], SECONDS, RATE_HZ)
+        for speed in speeds_of(scene)
     ]
     return measured([(sound.astype(np.float64), float(RATE_HZ)) for sound in sounds])
 
@@ -201,6 +215,8 @@ def _told(measures: Measures) -> dict[str, Any]:
     return {
         "softest_dB": [round(float(v), 1) for v in measures.bands[0]],
         "hardest_dB": [round(float(v), 1) for v in measures.bands[-1]],
+        "bands_dB": measures.bands.round(1).tolist(),
+        "thirds_dB": measures.thirds.round(1).tolist(),
         "rise_dB": round(rise(measures.bands), 1),
         "flatness": round(float(np.median(measures.flatness)), 3),
         "t60_s": [None if math.isnan(v) else round(float(v), 2) for v in measures.t60_s],
@@ -223,7 +239,7 @@ def main() -> None:
     }
     scenes: dict[str, Any] = {}
     for name in args.scenes:
-        ours = played(_scene_of(name))
+        ours = played(scene_of(name))
         kind, counterpart = KINDS[name]
         beside = {
             group: {other: round(distance(ours.bands, its.bands), 1) for other, its in drums.items()}
@@ -237,7 +253,7 @@ def main() -> None:
         scenes[name] = {**_told(ours), "made_beside": counterpart, "distance_dB": beside, **medians}
         print(name, json.dumps(scenes[name]), flush=True)
     recordings = {
-        kind: {group: {name: _told(its) for name, its in drums.items()} for group, drums in found.items()}
+        kind: {"work": {name: _told(its) for name, its in found["work"].items()}}
         for kind, found in real.items()
     }
     among = {
@@ -247,7 +263,13 @@ def main() -> None:
         }
         for kind, found in real.items()
     }
-    result = {"machine": description(), "edges_Hz": EDGES_HZ, "octaves_Hz": OCTAVES_HZ, "scenes": scenes}
+    result = {
+        "machine": description(),
+        "edges_Hz": EDGES_HZ,
+        "thirds_Hz": [round(middle, 1) for middle in THIRDS_HZ],
+        "octaves_Hz": OCTAVES_HZ,
+        "scenes": scenes,
+    }
     RESULT.write_text(
         json.dumps({**result, "recordings": recordings, "among_recordings_dB": among}, indent=1) + "\n"
     )

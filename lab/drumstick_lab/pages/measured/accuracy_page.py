@@ -4,14 +4,9 @@ The result is lab/results/accuracy.json: `drumstick accuracy --out DIR` in full,
 """
 
 import hashlib
-import io
 import json
 from pathlib import Path
 from typing import Any
-
-from matplotlib.figure import Figure
-from PIL import Image
-from PIL.PngImagePlugin import PngInfo
 
 from drumstick_lab.accuracy import figures
 from drumstick_lab.accuracy.choices import choices, worst_energy
@@ -20,16 +15,14 @@ from drumstick_lab.accuracy.run import PARTS
 from drumstick_lab.accuracy.store import shipped, summary
 from drumstick_lab.checkout import DOCS
 from drumstick_lab.pages.measured.stored import where
+from drumstick_lab.pages.stored_picture import digest_of, store
 from rig.accuracy_files import SHIPPED
 from rig.figures import style
-from rig.figures.style import drawn_png
 
 IMAGES = DOCS / "images"
 PAGE = DOCS / "accuracy-and-time.md"
 TEMPLATE = Path(__file__).parent / "accuracy.template.md"
-_COLOURS = 240
 _SOURCES = tuple(Path(module.__file__) for module in (figures, style))
-_MADE_FROM = "made from"
 
 
 def _digest(part: dict[str, Any]) -> str:
@@ -39,28 +32,14 @@ def _digest(part: dict[str, Any]) -> str:
     return made_from.hexdigest()
 
 
-def _made_from(path: Path) -> object:
-    if not path.exists():
-        return None
-    with Image.open(path) as picture:
-        return picture.info.get(_MADE_FROM)
-
-
 def stale_pictures() -> list[str]:
     """Names of pictures that are missing or were made from something else than the code and the result say now."""
     found, stale = shipped(), []
     for name, part, _ in FIGURES:
         path = IMAGES / f"{name}.png"
-        if _made_from(path) != _digest(found[part]):
+        if digest_of(path) != _digest(found[part]):
             stale.append(name)
     return stale
-
-
-def _save(figure: Figure, path: Path, digest: str) -> None:
-    info = PngInfo()
-    info.add_text(_MADE_FROM, digest)
-    drawn = Image.open(io.BytesIO(drawn_png(figure))).convert("RGB")
-    drawn.quantize(_COLOURS).save(path, optimize=True, pnginfo=info)
 
 
 def _table(found: dict[str, Any]) -> str:
@@ -124,7 +103,7 @@ def main() -> None:
     stale = stale_pictures()
     for name, part, draw in FIGURES:
         if name in stale:
-            _save(draw(found[part]), IMAGES / f"{name}.png", _digest(found[part]))
+            store(draw(found[part]), IMAGES / f"{name}.png", _digest(found[part]))
     PAGE.write_text(page(), encoding="utf-8")
 
 
