@@ -82,7 +82,7 @@ def panel_command(*, page: PageOptions, rig_options: RigOptions) -> None:
 
 
 def servo_ticks_command(rig: RigName = "main") -> None:
-    """Used by systemd: the new scene plays. Once the servo has started with it, the scene before is forgotten."""
+    """Used by systemd: note that the scene plays. Once the servo has started with it, the scene before is forgotten."""
     from rig.supervision.service import servo_ticks
 
     servo_ticks(rig)
