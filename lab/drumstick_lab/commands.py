@@ -15,10 +15,12 @@ def accuracy_command(
     as_json: Json = False,
     out: Annotated[
         Path | None,
-        typer.Option(help="Folder for the result and its figures; without it, one of this user's."),
+        typer.Option(
+            help="Folder for the result and its figures; without it, a folder of this user's own (named at the end)."
+        ),
     ] = None,
 ) -> None:
-    """Measure what accuracy costs in time on this machine: stick, servo, mesh, excitation, effects; with figures."""
+    """Measure what accuracy costs here. The time of stick, servo, mesh, excitation, effects; with figures."""
     from drumstick_lab.accuracy.command import accuracy
 
     accuracy(quick, as_json, out)
@@ -34,7 +36,10 @@ def soak_command(
     ] = None,
     speed: Annotated[
         float | None,
-        typer.Option(help="So many times the scene's strikes, by a quicker stick; 1, or 20 in real time."),
+        typer.Option(
+            help="Multiply the scene's rate of strikes by this, with a lighter, quicker stick; 1, or 20 with --real-time, if"
+            " not given."
+        ),
     ] = None,
     real_time: Annotated[
         bool, typer.Option("--real-time", help="The whole rig as processes, instead of virtual time in one.")
@@ -44,7 +49,7 @@ def soak_command(
         Path | None, typer.Option(help="Also write soak.json, soak.csv and a figure into this folder.")
     ] = None,
 ) -> None:
-    """Endurance test: look for leaks and drift in memory, descriptors, threads, counters and clocks."""
+    """Endurance test. Looks for leaks and drift in memory, descriptors, threads, counters and clocks."""
     from rig import checks
 
     if duration is not None:
@@ -61,7 +66,7 @@ def lab_command(
     program: Annotated[str | None, typer.Argument(help="One of the programs; none: list them.")] = None,
     arguments: Annotated[list[str] | None, typer.Argument(help="The program's own; try --help.")] = None,
 ) -> None:
-    """Run one of the laboratory's programs, or list them: benchmarks, torture, fuzzing, mutation, made pages."""
+    """Run one of the laboratory's programs, or list them. Benchmarks, torture, fuzzing, mutation, made pages."""
     from drumstick_lab.programs import module_of, programs
     from rig.exit_status import usage_error
 

@@ -33,13 +33,18 @@ PANIC, FAULT, ARM, SERVO, GATEWAY, SCENE, SET, LEASE = range(8)
 EVENTS = (
     PermissionEvent("panic", "whoever may speak to the rig: page, OSC, Zenoh", (PANICKED, PANICKED, FAULTED)),
     PermissionEvent(
-        "fault", "the tick itself: guard, device, numbers that are none", (FAULTED, FAULTED, FAULTED)
+        "fault",
+        "the tick itself: guard, device, values that are not numbers (NaN)",
+        (FAULTED, FAULTED, FAULTED),
     ),
     PermissionEvent("arm", "a person at the haptic machine: `drumstick arm`", (FREE, FREE, FREE)),
     PermissionEvent("servo restarts", "its supervisor, after whatever ended it", (FREE, PANICKED, FAULTED)),
     PermissionEvent("gateway restarts", "its supervisor, after whatever ended it", (FREE, PANICKED, FAULTED)),
     PermissionEvent(
-        "another scene", "whoever may set: page, Zenoh", (FREE, REFUSED, REFUSED), beside_lease=False
+        "another scene",
+        "the technician's page (role `panel`), and programs on the haptic machine by Zenoh",
+        (FREE, REFUSED, REFUSED),
+        beside_lease=False,
     ),
     PermissionEvent(
         "set", "whoever may set: page, OSC, Zenoh", (FREE, PANICKED, FAULTED), beside_lease=False

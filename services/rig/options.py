@@ -11,7 +11,7 @@ import typer
 
 from haptic_server.gateway.midi.encoding import CHANNELS, DEFAULT_CHANNEL, DEFAULT_NOTE, NOTES
 from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER
-from protocol.osc import DEFAULT_IN, DEFAULT_PREFIX
+from protocol.osc import DEFAULT_IN, DEFAULT_OUT, DEFAULT_PREFIX
 from sound_server.ranges import (
     BLOCKS,
     DEFAULT_BLOCK,
@@ -30,16 +30,24 @@ _CONNECT = typer.Option(help="Zenoh router to use, e.g. tcp/127.0.0.1:7447.")
 _LISTEN_WORDS = "Without --connect this rig is the Zenoh router itself, at this loopback endpoint."
 _RIG_FILE = typer.Option(
     "--rig-file",
-    help="Who the rig is on the network, and who may speak to it (TOML).",
+    help="This machine's rig file (TOML): name of the rig, certificate, addresses, who may come in (docs/security.md).",
     envvar=_RIG_FILE_VARIABLE,
     show_envvar=False,
 )
-_DURATION = typer.Option(help="Stop after this many seconds of play.")
+_DURATION = typer.Option(help="Stop after this many seconds.")
+_PLAY_DURATION = typer.Option(
+    help="Stop after this many seconds of play; what starting takes is not counted."
+)
 _JSON = typer.Option("--json", help="Print one JSON object and nothing else on stdout.")
-_AUDIO = typer.Option(help="auto, null, wav:FILE, or part of an audio device's name.")
+_AUDIO = typer.Option(
+    help="auto (the default device; without one a WAV file, or as a systemd service silence until there is one),"
+    " null (no sound), wav:FILE, or part of an audio device's name."
+)
 _PANEL_PORT = typer.Option(help="TCP port of the technician's page, on 127.0.0.1.")
 _OSC_IN_WORDS = "UDP port to hear OSC at, on 127.0.0.1 or where the rig file says."
-_OSC_OUT = typer.Option(help="host:port that gets the strikes as OSC; may be repeated.")
+_OSC_OUT = typer.Option(
+    help=f"host:port that gets the strikes as OSC, instead of {DEFAULT_OUT[0]}:{DEFAULT_OUT[1]}; may be repeated."
+)
 _PREFIX = typer.Option(help="First part of every OSC address.")
 _OSCQUERY = typer.Option(
     metavar="[HOST:]PORT",
@@ -55,15 +63,14 @@ _MIDI_OUT = typer.Option(
 _FRESH = typer.Option("--fresh", help="Start with the scene's parameters, not with those of last time.")
 _OUT = typer.Option(help="Also write figures (PNG, SVG), tables (CSV) and analysis.json into this folder.")
 _SWEEP = typer.Option(
-    help="NAME=LOW:HIGH:COUNT[:log], with --out: sweep this parameter instead of the usual ones; twice: a plane."
+    help="NAME=LOW:HIGH:COUNT[:log], with --out: sweep this parameter instead of the usual ones; give it twice"
+    " to sweep two parameters against each other."
 )
 _RECORD = typer.Option(help="Also record what the rig does into this new MCAP file.")
 _RECORD_FORCE = typer.Option(
     "--record-force", help='Record contact force too (only for scenes with excitation = "streamed").'
 )
-_POSE = (
-    "Confirms that the arm is in its neutral pose: its encoders are zeroed at the start (docs/phantom.md)."
-)
+_POSE = "Only for an arm whose encoders must be zeroed: somebody holds it in its neutral pose now (docs/phantom.md)."
 _DEVICE = typer.Option(
     help="simulated, pointer (mouse or touch on the panel), openhaptics, or replay:FILE (CSV with t_s and z_m)."
 )
@@ -72,6 +79,7 @@ Scene = Annotated[str, _SCENE]
 RigName = Annotated[str, _RIG]
 Connect = Annotated[str | None, _CONNECT]
 Duration = Annotated[float | None, _DURATION]
+PlayDuration = Annotated[float | None, _PLAY_DURATION]
 # What a rig file may say too: not given is not the same as given the default.
 RigFile = Annotated[Path | None, _RIG_FILE]
 RigNameOrFile = Annotated[
@@ -228,8 +236,10 @@ class RecordOptions:
 class PlaybackOptions:
     """Replay of a recording: speed, repetition, limits."""
 
-    speed: Annotated[float, typer.Option(help="Times the recorded speed; a contact keeps its length.")] = 1.0
-    loop: Annotated[bool, typer.Option("--loop", help="Again and again, until Ctrl-C.")] = False
+    speed: Annotated[
+        float, typer.Option(help="Playback speed: 2 is twice as fast; each contact keeps its own length.")
+    ] = 1.0
+    loop: Annotated[bool, typer.Option("--loop", help="Repeat until Ctrl-C.")] = False
     await_sound: Annotated[
         bool, typer.Option("--await-sound", help="Begin when a sound server of this rig is there.")
     ] = False

@@ -104,7 +104,7 @@ class Keys:
 
     @property
     def panic(self) -> str:
-        """Cut all force now; it stays off until `drumstick arm` on the haptic machine."""
+        """Cut all force now, until `drumstick arm` on the haptic machine (or its reboot, or a new `drumstick up`)."""
         return self._key("panic")
 
     @property

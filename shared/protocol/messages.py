@@ -24,7 +24,7 @@ class Strike(Message, array_like=True, frozen=True, kw_only=True):
     """The stick met the head. x, y in -1..1 of the radius; z_speed > 0 downward; level 0..1 of full scale.
 
     Peak, time and impulse are of the contact that begins, foreseen to its end: its release tells what they were.
-    `source`: who struck.
+    `source`: what made the strike; "stick" for the rig's own.
     """
 
     boot: int

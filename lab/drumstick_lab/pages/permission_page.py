@@ -64,7 +64,7 @@ def page() -> str:
         "|" + "---|" * (len(STATES) + 3),
         *(
             f"| {row.name} | {row.cause} | {' | '.join(_cell(*pair) for pair in enumerate(row.then))} |"
-            f" {'yes' if row.beside_lease else 'refused'} |"
+            f" {'works' if row.beside_lease else 'refused'} |"
             for row in EVENTS
         ),
         "",

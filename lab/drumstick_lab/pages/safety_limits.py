@@ -102,7 +102,7 @@ def before() -> str:
             ),
             (
                 "an arm that would keep moving in the head by itself",
-                "it comes to rest: the poles of the sampled loop lie inside the unit circle, without a hand and in the firmest grip. Every blow in that"
+                "Left alone in the head, the arm must come to rest, and every blow must come back slower than it came. In detail: the poles of the sampled loop lie inside the unit circle, without a hand and in the firmest grip. Every blow in that"
                 f" grip comes back at less than {sampled_contact.MAX_REBOUND:g} of its speed, or, where the ideal head itself returns more, {constant(sampled_contact, '_LIVELY'):g}"
                 f" times that and {constant(sampled_contact, '_MAX_OWN'):g} at most, at {constant(sampled_contact, '_PHASES')} phases of the tick."
                 " For the lightest and the heaviest arm that the device declares",
@@ -112,7 +112,7 @@ def before() -> str:
             ),
             (
                 "roughness by single encoder counts, on an arm",
-                f"one count may change the speed by {sampled_contact.MAX_KICK_M_PER_S * 1e3:g} mm/s a tick, by way of the damper, less the later the force comes. A blow of {sampled_contact.SLOW_M_PER_S * 1e3:g} mm/s, or up to a tenth more, seen in counts, comes back at {sampled_contact.MAX_SLOW_REBOUND:g} of its speed at most; for that the head holds back {sampled_contact.SLOW_LOSS:.0%} of its push while so slow a blow leaves. Three masses from the lightest arm to the heaviest",
+                f"The steps of the position sensor must not be felt as a tremble. In detail: one sensor step (count) may change the speed by {sampled_contact.MAX_KICK_M_PER_S * 1e3:g} mm/s a tick, by way of the damper, less the later the force comes. A blow of {sampled_contact.SLOW_M_PER_S * 1e3:g} mm/s, or up to a tenth more, seen in counts, comes back at {sampled_contact.MAX_SLOW_REBOUND:g} of its speed at most; for that the head holds back {sampled_contact.SLOW_LOSS:.0%} of its push while so slow a blow leaves. Three masses from the lightest arm to the heaviest",
                 both,
                 "the same",
                 _tests(*SELF_MOVING),

@@ -127,7 +127,7 @@ def _about(table: type) -> str:
 
 
 def _scenes() -> Iterator[str]:
-    yield "| scene | effects | live parameters | |"
+    yield "| scene | effects | can be set live | |"
     yield "|---|---|---|---|"
     for name in shipped_names():
         scene: Scene = parse(shipped_text(name), name)
@@ -144,9 +144,15 @@ def page() -> str:
         "",
         "Made by `drumstick lab scenes-page` from the declarations in `shared/drumstick`; do not edit.",
         "",
-        "A scene is one TOML file. A table that it does not name is absent: an effect then has no code, no memory and no slider;",
-        "the other tables have the defaults below. `drumstick scene check FILE` names every mistake with file, line, key, value, limit",
-        "and unit; `drumstick scene show NAME > mine.toml` is a start; `drumstick scene cost NAME` tells what it costs here.",
+        "Words: [glossary](glossary.md).",
+        "",
+        "A scene is one TOML file. An effect whose table the scene does not have is not computed, and has no slider. `[modal]` likewise:",
+        "without it the drum is a mesh. Every other table, and every key, that is left out has the default below.",
+        "`drumstick scene check FILE` names every mistake with file, line, key, value, limit and unit; `drumstick scene show NAME > mine.toml`",
+        "is a start; `drumstick scene cost NAME` tells what it costs on this machine.",
+        "",
+        "*Live as* is the name by which the value can be set while the rig plays (`drumstick params set NAME=...`, OSC",
+        "`/drumstick/param/NAME`, the page). Where it is empty, the value is read at the start only.",
         "",
         "## Shipped",
         "",

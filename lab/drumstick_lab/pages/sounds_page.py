@@ -145,9 +145,10 @@ def page() -> str:
     lines = [
         "# What the scenes sound like",
         "",
-        "Made by `drumstick lab sounds-page`; do not edit. A stroke at the centre, at half radius and at the rim, each at half of",
-        f"full scale, then {ROLL_S:g} s of what the scene's own stick plays. Offline, from the very code that plays live. `paper-roll` is heard by the",
-        f"forces that its servo streams, and so are {GESTURE_S:g} s of the gesture of `accents`, whose hand moves a simulated arm.",
+        "Made by `drumstick lab sounds-page`; do not edit. Each file: one stroke at the centre, one at half radius, one at the rim, all at",
+        f"half of full scale, then {ROLL_S:g} s of the scene's own roll, computed offline by the code that plays live. The roll of `paper-roll`,",
+        f"and the written pattern of `accents` ({GESTURE_S:g} s of it, by a hand that moves a simulated arm), drive the drum by the contact",
+        "force itself.",
         "",
     ]
     for name in shipped_names():
@@ -156,8 +157,8 @@ def page() -> str:
             f"## {name}",
             "",
             str(parse(shipped_text(name), name).words),
-            f"[{name}.flac](sounds/{name}.flac): {row['strikes']} strikes of its own, peak {row['peak']:.2f}, "
-            f"{row['rms_dB']:.1f} dB rms.",
+            f"[{name}.flac](sounds/{name}.flac): {row['strikes']} strikes of its own, peak {row['peak']:.2f}"
+            f" of full scale, {row['rms_dB']:.1f} dB rms.",
             "",
             f"![Spectrogram of {name}](images/sound-{name}.png)",
             "",

@@ -83,7 +83,7 @@ _GROUPS: tuple[tuple[str, str, _Commands], ...] = (
     ),
     (
         "service",
-        "One process of a rig, for systemd to supervise (docs/install.md).",
+        "One process of a rig, for systemd (docs/install.md).",
         (
             ("servo", service.servo_command),
             ("gateway", service.gateway_command),

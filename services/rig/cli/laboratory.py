@@ -24,15 +24,15 @@ def _run(context: typer.Context) -> None:
 
 
 def accuracy_command(context: typer.Context) -> None:
-    """Measure what accuracy costs in time on this machine: stick, servo, mesh, excitation, effects; with figures."""
+    """Measure what accuracy costs here. The time of stick, servo, mesh, excitation, effects; with figures."""
     _run(context)
 
 
 def soak_command(context: typer.Context) -> None:
-    """Endurance test: look for leaks and drift in memory, descriptors, threads, counters and clocks."""
+    """Endurance test. Looks for leaks and drift in memory, descriptors, threads, counters and clocks."""
     _run(context)
 
 
 def lab_command(context: typer.Context) -> None:
-    """The laboratory's programs: benchmarks, torture, fuzzing, mutation, made pages; without a name it lists them."""
+    """The laboratory's programs. Benchmarks, torture, fuzzing, mutation, made pages; without a name it lists them."""
     _run(context)

@@ -13,7 +13,7 @@ def servo_test_command(
     seconds: Annotated[float, typer.Option(help="How long to watch the loop.")] = 10.0,
     as_json: Json = False,
 ) -> None:
-    """Measure force-loop jitter for 10 s and say whether this machine is good enough."""
+    """Judge this machine's force loop. Measures its jitter for 10 s, and says whether that is good enough."""
     from rig import checks
     from rig.machine.servo_test import servo_test
 
@@ -22,7 +22,7 @@ def servo_test_command(
 
 
 def doctor_command(rig: RigNameOrFile = None, rig_file: RigFile = None, as_json: Json = False) -> None:
-    """Check this machine; show the last fault as a plot and recently rejected connections."""
+    """Check this machine; show the last fault. The fault as a plot; with --rig-file also who was turned away."""
     from rig.machine.doctor import doctor
 
     raise typer.Exit(doctor(as_json, rig, rig_file))
@@ -30,7 +30,11 @@ def doctor_command(rig: RigNameOrFile = None, rig_file: RigFile = None, as_json:
 
 def keys_make(
     out: Annotated[
-        Path, typer.Option(help="Output folder, which must not exist; it gets one subfolder per machine.")
+        Path,
+        typer.Option(
+            help="Output folder, new or empty; it gets one subfolder per machine. With --renew: the folder"
+            " that an earlier `keys make` made."
+        ),
     ],
     rig: RigNameOrFile = None,
     host: Annotated[
@@ -49,7 +53,7 @@ def keys_make(
         str | None, typer.Option(help="Make only this role's certificate again, by the authority in --out.")
     ] = None,
 ) -> None:
-    """Create a private CA and one certificate per role: haptic, sound, panel, technician, listener."""
+    """Create a private CA and one certificate per role. Roles: haptic, sound, panel, technician, listener."""
     from rig import checks
     from rig.identity import keys as rig_keys
 

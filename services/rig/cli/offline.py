@@ -18,13 +18,18 @@ def simulate_command(
         str,
         typer.Option(help="exact (no time step), semi_implicit_euler, verlet, rk4 or implicit_midpoint."),
     ] = "exact",
-    dt: Annotated[float | None, typer.Option(help="Time step of a stepper, s; 1e-5 if not given.")] = None,
+    dt: Annotated[
+        float | None, typer.Option(help="With fixed steps: their length, s; 1e-5 if not given.")
+    ] = None,
     events: Annotated[
-        bool, typer.Option(help="Whether a stepper finds the instants of contact, or sees them a step late.")
+        bool,
+        typer.Option(
+            help="With fixed steps: find the instant of each contact between two steps, or notice it a step late."
+        ),
     ] = True,
     as_json: Json = False,
 ) -> None:
-    """The contacts of a scene's stick: exact, or by a stepper to see what its step costs."""
+    """Compute a scene's contacts. The stick moves exactly, or in fixed time steps (--method), to compare the two."""
     from rig import checks
     from rig.offline.simulate import simulate
 
@@ -43,8 +48,8 @@ def render_command(
     strikes: Annotated[
         Path | None,
         typer.Option(
-            help="Strikes to play: CSV with t_s, x, y, speed_m_per_s, or a recording (.mcap). Without it, one at half"
-            " radius."
+            help="Strikes to play: CSV with t_s, x, y, speed_m_per_s, or a recording (.mcap). Without"
+            " --strikes and --roll: one stroke at half radius."
         ),
     ] = None,
     roll: Annotated[bool, typer.Option("--roll", help="Play what the scene's own stick does.")] = False,
@@ -70,7 +75,10 @@ def analyse_command(
     sweep: Sweeps = None,
     as_json: Json = False,
 ) -> None:
-    """Analyse a scene: its roll's rate and speed, how fast it settles, whether it is stable; beside equation (7)."""
+    """Analyse a scene's roll.
+
+    Its rate and speed, how fast it settles, whether it is stable; compared with the paper's equation (7).
+    """
     from rig.offline.analyse import analyse
 
     analyse(scene, as_json, out, sweep or [])
@@ -84,7 +92,7 @@ def scene_list(as_json: Json = False) -> None:
 
 
 def scene_show(scene: SceneName, as_json: Json = False) -> None:
-    """A scene with every default written out (--json), or its text."""
+    """A scene's text; with --json every default is written out."""
     from rig.offline import scene_commands
 
     scene_commands.show(scene, as_json)
@@ -98,7 +106,7 @@ def scene_check(scene: SceneName) -> None:
 
 
 def scene_cost(scene: SceneName, as_json: Json = False) -> None:
-    """Measure the cost of each effect and of the mesh here, per tick and per sample, and the accuracy it buys."""
+    """Measure what a scene costs here. Each effect a tick, the mesh a sample, and the accuracy that it buys."""
     from rig.offline.scene_cost import cost
 
     cost(scene, as_json)

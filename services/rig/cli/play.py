@@ -8,6 +8,7 @@ from rig.options import (
     Json,
     OutputOptions,
     PageOptions,
+    PlayDuration,
     RecordOptions,
     RigOptions,
     RoomOptions,
@@ -31,7 +32,7 @@ def _ports_listed(outputs: OutputOptions, as_json: bool) -> bool:
 def up_command(
     *,
     scene: Scene = "roll",
-    duration: Duration = None,
+    duration: PlayDuration = None,
     haptic_options: HapticOptions,
     audio: AudioOptions,
     rig_options: RigOptions,
@@ -58,7 +59,7 @@ def up_command(
 def haptic_command(
     *,
     scene: Scene = "roll",
-    duration: Duration = None,
+    duration: PlayDuration = None,
     haptic_options: HapticOptions,
     rig_options: RigOptions,
     recording: RecordOptions,
@@ -87,7 +88,7 @@ def sound_command(
     room: RoomOptions,
     as_json: Json = False,
 ) -> None:
-    """Only the sound server; each rig's scene comes from its haptic server."""
+    """Only the sound server. Each rig's scene comes from its haptic server."""
     from rig.supervision.parts import SOUND
     from rig.supervision.rig_options import checked_options
     from rig.supervision.up import up

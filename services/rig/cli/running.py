@@ -37,7 +37,7 @@ def record_command(
     connect: Connect = None,
     as_json: Json = False,
 ) -> None:
-    """Record a running rig: strikes, parameters, state, meters; until Ctrl-C."""
+    """Record a running rig. Strikes, parameters, state, meters; until Ctrl-C."""
     from rig import checks
     from rig.network.remote_rig import FOLLOWERS, remote_rig
     from rig.recording.record import record
@@ -60,7 +60,7 @@ def replay_command(
     prefix: Prefix = DEFAULT_PREFIX,
     as_json: Json = False,
 ) -> None:
-    """Play a recording over Zenoh and OSC, in the haptic server's place."""
+    """Play a recording again. Its strikes go out over Zenoh and OSC, as if the rig played."""
     from rig import checks
     from rig.replaying.replay import ReplayOptions, checked, replay
 
@@ -82,7 +82,7 @@ def rigs_command(
     connect: Connect = None,
     as_json: Json = False,
 ) -> None:
-    """The rigs on this network: scene, state, strikes, who is there; with --watch and --json one object a line."""
+    """List the rigs on this network. Scene, state, strikes, who is there; with --watch and --json one object a line."""
     from rig import checks
     from rig.network import rigs
     from rig.network.remote_rig import READERS, remote_rig
@@ -102,7 +102,11 @@ def monitor_command(
     connect: Connect = None,
     as_json: Json = False,
 ) -> None:
-    """Watch a running rig, one line a second: state, roll rate, sound, and whether strikes announce the contacts."""
+    """Watch a running rig.
+
+    One line a second: state, roll rate, sound, and how well each strike's forecast of force fits the contact that
+    follows.
+    """
     from rig import checks
     from rig.network.monitor import monitor
     from rig.network.remote_rig import FOLLOWERS, remote_rig
@@ -112,7 +116,10 @@ def monitor_command(
 
 
 def panic_command(rig: RigNameOrFile = None, rig_file: RigFile = None, connect: Connect = None) -> None:
-    """Cut all force now. It stays off until `drumstick arm`."""
+    """Cut all force now. It stays off until `drumstick arm`.
+
+    A reboot of the haptic machine or a new `drumstick up` also restores it.
+    """
     from rig.network import remote
     from rig.network.remote_rig import remote_rig
 

@@ -45,7 +45,7 @@ def access_command(
     rig_file: RigFile = None,
     listen: ListenOrFile = None,
 ) -> None:
-    """Become the public listener that the rig file describes, beside the gateway."""
+    """Become the public listener of the rig file. It runs beside the gateway."""
     from rig.options import EndpointOptions
     from rig.supervision.parts import ACCESS
     from rig.supervision.rig_options import checked_options
@@ -82,7 +82,7 @@ def panel_command(*, page: PageOptions, rig_options: RigOptions) -> None:
 
 
 def servo_ticks_command(rig: RigName = "main") -> None:
-    """Confirm, after the servo's unit has started, that the scene plays and needs no way back."""
+    """Used by systemd: note that the scene plays. Once the servo has started with it, the scene before is forgotten."""
     from rig.supervision.service import servo_ticks
 
     servo_ticks(rig)
@@ -93,7 +93,10 @@ def servo_ended_command(
     status: ExitStatus,
     rig: RigName = "main",
 ) -> None:
-    """Go back, after the servo's unit has ended, from a scene that cannot be played here to the one before."""
+    """Used by systemd: leave a scene that cannot play here.
+
+    When the servo ended because this machine cannot play the new scene, the scene before comes back.
+    """
     from rig.supervision.service import servo_ended
 
     servo_ended(rig, how, status)

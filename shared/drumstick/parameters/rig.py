@@ -41,7 +41,7 @@ class Servo:
     predictor: Literal["lead", "off"] = choice(
         "lead",
         ("lead", "off"),
-        "On sampled devices: whether the position is led by T/2 and the device's delay",
+        "On sampled devices: lead corrects the position for half a tick and the device's delay; off does not",
     )
 
 

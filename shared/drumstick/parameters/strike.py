@@ -31,9 +31,19 @@ class Strike:
         (), 2, 0.0, 20.0, "m/s; level 0 .. 1", "table: its points, each [speed, level], straight between them"
     )
     stroke_m_per_s: float = number(
-        0.0, 0.0, 20.0, "m/s", "Hard: the mallet's speed at level 1; 0: at each level the stick's own speed"
+        0.0,
+        0.0,
+        20.0,
+        "m/s",
+        "Mallet's speed for the hardest stroke (level 1); 0: the mallet is always as fast as the stick",
     )
-    soft_stroke_m_per_s: float = number(0.0, 0.0, 20.0, "m/s", "Soft: the mallet's speed at level 0")
+    soft_stroke_m_per_s: float = number(
+        0.0,
+        0.0,
+        20.0,
+        "m/s",
+        "Mallet's speed for the softest stroke (level 0); used only with stroke_m_per_s, and below it",
+    )
 
     def stroke_at(self, level: float, speed_m_per_s: float) -> float:
         """Speed of the stroke, m/s, for which a strike of this level at this speed of the stick stands."""

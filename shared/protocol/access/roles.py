@@ -63,7 +63,7 @@ ROLES: dict[str, Role] = {
         sees=("alive/*/*",),
     ),
     "technician": Role(
-        "`drumstick params`, `rigs` and `panic` from another machine",
+        "`drumstick params`, `preset`, `rigs`, `doctor` and `panic` from another machine",
         subscribes=("state", "meter", "param/*", "preset", "lease"),
         asks=(
             "set",
@@ -81,7 +81,7 @@ ROLES: dict[str, Role] = {
         sees=("alive/*/*",),
     ),
     "listener": Role(
-        "programs that only follow the play: light, video, recording",
+        "programs that only follow the play: light, video, `drumstick record`, `drumstick monitor`",
         subscribes=("strike", "release", "state", "meter", "param/*", "preset", "lease"),
         asks=("param/*", "preset", "scene", "clock"),
         is_seen_as=("alive/record/*",),

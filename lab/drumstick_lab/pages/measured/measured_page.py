@@ -1,5 +1,7 @@
 """Writes docs/measured.md from the stored results: drumstick lab measured-page."""
 
+from typing import Any
+
 from drumstick_lab.checkout import DOCS
 from drumstick_lab.pages.measured import measured_drums, measured_panel, measured_robustness
 from drumstick_lab.pages.measured.stored import read, where
@@ -20,17 +22,18 @@ _NAMES = {
 
 def _first_start() -> list[str]:
     found = read("first_start")
+    runs = "one run" if found["runs"] == 1 else f"the median of {found['runs']} runs"
     lines = [
         "",
         "### The first start",
         "",
-        f"`drumstick lab first-start`: `drumstick up` with an empty store of compiled kernels, and again; the median of {found['runs']} runs."
-        f" Importing numba and zenoh took {found['imports_s']:.2f} s in the same runs. {where(found)}",
+        f"`drumstick lab first-start`: `drumstick up` with an empty store of compiled kernels, and again; {runs}."
+        f" Importing numba and zenoh took {found['imports_s']:.2f} s at that time. {where(found)}",
         "",
         "| kernels | until an OSC client hears a strike, s | processor time, s | until the sound server has played one, s | processor time, s |",
         "|---|---|---|---|---|",
     ]
-    names = {"empty": "compiled", "filled": "found compiled"}
+    names = {"empty": "none yet: compiled at the start", "filled": "there from the first start"}
     for store, row in found["rows"].items():
         cells = " | ".join(
             f"{row[name]:.1f}" for name in ("strike_s", "strike_processor_s", "sound_s", "sound_processor_s")
@@ -47,7 +50,7 @@ def _streamed() -> list[str]:
         "",
         f"`drumstick lab streamed-force`, a blow of `roll` beside the analytic one. {where(result)}",
         "",
-        "| servo Hz | error of the sound below a quarter of that | below half | largest sample to the force's peak |",
+        "| servo Hz | error of the sound below 1/4 of the servo's rate | below 1/2 | largest sample, relative to the force's peak |",
         "|---|---|---|---|",
     ]
     lines += [
@@ -154,7 +157,7 @@ def _ticks() -> list[str]:
         "",
         f"`drumstick lab tick-cost`: everything but the sleep. {where(found)}",
         "",
-        "| servo | ns a tick | to the barest tick that plays the same | to a read of the clock |",
+        "| servo | ns a tick | relative to the barest tick that plays the same | in reads of the clock |",
         "|---|---|---|---|",
     ]
     for name, row in found["rows"].items():
@@ -174,7 +177,7 @@ def _lateness() -> list[str]:
         " two loops in C,",
         f"is the noise of it. {where(found)}",
         "",
-        "| condition | p50 us | p99 us | p99.9 us | p99.99 us | C: p99.99 us | p50 to C | p99 to C | host's longest stall, ms |",
+        "| condition | p50 us | p99 us | p99.9 us | p99.99 us | C: p99.99 us | p50, relative to C | p99, relative to C | host's longest stall, ms |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
     for name, row in found["rows"].items():
@@ -249,10 +252,16 @@ def _wire() -> list[str]:
     ]
     for key, words in (("scsynth", "the same messages"), ("scsynth_mutants_only", "the mutants alone")):
         if fuzz[key] is not None:
-            lines.append(
-                f"SuperCollider's server 3.13 given {words}: after {fuzz[key]['bore']} it {fuzz[key]['then']}."
-            )
+            lines.append(f"SuperCollider's server 3.13, given {words}, {_borne(fuzz[key])}.")
     return lines
+
+
+def _borne(found: dict[str, Any]) -> str:
+    # How many messages it took, and how it ended, as `drumstick lab osc-fuzz` writes that.
+    after = f"after {found['bore']:,} of them" if found["bore"] else "at the very first"
+    if found["then"] == "answers no more (TimeoutError)":
+        return f"stopped answering {after} (waiting for its answer timed out)"
+    return f"{after}: {found['then']}"
 
 
 def _door() -> list[str]:
@@ -290,7 +299,7 @@ def page() -> str:
         "",
         f"`drumstick lab start-and-restart`. {where(starts)}",
         "",
-        "| what | median s | worst s | times starting Python | times importing |",
+        "| what | median s | worst s | in starts of Python | in imports of numba and zenoh |",
         "|---|---|---|---|---|",
     ]
     lines += [
@@ -304,7 +313,7 @@ def page() -> str:
         "",
         f"`drumstick lab sound-cost`, a {sound['f01_Hz']:g} Hz head at {sound['device_rate_Hz']} Hz. {where(sound)}",
         "",
-        "| `[mesh] accuracy` | junctions | mesh rate Hz | share of a core | ns a junction and step | cost to numpy slices | error of f01, cents |",
+        "| `[mesh] accuracy` | junctions | mesh rate Hz | share of a core | ns a junction and step | time, relative to numpy slices | error of f01, cents |",
         "|---|---|---|---|---|---|---|",
     ]
     lines += [

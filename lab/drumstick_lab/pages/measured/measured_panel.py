@@ -64,23 +64,22 @@ def panel() -> list[str]:
         )
         lines.append(f"| {name} | {cells} |")
     one, new = found["one_prediction_ms"], found["newcomer_s"]
-    memory = found["resident_MB"]
+    memory, first = found["resident_MB"], found["foreseen_first"]
     return [
         *lines,
         "",
-        "A value is sent at once; its prediction is drawn when it is computed. Of the moves the page had drawn the prediction no later than",
-        "the readback, and no later than the force was another: "
-        + "; ".join(
-            f"{size} {n['shown']} and {n['force']} of {found['moves']}"
-            for size, n in found["foreseen_first"].items()
-        )
-        + ".",
-        f"Of a newcomer's time the machine takes {new['roll_on_the_page']:.1f} s, from the printed address until the page shows the roll, and"
-        f" {new['faster_roll_on_the_page']:.1f} s for twelve steps of the first slider until it shows a faster one; the rest of the 30 s that it may"
-        " take is left for reading.",
+        f"A value is sent at once; its prediction is drawn when it is computed. Of {found['moves']} moves, the page had drawn the prediction before or",
+        f"with the readback in {_by_page(first, 'shown')}, and before the force had changed in {_by_page(first, 'force')}.",
+        "A newcomer has 30 s from the printed address to a faster roll. The machine takes"
+        f" {new['roll_on_the_page']:.1f} s of them until the page shows the roll, and {new['faster_roll_on_the_page']:.1f} s for twelve steps"
+        " of the first slider until it shows a faster one; the rest is for reading.",
         f"One prediction takes {one['p50']:.1f} ms of its time at the median, {one['max']:.1f} ms at most, over {one['values']} values of dv_pls.",
         f"The panel takes {memory['panel']:.0f} MB of memory, what computes for it {memory['computing']:.0f} MB.",
     ]
+
+
+def _by_page(counts: dict[str, dict[str, int]], than: str) -> str:
+    return " and ".join(f"{row[than]} ({size})" for size, row in counts.items())
 
 
 def attacked() -> list[str]:

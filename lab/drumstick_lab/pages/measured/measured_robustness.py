@@ -70,7 +70,7 @@ def torture() -> list[str]:
         f"Panics sent once: {panics['sent']}, the longest took {panics['longest_s'] * 1e3:.0f} ms until the state said so; sent again and"
         f" again after the gateway was killed: {panics['after_a_kill']}, the longest {panics['longest_after_a_kill_s']:.1f} s.",
         "",
-        "| what was done | rounds | strikes lost | strikes are back after, s | sound | panel |",
+        "| what was done | rounds | strikes lost | s until strikes are back | until sound | until panel |",
         "|---|---|---|---|---|---|",
     ]
     for name, row in sorted(found["harms"].items()):

@@ -40,12 +40,14 @@ drumstick render roll --strikes take.mcap --out take.wav
 
 ## Recording
 
-The recorder is a program of its own beside the rig (`--connect` if that is on another machine): whatever happens to
-it, the rig plays on. It says what it could not get: strikes that never came, messages that came faster than the disk
+The recorder is a program of its own. For a rig on another machine give it `--rig-file listener/rig.toml`
+([security.md](security.md)); where the network has an open router of its own, `--connect`. Whatever happens to the
+recorder, the rig plays on. It says what it could not get: strikes that never came, messages that came faster than the disk
 took them. A file that exists is never overwritten.
 
 - `--force` (`--record-force` with `up`) records the contact's force, tick by tick. Only a scene with `[drum]
-  excitation = "streamed"` has that, and the rig tells it only while somebody listens: this makes it do so.
+  excitation = "streamed"` has that, and the rig tells it only while somebody listens: this makes it do so. The
+  certificate `listener` is not given it, so over TLS there is none.
 - `--rig NAME` says which rig, `--json` prints what was recorded as one JSON object.
 - Exit status 2: the file exists, or the scene does not stream; 3: no rig answers, or the disk took no more.
 
@@ -71,22 +73,22 @@ readbacks, `alive`.
 
 - It begins a second after its start; `--await-sound` lets it wait for a sound server first, so that none of its
   strikes is missed.
-- `--speed 2` plays twice as fast; each contact keeps its own length. `--loop` begins again after the last cue and one
-  usual interval of strikes.
+- `--speed 2` plays twice as fast; each contact keeps its own length. `--loop` begins again one usual interval between
+  strikes after the last message.
 - `set` is refused with a reason; `panic` ends it. It will not play beside a live rig of the same `--rig` name on the
   same router.
 - Each message has an absolute deadline; how late they went out is printed at the end.
 - What would play for more than an hour is refused, with its length and its longest silence: one wrong time can make it last for years.
-  `--longest SECONDS` allows more. Messages with impossible times are refused too: that go back, that happened after
-  they were recorded or more than an hour before.
+  `--longest SECONDS` allows more. Refused too are messages with impossible times: those that go back, and those that
+  happened after they were recorded or more than an hour before.
 - A file that was cut off is played to its last whole chunk, which is said. A recording across a change of scene is
   played with the first one.
 
 ## Rendering
 
-`drumstick render SCENE --strikes take.mcap` plays the recorded strikes on the drum of SCENE, by their estimates of
-peak force and contact time as the live sound server does; for a SCENE that streams, the recorded forces instead
-(without any it says what to do). The first strike falls 0.05 s into the file; without `--duration` all of the
+`drumstick render SCENE --strikes take.mcap` plays the recorded strikes on the drum of SCENE, with the peak force
+and contact time that each strike announced, as the live sound server does; for a SCENE that streams, the recorded
+forces instead (without any it says what to do). The first strike falls 0.05 s into the file; without `--duration` all of the
 recording is rendered, and a second to ring; one that lasts for more than an hour only with `--duration`. What the disk
 has no room for, or a WAV file (4.29 GB), is refused before anything is written.
 

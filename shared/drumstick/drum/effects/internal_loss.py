@@ -25,7 +25,9 @@ class InternalLossTable:
     """The head's material takes more from quick modes: a dull head rather than a bright one."""
 
     t60_s: float = number(0.15, 0.001, 60.0, "s", "Time in which a mode at at_Hz falls by 60 dB")
-    at_Hz: float = number(2000.0, 50.0, 20000.0, "Hz", "Where that is so; below, the loss falls with f^2")
+    at_Hz: float = number(
+        2000.0, 50.0, 20000.0, "Hz", "Frequency at which t60_s holds; below it the loss falls with f^2"
+    )
 
 
 TABLE = InternalLossTable

@@ -13,7 +13,7 @@ from drumstick.parameters.declare import number
 class KettleTable:
     """A closed bowl under the head instead of open air; needs `air`."""
 
-    depth_m: float = number(0.42, 0.05, 2.0, "m", "Volume of the bowl over the area of the head")
+    depth_m: float = number(0.42, 0.05, 2.0, "m", "Depth: volume of the bowl divided by the head's area")
 
 
 TABLE = KettleTable

@@ -34,7 +34,7 @@ class RimTable:
     level: float = number(
         0.6, 0.0, 4.0, "1", "Loudness of a full stroke on the rim, relative to one on the head"
     )
-    width: float = number(0.1, 0.01, 0.5, "radii", "How far inside the rim it is felt")
+    width: float = number(0.1, 0.01, 0.5, "radii", "How far inside the rim a stroke still sounds the hoop")
 
 
 TABLE = RimTable

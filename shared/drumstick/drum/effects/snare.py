@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 class SnareTable:
     """Wires across the second head, which rattle on it. Needs `cavity`, whose head they lie on."""
 
-    wires: int = count(12, 1, 42, "wires", "Side by side across the head")
+    wires: int = count(12, 1, 42, "wires", "Number of wires, side by side across the head")
     g_per_m: float = number(
         2.2, 0.1, 50.0, "g/m", "Mass of one wire: 5 for a coil of 0.4 mm steel, 1.6 mm wide; gut has 1"
     )

@@ -25,7 +25,9 @@ class Chaos:
     growth: float = number(
         3.9, 0.0, 4.0, "1", "Growth of the logistic map: chaotic from 3.57 on", wire="chaos.growth"
     )
-    start: float = number(0.4, 0.01, 0.99, "1", "x before the first contact")
+    start: float = number(
+        0.4, 0.01, 0.99, "1", "Value x of the logistic map before the first contact (not the place x)"
+    )
 
 
 class ChaosLaw(Record):

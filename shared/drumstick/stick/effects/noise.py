@@ -35,7 +35,7 @@ class Noise:
     hold_s: float = number(
         0.001, 1e-4, 0.1, "s", "How long each random force lasts", wire="noise.hold", scale="log"
     )
-    seed: int = count(1, 0, 2**31 - 1, "1", "Another seed is another run")
+    seed: int = count(1, 0, 2**31 - 1, "1", "Start of the random numbers: the same seed gives the same run")
 
 
 class NoiseLaw(Record):

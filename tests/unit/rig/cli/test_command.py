@@ -17,6 +17,16 @@ def test_the_short_form_of_help(words: tuple[str, ...]) -> None:
     assert done.stdout.startswith("Usage: ")
 
 
+@pytest.mark.parametrize(
+    "words", [(), ("scene",), ("params",), ("preset",), ("keys",), ("service",)], ids=str
+)
+def test_no_line_of_a_list_of_commands_is_cut(words: tuple[str, ...]) -> None:
+    done = CliRunner(env={"COLUMNS": "80"}).invoke(app, [*words, "-h"])
+    assert done.exit_code == 0
+    _, listed = done.stdout.split("Commands:")
+    assert [line for line in listed.splitlines() if line.endswith("...")] == []
+
+
 def test_its_version() -> None:
     done = CliRunner().invoke(app, ["--version"])
     assert (done.exit_code, done.stdout.split()) == (0, ["drumstick", version("haptic-drumstick")])

@@ -18,7 +18,7 @@ _TO_DO = {
     names.AUTO: "move the stylus slowly through its whole reach, then start again",
     names.INKWELL: "put the stylus into the inkwell, leave it there, and start again",
     names.ENCODER_RESET: "hold the arm in its neutral pose (both links at right angles, the stylus level: the vendor's "
-    "manual shows it), say so, and keep holding until it is calibrated",
+    "manual shows it), start again with --pose-is-held, and keep holding until it is calibrated",
 }
 
 
