@@ -10,7 +10,7 @@ import io
 import json
 from typing import Any
 
-from drumstick.parameters.scene import parse, shipped_gesture, shipped_names, shipped_text
+from drumstick.scenes.scene_text import parse, shipped_gesture, shipped_names, shipped_text
 from drumstick_lab.checkout import DOCS
 
 PAGE = DOCS / "sounds.md"

@@ -17,7 +17,8 @@ from PIL.PngImagePlugin import PngInfo
 
 from drumstick.analysis.cycles.sweep import Axis, Swept, sweep
 from drumstick.analysis.findings import analyse
-from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick_lab.checkout import DOCS
 from rig import figures
 from rig.figures.bifurcation import bifurcation

@@ -254,7 +254,7 @@ def _draw(
 
             save(spectrogram(sound, options.rate_Hz, scene.drum.f01_Hz, scene.name), options.spectrogram)
         if options.modes is not None:
-            from drumstick.drum.mode_measurement import measured_modes
+            from drumstick.drum.measurement.measured_modes import measured_modes
             from rig.figures.sounds.modes import modes
 
             heard = measured_modes(scene, options.rate_Hz)

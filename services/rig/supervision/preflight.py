@@ -26,8 +26,8 @@ def playable() -> Generator[None]:
 
 def try_stick(scene: Scene) -> None:
     """Judge the scene's own set for its simulated device, as the servo does at its start. Raises CommandError."""
-    from drumstick.parameters.table import Refusal
     from drumstick.safety import envelope
+    from drumstick.scenes.table import Refusal
     from drumstick.stick.law import law_of
     from haptic_server.device.simulated import Simulated
     from haptic_server.limits import limits_of

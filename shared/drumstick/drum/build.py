@@ -4,20 +4,24 @@ from typing import Any, cast
 
 import numpy as np
 
-from drumstick.drum.effects.registry import Building, effects_of
+from drumstick.drum.effects import head_numbers
+from drumstick.drum.effects.building import Building
+from drumstick.drum.effects.registry import effects_of
 from drumstick.drum.engine import CONTROL, METERS, PENDING, Control, Engine
 from drumstick.drum.excitation.analytic import CONTACT, FORCES, POOL, PULSE
 from drumstick.drum.excitation.point_force import FORCE
 from drumstick.drum.excitation.strikes import EVENT, StrikeRing
 from drumstick.drum.excitation.timeline import stream_of
+from drumstick.drum.length_unit import metres_per_unit_in_air
 from drumstick.drum.mallets.mallet_memory import mallets_on_mesh, mallets_on_modes
 from drumstick.drum.membrane.heads import aligned, head_of, pickups_on
 from drumstick.drum.membrane.scheme import tuned
-from drumstick.drum.membrane.surface import Places, metres_per_unit_in_air, of_modes, on_mesh
+from drumstick.drum.membrane.surface import Places, on_mesh
+from drumstick.drum.modal.surface import of_modes
 from drumstick.drum.output.display_data import shown_of
 from drumstick.drum.output.microphones import microphones_of
 from drumstick.drum.output.upsample import TAPS, interpolator
-from drumstick.drum.step_numbers import StepCoefficients
+from drumstick.drum.step_numbers import coefficients_of, control_of
 from drumstick.drum.tiers import divisor_for
 from drumstick.parameters.scene import Scene
 from drumstick.stick.contact import PAPER
@@ -59,10 +63,7 @@ def _common(scene: Scene, step_s: float, divisor: int, strikes: StrikeRing, plac
 
 
 def _unit_m(scene: Scene) -> float:
-    # Only wires, and a head that stiffens by its own numbers, ask for it.
-    tension = scene.drum.effects.get("tension")
-    asked = "snare" in scene.drum.effects or (tension is not None and tension.young_GPa > 0.0)
-    return metres_per_unit_in_air(scene) if asked else 0.0
+    return metres_per_unit_in_air(scene) if head_numbers.are_in_metres(scene.drum) else 0.0
 
 
 class Unplayable(ValueError):
@@ -72,14 +73,14 @@ class Unplayable(ValueError):
 def _of_mesh(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     divisor = divisor_for(scene, rate_Hz)
     step_s = divisor / rate_Hz
-    numbers = StepCoefficients(scene, step_s)
+    numbers = coefficients_of(scene, step_s)
     lattice = tuned(scene.drum.f01_Hz, step_s, numbers.scheme, numbers.losses)
     head = head_of(lattice, numbers.baked)
     size = lattice.weights.size
     pickups, pickup_gains = pickups_on(scene, head, 1.0)
     return Engine(
         **_common(scene, step_s, divisor, strikes, on_mesh(head)),
-        control=numbers.control(scene, rate_Hz, divisor),
+        control=control_of(numbers, scene, rate_Hz, divisor),
         head=head,
         forces=cast(Records, np.zeros(FORCES, FORCE)),
         pickups=pickups,

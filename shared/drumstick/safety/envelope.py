@@ -19,10 +19,10 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.parameters.scene import Scene
-from drumstick.parameters.table import Refusal
 from drumstick.safety import all_effects, bounds, sampled_contact
 from drumstick.safety.bounds import ContactBounds
 from drumstick.safety.sampled_contact import Arm, Coefficients, Head
+from drumstick.scenes.table import Refusal
 from drumstick.stick.effects import system_delay
 from drumstick.stick.effects.registry import EFFECTS
 from drumstick.stick.law import Records

@@ -14,9 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.parameters.declare import Quantity, quantities
-from drumstick.parameters.drum_effects import DRUM_EFFECTS
 from drumstick.parameters.scene import Scene
-from drumstick.stick.effects.registry import EFFECTS
+from drumstick.stick.effects.registry import EFFECTS, in_order
 from drumstick.stick.records import StickLaw, StickMotion
 from realtime.records import fields_of
 
@@ -58,8 +57,8 @@ def live_in_drum(scene: Scene) -> dict[str, tuple[Quantity, float]]:
     """Wire name -> declaration and the scene's own value, of what can be set live in its drum."""
     return {
         quantity.wire: (quantity, float(getattr(table, key)))
-        for effect, table in scene.drum.effects.items()
-        for key, quantity in quantities(DRUM_EFFECTS[effect]).items()
+        for table in scene.drum.effects.values()
+        for key, quantity in quantities(type(table)).items()
         if quantity.wire is not None
     }
 
@@ -67,7 +66,7 @@ def live_in_drum(scene: Scene) -> dict[str, tuple[Quantity, float]]:
 def law_of(scene: Scene) -> Records:
     """The scene's parameters, shape (1,)."""
     drum = live_in_drum(scene)
-    law = np.zeros(1, law_type(tuple(scene.effects), tuple(drum)))
+    law = np.zeros(1, law_type(in_order(scene.effects), tuple(drum)))
     for name, (_, value) in drum.items():
         law[0][DRUM][name] = value
     _fill(law[0], scene.stick)
@@ -78,6 +77,6 @@ def law_of(scene: Scene) -> Records:
 
 def thrown(scene: Scene, v0: float) -> Records:
     """A stick at z = 0 that moves up at v0 >= 0 m/s (or down into the head), shape (1,)."""
-    motion = np.zeros(1, motion_type(tuple(scene.effects)))
+    motion = np.zeros(1, motion_type(in_order(scene.effects)))
     motion["v"] = v0
     return motion

@@ -25,7 +25,8 @@ from drumstick.drum.excitation.offline import StreamedContact
 from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.excitation.timeline import stream_of
 from drumstick.drum.render import render
-from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.stick.law import law_of
 from drumstick_lab.checkout import RESULTS
 from haptic_server import block as blocks

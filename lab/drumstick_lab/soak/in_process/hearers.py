@@ -4,7 +4,8 @@ import json
 import random
 from pathlib import Path
 
-from drumstick.parameters.scene import Scene, as_tables
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import as_tables
 from drumstick_lab.soak.listeners import Sequence
 from protocol.clock import ClockMap, HapticClock, RoundTrip
 from protocol.messages import Release, State, Strike, decode, encode

@@ -12,17 +12,19 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from drumstick.drum.air_constants import AIR_KG_PER_M3, SOUND_M_PER_S
 from drumstick.drum.effects import snare
 from drumstick.drum.membrane.heads import head_of, pickups_on
 from drumstick.drum.membrane.rows import Terms
 from drumstick.drum.membrane.scheme import even_losses, scheme_of, tuned
 from drumstick.drum.membrane.sweep import Head, sweep
 from drumstick.parameters.declare import number
+from drumstick.parameters.drum import HEAD_KG_PER_M2
 from realtime.kernels.jit import only_with
 from realtime.records import Float32, Record, Records, Rows, dtype_of
 
 if TYPE_CHECKING:
-    from drumstick.drum.effects.registry import Building
+    from drumstick.drum.effects.building import Building
     from drumstick.drum.engine import Engine
 
 
@@ -31,13 +33,20 @@ class CavityTable:
     """A second head on the other side, coupled by the air between."""
 
     depth_m: float = number(0.3, 0.02, 2.0, "m", "Between the heads")
-    head_kg_per_m2: float = number(0.26, 0.05, 2.0, "kg/m^2", "Both heads' mass per area")
+    head_kg_per_m2: float = number(HEAD_KG_PER_M2, 0.05, 2.0, "kg/m^2", "Both heads' mass per area")
     f01_Hz: float = number(180.0, 20.0, 2000.0, "Hz", "Pitch of the second head alone")
     t60_s: float = number(1.0, 0.02, 60.0, "s", "Its own decay")
     heard: float = number(0.5, 0.0, 1.0, "1", "How much of the second head the pickups hear")
 
 
 TABLE = CavityTable
+SECOND_ORDER_ONLY = True
+
+
+def spring(table: CavityTable, step_s: float) -> float:
+    """K T^2."""
+    stiffness = AIR_KG_PER_M3 * SOUND_M_PER_S**2
+    return stiffness / (table.head_kg_per_m2 * table.depth_m) * step_s**2
 
 
 class CavityState(Record):

@@ -21,7 +21,7 @@ from realtime.kernels.jit import only_with
 from realtime.records import Record, Records, Rows, dtype_of
 
 if TYPE_CHECKING:
-    from drumstick.drum.effects.registry import Building
+    from drumstick.drum.effects.building import Building
     from drumstick.drum.engine import Engine
 
 

@@ -31,8 +31,8 @@ from realtime.kernels.jit import njit, only_with
 from realtime.records import Record, Records, Rows, dtype_of
 
 if TYPE_CHECKING:
+    from drumstick.drum.effects.building import Building
     from drumstick.drum.effects.cavity import Cavity
-    from drumstick.drum.effects.registry import Building
     from drumstick.drum.engine import Engine
 
 
@@ -56,6 +56,12 @@ class SnareTable:
 
 TABLE = SnareTable
 NEEDS = ("cavity", "the wires lie on the second head")
+
+
+def is_in_metres(table: SnareTable) -> bool:
+    """How far wires lie from the head is told in metres."""
+    return True
+
 
 # Half the length of the wires and half the width of the bed, in radii; how far from the head wires hang; the pitch of a
 # wire on something rigid; the least pull, of that of a tight strainer; time from tight to loose, and from there to off.

@@ -14,6 +14,7 @@ A new effect is one module of this folder and one line here. The module has
 or stiffness must have the one that says how much, or a device would be let in that it can overcome.
 """
 
+from collections.abc import Collection
 from types import ModuleType
 
 from drumstick.stick.effects import (
@@ -36,6 +37,17 @@ _IN_ORDER: tuple[ModuleType, ...] = (
     chaos,
 )
 EFFECTS: dict[str, ModuleType] = {module.__name__.rpartition(".")[2]: module for module in _IN_ORDER}
+
+# `[effects.<name>]`.
+STICK_TABLES: dict[str, type] = {name: module.TABLE for name, module in EFFECTS.items()}
+
+
+def in_order(names: Collection[str]) -> tuple[str, ...]:
+    """These effects as the records have them, whatever the order in which a scene names them.
+
+    Of another order the same effects would be another type of record, and all kernels compiled again.
+    """
+    return tuple(name for name in EFFECTS if name in names)
 
 
 def names_with(mark: str) -> tuple[str, ...]:

@@ -16,7 +16,8 @@ from drumstick.drum.membrane.lattice import J01
 from drumstick.drum.modal.modes import modes_below, shapes_at
 from drumstick.parameters.drum import Modal
 from drumstick.parameters.mallet import MATERIALS
-from drumstick.parameters.scene import Scene, parse
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse
 from mallets import swing, with_mallet
 from stability.mesh_steps import RATE, take
 

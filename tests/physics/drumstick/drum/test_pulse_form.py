@@ -11,7 +11,7 @@ import pytest
 
 from drumstick.drum.build import new_engine
 from drumstick.drum.excitation.strikes import StrikeRing
-from drumstick.parameters.scene import parse, shipped_text
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick_lab.accuracy.drums import blows
 
 RATE_HZ = 48_000

@@ -11,7 +11,7 @@ from drumstick.drum.build import new_engine
 from drumstick.drum.engine import Engine
 from drumstick.drum.excitation.analytic import CONTACT, POOL, PULSE, begin, damp, mean_force, press
 from drumstick.drum.excitation.strikes import StrikeRing
-from drumstick.parameters.scene import parse, shipped_text
+from drumstick.scenes.scene_text import parse, shipped_text
 
 
 def engine_of(inject: str = "nearest") -> Engine:

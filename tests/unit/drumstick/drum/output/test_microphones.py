@@ -14,7 +14,8 @@ from drumstick.drum.engine import Engine
 from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.render import render
 from drumstick.parameters.drum import Drum, Listen
-from drumstick.parameters.scene import Scene, SceneError, as_tables, from_tables, parse
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import SceneError, as_tables, from_tables, parse
 
 RATE = 48_000
 RADIUS_M = 0.16
