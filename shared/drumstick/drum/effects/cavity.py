@@ -13,7 +13,6 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.air_constants import AIR_KG_PER_M3, SOUND_M_PER_S
-from drumstick.drum.effects import snare
 from drumstick.drum.membrane.heads import head_of, pickups_on
 from drumstick.drum.membrane.rows import Terms
 from drumstick.drum.membrane.scheme import even_losses, scheme_of, tuned
@@ -94,7 +93,7 @@ def part_of(building: "Building") -> Cavity:
 
 
 @only_with("cavity")
-def push(engine: "Engine") -> Any:
+def head_push(engine: "Engine") -> Any:
     """f for the first head; None without a second one."""
     state = engine.effects.cavity.state[0]
     state_difference = state.per_area_2 * state.sum_2 - state.per_area_1 * state.sum_1
@@ -102,8 +101,8 @@ def push(engine: "Engine") -> Any:
 
 
 @only_with("cavity")
-def step(engine: "Engine", plane: int, sum_1: float) -> None:
-    """The second head's step; sum_1: of the first head's u+."""
+def sweep_beside(engine: "Engine", plane: int, total: float) -> None:
+    """The second head's step; total: the sum of the first head's u+."""
     cavity = engine.effects.cavity
     state = cavity.state[0]
     difference = state.per_area_1 * state.sum_1 - state.per_area_2 * state.sum_2
@@ -121,8 +120,19 @@ def step(engine: "Engine", plane: int, sum_1: float) -> None:
         total=1,
     )
     state.sum_2 = sweep(cavity.head, planes[plane], planes[1 - plane], terms)
-    state.sum_2 += snare.rattle(engine, plane, planes[1 - plane])
-    state.sum_1 = sum_1
+    state.sum_1 = total
+
+
+@only_with("cavity")
+def second_moved(engine: "Engine", changed: float) -> None:
+    """Add to the sum of the second head's u+."""
+    engine.effects.cavity.state[0].sum_2 += changed
+
+
+@only_with("cavity")
+def asked_sum(engine: "Engine") -> Any:
+    """The air asks for the sum of the first head's u+."""
+    return 1
 
 
 @only_with("cavity", otherwise=(0.0, 0.0))

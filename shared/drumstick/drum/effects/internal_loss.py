@@ -85,9 +85,9 @@ def eta(engine: "Engine") -> Any:
 
 
 @only_with("internal_loss")
-def push(engine: "Engine", junction: int, speed: float) -> None:
-    """A force has moved a junction by `speed` in a step: it goes on moving."""
-    engine.effects.internal_loss.moving[junction] += np.float32(speed)
+def pushed(engine: "Engine", junction: int, step: float) -> None:
+    """Let a junction that a force has moved by so much in a step go on moving."""
+    engine.effects.internal_loss.moving[junction] += np.float32(step)
 
 
 @only_with("internal_loss")

@@ -9,7 +9,7 @@ receives it.
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -125,26 +125,19 @@ def _is_touched(engine: "Engine") -> bool:
     return touched
 
 
-@only_with("tension")
-def _lighten(engine: "Engine") -> None:
-    muffle = engine.effects.muffle
-    free = np.float32(1.0 - muffle.state[0].g)
-    for i in range(muffle.places.shape[0]):
-        engine.effects.tension.share[muffle.places[i]] = free * muffle.masses[i]
-
-
 @njit()
 def _move(engine: "Engine", most: float) -> None:
     state, wanted = engine.effects.muffle.state[0], engine.effects.muffle.wanted[0].muffle
     if state.press != wanted:
         state.press += min(max(wanted - state.press, -most), most)
         state.g = share_held(state.press, state.s, state.held_back)
-        _lighten(engine)
+        state.moved = 1
 
 
 @only_with("muffle")
 def resume(engine: "Engine") -> None:
     """Take up at once what was set while nothing sounded: no tip lies on the head yet."""
+    engine.effects.muffle.state[0].moved = 0
     _move(engine, 1.0)
 
 
@@ -155,7 +148,6 @@ def before_sweep(engine: "Engine", then: Floats) -> None:
     muffle.state[0].moved = 0
     if muffle.state[0].press != muffle.wanted[0].muffle and not _is_touched(engine):
         _move(engine, muffle.state[0].most)
-        muffle.state[0].moved = 1
     for i in range(muffle.places.shape[0]):
         muffle.before[i] = then[muffle.places[i]]
 
@@ -164,6 +156,18 @@ def before_sweep(engine: "Engine", then: Floats) -> None:
 def has_moved(engine: "Engine") -> bool:
     """True in a step in which g is another than before: whoever computes with it in advance does so again."""
     return bool(engine.effects.muffle.state[0].moved != 0)
+
+
+@only_with("muffle")
+def held_junctions(engine: "Engine") -> Any:
+    """Junctions under patches."""
+    return engine.effects.muffle.places
+
+
+@only_with("muffle", otherwise=0.0)
+def held_share(engine: "Engine") -> float:
+    """g."""
+    return engine.effects.muffle.state[0].g
 
 
 @only_with("muffle", otherwise=0.0)
@@ -176,7 +180,7 @@ def after_sweep(engine: "Engine", then: Floats) -> float:
         at = muffle.places[i]
         step = g * (muffle.before[i] - then[at])
         then[at] += step
-        internal_loss.push(engine, at, step)
+        internal_loss.pushed(engine, at, step)
         changed += step
     return changed
 

@@ -1,4 +1,4 @@
-"""The effects of the drum, in the order of the panel and of the documentation; the kernels' own is in `drum.step`.
+"""The effects of the drum, in the order of the panel and of the documentation; kernels are called in it too.
 
 A new effect is one module of this folder and one line here. The module has
 
@@ -10,9 +10,10 @@ A new effect is one module of this folder and one line here. The module has
 - `part_of(building)`, which lays out what the kernels need as a named tuple: `engine.effects.<name>`, None in a scene
   without it. An effect that is in the coefficients of the head has no part. One with a value that is set while it plays
   (declared with a `wire` name) has a record `wanted` with a field of that name, and moves there in `before_sweep`;
-- those kernels of `drum.step` that it needs, decorated with `only_with`: `before_sweep`; `after_sweep`, which moves
-  junctions and says by how much their sum changed; `added_output`, what is heard besides the head; `reset`, where all
-  falls asleep; and `resume`, before the first step after that.
+- those of the kernels named in `drumstick.drum.effects.composition` that it needs, decorated with `only_with`: above
+  all `before_sweep`; `after_sweep`, which moves junctions and says by how much their sum changed; `added_output`, what
+  is heard besides the head; `reset`, where all falls asleep; and `resume`, before the first step after that. Each asks
+  by name for the arguments it needs.
 
 - those functions of its table that `head_numbers` asks for: what it does to the head before it sounds, and `mistakes`.
   A table that knows the head's mass per area has it as `head_kg_per_m2`.

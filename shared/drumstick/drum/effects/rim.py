@@ -95,25 +95,25 @@ def part_of(building: "Building") -> Rim:
 
 
 @only_with("rim")
-def begin(engine: "Engine") -> None:
+def begin_step(engine: "Engine") -> None:
     """Clear the hoop's share before this step's forces."""
     engine.effects.rim.state[0].force = 0.0
 
 
 @only_with("rim", otherwise=0.0)
-def share(engine: "Engine", x: float, y: float) -> float:
+def taken_share(engine: "Engine", x: float, y: float) -> float:
     """Share of a blow at (x, y), in radii, that the hoop gets: all from the rim on, none further in than `width`."""
     width = engine.effects.rim.state[0].width
     return min(max((math.hypot(x, y) - (1.0 - width)) / width, 0.0), 1.0)
 
 
 @only_with("rim")
-def strike(engine: "Engine", x: float, y: float, impulse: float) -> None:
+def struck(engine: "Engine", x: float, y: float, impulse: float) -> None:
     """A blow of so much impulse, N steps, at (x, y).
 
     Wood on metal is over within a step, however long the head is touched: the hoop gets its share of it at once.
     """
-    engine.effects.rim.state[0].force += impulse * share(engine, x, y)
+    engine.effects.rim.state[0].force += impulse * taken_share(engine, x, y)
 
 
 @only_with("rim", otherwise=0.0)

@@ -189,7 +189,7 @@ def spring_of(state: WiresState) -> float:
 
 
 @only_with("snare", otherwise=0.0)
-def rattle(engine: "Engine", plane: int, head_after: Floats) -> float:
+def on_second_head(engine: "Engine", plane: int) -> float:
     """Move the wires on after the second head's sweep: they push it and are pushed; returns by how much its sum
     changed. plane: the head's now.
     """
@@ -197,7 +197,8 @@ def rattle(engine: "Engine", plane: int, head_after: Floats) -> float:
     state = snare.state[0]
     if state.tight <= _OFF:
         return 0.0
-    weights = engine.effects.cavity.head.weights
+    head = engine.effects.cavity.head
+    weights, head_after = head.weights, head.planes[1 - plane]
     now, coming = snare.places[plane], snare.places[1 - plane]
     eta = snare.etas[1 - plane]
     spring, eta_0, loss = spring_of(state), eta_0_of(state), state.loss

@@ -232,6 +232,41 @@ def solved(state: TensionState, before: float, x: float, y: float) -> float:
     return _beyond(state, before, x, y)
 
 
+@only_with("muffle")
+def _lighten(engine: "Engine") -> None:
+    patches = engine.effects.muffle
+    free = np.float32(1.0 - patches.state[0].g)
+    for i in range(patches.places.shape[0]):
+        engine.effects.tension.share[patches.places[i]] = free * patches.masses[i]
+
+
+@only_with("tension")
+def resume(engine: "Engine") -> None:
+    """Take up what a muffle took up: it comes before in the registry."""
+    if muffle.has_moved(engine):
+        _lighten(engine)
+
+
+@only_with("tension")
+def before_sweep(engine: "Engine") -> None:
+    """Count the masses under a muffle anew where it has moved."""
+    if muffle.has_moved(engine):
+        _lighten(engine)
+
+
+@only_with("tension")
+def ring_gain(engine: "Engine", q: float) -> Any:
+    """1 + q/tau."""
+    return np.float32(1.0 + q / engine.control[0].tau)
+
+
+@only_with("tension", otherwise=0.0)
+def own_loss(engine: "Engine", q: float) -> float:
+    """By how much less u counts in its own next value; with internal losses that goes with the ring."""
+    control = engine.control[0]
+    return q / control.held_back if engine.effects.tension.state[0].eta == 0.0 else 0.0
+
+
 @only_with("tension", otherwise=0.0)
 def tightened(engine: "Engine", now: Any, then: Any, push: float) -> float:
     """q of this step. push: f of the whole head."""

@@ -19,7 +19,7 @@ thread; no allocation.
 import math
 from typing import TYPE_CHECKING
 
-from drumstick.drum.effects import rim
+from drumstick.drum.effects import composition
 from drumstick.drum.excitation import force_resampling
 from drumstick.drum.excitation.point_force import push
 from drumstick.drum.membrane.interpolation import CORNERS
@@ -120,7 +120,7 @@ def press(engine: "Engine") -> int:
     """
     control, pulses = engine.control[0], engine.pulses
     control.forces = 0
-    rim.begin(engine)
+    composition.begin_step(engine)
     if control.active == 0 and control.looked == control.begun:
         return int(force_resampling.press(engine))  # the pool is empty, as it mostly is
     active = 0
@@ -129,7 +129,7 @@ def press(engine: "Engine") -> int:
         if pulse.age < pulse.duration:
             active += 1
             if -1.0 < pulse.age <= 0.0:
-                rim.strike(engine, pulse.x, pulse.y, pulse.impulse)
+                composition.struck(engine, pulse.x, pulse.y, pulse.impulse)
             force = mean_force(pulse)
             pulse.age += 1.0
             if force == 0.0:

@@ -14,7 +14,7 @@ allocation.
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from drumstick.drum.effects import rim
+from drumstick.drum.effects import composition
 from drumstick.drum.excitation.strikes import StrikeEvent
 from drumstick.drum.mallets import patch, shares
 from drumstick.drum.mallets.patch import Patches
@@ -127,7 +127,7 @@ def swing(engine: "Engine", event: StrikeEvent, age: float) -> bool:
     mallet.stage, mallet.x, mallet.y = COMING, event.x, event.y
     mallet.speed, mallet.age, mallet.force = event.speed_m_per_s, age, 0.0
     placed(engine.mallets.tips[slot], 0.0, 0.0)
-    mallet.own_give = state.own_give / max(1.0 - rim.share(engine, event.x, event.y), _MIN_LEFT)
+    mallet.own_give = state.own_give / max(1.0 - composition.taken_share(engine, event.x, event.y), _MIN_LEFT)
     state.begun += 1
     lay_on_mesh(engine, slot)
     _lay_on_modes(engine, slot)
@@ -169,7 +169,7 @@ def arrive(engine: "Engine", slot: int, y: float, y_before: float) -> None:
     placed(engine.mallets.tips[slot], mallet.now - y, mallet.before - y_before)
     mallet.deepest = _MIN_REACH_S * mallet.speed
     mallet.stage = PLAYING
-    rim.strike(engine, mallet.x, mallet.y, full_impulse(state, mallet.speed))
+    composition.struck(engine, mallet.x, mallet.y, full_impulse(state, mallet.speed))
 
 
 @njit()

@@ -16,10 +16,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from drumstick.drum.effects import composition
 from drumstick.drum.membrane.interpolation import drawn_in
 from drumstick.drum.membrane.lattice import MARGIN, TOPOLOGIES
 from drumstick.drum.membrane.sweep import Head, is_triangular, is_triangular_type
-from realtime.kernels.jit import ArgumentType, njit, only_with, overload
+from realtime.kernels.jit import ArgumentType, njit, overload
 
 if TYPE_CHECKING:
     from drumstick.drum.engine import Engine
@@ -80,17 +81,18 @@ def _first_at_least(places: npt.NDArray[np.int64], junction: int) -> int:
     return low
 
 
-@only_with("muffle")
-def _hold(engine: "Engine", slot: int) -> None:
-    # Patches of felt keep a share of what the tip does to the junctions under them; laid anew when they move.
-    patches, muffle = engine.mallets.patches, engine.effects.muffle
-    free = np.float32(1.0 - muffle.state[0].g)
+@njit()
+def _hold(patches: Patches, slot: int, held: Any, share: float) -> None:
+    # What holds junctions keeps a share of what the tip does to them; the tip is laid anew when that changes.
+    if held is None:  # decided by the type, at compile time
+        return
+    free = np.float32(1.0 - share)
     for row in range(patches.rows[slot]):
         start = patches.starts[slot, row]
-        at = _first_at_least(muffle.places, start)
-        while at < muffle.places.shape[0] and muffle.places[at] < start + TIP_LANES:
-            patches.free[slot, row, muffle.places[at] - start] *= free
-            patches.steps[slot, row, muffle.places[at] - start] *= free
+        at = _first_at_least(held, start)
+        while at < held.shape[0] and held[at] < start + TIP_LANES:
+            patches.free[slot, row, held[at] - start] *= free
+            patches.steps[slot, row, held[at] - start] *= free
             at += 1
 
 
@@ -144,7 +146,7 @@ def place_tip(engine: "Engine", slot: int, x: float, y: float, radius: float) ->
             weight = head.weights[patches.starts[slot, row] + lane]
             patches.shares[slot, row, lane] = patches.free[slot, row, lane] = share
             patches.steps[slot, row, lane] = weight * engine.control[0].force_gain * share
-    _hold(engine, slot)
+    _hold(patches, slot, composition.held_junctions(engine), composition.held_share(engine))
     give, moved = 0.0, 0.0
     for row in range(patches.rows[slot]):
         for lane in range(TIP_LANES):

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.drum.effects import tension
+from drumstick.drum.effects import composition, tension
 from drumstick.drum.mallets import patch
 from drumstick.drum.mallets.mallet import PLAYING, POOL
-from drumstick.drum.mallets.patch import TIP_LANES
+from drumstick.drum.mallets.patch import TIP_LANES, Patches
 from drumstick.drum.mallets.tip import solve_contact
 from drumstick.drum.membrane.sweep import is_triangular
 from realtime.kernels.jit import njit, only_with
@@ -58,11 +58,12 @@ def _laplacian(engine: "Engine", slot: int, now: Floats) -> float:
     return total
 
 
-@only_with("internal_loss", otherwise=0.0)
-def _carried(engine: "Engine", slot: int) -> float:
+@njit()
+def _carried(patches: Patches, slot: int, rho: Any, momentum: Any) -> float:
     # By the junctions' own momentum.
-    loss = engine.effects.internal_loss
-    return float(loss.gains[0] * patch.free_under(engine.mallets.patches, slot, loss.moving))
+    if momentum is None:  # decided by the type, at compile time
+        return 0.0
+    return float(rho * patch.free_under(patches, slot, momentum))
 
 
 @njit()
@@ -73,7 +74,8 @@ def _bare(engine: "Engine", slot: int, now: Floats, then: Floats, laplacian: flo
     found: float = patch.under(patches, slot, then) - gone  # what a muffle holds stays where it was
     found += push * patch.free_under(patches, slot, engine.head.weights)
     if state.eta > 0.0:
-        return found + height + _carried(engine, slot) + (1.0 + state.eta) * laplacian
+        carried = _carried(patches, slot, composition.rho(engine), composition.momentum(engine))
+        return found + height + carried + (1.0 + state.eta) * laplacian
     return found + (control.own_gain + control.now_gain) * height - control.then_gain * gone + laplacian
 
 
