@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.excitation.offline import StreamedContact
-from drumstick.drum.excitation.strikes import OfflineStrike
+from drumstick.drum.memory.strikes import OfflineStrike
 from drumstick.drum.render import LiveChange
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.table import Refusal, table_of

@@ -41,7 +41,7 @@ def try_stick(scene: Scene) -> None:
 def try_drum(scene: Scene) -> None:
     """Make the scene's drum, for an audio device at 48 kHz. Raises Unplayable."""
     from drumstick.drum.build import new_engine
-    from drumstick.drum.excitation.strikes import StrikeRing
+    from drumstick.drum.memory.strikes import StrikeRing
 
     # The finest mesh that `auto` may choose leaves a wave the most room.
     finest = dataclasses.replace(

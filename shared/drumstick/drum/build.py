@@ -8,15 +8,14 @@ from drumstick.drum.effects import head_numbers
 from drumstick.drum.effects.building import Building
 from drumstick.drum.effects.registry import effects_of
 from drumstick.drum.engine import CONTROL, METERS, PENDING, Control, Engine
-from drumstick.drum.excitation.analytic import CONTACT, FORCES, POOL, PULSE
-from drumstick.drum.excitation.point_force import FORCE
-from drumstick.drum.excitation.strikes import EVENT, StrikeRing
-from drumstick.drum.excitation.timeline import stream_of
 from drumstick.drum.length_unit import metres_per_unit_in_air
 from drumstick.drum.mallets.mallet_memory import mallets_on_mesh, mallets_on_modes
 from drumstick.drum.membrane.heads import aligned, head_of, pickups_on
 from drumstick.drum.membrane.scheme import tuned
 from drumstick.drum.membrane.surface import Places, on_mesh
+from drumstick.drum.memory.pulses import CONTACT, FORCE, FORCES, POOL, PULSE
+from drumstick.drum.memory.strikes import EVENT, StrikeRing
+from drumstick.drum.memory.timeline import stream_of
 from drumstick.drum.modal.surface import of_modes
 from drumstick.drum.output.display_data import shown_of
 from drumstick.drum.output.microphones import microphones_of

@@ -11,10 +11,10 @@ import numpy.typing as npt
 from drumstick.drum.effects import composition
 from drumstick.drum.engine import Control, Engine
 from drumstick.drum.excitation.analytic import press
-from drumstick.drum.excitation.point_force import JunctionForce
 from drumstick.drum.mallets import mallet, on_mesh, on_modes, under_tension
 from drumstick.drum.membrane.rows import Terms
 from drumstick.drum.membrane.sweep import bare, largest, sweep
+from drumstick.drum.memory.pulses import JunctionForce
 from drumstick.drum.modal import bank
 from drumstick.drum.output import microphones
 from realtime.kernels.jit import njit, only_with

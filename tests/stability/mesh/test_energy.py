@@ -20,8 +20,8 @@ from drumstick.drum.effects.snare import SnareTable
 from drumstick.drum.effects.tension import TensionTable
 from drumstick.drum.effects.uniform_loss import UniformLossTable
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.membrane.scheme import Losses
+from drumstick.drum.memory.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.render import render
 from drumstick.parameters.scene import Scene
 from membranes import energy

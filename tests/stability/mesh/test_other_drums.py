@@ -9,7 +9,7 @@ import pytest
 from drumstick.drum.calibrate import build
 from drumstick.drum.effects.tension import TensionTable
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.memory.strikes import StrikeRing
 from sound_server.mixer import GONE, Mixer, mix
 from stability.catalogue import shows
 from stability.mesh_steps import RATE, drum_of, engine_of, height, strike, take

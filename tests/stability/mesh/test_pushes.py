@@ -15,7 +15,7 @@ from drumstick.drum.effects.muffle import MuffleTable
 from drumstick.drum.effects.rim import RimTable
 from drumstick.drum.effects.snare import SnareTable
 from drumstick.drum.effects.tension import TensionTable
-from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.memory.strikes import StrikeRing
 from membranes import energy
 from protocol.messages import Strike, encode
 from protocol.rate_limited_log import RateLimitedLog

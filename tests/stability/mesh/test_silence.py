@@ -10,7 +10,7 @@ from drumstick.drum.effects.cavity import CavityTable
 from drumstick.drum.effects.internal_loss import InternalLossTable
 from drumstick.drum.effects.tension import TensionTable
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.parameters.drum import Drum, Modal
 from drumstick.parameters.scene import Scene
 from stability.catalogue import shows

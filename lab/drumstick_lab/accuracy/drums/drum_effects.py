@@ -17,7 +17,7 @@ import numpy.typing as npt
 from drumstick.drum.build import size_of
 from drumstick.drum.calibrate import build, strike_for_speed
 from drumstick.drum.effects.registry import DRUM_TABLES, MESH_EFFECTS, NEEDS
-from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
+from drumstick.drum.memory.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.render import render
 from drumstick.parameters.scene import Scene
 from drumstick_lab.accuracy.drums.heads import DEVICE_RATE_Hz, sounding

@@ -9,9 +9,9 @@ from drumstick.drum.block import render_all
 from drumstick.drum.build import new_engine
 from drumstick.drum.calibrate import full_scale
 from drumstick.drum.engine import Control, Engine
-from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.membrane.lattice import Lattice
 from drumstick.drum.membrane.scheme import Scheme, tuned
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.step_numbers import coefficients_of
 from drumstick.parameters.drum import Mesh
 from drumstick.parameters.scene import Scene

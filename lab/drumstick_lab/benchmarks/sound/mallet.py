@@ -19,7 +19,7 @@ import numpy as np
 from drumstick.drum.block import render_all
 from drumstick.drum.calibrate import build, strike_for_speed
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.render import render
 from drumstick.drum.step import step
 from drumstick.parameters.drum import Modal

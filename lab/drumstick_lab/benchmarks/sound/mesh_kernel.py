@@ -21,7 +21,7 @@ import numpy as np
 from drumstick.drum.build import new_engine
 from drumstick.drum.effects.registry import DRUM_TABLES, MESH_EFFECTS
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.step import step
 from drumstick.parameters.scene import Scene
 from drumstick_lab.benchmarks.sound.bare_mesh import RATE_HZ, BareMesh, start, timed

@@ -67,7 +67,7 @@ class VirtualSound:
     def __init__(self, clocks: Clocks) -> None:
         import numpy as np
 
-        from drumstick.drum.excitation.strikes import EVENT, RING_SLOTS, StrikeRing
+        from drumstick.drum.memory.strikes import EVENT, RING_SLOTS, StrikeRing
         from protocol.rate_limited_log import RateLimitedLog
         from sound_server.receiving.strikes import StrikeScheduler
 

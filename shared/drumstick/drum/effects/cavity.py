@@ -95,7 +95,7 @@ def part_of(building: "Building") -> Cavity:
 @only_with("cavity")
 def head_push(engine: "Engine") -> Any:
     """f for the first head; None without a second one."""
-    state = engine.effects.cavity.state[0]
+    state: CavityState = engine.effects.cavity.state[0]
     state_difference = state.per_area_2 * state.sum_2 - state.per_area_1 * state.sum_1
     return np.float32(state.push_1 * state_difference)
 
@@ -103,7 +103,7 @@ def head_push(engine: "Engine") -> Any:
 @only_with("cavity")
 def sweep_beside(engine: "Engine", plane: int, total: float) -> None:
     """The second head's step; total: the sum of the first head's u+."""
-    cavity = engine.effects.cavity
+    cavity: Cavity = engine.effects.cavity
     state = cavity.state[0]
     difference = state.per_area_1 * state.sum_1 - state.per_area_2 * state.sum_2
     planes = cavity.head.planes
@@ -126,7 +126,8 @@ def sweep_beside(engine: "Engine", plane: int, total: float) -> None:
 @only_with("cavity")
 def second_moved(engine: "Engine", changed: float) -> None:
     """Add to the sum of the second head's u+."""
-    engine.effects.cavity.state[0].sum_2 += changed
+    state: CavityState = engine.effects.cavity.state[0]
+    state.sum_2 += changed
 
 
 @only_with("cavity")
@@ -138,7 +139,7 @@ def asked_sum(engine: "Engine") -> Any:
 @only_with("cavity", otherwise=(0.0, 0.0))
 def picked_up(engine: "Engine", plane: int) -> tuple[float, float]:
     """Pickups' signal of the second head, after its step."""
-    cavity = engine.effects.cavity
+    cavity: Cavity = engine.effects.cavity
     now, after = cavity.head.planes[plane], cavity.head.planes[1 - plane]
     left, right = 0.0, 0.0
     for i in range(cavity.pickups.shape[0]):
@@ -151,6 +152,7 @@ def picked_up(engine: "Engine", plane: int) -> tuple[float, float]:
 @only_with("cavity")
 def reset(engine: "Engine") -> None:
     """All at rest."""
-    engine.effects.cavity.head.planes[:] = np.float32(0.0)
-    engine.effects.cavity.state[0].sum_1 = 0.0
-    engine.effects.cavity.state[0].sum_2 = 0.0
+    cavity: Cavity = engine.effects.cavity
+    cavity.head.planes[:] = np.float32(0.0)
+    cavity.state[0].sum_1 = 0.0
+    cavity.state[0].sum_2 = 0.0

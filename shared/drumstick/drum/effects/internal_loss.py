@@ -87,10 +87,12 @@ def eta(engine: "Engine") -> Any:
 @only_with("internal_loss")
 def pushed(engine: "Engine", junction: int, step: float) -> None:
     """Let a junction that a force has moved by so much in a step go on moving."""
-    engine.effects.internal_loss.moving[junction] += np.float32(step)
+    loss: Momentum = engine.effects.internal_loss
+    loss.moving[junction] += np.float32(step)
 
 
 @only_with("internal_loss")
 def reset(engine: "Engine") -> None:
     """All at rest."""
-    engine.effects.internal_loss.moving[:] = np.float32(0.0)
+    loss: Momentum = engine.effects.internal_loss
+    loss.moving[:] = np.float32(0.0)

@@ -127,7 +127,8 @@ def _is_touched(engine: "Engine") -> bool:
 
 @njit()
 def _move(engine: "Engine", most: float) -> None:
-    state, wanted = engine.effects.muffle.state[0], engine.effects.muffle.wanted[0].muffle
+    muffle: Muffle = engine.effects.muffle
+    state, wanted = muffle.state[0], muffle.wanted[0].muffle
     if state.press != wanted:
         state.press += min(max(wanted - state.press, -most), most)
         state.g = share_held(state.press, state.s, state.held_back)
@@ -137,14 +138,15 @@ def _move(engine: "Engine", most: float) -> None:
 @only_with("muffle")
 def resume(engine: "Engine") -> None:
     """Take up at once what was set while nothing sounded: no tip lies on the head yet."""
-    engine.effects.muffle.state[0].moved = 0
+    state: MuffleState = engine.effects.muffle.state[0]
+    state.moved = 0
     _move(engine, 1.0)
 
 
 @only_with("muffle")
 def before_sweep(engine: "Engine", then: Floats) -> None:
     """Move to what is wanted, and keep u- where it will be needed, before the sweep."""
-    muffle = engine.effects.muffle
+    muffle: Muffle = engine.effects.muffle
     muffle.state[0].moved = 0
     if muffle.state[0].press != muffle.wanted[0].muffle and not _is_touched(engine):
         _move(engine, muffle.state[0].most)
@@ -155,7 +157,8 @@ def before_sweep(engine: "Engine", then: Floats) -> None:
 @only_with("muffle", otherwise=False)
 def has_moved(engine: "Engine") -> bool:
     """True in a step in which g is another than before: whoever computes with it in advance does so again."""
-    return bool(engine.effects.muffle.state[0].moved != 0)
+    state: MuffleState = engine.effects.muffle.state[0]
+    return bool(state.moved != 0)
 
 
 @only_with("muffle")
@@ -167,14 +170,15 @@ def held_junctions(engine: "Engine") -> Any:
 @only_with("muffle", otherwise=0.0)
 def held_share(engine: "Engine") -> float:
     """g."""
-    return engine.effects.muffle.state[0].g
+    state: MuffleState = engine.effects.muffle.state[0]
+    return state.g
 
 
 @only_with("muffle", otherwise=0.0)
 def after_sweep(engine: "Engine", then: Floats) -> float:
     """Brake the patches' junctions, after the sweep; returns by how much the sum of u+ changed."""
     changed = 0.0
-    muffle = engine.effects.muffle
+    muffle: Muffle = engine.effects.muffle
     g = np.float32(muffle.state[0].g)
     for i in range(muffle.places.shape[0]):
         at = muffle.places[i]
@@ -190,7 +194,8 @@ def hidden_stretch(engine: "Engine", now: Floats, own_gain: float) -> float:
     """Part of sum M d u- that the masses of the tension's share, less by g under a patch, leave out: before the sweep,
     after `before_sweep`.
     """
-    muffle, hidden = engine.effects.muffle, 0.0
+    muffle: Muffle = engine.effects.muffle
+    hidden = 0.0
     for i in range(muffle.places.shape[0]):
         hidden += (
             muffle.masses[i] * laplacian_at(engine.head, now, muffle.places[i], own_gain) * muffle.before[i]

@@ -15,6 +15,7 @@ A new effect is one module of this folder and one line here. The module has
   is heard besides the head; `reset`, where all falls asleep; and `resume`, before the first step after that. Each asks
   by name for the arguments it needs.
 
+- `set_level(part, table, peak, blow)` if it sounds beside the head, so that its level is set when the head's is;
 - those functions of its table that `head_numbers` asks for: what it does to the head before it sounds, and `mistakes`.
   A table that knows the head's mass per area has it as `head_kg_per_m2`.
 
@@ -23,7 +24,7 @@ Every effect must be passive: what it gives back it took from the head before, a
 
 from collections import namedtuple
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any
 
 from drumstick.drum.effects import (
     air,
@@ -38,14 +39,6 @@ from drumstick.drum.effects import (
 )
 from drumstick.drum.effects.building import Building
 from realtime.records import ABSENT
-
-if TYPE_CHECKING:
-    from drumstick.drum.effects.cavity import Cavity
-    from drumstick.drum.effects.internal_loss import Momentum
-    from drumstick.drum.effects.muffle import Muffle
-    from drumstick.drum.effects.rim import Rim
-    from drumstick.drum.effects.snare import Snare
-    from drumstick.drum.effects.tension import Tension
 
 _IN_ORDER: tuple[ModuleType, ...] = (
     air,
@@ -73,27 +66,15 @@ FORMER_NAMES: dict[str, str] = {
     module.FORMER_NAME: name for name, module in EFFECTS.items() if hasattr(module, "FORMER_NAME")
 }
 
-if TYPE_CHECKING:
-
-    class Effects(NamedTuple):
-        """Memory of each effect for the kernels; None for those that the scene does not name."""
-
-        internal_loss: Momentum = ABSENT
-        muffle: Muffle = ABSENT
-        tension: Tension = ABSENT
-        cavity: Cavity = ABSENT
-        snare: Snare = ABSENT
-        rim: Rim = ABSENT
-
-else:
-    Effects = namedtuple(
-        "Effects",
-        [name for name, module in EFFECTS.items() if hasattr(module, "part_of")],
-        defaults=[ABSENT for module in EFFECTS.values() if hasattr(module, "part_of")],
-    )
+# Memory of each effect for the kernels; None for those that the scene does not name.
+Effects: Any = namedtuple(
+    "Effects",
+    [name for name, module in EFFECTS.items() if hasattr(module, "part_of")],
+    defaults=[ABSENT for module in EFFECTS.values() if hasattr(module, "part_of")],
+)
 
 
-def effects_of(building: Building) -> Effects:
+def effects_of(building: Building) -> Any:
     """The parts of all effects that the scene names, laid out for the kernels. Allocates; any thread."""
     parts: dict[str, Any] = {}
     for name, module in EFFECTS.items():

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from drumstick.drum.effects.building import Building
     from drumstick.drum.effects.cavity import Cavity
     from drumstick.drum.engine import Engine
+    from drumstick.drum.membrane.sweep import Head
 
 
 @dataclass(frozen=True)
@@ -193,11 +194,11 @@ def on_second_head(engine: "Engine", plane: int) -> float:
     """Move the wires on after the second head's sweep: they push it and are pushed; returns by how much its sum
     changed. plane: the head's now.
     """
-    snare = engine.effects.snare
+    snare: Snare = engine.effects.snare
     state = snare.state[0]
     if state.tight <= _OFF:
         return 0.0
-    head = engine.effects.cavity.head
+    head: Head = engine.effects.cavity.head
     weights, head_after = head.weights, head.planes[1 - plane]
     now, coming = snare.places[plane], snare.places[1 - plane]
     eta = snare.etas[1 - plane]
@@ -233,13 +234,15 @@ def on_second_head(engine: "Engine", plane: int) -> float:
 
 @njit()
 def _hang(engine: "Engine") -> None:
-    engine.effects.snare.places[:] = 0.0
-    engine.effects.snare.etas[:] = 0.0
+    snare: Snare = engine.effects.snare
+    snare.places[:] = 0.0
+    snare.etas[:] = 0.0
 
 
 @njit()
 def _turn(engine: "Engine", most: float) -> None:
-    state, wanted = engine.effects.snare.state[0], engine.effects.snare.wanted[0].strainer
+    snare: Snare = engine.effects.snare
+    state, wanted = snare.state[0], snare.wanted[0].strainer
     goal = min(wanted, 1.0) if wanted > 0.0 else _OFF
     if state.tight != goal:
         state.tight += min(max(goal - state.tight, -most), most)

@@ -32,6 +32,7 @@ from realtime.records import ABSENT, Record, Records, Rows, dtype_of, is_there
 
 if TYPE_CHECKING:
     from drumstick.drum.effects.building import Building
+    from drumstick.drum.effects.muffle import Muffle
     from drumstick.drum.engine import Engine
 
 
@@ -234,10 +235,11 @@ def solved(state: TensionState, before: float, x: float, y: float) -> float:
 
 @only_with("muffle")
 def _lighten(engine: "Engine") -> None:
-    patches = engine.effects.muffle
+    tension: Tension = engine.effects.tension
+    patches: Muffle = engine.effects.muffle
     free = np.float32(1.0 - patches.state[0].g)
     for i in range(patches.places.shape[0]):
-        engine.effects.tension.share[patches.places[i]] = free * patches.masses[i]
+        tension.share[patches.places[i]] = free * patches.masses[i]
 
 
 @only_with("tension")
@@ -263,14 +265,15 @@ def ring_gain(engine: "Engine", q: float) -> Any:
 @only_with("tension", otherwise=0.0)
 def own_loss(engine: "Engine", q: float) -> float:
     """By how much less u counts in its own next value; with internal losses that goes with the ring."""
-    control = engine.control[0]
-    return q / control.held_back if engine.effects.tension.state[0].eta == 0.0 else 0.0
+    state: TensionState = engine.effects.tension.state[0]
+    return q / engine.control[0].held_back if state.eta == 0.0 else 0.0
 
 
 @only_with("tension", otherwise=0.0)
 def tightened(engine: "Engine", now: Any, then: Any, push: float) -> float:
     """q of this step. push: f of the whole head."""
-    state, share = engine.effects.tension.state[0], engine.effects.tension.share
+    tension: Tension = engine.effects.tension
+    state, share = tension.state[0], tension.share
     head, own_gain = engine.head, engine.control[0].own_gain
     p, q, r, t = stretched(
         head, now, then, share, own_gain, internal_loss.momentum(engine), internal_loss.rho(engine)

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 from drumstick.drum.effects import composition
 from drumstick.drum.excitation.point_force import push
-from drumstick.drum.excitation.timeline import Piece, StreamState
+from drumstick.drum.memory.timeline import Piece, StreamState
 from realtime.kernels.jit import njit, only_with
 from realtime.ring import drain
 

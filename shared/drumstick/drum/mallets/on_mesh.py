@@ -12,7 +12,6 @@ from drumstick.drum.mallets import patch
 from drumstick.drum.mallets.mallet import (
     GONE,
     PLAYING,
-    POOL,
     arrive,
     due,
     fly,
@@ -21,9 +20,9 @@ from drumstick.drum.mallets.mallet import (
     lay_on_mesh,
     take_away,
 )
-from drumstick.drum.mallets.patch import Patches
 from drumstick.drum.mallets.tip import solve_contact
 from drumstick.drum.membrane.interpolation import drawn_in
+from drumstick.drum.memory.mallets import POOL, Patches
 from realtime.kernels.jit import njit, only_with
 
 if TYPE_CHECKING:

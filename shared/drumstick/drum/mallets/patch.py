@@ -11,7 +11,7 @@ Kernels: audio thread; no allocation.
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -20,35 +20,16 @@ from drumstick.drum.effects import composition
 from drumstick.drum.membrane.interpolation import drawn_in
 from drumstick.drum.membrane.lattice import MARGIN, TOPOLOGIES
 from drumstick.drum.membrane.sweep import Head, is_triangular, is_triangular_type
+from drumstick.drum.memory.mallets import TIP_LANES, Patches
 from realtime.kernels.jit import ArgumentType, njit, overload
 
 if TYPE_CHECKING:
     from drumstick.drum.engine import Engine
 
-TIP_LANES = 8
-MAX_TIP_ROWS = 36  # as many as a circle of seven spacings' radius meets, two of them beside each other
 MAX_SPACINGS = 7.0
 _MIN_SPACINGS = 1.0
 
 Floats = npt.NDArray[np.float32]
-
-
-class Patches(NamedTuple):
-    """Patches of P tips, shapes (P, ROWS, 8) unless said: shares g; free, g less what a muffle holds; steps, how far
-    a newton moves each junction; starts (P, ROWS), the flat index of a row's first lane; rows (P,), how many there
-    are."""
-
-    shares: Floats
-    free: Floats
-    steps: Floats
-    starts: npt.NDArray[np.int64]
-    rows: npt.NDArray[np.int64]
-
-
-def patches_of(pool: int) -> Patches:
-    """All empty. Allocates."""
-    shares, free, steps = np.zeros((3, pool, MAX_TIP_ROWS, TIP_LANES), np.float32)
-    return Patches(shares, free, steps, np.zeros((pool, MAX_TIP_ROWS), np.int64), np.zeros(pool, np.int64))
 
 
 @njit()

@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.effects import head_numbers
-from drumstick.drum.excitation.analytic import POOL
 from drumstick.drum.membrane.lattice import J01
+from drumstick.drum.memory.bank import Bank
+from drumstick.drum.memory.pulses import POOL
 from drumstick.drum.modal.air_load import InAir, in_air, zero_at
-from drumstick.drum.modal.bank import Bank
 from drumstick.drum.modal.modes import left_under_tip, radial_shapes, shapes_at
 from drumstick.drum.modal.radiation import heard_by, on_place_and_movement
 from drumstick.drum.output.upsample import PASS_BAND

@@ -8,7 +8,7 @@ import pytest
 from drumstick.drum.block import render_all
 from drumstick.drum.build import new_engine
 from drumstick.drum.calibrate import strike_for_speed
-from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.render import render
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import parse, shipped_text

@@ -15,8 +15,8 @@ from scipy.special import jn_zeros, jv
 from drumstick.drum.build import new_engine
 from drumstick.drum.calibrate import strike_for_speed
 from drumstick.drum.effects.internal_loss import InternalLossTable
-from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.membrane.lattice import J01
+from drumstick.drum.memory.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.render import render
 from drumstick.parameters.drum import Listen, Modal
 from drumstick.parameters.scene import Scene

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from drumstick.drum.build import new_engine
-from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick_lab.accuracy.drums import blows
 

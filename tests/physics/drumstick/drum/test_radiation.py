@@ -10,7 +10,7 @@ from scipy import special
 from drumstick.drum.block import render_all
 from drumstick.drum.build import new_engine
 from drumstick.drum.effects.air import AirTable
-from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
+from drumstick.drum.memory.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.modal.air_load import in_air
 from drumstick.drum.modal.radiation import heard_by, on_place_and_movement
 from drumstick.drum.render import render

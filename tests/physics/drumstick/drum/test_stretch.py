@@ -14,8 +14,8 @@ from drumstick.drum.effects.air import AirTable
 from drumstick.drum.effects.kettle import KettleTable
 from drumstick.drum.effects.tension import TensionTable
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.membrane.lattice import J01
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.modal import air_load
 from drumstick.parameters.drum import Mesh, Modal
 from drumstick.parameters.scene import Scene

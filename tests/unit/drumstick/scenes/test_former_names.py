@@ -7,7 +7,7 @@ import pytest
 
 from drumstick.drum.effects.registry import DRUM_TABLES, FORMER_NAMES
 from drumstick.drum.effects.uniform_loss import UniformLossTable
-from drumstick.drum.excitation.strikes import OfflineStrike
+from drumstick.drum.memory.strikes import OfflineStrike
 from drumstick.drum.render import render
 from drumstick.scenes.former_names import with_present_names
 from drumstick.scenes.scene_text import SceneError, as_tables, from_tables, parse

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from drumstick.drum.excitation.offline import StreamedContact
-from drumstick.drum.excitation.strikes import OfflineStrike
+from drumstick.drum.memory.strikes import OfflineStrike
 from drumstick.drum.render import LiveChange
 from drumstick.drum.render import render as sound_of
 from drumstick.parameters.scene import Scene

@@ -8,8 +8,8 @@ import pytest
 
 from drumstick.drum import build, tiers
 from drumstick.drum.build import Unplayable
-from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.measurement import cost
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import parse, shipped_text
 from rig.offline import scene_cost

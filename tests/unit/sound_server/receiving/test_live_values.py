@@ -9,7 +9,7 @@ import pytest
 from drumstick.drum.build import new_engine
 from drumstick.drum.effects.muffle import MuffleTable
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.parameters.scene import Scene
 from protocol.messages import Readback, encode
 from protocol.rate_limited_log import RateLimitedLog

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drumstick.drum.excitation.strikes import EVENT, RING_SLOTS, StrikeRing
+from drumstick.drum.memory.strikes import EVENT, RING_SLOTS, StrikeRing
 from drumstick.scenes.scene_text import parse
 from protocol.clock import HapticClock
 from protocol.messages import Strike, encode

@@ -11,7 +11,7 @@ from drumstick.drum.effects.internal_loss import InternalLossTable
 from drumstick.drum.effects.muffle import MuffleTable
 from drumstick.drum.effects.tension import TensionTable
 from drumstick.drum.engine import Engine, set_live
-from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.memory.strikes import StrikeRing
 from mallets import swing, with_mallet
 from stability.mesh_steps import RATE, drum_of, engine_of, strike, take
 

@@ -10,7 +10,7 @@ from drumstick.drum.build import new_engine
 from drumstick.drum.calibrate import PEAK_OF_FULL_SCALE, full_scale, strike_for_speed
 from drumstick.drum.effects.rim import RATIOS, RimTable
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.render import render
 from drumstick.parameters.drum import Modal
 from drumstick.parameters.scene import Scene

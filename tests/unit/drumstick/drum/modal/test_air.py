@@ -16,7 +16,7 @@ from drumstick.drum.build import Unplayable, new_engine
 from drumstick.drum.calibrate import build, full_scale, strike_for_speed
 from drumstick.drum.effects.air import AirTable
 from drumstick.drum.effects.kettle import KettleTable
-from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.modal.air_load import SOUND_M_PER_S, InAir, in_air, zero_at
 from drumstick.drum.modal.building import bank_of, divisor_below, highest_zero
 from drumstick.drum.modal.modes import shapes_at

@@ -13,8 +13,8 @@ from drumstick.drum.build import new_engine, size_of, words
 from drumstick.drum.calibrate import build, full_scale
 from drumstick.drum.effects.rim import RimTable
 from drumstick.drum.effects.uniform_loss import UniformLossTable
-from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.membrane.lattice import J01
+from drumstick.drum.memory.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.modal.bank import take_aim
 from drumstick.drum.modal.building import MAX_MODES, bank_of
 from drumstick.drum.modal.modes import modes_below, shapes_at

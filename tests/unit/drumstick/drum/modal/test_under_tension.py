@@ -12,7 +12,7 @@ from drumstick.drum.effects.air import AirTable
 from drumstick.drum.effects.internal_loss import InternalLossTable
 from drumstick.drum.effects.tension import TensionTable
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.modal.air_load import in_air
 from drumstick.drum.modal.radiation import heard_by
 from drumstick.parameters.drum import Drum, Listen, Modal
