@@ -16,7 +16,7 @@ import math
 from drumstick.parameters.stick import Stick
 from drumstick.stick import contact
 from drumstick.stick.effects.pulse import Pulse
-from drumstick.stick.motion.segment import forced_response, free_response
+from drumstick.stick.segment import forced_response, free_response
 
 _ROUNDING = 1e-12
 

@@ -24,7 +24,7 @@ from drumstick.drum.step_numbers import coefficients_of, control_of
 from drumstick.drum.tiers import divisor_for
 from drumstick.parameters.scene import Scene
 from drumstick.stick.contact import PAPER
-from drumstick.stick.effects.system_delay import SystemDelay
+from drumstick.stick.effects.registry import mean_lag_s
 from drumstick.stick.law import law_of
 from drumstick.stick.records import Law
 from realtime.records import ABSENT, Record, Records, is_there
@@ -33,10 +33,7 @@ from realtime.records import ABSENT, Record, Records, is_there
 def _contact_of(scene: Scene, step_s: float) -> Records:
     # A head that comes too late pushes as if its damper were weaker.
     law: Law = law_of(scene)[0]
-    late = scene.effects.get("system_delay")
-    taken = float(law["r_in"]) - (
-        float(law["k_coll"]) * late.mean_lag_s if isinstance(late, SystemDelay) else 0.0
-    )
+    taken = float(law["r_in"]) - float(law["k_coll"]) * mean_lag_s(scene.effects)
     per_step = step_s / (2.0 * float(law["m"]))
     contact: Records = np.zeros(1, CONTACT)
     fields: Record = contact[0]

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from drumstick.parameters.declare import Quantity, quantities
 from drumstick.parameters.scene import Scene
 from drumstick.stick.effects.registry import EFFECTS, in_order
-from drumstick.stick.records import StickLaw, StickMotion
+from drumstick.stick.records import Law, Motion
 from realtime.records import fields_of
 
 Records = npt.NDArray[np.void]
@@ -34,7 +34,7 @@ def law_type(effects: tuple[str, ...], drum: tuple[str, ...] = ()) -> np.dtype[n
     nested: list[Any] = [(name, fields_of(EFFECTS[name].LAW)) for name in effects]
     if drum:
         nested.append((DRUM, [(name, "f8") for name in drum]))
-    return np.dtype([*nested, *fields_of(StickLaw)], align=True)
+    return np.dtype([*nested, *fields_of(Law)], align=True)
 
 
 @functools.cache
@@ -42,11 +42,15 @@ def motion_type(effects: tuple[str, ...]) -> np.dtype[np.void]:
     """Record type of the state of a scene that names these effects."""
     states = {name: fields_of(EFFECTS[name].STATE) for name in effects}
     nested: list[Any] = [(name, fields) for name, fields in states.items() if fields]
-    return np.dtype([*nested, *fields_of(StickMotion)], align=True)
+    return np.dtype([*nested, *fields_of(Motion)], align=True)
+
+
+def _declared(table: object) -> dict[str, Quantity]:
+    return quantities(type(table))
 
 
 def _fill(record: Any, table: object) -> None:
-    for key, quantity in quantities(type(table)).items():
+    for key, quantity in _declared(table).items():
         value = getattr(table, key)
         if quantity.choices and quantity.kind is str:
             value = quantity.choices.index(value)
@@ -58,7 +62,7 @@ def live_in_drum(scene: Scene) -> dict[str, tuple[Quantity, float]]:
     return {
         quantity.wire: (quantity, float(getattr(table, key)))
         for table in scene.drum.effects.values()
-        for key, quantity in quantities(type(table)).items()
+        for key, quantity in _declared(table).items()
         if quantity.wire is not None
     }
 

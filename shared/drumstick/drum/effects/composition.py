@@ -127,7 +127,7 @@ def second_moved(engine: "Engine", changed: float) -> None:
 
 @folded(EFFECTS, single)
 def picked_up(engine: "Engine", plane: int) -> Any:
-    """What pickups hear of it besides the head: left and right."""
+    """Signal of pickups besides that of the head: left and right."""
     return 0.0, 0.0
 
 

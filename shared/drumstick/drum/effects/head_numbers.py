@@ -1,4 +1,4 @@
-"""What a drum's effects do to the numbers of its head, before it sounds: each is asked by the name of its function.
+"""Numbers of a head as the drum's effects leave them, before it sounds: each is asked by the name of a function.
 
 A function of an effect's module that is asked here gets the effect's table; one that the module does not have adds
 nothing. Any thread; allocates.
@@ -12,7 +12,7 @@ from drumstick.parameters.drum import Drum
 
 
 class Mistake(NamedTuple):
-    """What only several values together can get wrong: the effect, its key or none, and words."""
+    """Mistake that only several values together can make: the effect, its key or none, and words."""
 
     effect: str
     key: str
@@ -52,7 +52,7 @@ def are_in_metres(drum: Drum) -> bool:
 
 
 def mistakes(drum: Drum) -> Iterator[Mistake]:
-    """What is wrong with the effects' values beside the drum's, or together."""
+    """All that is wrong with the effects' values beside the drum's, or together."""
     for name, module in EFFECTS.items():
         if name in drum.effects and hasattr(module, "mistakes"):
             for key, words in module.mistakes(drum.effects[name], drum):

@@ -67,7 +67,8 @@ FORMER_NAMES: dict[str, str] = {
 }
 
 # Memory of each effect for the kernels; None for those that the scene does not name.
-Effects: Any = namedtuple(
+_made: Any = namedtuple  # its fields are known here only
+Effects = _made(
     "Effects",
     [name for name, module in EFFECTS.items() if hasattr(module, "part_of")],
     defaults=[ABSENT for module in EFFECTS.values() if hasattr(module, "part_of")],

@@ -60,7 +60,7 @@ NEEDS = ("cavity", "the wires lie on the second head")
 
 
 def is_in_metres(table: SnareTable) -> bool:
-    """How far wires lie from the head is told in metres."""
+    """Wires lie and hang so many metres from the head."""
     return True
 
 

@@ -25,5 +25,5 @@ class StepCoefficients:
 
     @property
     def baked(self) -> float:
-        """What the weights are multiplied with."""
+        """Factor of the weights."""
         return 1.0 if self.scheme.order_4 else self.scheme.tau / self.held_back

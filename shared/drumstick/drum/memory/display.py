@@ -1,4 +1,4 @@
-"""What is shown of a drum while somebody looks."""
+"""Display data of a drum, while somebody looks."""
 
 from typing import NamedTuple
 

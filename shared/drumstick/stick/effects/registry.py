@@ -14,8 +14,9 @@ A new effect is one module of this folder and one line here. The module has
 or stiffness must have the one that says how much, or a device would be let in that it can overcome.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from types import ModuleType
+from typing import Any
 
 from drumstick.stick.effects import (
     chaos,
@@ -48,6 +49,11 @@ def in_order(names: Collection[str]) -> tuple[str, ...]:
     Of another order the same effects would be another type of record, and all kernels compiled again.
     """
     return tuple(name for name in EFFECTS if name in names)
+
+
+def mean_lag_s(tables: Mapping[str, Any]) -> float:
+    """Mean age of the head's force, s, by these effects alone: what their tables tell of it."""
+    return sum((getattr(table, "mean_lag_s", 0.0) for table in tables.values()), start=0.0)
 
 
 def names_with(mark: str) -> tuple[str, ...]:
