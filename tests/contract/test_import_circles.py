@@ -11,8 +11,6 @@ Pairs = set[tuple[str, str]]  # who imports, what
 
 # What closes the circles that there are: no other may come, and what is gone goes from here too.
 BACK: Mapping[str, Pairs] = {
-    "drumstick.drum": {("excitation", "modal"), ("excitation", "engine")},
-    "drumstick.stick": {("motion", "methods")},
     "haptic_server": {("device", "servo")},
     "haptic_server.servo": {("event_output", "force"), ("memory", "force")},
     "rig": {

@@ -237,7 +237,7 @@ def added_output(engine: Any) -> float:
 SOUNDS = """
 import json
 import numpy as np
-from drumstick.drum.excitation.strikes import OfflineStrike
+from drumstick.drum.memory.strikes import OfflineStrike
 from drumstick.drum.render import render
 from drumstick.scenes.scene_text import parse
 from drumstick_lab.pages.scenes_page import page

@@ -21,7 +21,7 @@ class Law(Record):
 
 
 class Motion(Record):
-    """The state of a scene's stick. `v_in` to `contact_s`: of the present or the last contact; `turned`: once in each."""
+    """The state of a stick. `v_in` to `contact_s`: of the present or the last contact; `turned`: once in each."""
 
     z: float
     v: float

@@ -18,7 +18,7 @@ SHARED = {"kick"}  # both pulses are made of it
 PULSES = {"pulse", "cor_pulse"}
 # What adds pulses up: chosen by how many the scene has, another text for none.
 SUMS_OF_PULSES = (
-    "drumstick.stick.motion.segment.",
+    "drumstick.stick.segment.",
     "drumstick.stick.motion.spans._first_node_for_each.",
     "drumstick.stick.motion.spans._fading",
     "drumstick.stick.motion.spans._faded",
