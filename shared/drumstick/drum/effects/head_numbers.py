@@ -52,7 +52,7 @@ def are_in_metres(drum: Drum) -> bool:
 
 
 def mistakes(drum: Drum) -> Iterator[Mistake]:
-    """All that is wrong with the effects' values beside the drum's, or together."""
+    """Mistakes in the effects' values beside the drum's, or together."""
     for name, module in EFFECTS.items():
         if name in drum.effects and hasattr(module, "mistakes"):
             for key, words in module.mistakes(drum.effects[name], drum):
