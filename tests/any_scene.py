@@ -11,9 +11,10 @@ from typing import Any
 from hypothesis import strategies as st
 
 from drumstick.parameters.declare import Quantity, quantities
-from drumstick.parameters.scene import EFFECTS, Scene
+from drumstick.parameters.scene import Scene
 from drumstick.parameters.stick import Stick
 from drumstick.stick.effects.pulse import Pulse
+from drumstick.stick.effects.registry import STICK_TABLES
 
 # Every effect stands in at least one of these; each tuple is a record type, compiled once for the whole suite.
 COMBINATIONS: dict[str, tuple[str, ...]] = {
@@ -22,7 +23,7 @@ COMBINATIONS: dict[str, tuple[str, ...]] = {
     "cor_pulse": ("cor_pulse",),
     "system_delay": ("system_delay",),
     "head": ("hysteretic_spring", "negative_damping", "noise", "chaos"),
-    "all": tuple(EFFECTS),
+    "all": tuple(STICK_TABLES),
 }
 
 
@@ -50,7 +51,7 @@ STICKS, PULSES = tables(Stick), tables(Pulse)
 
 
 def _effects(names: tuple[str, ...]) -> st.SearchStrategy[dict[str, Any]]:
-    return st.fixed_dictionaries({name: tables(EFFECTS[name]) for name in names})
+    return st.fixed_dictionaries({name: tables(STICK_TABLES[name]) for name in names})
 
 
 def scenes(names: tuple[str, ...]) -> st.SearchStrategy[Scene]:
@@ -123,7 +124,7 @@ def likely_scenes(draw: st.DrawFn, names: tuple[str, ...]) -> Scene:
     }
     effects = {
         name: dataclasses.replace(
-            draw(tables(EFFECTS[name])), **{key: draw(value) for key, value in likely[name].items()}
+            draw(tables(STICK_TABLES[name])), **{key: draw(value) for key, value in likely[name].items()}
         )
         for name in names
     }

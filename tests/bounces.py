@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import mp_stick
-from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.stick.law import Records, law_of, thrown
 from drumstick.stick.methods.carry import STEPPERS
 from drumstick.stick.motion import exact, stepping

@@ -11,10 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 import sampled_arm
-from drumstick.parameters import table as parameters
-from drumstick.parameters.scene import Scene, parse, shipped_text
-from drumstick.parameters.table import Refusal
+from drumstick.parameters.scene import Scene
 from drumstick.safety import envelope
+from drumstick.scenes import table as parameters
+from drumstick.scenes.scene_text import parse, shipped_text
+from drumstick.scenes.table import Refusal
 from drumstick.stick.law import Records, law_of
 from haptic_server import block as blocks
 from haptic_server.limits import limits_of

@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.strikes import EVENT
 from drumstick.drum.mallets import mallet
-from drumstick.drum.mallets.tip import TIP, Tip, goes_on, placed, solve_contact
-from drumstick.drum.modal.bank import Bank
+from drumstick.drum.mallets.tip import goes_on, placed, solve_contact
+from drumstick.drum.memory.bank import Bank
+from drumstick.drum.memory.mallets import TIP, Tip
+from drumstick.drum.memory.strikes import EVENT
 from drumstick.parameters.mallet import Mallet
 from drumstick.parameters.scene import Scene
 from membranes import energy, is_triangular, of_tension

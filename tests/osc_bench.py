@@ -11,8 +11,8 @@ from typing import Any
 from pythonosc.osc_message import OscMessage
 from pythonosc.osc_message_builder import OscMessageBuilder
 
-from drumstick.parameters.scene import parse
-from drumstick.parameters.table import Refusal, table_of, values_of, with_changes
+from drumstick.scenes.scene_text import parse
+from drumstick.scenes.table import Refusal, table_of, values_of, with_changes
 from drumstick.stick.law import law_of
 from haptic_server.gateway.lease import Lease, LeaseHolder
 from haptic_server.gateway.osc.osc_server import OscServer
@@ -42,7 +42,7 @@ class FakeParameters:
     """Accepts what the table's ranges allow; `after_set`, if given, is called with what a servo would have latched."""
 
     def __init__(self) -> None:
-        text = (resources.files("drumstick.parameters") / "scenes" / "roll.toml").read_text()
+        text = (resources.files("drumstick.scenes") / "shipped" / "roll.toml").read_text()
         scene = parse(text, "roll")
         self.table = table_of(scene)
         self._law = law_of(scene)

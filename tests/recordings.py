@@ -8,7 +8,8 @@ from pathlib import Path
 
 from hypothesis import strategies as st
 
-from drumstick.parameters.scene import Scene, as_tables
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import as_tables
 from protocol.messages import Contact, Message, Meter, Readback, Release, State, Strike
 from rig.recording.channels import Channel, Presence, channel_of
 from rig.recording.mcap_writer import SCENE_ATTACHMENT, McapWriter

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from drumstick.parameters.scene import Scene, parse
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server.records import EVENT, Reading

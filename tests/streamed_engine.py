@@ -6,9 +6,10 @@ import numpy as np
 
 from drumstick.drum.build import new_engine
 from drumstick.drum.excitation.feed import Feed
-from drumstick.drum.excitation.strikes import StrikeRing
-from drumstick.drum.excitation.timeline import StreamState
-from drumstick.parameters.scene import Scene, shipped_text
+from drumstick.drum.memory.strikes import StrikeRing
+from drumstick.drum.memory.timeline import StreamState
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import shipped_text
 from drumstick_lab.accuracy.drums.blows import pressed
 
 MS = 1_000_000

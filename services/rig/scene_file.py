@@ -59,7 +59,7 @@ class SceneFiles:
 
 def read(scene: str) -> SceneText:
     """The text of a shipped scene or of a file (anything with a / or ending in .toml). Raises CommandError."""
-    from drumstick.parameters.scene import shipped_names, shipped_text
+    from drumstick.scenes.scene_text import shipped_names, shipped_text
 
     if scene in shipped_names():
         return SceneText(shipped_text(scene), scene)
@@ -78,7 +78,7 @@ def read(scene: str) -> SceneText:
 
 def _gesture_text(scene: str, file_name: str) -> str:
     # Beside the scene: in the package for a shipped one, else in the scene file's own folder.
-    from drumstick.parameters.scene import shipped_gesture, shipped_names
+    from drumstick.scenes.scene_text import shipped_gesture, shipped_names
     from haptic_server.servo.simulation.recording import MAX_BYTES
 
     if scene in shipped_names():
@@ -116,7 +116,7 @@ def scene_files(scene: str, say: Say) -> SceneFiles:
 
 def load(scene: str, say: Say = to_stderr):
     """The validated scene; `say` gets what should be written otherwise. Raises CommandError with every mistake."""
-    from drumstick.parameters.scene import SceneError, parse
+    from drumstick.scenes.scene_text import SceneError, parse
 
     found = read(scene)
     notes: list[str] = []

@@ -16,7 +16,9 @@ import zenoh
 
 from drumstick.drum import estimate
 from drumstick.drum.engine import Engine
-from drumstick.drum.membrane.surface import RINGS, SPOKES, metres_per_unit, of_modes
+from drumstick.drum.length_unit import metres_per_unit
+from drumstick.drum.membrane.surface import RINGS, SPOKES
+from drumstick.drum.modal.surface import of_modes
 from drumstick.drum.output.display_data import FRAMES_PER_S, SOUND_SAMPLES, last_heard, take_surface, want
 from drumstick.parameters.scene import Scene
 from protocol import messages

@@ -12,8 +12,8 @@ from collections.abc import Callable
 from drumstick.drum.build import Unplayable, words
 from drumstick.drum.calibrate import build
 from drumstick.drum.engine import Control, Engine, Meters
-from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.fitting import fitted
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.output.upsample import TAPS
 from drumstick.parameters.scene import Scene
 from protocol.messages import Meter, State, decode

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import msgspec
 
-from drumstick.parameters.table import Parameter
+from drumstick.scenes.table import Parameter
 from protocol import messages, osc
 from protocol.keys import Keys
 

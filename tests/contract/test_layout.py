@@ -15,7 +15,7 @@ ONE_WAY = "In every folder imports go one way"
 FORBIDDEN = [
     ("shared/drumstick/parameters/stick.py", "import socket", "drumstick does no I/O"),
     ("shared/drumstick/stick/effects/pulse.py", "from pathlib import Path", "drumstick does no I/O"),
-    ("shared/drumstick/parameters/scene.py", "from protocol import keys", "drumstick imports only realtime"),
+    ("shared/drumstick/scenes/scene_text.py", "from protocol import keys", "drumstick imports only realtime"),
     ("shared/realtime/ring.py", "import drumstick.stick.contact", "realtime imports nothing of ours"),
     ("shared/protocol/keys.py", "import realtime.ring", "protocol imports only drumstick"),
     ("services/sound_server/mixer.py", "import haptic_server.block", "Services never import one another"),

@@ -9,7 +9,7 @@ from types import ModuleType
 import pytest
 import soundfile
 
-from drumstick.parameters.scene import shipped_names
+from drumstick.scenes.scene_text import shipped_names
 from drumstick_lab.programs import module_of
 from protocol.description import ZENOH
 from protocol.keys import Keys

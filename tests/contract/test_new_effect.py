@@ -71,8 +71,8 @@ def usable(law: Any) -> bool:
 '''
 PLAYS = """
 import json
-from drumstick.parameters.scene import parse, shipped_text
-from drumstick.parameters.table import Refusal, table_of, with_changes
+from drumstick.scenes.scene_text import parse, shipped_text
+from drumstick.scenes.table import Refusal, table_of, with_changes
 from drumstick.safety.envelope import Limits, require
 from drumstick.stick.cost import tick_cost
 from drumstick.stick.law import law_of
@@ -237,9 +237,9 @@ def added_output(engine: Any) -> float:
 SOUNDS = """
 import json
 import numpy as np
-from drumstick.drum.excitation.strikes import OfflineStrike
+from drumstick.drum.memory.strikes import OfflineStrike
 from drumstick.drum.render import render
-from drumstick.parameters.scene import parse
+from drumstick.scenes.scene_text import parse
 from drumstick_lab.pages.scenes_page import page
 from rig.offline import scene_cost
 

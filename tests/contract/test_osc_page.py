@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from drumstick.parameters.scene import Scene
-from drumstick.parameters.table import table_of
+from drumstick.scenes.table import table_of
 from drumstick.stick.effects.pulse import Pulse
 from protocol import osc
 

@@ -15,7 +15,7 @@ from drumstick.parameters.declare import quantities
 from drumstick.parameters.stick import Stick
 from drumstick.stick.effects.registry import EFFECTS
 from drumstick.stick.law import field_of
-from drumstick.stick.records import Law, Motion, StickLaw
+from drumstick.stick.records import Law
 from realtime.records import Float32, Record, dtype_of, fields_of
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -24,19 +24,12 @@ CONTACT = ROOT / "shared" / "drumstick" / "stick" / "composition.py"
 
 @pytest.mark.parametrize("name", ["stick", *EFFECTS])
 def test_a_laws_record_has_the_fields_of_its_table_and_no_other(name: str) -> None:
-    table, record = (Stick, StickLaw) if name == "stick" else (EFFECTS[name].TABLE, EFFECTS[name].LAW)
+    table, record = (Stick, Law) if name == "stick" else (EFFECTS[name].TABLE, EFFECTS[name].LAW)
     expected = {
         field_of(key, quantity): "f8" if quantity.kind is float else "i8"
         for key, quantity in quantities(table).items()
     }
     assert {field: kind for field, kind, *_ in fields_of(record)} == expected
-
-
-def test_law_and_motion_name_every_effect_of_the_registry() -> None:
-    assert set(Law.__annotations__) == set(EFFECTS)
-    assert set(Motion.__annotations__) == {
-        name for name, module in EFFECTS.items() if fields_of(module.STATE)
-    }
 
 
 class Inner(Record):

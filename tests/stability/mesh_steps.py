@@ -8,7 +8,7 @@ import numpy as np
 from drumstick.drum.build import new_engine
 from drumstick.drum.engine import Engine
 from drumstick.drum.excitation.analytic import begin
-from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.step import step
 from drumstick.parameters.scene import Scene
 from realtime.kernels.borrowed_view import borrowed_view

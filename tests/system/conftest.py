@@ -12,7 +12,7 @@ from panel_process import PanelProcess, panel
 from playwright.sync_api import Browser
 from rig_process import Rig
 
-from drumstick.parameters.scene import parse, shipped_text
+from drumstick.scenes.scene_text import parse, shipped_text
 from ports import free_port
 
 

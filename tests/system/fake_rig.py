@@ -10,8 +10,9 @@ import numpy as np
 import zenoh
 from rig_process import is_subscribed
 
-from drumstick.parameters.scene import Scene, as_tables
-from drumstick.parameters.table import Refusal, table_of, values_of, with_changes
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import as_tables
+from drumstick.scenes.table import Refusal, table_of, values_of, with_changes
 from drumstick.stick.law import law_of
 from ports import free_port
 from protocol.keys import Keys

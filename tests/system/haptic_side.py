@@ -14,7 +14,8 @@ from typing import TypeVar
 import zenoh
 
 from drumstick.drum.calibrate import strike_for_speed
-from drumstick.parameters.scene import Scene, as_tables
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import as_tables
 from protocol.keys import Keys
 from protocol.messages import Clock, Meter, State, Strike, decode, encode
 from protocol.session import router_config

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drumstick.parameters.scene import parse, shipped_text
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick_lab.benchmarks.force_loop.lateness_pair import (
     WARM_TICKS,
     CLoop,

@@ -7,11 +7,11 @@ from pathlib import Path
 import zenoh
 from haptic_side import HapticSide, drum, sounding
 
-from drumstick.parameters.drum_effects import Muffle
+from drumstick.drum.effects.muffle import MuffleTable
 from protocol.messages import Readback, encode
 
 # The whole head lies under it, and loses 60 dB in two milliseconds where it is pressed.
-OVER_ALL = Muffle(((0.0, 0.0, 1.0),), 0.002, press=0.0)
+OVER_ALL = MuffleTable(((0.0, 0.0, 1.0),), 0.002, press=0.0)
 
 
 class Muffled(HapticSide):

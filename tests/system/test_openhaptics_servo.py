@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from rig_process import wait_for
 
-from drumstick.parameters.scene import parse, shipped_text
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.stick.law import law_of
 from haptic_server import block, files
 from haptic_server.records import FAULT, READY, STATUS, UNPLUGGED

@@ -10,7 +10,7 @@ from fake_rig import FakeRig, wait_until
 from panel_process import PanelProcess, panel
 from playwright.sync_api import Browser, Page, expect
 
-from drumstick.parameters.scene import parse, shipped_text
+from drumstick.scenes.scene_text import parse, shipped_text
 
 pytestmark = [pytest.mark.system, pytest.mark.needs("chromium")]
 AGAIN_MS = 60_000.0  # a browser makes a page wait, longer each time, after connections that failed

@@ -10,7 +10,8 @@ from fake_rig import FakeRig, wait_until
 from panel_process import panel
 from playwright.sync_api import Browser, Page, expect
 
-from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse, shipped_text
 
 pytestmark = [pytest.mark.system, pytest.mark.needs("chromium")]
 BARE = 'name = "bare"\n[stick]\nk_coll_N_per_m = 4000.0\n'

@@ -12,7 +12,7 @@ from fake_rig import FakeRig, free_port, wait_until
 from panel_process import PanelProcess, panel
 from playwright.sync_api import Browser, Page, expect
 
-from drumstick.parameters.scene import parse, shipped_text
+from drumstick.scenes.scene_text import parse, shipped_text
 
 pytestmark = [
     pytest.mark.system,

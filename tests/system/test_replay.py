@@ -20,7 +20,8 @@ from rig_process import DRUMSTICK, Listener, ask, reason_of, reply_to, running, 
 from wav_heard import RATE, onsets_s, sound_in
 
 from drumstick.drum.calibrate import strike_for_speed
-from drumstick.parameters.scene import Scene, as_tables
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import as_tables
 from protocol.keys import Keys
 from protocol.messages import Clock, Contact, Meter, Readback, State, Strike, decode
 from protocol.session import client_config

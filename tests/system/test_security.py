@@ -33,7 +33,7 @@ from rig_process import (
     wait_for,
 )
 
-from drumstick.parameters.scene import from_tables
+from drumstick.scenes.scene_text import from_tables
 from made_keys import Keyring
 from protocol.access.identity import Identity
 from protocol.keys import Keys

@@ -4,7 +4,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from drumstick.parameters.scene import shipped_text
+from drumstick.scenes.scene_text import shipped_text
 from drumstick_lab.benchmarks.network.streamed_wire import CONTACTS, Heard, beside_stalls, broken, played
 from drumstick_lab.soak.quicker import quicker
 from protocol.messages import Contact, Release

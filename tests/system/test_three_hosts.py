@@ -22,7 +22,7 @@ from rig_process import assert_steady, stood_still_s, wait_for
 from three_hosts import AHEAD_S, HAPTIC, Probe, Running, ThreeHosts, seconds
 from wav_heard import RATE, sound_in
 
-from drumstick.parameters.scene import shipped_text
+from drumstick.scenes.scene_text import shipped_text
 from haptic_server.servo.stall_detector import StallDetector
 from protocol.messages import Meter, State, Strike
 

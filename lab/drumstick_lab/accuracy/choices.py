@@ -7,7 +7,7 @@ What is to be chosen is told as it is typed, into a scene file or on the command
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
-from drumstick.parameters.drum_effects import NEEDS
+from drumstick.drum.effects.registry import NEEDS
 
 Row = dict[str, Any]
 # What a scene's [mesh] says beside its rate.

@@ -4,8 +4,8 @@ import statistics
 from collections.abc import Iterator
 from typing import Any
 
-from drumstick.parameters.drum_effects import MESH_EFFECTS
-from drumstick.parameters.scene import EFFECTS
+from drumstick.drum.effects.registry import MESH_EFFECTS
+from drumstick.stick.effects.registry import STICK_TABLES
 from drumstick_lab.accuracy.drums import drum_effects
 from drumstick_lab.accuracy.drums.by_hand import Race
 from drumstick_lab.accuracy.job import Job
@@ -36,7 +36,7 @@ def jobs(quick: bool, found: dict[str, Any]) -> Iterator[Job]:
     rounds = _QUICK_ROUNDS if quick else _ROUNDS
     found["yardstick_ns"] = {}
     sample, tick = (
-        (drum_effects.QUICK, stick_effects.QUICK) if quick else (tuple(MESH_EFFECTS), tuple(EFFECTS))
+        (drum_effects.QUICK, stick_effects.QUICK) if quick else (tuple(MESH_EFFECTS), tuple(STICK_TABLES))
     )
 
     def of_samples() -> None:

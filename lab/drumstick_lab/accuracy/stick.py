@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drumstick.parameters.scene import parse, shipped_text
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.stick.methods.carry import ORDERS, STEPPERS
 from drumstick.stick.simulate import EXACT, Stepper, simulate
 from drumstick_lab.accuracy.job import Job

@@ -5,8 +5,8 @@ from typing import Any
 
 from drumstick.parameters import rig
 from drumstick.parameters.declare import quantities
-from drumstick.parameters.scene import parse, shipped_text
 from drumstick.safety import envelope, sampled_contact
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick_lab.checkout import TESTS
 from haptic_server.servo.device.openhaptics import device, freshness
 from haptic_server.servo.force import guard

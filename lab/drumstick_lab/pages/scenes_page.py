@@ -5,16 +5,18 @@ import sys
 from collections.abc import Iterator
 from dataclasses import MISSING, fields
 
+from drumstick.drum.effects.registry import DRUM_TABLES, FORMER_NAMES
 from drumstick.parameters.declare import Quantity, quantities
 from drumstick.parameters.drum import Drum, Listen, Mesh, Modal
-from drumstick.parameters.drum_effects import DRUM_EFFECTS, FORMER_NAMES
 from drumstick.parameters.mallet import MATERIALS, Mallet
 from drumstick.parameters.rig import Device, Guard, Hand, Servo
-from drumstick.parameters.scene import EFFECTS, Scene, parse, shipped_names, shipped_text
+from drumstick.parameters.scene import Scene
 from drumstick.parameters.stick import Geometry, Stick
-from drumstick.parameters.stick_tables import Z_H0
 from drumstick.parameters.strike import Strike
-from drumstick.parameters.table import table_of
+from drumstick.scenes.scene_text import parse, shipped_names, shipped_text
+from drumstick.scenes.stick_tables import Z_H0
+from drumstick.scenes.table import table_of
+from drumstick.stick.effects.registry import STICK_TABLES
 from drumstick_lab.checkout import DOCS
 
 PAGE = DOCS / "scenes.md"
@@ -177,14 +179,14 @@ def page() -> str:
         "steppers (`drumstick simulate --method`) do too.",
         "",
     ]
-    for name, table in EFFECTS.items():
+    for name, table in STICK_TABLES.items():
         lines += [f"### `[effects.{name}]`", "", _about(table), "", *_keys(table)]
     lines += ["## The rest", ""]
     for name, table in OTHERS.items():
         lines += [f"### `[{name}]`", "", *_keys(table), *_MORE.get(name, [])]
         if table is Drum:
             former = {name: old for old, name in FORMER_NAMES.items()}
-            for effect, kind in DRUM_EFFECTS.items():
+            for effect, kind in DRUM_TABLES.items():
                 about = str(inspect.getdoc(kind))
                 if effect in former:
                     about += f" Its former name, `{former[effect]}`, is still read, with a note."

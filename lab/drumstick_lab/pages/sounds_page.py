@@ -13,7 +13,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from drumstick.parameters.scene import parse, shipped_gesture, shipped_names, shipped_text
+from drumstick.scenes.scene_text import parse, shipped_gesture, shipped_names, shipped_text
 from drumstick_lab.checkout import DOCS
 from drumstick_lab.pages.measured import recording_figure
 from drumstick_lab.pages.measured.stored import read

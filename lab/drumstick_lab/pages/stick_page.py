@@ -18,7 +18,8 @@ from drumstick.analysis.findings import Findings, analyse
 from drumstick.analysis.flight import flight
 from drumstick.analysis.gain import gain
 from drumstick.analysis.rebound import rebound
-from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.stick import contact
 from drumstick.stick.law import law_of
 from drumstick_lab.checkout import DOCS

@@ -14,7 +14,8 @@ from matplotlib.figure import Figure
 
 from drumstick.analysis.cycles.sweep import Axis, Swept, sweep
 from drumstick.analysis.findings import analyse
-from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick_lab.checkout import DOCS
 from drumstick_lab.pages.stored_picture import COLOURS, digest_of, store
 from rig import figures

@@ -3,8 +3,8 @@ drumstick lab zenoh-page."""
 
 import json
 
-from drumstick.parameters.scene import parse, shipped_text
-from drumstick.parameters.table import table_of
+from drumstick.scenes.scene_text import parse, shipped_text
+from drumstick.scenes.table import table_of
 from drumstick_lab.checkout import DOCS
 from protocol import messages
 from protocol.description import ZENOH, described, key_of, words_of, words_of_key

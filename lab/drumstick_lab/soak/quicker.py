@@ -11,7 +11,8 @@ import tomllib
 from collections.abc import Mapping
 from typing import Any, cast
 
-from drumstick.parameters.scene import Scene, as_tables, parse
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import as_tables, parse
 from rig.exit_status import usage_error
 
 MOST = 100.0
@@ -74,7 +75,7 @@ def _scaled(table: Mapping[str, Any], speed: float) -> dict[str, Any]:
 
 
 def _check(text: str, source: str, speed: float) -> Scene:
-    from drumstick.parameters.scene import SceneError
+    from drumstick.scenes.scene_text import SceneError
 
     try:
         return parse(text, f"{source} at --speed {speed:g}")

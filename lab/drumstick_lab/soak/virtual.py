@@ -12,7 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick_lab.soak.in_process import ticks
 from drumstick_lab.soak.in_process.gateway import Gateway
 from drumstick_lab.soak.in_process.hearers import Clocks, Recording, VirtualSound

@@ -5,7 +5,7 @@ The caller's lock guards it. Times are seconds of any clock that does not go bac
 
 from typing import NamedTuple
 
-from drumstick.parameters.table import Refusal
+from drumstick.scenes.table import Refusal
 
 MAX_S = 5.0
 _MAX_NAME = 60

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
 from typing import NamedTuple
 
-from drumstick.parameters.table import Z_H0, Refusal
+from drumstick.scenes.table import Z_H0, Refusal
 from haptic_server.gateway.settings import Parameters
 from haptic_server.presets.last_good import LastGood
 from haptic_server.presets.preset import Preset, PresetError

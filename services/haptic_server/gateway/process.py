@@ -10,8 +10,9 @@ from ipaddress import ip_network
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drumstick.parameters.scene import Scene, SceneError, as_tables, parse
-from drumstick.parameters.table import values_of
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import SceneError, as_tables, parse
+from drumstick.scenes.table import values_of
 from drumstick.stick.law import law_of
 from haptic_server import files, limits
 from haptic_server.gateway.extras import Extras, MissingDependency

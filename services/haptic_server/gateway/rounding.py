@@ -5,7 +5,7 @@ Pure; any thread.
 
 import struct
 
-from drumstick.parameters.table import Parameter
+from drumstick.scenes.table import Parameter
 
 _FLOAT = struct.Struct(">f")
 _STEP = 2.0**-23  # from one 32-bit number to the next: never more than this share of it

@@ -10,10 +10,10 @@ import time
 from collections.abc import Callable, Iterable, Mapping
 from typing import NamedTuple
 
-from drumstick.parameters import table as parameters
 from drumstick.parameters.scene import Scene
-from drumstick.parameters.table import Parameter, Refusal
 from drumstick.safety import envelope
+from drumstick.scenes import table as parameters
+from drumstick.scenes.table import Parameter, Refusal
 from drumstick.stick.law import Records
 from haptic_server.gateway.lease import Lease, LeaseHolder
 from haptic_server.gateway.link import ServoLink

@@ -10,9 +10,10 @@ import threading
 import time
 from pathlib import Path
 
-from drumstick.parameters.scene import Scene, SceneError, parse
-from drumstick.parameters.table import Refusal
+from drumstick.parameters.scene import Scene
 from drumstick.safety import envelope
+from drumstick.scenes.scene_text import SceneError, parse
+from drumstick.scenes.table import Refusal
 from drumstick.stick.law import law_of
 from haptic_server import block, contacts, files
 from haptic_server.block_header import STOP

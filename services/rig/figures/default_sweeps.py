@@ -4,7 +4,7 @@ import numpy as np
 
 from drumstick.analysis.cycles.sweep import Axis
 from drumstick.parameters.scene import Scene
-from drumstick.parameters.table import Z_H0, table_of, values_of
+from drumstick.scenes.table import Z_H0, table_of, values_of
 from drumstick.stick.law import law_of
 
 LINE_POINTS, FORECAST_POINTS, PLANE_POINTS = 240, 36, 41

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.parameters.scene import Scene
-from drumstick.parameters.table import table_of, values_of
+from drumstick.scenes.table import table_of, values_of
 from drumstick.stick.effects.cor_pulse import CorPulse
 from drumstick.stick.effects.pulse import Pulse
 from drumstick.stick.law import law_of

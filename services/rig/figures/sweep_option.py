@@ -7,7 +7,7 @@ import numpy as np
 
 from drumstick.analysis.cycles.sweep import Axis
 from drumstick.parameters.scene import Scene
-from drumstick.parameters.table import Parameter, Refusal, table_of
+from drumstick.scenes.table import Parameter, Refusal, table_of
 from rig.exit_status import usage_error
 
 _FORM = "write NAME=LOW:HIGH:COUNT or NAME=LOW:HIGH:COUNT:log, e.g. dv_pls=0.05:2:100"

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from drumstick.analysis.cycles.sweep import KINDS, MEASURED, Swept
 from drumstick.parameters.scene import Scene
-from drumstick.parameters.table import table_of
+from drumstick.scenes.table import table_of
 from rig.figures.predictions import Forecast
 from rig.figures.return_map import Curves
 

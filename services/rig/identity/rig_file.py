@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeVar, cast
 
 from drumstick.parameters.declare import text
-from drumstick.parameters.reading import Reader, shown, tables_of
+from drumstick.scenes.reading import Reader, shown, tables_of
 from protocol.access.identity import Identity
 from protocol.access.roles import ROLES, checked_roles
 from protocol.endpoint import host_and_port, is_loopback, is_tls

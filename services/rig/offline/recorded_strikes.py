@@ -15,10 +15,10 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.excitation.offline import StreamedContact
-from drumstick.drum.excitation.strikes import OfflineStrike
+from drumstick.drum.memory.strikes import OfflineStrike
 from drumstick.drum.render import LiveChange
 from drumstick.parameters.scene import Scene
-from drumstick.parameters.table import Refusal, table_of
+from drumstick.scenes.table import Refusal, table_of
 from drumstick.stick.law import DRUM
 from protocol.messages import Contact, Readback, Strike, decode
 from rig.exit_status import usage_error

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from drumstick.drum.excitation.offline import StreamedContact
-    from drumstick.drum.excitation.strikes import OfflineStrike
+    from drumstick.drum.memory.strikes import OfflineStrike
     from drumstick.drum.render import LiveChange
     from drumstick.parameters.scene import Scene
 
@@ -94,7 +94,7 @@ def strikes_of(path: Path, scene: "Scene") -> list["OfflineStrike"]:
 def rolled(scene: "Scene", duration_s: float) -> list["OfflineStrike"]:
     """Strikes of the scene's own stick, thrown once, on the hand's circle."""
     from drumstick.drum.calibrate import strike_for_speed, stroke_of
-    from drumstick.drum.excitation.strikes import OfflineStrike
+    from drumstick.drum.memory.strikes import OfflineStrike
     from drumstick.stick.contact_ahead import MAX_S
     from drumstick.stick.simulate import COLUMNS, simulate
 
@@ -254,7 +254,7 @@ def _draw(
 
             save(spectrogram(sound, options.rate_Hz, scene.drum.f01_Hz, scene.name), options.spectrogram)
         if options.modes is not None:
-            from drumstick.drum.mode_measurement import measured_modes
+            from drumstick.drum.measurement.measured_modes import measured_modes
             from rig.figures.sounds.modes import modes
 
             heard = measured_modes(scene, options.rate_Hz)

@@ -2,8 +2,8 @@
 
 import json
 
-from drumstick.parameters.former_names import with_present_names
-from drumstick.parameters.scene import as_tables, shipped_names
+from drumstick.scenes.former_names import with_present_names
+from drumstick.scenes.scene_text import as_tables, shipped_names
 from rig import scene_file
 from rig.supervision.preflight import playable, try_drum, try_stick
 

@@ -9,7 +9,7 @@ from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from drumstick.parameters.drum_effects import NEEDS
+from drumstick.drum.effects.registry import NEEDS
 from drumstick.parameters.scene import Scene
 from rig import scene_file
 from rig.supervision.preflight import playable
@@ -127,7 +127,7 @@ def _while_time(seconds: float) -> Iterator[int]:
 
 def _drum_effects(scene: Scene, step: Step) -> dict[str, float]:
     # ns a sample that each effect of the drum adds to all the others; in turn, as the stick's.
-    from drumstick.drum import cost
+    from drumstick.drum.measurement import cost
 
     whole = scene if scene.modal is not None else _pinned(scene)
     tried = {"": whole} | {name: _without(whole, name) for name in scene.drum.effects}
@@ -157,7 +157,7 @@ def _tiers(scene: Scene) -> dict[str, Scene]:
 
 
 def _tier(tried: Scene) -> dict[str, Any]:
-    from drumstick.drum import cost
+    from drumstick.drum.measurement import cost
 
     runs = [cost.ringing(tried, DEFAULT_RATE_HZ, _FRAMES) for _ in _while_time(_RUNS_S)]
     cpu_s = statistics.median(run.cpu_s for run in runs)

@@ -13,8 +13,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
 
-from drumstick.parameters.scene import Scene, SceneError, from_tables
-from drumstick.parameters.table import table_of
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import SceneError, from_tables
+from drumstick.scenes.table import table_of
 from protocol.messages import Message, Meter, decode
 from protocol.rate_limited_log import RateLimitedLog
 from realtime.log import say

@@ -6,7 +6,7 @@ Nothing is heard. A socket whose targets are all on this machine is bound to loo
 import socket
 from collections.abc import Mapping, Sequence
 
-from drumstick.parameters.table import Parameter
+from drumstick.scenes.table import Parameter
 from protocol import osc
 from protocol.messages import Message, Readback, Release, Strike
 

@@ -145,7 +145,7 @@ def _played(
     scene: "Scene",
     stop: StopRequest,
 ) -> dict[str, Any]:
-    from drumstick.parameters.table import table_of
+    from drumstick.scenes.table import table_of
     from rig.replaying.cues import Renumbering, numbers_of
     from rig.replaying.osc_out import OscOut
     from rig.replaying.player import ReplayPlayer

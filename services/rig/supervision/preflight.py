@@ -26,8 +26,8 @@ def playable() -> Generator[None]:
 
 def try_stick(scene: Scene) -> None:
     """Judge the scene's own set for its simulated device, as the servo does at its start. Raises CommandError."""
-    from drumstick.parameters.table import Refusal
     from drumstick.safety import envelope
+    from drumstick.scenes.table import Refusal
     from drumstick.stick.law import law_of
     from haptic_server.limits import limits_of
     from haptic_server.servo.device.simulated import Simulated
@@ -41,7 +41,7 @@ def try_stick(scene: Scene) -> None:
 def try_drum(scene: Scene) -> None:
     """Make the scene's drum, for an audio device at 48 kHz. Raises Unplayable."""
     from drumstick.drum.build import new_engine
-    from drumstick.drum.excitation.strikes import StrikeRing
+    from drumstick.drum.memory.strikes import StrikeRing
 
     # The finest mesh that `auto` may choose leaves a wave the most room.
     finest = dataclasses.replace(

@@ -21,7 +21,7 @@ BEFORE = "scene.before"  # the scene to go back to, until the one that somebody 
 
 def _lying(run: Path) -> SceneFiles | None:
     # None where there is no scene yet, or one that this version does not understand.
-    from drumstick.parameters.scene import SceneError, parse
+    from drumstick.scenes.scene_text import SceneError, parse
     from haptic_server import files
 
     try:

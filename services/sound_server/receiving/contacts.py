@@ -13,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 
 from drumstick.drum.excitation.feed import Feed, Forces
-from drumstick.drum.excitation.timeline import Stream
+from drumstick.drum.memory.timeline import Stream
 from protocol.clock import HapticClock
 from protocol.messages import CONTACT_PIECE_S, Contact, Strike, decode
 from protocol.rate_limited_log import RateLimitedLog

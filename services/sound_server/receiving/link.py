@@ -13,7 +13,8 @@ from typing import Any, cast
 
 import zenoh
 
-from drumstick.parameters.scene import Scene, SceneError, from_tables
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import SceneError, from_tables
 from protocol.clock import ClockMap, HapticClock, asked_clock
 from protocol.keys import Keys
 from protocol.messages import ENCODING, Meter, encode

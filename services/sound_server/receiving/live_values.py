@@ -8,7 +8,7 @@ import threading
 
 from drumstick.drum.engine import Engine, set_live
 from drumstick.parameters.scene import Scene
-from drumstick.parameters.table import Parameter, Refusal, table_of
+from drumstick.scenes.table import Parameter, Refusal, table_of
 from drumstick.stick.law import DRUM
 from protocol.messages import Readback, decode
 from protocol.rate_limited_log import RateLimitedLog

@@ -7,7 +7,7 @@ replaced, from any thread.
 from collections import OrderedDict
 from collections.abc import Callable
 
-from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.parameters.scene import Scene
 from protocol.clock import HapticClock
 from protocol.messages import Strike, decode

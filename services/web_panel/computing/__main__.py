@@ -8,8 +8,8 @@ import sys
 
 import msgspec
 
-from drumstick.parameters.scene import from_tables
-from drumstick.parameters.table import Refusal
+from drumstick.scenes.scene_text import from_tables
+from drumstick.scenes.table import Refusal
 from web_panel.computing.computing_messages import Answer, FindTheory, PredictRoll, Question, Trouble
 
 _NICENESS = (

@@ -7,8 +7,8 @@ from drumstick.analysis.cycles.lap import scratch_of
 from drumstick.analysis.cycles.settling import settle
 from drumstick.analysis.unpulsed import NEVER_REPEATING
 from drumstick.parameters.scene import Scene
-from drumstick.parameters.table import Refusal, table_of, with_changes
 from drumstick.safety import envelope
+from drumstick.scenes.table import Refusal, table_of, with_changes
 from drumstick.stick.law import law_of
 from web_panel.computing.computing_messages import PredictedRoll
 

@@ -14,7 +14,7 @@ from drumstick.analysis.cycles.lap import scratch_of
 from drumstick.analysis.cycles.return_map import OF_V_E, ReturnMap
 from drumstick.analysis.unpulsed import NEVER_REPEATING
 from drumstick.parameters.scene import Scene
-from drumstick.parameters.table import Z_H0, table_of, with_changes
+from drumstick.scenes.table import Z_H0, table_of, with_changes
 from drumstick.stick.law import Records, law_of
 from drumstick.stick.trajectory import onward
 from web_panel.computing.computing_messages import Curve, Theory

@@ -8,7 +8,7 @@ import math
 
 import viser
 
-from drumstick.parameters.table import Parameter, Refusal
+from drumstick.scenes.table import Parameter, Refusal
 from protocol.messages import Readback
 from web_panel.access.client_message import ClientMessages, is_number, sent_to
 from web_panel.access.viser_access import control_id

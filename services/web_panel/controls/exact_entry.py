@@ -2,7 +2,7 @@
 
 import viser
 
-from drumstick.parameters.table import Parameter, Refusal
+from drumstick.scenes.table import Parameter, Refusal
 from web_panel.access.client_message import ClientMessages, is_click, is_short_text
 from web_panel.access.viser_access import control_id
 from web_panel.page import markup

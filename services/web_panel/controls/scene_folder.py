@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import viser
 
-from drumstick.parameters.scene import shipped_names
+from drumstick.scenes.scene_text import shipped_names
 from web_panel.access.client_message import ClientMessages, is_click
 from web_panel.access.viser_access import control_id
 from web_panel.page import markup

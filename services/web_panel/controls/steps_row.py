@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import viser
 
-from drumstick.parameters.table import Parameter
+from drumstick.scenes.table import Parameter
 from web_panel.access.client_message import ClientMessages
 from web_panel.access.viser_access import control_id
 from web_panel.controls.keyboard import add_key

@@ -3,7 +3,7 @@
 import viser
 
 from drumstick.parameters.scene import Scene
-from drumstick.parameters.table import Parameter, values_of
+from drumstick.scenes.table import Parameter, values_of
 from drumstick.stick.law import law_of
 from web_panel.access.client_message import ClientMessages
 from web_panel.controls.control import Control

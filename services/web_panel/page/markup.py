@@ -3,7 +3,7 @@
 from html import escape
 
 from drumstick.parameters.scene import Scene
-from drumstick.parameters.table import Parameter
+from drumstick.scenes.table import Parameter
 from protocol.messages import Readback, State, Strike
 from web_panel.page.page_script import page_script
 from web_panel.page.style import CSS

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from drumstick.parameters.declare import Quantity
-from drumstick.parameters.table import Parameter
+from drumstick.scenes.table import Parameter
 from drumstick.stick.law import DRUM
 from protocol.keys import command
 from protocol.messages import Meter, Readback, State

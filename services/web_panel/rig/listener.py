@@ -16,9 +16,9 @@ from typing import Any, TypeVar
 import msgspec
 import zenoh
 
-from drumstick.parameters.scene import SceneError, from_tables
-from drumstick.parameters.table import table_of
 from drumstick.safety.envelope import Limits
+from drumstick.scenes.scene_text import SceneError, from_tables
+from drumstick.scenes.table import table_of
 from protocol.foreign_text import shown
 from protocol.keys import Keys
 from protocol.messages import Lease, Message, Meter, PresetNews, Readback, State, decode

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from drumstick.parameters.scene import Scene
-from drumstick.parameters.table import Parameter
+from drumstick.scenes.table import Parameter
 from protocol.announced import Announcements
 from protocol.messages import Cost, Membrane, Meter, Readback, Release, Spectrum, State, Strike
 

@@ -5,7 +5,7 @@ Browsers' requests come on viser's threads, which never wait here but for `load`
 
 from collections.abc import Callable
 
-from drumstick.parameters.table import Z_H0
+from drumstick.scenes.table import Z_H0
 from web_panel.rig.answer import Answer
 from web_panel.rig.rig_state import RigState
 from web_panel.rig.set_request import SetRequest

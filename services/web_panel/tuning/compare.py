@@ -7,7 +7,7 @@ remembered: a value may be set from anywhere.
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from drumstick.parameters.table import Z_H0
+from drumstick.scenes.table import Z_H0
 
 SLOTS = ("A", "B")
 

@@ -7,7 +7,8 @@ import threading
 import time
 from typing import NamedTuple
 
-from drumstick.parameters.scene import Scene, as_tables
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import as_tables
 from web_panel.computing.computer import Computer
 from web_panel.computing.computing_messages import PredictedRoll, PredictRoll, Trouble
 

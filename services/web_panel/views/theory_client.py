@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drumstick.parameters.scene import as_tables
+from drumstick.scenes.scene_text import as_tables
 from web_panel.computing.computer import Computer
 from web_panel.computing.computing_messages import Curve, FindTheory, Question, Ticks, TimeTicks, Trouble
 from web_panel.computing.computing_messages import Theory as TheoryMessage

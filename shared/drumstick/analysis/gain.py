@@ -5,7 +5,7 @@ dv and without the hand, a pulse that fires T seconds before the contact ends ad
 
     kappa = sign (G'(T)/tau + exp(-T/tau) + 2 a G(T)/tau),   a = R_in/(2m)
 
-with G the response of the head to exp(-t/tau) (drumstick.stick.motion.segment): the speed it has given by then, what it
+with G the response of the head to exp(-t/tau) (drumstick.stick.segment): the speed it has given by then, what it
 has still to give, and the shift of the moment of release at z = 0, where the stick decelerates by 2 a v. A head that
 only pushes lets go when the acceleration is 0: then the shift costs nothing and the last term is absent. A pulse at
 exit gives all of dv.
@@ -16,7 +16,7 @@ import math
 from drumstick.parameters.stick import Stick
 from drumstick.stick import contact
 from drumstick.stick.effects.pulse import Pulse
-from drumstick.stick.motion.segment import forced_response, free_response
+from drumstick.stick.segment import forced_response, free_response
 
 _ROUNDING = 1e-12
 

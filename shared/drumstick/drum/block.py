@@ -7,9 +7,10 @@ import numpy.typing as npt
 
 from drumstick.drum.engine import Control, Engine, Meters
 from drumstick.drum.excitation import force_resampling
-from drumstick.drum.excitation.analytic import POOL, ContactPulse, begin, damp
-from drumstick.drum.excitation.strikes import StrikeEvent
+from drumstick.drum.excitation.analytic import begin, damp
 from drumstick.drum.mallets import mallet
+from drumstick.drum.memory.pulses import POOL, ContactPulse
+from drumstick.drum.memory.strikes import StrikeEvent
 from drumstick.drum.modal import bank
 from drumstick.drum.output.display_data import show_sound, show_surface
 from drumstick.drum.output.limiter import limit, limited

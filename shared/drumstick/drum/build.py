@@ -4,24 +4,27 @@ from typing import Any, cast
 
 import numpy as np
 
-from drumstick.drum.effects.registry import Building, effects_of
+from drumstick.drum.effects import head_numbers
+from drumstick.drum.effects.building import Building
+from drumstick.drum.effects.registry import effects_of
 from drumstick.drum.engine import CONTROL, METERS, PENDING, Control, Engine
-from drumstick.drum.excitation.analytic import CONTACT, FORCES, POOL, PULSE
-from drumstick.drum.excitation.point_force import FORCE
-from drumstick.drum.excitation.strikes import EVENT, StrikeRing
-from drumstick.drum.excitation.timeline import stream_of
+from drumstick.drum.length_unit import metres_per_unit_in_air
 from drumstick.drum.mallets.mallet_memory import mallets_on_mesh, mallets_on_modes
 from drumstick.drum.membrane.heads import aligned, head_of, pickups_on
 from drumstick.drum.membrane.scheme import tuned
-from drumstick.drum.membrane.surface import Places, metres_per_unit_in_air, of_modes, on_mesh
+from drumstick.drum.membrane.surface import Places, on_mesh
+from drumstick.drum.memory.pulses import CONTACT, FORCE, FORCES, POOL, PULSE
+from drumstick.drum.memory.strikes import EVENT, StrikeRing
+from drumstick.drum.memory.timeline import stream_of
+from drumstick.drum.modal.surface import of_modes
 from drumstick.drum.output.display_data import shown_of
 from drumstick.drum.output.microphones import microphones_of
 from drumstick.drum.output.upsample import TAPS, interpolator
-from drumstick.drum.step_numbers import StepCoefficients
+from drumstick.drum.step_numbers import coefficients_of, control_of
 from drumstick.drum.tiers import divisor_for
 from drumstick.parameters.scene import Scene
 from drumstick.stick.contact import PAPER
-from drumstick.stick.effects.system_delay import SystemDelay
+from drumstick.stick.effects.registry import mean_lag_s
 from drumstick.stick.law import law_of
 from drumstick.stick.records import Law
 from realtime.records import ABSENT, Record, Records, is_there
@@ -30,10 +33,7 @@ from realtime.records import ABSENT, Record, Records, is_there
 def _contact_of(scene: Scene, step_s: float) -> Records:
     # A head that comes too late pushes as if its damper were weaker.
     law: Law = law_of(scene)[0]
-    late = scene.effects.get("system_delay")
-    taken = float(law["r_in"]) - (
-        float(law["k_coll"]) * late.mean_lag_s if isinstance(late, SystemDelay) else 0.0
-    )
+    taken = float(law["r_in"]) - float(law["k_coll"]) * mean_lag_s(scene.effects)
     per_step = step_s / (2.0 * float(law["m"]))
     contact: Records = np.zeros(1, CONTACT)
     fields: Record = contact[0]
@@ -59,10 +59,7 @@ def _common(scene: Scene, step_s: float, divisor: int, strikes: StrikeRing, plac
 
 
 def _unit_m(scene: Scene) -> float:
-    # Only wires, and a head that stiffens by its own numbers, ask for it.
-    tension = scene.drum.effects.get("tension")
-    asked = "snare" in scene.drum.effects or (tension is not None and tension.young_GPa > 0.0)
-    return metres_per_unit_in_air(scene) if asked else 0.0
+    return metres_per_unit_in_air(scene) if head_numbers.are_in_metres(scene.drum) else 0.0
 
 
 class Unplayable(ValueError):
@@ -72,14 +69,14 @@ class Unplayable(ValueError):
 def _of_mesh(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     divisor = divisor_for(scene, rate_Hz)
     step_s = divisor / rate_Hz
-    numbers = StepCoefficients(scene, step_s)
+    numbers = coefficients_of(scene, step_s)
     lattice = tuned(scene.drum.f01_Hz, step_s, numbers.scheme, numbers.losses)
     head = head_of(lattice, numbers.baked)
     size = lattice.weights.size
     pickups, pickup_gains = pickups_on(scene, head, 1.0)
     return Engine(
         **_common(scene, step_s, divisor, strikes, on_mesh(head)),
-        control=numbers.control(scene, rate_Hz, divisor),
+        control=control_of(numbers, scene, rate_Hz, divisor),
         head=head,
         forces=cast(Records, np.zeros(FORCES, FORCE)),
         pickups=pickups,

@@ -6,11 +6,12 @@ import numpy as np
 
 from drumstick.drum.block import render_all
 from drumstick.drum.build import Unplayable, new_engine
+from drumstick.drum.effects.registry import EFFECTS
 from drumstick.drum.effects.tension import TensionTable, risen
 from drumstick.drum.engine import Control, Engine
-from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.fitting import fitted
 from drumstick.drum.mallets.mallet import full_impulse
+from drumstick.drum.memory.strikes import OfflineStrike, StrikeRing
 from drumstick.parameters.scene import Scene
 from drumstick.stick import contact
 from drumstick.stick.law import law_of
@@ -144,7 +145,7 @@ def _kappa(scene: Scene, rate_Hz: int) -> float:
 
 
 def _impulse(engine: Engine, blow: OfflineStrike) -> float:
-    # That a blow has on the rim, N steps.
+    # That a blow has beside the head, N steps.
     if is_there(engine.mallets):
         return full_impulse(engine.mallets.state[0], blow.speed_m_per_s)
     control: Control = engine.control[0]
@@ -161,9 +162,9 @@ def build(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
         kappa = _kappa(scene, rate_Hz)
         _stiffen(engine, kappa)
     engine.control["output_gain"] = _gain(scene, rate_Hz, kappa) * 10.0 ** (scene.listen.gain_dB / 20.0)
-    if is_there(engine.effects.rim):
-        # A stroke of full scale on the rim gives its impulse to modes that share it: together they peak at most there.
-        level = scene.drum.effects["rim"].level * PEAK_OF_FULL_SCALE
-        impulse = _impulse(engine, full_scale(scene))
-        engine.effects.rim.state["gain"] = level / (impulse * float(engine.control["output_gain"][0]))
+    for name, module in EFFECTS.items():
+        part = getattr(engine.effects, name, None)
+        if is_there(part) and hasattr(module, "set_level"):
+            heard = _impulse(engine, full_scale(scene)) * float(engine.control["output_gain"][0])
+            module.set_level(part, scene.drum.effects[name], PEAK_OF_FULL_SCALE, heard)
     return engine

@@ -5,21 +5,19 @@ and write what effects keep as `wanted` (`set_live`). What a scene does not name
 nothing of it. `drumstick.drum.build` makes engines.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.drum.effects.registry import Effects
-from drumstick.drum.excitation.analytic import ContactDecay, ContactPulse
-from drumstick.drum.excitation.point_force import JunctionForce
-from drumstick.drum.excitation.strikes import StrikeEvent
-from drumstick.drum.excitation.timeline import Stream
-from drumstick.drum.mallets.mallet import Mallets
 from drumstick.drum.membrane.sweep import Head
-from drumstick.drum.modal.bank import Bank
-from drumstick.drum.output.display_data import Shown
-from drumstick.drum.output.microphones import Microphones
+from drumstick.drum.memory.bank import Bank
+from drumstick.drum.memory.display import Shown
+from drumstick.drum.memory.mallets import Mallets
+from drumstick.drum.memory.microphones import Microphones
+from drumstick.drum.memory.pulses import ContactDecay, ContactPulse, JunctionForce
+from drumstick.drum.memory.strikes import StrikeEvent
+from drumstick.drum.memory.timeline import Stream
 from realtime.records import ABSENT, Float32, Record, Rows, dtype_of
 
 PENDING = 256
@@ -88,7 +86,7 @@ class Engine(NamedTuple):
     ring_cells: npt.NDArray[np.int64]
     ring_slots: Rows[StrikeEvent]
     shown: Shown
-    effects: Effects
+    effects: Any  # a named tuple: memory of each effect that the scene names, None for all others
     modal: Bank = ABSENT
     microphones: Microphones = ABSENT
     laplacian: npt.NDArray[np.float32] = ABSENT

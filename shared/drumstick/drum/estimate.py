@@ -7,7 +7,7 @@ from typing import Any, Literal, NamedTuple
 from drumstick.drum import tiers
 from drumstick.drum.membrane.lattice import J01
 from drumstick.drum.membrane.scheme import Scheme
-from drumstick.drum.step_numbers import StepCoefficients
+from drumstick.drum.step_numbers import coefficients_of
 from drumstick.parameters.drum import Mesh
 from drumstick.parameters.scene import Scene
 
@@ -61,7 +61,7 @@ def estimates(scene: Scene, rate_Hz: int) -> list[Estimate]:
 def _squeezed(scene: Scene, step_s: float) -> Scheme:
     # What effects leave of the scheme; the whole of it where they leave nothing, and such a drum cannot be had.
     try:
-        scheme = StepCoefficients(scene, step_s).scheme
+        scheme = coefficients_of(scene, step_s).scheme
     except (ValueError, ArithmeticError):
         return tiers.scheme_for(scene)
     return scheme if scheme.tau > 0.0 else tiers.scheme_for(scene)

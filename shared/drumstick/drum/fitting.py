@@ -19,7 +19,7 @@ from llvmlite import binding
 from drumstick.drum import estimate, tiers
 from drumstick.drum.block import render_all
 from drumstick.drum.build import Unplayable, new_engine
-from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.parameters.scene import Scene
 from realtime.kernels.cache_files import read_beside, write_beside
 

@@ -11,7 +11,7 @@ from drumstick.drum.block import render_all
 from drumstick.drum.calibrate import build
 from drumstick.drum.engine import set_live
 from drumstick.drum.excitation.offline import ContactFeeder, StreamedContact
-from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
+from drumstick.drum.memory.strikes import OfflineStrike, StrikeRing
 from drumstick.parameters.scene import Scene
 
 _BLOCK = 128

@@ -8,17 +8,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.drum.effects import cavity, internal_loss, tension
-from drumstick.drum.effects.registry import EFFECTS
+from drumstick.drum.effects import composition
 from drumstick.drum.engine import Control, Engine
 from drumstick.drum.excitation.analytic import press
-from drumstick.drum.excitation.point_force import JunctionForce
 from drumstick.drum.mallets import mallet, on_mesh, on_modes, under_tension
 from drumstick.drum.membrane.rows import Terms
 from drumstick.drum.membrane.sweep import bare, largest, sweep
+from drumstick.drum.memory.pulses import JunctionForce
 from drumstick.drum.modal import bank
 from drumstick.drum.output import microphones
-from realtime.kernels.folding import added, each, folded
 from realtime.kernels.jit import njit, only_with
 
 Floats = npt.NDArray[np.float32]
@@ -26,53 +24,11 @@ _REST = 1e-9  # of the loudest displacement: 180 dB down the head counts as at r
 _LOOK_EVERY = 4096  # steps between looks at whether the head has come to rest
 
 
-@folded(EFFECTS, each)
-def before_sweep(engine: Engine, then: Floats) -> None:
-    """Let effects keep what they need of u-, before the sweep overwrites it."""
-
-
-@folded(EFFECTS, added)
-def after_sweep(engine: Engine, then: Floats) -> float:
-    """Let effects move u+ after the sweep; returns by how much its sum changed."""
-    return 0.0
-
-
-@folded(EFFECTS, added)
-def added_output(engine: Engine) -> float:
-    """One step of what sounds besides the head, and what is heard of it."""
-    return 0.0
-
-
-@folded(EFFECTS, each)
-def resume(engine: Engine) -> None:
-    """Let effects take up what was set while the head was at rest, before anything lies on it."""
-
-
-@folded(EFFECTS, each)
-def reset(engine: Engine) -> None:
-    """All effects at rest."""
-
-
-@only_with("tension")
-def _ring_gain(engine: Engine, q: float) -> Any:
-    return np.float32(1.0 + q / engine.control[0].tau)
-
-
-@only_with("tension", otherwise=0.0)
-def _own_loss(engine: Engine, q: float) -> float:
-    # By how much less u counts in its own next value; with internal losses that goes with the ring.
-    control = engine.control[0]
-    return q / control.held_back if engine.effects.tension.state[0].eta == 0.0 else 0.0
-
-
-@only_with("cavity")
-def _summed(engine: Engine) -> Any:
-    return 1
-
-
-@only_with("cavity", otherwise=0.0)
-def _push(engine: Engine) -> float:
-    return float(cavity.push(engine))
+@njit()
+def _number(push: Any) -> float:
+    if push is None:  # decided by the type, at compile time
+        return 0.0
+    return float(push)
 
 
 @only_with("laplacian", otherwise=False)
@@ -104,19 +60,19 @@ def _swept_fourth(engine: Engine, now: Floats, then: Floats) -> None:
 def _swept(engine: Engine, now: Floats, then: Floats) -> float:
     # The first head's u+, into `then`; its sum where a second head asks for it.
     control: Control = engine.control[0]
-    push = _push(engine)
-    q = tension.tightened(engine, now, then, push) + under_tension.more(engine, now, then, push)
+    push = _number(composition.head_push(engine))
+    q = composition.tightened(engine, now, then, push) + under_tension.more(engine, now, then, push)
     terms = Terms(
-        now_gain=np.float32(control.now_gain - _own_loss(engine, q)),
+        now_gain=np.float32(control.now_gain - composition.own_loss(engine, q)),
         then_gain=control.then_gain,
-        ring_gain=_ring_gain(engine, q),
-        push=cavity.push(engine),
-        momentum=internal_loss.momentum(engine),
-        rho=internal_loss.rho(engine),
-        eta=internal_loss.eta(engine),
+        ring_gain=composition.ring_gain(engine, q),
+        push=composition.head_push(engine),
+        momentum=composition.momentum(engine),
+        rho=composition.rho(engine),
+        eta=composition.eta(engine),
         plane=None,
         plane_gain=None,
-        total=_summed(engine),
+        total=composition.asked_sum(engine),
     )
     return sweep(engine.head, now, then, terms)
 
@@ -128,7 +84,7 @@ def _struck(engine: Engine, then: Floats) -> float:
     for i in range(engine.control[0].forces):
         force: JunctionForce = forces[i]
         then[force.junction] += np.float32(force.step)
-        internal_loss.push(engine, force.junction, force.step)
+        composition.pushed(engine, force.junction, force.step)
         changed += force.step
     return changed
 
@@ -147,7 +103,7 @@ def _reset_head(engine: Engine) -> None:
 @njit()
 def wake(engine: Engine) -> None:
     """Compute the head again: something is about to push it."""
-    resume(engine)
+    composition.resume(engine)
     engine.control[0].asleep = 0
 
 
@@ -161,7 +117,7 @@ def _fall_asleep(engine: Engine) -> None:
     if top <= _REST * control.loudest:
         _reset_head(engine)
         bank.reset(engine)
-        reset(engine)
+        composition.reset(engine)
         control.loudest = 0.0
         control.asleep = 1
 
@@ -172,7 +128,7 @@ def _meshed(engine: Engine) -> Any:
     control = engine.control[0]
     planes = engine.head.planes
     now, then = planes[control.plane], planes[1 - control.plane]
-    before_sweep(engine, then)
+    composition.before_sweep(engine, then)
     on_mesh.come(engine, now, then)
     if _is_fourth(engine):
         _swept_fourth(engine, now, then)
@@ -180,10 +136,11 @@ def _meshed(engine: Engine) -> Any:
     else:
         total = _swept(engine, now, then)
     total += _struck(engine, then)
-    total += after_sweep(engine, then)
+    total += composition.after_sweep(engine, then)
     total += on_mesh.strike(engine, then)
-    cavity.step(engine, control.plane, total)
-    left, right = cavity.picked_up(engine, control.plane)
+    composition.sweep_beside(engine, control.plane, total)
+    composition.second_moved(engine, composition.on_second_head(engine, control.plane))
+    left, right = composition.picked_up(engine, control.plane)
     from_air = microphones.captured(engine, now, then)
     left += from_air[0]
     right += from_air[1]
@@ -203,8 +160,8 @@ def step(engine: Engine) -> tuple[float, float]:
     on_modes.strike(engine)
     left, right = _meshed(engine)
     also_left, also_right = bank.step(engine)
-    hoop = added_output(engine)
+    besides = composition.added_output(engine)
     control.steps += 1
     if active == 0 and control.steps % _LOOK_EVERY == 0:
         _fall_asleep(engine)
-    return left + also_left + hoop, right + also_right + hoop
+    return left + also_left + besides, right + also_right + besides

@@ -2,6 +2,7 @@
 
 import math
 
+from drumstick.drum.effects.registry import SECOND_ORDER_ONLY
 from drumstick.drum.membrane.lattice import J01, TOPOLOGIES
 from drumstick.drum.membrane.scheme import Scheme, scheme_of
 from drumstick.parameters.scene import Scene
@@ -12,14 +13,12 @@ _MIN_BY_HAND = 8.0  # below this a head is none
 _MAX_DIVISOR = 12
 # Junction updates that a core does in a second: 0.13 to 0.18 ns each were measured (docs/mesh.md).
 _UPDATES_PER_S = 6e9
-# Effects that the second sweep of the fourth order does not know.
-_SECOND_ORDER_ONLY = ("internal_loss", "tension", "cavity")
 
 
 def order_of(scene: Scene) -> int:
     """Order of the scheme in space and time: 4 for `fine`, where the drum's effects allow it."""
     fourth = scene.mesh.accuracy == "fine" and scene.mesh.topology == "triangular"
-    return 4 if fourth and not any(name in scene.drum.effects for name in _SECOND_ORDER_ONLY) else 2
+    return 4 if fourth and not any(name in scene.drum.effects for name in SECOND_ORDER_ONLY) else 2
 
 
 def why_second_order(scene: Scene) -> str:
@@ -27,7 +26,7 @@ def why_second_order(scene: Scene) -> str:
     if scene.modal is not None or scene.mesh.accuracy != "fine" or order_of(scene) == 4:
         return ""
     shaped = [] if scene.mesh.topology == "triangular" else [f"a {scene.mesh.topology} mesh"]
-    named = [*shaped, *(name for name in _SECOND_ORDER_ONLY if name in scene.drum.effects)]
+    named = [*shaped, *(name for name in SECOND_ORDER_ONLY if name in scene.drum.effects)]
     return f"fine in second order only: no fourth with {', '.join(named)}"
 
 

@@ -1,1 +1,1 @@
-"""Scenes and their tables: declarations with ranges and units, reading TOML, and what can be set live."""
+"""Declaring numbers, with ranges and units; tables of a scene that are no effect's, and the scene that holds all."""

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from drumstick.parameters.declare import choice, number
-from drumstick.parameters.reading import Reader
 
 # p is 3/2 wherever two bodies meet as spheres do (Hertz, "Ueber die Beruehrung fester elastischer Koerper", J. reine
 # angew. Math. 92, 1881), and then K = 4/3 E* sqrt(R) with 1/E* = (1 - nu^2)/E of tip and head, and R the radius of
@@ -79,10 +78,3 @@ class Mallet:
     tip_radius_m: float = _of_wood(
         "tip_radius_m", 0.0005, 0.1, "m", "Radius of the patch that the tip covers"
     )
-
-
-def mallet_of(reader: Reader, given: object) -> Mallet:
-    """The table `[mallet]`: the material's numbers, and in their place those that are given."""
-    values = reader.values("mallet", Mallet, given)
-    numbers: dict[str, Any] = {**MATERIALS[values.get("material", "wood")], **values}
-    return Mallet(**numbers)

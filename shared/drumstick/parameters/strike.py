@@ -1,15 +1,12 @@
 """`[strike]`: from the stick's speed to the level of a strike, and to the stroke that this level stands for."""
 
 from dataclasses import dataclass
-from itertools import pairwise
-from typing import Any, Literal
+from typing import Literal
 
 from drumstick.parameters.declare import choice, number, numbers
-from drumstick.parameters.drum import Drum
-from drumstick.parameters.reading import Reader
 
 MAX_POINTS = 16  # rows that a key of a scene may have
-_SOFTEST_M_PER_S = 0.05
+SOFTEST_M_PER_S = 0.05
 
 
 @dataclass(frozen=True)
@@ -25,7 +22,7 @@ class Strike:
         2.0, 0.01, 20.0, "m/s", "Speed of a strike whose level is 1; of a table, its last speed"
     )
     softest_m_per_s: float = number(
-        _SOFTEST_M_PER_S, 0.001, 10.0, "m/s", "log: speed up to which the level is 0"
+        SOFTEST_M_PER_S, 0.001, 10.0, "m/s", "log: speed up to which the level is 0"
     )
     table: tuple[tuple[float, ...], ...] = numbers(
         (), 2, 0.0, 20.0, "m/s; level 0 .. 1", "table: its points, each [speed, level], straight between them"
@@ -51,62 +48,3 @@ class Strike:
             return speed_m_per_s
         share = min(max(level, 0.0), 1.0)
         return self.soft_stroke_m_per_s + share * (self.stroke_m_per_s - self.soft_stroke_m_per_s)
-
-
-def strike_of(reader: Reader, given: object) -> Strike:
-    """The table `[strike]`; a curve by points has its full scale at the last of them."""
-    values: dict[str, Any] = reader.values("strike", Strike, given)
-    points: tuple[tuple[float, ...], ...] = values.get("table", ())
-    if values.get("curve") == "table" and _are_a_curve(reader, points):
-        last = points[-1][0]
-        given_m_per_s = values.setdefault("full_scale_m_per_s", last)
-        if given_m_per_s != last:
-            reader.refuse(
-                "strike.full_scale_m_per_s",
-                f"{given_m_per_s:g} m/s is not the last speed of strike.table, {last:g} m/s: leave it out",
-            )
-    return Strike(**values)
-
-
-def _are_a_curve(reader: Reader, points: tuple[tuple[float, ...], ...]) -> bool:
-    key, found = "strike.table", len(reader.mistakes)
-    if len(points) < 2:
-        reader.refuse(
-            key, f'curve = "table" needs 2 to {MAX_POINTS} points, each [m/s, level]; it has {len(points)}'
-        )
-        return False
-    for at, (_, level) in enumerate(points, 1):
-        if level > 1.0:
-            reader.refuse(key, f"point {at} has the level {level:g}, outside 0 .. 1: give [m/s, level]")
-    for at, (before, after) in enumerate(pairwise(points), 2):
-        if after[0] <= before[0]:
-            reader.refuse(
-                key, f"point {at} has {after[0]:g} m/s after {before[0]:g} m/s: let the speeds rise"
-            )
-        if after[1] < before[1]:
-            reader.refuse(
-                key, f"point {at} has the level {after[1]:g} after {before[1]:g}: let no level fall"
-            )
-    return len(reader.mistakes) == found
-
-
-def check_strike(reader: Reader, strike: Strike, drum: Drum) -> None:
-    """Check what only several values together can get wrong: numbers that the curve or the drum does not use."""
-    if strike.curve == "log" and not strike.softest_m_per_s < strike.full_scale_m_per_s:
-        reader.refuse(
-            "strike.softest_m_per_s",
-            f"{strike.softest_m_per_s:g} m/s must be below full_scale_m_per_s, {strike.full_scale_m_per_s:g} m/s",
-        )
-    if strike.curve != "log" and strike.softest_m_per_s != _SOFTEST_M_PER_S:
-        reader.refuse("strike.softest_m_per_s", 'is for curve = "log": set it, or leave this out')
-    if strike.curve != "table" and strike.table:
-        reader.refuse("strike.table", 'is for curve = "table": set it, or leave this out')
-    if strike.stroke_m_per_s > 0.0 and drum.excitation != "mallet":
-        reader.refuse(
-            "strike.stroke_m_per_s", 'is a mallet\'s: set [drum] excitation = "mallet", or leave this out'
-        )
-    if strike.soft_stroke_m_per_s > 0.0 and not strike.soft_stroke_m_per_s < strike.stroke_m_per_s:
-        reader.refuse(
-            "strike.soft_stroke_m_per_s",
-            f"{strike.soft_stroke_m_per_s:g} m/s must be below stroke_m_per_s, {strike.stroke_m_per_s:g} m/s",
-        )

@@ -6,7 +6,7 @@ no allocation.
 
 from drumstick.stick.effects.registry import EFFECTS
 from drumstick.stick.records import Law
-from realtime.kernels.folding import added, all_of, folded, largest, multiplied
+from realtime.kernels.folding import added, all_of, folded, largest, multiplied, single
 
 
 @folded(EFFECTS, all_of)
@@ -55,3 +55,29 @@ def time_constant(law: Law) -> float:
 def max_stiffening(law: Law) -> float:
     """The most that K_coll is multiplied by."""
     return 1.0
+
+
+@folded(EFFECTS, added)
+def max_lag_s(law: Law) -> float:
+    """The oldest that the head's force can be, s, by the effects alone."""
+    return 0.0
+
+
+@folded(EFFECTS, single)
+def late_blow(law: Law, r: float, ratio: float) -> tuple[float, float, float, float]:
+    """The most that a contact whose force is a held sample makes of a blow, with damping r and a spring `ratio` times
+    as stiff on its way up: see drumstick.stick.effects.delayed_contact.
+    """
+    return 0.0, 0.0, 0.0, 0.0
+
+
+@folded(EFFECTS, largest)
+def slow_speed(law: Law) -> float:
+    """The entry speed, m/s, up to which a contact has another damping, `slow_damping`; 0: none has."""
+    return 0.0
+
+
+@folded(EFFECTS, single)
+def slow_damping(law: Law) -> float:
+    """The damping of such a contact, N s/m, above -sqrt(m K_coll)."""
+    return 0.0

@@ -14,9 +14,8 @@ from typing import NamedTuple
 
 from drumstick.safety import all_effects, contact_bounds
 from drumstick.safety.contact_bounds import ContactBound, pressing_speed
-from drumstick.stick.effects import negative_damping
-from drumstick.stick.motion.segment import free_response
 from drumstick.stick.records import Law
+from drumstick.stick.segment import free_response
 from realtime.kernels.jit import njit
 
 UNBOUNDED_M_PER_S = 1e300
@@ -44,8 +43,8 @@ class ContactBounds(NamedTuple):
 def bounds_of_contact(law: Law) -> ContactBounds:
     """Bounds of one contact under this law; the costly part of every bound."""
     own = contact_bounds.of(law, law.r_in)
-    if negative_damping.below(law) > 0.0:
-        return ContactBounds(own, contact_bounds.of(law, negative_damping.lowest(law)))
+    if all_effects.slow_speed(law) > 0.0:
+        return ContactBounds(own, contact_bounds.of(law, all_effects.slow_damping(law)))
     return ContactBounds(own, own)
 
 
@@ -84,7 +83,7 @@ def _multiplied(law: Law, own: ContactBound) -> float:
 def _after_slow(law: Law, own: ContactBound, slow: ContactBound, pushed: float) -> float:
     # The fastest after a contact slow enough for negative damping, in which pulses and forces give `pushed` m/s; 0
     # without it. It may last a whole turn.
-    below = negative_damping.below(law)
+    below = all_effects.slow_speed(law)
     if below == 0.0:
         return 0.0
     grown = max(slow.grows, own.grows, 1.0)
@@ -205,7 +204,7 @@ def max_roll_speed(law: Law, blows: ContactBounds) -> float:
     """A speed, m/s, that no contact of the roll begins or ends with; ENDLESS_M_PER_S when nothing ends the growth."""
     settled, started = (
         _settled(law, blows.own),
-        _after_slow(law, blows.own, blows.slow, pushed(law, negative_damping.below(law))),
+        _after_slow(law, blows.own, blows.slow, pushed(law, all_effects.slow_speed(law))),
     )
     if started <= settled:
         return settled
@@ -240,7 +239,7 @@ def max_contact_force(law: Law, blows: ContactBounds, speed: float) -> float:
     """
     own, slow = blows
     force = own.peak * (speed + _shaken(law)) + own.held
-    below = min(negative_damping.below(law), speed)
+    below = min(all_effects.slow_speed(law), speed)
     if below > 0.0:
         force = max(force, slow.peak * (below + _shaken(law)) + slow.held)
         own = slow if slow.peak > own.peak else own

@@ -8,10 +8,8 @@ import math
 from typing import NamedTuple
 
 from drumstick.safety import all_effects
-from drumstick.stick import contact
+from drumstick.stick import composition, contact
 from drumstick.stick.contact import PAPER
-from drumstick.stick.effects import system_delay
-from drumstick.stick.effects.delayed_contact import late_blow
 from drumstick.stick.records import Law
 from realtime.kernels.jit import njit
 
@@ -50,8 +48,8 @@ def _half_turn(law: Law, stiffness: float, r: float) -> float:
 def of(law: Law, r: float) -> ContactBound:
     """A contact with damping r, N s/m, above -sqrt(m K_coll)."""
     ratio = all_effects.max_stiffening(law)
-    if system_delay.sampled(law):
-        grows, pressed, peak, held = late_blow(law, r, ratio)
+    if composition.sampled(law):
+        grows, pressed, peak, held = all_effects.late_blow(law, r, ratio)
         return ContactBound(grows, pressed, peak, held)
     turn = _half_turn(law, law.k_coll * ratio + law.k_hand, r)
     grown = max(turn, 1.0)

@@ -19,11 +19,10 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.parameters.scene import Scene
-from drumstick.parameters.table import Refusal
 from drumstick.safety import all_effects, bounds, sampled_contact
 from drumstick.safety.bounds import ContactBounds
 from drumstick.safety.sampled_contact import Arm, Coefficients, Head
-from drumstick.stick.effects import system_delay
+from drumstick.scenes.table import Refusal
 from drumstick.stick.effects.registry import EFFECTS
 from drumstick.stick.law import Records
 from drumstick.stick.records import Law
@@ -187,7 +186,7 @@ def _of_roll(law: Law, limits: Limits, blows: ContactBounds, rebound: float) -> 
 @njit()
 def _arm(law: Law, limits: Limits, m: float) -> Arm:
     # A head that is sampled itself, as an effect, comes so much later.
-    later = system_delay.lag_s(law)
+    later = all_effects.max_lag_s(law)
     ticks: int = limits.delay_ticks + math.ceil(later / limits.period_s)
     return Arm(m, limits.grip_N_per_m, 0.0, limits.period_s, ticks, limits.lead_s)
 

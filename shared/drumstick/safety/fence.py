@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.parameters.scene import Scene
-from drumstick.parameters.table import Z_H0, table_of
+from drumstick.scenes.table import Z_H0, table_of
 from drumstick.stick.law import law_of
 from realtime.kernels.jit import njit
 from realtime.records import Record, Rows, dtype_of

@@ -27,7 +27,7 @@ import numpy.typing as npt
 from drumstick.parameters.rig import MAX_DELAY_TICKS
 from drumstick.stick import contact
 from drumstick.stick.contact import PAPER
-from drumstick.stick.motion.segment import free_response
+from drumstick.stick.segment import free_response
 from realtime.kernels.jit import njit
 
 MAX_WINDOW = 15  # ticks; the servo keeps 16 positions

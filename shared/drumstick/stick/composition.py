@@ -16,6 +16,7 @@ from realtime.kernels.folding import (
     least,
     listed,
     multiplied,
+    present,
     sizes_added,
 )
 from realtime.kernels.jit import njit
@@ -69,6 +70,42 @@ def removed_damping(law: Law, motion: Motion) -> float:
 def force(law: Law, motion: Motion) -> float:
     """Force of the head besides spring and damper now, N."""
     return 0.0
+
+
+@folded(EFFECTS, any_of)
+def sampled(law: Law) -> bool:
+    """True when the head's force is a held sample, `held`, which is then all of it."""
+    return False
+
+
+@folded(EFFECTS, added)
+def held(law: Law, motion: Motion) -> float:
+    """The held sample that acts now, N."""
+    return 0.0
+
+
+@folded(EFFECTS, least)
+def sample_period_s(law: Law) -> float:
+    """Time between samples of the head's force, s."""
+    return math.inf
+
+
+@folded(EFFECTS, present, hook="stiffening")
+def stiffens(law: Law, motion: Motion) -> bool:
+    """True when an effect may change K_coll."""
+    return False
+
+
+@folded(EFFECTS, present, hook="removed_damping")
+def loses_damping(law: Law, motion: Motion) -> bool:
+    """True when an effect may take from R_in."""
+    return False
+
+
+@folded(EFFECTS, present, hook="due_in")
+def acts_by_itself(law: Law, motion: Motion, in_head: bool) -> bool:
+    """True when an effect acts although nothing happens."""
+    return False
 
 
 @njit()

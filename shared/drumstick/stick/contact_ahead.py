@@ -7,8 +7,7 @@ too, since its generator is part of the motion. Kernel: tick thread or any other
 
 from typing import NamedTuple
 
-from drumstick.stick import contact
-from drumstick.stick.effects import system_delay
+from drumstick.stick import composition, contact
 from drumstick.stick.motion import exact
 from drumstick.stick.records import Law, Motion
 from realtime.kernels.jit import njit
@@ -48,7 +47,7 @@ def contact_ahead(law: Law, motion: Motion, ahead: Records) -> PredictedContact:
     ahead[0] = motion
     stick = ahead[0]
     stick.z, stick.v = 0.0, motion.v_in
-    left_s = min(MAX_S, _MAX_SAMPLES * system_delay.period_s(law))
+    left_s = min(MAX_S, _MAX_SAMPLES * composition.sample_period_s(law))
     for _ in range(_MAX_EVENTS):
         if stick.fate != exact.MOVING:
             break

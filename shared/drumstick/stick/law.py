@@ -14,10 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.parameters.declare import Quantity, quantities
-from drumstick.parameters.drum_effects import DRUM_EFFECTS
 from drumstick.parameters.scene import Scene
-from drumstick.stick.effects.registry import EFFECTS
-from drumstick.stick.records import StickLaw, StickMotion
+from drumstick.stick.effects.registry import EFFECTS, in_order
+from drumstick.stick.records import Law, Motion
 from realtime.records import fields_of
 
 Records = npt.NDArray[np.void]
@@ -35,7 +34,7 @@ def law_type(effects: tuple[str, ...], drum: tuple[str, ...] = ()) -> np.dtype[n
     nested: list[Any] = [(name, fields_of(EFFECTS[name].LAW)) for name in effects]
     if drum:
         nested.append((DRUM, [(name, "f8") for name in drum]))
-    return np.dtype([*nested, *fields_of(StickLaw)], align=True)
+    return np.dtype([*nested, *fields_of(Law)], align=True)
 
 
 @functools.cache
@@ -43,11 +42,15 @@ def motion_type(effects: tuple[str, ...]) -> np.dtype[np.void]:
     """Record type of the state of a scene that names these effects."""
     states = {name: fields_of(EFFECTS[name].STATE) for name in effects}
     nested: list[Any] = [(name, fields) for name, fields in states.items() if fields]
-    return np.dtype([*nested, *fields_of(StickMotion)], align=True)
+    return np.dtype([*nested, *fields_of(Motion)], align=True)
+
+
+def _declared(table: object) -> dict[str, Quantity]:
+    return quantities(type(table))
 
 
 def _fill(record: Any, table: object) -> None:
-    for key, quantity in quantities(type(table)).items():
+    for key, quantity in _declared(table).items():
         value = getattr(table, key)
         if quantity.choices and quantity.kind is str:
             value = quantity.choices.index(value)
@@ -58,8 +61,8 @@ def live_in_drum(scene: Scene) -> dict[str, tuple[Quantity, float]]:
     """Wire name -> declaration and the scene's own value, of what can be set live in its drum."""
     return {
         quantity.wire: (quantity, float(getattr(table, key)))
-        for effect, table in scene.drum.effects.items()
-        for key, quantity in quantities(DRUM_EFFECTS[effect]).items()
+        for table in scene.drum.effects.values()
+        for key, quantity in _declared(table).items()
         if quantity.wire is not None
     }
 
@@ -67,7 +70,7 @@ def live_in_drum(scene: Scene) -> dict[str, tuple[Quantity, float]]:
 def law_of(scene: Scene) -> Records:
     """The scene's parameters, shape (1,)."""
     drum = live_in_drum(scene)
-    law = np.zeros(1, law_type(tuple(scene.effects), tuple(drum)))
+    law = np.zeros(1, law_type(in_order(scene.effects), tuple(drum)))
     for name, (_, value) in drum.items():
         law[0][DRUM][name] = value
     _fill(law[0], scene.stick)
@@ -78,6 +81,6 @@ def law_of(scene: Scene) -> Records:
 
 def thrown(scene: Scene, v0: float) -> Records:
     """A stick at z = 0 that moves up at v0 >= 0 m/s (or down into the head), shape (1,)."""
-    motion = np.zeros(1, motion_type(tuple(scene.effects)))
+    motion = np.zeros(1, motion_type(in_order(scene.effects)))
     motion["v"] = v0
     return motion

@@ -57,6 +57,18 @@ def all_of(calls: list[str]) -> str:
     return f"return {' and '.join(calls)}"
 
 
+def present(calls: list[str]) -> str:
+    """True: there is one; none is called."""
+    return "return True"
+
+
+def single(calls: list[str]) -> str:
+    """The one that there is; TypeError for more."""
+    if len(calls) > 1:
+        raise TypeError(f"only one part may have this: {', '.join(calls)}")
+    return f"return {calls[0]}"
+
+
 def listed(calls: list[str]) -> str:
     """A tuple, one item a part."""
     return f"return ({', '.join(calls)},)"

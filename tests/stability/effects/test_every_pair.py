@@ -6,22 +6,28 @@ import math
 import numpy as np
 import pytest
 
+from drumstick.drum.effects.cavity import CavityTable
+from drumstick.drum.effects.internal_loss import InternalLossTable
+from drumstick.drum.effects.muffle import MuffleTable
+from drumstick.drum.effects.rim import RimTable
+from drumstick.drum.effects.snare import SnareTable
+from drumstick.drum.effects.tension import TensionTable
+from drumstick.drum.effects.uniform_loss import UniformLossTable
 from drumstick.drum.engine import Engine
 from drumstick.drum.membrane.scheme import Scheme
-from drumstick.parameters.drum_effects import Cavity, InternalLoss, Muffle, Rim, Snare, Tension, UniformLoss
 from membranes import energy
 from stability.catalogue import shows
 from stability.mesh_steps import drum_of, engine_of, height, strike, take
 
 # Strong ones: each takes or lends a large part of the energy within the first hundred steps.
 EFFECTS: dict[str, object] = {
-    "uniform_loss": UniformLoss(0.05),
-    "internal_loss": InternalLoss(0.01, 4000.0),
-    "muffle": Muffle(((0.4, 0.1, 0.4), (0.9, 0.0, 0.3)), 0.002),
-    "tension": Tension(600.0),
-    "cavity": Cavity(depth_m=0.02, head_kg_per_m2=0.05, f01_Hz=1700.0, t60_s=60.0),
-    "snare": Snare(wires=20, g_per_m=20.0, t60_s=10.0),
-    "rim": Rim(),
+    "uniform_loss": UniformLossTable(0.05),
+    "internal_loss": InternalLossTable(0.01, 4000.0),
+    "muffle": MuffleTable(((0.4, 0.1, 0.4), (0.9, 0.0, 0.3)), 0.002),
+    "tension": TensionTable(600.0),
+    "cavity": CavityTable(depth_m=0.02, head_kg_per_m2=0.05, f01_Hz=1700.0, t60_s=60.0),
+    "snare": SnareTable(wires=20, g_per_m=20.0, t60_s=10.0),
+    "rim": RimTable(),
 }
 SCHEMES: dict[str, dict[str, object]] = {
     "limit": {},
@@ -31,15 +37,15 @@ SCHEMES: dict[str, dict[str, object]] = {
 }
 # As weak as a scene can ask for them.
 WEAKEST: dict[str, object] = {
-    "uniform_loss": UniformLoss(60.0),
-    "internal_loss": InternalLoss(60.0, 20000.0),
-    "muffle": Muffle(((0.4, 0.1, 0.4), (0.9, 0.0, 0.3)), 10.0),
-    "tension": Tension(0.0),
-    "cavity": Cavity(
+    "uniform_loss": UniformLossTable(60.0),
+    "internal_loss": InternalLossTable(60.0, 20000.0),
+    "muffle": MuffleTable(((0.4, 0.1, 0.4), (0.9, 0.0, 0.3)), 10.0),
+    "tension": TensionTable(0.0),
+    "cavity": CavityTable(
         depth_m=2.0, head_kg_per_m2=2.0, f01_Hz=1700.0, t60_s=60.0
     ),  # a lower one is a larger mesh
-    "snare": Snare(wires=1, g_per_m=0.1, bed_mm=0.0, t60_s=10.0),
-    "rim": Rim(level=0.0),
+    "snare": SnareTable(wires=1, g_per_m=0.1, bed_mm=0.0, t60_s=10.0),
+    "rim": RimTable(level=0.0),
 }
 _SECOND_ORDER_ONLY = {"internal_loss", "tension", "cavity", "snare"}
 PAIRS = list(itertools.combinations(EFFECTS, 2))
@@ -139,7 +145,7 @@ def test_all_effects_at_once_find_room_for_each_other(
     """With a very dull head. The naive mesh is at the limit that it has without effects, and overflows."""
     if naive:
         monkeypatch.setattr(Scheme, "squeezed", lambda scheme, most: scheme)
-    monkeypatch.setitem(EFFECTS, "internal_loss", InternalLoss(0.001, 4000.0))
+    monkeypatch.setitem(EFFECTS, "internal_loss", InternalLossTable(0.001, 4000.0))
     engine = _struck(scheme, EFFECTS, f01_Hz=1000.0)  # or so dull a head has too few junctions
     first = height(engine)
     if naive:

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
-from drumstick.drum.effects.snare import met
+from drumstick.drum.effects.cavity import CavityTable
+from drumstick.drum.effects.muffle import MuffleTable
+from drumstick.drum.effects.snare import SnareTable, met
+from drumstick.drum.effects.tension import TensionTable
 from drumstick.drum.membrane.scheme import even_losses
-from drumstick.drum.step_numbers import StepCoefficients
-from drumstick.parameters.drum_effects import Cavity, Muffle, Snare, Tension
+from drumstick.drum.step_numbers import coefficients_of
 from membranes import energy
 from stability.catalogue import shows
 from stability.dense_mesh import DenseMesh, Plane, grown
@@ -35,7 +37,7 @@ def _late_tension(depth: float, steps: int) -> float:
 def test_a_tension_a_step_late_pumps_the_head_and_ours_at_an_octave_does_not() -> None:
     assert _late_tension(0.002, 4000) > 1.2
     assert _late_tension(0.02, 4000) > 1e9
-    engine = engine_of(drum_of({"tension": Tension(1200.0)}))  # fifty times 0.02
+    engine = engine_of(drum_of({"tension": TensionTable(1200.0)}))  # fifty times 0.02
     assert engine.effects.tension is not None
     strike(engine, 40.0)
     take(engine, 8)
@@ -74,10 +76,10 @@ def _late_air(spring: float, steps: int) -> float:
 @shows("air between the heads")
 def test_air_a_step_late_drives_both_heads_and_ours_at_its_stiffest_does_not() -> None:
     """Two centimetres of air between heads of 50 g/m^2, the ends of their ranges."""
-    stiffest = Cavity(depth_m=0.02, head_kg_per_m2=0.05, f01_Hz=700.0, t60_s=60.0)
+    stiffest = CavityTable(depth_m=0.02, head_kg_per_m2=0.05, f01_Hz=700.0, t60_s=60.0)
     scene = drum_of({"cavity": stiffest})
     engine = engine_of(scene)
-    spring = StepCoefficients(scene, float(engine.control["divisor"][0]) / RATE).spring
+    spring = coefficients_of(scene, float(engine.control["divisor"][0]) / RATE).spring
     assert spring > 0.2
     assert _late_air(spring, 1000) > _BURST
     strike(engine, 4.0)
@@ -101,7 +103,7 @@ def test_a_damper_by_the_last_speed_explodes_under_a_heavy_muffle_and_ours_only_
         u, before = 2.0 * u - before + 8.0 / 3.0 * (mesh.laplacian @ u) - 2.0 * s * under * (u - before), u
         energies.append(float(np.sum(u * u)))
     assert energies[-1] > _BURST
-    engine = engine_of(drum_of({"muffle": Muffle(((0.5, 0.2, 0.3),), t60_s)}))
+    engine = engine_of(drum_of({"muffle": MuffleTable(((0.5, 0.2, 0.3),), t60_s)}))
     strike(engine, 4.0)
     take(engine, 8)
     held = [energy(engine)]
@@ -148,8 +150,8 @@ def test_wires_pushed_by_where_they_are_gain_energy_and_by_the_gradient_they_do_
 @shows("wires on the head", "ours")
 def test_wires_at_the_ends_of_their_ranges() -> None:
     """Forty heavy wires that hardly lose, under a blow a thousand times as hard as theirs that lies on."""
-    cavity = Cavity(depth_m=0.02, head_kg_per_m2=0.05, f01_Hz=700.0, t60_s=60.0)
-    engine = engine_of(drum_of({"cavity": cavity, "snare": Snare(42, 50.0, 200.0, 10.0, 10.0)}))
+    cavity = CavityTable(depth_m=0.02, head_kg_per_m2=0.05, f01_Hz=700.0, t60_s=60.0)
+    engine = engine_of(drum_of({"cavity": cavity, "snare": SnareTable(42, 50.0, 200.0, 10.0, 10.0)}))
     strike(engine, 40.0)
     take(engine, 8)
     held = [energy(engine)]

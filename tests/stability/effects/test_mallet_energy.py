@@ -6,20 +6,26 @@ import math
 import numpy as np
 import pytest
 
+from drumstick.drum.effects.cavity import CavityTable
+from drumstick.drum.effects.internal_loss import InternalLossTable
+from drumstick.drum.effects.muffle import MuffleTable
+from drumstick.drum.effects.rim import RimTable
+from drumstick.drum.effects.snare import SnareTable
+from drumstick.drum.effects.tension import TensionTable
+from drumstick.drum.effects.uniform_loss import UniformLossTable
 from drumstick.drum.engine import Engine, set_live
 from drumstick.parameters.drum import Modal
-from drumstick.parameters.drum_effects import Cavity, InternalLoss, Muffle, Rim, Snare, Tension, UniformLoss
 from mallets import joules, swing, with_mallet
 from stability.catalogue import shows
 from stability.mesh_steps import drum_of, engine_of, take
 
 EFFECTS: dict[str, object] = {
-    "internal_loss": InternalLoss(0.05, 4000.0),
-    "muffle": Muffle(((0.4, 0.1, 0.4), (0.9, 0.0, 0.3)), 0.005),
-    "tension": Tension(600.0),
-    "cavity": Cavity(depth_m=0.05, head_kg_per_m2=0.26, f01_Hz=1700.0, t60_s=60.0),
-    "snare": Snare(wires=20, g_per_m=20.0, t60_s=10.0),
-    "rim": Rim(),
+    "internal_loss": InternalLossTable(0.05, 4000.0),
+    "muffle": MuffleTable(((0.4, 0.1, 0.4), (0.9, 0.0, 0.3)), 0.005),
+    "tension": TensionTable(600.0),
+    "cavity": CavityTable(depth_m=0.05, head_kg_per_m2=0.26, f01_Hz=1700.0, t60_s=60.0),
+    "snare": SnareTable(wires=20, g_per_m=20.0, t60_s=10.0),
+    "rim": RimTable(),
 }
 DRUMS: dict[str, tuple[str, ...]] = {
     "plain": (),
@@ -141,9 +147,13 @@ MODES: dict[str, tuple[float, float, dict[str, object]]] = {
     "with losses": (
         6000.0,
         0.5,
-        {"uniform_loss": UniformLoss(2.0), "internal_loss": InternalLoss(0.1, 1000.0), "rim": Rim()},
+        {
+            "uniform_loss": UniformLossTable(2.0),
+            "internal_loss": InternalLossTable(0.1, 1000.0),
+            "rim": RimTable(),
+        },
     ),
-    "under tension": (6000.0, math.inf, {"tension": Tension(600.0)}),
+    "under tension": (6000.0, math.inf, {"tension": TensionTable(600.0)}),
 }
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from drumstick.parameters.scene import shipped_text
+from drumstick.scenes.scene_text import shipped_text
 from drumstick_lab.soak import virtual
 from drumstick_lab.soak.quicker import quicker
 from drumstick_lab.soak.result import Result

@@ -12,20 +12,17 @@ from hypothesis import strategies as st
 from drumstick.drum.block import render_all
 from drumstick.drum.build import new_engine
 from drumstick.drum.calibrate import build, full_scale, strike_for_speed
+from drumstick.drum.effects.cavity import CavityTable
+from drumstick.drum.effects.internal_loss import InternalLossTable
+from drumstick.drum.effects.muffle import MuffleTable
+from drumstick.drum.effects.registry import DRUM_TABLES, MESH_EFFECTS
+from drumstick.drum.effects.snare import SnareTable
+from drumstick.drum.effects.tension import TensionTable
+from drumstick.drum.effects.uniform_loss import UniformLossTable
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.membrane.scheme import Losses
+from drumstick.drum.memory.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.render import render
-from drumstick.parameters.drum_effects import (
-    DRUM_EFFECTS,
-    MESH_EFFECTS,
-    Cavity,
-    InternalLoss,
-    Muffle,
-    Snare,
-    Tension,
-    UniformLoss,
-)
 from drumstick.parameters.scene import Scene
 from membranes import energy
 from stability.catalogue import shows
@@ -35,10 +32,10 @@ SMALL = {"f01_Hz": 600.0}
 # Every effect that keeps energy, or takes it, and their meetings; each a type of engine, compiled once for the suite.
 DRUMS: dict[str, dict[str, object]] = {
     "plain": {},
-    "tension": {"tension": Tension(300.0)},
-    "cavity": {"cavity": Cavity(depth_m=0.1, f01_Hz=700.0, t60_s=60.0)},
-    "snare": {"cavity": Cavity(depth_m=0.1, f01_Hz=700.0, t60_s=2.0), "snare": Snare()},
-    "muffle": {"muffle": Muffle(((0.5, 0.2, 0.3),), 0.01)},
+    "tension": {"tension": TensionTable(300.0)},
+    "cavity": {"cavity": CavityTable(depth_m=0.1, f01_Hz=700.0, t60_s=60.0)},
+    "snare": {"cavity": CavityTable(depth_m=0.1, f01_Hz=700.0, t60_s=2.0), "snare": SnareTable()},
+    "muffle": {"muffle": MuffleTable(((0.5, 0.2, 0.3),), 0.01)},
 }
 
 
@@ -131,12 +128,12 @@ def test_energy_never_grows(name: str) -> None:
 EFFECTS = st.fixed_dictionaries(
     {},
     optional={
-        "uniform_loss": st.builds(UniformLoss, st.floats(0.02, 60.0)),
-        "internal_loss": st.builds(InternalLoss, st.floats(0.001, 0.4), st.floats(2100.0, 20000.0)),
-        "muffle": st.builds(Muffle, st.just(((0.4, 0.1, 0.4), (0.9, 0.0, 0.3))), st.floats(0.001, 10.0)),
-        "tension": st.builds(Tension, st.floats(0.0, 1200.0)),
+        "uniform_loss": st.builds(UniformLossTable, st.floats(0.02, 60.0)),
+        "internal_loss": st.builds(InternalLossTable, st.floats(0.001, 0.4), st.floats(2100.0, 20000.0)),
+        "muffle": st.builds(MuffleTable, st.just(((0.4, 0.1, 0.4), (0.9, 0.0, 0.3))), st.floats(0.001, 10.0)),
+        "tension": st.builds(TensionTable, st.floats(0.0, 1200.0)),
         "snare": st.builds(
-            Snare,
+            SnareTable,
             st.integers(1, 42),
             st.floats(0.1, 50.0),
             st.floats(0.1, 200.0),
@@ -145,7 +142,7 @@ EFFECTS = st.fixed_dictionaries(
             st.sampled_from([0.0, 0.05, 1.0]),
         ),
         "cavity": st.builds(
-            Cavity,
+            CavityTable,
             st.floats(0.02, 2.0),
             st.floats(0.05, 2.0),
             st.floats(150.0, 2000.0),
@@ -162,8 +159,8 @@ def test_any_effects_together_decay(
     effects: dict[str, object], f01_Hz: float, t60_s: float, share: float
 ) -> None:
     """Any values of the tables, up to thirty times full scale: what is in the drum only becomes less."""
-    full = {name: effects.get(name) or DRUM_EFFECTS[name]() for name in MESH_EFFECTS}
-    full["internal_loss"] = effects.get("internal_loss", InternalLoss(0.4, 2100.0))
+    full = {name: effects.get(name) or DRUM_TABLES[name]() for name in MESH_EFFECTS}
+    full["internal_loss"] = effects.get("internal_loss", InternalLossTable(0.4, 2100.0))
     scene = scene_of(full, t60_s=t60_s, f01_Hz=f01_Hz)
     ring = StrikeRing()
     engine = new_engine(scene, RATE, ring)
@@ -193,8 +190,8 @@ def test_strong_losses_leave_less_room_for_quick_modes(
     if naive:
         monkeypatch.setattr(Losses, "most", property(lambda losses: 4.0 / (1.0 + 2.0 * losses.eta)))
     effects: dict[str, object] = {
-        "internal_loss": InternalLoss(0.4, 2100.0),
-        "uniform_loss": UniformLoss(uniform_t60_s),
+        "internal_loss": InternalLossTable(0.4, 2100.0),
+        "uniform_loss": UniformLossTable(uniform_t60_s),
     }
     engine = struck(scene_of(effects, t60_s=1.0, f01_Hz=150.0), [(0.3, -0.2, 1.0)])
     heights: list[float] = []
@@ -207,7 +204,7 @@ def test_strong_losses_leave_less_room_for_quick_modes(
 def test_a_pitch_glide_is_as_far_as_the_scene_says() -> None:
     """The mean pull over the first period raises the pitch by the cents asked for; at rest nothing is left of it."""
     for cents in (20.0, 120.0):
-        scene = scene_of({"tension": Tension(cents)}, t60_s=0.3, f01_Hz=200.0)
+        scene = scene_of({"tension": TensionTable(cents)}, t60_s=0.3, f01_Hz=200.0)
         engine = struck(scene, [(0.5, 0.0, 1.0)])
         assert engine.effects.tension is not None
         tau, pulls = float(engine.control["tau"][0]), list[float]()

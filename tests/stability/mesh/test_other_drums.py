@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 from drumstick.drum.calibrate import build
+from drumstick.drum.effects.tension import TensionTable
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.strikes import StrikeRing
-from drumstick.parameters.drum_effects import Tension
+from drumstick.drum.memory.strikes import StrikeRing
 from sound_server.mixer import GONE, Mixer, mix
 from stability.catalogue import shows
 from stability.mesh_steps import RATE, drum_of, engine_of, height, strike, take
 
 BLOCK, BLOCKS = 512, 30
-TUNINGS = ((600.0, -20.0, {}), (430.0, 0.0, {"tension": Tension(300.0)}), (910.0, 12.0, {}))
+TUNINGS = ((600.0, -20.0, {}), (430.0, 0.0, {"tension": TensionTable(300.0)}), (910.0, 12.0, {}))
 
 
 def _drum(block: int) -> Engine:

@@ -9,8 +9,13 @@ import pytest
 
 from drumstick.drum.block import render_all
 from drumstick.drum.calibrate import build, full_scale
-from drumstick.drum.excitation.strikes import StrikeRing
-from drumstick.parameters.drum_effects import Cavity, InternalLoss, Muffle, Rim, Snare, Tension
+from drumstick.drum.effects.cavity import CavityTable
+from drumstick.drum.effects.internal_loss import InternalLossTable
+from drumstick.drum.effects.muffle import MuffleTable
+from drumstick.drum.effects.rim import RimTable
+from drumstick.drum.effects.snare import SnareTable
+from drumstick.drum.effects.tension import TensionTable
+from drumstick.drum.memory.strikes import StrikeRing
 from membranes import energy
 from protocol.messages import Strike, encode
 from protocol.rate_limited_log import RateLimitedLog
@@ -20,12 +25,12 @@ from stability.dense_mesh import DenseMesh
 from stability.mesh_steps import RATE, drum_of, engine_of, height, strike, take
 
 EVERYTHING: dict[str, object] = {
-    "internal_loss": InternalLoss(0.05, 4000.0),
-    "muffle": Muffle(((0.5, 0.2, 0.3),), 0.05),
-    "tension": Tension(300.0),
-    "cavity": Cavity(depth_m=0.05, f01_Hz=700.0, t60_s=0.3),
-    "snare": Snare(),
-    "rim": Rim(),
+    "internal_loss": InternalLossTable(0.05, 4000.0),
+    "muffle": MuffleTable(((0.5, 0.2, 0.3),), 0.05),
+    "tension": TensionTable(300.0),
+    "cavity": CavityTable(depth_m=0.05, f01_Hz=700.0, t60_s=0.3),
+    "snare": SnareTable(),
+    "rim": RimTable(),
 }
 
 

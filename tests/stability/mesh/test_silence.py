@@ -6,10 +6,12 @@ import pytest
 
 from drumstick.drum.block import render_all
 from drumstick.drum.calibrate import build, full_scale
+from drumstick.drum.effects.cavity import CavityTable
+from drumstick.drum.effects.internal_loss import InternalLossTable
+from drumstick.drum.effects.tension import TensionTable
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.parameters.drum import Drum, Modal
-from drumstick.parameters.drum_effects import Cavity, InternalLoss, Tension
 from drumstick.parameters.scene import Scene
 from stability.catalogue import shows
 from stability.mesh_steps import take
@@ -21,7 +23,12 @@ DRUMS = {
     "effects": Scene(
         "effects",
         drum=Drum(
-            t60_s=60.0, effects={"internal_loss": InternalLoss(), "tension": Tension(), "cavity": Cavity()}
+            t60_s=60.0,
+            effects={
+                "internal_loss": InternalLossTable(),
+                "tension": TensionTable(),
+                "cavity": CavityTable(),
+            },
         ),
     ),
     "modes": Scene("modes", drum=Drum(t60_s=60.0), modal=Modal(top_Hz=3000.0)),

@@ -9,8 +9,8 @@ import arm_witness
 import held_arms
 import live_sets
 from drumstick.parameters.scene import Scene
-from drumstick.parameters.table import Refusal
 from drumstick.safety import envelope
+from drumstick.scenes.table import Refusal
 from drumstick.stick.effects.pulse import Pulse
 from drumstick.stick.law import law_of
 from haptic_server.records import NO_FAULT, SELF_DRIVEN

@@ -13,9 +13,10 @@ from hypothesis import strategies as st
 
 import live_sets
 import sampled_arm
-from drumstick.parameters.scene import Scene, parse, shipped_text
-from drumstick.parameters.table import Refusal
+from drumstick.parameters.scene import Scene
 from drumstick.safety import envelope
+from drumstick.scenes.scene_text import parse, shipped_text
+from drumstick.scenes.table import Refusal
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server.records import EVENT, NO_FAULT, POINTER

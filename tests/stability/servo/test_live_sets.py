@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import any_scene
 import live_sets
 import sampled_arm
-from drumstick.parameters import table as parameters
+from drumstick.scenes import table as parameters
 from haptic_server.records import EVENT, NO_FAULT, PLAYING, TOO_FAST
 from haptic_server.servo import loop
 from haptic_server.servo.simulation.hand import GESTURES

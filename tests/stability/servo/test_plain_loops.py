@@ -9,8 +9,8 @@ import pytest
 
 import live_sets
 import sampled_arm
-from drumstick.parameters.table import Refusal
 from drumstick.safety import envelope
+from drumstick.scenes.table import Refusal
 from drumstick.stick.law import law_of, thrown
 from drumstick.stick.motion import exact
 from haptic_server.block_header import ARM

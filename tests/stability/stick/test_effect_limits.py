@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from drumstick.parameters.declare import quantities
-from drumstick.parameters.scene import EFFECTS, Scene
+from drumstick.parameters.scene import Scene
 from drumstick.parameters.stick import Stick
+from drumstick.stick.effects.registry import STICK_TABLES
 from drumstick.stick.simulate import COLUMNS, Stepper, simulate
 from stability.catalogue import shows
 from stability.stick_play import play_on
@@ -31,10 +32,11 @@ def corners(name: str) -> list[Any]:
     """The effect's table with each of its numbers at either end of its range, and with each choice."""
     ends = {
         key: quantity.choices or (quantity.kind(quantity.low), quantity.kind(quantity.high))
-        for key, quantity in quantities(EFFECTS[name]).items()
+        for key, quantity in quantities(STICK_TABLES[name]).items()
     }
     return [
-        EFFECTS[name](**dict(zip(ends, values, strict=True))) for values in itertools.product(*ends.values())
+        STICK_TABLES[name](**dict(zip(ends, values, strict=True)))
+        for values in itertools.product(*ends.values())
     ]
 
 
@@ -53,7 +55,7 @@ def _first_speeds(scene: Scene, stepper: Stepper | None) -> np.ndarray:
 
 
 @shows("effects at the ends of their ranges")
-@pytest.mark.parametrize("name", EFFECTS)
+@pytest.mark.parametrize("name", STICK_TABLES)
 def test_every_effect_at_the_ends_of_its_ranges(name: str) -> None:
     """On the stiff head a fixed step is wrong about one of the first three speeds, by a twentieth up to a million."""
     wrong, hard = 0, 0
@@ -67,7 +69,7 @@ def test_every_effect_at_the_ends_of_its_ranges(name: str) -> None:
 
 
 def test_corners_are_all_of_them() -> None:
-    for name, kind in EFFECTS.items():
+    for name, kind in STICK_TABLES.items():
         found = corners(name)
         assert len(found) == math.prod(len(q.choices) or 2 for q in quantities(kind).values())
         assert len({dataclasses.astuple(table) for table in found}) == len(found)

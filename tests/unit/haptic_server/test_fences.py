@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import live_sets
-from drumstick.parameters import table as parameters
-from drumstick.parameters.table import Refusal
 from drumstick.safety import envelope
+from drumstick.scenes import table as parameters
+from drumstick.scenes.table import Refusal
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server.gateway.link import ServoLink

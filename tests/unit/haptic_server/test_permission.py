@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import live_sets
-from drumstick.parameters.table import Refusal
+from drumstick.scenes.table import Refusal
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server import block_header, permission

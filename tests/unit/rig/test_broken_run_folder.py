@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from drumstick.parameters.scene import parse, shipped_text
 from drumstick.safety.envelope import Limits
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.stick.law import law_of
 from haptic_server import block, block_header, files, limits
 from rig import requested_scene

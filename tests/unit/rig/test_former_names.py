@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from drumstick.parameters.scene import parse, shipped_text
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick_lab.soak.quicker import quicker
 from haptic_server import files
 from rig import requested_scene, scene_file

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from drumstick.parameters.scene import shipped_gesture, shipped_text
+from drumstick.scenes.scene_text import shipped_gesture, shipped_text
 from haptic_server import files
 from rig import scene_file
 from rig.exit_status import GIVEN, CommandError

@@ -11,7 +11,7 @@ import pytest
 from drumstick.drum.block import render_all
 from drumstick.drum.calibrate import build
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.output.limiter import limited
 from drumstick.parameters.drum import Drum
 from drumstick.parameters.scene import Scene
@@ -154,7 +154,7 @@ from drumstick.parameters.drum import Drum
 from drumstick.parameters.scene import Scene
 from realtime.kernels.handover import ForeignHandle
 from drumstick.drum.build import new_engine
-from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.memory.strikes import StrikeRing
 from sound_server.mixer import Mixer, _player_of
 
 mixer = Mixer(48_000)

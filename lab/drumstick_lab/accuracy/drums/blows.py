@@ -16,11 +16,12 @@ import numpy.typing as npt
 from drumstick.drum.build import new_engine
 from drumstick.drum.engine import Control, Engine
 from drumstick.drum.excitation import force_resampling
-from drumstick.drum.excitation.analytic import PULSE, begin, damp, mean_force
+from drumstick.drum.excitation.analytic import begin, damp, mean_force
 from drumstick.drum.excitation.offline import ContactFeeder, StreamedContact
-from drumstick.drum.excitation.point_force import JunctionForce
-from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
-from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.drum.memory.pulses import PULSE, JunctionForce
+from drumstick.drum.memory.strikes import OfflineStrike, StrikeRing
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.stick.contact_ahead import PredictedContact, contact_ahead
 from drumstick.stick.law import law_of, thrown
 from drumstick.stick.motion import exact

@@ -14,14 +14,15 @@ import numpy.typing as npt
 
 from drumstick.drum.build import new_engine
 from drumstick.drum.engine import Control, Engine
-from drumstick.drum.excitation.analytic import POOL, PULSE, ContactPulse, begin
-from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.excitation.analytic import begin
 from drumstick.drum.membrane.heads import aligned
 from drumstick.drum.membrane.interpolation import corners_of
 from drumstick.drum.membrane.rows import Place, step_of
 from drumstick.drum.membrane.simd import WIDTH
 from drumstick.drum.membrane.strip import LEFT
 from drumstick.drum.membrane.sweep import bare
+from drumstick.drum.memory.pulses import POOL, PULSE, ContactPulse
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.step import step
 from drumstick.parameters.scene import Scene
 from drumstick_lab.accuracy.drums.heads import DEVICE_RATE_Hz

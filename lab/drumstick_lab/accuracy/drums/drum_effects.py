@@ -16,9 +16,9 @@ import numpy.typing as npt
 
 from drumstick.drum.build import size_of
 from drumstick.drum.calibrate import build, strike_for_speed
-from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
+from drumstick.drum.effects.registry import DRUM_TABLES, MESH_EFFECTS, NEEDS
+from drumstick.drum.memory.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.render import render
-from drumstick.parameters.drum_effects import DRUM_EFFECTS, MESH_EFFECTS, NEEDS
 from drumstick.parameters.scene import Scene
 from drumstick_lab.accuracy.drums.heads import DEVICE_RATE_Hz, sounding
 from drumstick_lab.accuracy.timing import ENGINES, SWEEP, Window, apart, in_turn, plain_sweep
@@ -33,7 +33,7 @@ Sound = npt.NDArray[np.float32]
 def drum_with(*effects: str) -> Scene:
     """The default drum with these, as they are by default."""
     plain = Scene("drum")
-    tables = {name: DRUM_EFFECTS[name]() for name in MESH_EFFECTS if name in effects}
+    tables = {name: DRUM_TABLES[name]() for name in MESH_EFFECTS if name in effects}
     return dataclasses.replace(plain, drum=dataclasses.replace(plain.drum, effects=tables))
 
 

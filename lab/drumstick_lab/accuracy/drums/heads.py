@@ -9,10 +9,10 @@ from drumstick.drum.block import render_all
 from drumstick.drum.build import new_engine
 from drumstick.drum.calibrate import full_scale
 from drumstick.drum.engine import Control, Engine
-from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.membrane.lattice import Lattice
 from drumstick.drum.membrane.scheme import Scheme, tuned
-from drumstick.drum.step_numbers import StepCoefficients
+from drumstick.drum.memory.strikes import StrikeRing
+from drumstick.drum.step_numbers import coefficients_of
 from drumstick.parameters.drum import Mesh
 from drumstick.parameters.scene import Scene
 from drumstick_lab.accuracy.drums.modes import Numbers, Step
@@ -56,7 +56,7 @@ def head_at(scheme: str, rim: Rim, divisor: int) -> HeadAt:
     asked = dataclasses.replace(SCHEMES[scheme], rate_Hz=DEVICE_RATE_Hz / divisor, cpu_budget=0.95)
     scene = dataclasses.replace(plain, mesh=asked)
     step_s = divisor / DEVICE_RATE_Hz
-    numbers = StepCoefficients(scene, step_s)
+    numbers = coefficients_of(scene, step_s)
     lattice = tuned(scene.drum.f01_Hz, step_s, numbers.scheme, numbers.losses)
     if rim == "none":
         even = np.where(lattice.weights > 0.0, 1.0 / lattice.topology.neighbours, 0.0)

@@ -8,8 +8,8 @@ import numpy as np
 
 from drumstick.drum.build import new_engine, size_of
 from drumstick.drum.engine import Control
-from drumstick.drum.excitation.strikes import StrikeRing
-from drumstick.drum.modal.bank import Bank
+from drumstick.drum.memory.bank import Bank
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.parameters.drum import Modal
 from drumstick.parameters.scene import Scene
 from drumstick_lab.accuracy.drums.heads import DEVICE_RATE_Hz, sounding

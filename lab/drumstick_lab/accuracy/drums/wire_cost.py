@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from drumstick.drum.excitation.strikes import StrikeRing
-from drumstick.drum.excitation.timeline import stream_of
+from drumstick.drum.memory.strikes import StrikeRing
+from drumstick.drum.memory.timeline import stream_of
 from drumstick_lab.accuracy.drums import blows
 from drumstick_lab.accuracy.timing import Window, spent_ns
 from haptic_server.contacts import SAMPLE

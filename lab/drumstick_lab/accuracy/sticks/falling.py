@@ -10,9 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drumstick.parameters.scene import Scene, parse
-from drumstick.parameters.table import Refusal
+from drumstick.parameters.scene import Scene
 from drumstick.safety import envelope
+from drumstick.scenes.scene_text import parse
+from drumstick.scenes.table import Refusal
 from drumstick.stick import contact
 from drumstick.stick.law import law_of
 from drumstick_lab.accuracy.sticks.filters import ADAPTIVE, fall, filter_of

@@ -12,8 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from drumstick.parameters.scene import EFFECTS, Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.stick import cost
+from drumstick.stick.effects.registry import STICK_TABLES
 from drumstick.stick.law import law_of, motion_type, thrown
 from drumstick.stick.motion import exact
 from drumstick.stick.records import Law, Motion
@@ -55,7 +57,7 @@ def _alone(scene: Scene, *effects: str) -> Scene:
 def _all() -> Scene:
     # Every effect as its own scene has it, on the stick of the roll.
     return dataclasses.replace(
-        scene_of("pulse"), effects={name: scene_of(name).effects[name] for name in EFFECTS}
+        scene_of("pulse"), effects={name: scene_of(name).effects[name] for name in STICK_TABLES}
     )
 
 

@@ -24,7 +24,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick_lab.benchmarks.force_loop.lateness_loads import Flood, Gateway, busy_processes
 from drumstick_lab.benchmarks.force_loop.lateness_pair import (
     CLoop,

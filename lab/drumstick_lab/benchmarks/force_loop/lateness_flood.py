@@ -17,7 +17,7 @@ import msgspec
 import zenoh
 from pythonosc.osc_message_builder import OscMessageBuilder
 
-from drumstick.parameters.scene import parse
+from drumstick.scenes.scene_text import parse
 from drumstick.stick.law import law_of
 from haptic_server import files
 from haptic_server.gateway.link import ServoLink

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from drumstick.parameters.scene import parse
+from drumstick.scenes.scene_text import parse
 from drumstick.stick.law import law_of
 from haptic_server import block, files, limits
 from haptic_server.servo import selftest

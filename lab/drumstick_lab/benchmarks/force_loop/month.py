@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from drumstick.parameters.scene import parse, shipped_text
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick_lab.checkout import RESULTS
 from drumstick_lab.soak.in_process import ticks
 from drumstick_lab.soak.in_process.ticks import Comb, Counted

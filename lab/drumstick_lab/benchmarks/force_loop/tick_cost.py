@@ -24,8 +24,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene
 from drumstick.safety import envelope
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.stick.law import law_of
 from drumstick.stick.motion import exact
 from drumstick_lab.checkout import RESULTS

@@ -20,7 +20,7 @@ import numpy.typing as npt
 import zenoh
 from rig_process import Listener, running, wait_for
 
-from drumstick.parameters.scene import parse, shipped_text
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick_lab.checkout import RESULTS
 from drumstick_lab.soak.quicker import quicker
 from haptic_server.servo.stall_detector import StallDetector, excused

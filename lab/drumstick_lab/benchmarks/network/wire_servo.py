@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from drumstick.parameters.scene import parse, shipped_text
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server import limits

@@ -23,9 +23,10 @@ from rig_process import Rig, running, wait_for
 from drumstick.drum.block import render_all
 from drumstick.drum.calibrate import build
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.output.display_data import FRAMES_PER_S, show_sound, show_surface, want
-from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick_lab.checkout import RESULTS
 from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.jit import njit

@@ -181,7 +181,7 @@ def newcomer(browser: Browser, where: str) -> dict[str, float]:
 
 def one_prediction() -> dict[str, float]:
     """Milliseconds that a prediction takes for one set of values, its process and pipes left out."""
-    from drumstick.parameters.scene import parse, shipped_text
+    from drumstick.scenes.scene_text import parse, shipped_text
     from web_panel.computing.predicted_roll import predicted_roll
 
     roll = parse(shipped_text("roll"), "roll")

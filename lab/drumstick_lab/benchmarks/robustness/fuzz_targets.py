@@ -30,12 +30,12 @@ TRACED = {
     "payloads": ["protocol.messages", "protocol.requests"],
     "keys": ["protocol.pattern", "protocol.keys", "protocol.foreign_text", "protocol.endpoint"],
     "scenes": [
-        "drumstick.parameters.scene",
-        "drumstick.parameters.reading",
-        "drumstick.parameters.line_numbers",
+        "drumstick.scenes.scene_text",
+        "drumstick.scenes.reading",
+        "drumstick.scenes.line_numbers",
         "tomllib",
     ],
-    "rig files": ["rig.identity.rig_file", "drumstick.parameters.reading", "tomllib"],
+    "rig files": ["rig.identity.rig_file", "drumstick.scenes.reading", "tomllib"],
     "presets": ["haptic_server.presets.preset"],
     "recordings": ["rig.recording.reading", "rig.recording.channels", "mcap"],
     "page": ["web_panel.access.admission", "http.cookies", "urllib.parse"],
@@ -132,7 +132,7 @@ def _keys() -> Target:
 
 
 def _scenes() -> Target:
-    from drumstick.parameters.scene import (
+    from drumstick.scenes.scene_text import (
         SceneError,
         as_tables,
         from_tables,

@@ -23,8 +23,8 @@ import numpy.typing as npt
 
 from drumstick.drum.calibrate import build, strike_for_speed
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.strikes import StrikeRing
-from drumstick.parameters.scene import parse
+from drumstick.drum.memory.strikes import StrikeRing
+from drumstick.scenes.scene_text import parse
 from drumstick_lab.benchmarks.sound.jack_device import RATE_HZ, dummy_device
 from drumstick_lab.benchmarks.sound.seldom_witness import SeldomWitnesses
 from drumstick_lab.checkout import RESULTS

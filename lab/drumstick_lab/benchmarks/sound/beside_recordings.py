@@ -23,7 +23,8 @@ import numpy.typing as npt
 
 from drumstick.drum.calibrate import strike_for_speed
 from drumstick.drum.render import render
-from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick_lab.checkout import RESULTS
 from rig.machine.this_machine import description
 

@@ -13,7 +13,7 @@ import json
 import statistics
 from typing import Any
 
-from drumstick.drum.excitation.analytic import POOL
+from drumstick.drum.memory.pulses import POOL
 from drumstick.parameters.scene import Scene
 from drumstick_lab.accuracy.drums.by_hand import GOAL, Race
 from drumstick_lab.checkout import RESULTS

@@ -17,8 +17,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drumstick.parameters.scene import (
-    Scene,
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import (
     SceneError,
     as_tables,
     from_tables,

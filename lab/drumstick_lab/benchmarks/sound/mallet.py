@@ -19,12 +19,13 @@ import numpy as np
 from drumstick.drum.block import render_all
 from drumstick.drum.calibrate import build, strike_for_speed
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.render import render
 from drumstick.drum.step import step
 from drumstick.parameters.drum import Modal
 from drumstick.parameters.mallet import MATERIALS, Mallet
-from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick_lab.checkout import RESULTS
 from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.float_mode import flush_denormals, restore

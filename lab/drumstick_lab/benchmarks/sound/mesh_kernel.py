@@ -19,10 +19,10 @@ from typing import Any
 import numpy as np
 
 from drumstick.drum.build import new_engine
+from drumstick.drum.effects.registry import DRUM_TABLES, MESH_EFFECTS
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.step import step
-from drumstick.parameters.drum_effects import DRUM_EFFECTS, MESH_EFFECTS
 from drumstick.parameters.scene import Scene
 from drumstick_lab.benchmarks.sound.bare_mesh import RATE_HZ, BareMesh, start, timed
 from drumstick_lab.checkout import RESULTS
@@ -119,8 +119,8 @@ def effects(rounds: int) -> dict[str, Any]:
     """ns a step of the shipped drum with each effect or with microphones; `snare`, `cavity` are a second head too."""
     named: dict[str, dict[str, Any]] = {"none": {}}
     for name in MESH_EFFECTS:
-        named[name] = {name: DRUM_EFFECTS[name]()}
-    named["snare"]["cavity"] = DRUM_EFFECTS["cavity"]()
+        named[name] = {name: DRUM_TABLES[name]()}
+    named["snare"]["cavity"] = DRUM_TABLES["cavity"]()
     engines = {name: _engine(tables, 0) for name, tables in named.items()}
     engines |= {"one microphone": _engine({}, 1), "two microphones": _engine({}, 2)}
     for engine in engines.values():

@@ -14,9 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from drumstick.drum.cost import f01_error_cents, ringing
+from drumstick.drum.measurement.cost import f01_error_cents, ringing
 from drumstick.parameters.drum import Drum, Mesh
-from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick_lab.checkout import RESULTS
 from rig.machine.this_machine import description
 

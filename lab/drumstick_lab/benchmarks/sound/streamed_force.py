@@ -22,10 +22,11 @@ from drumstick.drum.build import new_engine
 from drumstick.drum.calibrate import strike_for_speed
 from drumstick.drum.excitation.feed import Feed
 from drumstick.drum.excitation.offline import StreamedContact
-from drumstick.drum.excitation.strikes import StrikeRing
-from drumstick.drum.excitation.timeline import stream_of
+from drumstick.drum.memory.strikes import StrikeRing
+from drumstick.drum.memory.timeline import stream_of
 from drumstick.drum.render import render
-from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.stick.law import law_of
 from drumstick_lab.checkout import RESULTS
 from haptic_server import block as blocks

@@ -18,7 +18,8 @@ import numpy as np
 import numpy.typing as npt
 
 import sampled_arm
-from drumstick.parameters.scene import Scene, parse, shipped_names, shipped_text
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse, shipped_names, shipped_text
 from drumstick.stick.contact_ahead import PredictedContact, contact_ahead, isolated
 from drumstick.stick.law import law_of, thrown
 from drumstick.stick.motion import exact

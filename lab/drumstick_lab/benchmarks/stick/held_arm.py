@@ -25,8 +25,8 @@ import numpy as np
 
 import arm_witness
 import live_sets
-from drumstick.parameters.table import Refusal
 from drumstick.safety import envelope
+from drumstick.scenes.table import Refusal
 from drumstick.stick.law import law_of
 from drumstick_lab.checkout import RESULTS, ROOT
 from haptic_server.limits import limits_of

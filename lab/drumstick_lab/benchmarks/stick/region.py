@@ -18,8 +18,8 @@ import numpy as np
 import arm_witness
 import held_arms
 import live_sets
-from drumstick.parameters.scene import parse, shipped_text
 from drumstick.safety import envelope, sampled_contact
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.stick.law import law_of
 from drumstick_lab.checkout import RESULTS
 from haptic_server.limits import lag_s, limits_of

@@ -12,7 +12,7 @@ from typing import Any
 
 import plain_steps
 import steps
-from drumstick.parameters.scene import EFFECTS
+from drumstick.stick.effects.registry import STICK_TABLES
 from drumstick.stick.law import law_type, motion_type
 from drumstick_lab.checkout import RESULTS
 from rig.machine.this_machine import description
@@ -45,7 +45,7 @@ def alone(rounds: int) -> dict[str, Any]:
     """Each effect on the undamped stick of the first race, which never comes to rest, against that stick without."""
     bare = steps.RACES[0].scene
     rows: dict[str, Any] = {}
-    for name, table in EFFECTS.items():
+    for name, table in STICK_TABLES.items():
         scene = dataclasses.replace(bare, effects={name: _small(name, table)})
         without, with_it = [], []
         for _ in range(rounds):

@@ -5,8 +5,8 @@ A fader travels as far as the panel's slider does: around the value of the scene
 
 from dataclasses import dataclass
 
-from drumstick.parameters.scene import parse, shipped_text
-from drumstick.parameters.table import Parameter, table_of, values_of
+from drumstick.scenes.scene_text import parse, shipped_text
+from drumstick.scenes.table import Parameter, table_of, values_of
 from drumstick.stick.law import law_of
 from protocol import osc
 from rig.supervision.plan import Options

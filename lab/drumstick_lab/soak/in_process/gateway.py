@@ -7,8 +7,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, cast
 
-from drumstick.parameters.scene import Scene, as_tables
-from drumstick.parameters.table import Refusal, values_of
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import as_tables
+from drumstick.scenes.table import Refusal, values_of
 from drumstick.stick.law import law_of
 from drumstick_lab.soak.in_process.local_wire import LocalSession
 from drumstick_lab.soak.listeners import OSC_NUMBERS, Sequence

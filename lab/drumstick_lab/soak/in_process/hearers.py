@@ -4,7 +4,8 @@ import json
 import random
 from pathlib import Path
 
-from drumstick.parameters.scene import Scene, as_tables
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import as_tables
 from drumstick_lab.soak.listeners import Sequence
 from protocol.clock import ClockMap, HapticClock, RoundTrip
 from protocol.messages import Release, State, Strike, decode, encode
@@ -66,7 +67,7 @@ class VirtualSound:
     def __init__(self, clocks: Clocks) -> None:
         import numpy as np
 
-        from drumstick.drum.excitation.strikes import EVENT, RING_SLOTS, StrikeRing
+        from drumstick.drum.memory.strikes import EVENT, RING_SLOTS, StrikeRing
         from protocol.rate_limited_log import RateLimitedLog
         from sound_server.receiving.strikes import StrikeScheduler
 

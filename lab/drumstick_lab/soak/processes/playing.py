@@ -12,8 +12,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import IO, Any
 
-from drumstick.parameters.scene import parse
-from drumstick.parameters.table import table_of
+from drumstick.scenes.scene_text import parse
+from drumstick.scenes.table import table_of
 from drumstick_lab.soak import usage
 from drumstick_lab.soak.processes import companion
 from rig.folder import run_folder

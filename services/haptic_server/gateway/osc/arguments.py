@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from drumstick.parameters.table import Parameter
+from drumstick.scenes.table import Parameter
 from haptic_server.gateway.rounding import as_float32
 from protocol.osc import Argument
 

@@ -12,7 +12,7 @@ from functools import lru_cache, partial
 from ipaddress import IPv4Network, IPv6Network, ip_address
 from typing import NamedTuple
 
-from drumstick.parameters.table import Parameter, Refusal
+from drumstick.scenes.table import Parameter, Refusal
 from haptic_server.gateway.lease import MAX_S
 from haptic_server.gateway.osc.arguments import Refused, in_range, number, port, text
 from haptic_server.gateway.osc.echo_filter import EchoFilter

@@ -6,7 +6,7 @@ Fixed while the gateway lives. Pure; any thread.
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
-from drumstick.parameters.table import Parameter
+from drumstick.scenes.table import Parameter
 from protocol import osc
 
 READ, WRITE = 1, 2  # bits of ACCESS; 0 is a container

@@ -3,8 +3,8 @@
 import os
 from pathlib import Path
 
-from drumstick.parameters.scene import shipped_names
-from drumstick.parameters.table import Refusal
+from drumstick.scenes.scene_text import shipped_names
+from drumstick.scenes.table import Refusal
 from haptic_server import block_header, files
 
 

@@ -2,7 +2,7 @@
 
 from matplotlib.figure import Figure
 
-from drumstick.drum.mode_measurement import MeasuredMode, MeasuredModes
+from drumstick.drum.measurement.measured_modes import MeasuredMode, MeasuredModes
 from rig.figures.style import BLUE, DPI, GREY, WIDTH_IN, styled
 
 _COLUMNS = ["mode m, n", "ideal, Hz", "heard, Hz", "error, cents", "level, dB"]

@@ -8,12 +8,14 @@ Kernels: any thread; no allocation.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from drumstick.parameters.scene import Scene
 from drumstick.stick import composition
+from drumstick.stick.effects import kick
 from drumstick.stick.law import thrown
 from drumstick.stick.motion import exact
 from drumstick.stick.records import Law, Motion
@@ -48,64 +50,53 @@ _STIFFEST = 4.0  # how much an effect may raise K_coll
 
 
 @only_with("pulse")
-def _set_pulse(law: Law, motion: Motion, left: float, age: float) -> None:
-    motion.pulse.push = left / law.pulse.tau
-    motion.pulse.age = age
+def _set_pulse(law: Any, motion: Any, left: float, age: float) -> None:
+    given: kick.Given = law.pulse
+    state: kick.Push = motion.pulse
+    state.push = left / given.tau
+    state.age = age
 
 
 @only_with("cor_pulse")
-def _set_cor_pulse(law: Law, motion: Motion, left: float, age: float) -> None:
-    motion.cor_pulse.push = left / law.cor_pulse.tau
-    motion.cor_pulse.age = age
+def _set_cor_pulse(law: Any, motion: Any, left: float, age: float) -> None:
+    given: kick.Given = law.cor_pulse
+    state: kick.Push = motion.cor_pulse
+    state.push = left / given.tau
+    state.age = age
 
 
 @only_with("pulse")
-def _read_pulse(law: Law, motion: Motion, state: Numbers) -> None:
-    state[PULSE] = motion.pulse.push * law.pulse.tau
-    state[PULSE_AGE] = motion.pulse.age
+def _read_pulse(law: Any, motion: Any, state: Numbers) -> None:
+    given: kick.Given = law.pulse
+    rest: kick.Push = motion.pulse
+    state[PULSE] = rest.push * given.tau
+    state[PULSE_AGE] = rest.age
 
 
 @only_with("cor_pulse")
-def _read_cor_pulse(law: Law, motion: Motion, state: Numbers) -> None:
-    state[COR_PULSE] = motion.cor_pulse.push * law.cor_pulse.tau
-    state[COR_PULSE_AGE] = motion.cor_pulse.age
-
-
-@only_with("hysteretic_spring", otherwise=False)
-def _stiffens(law: Law) -> bool:
-    return True
-
-
-@only_with("negative_damping", otherwise=False)
-def _loses_damping(law: Law) -> bool:
-    return True
-
-
-@only_with("system_delay", otherwise=False)
-def _delayed(law: Law) -> bool:
-    return True
-
-
-@only_with("noise", otherwise=False)
-def _noisy(law: Law) -> bool:
-    return True
+def _read_cor_pulse(law: Any, motion: Any, state: Numbers) -> None:
+    given: kick.Given = law.cor_pulse
+    rest: kick.Push = motion.cor_pulse
+    state[COR_PULSE] = rest.push * given.tau
+    state[COR_PULSE_AGE] = rest.age
 
 
 @njit()
-def _oscillates(law: Law, above: bool) -> bool:
+def _oscillates(law: Law, motion: Motion, above: bool) -> bool:
     # Does the stick swing here, rather than creep? Where it creeps, the search for events costs next to nothing.
     if above:
         return law.r_out * law.r_out < 4.0 * law.m * law.k_hand
-    if _stiffens(law) or _loses_damping(law):
+    if composition.stiffens(law, motion) or composition.loses_damping(law, motion):
         return True
     return law.r_in * law.r_in < 4.0 * law.m * (law.k_hand + law.k_coll)
 
 
 @njit()
-def _first_wait(law: Law, above: bool) -> float:
+def _first_wait(law: Law, motion: Motion, above: bool) -> float:
     # For how long, s, to look for the next event at first: some ten oscillations of where the stick is.
-    stiffness = law.k_hand if above else law.k_hand + (_STIFFEST if _stiffens(law) else 1.0) * law.k_coll
-    longest = _MAX_SAMPLED_WAIT_S if _delayed(law) or _noisy(law) else _MAX_WAIT_S
+    stiffest = _STIFFEST if composition.stiffens(law, motion) else 1.0
+    stiffness = law.k_hand if above else law.k_hand + stiffest * law.k_coll
+    longest = _MAX_SAMPLED_WAIT_S if composition.acts_by_itself(law, motion, not above) else _MAX_WAIT_S
     return min(_FIRST_WAIT_RAD / math.sqrt(stiffness / law.m), longest) if stiffness > 0.0 else longest
 
 
@@ -120,10 +111,10 @@ def until(law: Law, motion: Motion, wanted: int, patience: int, measured: Number
     for _ in range(_EVENTS_A_WAIT << patience):
         above = motion.place == exact.ABOVE
         # Not at once for ever: only between waits is a stick found to be captured by a head that it creeps in.
-        event, duration = exact.advance(law, motion, _first_wait(law, above) * 2.0**waited)
+        event, duration = exact.advance(law, motion, _first_wait(law, motion, above) * 2.0**waited)
         moved += duration
         measured[EFFORT] += (
-            _WAIT_EFFORT * 2.0**waited if event == exact.HORIZON and _oscillates(law, above) else 1.0
+            _WAIT_EFFORT * 2.0**waited if event == exact.HORIZON and _oscillates(law, motion, above) else 1.0
         )
         if event == wanted and motion.fate != exact.CAPTURED:
             return exact.MOVING, moved
@@ -132,7 +123,10 @@ def until(law: Law, motion: Motion, wanted: int, patience: int, measured: Number
         if not above and abs(motion.z) < _NOTHING_M and abs(motion.v) < _NOTHING_M_PER_S:
             return exact.CAPTURED, moved  # creeps up to z = 0 for ever, and nothing presses it
         waited = waited + 1 if event == exact.HORIZON else 0
-        if waited > (patience if _oscillates(law, above) else _CREEPING_PATIENCE) or moved > _MAX_WAIT_S:
+        if (
+            waited > (patience if _oscillates(law, motion, above) else _CREEPING_PATIENCE)
+            or moved > _MAX_WAIT_S
+        ):
             break
     return UNDECIDED, moved
 

@@ -10,6 +10,7 @@ Any thread; blocks for about 30 us a speed.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -27,6 +28,8 @@ from drumstick.analysis.cycles.lap import (
     Numbers,
 )
 from drumstick.parameters.scene import Scene
+from drumstick.stick.effects.cor_pulse import CorPulseLaw
+from drumstick.stick.effects.pulse import PulseLaw
 from drumstick.stick.law import law_of
 from drumstick.stick.motion import exact
 from drumstick.stick.records import Law
@@ -44,13 +47,15 @@ _SAME, _ALMOST_SAME = 4e-15, 1e-12
 
 
 @only_with("pulse", otherwise=0.0)
-def _kick(law: Law) -> float:
-    return law.pulse.sign * law.pulse.dv_pls
+def _kick(law: Any) -> float:
+    pulse: PulseLaw = law.pulse
+    return pulse.sign * pulse.dv_pls
 
 
 @only_with("cor_pulse", otherwise=0.0)
-def _cor_kick(law: Law) -> float:
-    return law.cor_pulse.sign * law.cor_pulse.gamma
+def _cor_kick(law: Any) -> float:
+    cor_pulse: CorPulseLaw = law.cor_pulse
+    return cor_pulse.sign * cor_pulse.gamma
 
 
 @njit()

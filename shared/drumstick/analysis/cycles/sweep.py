@@ -19,7 +19,7 @@ import numpy.typing as npt
 from drumstick.analysis.cycles import lap
 from drumstick.analysis.cycles.settling import MAX_PERIOD
 from drumstick.parameters.scene import Scene
-from drumstick.parameters.table import table_of, with_changes
+from drumstick.scenes.table import table_of, with_changes
 from drumstick.stick.law import law_of, thrown
 from drumstick.stick.motion import exact
 from realtime.kernels.jit import njit, prange

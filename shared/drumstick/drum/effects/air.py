@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from drumstick.parameters.declare import choice, number
+from drumstick.parameters.drum import HEAD_KG_PER_M2
 
 
 @dataclass(frozen=True)
@@ -16,7 +17,7 @@ class AirTable:
 
     density_kg_per_m3: float = number(1.2, 0.0, 10.0, "kg/m^3", "Density of the air; 0: none")
     head_kg_per_m2: float = number(
-        0.26, 0.05, 2.0, "kg/m^2", "Mass per area of the head alone; 0.26 is 0.19 mm of polyester"
+        HEAD_KG_PER_M2, 0.05, 2.0, "kg/m^2", "Mass per area of the head alone; 0.26 is 0.19 mm of polyester"
     )
     baffle: Literal["endless", "none"] = choice(
         "endless",

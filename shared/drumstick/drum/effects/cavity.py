@@ -12,17 +12,18 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.drum.effects import snare
+from drumstick.drum.air_constants import AIR_KG_PER_M3, SOUND_M_PER_S
 from drumstick.drum.membrane.heads import head_of, pickups_on
 from drumstick.drum.membrane.rows import Terms
 from drumstick.drum.membrane.scheme import even_losses, scheme_of, tuned
 from drumstick.drum.membrane.sweep import Head, sweep
 from drumstick.parameters.declare import number
+from drumstick.parameters.drum import HEAD_KG_PER_M2
 from realtime.kernels.jit import only_with
 from realtime.records import Float32, Record, Records, Rows, dtype_of
 
 if TYPE_CHECKING:
-    from drumstick.drum.effects.registry import Building
+    from drumstick.drum.effects.building import Building
     from drumstick.drum.engine import Engine
 
 
@@ -31,13 +32,20 @@ class CavityTable:
     """A second head on the other side, coupled by the air between."""
 
     depth_m: float = number(0.3, 0.02, 2.0, "m", "Distance between the heads")
-    head_kg_per_m2: float = number(0.26, 0.05, 2.0, "kg/m^2", "Both heads' mass per area")
+    head_kg_per_m2: float = number(HEAD_KG_PER_M2, 0.05, 2.0, "kg/m^2", "Both heads' mass per area")
     f01_Hz: float = number(180.0, 20.0, 2000.0, "Hz", "Pitch of the second head alone")
     t60_s: float = number(1.0, 0.02, 60.0, "s", "Decay of the second head alone")
     heard: float = number(0.5, 0.0, 1.0, "1", "How much of the second head the pickups hear")
 
 
 TABLE = CavityTable
+SECOND_ORDER_ONLY = True
+
+
+def spring(table: CavityTable, step_s: float) -> float:
+    """K T^2."""
+    stiffness = AIR_KG_PER_M3 * SOUND_M_PER_S**2
+    return stiffness / (table.head_kg_per_m2 * table.depth_m) * step_s**2
 
 
 class CavityState(Record):
@@ -85,17 +93,17 @@ def part_of(building: "Building") -> Cavity:
 
 
 @only_with("cavity")
-def push(engine: "Engine") -> Any:
+def head_push(engine: "Engine") -> Any:
     """f for the first head; None without a second one."""
-    state = engine.effects.cavity.state[0]
+    state: CavityState = engine.effects.cavity.state[0]
     state_difference = state.per_area_2 * state.sum_2 - state.per_area_1 * state.sum_1
     return np.float32(state.push_1 * state_difference)
 
 
 @only_with("cavity")
-def step(engine: "Engine", plane: int, sum_1: float) -> None:
-    """The second head's step; sum_1: of the first head's u+."""
-    cavity = engine.effects.cavity
+def sweep_beside(engine: "Engine", plane: int, total: float) -> None:
+    """The second head's step; total: the sum of the first head's u+."""
+    cavity: Cavity = engine.effects.cavity
     state = cavity.state[0]
     difference = state.per_area_1 * state.sum_1 - state.per_area_2 * state.sum_2
     planes = cavity.head.planes
@@ -112,14 +120,26 @@ def step(engine: "Engine", plane: int, sum_1: float) -> None:
         total=1,
     )
     state.sum_2 = sweep(cavity.head, planes[plane], planes[1 - plane], terms)
-    state.sum_2 += snare.rattle(engine, plane, planes[1 - plane])
-    state.sum_1 = sum_1
+    state.sum_1 = total
+
+
+@only_with("cavity")
+def second_moved(engine: "Engine", changed: float) -> None:
+    """Add to the sum of the second head's u+."""
+    state: CavityState = engine.effects.cavity.state[0]
+    state.sum_2 += changed
+
+
+@only_with("cavity")
+def asked_sum(engine: "Engine") -> Any:
+    """The air asks for the sum of the first head's u+."""
+    return 1
 
 
 @only_with("cavity", otherwise=(0.0, 0.0))
 def picked_up(engine: "Engine", plane: int) -> tuple[float, float]:
     """Pickups' signal of the second head, after its step."""
-    cavity = engine.effects.cavity
+    cavity: Cavity = engine.effects.cavity
     now, after = cavity.head.planes[plane], cavity.head.planes[1 - plane]
     left, right = 0.0, 0.0
     for i in range(cavity.pickups.shape[0]):
@@ -132,6 +152,7 @@ def picked_up(engine: "Engine", plane: int) -> tuple[float, float]:
 @only_with("cavity")
 def reset(engine: "Engine") -> None:
     """All at rest."""
-    engine.effects.cavity.head.planes[:] = np.float32(0.0)
-    engine.effects.cavity.state[0].sum_1 = 0.0
-    engine.effects.cavity.state[0].sum_2 = 0.0
+    cavity: Cavity = engine.effects.cavity
+    cavity.head.planes[:] = np.float32(0.0)
+    cavity.state[0].sum_1 = 0.0
+    cavity.state[0].sum_2 = 0.0

@@ -4,6 +4,7 @@ The junctions' momentum p is kept besides their height: p' = rho p + a, u+ = u +
 neighbours. Which rho and eta: membrane.scheme.rising_losses. Kernels: audio thread.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -12,11 +13,12 @@ import numpy.typing as npt
 
 from drumstick.drum.membrane.heads import aligned
 from drumstick.parameters.declare import number
+from drumstick.parameters.drum import Drum
 from realtime.kernels.jit import only_with
 from realtime.records import ABSENT, is_there
 
 if TYPE_CHECKING:
-    from drumstick.drum.effects.registry import Building
+    from drumstick.drum.effects.building import Building
     from drumstick.drum.engine import Engine
 
 
@@ -32,6 +34,22 @@ class InternalLossTable:
 
 TABLE = InternalLossTable
 ON_MODES = True
+SECOND_ORDER_ONLY = True
+
+
+def rising_loss(table: InternalLossTable) -> tuple[float, float]:
+    """The time in which a mode at so many Hz falls by 60 dB."""
+    return table.t60_s, table.at_Hz
+
+
+def mistakes(table: InternalLossTable, drum: Drum) -> Iterator[tuple[str, str]]:
+    """A loss that would fall with the frequency."""
+    if not (table.t60_s < drum.t60_s and table.at_Hz > drum.f01_Hz):
+        yield (
+            "",
+            f"t60_s = {table.t60_s:g} s at {table.at_Hz:g} Hz must be shorter and higher than the drum's own, "
+            f"{drum.t60_s:g} s at {drum.f01_Hz:g} Hz",
+        )
 
 
 class Momentum(NamedTuple):
@@ -69,12 +87,14 @@ def eta(engine: "Engine") -> Any:
 
 
 @only_with("internal_loss")
-def push(engine: "Engine", junction: int, speed: float) -> None:
-    """A force has moved a junction by `speed` in a step: it goes on moving."""
-    engine.effects.internal_loss.moving[junction] += np.float32(speed)
+def pushed(engine: "Engine", junction: int, step: float) -> None:
+    """Let a junction that a force has moved by so much in a step go on moving."""
+    loss: Momentum = engine.effects.internal_loss
+    loss.moving[junction] += np.float32(step)
 
 
 @only_with("internal_loss")
 def reset(engine: "Engine") -> None:
     """All at rest."""
-    engine.effects.internal_loss.moving[:] = np.float32(0.0)
+    loss: Momentum = engine.effects.internal_loss
+    loss.moving[:] = np.float32(0.0)

@@ -9,7 +9,7 @@ receives it.
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -22,7 +22,7 @@ from realtime.kernels.jit import njit, only_with
 from realtime.records import Record, Records, Rows, dtype_of
 
 if TYPE_CHECKING:
-    from drumstick.drum.effects.registry import Building
+    from drumstick.drum.effects.building import Building
     from drumstick.drum.engine import Engine
 
 
@@ -125,37 +125,31 @@ def _is_touched(engine: "Engine") -> bool:
     return touched
 
 
-@only_with("tension")
-def _lighten(engine: "Engine") -> None:
-    muffle = engine.effects.muffle
-    free = np.float32(1.0 - muffle.state[0].g)
-    for i in range(muffle.places.shape[0]):
-        engine.effects.tension.share[muffle.places[i]] = free * muffle.masses[i]
-
-
 @njit()
 def _move(engine: "Engine", most: float) -> None:
-    state, wanted = engine.effects.muffle.state[0], engine.effects.muffle.wanted[0].muffle
+    muffle: Muffle = engine.effects.muffle
+    state, wanted = muffle.state[0], muffle.wanted[0].muffle
     if state.press != wanted:
         state.press += min(max(wanted - state.press, -most), most)
         state.g = share_held(state.press, state.s, state.held_back)
-        _lighten(engine)
+        state.moved = 1
 
 
 @only_with("muffle")
 def resume(engine: "Engine") -> None:
     """Take up at once what was set while nothing sounded: no tip lies on the head yet."""
+    state: MuffleState = engine.effects.muffle.state[0]
+    state.moved = 0
     _move(engine, 1.0)
 
 
 @only_with("muffle")
 def before_sweep(engine: "Engine", then: Floats) -> None:
     """Move to what is wanted, and keep u- where it will be needed, before the sweep."""
-    muffle = engine.effects.muffle
+    muffle: Muffle = engine.effects.muffle
     muffle.state[0].moved = 0
     if muffle.state[0].press != muffle.wanted[0].muffle and not _is_touched(engine):
         _move(engine, muffle.state[0].most)
-        muffle.state[0].moved = 1
     for i in range(muffle.places.shape[0]):
         muffle.before[i] = then[muffle.places[i]]
 
@@ -163,20 +157,34 @@ def before_sweep(engine: "Engine", then: Floats) -> None:
 @only_with("muffle", otherwise=False)
 def has_moved(engine: "Engine") -> bool:
     """True in a step in which g is another than before: whoever computes with it in advance does so again."""
-    return bool(engine.effects.muffle.state[0].moved != 0)
+    state: MuffleState = engine.effects.muffle.state[0]
+    return bool(state.moved != 0)
+
+
+@only_with("muffle")
+def held_junctions(engine: "Engine") -> Any:
+    """Junctions under patches."""
+    return engine.effects.muffle.places
+
+
+@only_with("muffle", otherwise=0.0)
+def held_share(engine: "Engine") -> float:
+    """g."""
+    state: MuffleState = engine.effects.muffle.state[0]
+    return state.g
 
 
 @only_with("muffle", otherwise=0.0)
 def after_sweep(engine: "Engine", then: Floats) -> float:
     """Brake the patches' junctions, after the sweep; returns by how much the sum of u+ changed."""
     changed = 0.0
-    muffle = engine.effects.muffle
+    muffle: Muffle = engine.effects.muffle
     g = np.float32(muffle.state[0].g)
     for i in range(muffle.places.shape[0]):
         at = muffle.places[i]
         step = g * (muffle.before[i] - then[at])
         then[at] += step
-        internal_loss.push(engine, at, step)
+        internal_loss.pushed(engine, at, step)
         changed += step
     return changed
 
@@ -186,7 +194,8 @@ def hidden_stretch(engine: "Engine", now: Floats, own_gain: float) -> float:
     """Part of sum M d u- that the masses of the tension's share, less by g under a patch, leave out: before the sweep,
     after `before_sweep`.
     """
-    muffle, hidden = engine.effects.muffle, 0.0
+    muffle: Muffle = engine.effects.muffle
+    hidden = 0.0
     for i in range(muffle.places.shape[0]):
         hidden += (
             muffle.masses[i] * laplacian_at(engine.head, now, muffle.places[i], own_gain) * muffle.before[i]

@@ -1,24 +1,30 @@
-"""The effects of the drum, in the order of the panel and of the documentation; the kernels' own is in `drum.step`.
+"""The effects of the drum, in the order of the panel and of the documentation; kernels are called in it too.
 
 A new effect is one module of this folder and one line here. The module has
 
 - `TABLE`, the dataclass of `[drum.effects.<name>]`: the scene's keys and the docs follow from it;
 - `ON_MODES = True` if a bank of modes can have it too;
   `ON_MESH = False` if only a bank of modes can; `NEEDS`, another effect without which it cannot be, and why;
+- `SECOND_ORDER_ONLY = True` if the sweep of the fourth order does not know it;
 - `FORMER_NAME` if scenes called it otherwise once: they are still read, with a note;
 - `part_of(building)`, which lays out what the kernels need as a named tuple: `engine.effects.<name>`, None in a scene
   without it. An effect that is in the coefficients of the head has no part. One with a value that is set while it plays
   (declared with a `wire` name) has a record `wanted` with a field of that name, and moves there in `before_sweep`;
-- those kernels of `drum.step` that it needs, decorated with `only_with`: `before_sweep`; `after_sweep`, which moves
-  junctions and says by how much their sum changed; `added_output`, what is heard besides the head; `reset`, where all
-  falls asleep; and `resume`, before the first step after that.
+- those of the kernels named in `drumstick.drum.effects.composition` that it needs, decorated with `only_with`: above
+  all `before_sweep`; `after_sweep`, which moves junctions and says by how much their sum changed; `added_output`, what
+  is heard besides the head; `reset`, where all falls asleep; and `resume`, before the first step after that. Each asks
+  by name for the arguments it needs.
+
+- `set_level(part, table, peak, blow)` if it sounds beside the head, so that its level is set when the head's is;
+- those functions of its table that `head_numbers` asks for: what it does to the head before it sounds, and `mistakes`.
+  A table that knows the head's mass per area has it as `head_kg_per_m2`.
 
 Every effect must be passive: what it gives back it took from the head before, at any step and any strength.
 """
 
 from collections import namedtuple
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any
 
 from drumstick.drum.effects import (
     air,
@@ -31,18 +37,8 @@ from drumstick.drum.effects import (
     tension,
     uniform_loss,
 )
+from drumstick.drum.effects.building import Building
 from realtime.records import ABSENT
-
-if TYPE_CHECKING:
-    from drumstick.drum.effects.cavity import Cavity
-    from drumstick.drum.effects.internal_loss import Momentum
-    from drumstick.drum.effects.muffle import Muffle
-    from drumstick.drum.effects.rim import Rim
-    from drumstick.drum.effects.snare import Snare
-    from drumstick.drum.effects.tension import Tension
-    from drumstick.drum.membrane.lattice import Lattice
-    from drumstick.drum.step_numbers import StepCoefficients
-    from drumstick.parameters.scene import Scene
 
 _IN_ORDER: tuple[ModuleType, ...] = (
     air,
@@ -56,50 +52,30 @@ _IN_ORDER: tuple[ModuleType, ...] = (
     rim,
 )
 EFFECTS: dict[str, ModuleType] = {module.__name__.rpartition(".")[2]: module for module in _IN_ORDER}
+# `[drum.effects.<name>]`.
+DRUM_TABLES: dict[str, type] = {name: module.TABLE for name, module in EFFECTS.items()}
 MESH_EFFECTS = tuple(name for name, module in EFFECTS.items() if getattr(module, "ON_MESH", True))
 # Effect -> the one that it needs, and why.
 NEEDS: dict[str, tuple[str, str]] = {
     name: module.NEEDS for name, module in EFFECTS.items() if hasattr(module, "NEEDS")
 }
+SECOND_ORDER_ONLY = tuple(name for name, module in EFFECTS.items() if hasattr(module, "SECOND_ORDER_ONLY"))
 MODAL_EFFECTS = tuple(name for name, module in EFFECTS.items() if hasattr(module, "ON_MODES"))
 # What scenes called an effect once -> its name.
 FORMER_NAMES: dict[str, str] = {
     module.FORMER_NAME: name for name, module in EFFECTS.items() if hasattr(module, "FORMER_NAME")
 }
 
-if TYPE_CHECKING:
-
-    class Effects(NamedTuple):
-        """Memory of each effect for the kernels; None for those that the scene does not name."""
-
-        internal_loss: Momentum = ABSENT
-        muffle: Muffle = ABSENT
-        tension: Tension = ABSENT
-        cavity: Cavity = ABSENT
-        snare: Snare = ABSENT
-        rim: Rim = ABSENT
-
-else:
-    Effects = namedtuple(
-        "Effects",
-        [name for name, module in EFFECTS.items() if hasattr(module, "part_of")],
-        defaults=[ABSENT for module in EFFECTS.values() if hasattr(module, "part_of")],
-    )
+# Memory of each effect for the kernels; None for those that the scene does not name.
+_made: Any = namedtuple  # its fields are known here only
+Effects = _made(
+    "Effects",
+    [name for name, module in EFFECTS.items() if hasattr(module, "part_of")],
+    defaults=[ABSENT for module in EFFECTS.values() if hasattr(module, "part_of")],
+)
 
 
-class Building(NamedTuple):
-    """A drum in the making. unit_m: metres for 1 of its displacement, where an effect asks for them. lattice, numbers:
-    of a mesh only. parts: of the effects before this one."""
-
-    scene: "Scene"
-    step_s: float
-    unit_m: float
-    lattice: "Lattice" = ABSENT
-    numbers: "StepCoefficients" = ABSENT
-    parts: "dict[str, Any]" = {}  # noqa: RUF012  never written to: `effects_of` gives its own
-
-
-def effects_of(building: Building) -> Effects:
+def effects_of(building: Building) -> Any:
     """The parts of all effects that the scene names, laid out for the kernels. Allocates; any thread."""
     parts: dict[str, Any] = {}
     for name, module in EFFECTS.items():

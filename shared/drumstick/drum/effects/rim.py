@@ -21,7 +21,7 @@ from realtime.kernels.jit import only_with
 from realtime.records import Record, Records, Rows, dtype_of
 
 if TYPE_CHECKING:
-    from drumstick.drum.effects.registry import Building
+    from drumstick.drum.effects.building import Building
     from drumstick.drum.engine import Engine
 
 
@@ -94,34 +94,46 @@ def part_of(building: "Building") -> Rim:
     return Rim(modes, state)
 
 
+def set_level(rim: Rim, table: RimTable, peak: float, blow: float) -> None:
+    """Let a full stroke on the rim peak at most at its level times `peak`. blow: its impulse, N steps, as it is heard.
+
+    The modes share it.
+    """
+    rim.state["gain"] = table.level * peak / blow
+
+
 @only_with("rim")
-def begin(engine: "Engine") -> None:
+def begin_step(engine: "Engine") -> None:
     """Clear the hoop's share before this step's forces."""
-    engine.effects.rim.state[0].force = 0.0
+    state: HoopState = engine.effects.rim.state[0]
+    state.force = 0.0
 
 
 @only_with("rim", otherwise=0.0)
-def share(engine: "Engine", x: float, y: float) -> float:
+def taken_share(engine: "Engine", x: float, y: float) -> float:
     """Share of a blow at (x, y), in radii, that the hoop gets: all from the rim on, none further in than `width`."""
-    width = engine.effects.rim.state[0].width
+    state: HoopState = engine.effects.rim.state[0]
+    width = state.width
     return min(max((math.hypot(x, y) - (1.0 - width)) / width, 0.0), 1.0)
 
 
 @only_with("rim")
-def strike(engine: "Engine", x: float, y: float, impulse: float) -> None:
+def struck(engine: "Engine", x: float, y: float, impulse: float) -> None:
     """A blow of so much impulse, N steps, at (x, y).
 
     Wood on metal is over within a step, however long the head is touched: the hoop gets its share of it at once.
     """
-    engine.effects.rim.state[0].force += impulse * share(engine, x, y)
+    state: HoopState = engine.effects.rim.state[0]
+    state.force += impulse * taken_share(engine, x, y)
 
 
 @only_with("rim", otherwise=0.0)
 def added_output(engine: "Engine") -> float:
     """One step of the hoop, and what is heard of it."""
-    state, total = engine.effects.rim.state[0], 0.0
-    for i in range(engine.effects.rim.modes.shape[0]):
-        mode = engine.effects.rim.modes[i]
+    rim: Rim = engine.effects.rim
+    state, total = rim.state[0], 0.0
+    for i in range(rim.modes.shape[0]):
+        mode = rim.modes[i]
         after = mode.turn * mode.now - mode.kept * mode.before + mode.drive * state.force
         total += after - mode.before
         mode.before = mode.now
@@ -132,6 +144,7 @@ def added_output(engine: "Engine") -> float:
 @only_with("rim")
 def reset(engine: "Engine") -> None:
     """All at rest."""
-    for i in range(engine.effects.rim.modes.shape[0]):
-        engine.effects.rim.modes[i].now = 0.0
-        engine.effects.rim.modes[i].before = 0.0
+    rim: Rim = engine.effects.rim
+    for i in range(rim.modes.shape[0]):
+        rim.modes[i].now = 0.0
+        rim.modes[i].before = 0.0

@@ -31,9 +31,10 @@ from realtime.kernels.jit import njit, only_with
 from realtime.records import Record, Records, Rows, dtype_of
 
 if TYPE_CHECKING:
+    from drumstick.drum.effects.building import Building
     from drumstick.drum.effects.cavity import Cavity
-    from drumstick.drum.effects.registry import Building
     from drumstick.drum.engine import Engine
+    from drumstick.drum.membrane.sweep import Head
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,12 @@ class SnareTable:
 
 TABLE = SnareTable
 NEEDS = ("cavity", "the wires lie on the second head")
+
+
+def is_in_metres(table: SnareTable) -> bool:
+    """Wires lie and hang so many metres from the head."""
+    return True
+
 
 # Half the length of the wires and half the width of the bed, in radii; how far from the head wires hang; the pitch of a
 # wire on something rigid; the least pull, of that of a tight strainer; time from tight to loose, and from there to off.
@@ -183,15 +190,16 @@ def spring_of(state: WiresState) -> float:
 
 
 @only_with("snare", otherwise=0.0)
-def rattle(engine: "Engine", plane: int, head_after: Floats) -> float:
+def on_second_head(engine: "Engine", plane: int) -> float:
     """Move the wires on after the second head's sweep: they push it and are pushed; returns by how much its sum
     changed. plane: the head's now.
     """
-    snare = engine.effects.snare
+    snare: Snare = engine.effects.snare
     state = snare.state[0]
     if state.tight <= _OFF:
         return 0.0
-    weights = engine.effects.cavity.head.weights
+    head: Head = engine.effects.cavity.head
+    weights, head_after = head.weights, head.planes[1 - plane]
     now, coming = snare.places[plane], snare.places[1 - plane]
     eta = snare.etas[1 - plane]
     spring, eta_0, loss = spring_of(state), eta_0_of(state), state.loss
@@ -226,13 +234,15 @@ def rattle(engine: "Engine", plane: int, head_after: Floats) -> float:
 
 @njit()
 def _hang(engine: "Engine") -> None:
-    engine.effects.snare.places[:] = 0.0
-    engine.effects.snare.etas[:] = 0.0
+    snare: Snare = engine.effects.snare
+    snare.places[:] = 0.0
+    snare.etas[:] = 0.0
 
 
 @njit()
 def _turn(engine: "Engine", most: float) -> None:
-    state, wanted = engine.effects.snare.state[0], engine.effects.snare.wanted[0].strainer
+    snare: Snare = engine.effects.snare
+    state, wanted = snare.state[0], snare.wanted[0].strainer
     goal = min(wanted, 1.0) if wanted > 0.0 else _OFF
     if state.tight != goal:
         state.tight += min(max(goal - state.tight, -most), most)

@@ -15,6 +15,7 @@ that lags by a step instead makes the energy grow a thousandfold. A bank of mode
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -25,11 +26,13 @@ from drumstick.drum.effects import internal_loss, muffle
 from drumstick.drum.membrane.heads import aligned
 from drumstick.drum.membrane.sweep import laplacian_at, stretched
 from drumstick.parameters.declare import number
+from drumstick.parameters.drum import Drum
 from realtime.kernels.jit import njit, only_with
 from realtime.records import ABSENT, Record, Records, Rows, dtype_of, is_there
 
 if TYPE_CHECKING:
-    from drumstick.drum.effects.registry import Building
+    from drumstick.drum.effects.building import Building
+    from drumstick.drum.effects.muffle import Muffle
     from drumstick.drum.engine import Engine
 
 
@@ -66,6 +69,7 @@ class TensionTable:
 
 TABLE = TensionTable
 ON_MODES = True
+SECOND_ORDER_ONLY = True
 _ROOM, _MOST_CENTS = 2.5, 240.0  # a mode's stretch comes to twice its mean, and several meet
 
 
@@ -103,11 +107,29 @@ def risen(cents: float) -> float:
     return 2.0 ** (cents / 600.0) - 1.0
 
 
-def room_of(table: TensionTable) -> float:
+def tension_rise(table: TensionTable) -> float:
     """The most that the tension may rise, over the tension at rest."""
     if table.most_cents > 0.0:
         return risen(table.most_cents)
     return risen(_MOST_CENTS) if table.young_GPa > 0.0 else _ROOM * risen(table.glide_cents)
+
+
+def is_in_metres(table: TensionTable) -> bool:
+    """True when the head stiffens by its own numbers."""
+    return table.young_GPa > 0.0
+
+
+def mistakes(table: TensionTable, drum: Drum) -> Iterator[tuple[str, str]]:
+    """A limit below what is asked for."""
+    if table.young_GPa == 0.0 and table.most_cents > 0.0:
+        # A mode's stretch comes to twice its mean.
+        least = 600.0 * math.log2(1.0 + 2.0 * (2.0 ** (table.glide_cents / 600.0) - 1.0))
+        if table.most_cents < least:
+            yield (
+                "most_cents",
+                f"{table.most_cents:g} cents leave no room for glide_cents = {table.glide_cents:g}, a mean:"
+                f" give at least {math.ceil(least)}, or leave it out",
+            )
 
 
 def _own_kappa(table: TensionTable, unit_m: float, radius_m: float) -> float:
@@ -123,7 +145,7 @@ def _state_of(building: "Building", tau: float) -> Records:
     table: TensionTable = drum.effects["tension"]
     state: Records = np.zeros(1, STATE)
     fields: Record = state[0]
-    fields["q_most"], fields["tau"] = tau * room_of(table), tau
+    fields["q_most"], fields["tau"] = tau * tension_rise(table), tau
     fields["kappa"] = tau * _own_kappa(table, building.unit_m, drum.radius_m)
     fields["baked"] = fields["held_back"] = 1.0
     return state
@@ -211,10 +233,47 @@ def solved(state: TensionState, before: float, x: float, y: float) -> float:
     return _beyond(state, before, x, y)
 
 
+@only_with("muffle")
+def _lighten(engine: "Engine") -> None:
+    tension: Tension = engine.effects.tension
+    patches: Muffle = engine.effects.muffle
+    free = np.float32(1.0 - patches.state[0].g)
+    for i in range(patches.places.shape[0]):
+        tension.share[patches.places[i]] = free * patches.masses[i]
+
+
+@only_with("tension")
+def resume(engine: "Engine") -> None:
+    """Take up what a muffle took up: it comes before in the registry."""
+    if muffle.has_moved(engine):
+        _lighten(engine)
+
+
+@only_with("tension")
+def before_sweep(engine: "Engine") -> None:
+    """Count the masses under a muffle anew where it has moved."""
+    if muffle.has_moved(engine):
+        _lighten(engine)
+
+
+@only_with("tension")
+def ring_gain(engine: "Engine", q: float) -> Any:
+    """1 + q/tau."""
+    return np.float32(1.0 + q / engine.control[0].tau)
+
+
+@only_with("tension", otherwise=0.0)
+def own_loss(engine: "Engine", q: float) -> float:
+    """By how much less u counts in its own next value; with internal losses that goes with the ring."""
+    state: TensionState = engine.effects.tension.state[0]
+    return q / engine.control[0].held_back if state.eta == 0.0 else 0.0
+
+
 @only_with("tension", otherwise=0.0)
 def tightened(engine: "Engine", now: Any, then: Any, push: float) -> float:
     """q of this step. push: f of the whole head."""
-    state, share = engine.effects.tension.state[0], engine.effects.tension.share
+    tension: Tension = engine.effects.tension
+    state, share = tension.state[0], tension.share
     head, own_gain = engine.head, engine.control[0].own_gain
     p, q, r, t = stretched(
         head, now, then, share, own_gain, internal_loss.momentum(engine), internal_loss.rho(engine)

@@ -15,3 +15,8 @@ class UniformLossTable:
 TABLE = UniformLossTable
 FORMER_NAME = "air_loss"
 ON_MODES = True
+
+
+def even_loss_per_s(table: UniformLossTable) -> float:
+    """1/t60 of this loss alone."""
+    return 1.0 / table.t60_s

@@ -19,51 +19,20 @@ thread; no allocation.
 import math
 from typing import TYPE_CHECKING
 
-from drumstick.drum.effects import rim
+from drumstick.drum.effects import composition
 from drumstick.drum.excitation import force_resampling
 from drumstick.drum.excitation.point_force import push
-from drumstick.drum.membrane.interpolation import CORNERS
+from drumstick.drum.memory.pulses import ContactDecay, ContactPulse
 from drumstick.drum.modal import bank
 from realtime.kernels.jit import njit
-from realtime.records import Record, Records, dtype_of
+from realtime.records import Records
 
 if TYPE_CHECKING:
     from drumstick.drum.engine import Engine
 
-POOL = 32
 
-
-class ContactPulse(Record):
-    """`age` is the time since the onset in mesh steps (negative: still to come); a pulse with age >= duration is over.
-    Its force is size e^(-decay p) sin(p + phase), where the angle p goes from 0 to `turn` within the duration.
-    """
-
-    x: float
-    y: float
-    age: float
-    duration: float
-    turn: float
-    phase: float
-    decay: float
-    size: float  # N
-    impulse: float  # N steps
-
-
-PULSE = dtype_of(ContactPulse)
 _MAX_DECAY = 1.0  # a damping ratio of 0.7: beyond it there is hardly a rebound
 _ROUNDS = 12  # for w_d of a given duration, to 1e-6
-
-
-class ContactDecay(Record):
-    """The contact law of the scene, for its pulses: see `damp`."""
-
-    decay: float
-    own_decay: float
-    pulls: int
-
-
-CONTACT = dtype_of(ContactDecay)
-FORCES = (POOL + 1) * CORNERS  # each pulse, and a streamed force
 
 
 @njit()
@@ -120,7 +89,7 @@ def press(engine: "Engine") -> int:
     """
     control, pulses = engine.control[0], engine.pulses
     control.forces = 0
-    rim.begin(engine)
+    composition.begin_step(engine)
     if control.active == 0 and control.looked == control.begun:
         return int(force_resampling.press(engine))  # the pool is empty, as it mostly is
     active = 0
@@ -129,7 +98,7 @@ def press(engine: "Engine") -> int:
         if pulse.age < pulse.duration:
             active += 1
             if -1.0 < pulse.age <= 0.0:
-                rim.strike(engine, pulse.x, pulse.y, pulse.impulse)
+                composition.struck(engine, pulse.x, pulse.y, pulse.impulse)
             force = mean_force(pulse)
             pulse.age += 1.0
             if force == 0.0:

@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.drum.excitation.timeline import PIECE, PIECE_MOST, Stream
+from drumstick.drum.memory.timeline import PIECE, PIECE_MOST, Stream
 from realtime import ring
 from realtime.records import Records
 

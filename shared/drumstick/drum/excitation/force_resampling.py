@@ -15,9 +15,9 @@ once. After a sample of 0 nothing is expected. Kernels: audio thread; no allocat
 import math
 from typing import TYPE_CHECKING
 
-from drumstick.drum.effects import rim
+from drumstick.drum.effects import composition
 from drumstick.drum.excitation.point_force import push
-from drumstick.drum.excitation.timeline import Piece, StreamState
+from drumstick.drum.memory.timeline import Piece, StreamState
 from realtime.kernels.jit import njit, only_with
 from realtime.ring import drain
 
@@ -217,5 +217,5 @@ def press(engine: "Engine") -> int:
     force, x, y = _mean_over_step(engine)
     if force != 0.0:
         push(engine, x, y, force)
-        rim.strike(engine, x, y, force)  # nobody knows yet what the contact's impulse will be
+        composition.struck(engine, x, y, force)  # nobody knows yet what the contact's impulse will be
     return 1

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from drumstick.drum.engine import Engine
 from drumstick.drum.excitation.feed import Feed
-from drumstick.drum.excitation.timeline import PIECE_MOST
+from drumstick.drum.memory.timeline import PIECE_MOST
 from realtime.records import is_there
 
 _EARLY_S = 0.03  # so long before its instant a piece is given

@@ -7,21 +7,11 @@ strike that wanders does not wander in steps. Kernels: audio thread; no allocati
 from typing import TYPE_CHECKING
 
 from drumstick.drum.membrane.interpolation import around
+from drumstick.drum.memory.pulses import JunctionForce
 from realtime.kernels.jit import njit, only_with
-from realtime.records import Record, dtype_of
 
 if TYPE_CHECKING:
     from drumstick.drum.engine import Engine
-
-
-class JunctionForce(Record):
-    """One junction that is pushed in this step, and by how much that moves it."""
-
-    junction: int
-    step: float
-
-
-FORCE = dtype_of(JunctionForce)
 
 
 @njit()

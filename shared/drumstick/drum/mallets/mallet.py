@@ -12,82 +12,24 @@ The pool has a fixed size; when it is full, a new mallet takes the place of the 
 allocation.
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
-from drumstick.drum.effects import rim
-from drumstick.drum.excitation.strikes import StrikeEvent
+from drumstick.drum.effects import composition
 from drumstick.drum.mallets import patch, shares
-from drumstick.drum.mallets.patch import Patches
-from drumstick.drum.mallets.shares import Shares
-from drumstick.drum.mallets.tip import Tip, goes_on, placed
+from drumstick.drum.mallets.tip import goes_on, placed
+from drumstick.drum.memory.mallets import POOL, MalletMotion, MalletsState
+from drumstick.drum.memory.strikes import StrikeEvent
 from realtime.kernels.jit import njit, only_with
-from realtime.records import ABSENT, Record, Rows, dtype_of
 
 if TYPE_CHECKING:
     from drumstick.drum.engine import Engine
 
-POOL = 8  # a roll and its flams play two or three; each costs a step of a head with a glide some microseconds
 GONE, COMING, PLAYING = 0, 1, 2
 
 
-class MalletMotion(Record):
-    """`own_give`: T^2 over what of its mass the head meets. `age` in steps since the strike; its places `now` and
-    `before`; `deepest` so far; the last push; `moved`: how much a newton changes the sum of all junctions. `bare`:
-    how deep the tip would be if nothing pulled and nothing pushed. Under tension, `slack`: by how much less for a
-    pull of 1; `stretch`: what a newton adds to the head's stretch.
-    """
-
-    stage: int
-    x: float
-    y: float
-    speed: float
-    own_give: float
-    age: float
-    now: float
-    before: float
-    deepest: float
-    force: float
-    moved: float
-    bare: float
-    slack: float
-    stretch: float
-
-
-MALLET = dtype_of(MalletMotion)
-
-
-class MalletsState(Record):
-    """radius: of the tip, in radii of the head; own_give: T^2/m. Mallets begun so far, and the oldest that may still
-    play; how many were taken away by another in their place while they touched, and how many by a full pool. Under
-    tension, `settled`: by how much they changed its pull in the last step.
-    """
-
-    unit_m: float
-    step_s: float
-    radius: float
-    own_give: float
-    settled: float
-    begun: int
-    oldest: int
-    lifted: int
-    replaced: int
-
-
-STATE = dtype_of(MalletsState)
 _MIN_REACH_S = 1e-3  # at the blow's speed: so high above the head's rest a mallet is followed in any case
 _MIN_LEFT = 1e-3  # of its mass: what meets the head in any case, so that a mallet on the rim is one too
 _MAX_S = 1.0  # a mallet that stays near the head for so long without touching it is forgotten
-
-
-class Mallets(NamedTuple):
-    """state (1,) of STATE; pool (POOL,) of MALLET, tips (POOL,) of TIP; what of the head lies under them: junctions of
-    a mesh, or shares of its modes."""
-
-    state: Rows[MalletsState]
-    pool: Rows[MalletMotion]
-    tips: Rows[Tip]
-    patches: Patches = ABSENT
-    shares: Shares = ABSENT
 
 
 @only_with("mallets", otherwise=0)
@@ -127,7 +69,7 @@ def swing(engine: "Engine", event: StrikeEvent, age: float) -> bool:
     mallet.stage, mallet.x, mallet.y = COMING, event.x, event.y
     mallet.speed, mallet.age, mallet.force = event.speed_m_per_s, age, 0.0
     placed(engine.mallets.tips[slot], 0.0, 0.0)
-    mallet.own_give = state.own_give / max(1.0 - rim.share(engine, event.x, event.y), _MIN_LEFT)
+    mallet.own_give = state.own_give / max(1.0 - composition.taken_share(engine, event.x, event.y), _MIN_LEFT)
     state.begun += 1
     lay_on_mesh(engine, slot)
     _lay_on_modes(engine, slot)
@@ -169,7 +111,7 @@ def arrive(engine: "Engine", slot: int, y: float, y_before: float) -> None:
     placed(engine.mallets.tips[slot], mallet.now - y, mallet.before - y_before)
     mallet.deepest = _MIN_REACH_S * mallet.speed
     mallet.stage = PLAYING
-    rim.strike(engine, mallet.x, mallet.y, full_impulse(state, mallet.speed))
+    composition.struck(engine, mallet.x, mallet.y, full_impulse(state, mallet.speed))
 
 
 @njit()

@@ -2,11 +2,9 @@
 
 import numpy as np
 
-from drumstick.drum.mallets.mallet import MALLET, POOL, STATE, Mallets
-from drumstick.drum.mallets.patch import patches_of, radius_on
-from drumstick.drum.mallets.shares import shares_of
-from drumstick.drum.mallets.tip import TIP
-from drumstick.drum.membrane.surface import metres_per_unit_in_air
+from drumstick.drum.length_unit import metres_per_unit_in_air
+from drumstick.drum.mallets.patch import radius_on
+from drumstick.drum.memory.mallets import MALLET, POOL, STATE, TIP, Mallets, patches_of, shares_of
 from drumstick.parameters.mallet import Mallet
 from drumstick.parameters.scene import Scene
 from realtime.records import ABSENT, Record, Records

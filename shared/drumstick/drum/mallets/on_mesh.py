@@ -7,12 +7,11 @@ what it holds. Kernels: audio thread; no allocation.
 import math
 from typing import TYPE_CHECKING, Any
 
-from drumstick.drum.effects import muffle
+from drumstick.drum.effects import composition
 from drumstick.drum.mallets import patch
 from drumstick.drum.mallets.mallet import (
     GONE,
     PLAYING,
-    POOL,
     arrive,
     due,
     fly,
@@ -23,6 +22,7 @@ from drumstick.drum.mallets.mallet import (
 )
 from drumstick.drum.mallets.tip import solve_contact
 from drumstick.drum.membrane.interpolation import drawn_in
+from drumstick.drum.memory.mallets import POOL, Patches
 from realtime.kernels.jit import njit, only_with
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def come(engine: "Engine", now: Any, then: Any) -> None:
     state, pool = engine.mallets.state[0], engine.mallets.pool
     for number in range(state.oldest, state.begun):
         slot = number % POOL
-        if muffle.has_moved(engine) and pool[slot].stage != GONE:
+        if composition.has_moved(engine) and pool[slot].stage != GONE:
             lay_on_mesh(engine, slot)
         if due(pool[slot]):
             _clear(engine, slot)
@@ -57,9 +57,10 @@ def come(engine: "Engine", now: Any, then: Any) -> None:
             arrive(engine, slot, y, state.unit_m * patch.under(engine.mallets.patches, slot, then))
 
 
-@only_with("internal_loss")
-def _keep_moving(engine: "Engine", slot: int, force: float) -> None:
-    patch.push(engine.mallets.patches, slot, engine.effects.internal_loss.moving, force)
+@njit()
+def _keep_moving(patches: Patches, slot: int, momentum: Any, force: float) -> None:
+    if momentum is not None:  # decided by the type, at compile time
+        patch.push(patches, slot, momentum, force)
 
 
 @only_with("mallets", otherwise=0.0)
@@ -77,7 +78,7 @@ def strike(engine: "Engine", then: Any) -> float:
         fly(engine, slot, after, force)
         if force > 0.0:
             patch.push(engine.mallets.patches, slot, then, force)
-            _keep_moving(engine, slot, force)
+            _keep_moving(engine.mallets.patches, slot, composition.momentum(engine), force)
             changed += pool[slot].moved * force
     forget(engine)
     return changed

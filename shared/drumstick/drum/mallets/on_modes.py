@@ -14,12 +14,14 @@ thread; no allocation.
 from typing import TYPE_CHECKING
 
 from drumstick.drum.mallets import shares
-from drumstick.drum.mallets.mallet import PLAYING, POOL, arrive, due, fly, forget, free, take_away
+from drumstick.drum.mallets.mallet import PLAYING, arrive, due, fly, forget, free, take_away
 from drumstick.drum.mallets.tip import solve_contact
+from drumstick.drum.memory.mallets import POOL
 from drumstick.drum.modal import bank, stretch
 from realtime.kernels.jit import njit, only_with
 
 if TYPE_CHECKING:
+    from drumstick.drum.effects.tension import TensionState
     from drumstick.drum.engine import Engine
 
 _MAX_TURNS = 64
@@ -72,7 +74,8 @@ def _left(engine: "Engine", slot: int) -> float:
 @only_with("tension", otherwise=0.0)
 def _drawn_away(engine: "Engine", slot: int) -> float:
     # By how much less deep the head's pull leaves the tip.
-    return float(engine.mallets.pool[slot].slack * engine.effects.tension.state[0].pull)
+    tight: TensionState = engine.effects.tension.state[0]
+    return float(engine.mallets.pool[slot].slack * tight.pull)
 
 
 @only_with("tension")
@@ -86,7 +89,8 @@ def _look(engine: "Engine", slot: int) -> None:
 @only_with("tension", otherwise=True)
 def _answered(engine: "Engine") -> bool:
     # The tension pulls as the present pushes stretch it; True when it pulls as before.
-    mallets, state = engine.mallets, engine.effects.tension.state[0]
+    mallets = engine.mallets
+    state: TensionState = engine.effects.tension.state[0]
     x, before = 0.0, state.pull
     for number in range(mallets.state[0].oldest, mallets.state[0].begun):
         slot = number % POOL

@@ -11,43 +11,25 @@ Kernels: audio thread; no allocation.
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
+from drumstick.drum.effects import composition
 from drumstick.drum.membrane.interpolation import drawn_in
 from drumstick.drum.membrane.lattice import MARGIN, TOPOLOGIES
 from drumstick.drum.membrane.sweep import Head, is_triangular, is_triangular_type
-from realtime.kernels.jit import ArgumentType, njit, only_with, overload
+from drumstick.drum.memory.mallets import TIP_LANES, Patches
+from realtime.kernels.jit import ArgumentType, njit, overload
 
 if TYPE_CHECKING:
     from drumstick.drum.engine import Engine
 
-TIP_LANES = 8
-MAX_TIP_ROWS = 36  # as many as a circle of seven spacings' radius meets, two of them beside each other
 MAX_SPACINGS = 7.0
 _MIN_SPACINGS = 1.0
 
 Floats = npt.NDArray[np.float32]
-
-
-class Patches(NamedTuple):
-    """Patches of P tips, shapes (P, ROWS, 8) unless said: shares g; free, g less what a muffle holds; steps, how far
-    a newton moves each junction; starts (P, ROWS), the flat index of a row's first lane; rows (P,), how many there
-    are."""
-
-    shares: Floats
-    free: Floats
-    steps: Floats
-    starts: npt.NDArray[np.int64]
-    rows: npt.NDArray[np.int64]
-
-
-def patches_of(pool: int) -> Patches:
-    """All empty. Allocates."""
-    shares, free, steps = np.zeros((3, pool, MAX_TIP_ROWS, TIP_LANES), np.float32)
-    return Patches(shares, free, steps, np.zeros((pool, MAX_TIP_ROWS), np.int64), np.zeros(pool, np.int64))
 
 
 @njit()
@@ -80,17 +62,18 @@ def _first_at_least(places: npt.NDArray[np.int64], junction: int) -> int:
     return low
 
 
-@only_with("muffle")
-def _hold(engine: "Engine", slot: int) -> None:
-    # Patches of felt keep a share of what the tip does to the junctions under them; laid anew when they move.
-    patches, muffle = engine.mallets.patches, engine.effects.muffle
-    free = np.float32(1.0 - muffle.state[0].g)
+@njit()
+def _hold(patches: Patches, slot: int, held: Any, share: float) -> None:
+    # What holds junctions keeps a share of what the tip does to them; the tip is laid anew when that changes.
+    if held is None:  # decided by the type, at compile time
+        return
+    free = np.float32(1.0 - share)
     for row in range(patches.rows[slot]):
         start = patches.starts[slot, row]
-        at = _first_at_least(muffle.places, start)
-        while at < muffle.places.shape[0] and muffle.places[at] < start + TIP_LANES:
-            patches.free[slot, row, muffle.places[at] - start] *= free
-            patches.steps[slot, row, muffle.places[at] - start] *= free
+        at = _first_at_least(held, start)
+        while at < held.shape[0] and held[at] < start + TIP_LANES:
+            patches.free[slot, row, held[at] - start] *= free
+            patches.steps[slot, row, held[at] - start] *= free
             at += 1
 
 
@@ -144,7 +127,7 @@ def place_tip(engine: "Engine", slot: int, x: float, y: float, radius: float) ->
             weight = head.weights[patches.starts[slot, row] + lane]
             patches.shares[slot, row, lane] = patches.free[slot, row, lane] = share
             patches.steps[slot, row, lane] = weight * engine.control[0].force_gain * share
-    _hold(engine, slot)
+    _hold(patches, slot, composition.held_junctions(engine), composition.held_share(engine))
     give, moved = 0.0, 0.0
     for row in range(patches.rows[slot]):
         for lane in range(TIP_LANES):

@@ -14,7 +14,7 @@ g F (q+ - q-)/2 - s (q+ - q-)^2/(2 (1 + s) b). The sum over the modes is at most
 tip's law asks for. Kernels: audio thread; no allocation.
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -26,21 +26,6 @@ if TYPE_CHECKING:
     from drumstick.drum.engine import Engine
 
 Floats = npt.NDArray[np.float32]
-
-
-class Shares(NamedTuple):
-    """Shares of P tips on M oscillators: still and moving (P, M), what q and d come to under a tip after a step;
-    gives (P, P), how far a newton at one moves the head under another in a step."""
-
-    still: Floats
-    moving: Floats
-    gives: npt.NDArray[np.float64]
-
-
-def shares_of(pool: int, modes: int) -> Shares:
-    """All empty. Allocates."""
-    still, moving = np.zeros((2, pool, modes), np.float32)
-    return Shares(still, moving, np.zeros((pool, pool)))
 
 
 @njit(fastmath={"contract", "reassoc"})

@@ -23,32 +23,9 @@ matter of pushing with the very shares by which they are read. Kernels: audio th
 
 import math
 
+from drumstick.drum.memory.mallets import Tip
 from realtime.kernels.jit import njit
-from realtime.records import Record, dtype_of
 
-
-class Tip(Record):
-    """Law of a mallet in newtons and metres; `halves` = 2 p where that is whole, else 0; `kept` = 1/(p + 1);
-    `rate` = lambda/2T; all that gives; depth, V and V' now and a step before; where to look first for the depth to
-    come.
-    """
-
-    stiffness: float
-    exponent: float
-    halves: int
-    kept: float
-    rate: float
-    give: float
-    depth: float
-    depth_before: float
-    energy: float
-    energy_before: float
-    push: float
-    push_before: float
-    guess: float
-
-
-TIP = dtype_of(Tip)
 MAX_ROUNDS = 12
 _CLOSE = 1e-6  # of the push, -120 dB: no energy is made however rough it is, and each round costs a sixth of a touch
 _ROUNDING = 1e-16

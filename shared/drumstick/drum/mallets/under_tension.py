@@ -13,15 +13,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.drum.effects import tension
+from drumstick.drum.effects import composition, tension
 from drumstick.drum.mallets import patch
-from drumstick.drum.mallets.mallet import PLAYING, POOL
-from drumstick.drum.mallets.patch import TIP_LANES
+from drumstick.drum.mallets.mallet import PLAYING
 from drumstick.drum.mallets.tip import solve_contact
 from drumstick.drum.membrane.sweep import is_triangular
+from drumstick.drum.memory.mallets import POOL, TIP_LANES, Patches
 from realtime.kernels.jit import njit, only_with
 
 if TYPE_CHECKING:
+    from drumstick.drum.effects.tension import TensionState
     from drumstick.drum.engine import Engine
 
 _MAX_TURNS = 8
@@ -58,22 +59,25 @@ def _laplacian(engine: "Engine", slot: int, now: Floats) -> float:
     return total
 
 
-@only_with("internal_loss", otherwise=0.0)
-def _carried(engine: "Engine", slot: int) -> float:
+@njit()
+def _carried(patches: Patches, slot: int, rho: Any, momentum: Any) -> float:
     # By the junctions' own momentum.
-    loss = engine.effects.internal_loss
-    return float(loss.gains[0] * patch.free_under(engine.mallets.patches, slot, loss.moving))
+    if momentum is None:  # decided by the type, at compile time
+        return 0.0
+    return float(rho * patch.free_under(patches, slot, momentum))
 
 
 @njit()
 def _bare(engine: "Engine", slot: int, now: Floats, then: Floats, laplacian: float, push: float) -> float:
     # How high the head would stand under the tip after this step, without a pull and without mallets.
-    control, patches, state = engine.control[0], engine.mallets.patches, engine.effects.tension.state[0]
+    control, patches = engine.control[0], engine.mallets.patches
+    state: TensionState = engine.effects.tension.state[0]
     height, gone = patch.free_under(patches, slot, now), patch.free_under(patches, slot, then)
     found: float = patch.under(patches, slot, then) - gone  # what a muffle holds stays where it was
     found += push * patch.free_under(patches, slot, engine.head.weights)
     if state.eta > 0.0:
-        return found + height + _carried(engine, slot) + (1.0 + state.eta) * laplacian
+        carried = _carried(patches, slot, composition.rho(engine), composition.momentum(engine))
+        return found + height + carried + (1.0 + state.eta) * laplacian
     return found + (control.own_gain + control.now_gain) * height - control.then_gain * gone + laplacian
 
 
@@ -81,6 +85,7 @@ def _bare(engine: "Engine", slot: int, now: Floats, then: Floats, laplacian: flo
 def _look(engine: "Engine", now: Floats, then: Floats, push: float) -> None:
     # What the pushes and the pull depend on in this step, for every mallet that plays.
     mallets, control = engine.mallets, engine.control[0]
+    tight: TensionState = engine.effects.tension.state[0]
     state = mallets.state[0]
     neighbours = 6.0 if is_triangular(engine.head) else 4.0
     for number in range(state.oldest, state.begun):
@@ -90,14 +95,15 @@ def _look(engine: "Engine", now: Floats, then: Floats, push: float) -> None:
             laplacian = _laplacian(engine, slot, now)
             height = _bare(engine, slot, now, then, laplacian, push)
             mallet.bare = 2.0 * mallet.now - mallet.before - state.unit_m * height
-            mallet.slack = state.unit_m * laplacian / engine.effects.tension.state[0].tau
+            mallet.slack = state.unit_m * laplacian / tight.tau
             mallet.stretch = control.force_gain / neighbours * laplacian
 
 
 @njit()
 def _answered(engine: "Engine", pull: float) -> float:
     # The pull that the pushes at this pull ask for.
-    mallets, tight = engine.mallets, engine.effects.tension.state[0]
+    mallets = engine.mallets
+    tight: TensionState = engine.effects.tension.state[0]
     state, stretched = mallets.state[0], 0.0
     for number in range(state.oldest, state.begun):
         slot = number % POOL
@@ -113,7 +119,7 @@ def _answered(engine: "Engine", pull: float) -> float:
 @njit()
 def _agreed(engine: "Engine") -> float:
     # The pull that asks for itself: by the secant, kept between the bounds that every answer draws in.
-    tight = engine.effects.tension.state[0]
+    tight: TensionState = engine.effects.tension.state[0]
     close = _CLOSE * tight.q_most
     low, high = -tight.q_most, tight.q_most
     pull = min(max(tight.pull + engine.mallets.state[0].settled, low), high)
@@ -139,7 +145,8 @@ def _agreed(engine: "Engine") -> float:
 
 @only_with("tension", otherwise=0.0)
 def _settled(engine: "Engine", now: Any, then: Any, push: float) -> float:
-    state, tight = engine.mallets.state[0], engine.effects.tension.state[0]
+    state = engine.mallets.state[0]
+    tight: TensionState = engine.effects.tension.state[0]
     if state.begun == state.oldest:
         return 0.0
     _look(engine, now, then, push)

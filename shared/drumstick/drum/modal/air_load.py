@@ -160,6 +160,11 @@ class Load(NamedTuple):
     baffled: bool
 
 
+def is_in_air(drum: Drum) -> bool:
+    """True when the drum's modes are those in air."""
+    return "air" in drum.effects
+
+
 def load_of(drum: Drum) -> Load | None:
     """Air that a drum has on its head."""
     air, kettle = drum.effects.get("air"), drum.effects.get("kettle")

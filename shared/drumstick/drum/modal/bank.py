@@ -12,47 +12,20 @@ come in pairs, cos(m phi) first, then sin(m phi); of the round ones (m = 0) the 
 """
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
+from drumstick.drum.memory.bank import Bank
 from drumstick.drum.modal import stretch
 from realtime.kernels.jit import njit, only_with
-from realtime.records import ABSENT
 
 if TYPE_CHECKING:
     from drumstick.drum.engine import Engine
 
 Floats = npt.NDArray[np.float32]
 _PART = 1024  # modes
-
-
-class Bank(NamedTuple):
-    """Shapes, with P radial modes and 2 P oscillators: q, d, kept (R^2), stiffness (k), left and right (2 P,); orders
-    (P,); radial (K, P): J_m(j r) times what a force of 1 N drives, at the radii r = (row - 1) / (K - 3); aimed (32,
-    2 P), a row for each pulse of the pool, or mallet; turns (2, orders): cos and sin of m phi.
-
-    What not every scene has, (2 P,): masses, for mallets: over what a force of 1 N drives; left_still and right_still,
-    for microphones: gains of q, where left and right are those of d; lengths and tight, for tension: see
-    drumstick.drum.modal.stretch.
-    """
-
-    q: Floats
-    d: Floats
-    kept: Floats
-    stiffness: Floats
-    left: Floats
-    right: Floats
-    orders: npt.NDArray[np.int64]
-    radial: Floats
-    aimed: Floats
-    turns: npt.NDArray[np.float64]
-    masses: Floats = ABSENT
-    left_still: Floats = ABSENT
-    right_still: Floats = ABSENT
-    lengths: Floats = ABSENT
-    tight: Floats = ABSENT
 
 
 @njit()

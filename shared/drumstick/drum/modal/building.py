@@ -8,11 +8,11 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.drum.effects.tension import room_of
-from drumstick.drum.excitation.analytic import POOL
+from drumstick.drum.effects import head_numbers
 from drumstick.drum.membrane.lattice import J01
+from drumstick.drum.memory.bank import Bank
+from drumstick.drum.memory.pulses import POOL
 from drumstick.drum.modal.air_load import InAir, in_air, zero_at
-from drumstick.drum.modal.bank import Bank
 from drumstick.drum.modal.modes import left_under_tip, radial_shapes, shapes_at
 from drumstick.drum.modal.radiation import heard_by, on_place_and_movement
 from drumstick.drum.output.upsample import PASS_BAND
@@ -35,12 +35,12 @@ Numbers = npt.NDArray[np.float64]
 def decay_rates(drum: Drum, f_Hz: Numbers) -> Numbers:
     """sigma of each frequency, 1/s: the drum's own decay, and what its losses add."""
     inverse = np.full(len(f_Hz), 1.0 / drum.t60_s)
-    if "uniform_loss" in drum.effects:
-        inverse += 1.0 / drum.effects["uniform_loss"].t60_s
-    if "internal_loss" in drum.effects:
-        high = drum.effects["internal_loss"]
+    inverse += head_numbers.even_losses_per_s(drum)
+    rising = head_numbers.rising_loss(drum)
+    if rising is not None:
+        high_t60_s, high_Hz = rising
         lowest = float(inverse[0])
-        rise = max(1.0 / high.t60_s - lowest, 0.0) / (high.at_Hz**2 - drum.f01_Hz**2)
+        rise = max(1.0 / high_t60_s - lowest, 0.0) / (high_Hz**2 - drum.f01_Hz**2)
         inverse += rise * np.maximum(f_Hz**2 - drum.f01_Hz**2, 0.0)
     return _NEPERS * inverse
 
@@ -48,9 +48,10 @@ def decay_rates(drum: Drum, f_Hz: Numbers) -> Numbers:
 def _most_turns(scene: Scene) -> float:
     # A step, of the highest mode. A tension that rises raises K = 2 - 2 cos(theta), and it must stay below 4; and a
     # mode stretches the head as its amplitude says, not as its phase, only well below a quarter of a turn.
-    if "tension" not in scene.drum.effects:
+    rise = head_numbers.tension_rise(scene.drum)
+    if rise is None:
         return _TURNS
-    most = 4.0 * _LEFT / (1.0 + room_of(scene.drum.effects["tension"]))
+    most = 4.0 * _LEFT / (1.0 + rise)
     return min(_TURNS_UNDER_TENSION, math.acos(max(1.0 - 0.5 * most, -1.0)) / (2.0 * math.pi))
 
 
@@ -68,7 +69,7 @@ def divisor_below(scene: Scene, rate_Hz: int) -> int:
     highest_Hz = float(in_air(highest_zero(scene, rate_Hz), scene.drum).f_Hz.max())
     turns = min(PASS_BAND, _most_turns(scene))
     most = turns * rate_Hz / max(scene.modal.top_Hz, highest_Hz)
-    if "tension" in scene.drum.effects:
+    if head_numbers.tension_rise(scene.drum) is not None:
         most = min(most, _TURNS_OF_LOWEST * rate_Hz / scene.drum.f01_Hz)
     return max(1, math.floor(most))
 
@@ -120,7 +121,8 @@ def bank_of(scene: Scene, step_s: float) -> Bank:
         return np.concatenate([values, values]).astype(np.float32)
 
     size = 2 * len(f_Hz)
-    by_tension = head.of_tension() * stiffness / left_a_step**2 if "tension" in scene.drum.effects else None
+    rises = head_numbers.tension_rise(scene.drum) is not None
+    by_tension = head.of_tension() * stiffness / left_a_step**2 if rises else None
     return Bank(
         q=np.zeros(size, np.float32),
         d=np.zeros(size, np.float32),

@@ -20,6 +20,7 @@ from drumstick.drum.effects import tension
 from realtime.kernels.jit import njit, only_with
 
 if TYPE_CHECKING:
+    from drumstick.drum.effects.tension import TensionState
     from drumstick.drum.engine import Engine
 
 Floats = npt.NDArray[np.float32]
@@ -43,7 +44,8 @@ def _summed(
 @only_with("tension")
 def look(engine: "Engine") -> None:
     """Set up the coming step's equation S+ = S- - x - y g from the modes; `push` adds forces to x."""
-    modes, state = engine.modal, engine.effects.tension.state[0]
+    modes = engine.modal
+    state: TensionState = engine.effects.tension.state[0]
     state.before = state.x = state.y = 0.0
     for first in range(0, modes.q.shape[0], _PART):
         last = min(first + _PART, modes.q.shape[0])
@@ -78,13 +80,14 @@ def of_newton(engine: "Engine", row: int) -> float:
 @only_with("tension")
 def push(engine: "Engine", row: int, force: float) -> None:
     """A force over the coming step, N, that the modes are driven by."""
-    engine.effects.tension.state[0].x -= force * of_newton(engine, row)
+    state: TensionState = engine.effects.tension.state[0]
+    state.x -= force * of_newton(engine, row)
 
 
 @njit()
 def pull_for(engine: "Engine", newtons_x: float) -> float:
     """Pull g of the coming step, with forces that add so much to its x besides; kept as the last pull."""
-    state = engine.effects.tension.state[0]
+    state: TensionState = engine.effects.tension.state[0]
     state.pull = tension.solved(state, state.before, state.x + newtons_x, state.y)
     return float(state.pull)
 
@@ -98,5 +101,5 @@ def pull(engine: "Engine") -> float:
 @only_with("tension")
 def reset(engine: "Engine") -> None:
     """All at rest."""
-    state = engine.effects.tension.state[0]
+    state: TensionState = engine.effects.tension.state[0]
     state.before = state.x = state.y = state.pull = 0.0

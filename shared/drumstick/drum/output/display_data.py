@@ -4,15 +4,15 @@ The audio thread leaves copies, the network's thread takes them; neither waits f
 audio thread reads one cell a block for each, and copies nothing.
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
+from drumstick.drum.memory.display import PACE, DisplayRate, Shown
 from realtime import triple_buffer
 from realtime.atomics import load_acquire, peek, poke, store_release
 from realtime.kernels.jit import njit, only_with
-from realtime.records import Record, Rows, dtype_of
 
 if TYPE_CHECKING:
     from drumstick.drum.engine import Engine
@@ -22,30 +22,6 @@ SOUND_SAMPLES = (
     1 << 15
 )  # samples kept: a reader of half of them has as long as they last before they are written over
 _SURFACE, _SOUND, _WRITTEN = 0, 8, 16  # cells, each on a cache line of its own
-
-
-class DisplayRate(Record):
-    """`due`: device frames until the next copy; `rested`: 1 when a head at rest was shown."""
-
-    due: int
-    rested: int
-
-
-PACE = dtype_of(DisplayRate)
-
-
-class Shown(NamedTuple):
-    """Shapes, with N values shown and C corners of each: wanted and cells (24,), slots (3, N), places and shares
-    (N, C), heard (32768,), pace (1,). A value is the sum of what the head holds at its places by their shares.
-    """
-
-    wanted: npt.NDArray[np.int64]
-    cells: npt.NDArray[np.int64]
-    slots: npt.NDArray[np.float32]
-    places: npt.NDArray[np.int64]
-    shares: npt.NDArray[np.float32]
-    heard: npt.NDArray[np.float32]
-    pace: Rows[DisplayRate]
 
 
 def shown_of(places: npt.NDArray[np.int64], shares: npt.NDArray[np.float32]) -> Shown:

@@ -7,13 +7,14 @@ that lie side by side in a row and arrive in the same step form a run, which is 
 """
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.air_constants import SOUND_M_PER_S
 from drumstick.drum.membrane.lattice import Lattice
+from drumstick.drum.memory.microphones import Microphones
 from drumstick.parameters.scene import Scene
 from realtime.kernels.jit import njit, only_with
 
@@ -21,18 +22,6 @@ if TYPE_CHECKING:
     from drumstick.drum.engine import Engine
 
 Floats = npt.NDArray[np.float32]
-
-
-class Microphones(NamedTuple):
-    """M microphones. Shapes: runs (n, 4): microphone, first junction, last + 1, delay in steps; near and far (M, J):
-    what a junction gives at its delay and a step later; line (M, a power of 2); gains (M, 2); at (1,): steps so far."""
-
-    runs: npt.NDArray[np.int64]
-    near: Floats
-    far: Floats
-    line: npt.NDArray[np.float64]
-    gains: npt.NDArray[np.float64]
-    at: npt.NDArray[np.int64]
 
 
 @njit(fastmath={"contract", "reassoc"})

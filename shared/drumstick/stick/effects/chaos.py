@@ -6,15 +6,12 @@ tick thread; no allocation.
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from drumstick.parameters.declare import number
 from drumstick.stick.effects.moments import EXIT, TURN
+from drumstick.stick.records import Law, Motion
 from realtime.kernels.jit import only_with
 from realtime.records import Record
-
-if TYPE_CHECKING:
-    from drumstick.stick.records import Law, Motion
 
 
 @dataclass(frozen=True)
@@ -45,6 +42,14 @@ class ChaosState(Record):
     force_N: float
 
 
+class _Law(Law):
+    chaos: ChaosLaw
+
+
+class _Motion(Motion):
+    chaos: ChaosState
+
+
 TABLE = Chaos
 LAW, STATE = ChaosLaw, ChaosState
 STRENGTH = "chaos.force"
@@ -52,7 +57,7 @@ NEVER_REPEATS = True
 
 
 @only_with("chaos")
-def fire(law: "Law", motion: "Motion", when: int) -> None:
+def fire(law: _Law, motion: _Motion, when: int) -> None:
     """One step of the map at the first turn of a contact; no force from exit on."""
     if when == TURN:
         x = motion.chaos.x if motion.chaos.x > 0.0 else law.chaos.start
@@ -63,30 +68,30 @@ def fire(law: "Law", motion: "Motion", when: int) -> None:
 
 
 @only_with("chaos", otherwise=0.0)
-def force(law: "Law", motion: "Motion") -> float:
+def force(law: _Law, motion: _Motion) -> float:
     """The added force now, N."""
     return motion.chaos.force_N
 
 
 @only_with("chaos", otherwise=0.0)
-def max_force(law: "Law") -> float:
+def max_force(law: _Law) -> float:
     """The largest force it can have, N: the map's largest value is growth/4."""
     return law.chaos.force * 0.25 * law.chaos.growth
 
 
 @only_with("chaos", otherwise=False)
-def can_add_energy(law: "Law", motion: "Motion") -> bool:
+def can_add_energy(law: _Law, motion: _Motion) -> bool:
     """True when it may still give the stick energy in this contact. Its force comes with the first turn."""
     return motion.turned == 0 and law.chaos.force * law.chaos.growth > 0.0
 
 
 @only_with("chaos", otherwise=True)
-def usable(law: "Law") -> bool:
+def usable(law: _Law) -> bool:
     """True when its numbers are fit for a device. Above 4 the logistic map leaves 0 .. 1."""
     return 0.0 <= law.chaos.force < 1e6 and 0.0 <= law.chaos.growth <= 4.0
 
 
 @only_with("chaos", otherwise=False)
-def can_move_resting_stick(law: "Law") -> bool:
+def can_move_resting_stick(law: _Law) -> bool:
     """Any force moves a stick that lies still."""
     return law.chaos.force * 0.25 * law.chaos.growth > 0.0

@@ -6,15 +6,13 @@ tick thread; no allocation.
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from drumstick.parameters.declare import choice, number
 from drumstick.stick.effects import kick
+from drumstick.stick.records import Law, Motion
 from realtime.kernels.jit import only_with
 from realtime.records import Record
-
-if TYPE_CHECKING:
-    from drumstick.stick.records import Law, Motion
 
 
 @dataclass(frozen=True)
@@ -48,79 +46,87 @@ class CorPulseLaw(Record):
     overlap: int
 
 
+class _Law(Law):
+    cor_pulse: CorPulseLaw
+
+
+class _Motion(Motion):
+    cor_pulse: kick.Push
+
+
 TABLE = CorPulse
 LAW, STATE = CorPulseLaw, kick.Push
 STRENGTH = "gamma"
 
 
 @only_with("cor_pulse")
-def fire(law: "Law", motion: "Motion", when: int) -> None:
+def fire(law: _Law, motion: _Motion, when: int) -> None:
     """Start a push if it fires `when` (drumstick.stick.effects.moments)."""
     kick.fire(law.cor_pulse, motion.cor_pulse, when, law.cor_pulse.gamma * abs(motion.v_in))
 
 
 @only_with("cor_pulse", otherwise=())
-def pushes(law: "Law", motion: "Motion") -> tuple[tuple[float, float], ...]:
+def pushes(law: _Law, motion: _Motion) -> tuple[tuple[float, float], ...]:
     """The push now (m/s^2) and the rate at which it fades (1/s)."""
     return ((motion.cor_pulse.push, 1.0 / law.cor_pulse.tau),)
 
 
 @only_with("cor_pulse", otherwise=0.0)
-def remaining_speed(law: "Law", motion: "Motion") -> float:
+def remaining_speed(law: _Law, motion: _Motion) -> float:
     """The speed, m/s, that a running push still has to give."""
     return motion.cor_pulse.push * law.cor_pulse.tau
 
 
 @only_with("cor_pulse", otherwise=0.0)
-def pending_speed(law: "Law", motion: "Motion") -> float:
+def pending_speed(law: _Law, motion: _Motion) -> float:
     """The speed, m/s, that one gives which the deepest point of the present contact will start."""
     return law.cor_pulse.gamma * abs(motion.v_in) if kick.waits(law.cor_pulse, motion) else 0.0
 
 
 @only_with("cor_pulse", otherwise=1.0)
-def fade(law: "Law", duration: float) -> float:
+def fade(law: _Law, duration: float) -> float:
     """The share of it that is left after `duration` seconds."""
     return kick.fade(law.cor_pulse, duration)
 
 
 @only_with("cor_pulse")
-def elapse(law: "Law", motion: "Motion", duration: float, fade: float) -> None:
+def elapse(law: _Law, motion: _Motion, duration: float, fade: float) -> None:
     """Let it fade to that share in `duration` seconds."""
     kick.elapse(law.cor_pulse, motion.cor_pulse, duration, fade)
 
 
 @only_with("cor_pulse")
-def keep_speed(law: "Law", new_law: "Law", motion: "Motion") -> None:
+def keep_speed(law: _Law, new_law: _Law, motion: _Motion) -> None:
     """Keep what a running push still has to give, before `new_law` takes over."""
     motion.cor_pulse.push *= law.cor_pulse.tau / new_law.cor_pulse.tau
 
 
 @only_with("cor_pulse")
-def stop(law: "Law", motion: "Motion") -> None:
+def stop(law: _Law, motion: _Motion) -> None:
     """End a running push at once."""
     motion.cor_pulse.push = 0.0
 
 
 @only_with("cor_pulse", otherwise=0.0)
-def max_speed_factor(law: "Law") -> float:
+def max_speed_factor(law: _Law) -> float:
     """Increase of the coefficient of restitution."""
     return law.cor_pulse.gamma
 
 
 @only_with("cor_pulse", otherwise=0.0)
-def max_push_per_speed(law: "Law", soonest: float) -> float:
+def max_push_per_speed(law: _Law, soonest: float) -> float:
     """The largest acceleration, m/s^2 per m/s of the blow, of pushes that are at least `soonest` seconds apart."""
     return law.cor_pulse.gamma / law.cor_pulse.tau * kick.stacked(law.cor_pulse, soonest)
 
 
 @only_with("cor_pulse", otherwise=0.0)
-def time_constant(law: "Law") -> float:
+def time_constant(law: _Law) -> float:
     """Its tau, s."""
     return law.cor_pulse.tau
 
 
 @only_with("cor_pulse", otherwise=True)
-def usable(law: "Law") -> bool:
+def usable(law: _Law) -> bool:
     """True when its numbers are fit for a device."""
     given = law.cor_pulse
     return 0.0 <= given.gamma < 1e3 and 0.0 < given.tau < 1e3 and given.gamma / given.tau < 1e12

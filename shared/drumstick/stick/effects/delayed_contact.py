@@ -5,16 +5,14 @@ arithmetic as the kernels', written for one contact. Kernels: any thread; no all
 """
 
 import math
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from drumstick.stick import contact
 from drumstick.stick.contact import PAPER
-from drumstick.stick.effects.system_delay import MAX_TICKS
-from realtime.kernels.jit import njit, only_with
+from drumstick.stick.records import Law
+from realtime.kernels.jit import njit
 
-if TYPE_CHECKING:
-    from drumstick.stick.records import Law
-
+MAX_TICKS = 8
 _MAX_PHASES, _MIN_PHASES = 32, 4  # of the sampling, tried for the worst; few where samples lie close
 _STARTS = 500  # phases times samples a contact
 _FINE_SAMPLES, _SHORT_LAGS = (
@@ -27,6 +25,13 @@ _MARGIN = 1.02  # between the phases tried, and for the lag's next order
 _STUCK = 0.5  # of the entry speed: what is left of a stick that creeps out of the head
 
 
+class Sampling(Protocol):
+    """Time between samples, s, and how many samples late they come."""
+
+    period: float
+    delay_ticks: int
+
+
 @njit()
 def _drift(w: float, t: float) -> tuple[float, float, float]:
     # z'' = -w^2 z + a: what z, v and a at the start make of z after t, as C, S and G; v follows from their rates.
@@ -37,7 +42,7 @@ def _drift(w: float, t: float) -> tuple[float, float, float]:
 
 
 @njit()
-def _head(law: "Law", r: float, ratio: float, z: float, v: float) -> float:
+def _head(law: Law, r: float, ratio: float, z: float, v: float) -> float:
     if z >= 0.0:
         return 0.0
     push = -law.k_coll * (ratio if v > 0.0 else 1.0) * z - (r - law.r_out) * v
@@ -50,7 +55,7 @@ def _later(late: tuple[float, ...], newest: float) -> tuple[float, ...]:
 
 
 @njit()
-def _leaving(law: "Law", z: float, v: float, a: float, pressing: float) -> float:
+def _leaving(law: Law, z: float, v: float, a: float, pressing: float) -> float:
     # The speed at z = 0 of a stick at z <= 0, or that it had there at z > 0, while the force does not change.
     w2 = law.k_hand / law.m
     return math.sqrt(max(v * v + w2 * z * z + 2.0 * (pressing - a) * z, 0.0))
@@ -58,12 +63,12 @@ def _leaving(law: "Law", z: float, v: float, a: float, pressing: float) -> float
 
 @njit()
 def _from(
-    law: "Law", r: float, ratio: float, wait: float, u: float, pressing: float, samples: int
+    law: Law, sampling: Sampling, r: float, ratio: float, wait: float, u: float, pressing: float, samples: int
 ) -> tuple[float, float]:
     # Entry at u m/s with the hand pressing with a constant acceleration besides its spring; the first
     # sample comes `wait` seconds later. The largest speed at z = 0 until no force is left, and the largest force, N. A
     # stick that lies on the head, u = 0, may swing in it: the last turn before it is out begins at z = 0 at most.
-    period, ticks = law.system_delay.period, int(law.system_delay.delay_ticks)
+    period, ticks = sampling.period, int(sampling.delay_ticks)
     w = math.sqrt(law.k_hand / law.m)
     turning = math.sqrt((law.k_coll + law.k_hand) / law.m)
     rest = -pressing / (turning * turning)
@@ -103,10 +108,12 @@ def _from(
 
 
 @njit()
-def _by_lag(law: "Law", r: float, ratio: float, pressing: float) -> tuple[float, float, float, float]:
+def _by_lag(
+    law: Law, sampling: Sampling, r: float, ratio: float, pressing: float
+) -> tuple[float, float, float, float]:
     # Many samples a contact: e^(-s lag) = 1 - s lag + s^2 lag^2/2 - s^3 lag^3/6 with s^2 = -w^2 makes of spring and
     # damper others, without lag; the phase is of no account.
-    lag = law.system_delay.period * (0.5 + law.system_delay.delay_ticks)
+    lag = sampling.period * (0.5 + sampling.delay_ticks)
     stiffest = law.k_coll * ratio
     m = law.m - r * lag + 0.5 * stiffest * lag * lag
     w2 = stiffest / m
@@ -132,44 +139,44 @@ def _by_lag(law: "Law", r: float, ratio: float, pressing: float) -> tuple[float,
 
 @njit()
 def _by_phase(
-    law: "Law", r: float, ratio: float, half_turn: float, pressing: float
+    law: Law, sampling: Sampling, r: float, ratio: float, half_turn: float, pressing: float
 ) -> tuple[float, float, float, float]:
     # Sample by sample, at every phase.
-    period = law.system_delay.period
+    period = sampling.period
     each = half_turn / period
     phases = min(max(int(_STARTS / each), _MIN_PHASES), _MAX_PHASES)
     samples = int(_HALF_TURNS * each) + 2 * MAX_TICKS
     grows, pressed, peak, held = 0.0, 0.0, 0.0, 0.0
     for phase in range(phases):
         wait = period * phase / phases
-        speed, force = _from(law, r, ratio, wait, 1.0, 0.0, samples)
+        speed, force = _from(law, sampling, r, ratio, wait, 1.0, 0.0, samples)
         grows, peak = max(grows, speed), max(peak, force)
         if pressing > 0.0:
-            speed, force = _from(law, r, ratio, wait, 0.0, pressing, samples)
+            speed, force = _from(law, sampling, r, ratio, wait, 0.0, pressing, samples)
             pressed, held = max(pressed, speed), max(held, force)
     return _MARGIN * grows, _MARGIN * pressed, _MARGIN * peak, _MARGIN * held
 
 
-@only_with("system_delay", otherwise=(0.0, 0.0, 0.0, 0.0))
-def late_blow(law: "Law", r: float, ratio: float) -> tuple[float, float, float, float]:
+@njit()
+def late_blow(law: Law, sampling: Sampling, r: float, ratio: float) -> tuple[float, float, float, float]:
     """The most a contact with damping r (N s/m) and a spring `ratio` times as stiff on its way up makes of a blow.
 
     What multiplies its speed, the speed (m/s) that a pressing hand adds; the head's largest force (N) per m/s, and what
     pressing adds (N). inf: it never ends.
     """
-    period = law.system_delay.period
+    period = sampling.period
     hand = -law.k_hand * law.z_ss / law.m
     half_turn = math.pi * math.sqrt(law.m / (law.k_coll * ratio + law.k_hand))
-    lag = period * (1 + law.system_delay.delay_ticks)
+    lag = period * (1 + sampling.delay_ticks)
     if 2.0 * lag > half_turn or 2.0 * r * lag > law.m:
         return math.inf, math.inf, math.inf, math.inf  # a blow would be half over before its force comes
     stiffest = law.k_coll * ratio
     # A hand that lifts shortens the contact, the more the slower it is; what comes after it only throws.
     thrown = 1.0 + lag * (r + 0.5 * stiffest * lag) / law.m if hand < 0.0 else 1.0
     if half_turn > max(_FINE_SAMPLES * period, _SHORT_LAGS * lag):
-        grows, pressed, peak, held = _by_lag(law, r, ratio, max(hand, 0.0))
+        grows, pressed, peak, held = _by_lag(law, sampling, r, ratio, max(hand, 0.0))
     else:
-        grows, pressed, peak, held = _by_phase(law, r, ratio, half_turn, max(hand, 0.0))
+        grows, pressed, peak, held = _by_phase(law, sampling, r, ratio, half_turn, max(hand, 0.0))
     if hand < 0.0:
         grows = max(grows, 1.0)
     return grows * thrown, pressed, peak * thrown, held

@@ -6,15 +6,12 @@ thread; no allocation.
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from drumstick.parameters.declare import number
 from drumstick.stick.effects.moments import ENTRY, RISE, SINK, TURN
+from drumstick.stick.records import Law, Motion
 from realtime.kernels.jit import only_with
 from realtime.records import Record
-
-if TYPE_CHECKING:
-    from drumstick.stick.records import Law, Motion
 
 
 @dataclass(frozen=True)
@@ -40,6 +37,14 @@ class HystereticSpringState(Record):
     rising: int
 
 
+class _Law(Law):
+    hysteretic_spring: HystereticSpringLaw
+
+
+class _Motion(Motion):
+    hysteretic_spring: HystereticSpringState
+
+
 TABLE = HystereticSpring
 LAW, STATE = HystereticSpringLaw, HystereticSpringState
 STRENGTH = "hysteretic_spring.ratio"
@@ -47,7 +52,7 @@ ALTERS_HEAD = True
 
 
 @only_with("hysteretic_spring")
-def fire(law: "Law", motion: "Motion", when: int) -> None:
+def fire(law: _Law, motion: _Motion, when: int) -> None:
     """Note which way the stick moves in the head."""
     if when in (TURN, RISE):
         motion.hysteretic_spring.rising = 1
@@ -56,24 +61,24 @@ def fire(law: "Law", motion: "Motion", when: int) -> None:
 
 
 @only_with("hysteretic_spring", otherwise=1.0)
-def stiffening(law: "Law", motion: "Motion") -> float:
+def stiffening(law: _Law, motion: _Motion) -> float:
     """Factor of K_coll now."""
     return law.hysteretic_spring.ratio if motion.hysteretic_spring.rising != 0 else 1.0
 
 
 @only_with("hysteretic_spring", otherwise=1.0)
-def max_stiffening(law: "Law") -> float:
+def max_stiffening(law: _Law) -> float:
     """The most that K_coll is multiplied by."""
     return law.hysteretic_spring.ratio
 
 
 @only_with("hysteretic_spring", otherwise=True)
-def usable(law: "Law") -> bool:
+def usable(law: _Law) -> bool:
     """True when its number is fit for a device."""
     return 1.0 <= law.hysteretic_spring.ratio < 1e3
 
 
 @only_with("hysteretic_spring", otherwise=False)
-def can_add_energy(law: "Law", motion: "Motion") -> bool:
+def can_add_energy(law: _Law, motion: _Motion) -> bool:
     """True when it may still give the stick energy in this contact."""
     return law.hysteretic_spring.ratio > 1.0

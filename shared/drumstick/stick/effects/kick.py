@@ -6,24 +6,27 @@ allocation.
 """
 
 import math
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from drumstick.stick.effects import moments
+from drumstick.stick.records import Motion
 from realtime.kernels.jit import njit
 from realtime.records import Record
-
-if TYPE_CHECKING:
-    from drumstick.stick.effects.cor_pulse import CorPulseLaw
-    from drumstick.stick.effects.pulse import PulseLaw
-    from drumstick.stick.records import Motion
-
-    Given = PulseLaw | CorPulseLaw
 
 ADD, REPLACE, IGNORE = 0, 1, 2
 TRIGGERS = ("entry", "turn", "exit")  # in the order of effects.moments
 OVERLAPS = ("add", "replace", "ignore")
 DELIVERED_AFTER_TAUS = 5.0  # for overlap = "ignore": by then 99.3 % of dv has been given
 SPENT_M_PER_S = 1e-25  # a tail that can still give less than this is set to 0, before it becomes denormal
+
+
+class Given(Protocol):
+    """Parameters that such an effect has in its law, besides the strength; choices by their index."""
+
+    tau: float
+    trigger: int
+    sign: int
+    overlap: int
 
 
 class Push(Record):
@@ -34,7 +37,7 @@ class Push(Record):
 
 
 @njit()
-def fire(given: "Given", state: Push, when: int, speed: float) -> None:
+def fire(given: Given, state: Push, when: int, speed: float) -> None:
     """Start a pulse that adds `speed` m/s, if it fires `when`."""
     if given.trigger != when:
         return
@@ -49,19 +52,19 @@ def fire(given: "Given", state: Push, when: int, speed: float) -> None:
 
 
 @njit()
-def waits(given: "Given", motion: "Motion") -> bool:
+def waits(given: Given, motion: Motion) -> bool:
     """Will the present contact's first deepest point still start one?"""
     return given.trigger == moments.TURN and motion.turned == 0
 
 
 @njit()
-def fade(given: "Given", duration: float) -> float:
+def fade(given: Given, duration: float) -> float:
     """The share of a push that is left after `duration` seconds."""
     return math.exp(-(1.0 / given.tau) * duration)
 
 
 @njit()
-def elapse(given: "Given", state: Push, duration: float, fade: float) -> None:
+def elapse(given: Given, state: Push, duration: float, fade: float) -> None:
     """Let the push fade to that share in `duration` seconds."""
     push = state.push * fade
     state.push = 0.0 if abs(push) * given.tau < SPENT_M_PER_S else push
@@ -69,7 +72,7 @@ def elapse(given: "Given", state: Push, duration: float, fade: float) -> None:
 
 
 @njit()
-def stacked(given: "Given", soonest: float) -> float:
+def stacked(given: Given, soonest: float) -> float:
     """Largest number of pulses that push at once, counted by their force, when two never fire within `soonest`
     seconds.
     """

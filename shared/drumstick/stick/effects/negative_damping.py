@@ -7,15 +7,12 @@ exp(pi / sqrt(3)) = 6.1. Piecewise linear: `exact` covers it. Kernels: tick thre
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from drumstick.parameters.declare import number
 from drumstick.stick.effects.moments import ENTRY
+from drumstick.stick.records import Law, Motion
 from realtime.kernels.jit import njit, only_with
 from realtime.records import Record
-
-if TYPE_CHECKING:
-    from drumstick.stick.records import Law, Motion
 
 
 @dataclass(frozen=True)
@@ -45,6 +42,14 @@ class NegativeDampingState(Record):
     active: int
 
 
+class _Law(Law):
+    negative_damping: NegativeDampingLaw
+
+
+class _Motion(Motion):
+    negative_damping: NegativeDampingState
+
+
 TABLE = NegativeDamping
 LAW, STATE = NegativeDampingLaw, NegativeDampingState
 STRENGTH = "negative_damping.r"
@@ -52,43 +57,43 @@ ALTERS_HEAD = True
 
 
 @njit()
-def lowered(law: "Law") -> float:
+def lowered(law: _Law) -> float:
     """Damping in an active contact, N s/m."""
     return max(law.r_in - law.negative_damping.r, -math.sqrt(law.m * law.k_coll))
 
 
 @only_with("negative_damping")
-def fire(law: "Law", motion: "Motion", when: int) -> None:
+def fire(law: _Law, motion: _Motion, when: int) -> None:
     """Decide at entry whether this contact is slow enough."""
     if when == ENTRY:
         motion.negative_damping.active = 1 if -motion.v_in < law.negative_damping.below else 0
 
 
 @only_with("negative_damping", otherwise=0.0)
-def removed_damping(law: "Law", motion: "Motion") -> float:
+def removed_damping(law: _Law, motion: _Motion) -> float:
     """Damping taken from R_in now, N s/m."""
     return law.r_in - lowered(law) if motion.negative_damping.active != 0 else 0.0
 
 
 @only_with("negative_damping", otherwise=False)
-def can_add_energy(law: "Law", motion: "Motion") -> bool:
+def can_add_energy(law: _Law, motion: _Motion) -> bool:
     """True when it may still give the stick energy in this contact."""
     return motion.negative_damping.active != 0 and lowered(law) < 0.0
 
 
 @only_with("negative_damping", otherwise=0.0)
-def lowest(law: "Law") -> float:
+def slow_damping(law: _Law) -> float:
     """The damping of an active contact, N s/m."""
     return lowered(law)
 
 
 @only_with("negative_damping", otherwise=0.0)
-def below(law: "Law") -> float:
+def slow_speed(law: _Law) -> float:
     """The entry speed, m/s, up to which it is active."""
     return law.negative_damping.below
 
 
 @only_with("negative_damping", otherwise=True)
-def usable(law: "Law") -> bool:
+def usable(law: _Law) -> bool:
     """True when its numbers are fit for a device."""
     return 0.0 <= law.negative_damping.r < 1e6 and 0.0 <= law.negative_damping.below < 1e3

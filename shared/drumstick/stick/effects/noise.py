@@ -6,17 +6,14 @@ how it is split. Piecewise constant: `exact` covers it. Kernels: tick thread; no
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from drumstick.parameters.declare import count, number
 from drumstick.stick.effects.moments import ENTRY, EXIT
+from drumstick.stick.records import Law, Motion
 from realtime.kernels.jit import njit, only_with
 from realtime.records import Record
-
-if TYPE_CHECKING:
-    from drumstick.stick.records import Law, Motion
 
 _DUE_S = 1e-15  # what rounding may leave of a time that is over
 
@@ -54,6 +51,14 @@ class NoiseState(Record):
     drawn: int
 
 
+class _Law(Law):
+    noise: NoiseLaw
+
+
+class _Motion(Motion):
+    noise: NoiseState
+
+
 TABLE = Noise
 LAW, STATE = NoiseLaw, NoiseState
 STRENGTH = "noise.force"
@@ -71,14 +76,14 @@ def uniform(seed: int, index: int) -> float:
 
 
 @njit()
-def _draw(law: "Law", motion: "Motion") -> None:
+def _draw(law: _Law, motion: _Motion) -> None:
     motion.noise.drawn += 1
     motion.noise.force_N = law.noise.force * (2.0 * uniform(law.noise.seed, motion.noise.drawn) - 1.0)
     motion.noise.left_s = law.noise.hold
 
 
 @only_with("noise")
-def fire(law: "Law", motion: "Motion", when: int) -> None:
+def fire(law: _Law, motion: _Motion, when: int) -> None:
     """Draw afresh at entry, be still from exit on."""
     if when == ENTRY:
         _draw(law, motion)
@@ -87,55 +92,55 @@ def fire(law: "Law", motion: "Motion", when: int) -> None:
 
 
 @only_with("noise", otherwise=0.0)
-def force(law: "Law", motion: "Motion") -> float:
+def force(law: _Law, motion: _Motion) -> float:
     """The random force now, N."""
     return motion.noise.force_N
 
 
 @only_with("noise", otherwise=math.inf)
-def due_in(law: "Law", motion: "Motion", in_head: bool) -> float:
+def due_in(law: _Law, motion: _Motion, in_head: bool) -> float:
     """Seconds until the force changes."""
     return motion.noise.left_s if in_head else math.inf
 
 
 @only_with("noise")
-def elapse(law: "Law", motion: "Motion", duration: float) -> None:
+def elapse(law: _Law, motion: _Motion, duration: float) -> None:
     """Count the hold down."""
     motion.noise.left_s -= duration
 
 
 @only_with("noise")
-def renew(law: "Law", motion: "Motion", in_head: bool) -> None:
+def renew(law: _Law, motion: _Motion, in_head: bool) -> None:
     """Draw again if the hold is over."""
     if in_head and motion.noise.left_s <= _DUE_S:
         _draw(law, motion)
 
 
 @only_with("noise", otherwise=0.0)
-def max_force(law: "Law") -> float:
+def max_force(law: _Law) -> float:
     """The largest force it can have, N."""
     return law.noise.force
 
 
 @only_with("noise", otherwise=True)
-def usable(law: "Law") -> bool:
+def usable(law: _Law) -> bool:
     """True when its numbers are fit for a device."""
     return 0.0 <= law.noise.force < 1e6 and 0.0 < law.noise.hold < 1e3
 
 
 @only_with("noise", otherwise=False)
-def can_add_energy(law: "Law") -> bool:
+def can_add_energy(law: _Law) -> bool:
     """True when it may give the stick energy."""
     return law.noise.force > 0.0
 
 
 @only_with("noise", otherwise=False)
-def can_move_resting_stick(law: "Law") -> bool:
+def can_move_resting_stick(law: _Law) -> bool:
     """Any force moves a stick that lies still."""
     return law.noise.force > 0.0
 
 
 @only_with("noise", otherwise=False)
-def varies_at_rest(law: "Law") -> bool:
+def varies_at_rest(law: _Law) -> bool:
     """True when its force may change although nothing happens."""
     return law.noise.force > 0.0

@@ -5,15 +5,13 @@
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from drumstick.parameters.declare import choice, number
 from drumstick.stick.effects import kick
+from drumstick.stick.records import Law, Motion
 from realtime.kernels.jit import only_with
 from realtime.records import Record
-
-if TYPE_CHECKING:
-    from drumstick.stick.records import Law, Motion
 
 
 @dataclass(frozen=True)
@@ -47,79 +45,87 @@ class PulseLaw(Record):
     overlap: int
 
 
+class _Law(Law):
+    pulse: PulseLaw
+
+
+class _Motion(Motion):
+    pulse: kick.Push
+
+
 TABLE = Pulse
 LAW, STATE = PulseLaw, kick.Push
 STRENGTH = "dv_pls"
 
 
 @only_with("pulse")
-def fire(law: "Law", motion: "Motion", when: int) -> None:
+def fire(law: _Law, motion: _Motion, when: int) -> None:
     """Start a pulse if it fires `when` (drumstick.stick.effects.moments)."""
     kick.fire(law.pulse, motion.pulse, when, law.pulse.dv_pls)
 
 
 @only_with("pulse", otherwise=())
-def pushes(law: "Law", motion: "Motion") -> tuple[tuple[float, float], ...]:
+def pushes(law: _Law, motion: _Motion) -> tuple[tuple[float, float], ...]:
     """The pulse's acceleration now (m/s^2) and the rate at which it fades (1/s)."""
     return ((motion.pulse.push, 1.0 / law.pulse.tau),)
 
 
 @only_with("pulse", otherwise=0.0)
-def remaining_speed(law: "Law", motion: "Motion") -> float:
+def remaining_speed(law: _Law, motion: _Motion) -> float:
     """The speed, m/s, that a running pulse still has to give."""
     return motion.pulse.push * law.pulse.tau
 
 
 @only_with("pulse", otherwise=0.0)
-def pending_speed(law: "Law", motion: "Motion") -> float:
+def pending_speed(law: _Law, motion: _Motion) -> float:
     """The speed, m/s, that one gives which the deepest point of the present contact will start."""
     return law.pulse.dv_pls if kick.waits(law.pulse, motion) else 0.0
 
 
 @only_with("pulse", otherwise=1.0)
-def fade(law: "Law", duration: float) -> float:
+def fade(law: _Law, duration: float) -> float:
     """The share of it that is left after `duration` seconds."""
     return kick.fade(law.pulse, duration)
 
 
 @only_with("pulse")
-def elapse(law: "Law", motion: "Motion", duration: float, fade: float) -> None:
+def elapse(law: _Law, motion: _Motion, duration: float, fade: float) -> None:
     """Let it fade to that share in `duration` seconds."""
     kick.elapse(law.pulse, motion.pulse, duration, fade)
 
 
 @only_with("pulse")
-def keep_speed(law: "Law", new_law: "Law", motion: "Motion") -> None:
+def keep_speed(law: _Law, new_law: _Law, motion: _Motion) -> None:
     """Keep what a running pulse still has to give, push times tau, before `new_law` takes over."""
     motion.pulse.push *= law.pulse.tau / new_law.pulse.tau
 
 
 @only_with("pulse")
-def stop(law: "Law", motion: "Motion") -> None:
+def stop(law: _Law, motion: _Motion) -> None:
     """End a running pulse at once."""
     motion.pulse.push = 0.0
 
 
 @only_with("pulse", otherwise=0.0)
-def max_added_speed(law: "Law") -> float:
+def max_added_speed(law: _Law) -> float:
     """The most speed, m/s, that it adds to one contact."""
     return law.pulse.dv_pls
 
 
 @only_with("pulse", otherwise=0.0)
-def max_push(law: "Law", soonest: float) -> float:
+def max_push(law: _Law, soonest: float) -> float:
     """The largest acceleration, m/s^2, of pulses that are at least `soonest` seconds apart."""
     return law.pulse.dv_pls / law.pulse.tau * kick.stacked(law.pulse, soonest)
 
 
 @only_with("pulse", otherwise=0.0)
-def time_constant(law: "Law") -> float:
+def time_constant(law: _Law) -> float:
     """Its tau, s."""
     return law.pulse.tau
 
 
 @only_with("pulse", otherwise=True)
-def usable(law: "Law") -> bool:
+def usable(law: _Law) -> bool:
     """True when its numbers are fit for a device. A tau below 0 would make the pulse grow for ever."""
     given = law.pulse
     return 0.0 <= given.dv_pls < 1e3 and 0.0 < given.tau < 1e3 and given.dv_pls / given.tau < 1e12

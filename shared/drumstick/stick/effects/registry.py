@@ -14,7 +14,9 @@ A new effect is one module of this folder and one line here. The module has
 or stiffness must have the one that says how much, or a device would be let in that it can overcome.
 """
 
+from collections.abc import Collection, Mapping
 from types import ModuleType
+from typing import Any
 
 from drumstick.stick.effects import (
     chaos,
@@ -36,6 +38,22 @@ _IN_ORDER: tuple[ModuleType, ...] = (
     chaos,
 )
 EFFECTS: dict[str, ModuleType] = {module.__name__.rpartition(".")[2]: module for module in _IN_ORDER}
+
+# `[effects.<name>]`.
+STICK_TABLES: dict[str, type] = {name: module.TABLE for name, module in EFFECTS.items()}
+
+
+def in_order(names: Collection[str]) -> tuple[str, ...]:
+    """These effects as the records have them, whatever the order in which a scene names them.
+
+    Of another order the same effects would be another type of record, and all kernels compiled again.
+    """
+    return tuple(name for name in EFFECTS if name in names)
+
+
+def mean_lag_s(tables: Mapping[str, Any]) -> float:
+    """Mean age of the head's force, s, by these effects alone: what their tables tell of it."""
+    return sum((getattr(table, "mean_lag_s", 0.0) for table in tables.values()), start=0.0)
 
 
 def names_with(mark: str) -> tuple[str, ...]:

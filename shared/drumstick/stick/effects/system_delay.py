@@ -7,19 +7,18 @@ constant: `exact` covers it. Kernels: tick thread; no allocation.
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
 
 from drumstick.parameters.declare import count, number
+from drumstick.stick.effects import delayed_contact
+from drumstick.stick.effects.delayed_contact import MAX_TICKS
+from drumstick.stick.records import Law, Motion
 from realtime.kernels.jit import njit, only_with
 from realtime.records import Record
 
-if TYPE_CHECKING:
-    from drumstick.stick.records import Law, Motion
-
-MAX_TICKS = 8
 _DUE_S = 1e-15  # what rounding may leave of a time that is over
 
 
@@ -55,6 +54,14 @@ class SystemDelayState(Record):
     queue_N: Annotated[npt.NDArray[np.float64], "f8", (MAX_TICKS,)]
 
 
+class _Law(Law):
+    system_delay: SystemDelayLaw
+
+
+class _Motion(Motion):
+    system_delay: SystemDelayState
+
+
 TABLE = SystemDelay
 LAW, STATE = SystemDelayLaw, SystemDelayState
 STRENGTH = "system_delay.period"
@@ -62,37 +69,37 @@ NEVER_REPEATS = True
 
 
 @only_with("system_delay", otherwise=False)
-def sampled(law: "Law") -> bool:
+def sampled(law: _Law) -> bool:
     """True when the head's force is a held sample."""
     return True
 
 
 @only_with("system_delay", otherwise=math.inf)
-def period_s(law: "Law") -> float:
+def sample_period_s(law: _Law) -> float:
     """Time between samples of the head's force, s."""
     return law.system_delay.period
 
 
 @only_with("system_delay", otherwise=0.0)
-def lag_s(law: "Law") -> float:
+def max_lag_s(law: _Law) -> float:
     """The oldest that the force can be, s."""
     return law.system_delay.period * (1 + law.system_delay.delay_ticks)
 
 
 @only_with("system_delay", otherwise=0.0)
-def held(law: "Law", motion: "Motion") -> float:
+def held(law: _Law, motion: _Motion) -> float:
     """The force that acts now, N."""
     return motion.system_delay.held_N
 
 
 @only_with("system_delay", otherwise=math.inf)
-def due_in(law: "Law", motion: "Motion") -> float:
+def due_in(law: _Law, motion: _Motion) -> float:
     """Seconds until the next sample."""
     return motion.system_delay.left_s
 
 
 @only_with("system_delay")
-def elapse(law: "Law", motion: "Motion", duration: float) -> None:
+def elapse(law: _Law, motion: _Motion, duration: float) -> None:
     """Count down to the next sample."""
     motion.system_delay.left_s -= duration
 
@@ -110,7 +117,7 @@ def _later(state: SystemDelayState, ticks: int, force: float) -> float:
 
 
 @only_with("system_delay")
-def renew(law: "Law", motion: "Motion", force: float) -> None:
+def renew(law: _Law, motion: _Motion, force: float) -> None:
     """Take a sample, the head's force now, if it is due."""
     if motion.system_delay.left_s <= _DUE_S:
         motion.system_delay.left_s = law.system_delay.period
@@ -127,25 +134,25 @@ def _pending(state: SystemDelayState) -> float:
 
 
 @only_with("system_delay", otherwise=False)
-def still_pushes(law: "Law", motion: "Motion") -> bool:
+def still_pushes(law: _Law, motion: _Motion) -> bool:
     """True when a force is acting or on its way."""
     return _pending(motion.system_delay) != 0.0
 
 
 @only_with("system_delay", otherwise=False)
-def can_add_energy(law: "Law") -> bool:
+def can_add_energy(law: _Law) -> bool:
     """Lag acts as negative damping."""
     return True
 
 
 @only_with("system_delay", otherwise=False)
-def can_move_resting_stick(law: "Law", motion: "Motion", least: float) -> bool:
+def can_move_resting_stick(law: _Law, motion: _Motion, least: float) -> bool:
     """True when the forces acting or on their way can give more than `least` m/s."""
     return _pending(motion.system_delay) * law.system_delay.period / law.m > least
 
 
 @only_with("system_delay")
-def stop(law: "Law", motion: "Motion") -> None:
+def stop(law: _Law, motion: _Motion) -> None:
     """Forget every force."""
     motion.system_delay.held_N = 0.0
     for index in range(MAX_TICKS):
@@ -153,6 +160,12 @@ def stop(law: "Law", motion: "Motion") -> None:
 
 
 @only_with("system_delay", otherwise=True)
-def usable(law: "Law") -> bool:
+def usable(law: _Law) -> bool:
     """True when its number is fit for a device."""
     return 0.0 < law.system_delay.period < 1e3
+
+
+@only_with("system_delay", otherwise=(0.0, 0.0, 0.0, 0.0))
+def late_blow(law: _Law, r: float, ratio: float) -> tuple[float, float, float, float]:
+    """The most that a contact makes of a blow: `delayed_contact`."""
+    return delayed_contact.late_blow(law, law.system_delay, r, ratio)

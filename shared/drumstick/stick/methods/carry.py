@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from drumstick.stick.methods import implicit_midpoint, rk4, semi_implicit_euler, verlet
-from drumstick.stick.motion.segment import Segment, acceleration, propagate
+from drumstick.stick.segment import Segment, acceleration, propagate
 from realtime.kernels.jit import is_none, njit, overload
 
 SEMI_IMPLICIT_EULER, VERLET, RK4, IMPLICIT_MIDPOINT = 0, 1, 2, 3

@@ -4,7 +4,7 @@ Never gains energy, whatever the step: Hairer, Lubich, Wanner, "Geometric numeri
 any thread; no allocation.
 """
 
-from drumstick.stick.motion.segment import Segment, push_now
+from drumstick.stick.segment import Segment, push_now
 from realtime.kernels.jit import njit
 
 ORDER = 2

@@ -3,7 +3,7 @@
 Kernel: any thread; no allocation.
 """
 
-from drumstick.stick.motion.segment import Segment, acceleration, acceleration_at_start
+from drumstick.stick.segment import Segment, acceleration, acceleration_at_start
 from realtime.kernels.jit import njit
 
 ORDER = 4

@@ -4,7 +4,7 @@ One evaluation a step; what most haptic and game loops do. Hairer, Lubich, Wanne
 section I.1. Kernel: any thread; no allocation.
 """
 
-from drumstick.stick.motion.segment import Segment, acceleration_at_start
+from drumstick.stick.segment import Segment, acceleration_at_start
 from realtime.kernels.jit import njit
 
 ORDER = 1

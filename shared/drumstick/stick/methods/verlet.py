@@ -3,7 +3,7 @@
 Hairer, Lubich, Wanner, "Geometric numerical integration", section I.1.4. Kernel: any thread; no allocation.
 """
 
-from drumstick.stick.motion.segment import Segment, acceleration_at_start, push_now
+from drumstick.stick.segment import Segment, acceleration_at_start, push_now
 from realtime.kernels.jit import njit
 
 ORDER = 2

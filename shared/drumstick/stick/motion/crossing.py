@@ -7,7 +7,7 @@ import math
 from typing import NamedTuple
 
 from drumstick.stick.methods.carry import carry, is_exact
-from drumstick.stick.motion.segment import Segment, acceleration_at_start, push_now, quickness
+from drumstick.stick.segment import Segment, acceleration_at_start, push_now, quickness
 from realtime.kernels.jit import njit
 
 # What z, its first three derivatives and 1 are multiplied with.

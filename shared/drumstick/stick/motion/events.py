@@ -17,9 +17,9 @@ from drumstick.stick.motion.crossing import (
     stay,
     weighted,
 )
-from drumstick.stick.motion.segment import Segment
 from drumstick.stick.motion.spans import SPEED, cut, first_nodes, is_brief, later, nearest, push_rate
 from drumstick.stick.records import Motion
+from drumstick.stick.segment import Segment
 from realtime.kernels.jit import njit
 
 # Where the stick is. LOOSE: still below z = 0, but a head that only pushes has let go of it (`unilateral`).

@@ -14,7 +14,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from drumstick.stick.motion.crossing import Point, Weights, changes, root, weighted
-from drumstick.stick.motion.segment import Segment, fastest_rate, quickest_push
+from drumstick.stick.segment import Segment, fastest_rate, quickest_push
 from realtime.kernels.jit import njit, overload
 
 SPEED: Weights = (0.0, 1.0, 0.0, 0.0, 0.0)

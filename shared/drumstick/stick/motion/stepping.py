@@ -23,9 +23,9 @@ from drumstick.stick.motion.events import (
     TURN,
     push_of,
 )
-from drumstick.stick.motion.segment import Segment, onward
 from drumstick.stick.motion.transitions import CAPTURED, apply, begin, move, never_releases, renew
 from drumstick.stick.records import Law, Motion
+from drumstick.stick.segment import Segment, onward
 from realtime.kernels.jit import njit
 
 _NEGLIGIBLE = 1e-12  # of a step: what rounding may leave of a horizon that is a whole number of steps

@@ -8,7 +8,7 @@ import math
 
 from drumstick.stick import composition
 from drumstick.stick.contact import PAPER
-from drumstick.stick.effects import moments, system_delay
+from drumstick.stick.effects import moments
 from drumstick.stick.motion.events import (
     ABOVE,
     APEX,
@@ -22,8 +22,8 @@ from drumstick.stick.motion.events import (
     TURN,
     push_of,
 )
-from drumstick.stick.motion.segment import Segment
 from drumstick.stick.records import Law, Motion
+from drumstick.stick.segment import Segment
 from realtime.kernels.jit import njit
 
 # How a stick can come to its end.
@@ -48,16 +48,16 @@ def head_push(law: Law, motion: Motion) -> float:
 @njit()
 def force_now(law: Law, motion: Motion) -> float:
     """The force that really acts on the stick, N: the head's, or the held sample of a system with delay."""
-    if system_delay.sampled(law):
-        return system_delay.held(law, motion)
+    if composition.sampled(law):
+        return composition.held(law, motion)
     return head_push(law, motion)
 
 
 @njit()
 def segment_of(law: Law, motion: Motion, method: int | None) -> Segment:
     """The equation that holds from here on, while nothing happens."""
-    if system_delay.sampled(law):
-        k, r, f = 0.0, 0.0, system_delay.held(law, motion)
+    if composition.sampled(law):
+        k, r, f = 0.0, 0.0, composition.held(law, motion)
         acting, release = True, PAPER
     else:
         k, r, f = composition.head(law, motion)
@@ -161,7 +161,7 @@ def _never_returns(law: Law, motion: Motion) -> bool:
 @njit()
 def _hold(law: Law, motion: Motion) -> None:
     # After an effect has changed the head's force: one that only pushes holds the stick just while it would push.
-    if law.release != PAPER and not system_delay.sampled(law):
+    if law.release != PAPER and not composition.sampled(law):
         k, r, f = composition.head(law, motion)
         motion.place = CONTACT if -k * motion.z - r * motion.v + f >= 0.0 else LOOSE
 

@@ -17,7 +17,7 @@ from drumstick.analysis.cycles.sweep import (
 )
 from drumstick.parameters.scene import Scene
 from drumstick.parameters.stick import Stick
-from drumstick.parameters.table import Refusal, table_of, values_of
+from drumstick.scenes.table import Refusal, table_of, values_of
 from drumstick.stick.effects.pulse import Pulse
 from drumstick.stick.law import law_of
 from drumstick.stick.simulate import COLUMNS, simulate

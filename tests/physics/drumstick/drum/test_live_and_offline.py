@@ -14,10 +14,11 @@ import pytest
 
 import sampled_arm
 from drumstick.drum.calibrate import build
-from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.fitting import fitted
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.render import render
-from drumstick.parameters.scene import Scene, parse, shipped_gesture
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse, shipped_gesture
 from haptic_server.contacts import SAMPLE, SLOTS
 from haptic_server.gateway.zenoh.contact_pieces import Pieces
 from haptic_server.servo import loop

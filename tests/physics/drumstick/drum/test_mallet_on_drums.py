@@ -8,9 +8,10 @@ import pytest
 from drumstick.drum.block import render_all
 from drumstick.drum.build import new_engine
 from drumstick.drum.calibrate import strike_for_speed
-from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.render import render
-from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse, shipped_text
 
 RATE = 48_000
 DYNAMICS = (0.05, 0.2, 1.0, 2.0)  # m/s, up to full scale

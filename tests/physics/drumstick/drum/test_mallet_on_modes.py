@@ -10,13 +10,14 @@ from scipy import integrate
 
 from drumstick.drum.build import new_engine
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.mallets.mallet import GONE
 from drumstick.drum.membrane.lattice import J01
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.modal.modes import modes_below, shapes_at
 from drumstick.parameters.drum import Modal
 from drumstick.parameters.mallet import MATERIALS
-from drumstick.parameters.scene import Scene, parse
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse
 from mallets import swing, with_mallet
 from stability.mesh_steps import RATE, take
 

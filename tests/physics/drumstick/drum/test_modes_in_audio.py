@@ -14,11 +14,11 @@ from scipy.special import jn_zeros, jv
 
 from drumstick.drum.build import new_engine
 from drumstick.drum.calibrate import strike_for_speed
-from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
+from drumstick.drum.effects.internal_loss import InternalLossTable
 from drumstick.drum.membrane.lattice import J01
+from drumstick.drum.memory.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.render import render
 from drumstick.parameters.drum import Listen, Modal
-from drumstick.parameters.drum_effects import InternalLoss
 from drumstick.parameters.scene import Scene
 from membranes import Membrane
 
@@ -142,7 +142,7 @@ def fall_s(sound: Sound, f_Hz: float, expected_s: float) -> float:
 @pytest.mark.parametrize("renderer", ["mesh", "modal"])
 def test_quick_modes_fade_as_the_material_says(renderer: str) -> None:
     plain = scene(renderer)
-    loss = InternalLoss(t60_s=0.25, at_Hz=1000.0)
+    loss = InternalLossTable(t60_s=0.25, at_Hz=1000.0)
     which = dataclasses.replace(plain, drum=dataclasses.replace(plain.drum, effects={"internal_loss": loss}))
     rise = (1.0 / loss.t60_s - 1.0 / T60_S) / (loss.at_Hz**2 - F01_HZ**2)
     sound = heard(which, 0.0, 0.0, 2.0)

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from drumstick.drum.build import new_engine
-from drumstick.drum.excitation.strikes import StrikeRing
-from drumstick.parameters.scene import parse, shipped_text
+from drumstick.drum.memory.strikes import StrikeRing
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick_lab.accuracy.drums import blows
 
 RATE_HZ = 48_000

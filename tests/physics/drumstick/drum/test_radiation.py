@@ -9,12 +9,12 @@ from scipy import special
 
 from drumstick.drum.block import render_all
 from drumstick.drum.build import new_engine
-from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
+from drumstick.drum.effects.air import AirTable
+from drumstick.drum.memory.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.modal.air_load import in_air
 from drumstick.drum.modal.radiation import heard_by, on_place_and_movement
 from drumstick.drum.render import render
 from drumstick.parameters.drum import Drum, Listen, Mesh, Modal
-from drumstick.parameters.drum_effects import Air
 from drumstick.parameters.scene import Scene
 
 RATE, SOUND_M_PER_S = 48_000, 343.2
@@ -22,7 +22,7 @@ ABOVE, BESIDE = (0.7, 0.0, 0.3, -1.0), (-0.6, 1.4, 2.0, 1.0)
 
 
 def _scene(*microphones: tuple[float, ...], air: bool = False) -> Scene:
-    effects = {"air": Air(1.2, 0.26)} if air else {}
+    effects = {"air": AirTable(1.2, 0.26)} if air else {}
     drum = Drum(f01_Hz=200.0, radius_m=0.16, t60_s=1.0, effects=effects)
     return Scene("drum", drum=drum, modal=Modal(5000.0), listen=Listen(microphones=microphones))
 

@@ -7,7 +7,7 @@ import numpy.typing as npt
 import pytest
 
 from drumstick.drum.calibrate import full_scale
-from drumstick.drum.excitation.strikes import OfflineStrike
+from drumstick.drum.memory.strikes import OfflineStrike
 from drumstick.drum.render import render
 from drumstick.parameters.scene import Scene
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import sampled_arm
-from drumstick.parameters.scene import parse
+from drumstick.scenes.scene_text import parse
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server.contacts import LISTENED, SAMPLE, SLOTS

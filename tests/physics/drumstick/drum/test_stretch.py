@@ -10,22 +10,24 @@ from scipy import integrate, special
 from drumstick.drum.block import render_all
 from drumstick.drum.build import new_engine
 from drumstick.drum.calibrate import build, full_scale
+from drumstick.drum.effects.air import AirTable
+from drumstick.drum.effects.kettle import KettleTable
+from drumstick.drum.effects.tension import TensionTable
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.membrane.lattice import J01
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.modal import air_load
 from drumstick.parameters.drum import Mesh, Modal
-from drumstick.parameters.drum_effects import Air, Kettle, Tension
 from drumstick.parameters.scene import Scene
 from membranes import Membrane
 from stability.mesh_steps import RATE
 
 RADIUS_M, F01_HZ, HEAD_KG_PER_M2, AIR_KG_PER_M3 = 0.165, 150.0, 0.262, 1.204
 YOUNG_PA, THICKNESS_M, POISSON = 3.5e9, 0.19e-3, 0.35
-POLYESTER = Tension(young_GPa=3.5, thickness_mm=0.19, poisson=0.35, most_cents=700.0)
+POLYESTER = TensionTable(young_GPa=3.5, thickness_mm=0.19, poisson=0.35, most_cents=700.0)
 
 
-def _scene(kind: str, tension: Tension, **drum: object) -> Scene:
+def _scene(kind: str, tension: TensionTable, **drum: object) -> Scene:
     scene = Scene("stretch")
     values = {"radius_m": RADIUS_M, "f01_Hz": F01_HZ, "t60_s": 60.0, **drum}
     scene = dataclasses.replace(
@@ -81,7 +83,7 @@ def _pitch(engine: Engine, height: float, periods: int = 40) -> float:
     return float((len(zeros) - 1) / (zeros[-1] - zeros[0]) / step_s)
 
 
-def _engine(kind: str, tension: Tension, **drum: object) -> Engine:
+def _engine(kind: str, tension: TensionTable, **drum: object) -> Engine:
     return new_engine(_scene(kind, tension, **drum), RATE, StrikeRing())
 
 
@@ -89,10 +91,10 @@ def _engine(kind: str, tension: Tension, **drum: object) -> Engine:
 def test_f_squared_rises_with_the_square_of_the_slope(kind: str) -> None:
     """Exponent 2.00 +- 0.02, over heights that raise the pitch by 2 cents to two semitones."""
     heights = (0.02, 0.06, 0.2)
-    slack = _pitch(_engine(kind, Tension(glide_cents=0.0)), 0.01)
+    slack = _pitch(_engine(kind, TensionTable(glide_cents=0.0)), 0.01)
     rises: list[float] = []
     for height in heights:
-        engine = _engine(kind, Tension(glide_cents=0.0, most_cents=1200.0))
+        engine = _engine(kind, TensionTable(glide_cents=0.0, most_cents=1200.0))
         state = engine.effects.tension.state
         state["kappa"] = 2.0 * state["tau"] * (1.0 if kind == "modes" else 4.0 * 0.75**0.5)
         rises.append((_pitch(engine, height) / slack) ** 2 - 1.0)
@@ -123,7 +125,7 @@ def _by_the_book(height_m: float) -> float:
 @pytest.mark.parametrize("height_m", [0.001, 0.004])
 def test_the_glide_is_that_of_the_heads_own_numbers(kind: str, height_m: float) -> None:
     """E, h and nu in SI, against the integral of an oscillator of the same law."""
-    at_rest = _pitch(_engine(kind, Tension(glide_cents=0.0)), 1e-3)
+    at_rest = _pitch(_engine(kind, TensionTable(glide_cents=0.0)), 1e-3)
     wanted = 1200.0 * math.log2(_by_the_book(height_m))
     engine = _engine(kind, POLYESTER)
     air = HEAD_KG_PER_M2 + 2.0 * 8.0 / (3.0 * math.pi) * AIR_KG_PER_M3 * RADIUS_M
@@ -135,7 +137,7 @@ def test_the_glide_is_that_of_the_heads_own_numbers(kind: str, height_m: float) 
 
 @pytest.mark.parametrize("kind", ["mesh", "modes"])
 def test_the_pitch_rises_by_no_more_than_the_scene_says(kind: str) -> None:
-    at_rest = _pitch(_engine(kind, Tension(glide_cents=0.0)), 1e-3)
+    at_rest = _pitch(_engine(kind, TensionTable(glide_cents=0.0)), 1e-3)
     engine = _engine(kind, dataclasses.replace(POLYESTER, most_cents=200.0))
     cents = 1200.0 * math.log2(_pitch(engine, 1e5) / at_rest)
     # A hundred metres: at the limit but for the instants at which the head is flat.
@@ -144,7 +146,7 @@ def test_the_pitch_rises_by_no_more_than_the_scene_says(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", ["mesh", "modes"])
 def test_a_full_scale_stroke_raises_it_by_the_scenes_cents(kind: str) -> None:
-    scene = _scene(kind, Tension(glide_cents=90.0))
+    scene = _scene(kind, TensionTable(glide_cents=90.0))
     ring = StrikeRing()
     engine = build(scene, RATE, ring)
     blow = full_scale(scene)
@@ -191,7 +193,7 @@ def test_the_stretch_of_a_mesh_is_that_of_its_shape() -> None:
 
 @pytest.mark.parametrize("kettle", [False, True])
 def test_a_rise_of_tension_raises_modes_in_air_as_solving_them_anew_does(kettle: bool) -> None:
-    effects = {"air": Air(1.2, 0.262), **({"kettle": Kettle(0.4)} if kettle else {})}
+    effects = {"air": AirTable(1.2, 0.262), **({"kettle": KettleTable(0.4)} if kettle else {})}
     drum = dataclasses.replace(Scene("air").drum, radius_m=0.328, f01_Hz=130.0, effects=effects)
     head = air_load.in_air(12.0, drum)
     shares = head.of_tension()

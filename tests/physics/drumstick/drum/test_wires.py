@@ -8,7 +8,8 @@ import pytest
 
 from drumstick.drum.calibrate import strike_for_speed
 from drumstick.drum.render import render
-from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse, shipped_text
 
 RATE = 48_000
 DYNAMICS = (0.1, 0.3, 1.0)  # of full scale

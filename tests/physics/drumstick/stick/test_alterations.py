@@ -9,8 +9,8 @@ import pytest
 import stick_cases
 from drumstick.parameters.scene import Scene
 from drumstick.parameters.stick import Stick
-from drumstick.parameters.table import table_of, values_of, with_changes
 from drumstick.safety import envelope
+from drumstick.scenes.table import table_of, values_of, with_changes
 from drumstick.stick.effects.chaos import Chaos
 from drumstick.stick.effects.cor_pulse import CorPulse
 from drumstick.stick.effects.hysteretic_spring import HystereticSpring

@@ -7,12 +7,14 @@ from typing import Any
 
 import pytest
 
-from drumstick.drum import cost, estimate, fitting, tiers
+from drumstick.drum import estimate, fitting, tiers
 from drumstick.drum.build import new_engine
 from drumstick.drum.calibrate import build
-from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.fitting import Line, fitted
-from drumstick.parameters.scene import Scene, SceneError, as_tables, from_tables, parse, shipped_text
+from drumstick.drum.measurement import cost
+from drumstick.drum.memory.strikes import StrikeRing
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import SceneError, as_tables, from_tables, parse, shipped_text
 from realtime.kernels import cache_files as beside_kernels
 
 RATE_HZ = 48_000

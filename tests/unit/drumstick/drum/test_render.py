@@ -11,7 +11,7 @@ from drumstick.drum.block import render_all
 from drumstick.drum.build import words
 from drumstick.drum.calibrate import PEAK_OF_FULL_SCALE, build, full_scale, strike_for_speed
 from drumstick.drum.engine import PENDING, Engine
-from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
+from drumstick.drum.memory.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.output.limiter import limited
 from drumstick.drum.output.upsample import TAPS
 from drumstick.drum.render import render

@@ -8,9 +8,10 @@ import pytest
 
 from drumstick.drum.build import Unplayable, new_engine
 from drumstick.drum.calibrate import build
-from drumstick.drum.excitation.strikes import StrikeRing
 from drumstick.drum.fitting import fitted
-from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.drum.memory.strikes import StrikeRing
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse, shipped_text
 from protocol.rate_limited_log import RateLimitedLog
 from realtime.stop import StopRequest
 from rig.exit_status import CommandError

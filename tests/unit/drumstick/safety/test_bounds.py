@@ -6,9 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import stick_cases
-from drumstick.parameters.scene import Scene, parse
+from drumstick.parameters.scene import Scene
 from drumstick.parameters.stick import Stick
 from drumstick.safety import bounds
+from drumstick.scenes.scene_text import parse
 from drumstick.stick.law import law_of, thrown
 from drumstick.stick.motion import exact
 

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 from scipy.optimize import brentq
 
-from drumstick.parameters.scene import parse
 from drumstick.safety import bounds, contact_bounds
+from drumstick.scenes.scene_text import parse
 from drumstick.stick.contact import PAPER, UNILATERAL
 from drumstick.stick.law import Records, law_of
 

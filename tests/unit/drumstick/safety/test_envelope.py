@@ -9,11 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import stick_cases
-from drumstick.parameters.scene import Scene, parse, shipped_names, shipped_text
+from drumstick.parameters.scene import Scene
 from drumstick.parameters.stick import Stick
-from drumstick.parameters.table import Refusal
 from drumstick.safety import envelope
 from drumstick.safety.envelope import Limits, entry_speed, judge, new_scratch, predicted, require
+from drumstick.scenes.scene_text import parse, shipped_names, shipped_text
+from drumstick.scenes.table import Refusal
 from drumstick.stick.law import Records, law_of, thrown
 from drumstick.stick.motion import exact
 from drumstick.stick.simulate import COLUMNS, simulate

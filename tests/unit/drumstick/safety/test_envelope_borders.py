@@ -4,10 +4,11 @@ import math
 
 import pytest
 
-from drumstick.parameters.scene import Scene, parse
-from drumstick.parameters.table import Refusal
+from drumstick.parameters.scene import Scene
 from drumstick.safety import bounds, envelope
 from drumstick.safety.envelope import Limits, judge, new_scratch, predicted, require
+from drumstick.scenes.scene_text import parse
+from drumstick.scenes.table import Refusal
 from drumstick.stick.law import Records, law_of
 
 T = 1e-3

@@ -6,10 +6,11 @@ import re
 
 import pytest
 
-from drumstick.parameters.scene import Scene, parse, shipped_text
-from drumstick.parameters.table import Refusal
+from drumstick.parameters.scene import Scene
 from drumstick.safety import bounds, envelope, sampled_contact
 from drumstick.safety.envelope import Limits, judge, new_scratch, require
+from drumstick.scenes.scene_text import parse, shipped_text
+from drumstick.scenes.table import Refusal
 from drumstick.stick.law import Records, law_of
 
 T, COUNT_M = 1e-3, 3e-5

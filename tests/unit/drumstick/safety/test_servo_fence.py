@@ -5,11 +5,13 @@ import math
 import numpy as np
 import pytest
 
+from drumstick.drum.effects.registry import DRUM_TABLES
 from drumstick.parameters.declare import quantities
-from drumstick.parameters.drum_effects import DRUM_EFFECTS
-from drumstick.parameters.scene import EFFECTS, Scene, parse, shipped_names, shipped_text
+from drumstick.parameters.scene import Scene
 from drumstick.parameters.stick import Stick
 from drumstick.safety.fence import fence_of, within
+from drumstick.scenes.scene_text import parse, shipped_names, shipped_text
+from drumstick.stick.effects.registry import STICK_TABLES
 from drumstick.stick.law import Records, law_of
 
 
@@ -30,8 +32,8 @@ def test_a_scenes_own_law_passes(name: str) -> None:
 @pytest.mark.parametrize("name", shipped_names())
 def test_what_the_wire_may_set_has_the_tables_range_and_nothing_else_a_range(name: str) -> None:
     scene = scene_of(name)
-    tables = [Stick, *(EFFECTS[effect] for effect in scene.effects)]
-    tables += [DRUM_EFFECTS[effect] for effect in scene.drum.effects]
+    tables = [Stick, *(STICK_TABLES[effect] for effect in scene.effects)]
+    tables += [DRUM_TABLES[effect] for effect in scene.drum.effects]
     live = [q for table in tables for q in quantities(table).values() if q.wire is not None]
     fence = fence_of(scene)
     ranges = [(low, high) for is_live, low, high, _ in fence.tolist() if is_live]

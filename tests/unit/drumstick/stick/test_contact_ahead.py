@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import sampled_arm
-from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene
 from drumstick.parameters.stick import Stick
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.stick import contact
 from drumstick.stick.contact_ahead import PredictedContact, contact_ahead, isolated
 from drumstick.stick.law import law_of, thrown

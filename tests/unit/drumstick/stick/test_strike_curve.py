@@ -8,8 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drumstick.drum.calibrate import strike_for_speed, stroke_of
-from drumstick.parameters.scene import Scene, parse
+from drumstick.parameters.scene import Scene
 from drumstick.parameters.strike import Strike
+from drumstick.scenes.scene_text import parse
 from drumstick.stick.strike_curve import curve_of, level_at, level_of
 
 POINTS = ((0.1, 0.05), (0.6, 0.4), (0.9, 0.4), (1.5, 0.9))

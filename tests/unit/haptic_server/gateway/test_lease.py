@@ -2,7 +2,7 @@
 
 import pytest
 
-from drumstick.parameters.table import Refusal
+from drumstick.scenes.table import Refusal
 from haptic_server.gateway.lease import MAX_S, NOBODY, Lease
 
 

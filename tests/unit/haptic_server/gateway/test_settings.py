@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drumstick.parameters.scene import Scene, parse, shipped_text
-from drumstick.parameters.table import Refusal
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse, shipped_text
+from drumstick.scenes.table import Refusal
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server import files

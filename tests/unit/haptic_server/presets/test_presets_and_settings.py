@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from drumstick.parameters.scene import Scene, parse, shipped_text
-from drumstick.parameters.table import Refusal, values_of
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse, shipped_text
+from drumstick.scenes.table import Refusal, values_of
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server.gateway.link import ServoLink

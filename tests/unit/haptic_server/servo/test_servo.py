@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene
 from drumstick.safety import envelope
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.stick.law import law_of
 from drumstick.stick.motion import exact
 from drumstick.stick.simulate import simulate
@@ -289,7 +290,7 @@ def test_half_an_hour_of_ticks_keeps_the_rate_to_a_part_in_a_million() -> None:
 
 
 def test_every_shipped_scene_is_inside_its_own_envelope() -> None:
-    from drumstick.parameters.scene import shipped_names
+    from drumstick.scenes.scene_text import shipped_names
 
     for name in shipped_names():
         played = scene(name)

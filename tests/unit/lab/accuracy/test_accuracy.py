@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from drumstick.parameters.scene import parse
+from drumstick.scenes.scene_text import parse
 from drumstick_lab.accuracy import command, store
 from drumstick_lab.accuracy.choices import choices
 from drumstick_lab.accuracy.figures import FIGURES, write

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from drumstick.parameters.drum_effects import DRUM_EFFECTS
-from drumstick.parameters.scene import EFFECTS
+from drumstick.drum.effects.registry import DRUM_TABLES
+from drumstick.stick.effects.registry import STICK_TABLES
 from drumstick.stick.motion.exact import ABOVE
 from drumstick_lab.accuracy import effects, timing
 from drumstick_lab.accuracy.drums import by_hand, drum_effects
@@ -103,11 +103,11 @@ def test_what_is_added_is_told_with_its_spread() -> None:
 
 
 def test_every_effect_has_a_scene_that_names_it() -> None:
-    assert list(stick_effects.NAMED_BY) == list(EFFECTS)
-    for name in EFFECTS:
+    assert list(stick_effects.NAMED_BY) == list(STICK_TABLES)
+    for name in STICK_TABLES:
         assert name in stick_effects.scene_of(name).effects
-    assert set(drum_effects.QUICK) < set(DRUM_EFFECTS)
-    assert set(stick_effects.QUICK) < set(EFFECTS)
+    assert set(drum_effects.QUICK) < set(DRUM_TABLES)
+    assert set(stick_effects.QUICK) < set(STICK_TABLES)
 
 
 def test_a_snare_is_compared_with_the_head_that_it_lies_on() -> None:

@@ -17,6 +17,8 @@ from realtime.kernels.folding import (
     least,
     listed,
     multiplied,
+    present,
+    single,
     sizes_added,
 )
 from realtime.kernels.jit import njit, only_with
@@ -173,3 +175,33 @@ def test_a_part_that_asks_for_what_there_is_not_is_named() -> None:
 def test_it_is_for_compiled_code() -> None:
     with pytest.raises(TypeError, match="for compiled code"):
         note(record(), 1.0, np.zeros(1))
+
+
+def test_whether_one_is_there_is_known_without_asking_it() -> None:
+    @folded(PARTS, present, hook="note")
+    def has_note(record: Any, weight: float, log: Any) -> bool:
+        return False
+
+    @njit()
+    def asked(record: Any, log: Any) -> bool:
+        return bool(has_note(record, 7.0, log))
+
+    log = np.zeros(1)
+    assert not asked(record(), log)
+    assert asked(record(b=0.0), log)
+    assert log[0] == 0.0
+
+
+def test_of_what_there_can_be_one_only_a_second_is_refused_in_words() -> None:
+    @folded(PARTS, single, hook="value")
+    def one(record: Any) -> Any:
+        return None
+
+    @njit()
+    def played(record: Any) -> Any:
+        return one(record)
+
+    assert played(record()) is None
+    assert played(record(b=3.0)) == 3.0
+    with pytest.raises(Exception, match=r"only one part may have this: a_value\(record\), b_value\(record\)"):
+        played(record(a=1.0, b=3.0))

@@ -312,10 +312,12 @@ SPEEDS = """
 import json, sys
 from drumstick.safety import bounds
 from drumstick.stick.law import law_of
-from drumstick.parameters.scene import EFFECTS, Scene
+from drumstick.parameters.scene import Scene
+from drumstick.stick.effects.registry import STICK_TABLES
 
 print(json.dumps([
-    bounds.bounds_of_contact(law_of(Scene(name, effects={name: EFFECTS[name]()}))[0]) for name in sys.argv[1:]
+    bounds.bounds_of_contact(law_of(Scene(name, effects={name: STICK_TABLES[name]()}))[0])
+    for name in sys.argv[1:]
 ]))
 """
 

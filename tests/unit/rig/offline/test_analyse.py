@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from drumstick.analysis.findings import analyse as findings_of
-from drumstick.parameters.scene import parse, shipped_names
+from drumstick.scenes.scene_text import parse, shipped_names
 from rig import scene_file
 from rig.exit_status import GIVEN, CommandError
 from rig.offline import analyse as told

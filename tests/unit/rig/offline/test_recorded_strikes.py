@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from drumstick.drum.excitation.offline import StreamedContact
-from drumstick.drum.excitation.strikes import OfflineStrike
+from drumstick.drum.memory.strikes import OfflineStrike
 from drumstick.drum.render import LiveChange
 from drumstick.drum.render import render as sound_of
-from drumstick.parameters.scene import Scene, parse
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse
 from protocol.messages import Contact, Readback
 from recordings import a_strike, made
 from rig.exit_status import GIVEN, CommandError

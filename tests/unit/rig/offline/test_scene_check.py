@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from drumstick.parameters.scene import shipped_names
+from drumstick.scenes.scene_text import shipped_names
 from rig.exit_status import CommandError
 from rig.offline import scene_commands
 

@@ -6,10 +6,12 @@ import re
 
 import pytest
 
-from drumstick.drum import build, cost, tiers
+from drumstick.drum import build, tiers
 from drumstick.drum.build import Unplayable
-from drumstick.drum.excitation.strikes import StrikeRing
-from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.drum.measurement import cost
+from drumstick.drum.memory.strikes import StrikeRing
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse, shipped_text
 from rig.offline import scene_cost
 
 

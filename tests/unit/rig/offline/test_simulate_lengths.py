@@ -2,7 +2,7 @@
 
 import pytest
 
-from drumstick.parameters.scene import parse, shipped_text
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.stick.simulate import TooLong
 from drumstick.stick.simulate import simulate as run
 from rig.exit_status import CommandError

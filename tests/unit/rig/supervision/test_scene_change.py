@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from drumstick.parameters.scene import parse, shipped_text
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.stick.law import law_of
 from haptic_server import block, block_header, files
 from haptic_server.block_header import HELD

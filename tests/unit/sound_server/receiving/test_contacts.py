@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drumstick.drum.build import new_engine
-from drumstick.drum.excitation.strikes import StrikeRing
-from drumstick.drum.excitation.timeline import PIECE, RING_SLOTS, stream_of
+from drumstick.drum.memory.strikes import StrikeRing
+from drumstick.drum.memory.timeline import PIECE, RING_SLOTS, stream_of
 from drumstick.parameters.scene import Scene
 from protocol.clock import HapticClock
 from protocol.messages import Contact, Strike, encode

@@ -7,9 +7,9 @@ import math
 import pytest
 
 from drumstick.drum.build import new_engine
+from drumstick.drum.effects.muffle import MuffleTable
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.strikes import StrikeRing
-from drumstick.parameters.drum_effects import Muffle
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.parameters.scene import Scene
 from protocol.messages import Readback, encode
 from protocol.rate_limited_log import RateLimitedLog
@@ -18,7 +18,7 @@ from sound_server.receiving.live_values import LiveValues
 
 def _scene(press: float = 1.0) -> Scene:
     scene = Scene("muffled")
-    drum = dataclasses.replace(scene.drum, f01_Hz=1000.0, effects={"muffle": Muffle(press=press)})
+    drum = dataclasses.replace(scene.drum, f01_Hz=1000.0, effects={"muffle": MuffleTable(press=press)})
     return dataclasses.replace(scene, drum=drum)
 
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drumstick.drum.excitation.strikes import EVENT, RING_SLOTS, StrikeRing
-from drumstick.parameters.scene import parse
+from drumstick.drum.memory.strikes import EVENT, RING_SLOTS, StrikeRing
+from drumstick.scenes.scene_text import parse
 from protocol.clock import HapticClock
 from protocol.messages import Strike, encode
 from protocol.rate_limited_log import RateLimitedLog

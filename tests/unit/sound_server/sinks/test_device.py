@@ -13,7 +13,7 @@ import pytest
 
 from drumstick.drum.block import render_all
 from drumstick.drum.calibrate import build
-from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.parameters.scene import Scene
 from sound_server.sinks.sink import SinkError
 

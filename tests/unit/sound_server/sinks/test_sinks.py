@@ -12,7 +12,7 @@ import numpy.typing as npt
 import pytest
 
 from drumstick.drum.calibrate import build
-from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.parameters.scene import Scene
 from sound_server.sinks import reconnecting, selection
 from sound_server.sinks.paced import PacedSink

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from drumstick.parameters.scene import as_tables, parse, shipped_text
+from drumstick.scenes.scene_text import as_tables, parse, shipped_text
 from web_panel.computing.computer import COMMAND, Computer
 from web_panel.computing.computing_messages import Answer, PredictedRoll, PredictRoll, TimeTicks, Trouble
 

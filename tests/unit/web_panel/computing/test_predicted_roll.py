@@ -5,7 +5,7 @@ import dataclasses
 import pytest
 
 from drumstick.analysis.findings import analyse
-from drumstick.parameters.scene import parse, shipped_text
+from drumstick.scenes.scene_text import parse, shipped_text
 from web_panel.computing.computing_messages import PredictedRoll
 from web_panel.computing.predicted_roll import predicted_roll
 

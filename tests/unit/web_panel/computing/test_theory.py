@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from drumstick.parameters.scene import Scene, parse, shipped_text
-from drumstick.parameters.table import Refusal
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse, shipped_text
+from drumstick.scenes.table import Refusal
 from web_panel.computing.theory import live_law, theory_of
 from web_panel.computing.tick_costs import ticks_of
 

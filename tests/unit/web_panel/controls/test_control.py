@@ -11,8 +11,8 @@ import msgspec
 import pytest
 import viser
 
-from drumstick.parameters.scene import parse, shipped_text
-from drumstick.parameters.table import table_of
+from drumstick.scenes.scene_text import parse, shipped_text
+from drumstick.scenes.table import table_of
 from protocol.messages import Readback
 from web_panel.access.client_message import ClientMessages
 from web_panel.controls.control import Control

@@ -1,5 +1,5 @@
-from drumstick.parameters.scene import parse, shipped_text
-from drumstick.parameters.table import table_of
+from drumstick.scenes.scene_text import parse, shipped_text
+from drumstick.scenes.table import table_of
 from protocol.messages import Readback
 from web_panel.page import markup
 from web_panel.page.style import CSS

@@ -2,8 +2,8 @@ import math
 
 import pytest
 
-from drumstick.parameters.scene import parse, shipped_text
-from drumstick.parameters.table import table_of
+from drumstick.scenes.scene_text import parse, shipped_text
+from drumstick.scenes.table import table_of
 from protocol.messages import Meter, Readback, State
 from web_panel.page.wording import (
     figure,

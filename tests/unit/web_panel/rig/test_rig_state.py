@@ -1,7 +1,7 @@
 import msgspec
 
-from drumstick.parameters.scene import parse, shipped_text
-from drumstick.parameters.table import table_of
+from drumstick.scenes.scene_text import parse, shipped_text
+from drumstick.scenes.table import table_of
 from protocol.messages import Meter, Readback, State, Strike
 from web_panel.rig.rig_state import RigState
 

@@ -1,7 +1,7 @@
 import pytest
 
-from drumstick.parameters.scene import parse, shipped_names, shipped_text
-from drumstick.parameters.table import table_of
+from drumstick.scenes.scene_text import parse, shipped_names, shipped_text
+from drumstick.scenes.table import table_of
 from protocol.messages import State
 from web_panel.rig.rig_state import RigState
 from web_panel.rig.scene_change import SceneChange

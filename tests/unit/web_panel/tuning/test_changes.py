@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from drumstick.parameters.scene import parse, shipped_text
-from drumstick.parameters.table import table_of
+from drumstick.scenes.scene_text import parse, shipped_text
+from drumstick.scenes.table import table_of
 from protocol.messages import Readback
 from web_panel.controls.steps_row import sets_words, step_words
 from web_panel.rig.answer import Answer

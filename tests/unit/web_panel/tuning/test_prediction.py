@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from drumstick.parameters.scene import parse, shipped_text
-from drumstick.parameters.table import table_of
+from drumstick.scenes.scene_text import parse, shipped_text
+from drumstick.scenes.table import table_of
 from protocol.messages import Readback
 from web_panel.computing.computer import Computer
 from web_panel.computing.computing_messages import PredictedRoll

@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drumstick.parameters.declare import Quantity
-from drumstick.parameters.scene import parse, shipped_text
-from drumstick.parameters.table import table_of
+from drumstick.scenes.scene_text import parse, shipped_text
+from drumstick.scenes.table import table_of
 from web_panel.tuning.slider_range import range_around
 
 TABLE = table_of(parse(shipped_text("roll"), "roll.toml"))

@@ -7,21 +7,23 @@ import pytest
 
 from drumstick.drum.block import render_all
 from drumstick.drum.build import new_engine
+from drumstick.drum.effects.internal_loss import InternalLossTable
+from drumstick.drum.effects.muffle import MuffleTable
+from drumstick.drum.effects.tension import TensionTable
 from drumstick.drum.engine import Engine, set_live
-from drumstick.drum.excitation.strikes import StrikeRing
-from drumstick.parameters.drum_effects import InternalLoss, Muffle, Tension
+from drumstick.drum.memory.strikes import StrikeRing
 from mallets import swing, with_mallet
 from stability.mesh_steps import RATE, drum_of, engine_of, strike, take
 
 PATCHES = ((0.4, 0.1, 0.4), (0.9, 0.0, 0.3))
 MORE: dict[str, dict[str, object]] = {
     "alone": {},
-    "with others": {"tension": Tension(600.0), "internal_loss": InternalLoss(0.05, 4000.0)},
+    "with others": {"tension": TensionTable(600.0), "internal_loss": InternalLossTable(0.05, 4000.0)},
 }
 
 
 def _engine(press: float | None, more: dict[str, object]) -> Engine:
-    muffle: dict[str, object] = {} if press is None else {"muffle": Muffle(PATCHES, 0.005, press)}
+    muffle: dict[str, object] = {} if press is None else {"muffle": MuffleTable(PATCHES, 0.005, press)}
     return engine_of(drum_of(muffle | more, 60.0, 2000.0))
 
 
@@ -69,7 +71,7 @@ def test_it_goes_the_whole_way_in_twenty_milliseconds_and_never_beyond() -> None
 
 
 def test_it_waits_until_the_tip_is_out_of_the_head_and_the_tip_knows() -> None:
-    engine = engine_of(with_mallet(drum_of({"muffle": Muffle(PATCHES, 0.005)}, 60.0, 2000.0)))
+    engine = engine_of(with_mallet(drum_of({"muffle": MuffleTable(PATCHES, 0.005)}, 60.0, 2000.0)))
     swing(engine, 1.0, 0.4, 0.1)
     take(engine, 2)
     slot = int(engine.mallets.state["oldest"][0])
@@ -89,7 +91,7 @@ def test_it_waits_until_the_tip_is_out_of_the_head_and_the_tip_knows() -> None:
 
 def test_it_moves_through_the_densest_roll() -> None:
     """A stroke every ten milliseconds, so that some mallet is always on its way."""
-    engine = engine_of(with_mallet(drum_of({"muffle": Muffle(PATCHES, 0.005)}, 60.0, 400.0)))
+    engine = engine_of(with_mallet(drum_of({"muffle": MuffleTable(PATCHES, 0.005)}, 60.0, 400.0)))
     step_s = float(engine.control["divisor"][0] / engine.control["rate_Hz"][0])
     set_live(engine, "muffle", 0.0)
     for stroke in range(60):
@@ -103,7 +105,7 @@ def test_what_is_set_while_nothing_sounds_holds_for_the_first_stroke_from_its_be
     excitation: str,
 ) -> None:
     def heard(press: float, then_set: float) -> np.ndarray:
-        ring, scene = StrikeRing(), drum_of({"muffle": Muffle(PATCHES, 0.005, press)}, 1.0, 400.0)
+        ring, scene = StrikeRing(), drum_of({"muffle": MuffleTable(PATCHES, 0.005, press)}, 1.0, 400.0)
         engine = new_engine(scene if excitation == "analytic" else with_mallet(scene), RATE, ring)
         out = np.zeros((RATE // 5, 2), np.float32)
         render_all(engine, out[: RATE // 50], 64, 0)  # silence, in which it is not computed

@@ -8,12 +8,11 @@ import pytest
 
 from drumstick.drum.build import new_engine
 from drumstick.drum.calibrate import PEAK_OF_FULL_SCALE, full_scale, strike_for_speed
-from drumstick.drum.effects.rim import RATIOS
+from drumstick.drum.effects.rim import RATIOS, RimTable
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.render import render
 from drumstick.parameters.drum import Modal
-from drumstick.parameters.drum_effects import Rim
 from drumstick.parameters.scene import Scene
 from mallets import swing, with_mallet
 from stability.mesh_steps import take
@@ -21,7 +20,7 @@ from stability.mesh_steps import take
 RATE = 48000
 
 
-def sound(table: Rim | None, x: float) -> npt.NDArray[np.float64]:
+def sound(table: RimTable | None, x: float) -> npt.NDArray[np.float64]:
     scene = Scene("drum")
     effects = {} if table is None else {"rim": table}
     drum = dataclasses.replace(scene.drum, f01_Hz=300.0, t60_s=0.05, effects=effects)
@@ -31,12 +30,12 @@ def sound(table: Rim | None, x: float) -> npt.NDArray[np.float64]:
 
 
 def test_the_middle_does_not_ring_the_hoop() -> None:
-    assert np.array_equal(sound(Rim(), 0.0), sound(None, 0.0))
+    assert np.array_equal(sound(RimTable(), 0.0), sound(None, 0.0))
 
 
 def test_the_hoop_rings_at_its_modes() -> None:
     """After the head has died away, the lowest ones are left, at a ring's ratios."""
-    rung = (sound(Rim(f_Hz=600.0, t60_s=1.0), 1.0) - sound(None, 1.0))[2400:]
+    rung = (sound(RimTable(f_Hz=600.0, t60_s=1.0), 1.0) - sound(None, 1.0))[2400:]
     spectrum = np.abs(np.fft.rfft(rung * np.hanning(len(rung))))
     step_Hz = RATE / len(rung)
     for ratio in RATIOS[:2]:
@@ -48,7 +47,7 @@ def test_the_hoop_rings_at_its_modes() -> None:
 
 def test_its_level_is_what_the_scene_says() -> None:
     """Of a whole stroke on the rim, whose contact with the head is far longer than the hoop's."""
-    one, half = (sound(Rim(level=level), 1.0) - sound(None, 1.0) for level in (0.8, 0.4))
+    one, half = (sound(RimTable(level=level), 1.0) - sound(None, 1.0) for level in (0.8, 0.4))
     assert np.abs(one).max() == pytest.approx(2.0 * np.abs(half).max(), rel=1e-3)
     assert 0.4 * 0.8 * PEAK_OF_FULL_SCALE < np.abs(one).max() < 1.1 * 0.8 * PEAK_OF_FULL_SCALE
 
@@ -59,7 +58,7 @@ WIDTH = 0.2
 def struck(x: float, modal: Modal | None = None) -> Engine:
     """A drum with a hoop in the step after a mallet of 1 m/s has come down at x."""
     scene = Scene("drum", modal=modal)
-    drum = dataclasses.replace(scene.drum, effects={"rim": Rim(width=WIDTH)})
+    drum = dataclasses.replace(scene.drum, effects={"rim": RimTable(width=WIDTH)})
     engine = new_engine(with_mallet(dataclasses.replace(scene, drum=drum)), RATE, StrikeRing())
     swing(engine, 1.0, x, 0.0)
     take(engine, 1)
@@ -90,7 +89,7 @@ def test_a_mallet_near_the_rim_meets_hoop_and_head_with_a_share_of_its_mass_each
 @pytest.mark.parametrize("modal", [None, Modal(3000.0)])
 def test_a_mallet_on_the_rim_is_as_loud_as_the_scene_says(modal: Modal | None) -> None:
     scene = Scene("drum", modal=modal)
-    drum = dataclasses.replace(scene.drum, f01_Hz=300.0, t60_s=0.05, effects={"rim": Rim(level=0.8)})
+    drum = dataclasses.replace(scene.drum, f01_Hz=300.0, t60_s=0.05, effects={"rim": RimTable(level=0.8)})
     scene = with_mallet(dataclasses.replace(scene, drum=drum))
     blow = strike_for_speed(scene, scene.strike.full_scale_m_per_s, 1.0, 0.0)
     peak = float(np.abs(render(scene, [blow], 0.2, RATE)).max())

@@ -13,9 +13,10 @@ from drumstick.drum.block import render_all
 from drumstick.drum.build import new_engine
 from drumstick.drum.effects.snare import met
 from drumstick.drum.engine import Engine, set_live
-from drumstick.drum.excitation.strikes import StrikeRing
-from drumstick.drum.membrane.surface import metres_per_unit_in_air
-from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.drum.length_unit import metres_per_unit_in_air
+from drumstick.drum.memory.strikes import StrikeRing
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse, shipped_text
 from membranes import energy
 from stability.mesh_steps import RATE, engine_of, strike, take
 

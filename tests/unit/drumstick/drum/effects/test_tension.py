@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from drumstick.drum.effects.tension import STATE, risen, room_of, solved
-from drumstick.parameters.drum_effects import Tension
-from drumstick.parameters.scene import SceneError, parse
+from drumstick.drum.effects.tension import STATE, TensionTable, risen, solved, tension_rise
+from drumstick.scenes.scene_text import SceneError, parse
 from realtime.kernels.jit import njit
 from realtime.records import Records
 
@@ -74,9 +73,9 @@ def test_a_head_without_room_is_not_pulled(kappa: float) -> None:
 
 def test_what_the_tension_may_rise_by() -> None:
     assert risen(1200.0) == pytest.approx(3.0)
-    assert room_of(Tension(glide_cents=80.0)) == pytest.approx(2.5 * (2.0 ** (80.0 / 600.0) - 1.0))
-    assert room_of(Tension(young_GPa=4.0)) == pytest.approx(risen(240.0))
-    assert room_of(Tension(young_GPa=4.0, most_cents=100.0)) == pytest.approx(risen(100.0))
+    assert tension_rise(TensionTable(glide_cents=80.0)) == pytest.approx(2.5 * (2.0 ** (80.0 / 600.0) - 1.0))
+    assert tension_rise(TensionTable(young_GPa=4.0)) == pytest.approx(risen(240.0))
+    assert tension_rise(TensionTable(young_GPa=4.0, most_cents=100.0)) == pytest.approx(risen(100.0))
 
 
 def test_a_rise_that_leaves_no_room_for_its_own_mean_is_refused() -> None:

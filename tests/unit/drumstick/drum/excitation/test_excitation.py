@@ -9,9 +9,10 @@ from scipy.integrate import solve_ivp
 
 from drumstick.drum.build import new_engine
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.analytic import CONTACT, POOL, PULSE, begin, damp, mean_force, press
-from drumstick.drum.excitation.strikes import StrikeRing
-from drumstick.parameters.scene import parse, shipped_text
+from drumstick.drum.excitation.analytic import begin, damp, mean_force, press
+from drumstick.drum.memory.pulses import CONTACT, POOL, PULSE
+from drumstick.drum.memory.strikes import StrikeRing
+from drumstick.scenes.scene_text import parse, shipped_text
 
 
 def engine_of(inject: str = "nearest") -> Engine:

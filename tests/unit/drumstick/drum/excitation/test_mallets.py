@@ -12,9 +12,9 @@ from drumstick.drum.block import render_all
 from drumstick.drum.build import new_engine
 from drumstick.drum.calibrate import build, strike_for_speed
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.strikes import StrikeRing
-from drumstick.drum.mallets.mallet import GONE, POOL
-from drumstick.drum.mallets.patch import MAX_TIP_ROWS, TIP_LANES
+from drumstick.drum.mallets.mallet import GONE
+from drumstick.drum.memory.mallets import MAX_TIP_ROWS, POOL, TIP_LANES
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.render import render
 from drumstick.parameters.drum import Modal
 from drumstick.parameters.scene import Scene

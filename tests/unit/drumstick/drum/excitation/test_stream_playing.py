@@ -14,7 +14,7 @@ from drumstick.drum.engine import Engine
 from drumstick.drum.excitation.feed import Feed
 from drumstick.drum.excitation.force_resampling import FADE_S, HOLD_S
 from drumstick.drum.excitation.offline import StreamedContact
-from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.render import render
 from drumstick.parameters.scene import Scene
 from drumstick_lab.accuracy.drums.blows import pressed

@@ -14,14 +14,16 @@ from scipy.special import jv
 from drumstick.drum.block import render_all
 from drumstick.drum.build import Unplayable, new_engine
 from drumstick.drum.calibrate import build, full_scale, strike_for_speed
-from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.effects.air import AirTable
+from drumstick.drum.effects.kettle import KettleTable
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.modal.air_load import SOUND_M_PER_S, InAir, in_air, zero_at
 from drumstick.drum.modal.building import bank_of, divisor_below, highest_zero
 from drumstick.drum.modal.modes import shapes_at
 from drumstick.drum.render import render
 from drumstick.parameters.drum import Drum, Modal
-from drumstick.parameters.drum_effects import Air, Kettle
-from drumstick.parameters.scene import Scene, SceneError, parse, shipped_text
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import SceneError, parse, shipped_text
 from mallets import with_mallet
 
 RATE = 48_000
@@ -30,8 +32,8 @@ J01 = 2.404825557695773
 # kettledrums", Scientific American 247(5), 1982, as told at wtt.pauken.org.
 WITHOUT_KETTLE, WITH_KETTLE = (1.48, 1.92, 2.36, 2.78), (1.5, 1.99, 2.44, 2.89)
 TIMPANO = {"radius_m": 0.328, "t60_s": 60.0}
-HEAD = Air(1.204, 0.262)
-BOWL = Kettle(0.14 / (math.pi * 0.328**2))  # 0.14 m^3
+HEAD = AirTable(1.204, 0.262)
+BOWL = KettleTable(0.14 / (math.pi * 0.328**2))  # 0.14 m^3
 
 
 def first_of(found: InAir, values: npt.NDArray[np.float64], orders: int) -> npt.NDArray[np.float64]:
@@ -72,7 +74,7 @@ def test_the_thump_is_short_and_the_ring_is_long() -> None:
 
 
 @pytest.mark.parametrize("f01_Hz", [40.0, 80.7, 150.0])
-@pytest.mark.parametrize("effects", [{}, {"kettle": Kettle(1.0)}], ids=["open", "kettle"])
+@pytest.mark.parametrize("effects", [{}, {"kettle": KettleTable(1.0)}], ids=["open", "kettle"])
 def test_what_sounds_lowest_of_the_round_ones_is_f01(f01_Hz: float, effects: dict[str, object]) -> None:
     try:
         assert timpano(f01_Hz, **effects).f_Hz[0] == pytest.approx(f01_Hz, rel=1e-6)
@@ -84,14 +86,17 @@ def test_what_sounds_lowest_of_the_round_ones_is_f01(f01_Hz: float, effects: dic
 
 def test_a_kettle_so_shallow_that_its_spring_swaps_two_modes_loses_none() -> None:
     """Beside a scan of the eigenvalues of the head alone over all frequencies, by coth and cot in closed form."""
-    found = timpano(80.0, kettle=Kettle(0.3))
+    found = timpano(80.0, kettle=KettleTable(0.3))
     assert np.sort(found.f_Hz[found.modes.orders == 0])[:3] == pytest.approx([80.0, 128.5, 162.8], rel=4e-3)
 
 
 def test_no_mode_is_played_beyond_what_a_step_can_carry() -> None:
     """Shorter steps where a kettle holds a mode far above the highest that is asked for."""
     stiff = Drum(
-        radius_m=0.2325, f01_Hz=330.84, effects={"air": Air(4.29, 0.201), "kettle": Kettle(0.052)}, t60_s=1.0
+        radius_m=0.2325,
+        f01_Hz=330.84,
+        effects={"air": AirTable(4.29, 0.201), "kettle": KettleTable(0.052)},
+        t60_s=1.0,
     )
     high = Drum(f01_Hz=1000.0)
     for drum, top_Hz in ((stiff, 469.0), (high, 200.0)):
@@ -105,7 +110,7 @@ def test_no_mode_is_played_beyond_what_a_step_can_carry() -> None:
 
 def test_without_density_it_is_the_drum_in_vacuum_bit_for_bit() -> None:
     scene = Scene("drum", modal=Modal(3000.0))
-    airless = dataclasses.replace(scene, drum=dataclasses.replace(scene.drum, effects={"air": Air(0.0)}))
+    airless = dataclasses.replace(scene, drum=dataclasses.replace(scene.drum, effects={"air": AirTable(0.0)}))
     for name, values in bank_of(scene, 1.0 / RATE)._asdict().items():
         np.testing.assert_array_equal(getattr(bank_of(airless, 1.0 / RATE), name), values, err_msg=name)
 
@@ -142,7 +147,7 @@ def _by_rayleighs_integral(heavy: float, across: int = 43) -> tuple[npt.NDArray[
 
 def test_the_airs_mass_is_that_of_rayleighs_integral() -> None:
     """A small and slow head, far below the air's own waves; the modes (0,1), (1,1) twice, (2,1) twice, (0,2)."""
-    radius_m, air = 0.01, Air(1.2, 0.05)
+    radius_m, air = 0.01, AirTable(1.2, 0.05)
     heavy = 2.0 * air.density_kg_per_m3 * radius_m / air.head_kg_per_m2
     witness, flatter = _by_rayleighs_integral(heavy)
     drum = Drum(radius_m=radius_m, f01_Hz=20.0, effects={"air": air})
@@ -168,7 +173,7 @@ def test_the_airs_mass_is_that_of_rayleighs_integral() -> None:
 
 def test_a_light_head_radiates_as_a_small_source_in_a_wall() -> None:
     """rho c0 k^2 S^2/(2 pi) on each side, S the volume it moves (Morse and Ingard, 7.4), while k a is small."""
-    air, radius_m, f01_Hz = Air(1e-4, 0.5), 0.05, 60.0
+    air, radius_m, f01_Hz = AirTable(1e-4, 0.5), 0.05, 60.0
     found = in_air(10.0, Drum(radius_m=radius_m, f01_Hz=f01_Hz, effects={"air": air}))
     k = 2.0 * math.pi * f01_Hz / SOUND_M_PER_S
     moved = 2.0 * math.pi * radius_m**2 * jv(1, J01) / J01
@@ -203,9 +208,9 @@ def test_a_mode_that_is_solved_with_its_order_is_where_it_would_stand_alone_in_t
 def test_any_head_in_any_air_is_a_bank_that_fades_or_is_refused_in_words(
     bowl: bool, radius_m: float, f01_Hz: float, head: float, density: float, depth_m: float
 ) -> None:
-    effects: dict[str, object] = {"air": Air(density, head)}
+    effects: dict[str, object] = {"air": AirTable(density, head)}
     if bowl:
-        effects["kettle"] = Kettle(depth_m)
+        effects["kettle"] = KettleTable(depth_m)
     drum = Drum(radius_m=radius_m, f01_Hz=f01_Hz, effects=effects)
     try:
         found = in_air(30.0, drum)

@@ -11,14 +11,15 @@ from scipy.special import jn_zeros, jv
 from drumstick.drum.block import render_all
 from drumstick.drum.build import new_engine, size_of, words
 from drumstick.drum.calibrate import build, full_scale
-from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
+from drumstick.drum.effects.rim import RimTable
+from drumstick.drum.effects.uniform_loss import UniformLossTable
 from drumstick.drum.membrane.lattice import J01
+from drumstick.drum.memory.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.modal.bank import take_aim
 from drumstick.drum.modal.building import MAX_MODES, bank_of
 from drumstick.drum.modal.modes import modes_below, shapes_at
 from drumstick.drum.render import render
 from drumstick.parameters.drum import Drum, Listen, Modal
-from drumstick.parameters.drum_effects import Rim, UniformLoss
 from drumstick.parameters.scene import Scene
 from realtime.records import is_there
 
@@ -139,7 +140,7 @@ def test_it_fades_by_its_law_for_twenty_seconds() -> None:
     """The longest that a scene can ask for, the head's own and the uniform loss's 60 s each: 20 dB in ten seconds."""
     plain = scene(t60_s=60.0)
     which = dataclasses.replace(
-        plain, drum=dataclasses.replace(plain.drum, effects={"uniform_loss": UniformLoss(60.0)})
+        plain, drum=dataclasses.replace(plain.drum, effects={"uniform_loss": UniformLossTable(60.0)})
     )
     ring = StrikeRing()
     engine = build(which, RATE, ring)
@@ -156,6 +157,6 @@ def test_it_fades_by_its_law_for_twenty_seconds() -> None:
 
 def test_the_rim_sounds_beside_the_modes() -> None:
     plain = scene()
-    hooped = dataclasses.replace(plain, drum=dataclasses.replace(plain.drum, effects={"rim": Rim()}))
+    hooped = dataclasses.replace(plain, drum=dataclasses.replace(plain.drum, effects={"rim": RimTable()}))
     quiet, loud = (np.abs(rung(which, 0.98, 0.0, RATE // 10)).max() for which in (plain, hooped))
     assert loud > 1.5 * quiet

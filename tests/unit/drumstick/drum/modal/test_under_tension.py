@@ -8,12 +8,14 @@ import pytest
 
 from drumstick.drum.build import new_engine
 from drumstick.drum.calibrate import build, full_scale
+from drumstick.drum.effects.air import AirTable
+from drumstick.drum.effects.internal_loss import InternalLossTable
+from drumstick.drum.effects.tension import TensionTable
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.modal.air_load import in_air
 from drumstick.drum.modal.radiation import heard_by
 from drumstick.parameters.drum import Drum, Listen, Modal
-from drumstick.parameters.drum_effects import Air, InternalLoss, Tension
 from drumstick.parameters.mallet import MATERIALS
 from drumstick.parameters.scene import Scene
 from mallets import swing, with_mallet
@@ -35,7 +37,7 @@ def _turns(engine: Engine) -> np.ndarray:
 @pytest.mark.parametrize(("f01_Hz", "top_Hz"), [(150.0, 20_000.0), (2000.0, 200.0), (40.0, 3000.0)])
 def test_modes_that_stretch_the_head_stay_below_a_quarter_of_a_turn(f01_Hz: float, top_Hz: float) -> None:
     """Beyond it <u+, L u> has the sign of a phase; the lowest mode has twelve steps a turn."""
-    engine = new_engine(_scene({"tension": Tension(60.0)}, f01_Hz, top_Hz), RATE, StrikeRing())
+    engine = new_engine(_scene({"tension": TensionTable(60.0)}, f01_Hz, top_Hz), RATE, StrikeRing())
     turns = _turns(engine)
     assert turns.max() < 0.25
     assert turns.min() <= 1.0 / 12.0 + 1e-6
@@ -45,14 +47,14 @@ def test_modes_that_stretch_the_head_stay_below_a_quarter_of_a_turn(f01_Hz: floa
 
 @pytest.mark.parametrize("glide_cents", [60.0, 700.0, 1200.0])
 def test_a_rising_tension_has_room_up_to_its_most(glide_cents: float) -> None:
-    engine = new_engine(_scene({"tension": Tension(glide_cents)}, top_Hz=20_000.0), RATE, StrikeRing())
+    engine = new_engine(_scene({"tension": TensionTable(glide_cents)}, top_Hz=20_000.0), RATE, StrikeRing())
     assert engine.effects.tension is not None
     most = float(engine.effects.tension.state["q_most"][0])
     assert (2.0 - 2.0 * np.cos(2.0 * math.pi * _turns(engine).max())) * (1.0 + most) < 4.0
 
 
 def test_a_mode_that_is_gone_in_a_step_leaves_numbers() -> None:
-    effects = {"tension": Tension(60.0), "internal_loss": InternalLoss(0.001, 200.0)}
+    effects = {"tension": TensionTable(60.0), "internal_loss": InternalLossTable(0.001, 200.0)}
     engine = new_engine(_scene(effects), RATE, StrikeRing())
     assert engine.modal is not None
     for array in (engine.modal.radial, engine.modal.tight, engine.modal.lengths):
@@ -62,7 +64,7 @@ def test_a_mode_that_is_gone_in_a_step_leaves_numbers() -> None:
 
 @pytest.mark.parametrize("material", ["wood", "felt", "hand"])
 def test_with_mallets_cents_count_from_the_end_of_their_own_touch(material: str) -> None:
-    scene = _scene({"tension": Tension(80.0)}, top_Hz=3000.0)
+    scene = _scene({"tension": TensionTable(80.0)}, top_Hz=3000.0)
     scene = with_mallet(scene, material=material, **MATERIALS[material])
     ring = StrikeRing()
     engine = build(scene, RATE, ring)
@@ -89,7 +91,7 @@ def test_with_mallets_cents_count_from_the_end_of_their_own_touch(material: str)
 
 def test_without_a_baffle_low_modes_radiate_less_and_ring_longer() -> None:
     drums = [
-        Drum(f01_Hz=120.0, radius_m=0.165, effects={"air": Air(1.2, 0.26, baffle)})
+        Drum(f01_Hz=120.0, radius_m=0.165, effects={"air": AirTable(1.2, 0.26, baffle)})
         for baffle in ("endless", "none")
     ]
     within, without = (in_air(40.0, drum) for drum in drums)

@@ -10,10 +10,12 @@ import pytest
 from drumstick.drum.block import render_all
 from drumstick.drum.calibrate import build
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.length_unit import metres_per_unit
 from drumstick.drum.membrane.lattice import J01
-from drumstick.drum.membrane.surface import RINGS, SPOKES, metres_per_unit, of_modes, rings
+from drumstick.drum.membrane.surface import RINGS, SPOKES, rings
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.modal.building import highest_zero
+from drumstick.drum.modal.surface import of_modes
 from drumstick.drum.output.display_data import FRAMES_PER_S, last_heard, take_surface, want
 from drumstick.parameters.drum import Drum, Mesh, Modal
 from drumstick.parameters.scene import Scene

@@ -11,10 +11,11 @@ from drumstick.drum.air_constants import SOUND_M_PER_S
 from drumstick.drum.block import render_all
 from drumstick.drum.build import new_engine
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.strikes import OfflineStrike, StrikeRing
+from drumstick.drum.memory.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.render import render
 from drumstick.parameters.drum import Drum, Listen
-from drumstick.parameters.scene import Scene, SceneError, as_tables, from_tables, parse
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import SceneError, as_tables, from_tables, parse
 
 RATE = 48_000
 RADIUS_M = 0.16

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from any_scene import COMBINATIONS
-from drumstick.parameters.scene import EFFECTS
 from drumstick.stick.effects import noise
+from drumstick.stick.effects.registry import STICK_TABLES
 from drumstick.stick.law import law_type, motion_type
 from drumstick.stick.motion import exact
 from machine_code import Compiled
@@ -18,7 +18,7 @@ SHARED = {"kick"}  # both pulses are made of it
 PULSES = {"pulse", "cor_pulse"}
 # What adds pulses up: chosen by how many the scene has, another text for none.
 SUMS_OF_PULSES = (
-    "drumstick.stick.motion.segment.",
+    "drumstick.stick.segment.",
     "drumstick.stick.motion.spans._first_node_for_each.",
     "drumstick.stick.motion.spans._fading",
     "drumstick.stick.motion.spans._faded",
@@ -55,7 +55,7 @@ def test_the_compiled_text_holds_the_named_effects_and_no_other(names: tuple[str
 def test_what_stands_in_for_an_absent_effect_is_folded_away(names: tuple[str, ...]) -> None:
     """At most a constant that no instruction asks for: neither defined as a function nor called."""
     linked, text = _text(names).linked(), _text(names).ir
-    for effect in set(EFFECTS) - set(names):
+    for effect in set(STICK_TABLES) - set(names):
         standing_in = [name for name in linked if f"{PACKAGE}{effect}." in name]
         assert all(name.endswith(".absent") for name in standing_in)
         # It takes the place of the head's force, so the motion asks for it by name; the others are folded.
@@ -72,7 +72,7 @@ def test_a_scene_adds_to_the_bare_text_its_effects_alone(names: tuple[str, ...])
     sums = {name for name in added if name.startswith(SUMS_OF_PULSES)}
     folds = {name for name in added if name.startswith("drumstick.stick.composition.")}
     assert not added - own - sums - folds
-    absent = set(EFFECTS) - set(names)
+    absent = set(STICK_TABLES) - set(names)
     assert not [name for name in folds for effect in absent if re.search(rf"\.{effect}_(?!pulse_)", name)]
     assert all(any(f".{effect}_" in name for name in folds) for effect in names)
     assert bool(sums) == bool(PULSES & set(names))
@@ -89,12 +89,12 @@ def _fields(record: np.dtype[np.void]) -> set[str]:
     return set(record.names or ())
 
 
-@pytest.mark.parametrize("effect", EFFECTS)
+@pytest.mark.parametrize("effect", STICK_TABLES)
 def test_the_records_have_the_named_effects_fields_and_no_other(effect: str) -> None:
-    without, alone = tuple(name for name in EFFECTS if name != effect), (effect,)
+    without, alone = tuple(name for name in STICK_TABLES if name != effect), (effect,)
     for kind in (law_type, motion_type):
         assert _fields(kind(alone)) - _fields(kind(())) == {effect}
-        assert _fields(kind(tuple(EFFECTS))) - _fields(kind(without)) == {effect}
+        assert _fields(kind(tuple(STICK_TABLES))) - _fields(kind(without)) == {effect}
         own = kind(alone)[effect].itemsize
         assert kind(alone).itemsize - kind(()).itemsize == own > 0
-        assert kind(tuple(EFFECTS)).itemsize - kind(without).itemsize == own
+        assert kind(tuple(STICK_TABLES)).itemsize - kind(without).itemsize == own

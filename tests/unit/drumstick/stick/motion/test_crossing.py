@@ -4,7 +4,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.stick.motion.crossing import Weights, point_after, root, start_of
-from drumstick.stick.motion.segment import Pushes, Segment
+from drumstick.stick.segment import Pushes, Segment
 from realtime.kernels.jit import njit
 
 HEIGHT: Weights = (1.0, 0.0, 0.0, 0.0, 0.0)

@@ -6,8 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import stick_cases
-from drumstick.parameters.scene import Scene, parse, shipped_names, shipped_text
+from drumstick.parameters.scene import Scene
 from drumstick.parameters.stick import Stick
+from drumstick.scenes.scene_text import parse, shipped_names, shipped_text
 from drumstick.stick.effects.pulse import Pulse
 from drumstick.stick.law import law_of, thrown
 from drumstick.stick.motion import exact

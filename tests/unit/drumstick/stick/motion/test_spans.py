@@ -10,8 +10,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from drumstick.stick.motion.crossing import point_after, start_of, weighted
-from drumstick.stick.motion.segment import Pushes, Segment, free_response
 from drumstick.stick.motion.spans import cut, first_nodes, first_zero, later, nearest, push_rate
+from drumstick.stick.segment import Pushes, Segment, free_response
 from realtime.kernels.jit import njit
 
 Numbers = npt.NDArray[np.float64]

@@ -9,7 +9,7 @@ import pytest
 
 from drumstick.parameters.declare import quantities
 from drumstick.parameters.drum import Drum
-from drumstick.parameters.scene import parse, shipped_text
+from drumstick.scenes.scene_text import parse, shipped_text
 from haptic_server import contacts as rings
 from haptic_server.contacts import LISTENED, SAMPLE, ContactRing
 from haptic_server.gateway.zenoh import contacts as gateway

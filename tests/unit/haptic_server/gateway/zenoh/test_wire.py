@@ -9,8 +9,8 @@ import msgspec
 import pytest
 import zenoh
 
-from drumstick.parameters.scene import parse, shipped_text
-from drumstick.parameters.table import Refusal
+from drumstick.scenes.scene_text import parse, shipped_text
+from drumstick.scenes.table import Refusal
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server import block_header, files

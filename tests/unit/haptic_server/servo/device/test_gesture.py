@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import sampled_arm
-from drumstick.parameters.scene import Scene, parse, shipped_gesture, shipped_text
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse, shipped_gesture, shipped_text
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server import files

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import sampled_arm
-from drumstick.parameters.scene import Scene, parse
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse
 from haptic_server.servo import loop
 from haptic_server.servo.force import event_output, rendering
 from realtime.kernels.borrowed_view import borrowed_view

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import sampled_arm
-from drumstick.parameters.scene import parse
-from drumstick.parameters.table import Refusal
 from drumstick.safety import envelope
+from drumstick.scenes.scene_text import parse
+from drumstick.scenes.table import Refusal
 from drumstick.stick import contact
 from drumstick.stick.law import law_of
 from drumstick_lab.accuracy.sticks.filters import ADAPTIVE, fall, filter_of

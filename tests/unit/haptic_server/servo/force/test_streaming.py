@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import sampled_arm
-from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.stick.law import law_of
 from drumstick.stick.motion import exact
 from haptic_server import block as blocks

@@ -5,14 +5,16 @@ import math
 
 import pytest
 
+from drumstick.drum.effects.registry import DRUM_TABLES
 from drumstick.parameters.declare import Quantity, quantities
 from drumstick.parameters.drum import Modal
-from drumstick.parameters.drum_effects import DRUM_EFFECTS
-from drumstick.parameters.line_numbers import lines_of
 from drumstick.parameters.mallet import Mallet
-from drumstick.parameters.scene import EFFECTS, Scene, SceneError, as_tables, from_tables, parse
+from drumstick.parameters.scene import Scene
 from drumstick.parameters.stick import Geometry
-from drumstick.parameters.stick_tables import Z_H0
+from drumstick.scenes.line_numbers import lines_of
+from drumstick.scenes.scene_text import SceneError, as_tables, from_tables, parse
+from drumstick.scenes.stick_tables import Z_H0
+from drumstick.stick.effects.registry import STICK_TABLES
 
 TABLES: dict[str, type] = {
     **{
@@ -23,8 +25,8 @@ TABLES: dict[str, type] = {
     "modal": Modal,
     "mallet": Mallet,
     "stick.geometry": Geometry,
-    **{f"effects.{name}": kind for name, kind in EFFECTS.items()},
-    **{f"drum.effects.{name}": kind for name, kind in DRUM_EFFECTS.items()},
+    **{f"effects.{name}": kind for name, kind in STICK_TABLES.items()},
+    **{f"drum.effects.{name}": kind for name, kind in DRUM_TABLES.items()},
 }
 # A table whose keys must all be there: what the others are while one is wrong.
 LEVER = {"inertia_kg_m2": 4e-4, "mass_kg": 0.055, "grip_m": 0.08, "tip_m": 0.4, "com_m": 0.18}

@@ -6,8 +6,8 @@ from typing import Any
 import mpmath
 import pytest
 
-from drumstick.stick.motion.segment import Segment, push_now
-from drumstick.stick.motion.segment import propagate as along
+from drumstick.stick.segment import Segment, push_now
+from drumstick.stick.segment import propagate as along
 from realtime.kernels.jit import njit
 
 # a, w2, lam: what a name promises holds for the numbers behind it.

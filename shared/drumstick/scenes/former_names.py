@@ -3,9 +3,9 @@
 import re
 from typing import Any
 
-from drumstick.parameters.drum_effects import FORMER_NAMES
-from drumstick.parameters.line_numbers import lines_of
-from drumstick.parameters.reading import tables_of
+from drumstick.drum.effects.registry import FORMER_NAMES
+from drumstick.scenes.line_numbers import lines_of
+from drumstick.scenes.reading import tables_of
 
 
 def with_present_names(text: str) -> str:

@@ -3,8 +3,8 @@
 from typing import Any, cast
 
 from drumstick.parameters.declare import Quantity, quantities
-from drumstick.parameters.reading import Reader
 from drumstick.parameters.stick import Geometry, Stick
+from drumstick.scenes.reading import Reader
 
 _SHORTEST_ARM_M = 0.01
 Z_H0 = Quantity(

@@ -2,7 +2,7 @@
 
 import pytest
 
-from drumstick.parameters.scene import SceneError, as_tables, from_tables, parse
+from drumstick.scenes.scene_text import SceneError, as_tables, from_tables, parse
 
 MALLET = '[drum]\nexcitation = "mallet"\n'
 TABLE = 'curve = "table"\ntable = [[0.1, 0.05], [0.6, 0.4], [1.5, 0.9]]\n'

@@ -1,12 +1,13 @@
-"""`[drum]` as it may be written, with `[drum.effects.NAME]` below it."""
+"""`[drum]` as it may be written, with `[drum.effects.NAME]` below it, and `[mallet]`."""
 
-import math
 from collections.abc import Collection, Mapping
 from typing import Any, cast
 
+from drumstick.drum.effects import head_numbers
+from drumstick.drum.effects.registry import DRUM_TABLES, FORMER_NAMES, MESH_EFFECTS, MODAL_EFFECTS, NEEDS
 from drumstick.parameters.drum import Drum, Listen, Mesh
-from drumstick.parameters.drum_effects import DRUM_EFFECTS, FORMER_NAMES, MESH_EFFECTS, MODAL_EFFECTS, NEEDS
-from drumstick.parameters.reading import Reader, shown
+from drumstick.parameters.mallet import MATERIALS, Mallet
+from drumstick.scenes.reading import Reader, shown
 
 
 def named_tables(
@@ -52,7 +53,7 @@ def drum_of(reader: Reader, given: object) -> Drum:
     """The table `[drum]`."""
     values = reader.values("drum", Drum, given, also_known=("effects",))
     entries = cast(dict[str, object], given) if isinstance(given, dict) else {}
-    effects = named_tables(reader, "drum.effects", DRUM_EFFECTS, entries.get("effects", {}), FORMER_NAMES)
+    effects = named_tables(reader, "drum.effects", DRUM_TABLES, entries.get("effects", {}), FORMER_NAMES)
     return Drum(**values, effects=effects)
 
 
@@ -73,6 +74,13 @@ def check_renderer(reader: Reader, drum: Drum, named: Collection[str]) -> None:
     for name in drum.effects:
         if name not in MODAL_EFFECTS:
             reader.refuse(f"drum.effects.{name}", "needs [mesh]: a bank of modes has no junctions for it")
+
+
+def mallet_of(reader: Reader, given: object) -> Mallet:
+    """The table `[mallet]`: the material's numbers, and in their place those that are given."""
+    values = reader.values("mallet", Mallet, given)
+    numbers: dict[str, Any] = {**MATERIALS[values.get("material", "wood")], **values}
+    return Mallet(**numbers)
 
 
 def check_mallet(reader: Reader, drum: Drum, named: Collection[str]) -> None:
@@ -110,20 +118,5 @@ def check_drum(reader: Reader, drum: Drum) -> None:
     for name, (needed, why) in NEEDS.items():
         if name in drum.effects and needed not in drum.effects:
             reader.refuse(f"drum.effects.{name}", f"needs [drum.effects.{needed}]: {why}")
-    tension = drum.effects.get("tension")
-    if tension is not None and tension.young_GPa == 0.0 and tension.most_cents > 0.0:
-        # A mode's stretch comes to twice its mean.
-        least = 600.0 * math.log2(1.0 + 2.0 * (2.0 ** (tension.glide_cents / 600.0) - 1.0))
-        if tension.most_cents < least:
-            reader.refuse(
-                "drum.effects.tension.most_cents",
-                f"{tension.most_cents:g} cents leave no room for glide_cents = {tension.glide_cents:g}, a mean:"
-                f" give at least {math.ceil(least)}, or leave it out",
-            )
-    loss = drum.effects.get("internal_loss")
-    if loss is not None and not (loss.t60_s < drum.t60_s and loss.at_Hz > drum.f01_Hz):
-        reader.refuse(
-            "drum.effects.internal_loss",
-            f"t60_s = {loss.t60_s:g} s at {loss.at_Hz:g} Hz must be shorter and higher than the drum's own, "
-            f"{drum.t60_s:g} s at {drum.f01_Hz:g} Hz",
-        )
+    for effect, key, words in head_numbers.mistakes(drum):
+        reader.refuse(".".join(filter(None, ("drum.effects", effect, key))), words)

@@ -6,7 +6,7 @@ import tomllib
 from typing import Any, cast
 
 from drumstick.parameters.declare import Quantity, quantities
-from drumstick.parameters.line_numbers import lines_of
+from drumstick.scenes.line_numbers import lines_of
 
 MAX_TEXT = 200_000  # characters; scenes have some thousand
 _MAX_DOTS = 200  # in one line: Python's reader of TOML needs their square in time for a key a.b.c...

@@ -10,10 +10,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from drumstick.parameters import stick_tables
 from drumstick.parameters.declare import Quantity, quantities
-from drumstick.parameters.scene import EFFECTS, Scene
+from drumstick.parameters.scene import Scene
 from drumstick.parameters.stick import Stick
+from drumstick.scenes import stick_tables
+from drumstick.stick.effects.registry import in_order
 from drumstick.stick.law import DRUM, Records, live_in_drum
 
 Z_H0 = "z_h0"
@@ -75,7 +76,7 @@ def table_of(scene: Scene) -> dict[str, Parameter]:
     rows: dict[str, Parameter] = {}
     owners: list[tuple[str | None, type]] = [
         (None, Stick),
-        *((name, EFFECTS[name]) for name in scene.effects),
+        *((name, type(scene.effects[name])) for name in in_order(scene.effects)),
     ]
     for effect, table in owners:
         for quantity in quantities(table).values():

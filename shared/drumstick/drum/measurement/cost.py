@@ -11,7 +11,7 @@ import numpy as np
 from drumstick.drum.block import render_all
 from drumstick.drum.build import size_of
 from drumstick.drum.calibrate import build, strike_for_speed
-from drumstick.drum.excitation.strikes import StrikeRing
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.render import render
 from drumstick.parameters.scene import Scene
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from drumstick.parameters.scene import SceneError, as_tables, from_tables, parse
 from drumstick.parameters.stick import GRAVITY_M_PER_S2
+from drumstick.scenes.scene_text import SceneError, as_tables, from_tables, parse
 
 GEOMETRY = """
 [stick]

@@ -6,7 +6,7 @@ import pytest
 
 from drumstick.parameters.declare import quantities
 from drumstick.parameters.mallet import MATERIALS, Mallet
-from drumstick.parameters.scene import SceneError, as_tables, from_tables, parse
+from drumstick.scenes.scene_text import SceneError, as_tables, from_tables, parse
 
 STRUCK = '[drum]\nexcitation = "mallet"\n'
 

@@ -9,22 +9,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from drumstick.drum.effects.registry import DRUM_TABLES, MESH_EFFECTS, MODAL_EFFECTS
 from drumstick.parameters.declare import quantities
 from drumstick.parameters.drum import Modal
-from drumstick.parameters.drum_effects import DRUM_EFFECTS
-from drumstick.parameters.drum_tables import MESH_EFFECTS, MODAL_EFFECTS
 from drumstick.parameters.mallet import Mallet
-from drumstick.parameters.scene import (
-    EFFECTS,
-    Scene,
-    SceneError,
-    as_tables,
-    from_tables,
-    parse,
-    shipped_names,
-    shipped_text,
-)
+from drumstick.parameters.scene import Scene
 from drumstick.parameters.strike import Strike
+from drumstick.scenes.scene_text import SceneError, as_tables, from_tables, parse, shipped_names, shipped_text
+from drumstick.scenes.table import table_of
+from drumstick.stick.effects.registry import STICK_TABLES
+from drumstick.stick.law import law_of, thrown
 
 HEAD = 'name = "x"\n\n[stick]\n'
 # text -> the line the message must name, and the words that it must hold
@@ -153,9 +147,11 @@ def test_the_same_effects_in_another_order_are_the_same_scene() -> None:
     """Or each order would be a record type of its own, with kernels of its own."""
     text = ["[effects.noise]\n", "[effects.chaos]\n", "[effects.pulse]\n"]
     one, other = parse("".join(text), "x"), parse("".join(reversed(text)), "x")
-    assert list(one.effects) == list(other.effects) == [name for name in EFFECTS if name in one.effects]
+    assert list(one.effects) == list(other.effects) == [name for name in STICK_TABLES if name in one.effects]
     made = Scene("x", effects=dict(reversed(list(one.effects.items()))))
-    assert list(made.effects) == list(one.effects)
+    assert law_of(made).dtype == law_of(one).dtype
+    assert thrown(made, 0.0).dtype == thrown(one, 0.0).dtype
+    assert list(table_of(made)) == list(table_of(one))
 
 
 def test_an_unknown_shipped_scene() -> None:
@@ -221,7 +217,7 @@ def _in_agreement(tables: dict[str, Any]) -> dict[str, Any]:
     if tables["modal"] is not None:
         linear = {k: v for k, v in tables["drum"].effects.items() if k in MODAL_EFFECTS}
         if "kettle" in linear:
-            linear = {"air": DRUM_EFFECTS["air"](), **linear}
+            linear = {"air": DRUM_TABLES["air"](), **linear}
         tables["drum"] = dataclasses.replace(tables["drum"], effects=linear, excitation="analytic")
     else:
         meshed = {k: v for k, v in tables["drum"].effects.items() if k in MESH_EFFECTS}
@@ -238,7 +234,7 @@ def _in_agreement(tables: dict[str, Any]) -> dict[str, Any]:
     tables["strike"] = _a_curve(tables["strike"], tables["drum"].excitation == "mallet")
     # Wires lie on a second head.
     if "snare" in tables["drum"].effects:
-        two_heads = {"cavity": DRUM_EFFECTS["cavity"](), **tables["drum"].effects}
+        two_heads = {"cavity": DRUM_TABLES["cavity"](), **tables["drum"].effects}
         tables["drum"] = dataclasses.replace(tables["drum"], effects=two_heads)
     # The pitch may rise by more than it does on the mean.
     tension = tables["drum"].effects.get("tension")
@@ -259,10 +255,14 @@ def test_whatever_the_declarations_allow_comes_back(data: st.DataObject) -> None
     tables = {name: kind(**data.draw(_values(kind))) for name, kind in TABLES.items()}  # type: ignore[operator]
     if data.draw(st.booleans()):
         tables["modal"] = None
-    named = data.draw(st.sets(st.sampled_from(list(EFFECTS))))
-    effects = {name: EFFECTS[name](**data.draw(_values(EFFECTS[name]))) for name in EFFECTS if name in named}
-    kinds = data.draw(st.sets(st.sampled_from(list(DRUM_EFFECTS))))
-    on_drum = {n: kind(**data.draw(_values(kind))) for n, kind in DRUM_EFFECTS.items() if n in kinds}
+    named = data.draw(st.sets(st.sampled_from(list(STICK_TABLES))))
+    effects = {
+        name: STICK_TABLES[name](**data.draw(_values(STICK_TABLES[name])))
+        for name in STICK_TABLES
+        if name in named
+    }
+    kinds = data.draw(st.sets(st.sampled_from(list(DRUM_TABLES))))
+    on_drum = {n: kind(**data.draw(_values(kind))) for n, kind in DRUM_TABLES.items() if n in kinds}
     tables["drum"] = dataclasses.replace(tables["drum"], effects=on_drum)
     scene = Scene("x", effects=effects, **_in_agreement(tables))
     assert from_tables(json.loads(json.dumps(as_tables(scene)))) == scene
@@ -283,7 +283,9 @@ def test_tables_from_elsewhere_raise_nothing_else(table: object, name: str) -> N
         assert error.mistakes
 
 
-@pytest.mark.parametrize("table", [*TABLES.values(), *EFFECTS.values()], ids=lambda table: table.__name__)
+@pytest.mark.parametrize(
+    "table", [*TABLES.values(), *STICK_TABLES.values()], ids=lambda table: table.__name__
+)
 def test_every_default_lies_in_its_own_range(table: type) -> None:
     made = table()
     for key, quantity in quantities(table).items():

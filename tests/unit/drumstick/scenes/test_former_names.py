@@ -5,11 +5,12 @@ import json
 import numpy as np
 import pytest
 
-from drumstick.drum.excitation.strikes import OfflineStrike
+from drumstick.drum.effects.registry import DRUM_TABLES, FORMER_NAMES
+from drumstick.drum.effects.uniform_loss import UniformLossTable
+from drumstick.drum.memory.strikes import OfflineStrike
 from drumstick.drum.render import render
-from drumstick.parameters.drum_effects import DRUM_EFFECTS, FORMER_NAMES, UniformLoss
-from drumstick.parameters.former_names import with_present_names
-from drumstick.parameters.scene import SceneError, as_tables, from_tables, parse
+from drumstick.scenes.former_names import with_present_names
+from drumstick.scenes.scene_text import SceneError, as_tables, from_tables, parse
 
 SOURCE = "stage/a.toml"
 NOTE = "drum.effects.air_loss: is called uniform_loss now; the old name is still read for a while: rename it there"
@@ -30,7 +31,7 @@ def test_the_old_name_is_read_as_the_new_one_and_noted(form: str) -> None:
     text, line = FORMS[form]
     notes: list[str] = []
     scene = parse(text, SOURCE, notes)
-    assert scene.drum.effects["uniform_loss"] == UniformLoss(0.5)
+    assert scene.drum.effects["uniform_loss"] == UniformLossTable(0.5)
     assert notes == [f"{SOURCE}:{line}: {NOTE}"]
     assert parse(text, SOURCE) == scene
 
@@ -113,4 +114,4 @@ def test_it_sounds_the_same_to_the_bit(renderer: str) -> None:
 
 def test_no_old_name_is_given_away_anew() -> None:
     assert FORMER_NAMES == {"air_loss": "uniform_loss"}
-    assert not set(FORMER_NAMES) & set(DRUM_EFFECTS)
+    assert not set(FORMER_NAMES) & set(DRUM_TABLES)

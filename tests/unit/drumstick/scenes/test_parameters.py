@@ -8,9 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drumstick.parameters.scene import Scene, parse, shipped_text
+from drumstick.parameters.scene import Scene
 from drumstick.parameters.stick import GRAVITY_M_PER_S2
-from drumstick.parameters.table import Parameter, Refusal, table_of, values_of, with_changes
+from drumstick.scenes.scene_text import parse, shipped_text
+from drumstick.scenes.table import Parameter, Refusal, table_of, values_of, with_changes
 from drumstick.stick.law import law_of
 
 ROLL = parse(shipped_text("roll"), "roll")

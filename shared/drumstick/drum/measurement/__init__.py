@@ -1,0 +1,1 @@
+"""Measuring a rendered drum: its cost, its pitch, its modes."""
