@@ -7,8 +7,8 @@ import pytest
 from browser import visitor
 from playwright.sync_api import Browser, Page, expect
 
-from drumstick_lab.benchmarks.sound.abx import SECONDS, page, prepared
-from drumstick_lab.benchmarks.sound.beside_recordings import RATE_HZ
+from drumstick_lab.benchmarks.recordings.abx import SECONDS, page, prepared
+from drumstick_lab.benchmarks.recordings.beside_recordings import RATE_HZ
 
 DRUMS: list[dict[str, object]] = [
     {"name": "snare", "strokes": [["data:recorded-1", "data:ours-1"], ["data:recorded-2", "data:ours-2"]]},

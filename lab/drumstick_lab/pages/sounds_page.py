@@ -168,7 +168,7 @@ def page() -> str:
 
 
 def main() -> None:
-    """What has another scene now; with --all everything, as after a change of the drum's code."""
+    """Render what has another scene now; with --all everything, as after a change of the drum's code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--all", action="store_true", help="render each scene anew")
     anew = parser.parse_args().all

@@ -26,7 +26,7 @@ from drumstick.scenes.scene_text import (
     shipped_names,
     shipped_text,
 )
-from drumstick_lab.benchmarks.sound.beside_recordings import (
+from drumstick_lab.benchmarks.recordings.beside_recordings import (
     WORK,
     Measures,
     distance,

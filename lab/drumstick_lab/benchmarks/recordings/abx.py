@@ -1,4 +1,4 @@
-"""Which stroke is the recorded one, asked of ears: drumstick lab abx KITS [--out abx.html] [--scenes snare low-tom ...].
+"""Page for a blind test by ear, which stroke is the recorded one: drumstick lab abx KITS [--out abx.html] [--scenes snare ...].
 
 Writes one page that holds all its sounds, to be opened in a browser, also without a network: for each scene that was made beside a recording,
 A is a recorded stroke, B the scene's own at the same place among the dynamics, X one of the two at random. Both are mono, of the same length
@@ -19,7 +19,7 @@ from scipy import signal
 
 from drumstick.drum.calibrate import strike_for_speed
 from drumstick.drum.render import render
-from drumstick_lab.benchmarks.sound.beside_recordings import (
+from drumstick_lab.benchmarks.recordings.beside_recordings import (
     KINDS,
     PLACE,
     RATE_HZ,

@@ -1,0 +1,1 @@
+"""Drums beside recorded ones: by measures, by search and by ear."""
