@@ -196,7 +196,7 @@ def verdict(servo: memory.Servo, seen: npt.NDArray[np.void]) -> Verdict:
         late_m_per_s=late,
         force_N=float(eye["force_N"]),
         fastest_m_per_s=float(eye["fastest_m_per_s"]),
-        fault=int(servo.player[0]["fault"]),
+        fault=int(servo.tick_state[0]["fault"]),
     )
 
 

@@ -25,13 +25,13 @@ def servo_at(rate_hz: int = 1000) -> Servo:
 @njit()
 def _latch(servo: Servo, reading: Reading) -> bool:
     # As the real law does: a fault holds until somebody arms it.
-    player = servo.player[0]
+    tick_state = servo.tick_state[0]
     if exchange(servo.block.control, ARM, 0) != 0:
-        player.fault = NO_FAULT
-    if player.fault == NO_FAULT:
-        player.fault = reading.trouble
-    store_release(servo.block.control, HELD, 1 if player.fault != NO_FAULT else 0)
-    return player.fault == NO_FAULT
+        tick_state.fault = NO_FAULT
+    if tick_state.fault == NO_FAULT:
+        tick_state.fault = reading.trouble
+    store_release(servo.block.control, HELD, 1 if tick_state.fault != NO_FAULT else 0)
+    return tick_state.fault == NO_FAULT
 
 
 @njit()

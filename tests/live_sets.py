@@ -99,7 +99,7 @@ def gateway_takes(law: Records, played: Scene, changes: dict[str, float]) -> boo
 def _look(servo: memory.Servo, seen: Any, force_before: float, rise_m: float, was_in: bool) -> None:
     # After a tick: the head's share of the force, and its work on the arm's true way since entry.
     guard, law, motion = servo.guard[0], servo.law[0], servo.motion[0]
-    force, tau = servo.player[0].force_N, law.pulse.tau
+    force, tau = servo.tick_state[0].force_N, law.pulse.tau
     seen.no_numbers += not abs(force) < 1e9
     seen.force_N = max(seen.force_N, abs(force))
     seen.growth_N = max(seen.growth_N, abs(force) - abs(force_before))
@@ -126,7 +126,7 @@ def _look(servo: memory.Servo, seen: Any, force_before: float, rise_m: float, wa
 def watched(servo: memory.Servo, seen: npt.NDArray[np.void], ticks: int, now_ns: int) -> int:
     """As `loop.run_virtual` on a sampled arm, under the witness's eyes."""
     for _ in range(ticks):
-        before, z, was_in = servo.player[0].force_N, servo.plant[0].z_m, servo.motion[0].place != 0
+        before, z, was_in = servo.tick_state[0].force_N, servo.plant[0].z_m, servo.motion[0].place != 0
         now_ns = loop.run_virtual(servo, 1, now_ns)
         _look(servo, seen[0], before, servo.plant[0].z_m - z, was_in)
     return now_ns

@@ -115,7 +115,7 @@ class TickState(Record):
     trace_ended: int
 
 
-PLAYER = dtype_of(TickState)
+TICK_STATE = dtype_of(TickState)
 
 
 class Reading(Record):

@@ -64,16 +64,16 @@ class _Strokes:
         self._servo, self._now_ns = servo_of(self._scene), 0
         self._z_m = np.concatenate([self._block() for _ in range(_BLOCKS)])
         self._speeds = np.empty_like(self._z_m)
-        player = self._servo.player[0]
-        if player["fault"] != NO_FAULT or player["seq"] == 0:
-            raise RuntimeError(f"{device}: fault {player['fault']} after {player['seq']} strikes")
+        tick_state = self._servo.tick_state[0]
+        if tick_state["fault"] != NO_FAULT or tick_state["seq"] == 0:
+            raise RuntimeError(f"{device}: fault {tick_state['fault']} after {tick_state['seq']} strikes")
 
     def _run(self, ticks: int) -> None:
         self._now_ns = loop.run_virtual(self._servo, ticks, self._now_ns)
 
     def _block(self) -> Samples:
         self._run(TICKS)
-        rows = ordered(self._servo.trace, int(self._servo.player[0]["traced"]))
+        rows = ordered(self._servo.trace, int(self._servo.tick_state[0]["traced"]))
         return np.ascontiguousarray(rows["told_z_m"])
 
     def ticks(self) -> float:

@@ -50,7 +50,7 @@ class Virtual:
         # How many strikes there will be is not known beforehand; at 1 Hz or at 1000, the limit is passed early on.
         ticks.begin_at(self._servo, Counted(2**31 - half, 2**31 - max(round(span_s * 2), 2)))
         self._start_ns = self._now_ns = (2**53 // self._period_ns - half) * self._period_ns
-        self._began = int(self._servo.player["seq"][0])
+        self._began = int(self._servo.tick_state["seq"][0])
         session = LocalSession()
         self._gateway = Gateway(self._scene, place, session)
         self._clocks = Clocks(self._gateway.link.boot, self._start_ns)
@@ -128,7 +128,7 @@ class Virtual:
     @property
     def strikes(self) -> int:
         """Made since the start."""
-        return int(self._servo.player["seq"][0]) - self._began
+        return int(self._servo.tick_state["seq"][0]) - self._began
 
     def close(self) -> None:
         """End what has threads or files."""
@@ -207,7 +207,7 @@ def cycle_off_ns(minutes: int) -> float:
         ticks.room(),
         0.0,
     )
-    newest = int(servo.player["seq"][0])
+    newest = int(servo.tick_state["seq"][0])
     for _ in range(minutes):
         now = ticks.run(servo, minute, now)
         strikes = ticks.strikes_of(ticks.taken(servo, out), newest)

@@ -65,7 +65,7 @@ def traced_tick(servo: Servo, now_ns: int, span_s: float) -> None:
     """One tick of whatever the servo drives, and its line in the trace."""
     _tick(servo, now_ns, span_s)
     head_z_m = servo.plan[0].head_z_m
-    note(servo.trace, servo.motion[0], servo.player[0], servo.reading[0], head_z_m, now_ns, span_s)
+    note(servo.trace, servo.motion[0], servo.tick_state[0], servo.reading[0], head_z_m, now_ns, span_s)
 
 
 @njit()
@@ -131,7 +131,7 @@ def _run(servo: Servo, log: Log, first_ns: int, most_ticks: int) -> int:
         ticks += 1
         span = (missed + 1) * period
         deadline += span
-    servo.player[0].force_N = 0.0
+    servo.tick_state[0].force_N = 0.0
     publish_status(servo, last)
     return status.tick
 

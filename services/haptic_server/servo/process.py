@@ -49,9 +49,9 @@ def _write_granted(path: Path, granted: dict[str, str]) -> None:
 
 
 def _save_trace(servo: memory.Servo, path: Path) -> None:
-    fault = FAULT_WORDS[int(servo.player[0]["fault"])]
+    fault = FAULT_WORDS[int(servo.tick_state[0]["fault"])]
     _log.error("fault: %s; the last ticks are in %s", fault, path)
-    rows = trace.ordered(servo.trace, int(servo.player[0]["traced"]))
+    rows = trace.ordered(servo.trace, int(servo.tick_state[0]["traced"]))
     try:
         write_text(path, trace.as_csv(rows))
     except OSError as error:  # a full disk or a pipe that nobody reads must not end the servo
@@ -67,7 +67,7 @@ def _watch(
     watchdog = Watchdog(servo, Supervisor())
     while not stop.wait(_POLL_EVERY_S) and loop_thread.is_alive():
         watchdog.poll()
-        ended = bool(servo.player[0]["trace_ended"])
+        ended = bool(servo.tick_state[0]["trace_ended"])
         if ended and not written:
             _save_trace(servo, path)
         written = ended
@@ -122,17 +122,17 @@ def _play(device: Device, scene: Scene, run_dir: Path, stop: StopRequest) -> int
 
     _await_listeners(run_dir, stop)
     thread = threading.Thread(target=run, name="servo")
-    inherited = bool(servo.player[0]["trace_ended"])
+    inherited = bool(servo.tick_state[0]["trace_ended"])
     thread.start()
     if inherited:
-        _log.warning("still held by a fault: %s", FAULT_WORDS[int(servo.player[0]["fault"])])
+        _log.warning("still held by a fault: %s", FAULT_WORDS[int(servo.tick_state[0]["fault"])])
     _log.info("scene %s, %d Hz, %s", scene.name, scene.servo.rate_Hz, info.specification.name)
     written = _watch(servo, run_dir / files.TRACE, thread, stop, inherited)
     poke(servo.block.control, STOP, 1)
     thread.join()
     if refused:
         raise refused[0]
-    if servo.player[0]["trace_ended"] and not written:
+    if servo.tick_state[0]["trace_ended"] and not written:
         _save_trace(servo, run_dir / files.TRACE)
     return 0 if ended == [NO_FAULT] else 1
 

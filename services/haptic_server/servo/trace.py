@@ -38,27 +38,27 @@ TRACE = dtype_of(Trace)
 def note(
     trace: Records,
     motion: Motion,
-    player: TickState,
+    tick_state: TickState,
     reading: Reading,
     head_z_m: float,
     now_ns: int,
     span_s: float,
 ) -> None:
-    """Keep this tick; `player.traced` counts the ticks that were kept."""
-    if player.fault != NO_FAULT and player.trace_ended != 0:
+    """Keep this tick; `tick_state.traced` counts the ticks that were kept."""
+    if tick_state.fault != NO_FAULT and tick_state.trace_ended != 0:
         return
-    row: Trace = trace[player.traced % TICKS]
+    row: Trace = trace[tick_state.traced % TICKS]
     row.t_ns = now_ns
     row.span_s = span_s
     row.z_m = motion.z
     row.v_m_per_s = motion.v
-    row.force_N = player.force_N
+    row.force_N = tick_state.force_N
     row.place = motion.place
-    row.fault = player.fault
+    row.fault = tick_state.fault
     row.told_z_m = reading.z_m - head_z_m
     row.fresh = reading.fresh
-    player.traced += 1
-    player.trace_ended = 1 if player.fault != NO_FAULT else 0
+    tick_state.traced += 1
+    tick_state.trace_ended = 1 if tick_state.fault != NO_FAULT else 0
 
 
 def ordered(trace: Rows[Trace], traced: int) -> npt.NDArray[np.void]:

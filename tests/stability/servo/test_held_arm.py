@@ -86,10 +86,10 @@ def test_a_head_that_drives_the_arm_is_a_fault_though_the_account_is_wrong(name:
     """As with a delay that nobody declared: blows at the limit of force that do not tire."""
     servo = _without_account(live_sets.servo_of(scene_of(**KNOWN[name])))
     loop.run_virtual(servo, round(SECONDS * 1e9 / int(servo.plan["period_ns"][0])), 0)
-    assert servo.player["fault"][0] == SELF_DRIVEN
-    assert servo.player["force_N"][0] == 0.0
-    assert servo.player["traced"][0] > 0
-    assert servo.trace["fault"][(servo.player["traced"][0] - 1) % len(servo.trace)] == SELF_DRIVEN
+    assert servo.tick_state["fault"][0] == SELF_DRIVEN
+    assert servo.tick_state["force_N"][0] == 0.0
+    assert servo.tick_state["traced"][0] > 0
+    assert servo.trace["fault"][(servo.tick_state["traced"][0] - 1) % len(servo.trace)] == SELF_DRIVEN
 
 
 def _refusal(scene: Scene) -> str:
@@ -188,7 +188,7 @@ def test_the_motors_give_no_more_than_what_is_stored_and_the_pulses(seed: int) -
         arm_witness.watch_pulses(servo, seen, 4 * values["rate"], 0)
         assert seen["excess_J"][0] <= 0.0, values
         fired += bool(seen["given_J"][0] > 0.0)
-        assert servo.player["fault"][0] == NO_FAULT
+        assert servo.tick_state["fault"][0] == NO_FAULT
     assert fired >= 2
 
 
@@ -209,6 +209,6 @@ def test_a_hard_press_is_held_for_as_long_as_it_lasts() -> None:
     now = loop.run_virtual(servo, 5_000, 0)
     early = float(servo.plant["z_m"][0])
     loop.run_virtual(servo, 300_000, now)
-    assert servo.player["fault"][0] == NO_FAULT
+    assert servo.tick_state["fault"][0] == NO_FAULT
     assert float(servo.plant["z_m"][0]) == pytest.approx(early, abs=1e-4)
     assert float(np.mean(servo.trace["force_N"])) == pytest.approx(300.0 * 0.02 * 3500.0 / 3800.0, rel=0.05)

@@ -42,7 +42,7 @@ def _hardest(servo: memory.Servo, ticks: int, now_ns: int) -> tuple[int, float, 
     for _ in range(ticks):
         now_ns = loop.run_virtual(servo, 1, now_ns)
         motion = servo.motion[0]
-        force = max(force, abs(servo.player[0].force_N))
+        force = max(force, abs(servo.tick_state[0].force_N))
         speed = max(speed, abs(motion.v))
     return now_ns, force, speed
 
@@ -113,7 +113,7 @@ def test_no_throw_and_no_order_of_sets_passes_a_limit(
         events = _events(servo)
         assert np.all(events["peak_N"] <= force_N * SLACK)
         assert np.all(events["speed_m_per_s"] <= speed * SLACK)
-    assert servo.player["fault"][0] == NO_FAULT
+    assert servo.tick_state["fault"][0] == NO_FAULT
 
 
 def _pointed(scene: Scene) -> memory.Servo:
@@ -147,7 +147,7 @@ def test_a_pointer_that_swings_in_time_with_the_stick_pumps_it_no_further_than_t
         triple_buffer.publish(servo.block.pointer_cells, servo.block.pointer, pointer[0])
         now, force, speed = _hardest(servo, 1, now)
         fastest, hardest = max(fastest, speed), max(hardest, force)
-    assert servo.player["fault"][0] == NO_FAULT
+    assert servo.tick_state["fault"][0] == NO_FAULT
     assert hardest <= (8.5 if plant == "phantom" else 20.0)
     assert fastest <= (1.5 if plant == "phantom" else 2.0)
     assert fastest > 0.5  # it was pumped
@@ -162,6 +162,6 @@ def test_a_gesture_however_hasty_is_no_fault_in_mid_roll(gesture: str, period_s:
     played = parse(text + f"gesture_height_m = 0.2\ngesture_period_s = {period_s}\n", "hasty")
     servo = live_sets.servo_of(played)
     _, force, speed = _hardest(servo, 10 * played.servo.rate_Hz, 0)
-    assert servo.player["fault"][0] == NO_FAULT
+    assert servo.tick_state["fault"][0] == NO_FAULT
     assert force <= 8.5
     assert speed <= 1.5

@@ -60,30 +60,30 @@ def test_an_arm_is_never_given_more_than_its_account(
             now += stall * PERIOD_NS
             loop.traced_tick(servo, now, stall * 1e-3)
             seen["share_N"] = seen["given_J"] = 0.0
-            assert servo.player["force_N"][0] == 0.0
+            assert servo.tick_state["force_N"][0] == 0.0
         takes = live_sets.gateway_takes(accepted, played, changes)
         wanted = live_sets.changed(accepted, played, changes)
         live_sets.offer(servo, revision, wanted)
         accepted = wanted if takes else accepted
-        before = int(servo.player["refused"][0])
+        before = int(servo.tick_state["refused"][0])
         # Until the set was looked at, which is when the stick is above the head next, or no longer.
         for _ in range(3000):
             now = live_sets.watched(servo, seen, 1, now)
-            if servo.player["revision"][0] == revision or servo.player["refused"][0] != before:
+            if servo.tick_state["revision"][0] == revision or servo.tick_state["refused"][0] != before:
                 break
         refused += not takes
-        if servo.player["refused"][0] != before:
+        if servo.tick_state["refused"][0] != before:
             assert not takes
             live_sets.offer(servo, revision, accepted)
     live_sets.watched(servo, seen, 1500, now)
-    assert servo.player["fault"][0] in (NO_FAULT, TOO_FAST)
+    assert servo.tick_state["fault"][0] in (NO_FAULT, TOO_FAST)
     assert seen["no_numbers"][0] == 0
     assert seen["force_N"][0] <= 8.5
     assert seen["growth_N"][0] <= 20.0 * (1.0 + 1e-12)
     # The servo sees positions to a count, so the work of the largest force is known to a count.
     assert seen["excess_J"][0] <= 8.5 * RESOLUTION_M
     # A stick that rests in the head has not looked yet.
-    waits = servo.player["holding"][0] == 1 or triple_buffer.has_fresh(servo.block.wanted_cells)
+    waits = servo.tick_state["holding"][0] == 1 or triple_buffer.has_fresh(servo.block.wanted_cells)
     assert waits or np.array_equal(servo.law, accepted)
 
 
@@ -101,12 +101,12 @@ def test_a_stick_stays_within_the_envelope_whatever_comes_when(
         now = loop.run_virtual(servo, ticks, now)
         takes = live_sets.gateway_takes(accepted, played, changes)
         wanted = live_sets.changed(accepted, played, changes)
-        before = int(servo.player["refused"][0])
+        before = int(servo.tick_state["refused"][0])
         live_sets.offer(servo, revision, wanted)
         for _ in range(100):
             now = loop.run_virtual(servo, 20, now)
-            if servo.player["revision"][0] == revision or servo.player["refused"][0] != before:
-                assert (servo.player["refused"][0] == before) == takes
+            if servo.tick_state["revision"][0] == revision or servo.tick_state["refused"][0] != before:
+                assert (servo.tick_state["refused"][0] == before) == takes
                 break
         if takes:
             accepted = wanted
@@ -116,8 +116,8 @@ def test_a_stick_stays_within_the_envelope_whatever_comes_when(
         assert all(np.all(np.isfinite(events[name])) for name in EVENT.names or ())
         assert np.all(events["speed_m_per_s"] <= limits.max_speed_m_per_s)
         assert np.all(events["peak_N"] <= limits.max_force_N)
-        assert servo.player["fault"][0] == NO_FAULT
-        assert np.isfinite(servo.player["force_N"][0])
+        assert servo.tick_state["fault"][0] == NO_FAULT
+        assert np.isfinite(servo.tick_state["force_N"][0])
 
 
 @pytest.mark.parametrize("plant", ["stick", "phantom"])
@@ -134,7 +134,7 @@ def test_both_fences_say_the_same(plant: str, data: st.DataObject) -> None:
     before = servo.law.copy()
     live_sets.offer(servo, 1, wanted)
     now = loop.run_virtual(servo, 20, 0)  # it looks at once: the stick starts above the head
-    assert servo.player["refused"][0] == (0 if takes else 1)
+    assert servo.tick_state["refused"][0] == (0 if takes else 1)
     if not takes:
         assert servo.law.tobytes() == before.tobytes()
         loop.run_virtual(servo, 1500, now)

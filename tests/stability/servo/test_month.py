@@ -47,7 +47,7 @@ def _advanced(servo: memory.Servo, count: int) -> None:
     """All that counts stands `count` ahead, as if it had been counted there."""
     servo.status["tick"] += count
     for name in ("seq", "traced", "revision", "refused", "panics_seen"):
-        servo.player[name] += count
+        servo.tick_state[name] += count
     for cell in (ring.WRITTEN, ring.READ, ring.DROPPED):
         servo.block.ring_cells[cell] += count
     servo.block.control[[PANIC, PANICS_SEEN]] += count
@@ -101,7 +101,7 @@ def test_counters_go_on_beyond(count: str, first_day: npt.NDArray[np.void]) -> N
     assert servo.status["tick"][0] == ahead + 2 * MINUTE
     assert servo.status["strikes"][0] == ahead + np.count_nonzero(first_day["kind"] == STRIKE)
     assert _since(_events(servo), SECOND_NS, ahead).tobytes() == first_day.tobytes()
-    assert servo.player["traced"][0] == ahead + 2 * MINUTE
+    assert servo.tick_state["traced"][0] == ahead + 2 * MINUTE
     assert servo.status["status"][0] == PLAYING
     _sets_and_panics_still_work(servo, ahead)
 
@@ -110,13 +110,13 @@ def _sets_and_panics_still_work(servo: memory.Servo, ahead: int) -> None:
     now = SECOND_NS + 2 * MINUTE * PERIOD_NS
     live_sets.offer(servo, ahead + 1, live_sets.changed(servo.law, live_sets.roll(), {"dv_pls": 0.3}))
     now = loop.run_virtual(servo, 100, now)
-    assert (servo.law["pulse"]["dv_pls"][0], servo.player["revision"][0]) == (0.3, ahead + 1)
+    assert (servo.law["pulse"]["dv_pls"][0], servo.tick_state["revision"][0]) == (0.3, ahead + 1)
     told = np.zeros(1, set_type(servo.law.dtype))
     assert triple_buffer.read_into(servo.block.live_cells, servo.block.live, told)
     assert told["revision"][0] == ahead + 1
     add_to(servo.block.control, PANIC, 1)
     loop.run_virtual(servo, 1, now)
-    assert servo.player["panicked"][0] == 1
+    assert servo.tick_state["panicked"][0] == 1
     assert peek(servo.block.control, PANICS_SEEN) == ahead + 1
 
 
@@ -131,7 +131,7 @@ def test_a_ring_that_was_dropped_from_for_ages_wraps_at_its_own_length() -> None
         assert len(kept) == blocks.RING_SLOTS
         assert np.array_equal(np.unique(kept["seq"]), np.arange(count - 4, count - 4 + len(kept) // 2))
         dropped = peek(servo.block.ring_cells, ring.DROPPED) - (count - 5)
-        struck = servo.player["seq"][0] - (count - 5)
+        struck = servo.tick_state["seq"][0] - (count - 5)
         assert dropped + len(kept) == 2 * struck - (servo.motion["place"][0] != 0)
 
 
@@ -159,7 +159,7 @@ def test_an_hour_and_a_half_across_every_limit_keeps_the_rate_and_the_memory() -
     """Five million ticks: the clock passes 2^53 ns, the ticks 2^31, the strikes 2^32. Every strike is on the cycle."""
     servo, minutes = live_sets.servo_of(live_sets.roll()), 84
     servo.status["tick"] = 2**31 - minutes // 2 * MINUTE
-    servo.player["seq"] = seq = 2**32 - minutes // 2 * 1383
+    servo.tick_state["seq"] = seq = 2**32 - minutes // 2 * 1383
     now = 2**53 // PERIOD_NS * PERIOD_NS - minutes // 2 * MINUTE * PERIOD_NS
     # Settled after a minute: the slowest that dies away shrinks to 0.6 a strike.
     comb = ticks.Comb(ticks.ROLL_HZ)
@@ -176,7 +176,7 @@ def test_an_hour_and_a_half_across_every_limit_keeps_the_rate_and_the_memory() -
     assert comb.origin is not None
     assert comb.origin[0] < seq + 1400, "settled within the first minute"
     assert off <= MAX_OFF_NS
-    assert servo.player["seq"][0] > 2**32 > seq
+    assert servo.tick_state["seq"][0] > 2**32 > seq
     assert servo.status["tick"][0] == 2**31 + minutes // 2 * MINUTE
     assert peek(servo.block.ring_cells, ring.DROPPED) == 0
     assert len(allocated) == 1, "what the call from Python costs, and nothing besides"
@@ -189,7 +189,7 @@ def _strokes(late: bool, start_ns: int) -> tuple[npt.NDArray[np.void], Any]:
     if late:
         _advanced(servo, 2**31 - 500)
     loop.run_virtual(servo, 2 * MINUTE, start_ns)
-    return _since(_events(servo), start_ns, 2**31 - 500 if late else 0), servo.player[0]
+    return _since(_events(servo), start_ns, 2**31 - 500 if late else 0), servo.tick_state[0]
 
 
 @shows("month of ticks", "ours")
@@ -198,10 +198,10 @@ def _strokes(late: bool, start_ns: int) -> tuple[npt.NDArray[np.void], Any]:
 def test_an_arm_strikes_in_time_however_late_it_is(clock: str) -> None:
     """Its speed comes from positions over time, which a late clock rounds to 4 ns: the strokes stay where they are."""
     early, _ = _strokes(late=False, start_ns=SECOND_NS)
-    late, player = _strokes(
+    late, tick_state = _strokes(
         late=True, start_ns=CLOCKS_NS[clock] // PERIOD_NS * PERIOD_NS - MINUTE * PERIOD_NS
     )
-    assert player["fault"] == NO_FAULT
+    assert tick_state["fault"] == NO_FAULT
     firsts = [_first_of_each_stroke(events) for events in (early, late)]
     strokes = len(firsts[0])
     assert strokes == len(firsts[1]) >= 239  # one may begin before the first tick, or end after the last

@@ -70,7 +70,7 @@ def _pushing() -> tuple[memory.Servo, int]:
     # A servo whose arm is pressed into the head right now, and the time of its last tick.
     servo = sampled_arm.servo_of(sampled_arm.scene("press"))
     now = loop.run_virtual(servo, 1000, 0)
-    while not servo.player[0]["force_N"] > 0.3:
+    while not servo.tick_state[0]["force_N"] > 0.3:
         now = loop.run_virtual(servo, 1, now)
     return servo, now
 
@@ -98,10 +98,10 @@ def test_a_position_that_is_no_number_passes_comparisons_and_not_the_guard() -> 
 
     servo, now = _pushing()
     assert _force(servo, now + PERIOD_NS, T, z_m=math.nan) == 0.0
-    assert servo.player[0]["fault"] == NOT_A_NUMBER
+    assert servo.tick_state[0]["fault"] == NOT_A_NUMBER
     poke(servo.block.control, ARM, 1)
     loop.run_virtual(servo, 3000, now + 2 * PERIOD_NS)
-    assert servo.player[0]["fault"] == NO_FAULT
+    assert servo.tick_state[0]["fault"] == NO_FAULT
     assert np.max(servo.trace["force_N"]) > 0.3  # armed again by hand, it plays on
 
 
@@ -110,7 +110,7 @@ def test_a_position_that_is_no_number_passes_comparisons_and_not_the_guard() -> 
 def test_after_a_stall_nothing_kicks(stall_ms: int) -> None:
     """The hand went on at 0.2 m/s, into the head. Over the usual period that is up to 6 m/s: a kick by the damper."""
     servo, now = _pushing()
-    z, before = float(servo.plant[0]["z_m"]), float(servo.player[0]["force_N"])
+    z, before = float(servo.plant[0]["z_m"]), float(servo.tick_state[0]["force_N"])
     below = z - 0.2 * stall_ms * T
     # The plain loop on such a way: a tick each ms up to the stall and after it. Its damper takes the stall's way for
     # that of a tick, and lets go on the next: a blow that neither hand nor head gave.
@@ -122,7 +122,7 @@ def test_after_a_stall_nothing_kicks(stall_ms: int) -> None:
     assert (blow > MAX_N) == (stall_ms > 18)
     span_s = stall_ms * T
     force = _force(servo, now + stall_ms * PERIOD_NS, span_s, z_m=below)
-    assert servo.player[0]["fault"] == (STALLED if stall_ms > 20 else NO_FAULT)
+    assert servo.tick_state[0]["fault"] == (STALLED if stall_ms > 20 else NO_FAULT)
     if stall_ms > 5:
         assert force == 0.0
         for tick in range(1, 60):  # it is still in the head: nothing pushes before it was above

@@ -29,7 +29,7 @@ def made(folder: Path, scene: Scene = ROLL) -> blocks.Block:
 
 
 def is_panicked(block: blocks.Block) -> bool:
-    return bool(memory.prepare(ROLL, block).player["panicked"][0])
+    return bool(memory.prepare(ROLL, block).tick_state["panicked"][0])
 
 
 def test_a_servo_that_is_killed_before_its_first_tick_leaves_the_panic_to_the_next(tmp_path: Path) -> None:
@@ -49,8 +49,10 @@ def test_a_fault_is_told_by_every_servo_after_it_until_somebody_arms(tmp_path: P
         servo = memory.prepare(ROLL, made(tmp_path))
         now = loop.run_virtual(servo, 1, now)
         assert (servo.status["status"][0], servo.status["fault"][0]) == (FAULT, OUT_OF_BOUNDS)
-        assert servo.player["traced"][0] == 0, "the ticks before the fault are on file: these are not news"
-        assert servo.player["force_N"][0] == 0.0
+        assert servo.tick_state["traced"][0] == 0, (
+            "the ticks before the fault are on file: these are not news"
+        )
+        assert servo.tick_state["force_N"][0] == 0.0
     poke(servo.block.control, ARM, 1)
     loop.run_virtual(servo, 1, now)
     assert servo.status["status"][0] == READY
@@ -94,7 +96,7 @@ def test_a_law_that_the_device_does_not_take_takes_no_panic_with_it(tmp_path: Pa
     poke(blocks.create(tmp_path, wild, 7).control, HELD, 1)
     servo = _memory(ROLL, tmp_path, EXACT_STICK)
     assert servo.law["k_coll"][0] == law_of(ROLL)["k_coll"][0]
-    assert servo.player["panicked"][0] == 1
+    assert servo.tick_state["panicked"][0] == 1
 
 
 @pytest.mark.parametrize("late", [False, True], ids=["before the new block is in place", "after it"])

@@ -72,15 +72,15 @@ def test_the_servos_fence_refuses_the_whole_set_and_plays_on(plant: str, name: s
         live_sets.offer(servo, revision, wanted)
         for _ in range(2000):
             now = loop.run_virtual(servo, 1, now)
-            if servo.player["refused"][0] == revision:
+            if servo.tick_state["refused"][0] == revision:
                 break
-        assert servo.player["refused"][0] == servo.player["refused_revision"][0] == revision
+        assert servo.tick_state["refused"][0] == servo.tick_state["refused_revision"][0] == revision
         assert servo.law.tobytes() == before
-    struck = int(servo.player["seq"][0])
+    struck = int(servo.tick_state["seq"][0])
     loop.run_virtual(servo, 3000, now)
-    assert servo.player["seq"][0] > struck
+    assert servo.tick_state["seq"][0] > struck
     assert servo.status["status"][0] == PLAYING
-    assert servo.player["revision"][0] == 0
+    assert servo.tick_state["revision"][0] == 0
 
 
 @pytest.mark.parametrize("plant", PLANTS)
@@ -104,7 +104,7 @@ def test_what_cannot_be_set_live_must_be_the_scenes(plant: str, field: str, valu
     before = servo.law.tobytes()
     live_sets.offer(servo, 1, wanted)
     loop.run_virtual(servo, 2000, 0)
-    assert servo.player["refused"][0] == 1
+    assert servo.tick_state["refused"][0] == 1
     assert servo.law.tobytes() == before
     assert servo.status["status"][0] == PLAYING
 
@@ -120,8 +120,8 @@ def test_minus_zero_is_zero(plant: str, names: tuple[str, ...]) -> None:
         servo = live_sets.servo_of(played)
         live_sets.offer(servo, 1, live_sets.changed(servo.law, played, dict.fromkeys(names, zero)))
         loop.run_virtual(servo, 3000, 0)
-        assert servo.player["revision"][0] == 1
-        assert servo.player["fault"][0] == NO_FAULT
+        assert servo.tick_state["revision"][0] == 1
+        assert servo.tick_state["fault"][0] == NO_FAULT
         ends.append(servo.trace.tobytes())
     assert ends[0] == ends[1]
 
@@ -152,7 +152,7 @@ def test_what_was_looked_at_is_what_is_used() -> None:
 def _in_head(plant: str) -> tuple[live_sets.memory.Servo, int]:
     servo = live_sets.servo_of(live_sets.scene_of(plant))
     now = loop.run_virtual(servo, 1000, 0)
-    while not servo.player["force_N"][0] > 0.3:
+    while not servo.tick_state["force_N"][0] > 0.3:
         now = loop.run_virtual(servo, 1, now)
     return servo, now
 
@@ -164,14 +164,14 @@ def test_a_stall_of_an_arm_is_a_pause_and_then_a_fault(stall_ms: int) -> None:
     now += stall_ms * PERIOD_NS
     loop.traced_tick(servo, now, stall_ms * T)
     paused, fault = stall_ms * T > STALL_PAUSE_S, stall_ms * T > STALL_FAULT_S
-    assert servo.player["fault"][0] == (STALLED if fault else NO_FAULT)
+    assert servo.tick_state["fault"][0] == (STALLED if fault else NO_FAULT)
     if paused:
-        assert servo.player["force_N"][0] == 0.0
+        assert servo.tick_state["force_N"][0] == 0.0
         assert servo.guard["seen_above"][0] == 0
     forces, above_at = [], 0
     for tick in range(1500):
         now = loop.run_virtual(servo, 1, now)
-        forces.append(float(servo.player["force_N"][0]))
+        forces.append(float(servo.tick_state["force_N"][0]))
         above_at = above_at or tick * int(servo.guard["seen_above"][0])
     if fault:
         assert not any(forces)
@@ -193,8 +193,8 @@ def test_a_stall_of_the_exact_stick_is_a_longer_span_and_no_burst(stall_ms: int)
     now += stall_ms * PERIOD_NS
     loop.traced_tick(servo, now, stall_ms * T)
     loop.run_virtual(smooth, min(stall_ms, 20), then)
-    assert servo.player["fault"][0] == NO_FAULT
-    assert servo.player["seq"][0] == smooth.player["seq"][0]
+    assert servo.tick_state["fault"][0] == NO_FAULT
+    assert servo.tick_state["seq"][0] == smooth.tick_state["seq"][0]
     np.testing.assert_allclose(servo.motion["z"], smooth.motion["z"], rtol=1e-9, atol=1e-15)
     np.testing.assert_allclose(servo.motion["v"], smooth.motion["v"], rtol=1e-9)
     assert np.max(np.abs(servo.motion["z"])) < 0.1
@@ -203,8 +203,8 @@ def test_a_stall_of_the_exact_stick_is_a_longer_span_and_no_burst(stall_ms: int)
 def test_a_clock_that_goes_back_is_a_fault_of_an_arm() -> None:
     servo, now = _in_head("phantom")
     loop.traced_tick(servo, now + PERIOD_NS, -T)
-    assert servo.player["fault"][0] == STALLED
-    assert servo.player["force_N"][0] == 0.0
+    assert servo.tick_state["fault"][0] == STALLED
+    assert servo.tick_state["force_N"][0] == 0.0
 
 
 @shows("NaN from the device", "ours")
@@ -217,8 +217,8 @@ def test_a_force_that_is_no_number_is_a_fault_on_the_same_tick(field: str, value
     if field == "m":
         servo.motion["pulse"]["push"] = 1.0
     loop.run_virtual(servo, 1, now)
-    assert servo.player["force_N"][0] == 0.0
-    assert servo.player["fault"][0] == OUT_OF_BOUNDS
+    assert servo.tick_state["force_N"][0] == 0.0
+    assert servo.tick_state["fault"][0] == OUT_OF_BOUNDS
 
 
 def test_unplugging_one_end_of_the_envelope_is_refused_too() -> None:
@@ -228,6 +228,6 @@ def test_unplugging_one_end_of_the_envelope_is_refused_too() -> None:
     servo.limits["max_force_N"] = math.nan
     live_sets.offer(servo, 1, servo.law)
     loop.run_virtual(servo, 20, 0)
-    assert servo.player["refused"][0] == 1
+    assert servo.tick_state["refused"][0] == 1
     with pytest.raises(Refusal):
         envelope.require(servo.law, envelope.Limits(math.nan, 10.0))

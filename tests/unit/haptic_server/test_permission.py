@@ -49,7 +49,7 @@ class Bench:
 
     def tick(self) -> float:
         self.now = loop.run_virtual(self.servo, 1, self.now)
-        return float(self.servo.player["force_N"][0])
+        return float(self.servo.tick_state["force_N"][0])
 
     def cause(self, event: int, claim: Claim = ANYBODY) -> None:
         """Make it happen on the real parts; raises Refusal."""
@@ -130,7 +130,7 @@ def test_an_arm_given_before_a_fault_is_told_does_not_clear_it(tmp_path: Path, p
     bench = Bench(tmp_path, plant)
     control = bench.servo.block.control
     for _ in range(2):
-        bench.servo.player["fault"] = TOO_FAST  # found by this tick, which has obeyed its orders
+        bench.servo.tick_state["fault"] = TOO_FAST  # found by this tick, which has obeyed its orders
         poke(control, block_header.ARM, 1)
         event_output.publish_status(bench.servo, bench.now)
         assert peek(control, block_header.ARM) == 0

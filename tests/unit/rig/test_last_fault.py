@@ -54,8 +54,8 @@ def faulted(place: Path, code: int, ticks: int = 2 * SECOND) -> Servo:
     """A servo that faulted after so many ticks, its trace written as the force loop's process does."""
     servo = sampled_arm.servo_of(sampled_arm.scene("strokes"))
     FAULTS[code](servo, loop.run_virtual(servo, ticks, 0))
-    assert servo.player[0]["fault"] == code
-    rows = trace.ordered(servo.trace, int(servo.player[0]["traced"]))
+    assert servo.tick_state[0]["fault"] == code
+    rows = trace.ordered(servo.trace, int(servo.tick_state[0]["traced"]))
     (place / files.TRACE).write_text(trace.as_csv(rows), encoding="utf-8")
     return servo
 
@@ -68,7 +68,7 @@ def last_of(place: Path) -> LastFault:
 
 def test_what_is_read_is_what_the_force_loop_kept(place: Path) -> None:
     servo = faulted(place, STALLED)
-    last, kept = last_of(place), trace.ordered(servo.trace, int(servo.player[0]["traced"]))
+    last, kept = last_of(place), trace.ordered(servo.trace, int(servo.tick_state[0]["traced"]))
     assert (last.code, last.words, len(last.t_s)) == (STALLED, FAULT_WORDS[STALLED], 1000)
     np.testing.assert_array_equal(last.z_m, kept["z_m"])
     np.testing.assert_array_equal(last.force_N, kept["force_N"])

@@ -45,12 +45,12 @@ def main() -> None:
     print("ready", flush=True)
     for line in sys.stdin:
         first, ticks, file = line.split(maxsplit=2)
-        before = {name: int(servo.player[0][name]) for name in ("seq", "revision", "refused")}
+        before = {name: int(servo.tick_state[0][name]) for name in ("seq", "revision", "refused")}
         log, granted = selftest.play(servo, int(ticks), scene.servo.cpu, int(first))
         np.save(file.strip(), np.stack(log))
         (given.run_dir / files.GRANTED).write_text(json.dumps(granted), encoding="utf-8")
-        changed = {name: int(servo.player[0][name]) - value for name, value in before.items()}
-        overruns, fault = int(servo.status[0]["overruns"]), int(servo.player[0]["fault"])
+        changed = {name: int(servo.tick_state[0][name]) - value for name, value in before.items()}
+        overruns, fault = int(servo.status[0]["overruns"]), int(servo.tick_state[0]["fault"])
         print(json.dumps({"granted": granted, **changed, "overruns": overruns, "fault": fault}), flush=True)
 
 

@@ -55,7 +55,7 @@ class Stretch:
         self.first_day, self.days, self.day = first_day, days, 0
         self.servo = servo_at(first_day)
         self.now_ns = START_NS + first_day * DAY_NS
-        self.seq = int(self.servo.player["seq"][0])
+        self.seq = int(self.servo.tick_state["seq"][0])
         self.began = self.seq
         self.comb = Comb(ticks.ROLL_HZ)
         self.rows: list[dict[str, Any]] = []

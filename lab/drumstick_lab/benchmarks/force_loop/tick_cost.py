@@ -135,7 +135,7 @@ class Case(NamedTuple):
 def case(scene: Scene) -> Case:
     """Both compiled and warm."""
     servo, spare, held = servo_of(scene), servo_of(scene), servo_of(scene)
-    held.player["holding"], held.player["offer_reach"] = (
+    held.tick_state["holding"], held.tick_state["offer_reach"] = (
         1,
         -1.0,
     )  # a set that passes, and never gets its moment
@@ -204,8 +204,8 @@ def _row(name: str, each: Case, ns: dict[str, list[float]], seconds: float) -> d
         else None,
         "ratio_to_bare": statistics.median(np.divide(ns["whole"], ns["bare"]).tolist()),
         "ratio_to_clock_read": statistics.median(np.divide(ns["whole"], ns["clock"]).tolist()),
-        "strikes_per_s": int(each.servo.player["seq"][0]) / seconds,
-        "fault": int(each.servo.player["fault"][0]),
+        "strikes_per_s": int(each.servo.tick_state["seq"][0]) / seconds,
+        "fault": int(each.servo.tick_state["fault"][0]),
         "within_target": median["whole"] <= TARGET_NS if "no effects" in name else None,
     }
 

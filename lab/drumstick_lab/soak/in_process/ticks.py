@@ -44,8 +44,8 @@ def servo_of(scene: Scene, folder: Path | None = None) -> memory.Servo:
 
 def begin_at(servo: memory.Servo, counted: Counted) -> None:
     """Put the counters there: ticks, strikes, and what went through the ring."""
-    servo.status["tick"] = servo.player["traced"] = counted.ticks
-    servo.player["seq"] = counted.strikes
+    servo.status["tick"] = servo.tick_state["traced"] = counted.ticks
+    servo.tick_state["seq"] = counted.strikes
     servo.block.ring_cells[[ring.WRITTEN, ring.READ]] = 2 * counted.strikes
 
 

@@ -27,23 +27,23 @@ def foresee_hand(servo: Servo) -> None:
 @njit()
 def note_strike(servo: Servo, t_ns: int) -> None:
     """Put the contact that has just begun into the ring: t_ns is its instant."""
-    motion, player, event = servo.motion[0], servo.player[0], servo.event[0]
+    motion, tick_state, event = servo.motion[0], servo.tick_state[0], servo.event[0]
     speed = -motion.v_in
-    player.seq += 1
+    tick_state.seq += 1
     streaming.begin(servo)
-    first, second = player.before_last_ns, player.last_ns
-    player.roll_rate_Hz = 0.0
+    first, second = tick_state.before_last_ns, tick_state.last_ns
+    tick_state.roll_rate_Hz = 0.0
     if second > 0 and t_ns > second:
         # Over two intervals when both are recent: a roll of period two shows its mean rate.
         both = first > 0 and t_ns - first < _STILL_PLAYING_NS
-        player.roll_rate_Hz = 2e9 / (t_ns - first) if both else 1e9 / (t_ns - second)
-    player.before_last_ns = second
-    player.last_ns = t_ns
+        tick_state.roll_rate_Hz = 2e9 / (t_ns - first) if both else 1e9 / (t_ns - second)
+    tick_state.before_last_ns = second
+    tick_state.last_ns = t_ns
     event.kind = STRIKE
-    event.seq = player.seq
+    event.seq = tick_state.seq
     event.t_ns = t_ns
-    event.x = player.x
-    event.y = player.y
+    event.x = tick_state.x
+    event.y = tick_state.y
     event.speed_m_per_s = speed
     foresee_hand(servo)
     ahead = contact_ahead(servo.ahead_law[0], motion, servo.ahead)
@@ -57,11 +57,11 @@ def note_strike(servo: Servo, t_ns: int) -> None:
 @njit()
 def note_release(servo: Servo, t_ns: int) -> None:
     """Put the contact that has just ended into the ring."""
-    law, motion, player, event = servo.law[0], servo.motion[0], servo.player[0], servo.event[0]
-    player.v_e_m_per_s = motion.v_out + composition.remaining_speed(law, motion)
+    law, motion, tick_state, event = servo.law[0], servo.motion[0], servo.tick_state[0], servo.event[0]
+    tick_state.v_e_m_per_s = motion.v_out + composition.remaining_speed(law, motion)
     streaming.end(servo)
     event.kind = RELEASE
-    event.seq = player.seq
+    event.seq = tick_state.seq
     event.t_ns = t_ns
     event.speed_m_per_s = motion.v_out
     event.impulse_N_s = motion.impulse_N_s
@@ -88,27 +88,27 @@ def end_contact(servo: Servo, now_ns: int) -> None:
 @njit()
 def publish_status(servo: Servo, now_ns: int) -> None:
     """Publish how the servo stands after a tick; the caller has filled tick, overruns and lateness."""
-    motion, player, status = servo.motion[0], servo.player[0], servo.status[0]
-    since_strike = now_ns - player.last_ns
+    motion, tick_state, status = servo.motion[0], servo.tick_state[0], servo.status[0]
+    since_strike = now_ns - tick_state.last_ns
     forget_arm(servo)
     status.t_ns = now_ns
     status.status = READY
-    if player.last_ns > 0 and since_strike < _STILL_PLAYING_NS:
+    if tick_state.last_ns > 0 and since_strike < _STILL_PLAYING_NS:
         status.status = PLAYING
-    if player.panicked != 0:
+    if tick_state.panicked != 0:
         status.status = PANIC
-    if player.fault != 0:
+    if tick_state.fault != 0:
         status.status = FAULT
-    status.fault = player.fault
+    status.fault = tick_state.fault
     status.z_m = motion.z
     status.v_m_per_s = motion.v
-    status.force_N = player.force_N
-    status.x = player.x
-    status.y = player.y
-    status.roll_rate_Hz = player.roll_rate_Hz if status.status == PLAYING else 0.0
-    status.v_e_m_per_s = player.v_e_m_per_s
-    status.strikes = player.seq
-    status.revision = player.revision
-    status.refused = player.refused
-    status.refused_revision = player.refused_revision
+    status.force_N = tick_state.force_N
+    status.x = tick_state.x
+    status.y = tick_state.y
+    status.roll_rate_Hz = tick_state.roll_rate_Hz if status.status == PLAYING else 0.0
+    status.v_e_m_per_s = tick_state.v_e_m_per_s
+    status.strikes = tick_state.seq
+    status.revision = tick_state.revision
+    status.refused = tick_state.refused
+    status.refused_revision = tick_state.refused_revision
     triple_buffer.publish(servo.block.status_cells, servo.block.status, status)

@@ -15,43 +15,43 @@ from realtime.kernels.jit import njit
 def passes(servo: Servo) -> bool:
     """True when the law in servo.offer is one that its scene could have, and safe: the servo trusts nobody.
 
-    Keeps what the judgement tells in servo.player.
+    Keeps what the judgement tells in servo.tick_state.
     """
-    player = servo.player[0]
+    tick_state = servo.tick_state[0]
     if not within(servo.fence, servo.offer_words, servo.offer_numbers):
         return False
     judgement = envelope.judge(servo.offer[0].law, servo.limits[0], servo.room)
-    player.offer_reach = judgement.reach
-    player.offer_window = judgement.window
+    tick_state.offer_reach = judgement.reach
+    tick_state.offer_window = judgement.window
     return judgement.code == envelope.OK
 
 
 @njit()
 def _offered(servo: Servo) -> bool:
     # Does a set that passes wait in servo.offer? It is judged once, when it comes.
-    block, player = servo.block, servo.player[0]
+    block, tick_state = servo.block, servo.tick_state[0]
     if not triple_buffer.has_fresh(block.wanted_cells):
-        return bool(player.holding != 0)
+        return bool(tick_state.holding != 0)
     # A copy of our own: what was looked at is what is used, whoever else may write to the block.
     servo.offer[0] = block.wanted[triple_buffer.take(block.wanted_cells, block.wanted)]
     if passes(servo):
-        player.holding = 1
+        tick_state.holding = 1
         return True
-    player.holding = 0
-    player.refused += 1
-    player.refused_revision = servo.offer[0].revision
+    tick_state.holding = 0
+    tick_state.refused += 1
+    tick_state.refused_revision = servo.offer[0].revision
     return False
 
 
 @njit()
 def _use(servo: Servo) -> None:
-    block, player, wanted = servo.block, servo.player[0], servo.offer[0]
-    player.holding = 0
-    player.reach = player.offer_reach
-    servo.track[0].widest = player.offer_window
+    block, tick_state, wanted = servo.block, servo.tick_state[0], servo.offer[0]
+    tick_state.holding = 0
+    tick_state.reach = tick_state.offer_reach
+    servo.track[0].widest = tick_state.offer_window
     composition.keep_speed(servo.law[0], wanted.law, servo.motion[0])
     servo.law[0] = wanted.law
-    player.revision = wanted.revision
+    tick_state.revision = wanted.revision
     triple_buffer.publish(block.live_cells, block.live, wanted)
 
 
@@ -79,5 +79,5 @@ def latch(servo: Servo) -> None:
         return
     motion = servo.motion[0]
     left = composition.most_remaining_speed(servo.law[0], motion)
-    if envelope.entry_speed(servo.offer[0].law, motion.z, motion.v) + left <= servo.player[0].offer_reach:
+    if envelope.entry_speed(servo.offer[0].law, motion.z, motion.v) + left <= servo.tick_state[0].offer_reach:
         _use(servo)

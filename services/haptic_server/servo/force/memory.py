@@ -22,9 +22,9 @@ from haptic_server.records import (
     FAULT_WORDS,
     NO_FAULT,
     PLAN,
-    PLAYER,
     READING,
     STATUS,
+    TICK_STATE,
     ContactEvent,
     Plan,
     Reading,
@@ -63,7 +63,7 @@ class Servo(NamedTuple):
     motion: Rows[Motion]
     ahead: Rows[Motion]
     ahead_law: Rows[Law]
-    player: Rows[TickState]
+    tick_state: Rows[TickState]
     plan: Rows[Plan]
     curve: Rows[CurveTable]
     event: Rows[ContactEvent]
@@ -126,14 +126,14 @@ def prepare(scene: Scene, block: Block, specification: Specification = EXACT_STI
     device that is simulated or replayed adds what it moves (`attach_simulation`). A scene that streams gets a contact
     ring of its own, without a file.
     """
-    player = np.zeros(1, PLAYER)
-    player["revision"] = block.live["revision"][0]
+    tick_state = np.zeros(1, TICK_STATE)
+    tick_state["revision"] = block.live["revision"][0]
     held = peek(block.control, HELD)
-    player["fault"] = held - 1 if held - 1 in FAULT_WORDS else NO_FAULT
-    player["panicked"] = held != 0 and player["fault"][0] == NO_FAULT
-    player["trace_ended"] = player["fault"] != NO_FAULT  # the ticks before it are on file already
+    tick_state["fault"] = held - 1 if held - 1 in FAULT_WORDS else NO_FAULT
+    tick_state["panicked"] = held != 0 and tick_state["fault"][0] == NO_FAULT
+    tick_state["trace_ended"] = tick_state["fault"] != NO_FAULT  # the ticks before it are on file already
     status = np.zeros(1, STATUS)
-    status["fault"] = player["fault"]
+    status["fault"] = tick_state["fault"]
     law = block.live["law"][:1].copy()
     motion = thrown(scene, scene.hand.throw_m_per_s)
     if held:  # it is not thrown before somebody arms
@@ -141,7 +141,7 @@ def prepare(scene: Scene, block: Block, specification: Specification = EXACT_STI
     limits, room = limits_of(scene, specification).record(), envelope.new_scratch()
     judgement = envelope.judge(law[0], limits[0], room)
     accepted = judgement.code == envelope.OK  # only tests play what the envelope refuses
-    player["reach"] = judgement.reach if accepted else scene.guard.max_speed_m_per_s
+    tick_state["reach"] = judgement.reach if accepted else scene.guard.max_speed_m_per_s
     is_exact = specification is EXACT_STICK
     guard = np.zeros(1, GUARD)
     guard["e"], guard["b"] = rebound_bounds(law[0])
@@ -152,7 +152,7 @@ def prepare(scene: Scene, block: Block, specification: Specification = EXACT_STI
         motion=motion,
         ahead=motion.copy(),
         ahead_law=law if is_exact else law.copy(),
-        player=player,
+        tick_state=tick_state,
         plan=_plan(scene),
         curve=curve_of(scene.strike),
         event=np.zeros(1, EVENT),

@@ -18,19 +18,19 @@ _PANIC, _ARM = permission.PANIC, permission.ARM
 
 
 @njit()
-def state_of(player: TickState) -> int:
+def state_of(tick_state: TickState) -> int:
     """FREE, PANICKED or FAULTED. A fault says more than a panic that came with it."""
-    if player.fault != NO_FAULT:
+    if tick_state.fault != NO_FAULT:
         return FAULTED
-    return PANICKED if player.panicked != 0 else FREE
+    return PANICKED if tick_state.panicked != 0 else FREE
 
 
 @njit()
-def held_word(player: TickState) -> int:
+def held_word(tick_state: TickState) -> int:
     """Word of the permission in the block, from which the next servo goes on: 0, 1 for a panic, 1 + fault."""
-    if player.fault != NO_FAULT:
-        return 1 + player.fault
-    return 1 if player.panicked != 0 else 0
+    if tick_state.fault != NO_FAULT:
+        return 1 + tick_state.fault
+    return 1 if tick_state.panicked != 0 else 0
 
 
 @njit()
@@ -39,20 +39,20 @@ def obey(servo: Servo) -> int:
 
     A panic is a count, so one that comes after an arm is never lost to it. Both in one tick: panic wins, arm again.
     """
-    control, player = servo.block.control, servo.player[0]
+    control, tick_state = servo.block.control, servo.tick_state[0]
     event = NOTHING
     panics = load_acquire(control, PANIC)
     armed = exchange(control, ARM, 0)
-    if panics != player.panics_seen:
-        player.panics_seen = panics
+    if panics != tick_state.panics_seen:
+        tick_state.panics_seen = panics
         event = _PANIC
     elif armed != 0:
         event = _ARM
     if event != NOTHING:
-        state = _AFTER[state_of(player) * _EVENTS + event]
-        player.panicked = 1 if state == PANICKED else 0
+        state = _AFTER[state_of(tick_state) * _EVENTS + event]
+        tick_state.panicked = 1 if state == PANICKED else 0
         if state != FAULTED:
-            player.fault = NO_FAULT
+            tick_state.fault = NO_FAULT
             servo.status[0].fault = NO_FAULT  # the next one is news, on this very tick too
     return event
 
@@ -60,5 +60,5 @@ def obey(servo: Servo) -> int:
 @njit()
 def forget_arm(servo: Servo) -> None:
     """Clear an arm given before a fault was published, which cannot have been meant for it. Before each status."""
-    if servo.player[0].fault != NO_FAULT and servo.status[0].fault == NO_FAULT:
+    if servo.tick_state[0].fault != NO_FAULT and servo.status[0].fault == NO_FAULT:
         exchange(servo.block.control, ARM, 0)

@@ -33,24 +33,24 @@ def _within_reach(law: Law, motion: Motion, wanted_m: float, before_m: float, re
 def _advance_held(servo: Servo, now_ns: int, span_s: float) -> None:
     # The law's z_ss is where the hand holds its spring: for this tick it stands where the hand is. A set that is
     # latched in the middle of the tick brings its own z_ss, which then stays.
-    law, player = servo.law[0], servo.player[0]
-    rest_m, revision, hand = law.z_ss, player.revision, servo.pointed[0]
-    reach = player.reach - composition.most_remaining_speed(law, servo.motion[0])
+    law, tick_state = servo.law[0], servo.tick_state[0]
+    rest_m, revision, hand = law.z_ss, tick_state.revision, servo.pointed[0]
+    reach = tick_state.reach - composition.most_remaining_speed(law, servo.motion[0])
     law.z_ss = _within_reach(law, servo.motion[0], height_of(hand, rest_m), hand.stands_m, reach)
     hand.stands_m = law.z_ss
     advance(servo, now_ns, span_s)
-    if player.revision == revision:
+    if tick_state.revision == revision:
         law.z_ss = rest_m
 
 
 @njit()
 def pointed_stick_tick(servo: Servo, now_ns: int, span_s: float) -> None:
     """Advance the exact stick to `now_ns` over the `span_s` seconds before it."""
-    hand, motion, player = servo.pointed[0], servo.motion[0], servo.player[0]
+    hand, motion, tick_state = servo.pointed[0], servo.motion[0], servo.tick_state[0]
     span_s = begin(servo, now_ns, span_s)
     follow(hand, servo.block, servo.law[0].z_ss, now_ns, span_s)
-    player.x, player.y = hand.x, hand.y
-    if player.panicked != 0 or player.fault != 0:
+    tick_state.x, tick_state.y = hand.x, hand.y
+    if tick_state.panicked != 0 or tick_state.fault != 0:
         latch(servo)
     else:
         motion.fate = exact.MOVING  # a hand can always lift it
@@ -69,7 +69,7 @@ def pointed_arm_tick(servo: Servo, now_ns: int, span_s: float) -> None:
     follow(hand, servo.block, rest_m, now_ns, span_s)
     wanted_m = plan.head_z_m + height_of(hand, rest_m)
     wanted_m = min(max(wanted_m, allowed.lowest_m + _WITHIN_M), allowed.highest_m - _WITHIN_M)
-    phantom.lead(plant, wanted_m, servo.player[0].reach)
+    phantom.lead(plant, wanted_m, servo.tick_state[0].reach)
     phantom.move_on(plant, span_s)
     phantom.measure(plant, reading, now_ns)
     reading.x_m = hand.x * plan.reach_m

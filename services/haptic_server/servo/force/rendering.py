@@ -50,7 +50,9 @@ def _enter(servo: Servo, ahead_m: float, now_ns: int) -> None:
     # ahead_m: how far above the head the stick really is; the lead has seen the contact before it happens.
     law, motion = servo.law[0], servo.motion[0]
     transitions.apply(law, motion, exact.ENTRY)
-    servo.player[0].fault = guard.begin_contact(servo.guard[0], servo.allowed[0], law.m, motion.v_in, now_ns)
+    servo.tick_state[0].fault = guard.begin_contact(
+        servo.guard[0], servo.allowed[0], law.m, motion.v_in, now_ns
+    )
     # Between the last tick and as far ahead as is led: a slow stick that the last contact left below z = 0 is no nearer
     # to its instant by z/v than now.
     plan = servo.plan[0]
@@ -67,10 +69,10 @@ def detect_events(servo: Servo, z: float, v: float, now_ns: int) -> None:
     before, above = motion.v, motion.z
     motion.z = z + v * servo.plan[0].lead_s
     motion.v = v
-    player = servo.player[0]
-    player.loss = slow_loss(player.loss, above, player.last_v, motion.z, v)
+    tick_state = servo.tick_state[0]
+    tick_state.loss = slow_loss(tick_state.loss, above, tick_state.last_v, motion.z, v)
     if v != 0.0:
-        player.last_v = v
+        tick_state.last_v = v
     if motion.place == exact.ABOVE:
         if motion.z < 0.0 and v < 0.0:
             _enter(servo, z, now_ns)
@@ -96,7 +98,7 @@ def requested_forces(servo: Servo, period_s: float) -> tuple[float, float]:
     # Strikes are told apart two counts above the head, but up there the head neither pushes nor pulls.
     head_N = transitions.force_now(law, motion) if motion.z < 0.0 else 0.0
     if motion.v >= 0.0:
-        head_N *= 1.0 - servo.player[0].loss
+        head_N *= 1.0 - servo.tick_state[0].loss
     before = composition.remaining_speed(law, motion)
     composition.elapse(law, motion, period_s, composition.fades(law, period_s))
     return head_N, law.m * (before - composition.remaining_speed(law, motion)) / period_s
@@ -118,21 +120,21 @@ def _keep(servo: Servo, period_s: float) -> None:
 def observe_hand(servo: Servo, z: float, now_ns: int) -> None:
     """The arm is at z m now, and the force of the tick before this one has acted on it."""
     hand_estimate.update_observer(
-        servo.hand[0], servo.law[0], servo.player[0].force_N, servo.allowed[0].delay_ticks, z, now_ns
+        servo.hand[0], servo.law[0], servo.tick_state[0].force_N, servo.allowed[0].delay_ticks, z, now_ns
     )
 
 
 @njit()
 def _rendered(servo: Servo, reading: Reading, now_ns: int, span_s: float) -> float:
-    player, plan, held, allowed = servo.player[0], servo.plan[0], servo.guard[0], servo.allowed[0]
+    tick_state, plan, held, allowed = servo.tick_state[0], servo.plan[0], servo.guard[0], servo.allowed[0]
     period_s = plan.period_ns * 1e-9
     if held.seen_above == 0 and span_s > guard.STALL_PAUSE_S:
         forget(servo.track[0])
     z = reading.z_m - plan.head_z_m
     v = follow(servo.track[0], now_ns * 1e-9, z, allowed.resolution_m)
     observe_hand(servo, z, now_ns)
-    player.fault = guard.check_speed(allowed, v)
-    if player.fault != NO_FAULT:
+    tick_state.fault = guard.check_speed(allowed, v)
+    if tick_state.fault != NO_FAULT:
         return 0.0
     if guard.ready(held, allowed, reading, z, period_s) != NO_FAULT or held.seen_above == 0:
         if servo.motion[0].place != exact.ABOVE:
@@ -141,17 +143,17 @@ def _rendered(servo: Servo, reading: Reading, now_ns: int, span_s: float) -> flo
         _latch(servo)
         return 0.0
     detect_events(servo, z, v, now_ns)
-    if player.fault != NO_FAULT:
+    if tick_state.fault != NO_FAULT:
         return 0.0
     if servo.motion[0].place == exact.ABOVE:
         _latch(servo)
     head_N, pulse_N = requested_forces(servo, period_s)
     if not abs(head_N + pulse_N) < math.inf:
-        player.fault = OUT_OF_BOUNDS
+        tick_state.fault = OUT_OF_BOUNDS
         return 0.0
     force = guard.limit(held, allowed, head_N, pulse_N, z, v, period_s)
-    player.fault = guard.check_energy(held, allowed)
-    if player.fault != NO_FAULT:
+    tick_state.fault = guard.check_energy(held, allowed)
+    if tick_state.fault != NO_FAULT:
         return 0.0
     _keep(servo, period_s)
     return force
@@ -160,23 +162,23 @@ def _rendered(servo: Servo, reading: Reading, now_ns: int, span_s: float) -> flo
 @njit()
 def render(servo: Servo, reading: Reading, now_ns: int, span_s: float) -> float:
     """The force along z, N, up to the next tick; `span_s` is the time since the last one."""
-    control, player, plan = servo.block.control, servo.player[0], servo.plan[0]
+    control, tick_state, plan = servo.block.control, servo.tick_state[0], servo.plan[0]
     streaming.held_tick(servo, now_ns)
     _orders(servo, now_ns)
     force = 0.0
-    if player.fault == NO_FAULT:
-        player.fault = guard.check_reading(servo.guard[0], servo.allowed[0], reading, now_ns, span_s)
-    if player.fault == NO_FAULT and player.panicked == 0:
-        player.x = min(max(reading.x_m / plan.reach_m, -1.0), 1.0)
-        player.y = min(max(reading.y_m / plan.reach_m, -1.0), 1.0)
+    if tick_state.fault == NO_FAULT:
+        tick_state.fault = guard.check_reading(servo.guard[0], servo.allowed[0], reading, now_ns, span_s)
+    if tick_state.fault == NO_FAULT and tick_state.panicked == 0:
+        tick_state.x = min(max(reading.x_m / plan.reach_m, -1.0), 1.0)
+        tick_state.y = min(max(reading.y_m / plan.reach_m, -1.0), 1.0)
         force = _rendered(servo, reading, now_ns, span_s)
-    if player.fault != NO_FAULT or player.panicked != 0:
+    if tick_state.fault != NO_FAULT or tick_state.panicked != 0:
         _let_go(servo, now_ns)
         _latch(servo)
         force = 0.0
     streaming.settle(servo)
-    player.force_N = force
-    store_release(control, HELD, held_word(player))
-    store_release(control, PANICS_SEEN, player.panics_seen)
+    tick_state.force_N = force
+    store_release(control, HELD, held_word(tick_state))
+    store_release(control, PANICS_SEEN, tick_state.panics_seen)
     store_release(control, HEARTBEAT, now_ns)
     return force

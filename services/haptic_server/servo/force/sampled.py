@@ -16,25 +16,25 @@ _STILL_M_PER_S = 1e-3
 @njit()
 def _lift_when_dead(servo: Servo, span_s: float) -> None:
     # A hand that only holds would leave a stick that lies dead in the head there for ever: so it lifts it again.
-    plant, player, plan = servo.plant[0], servo.player[0], servo.plan[0]
+    plant, tick_state, plan = servo.plant[0], servo.tick_state[0], servo.plan[0]
     dead = (
         servo.gesture[0].kind == HOLD and abs(plant.v_m_per_s) < _STILL_M_PER_S and plant.z_m < plan.head_z_m
     )
-    player.still_s = player.still_s + span_s if dead else 0.0
-    if player.still_s >= plan.rest_s:
-        player.still_s = 0.0
+    tick_state.still_s = tick_state.still_s + span_s if dead else 0.0
+    if tick_state.still_s >= plan.rest_s:
+        tick_state.still_s = 0.0
         plant.t_s = 0.0
 
 
 @njit()
 def sampled_tick(servo: Servo, now_ns: int, span_s: float) -> None:
     """Advance to `now_ns` over the `span_s` seconds before it, and set the force for the time after it."""
-    plant, reading, player, plan = servo.plant[0], servo.reading[0], servo.player[0], servo.plan[0]
-    phantom.carry(plant, servo.gesture[0], servo.path, span_s, player.reach)
+    plant, reading, tick_state, plan = servo.plant[0], servo.reading[0], servo.tick_state[0], servo.plan[0]
+    phantom.carry(plant, servo.gesture[0], servo.path, span_s, tick_state.reach)
     phantom.measure(plant, reading, now_ns)
-    advance_orbit(player, plan, span_s)
-    reading.x_m = player.x * plan.reach_m
-    reading.y_m = player.y * plan.reach_m
+    advance_orbit(tick_state, plan, span_s)
+    reading.x_m = tick_state.x * plan.reach_m
+    reading.y_m = tick_state.y * plan.reach_m
     phantom.obey(plant, render(servo, reading, now_ns, span_s))
     _lift_when_dead(servo, span_s)
 

@@ -22,11 +22,11 @@ _MAX_N = 1e9
 @njit()
 def _push(servo: Servo, back: int, force_N: float) -> None:
     # The sample of the tick so many before the present one.
-    stream, player = servo.stream, servo.player[0]
+    stream, tick_state = servo.stream, servo.tick_state[0]
     if load_acquire(stream.contacts.cells, LISTENED) == 0:
         return
     state, sample = stream.state[0], stream.sample[0]
-    sample.seq = player.seq
+    sample.seq = tick_state.seq
     sample.tick = state.tick - back
     sample.t_ns = state.t_ns - back * servo.plan[0].period_ns
     sample.force_N = force_N if abs(force_N) < _MAX_N else 0.0
@@ -81,8 +81,8 @@ def held_tick(servo: Servo, now_ns: int) -> None:
 def begin(servo: Servo) -> None:
     """A contact begins in this tick; its strike has been counted."""
     state, sample = servo.stream.state[0], servo.stream.sample[0]
-    sample.x = servo.player[0].x
-    sample.y = servo.player[0].y
+    sample.x = servo.tick_state[0].x
+    sample.y = servo.tick_state[0].y
     state.inside = 1
     state.streamed_N_s = 0.0
     state.last_N = 0.0

@@ -10,10 +10,10 @@ from realtime.kernels.jit import njit
 
 
 @njit()
-def advance_orbit(player: TickState, plan: Plan, span_s: float) -> None:
-    """Go on by `span_s`; player.x and player.y are in radii."""
-    player.phase += 2.0 * math.pi * span_s / plan.orbit_period_s
-    if player.phase > math.pi:
-        player.phase -= 2.0 * math.pi
-    player.x = plan.orbit_radius * math.cos(player.phase)
-    player.y = plan.orbit_radius * math.sin(player.phase)
+def advance_orbit(tick_state: TickState, plan: Plan, span_s: float) -> None:
+    """Go on by `span_s`; tick_state.x and tick_state.y are in radii."""
+    tick_state.phase += 2.0 * math.pi * span_s / plan.orbit_period_s
+    if tick_state.phase > math.pi:
+        tick_state.phase -= 2.0 * math.pi
+    tick_state.x = plan.orbit_radius * math.cos(tick_state.phase)
+    tick_state.y = plan.orbit_radius * math.sin(tick_state.phase)

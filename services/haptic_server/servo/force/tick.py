@@ -56,27 +56,27 @@ def advance(servo: Servo, now_ns: int, span_s: float) -> None:
 def _watch_still(servo: Servo, span_s: float) -> None:
     # A stick that creeps in the head, by whatever law, is dead too; and one that has flown so high that a waiting set
     # cannot take over safely is fetched.
-    motion, player, plan = servo.motion[0], servo.player[0], servo.plan[0]
+    motion, tick_state, plan = servo.motion[0], servo.tick_state[0], servo.plan[0]
     creeping = motion.place != exact.ABOVE and abs(motion.v) <= _STILL_M_PER_S
-    too_high = motion.place == exact.ABOVE and player.holding != 0
+    too_high = motion.place == exact.ABOVE and tick_state.holding != 0
     if not (creeping or too_high):
-        player.still_s = 0.0
+        tick_state.still_s = 0.0
         return
-    player.still_s += span_s
-    if player.still_s >= plan.rest_s:
-        player.still_s = 0.0
-        player.rest_s = plan.rest_s if too_high else 0.0
+    tick_state.still_s += span_s
+    if tick_state.still_s >= plan.rest_s:
+        tick_state.still_s = 0.0
+        tick_state.rest_s = plan.rest_s if too_high else 0.0
         motion.fate = exact.CAPTURED
 
 
 @njit()
 def _rest(servo: Servo, now_ns: int, span_s: float) -> None:
     # A stick that lies dead in the head, or has left for good, is thrown again after a while, as `simulate` starts.
-    motion, player, plan = servo.motion[0], servo.player[0], servo.plan[0]
-    player.rest_s += span_s
-    if player.rest_s < plan.rest_s:
+    motion, tick_state, plan = servo.motion[0], servo.tick_state[0], servo.plan[0]
+    tick_state.rest_s += span_s
+    if tick_state.rest_s < plan.rest_s:
         return
-    player.rest_s = 0.0
+    tick_state.rest_s = 0.0
     _lift_away(servo, now_ns)
     motion.z = 0.0
     motion.v = plan.throw_m_per_s
@@ -88,7 +88,7 @@ def _rest(servo: Servo, now_ns: int, span_s: float) -> None:
 def _orders(servo: Servo, now_ns: int) -> None:
     order = obey(servo)
     if order == _ARM:
-        servo.player[0].rest_s = servo.plan[0].rest_s  # thrown on this very tick
+        servo.tick_state[0].rest_s = servo.plan[0].rest_s  # thrown on this very tick
     if order != NOTHING:
         _lift_away(servo, now_ns)
 
@@ -104,25 +104,25 @@ def begin(servo: Servo, now_ns: int, span_s: float) -> float:
 @njit()
 def conclude(servo: Servo, now_ns: int) -> None:
     """Fault what cannot be, note the force, and show the gateway that the servo lives."""
-    control, motion, player = servo.block.control, servo.motion[0], servo.player[0]
-    if player.fault == NO_FAULT and not (abs(motion.z) < 1e3 and abs(motion.v) < 1e3):
-        player.fault = OUT_OF_BOUNDS
+    control, motion, tick_state = servo.block.control, servo.motion[0], servo.tick_state[0]
+    if tick_state.fault == NO_FAULT and not (abs(motion.z) < 1e3 and abs(motion.v) < 1e3):
+        tick_state.fault = OUT_OF_BOUNDS
         motion.z = 0.0
         _lift_away(servo, now_ns)
     streaming.settle(servo)
-    player.force_N = transitions.force_now(servo.law[0], motion) if motion.fate != exact.LEFT else 0.0
-    store_release(control, HELD, held_word(player))
-    store_release(control, PANICS_SEEN, player.panics_seen)
+    tick_state.force_N = transitions.force_now(servo.law[0], motion) if motion.fate != exact.LEFT else 0.0
+    store_release(control, HELD, held_word(tick_state))
+    store_release(control, PANICS_SEEN, tick_state.panics_seen)
     store_release(control, HEARTBEAT, now_ns)
 
 
 @njit()
 def tick(servo: Servo, now_ns: int, span_s: float) -> None:
     """Advance to `now_ns` over the `span_s` seconds before it."""
-    motion, player = servo.motion[0], servo.player[0]
+    motion, tick_state = servo.motion[0], servo.tick_state[0]
     span_s = begin(servo, now_ns, span_s)
-    advance_orbit(player, servo.plan[0], span_s)
-    if player.panicked != 0 or player.fault != 0:
+    advance_orbit(tick_state, servo.plan[0], span_s)
+    if tick_state.panicked != 0 or tick_state.fault != 0:
         latch(servo)
     else:
         if motion.fate != exact.MOVING:

@@ -200,14 +200,14 @@ def test_a_new_servo_gets_the_accepted_set_and_the_panic(bench: Bench) -> None:
     bench.parameters.servo_restarted()
     bench.tick(200)
     assert bench.echoes()["dv_pls"] == 0.3
-    assert bench.servo.player["panicked"][0] == 1
+    assert bench.servo.tick_state["panicked"][0] == 1
 
 
 def test_a_panic_that_the_old_servo_never_saw_reaches_the_new_one(bench: Bench) -> None:
     bench.parameters.panic("test")  # the old servo is dead: no tick takes it
     bench.start_servo()
     bench.tick(1)  # before the gateway has noticed
-    assert bench.servo.player["panicked"][0] == 1
+    assert bench.servo.tick_state["panicked"][0] == 1
 
 
 def test_a_panic_before_the_gateway_has_noticed_a_new_servo_reaches_that_one(bench: Bench) -> None:
@@ -216,7 +216,7 @@ def test_a_panic_before_the_gateway_has_noticed_a_new_servo_reaches_that_one(ben
     bench.parameters.panic("test")
     bench.start_gateway()  # the one that raised it was killed
     bench.tick(1)
-    assert bench.servo.player["panicked"][0] == 1
+    assert bench.servo.tick_state["panicked"][0] == 1
 
 
 def test_an_arm_is_known_at_once_whatever_came_between_two_looks(bench: Bench) -> None:
@@ -241,7 +241,7 @@ def test_a_panic_that_was_cleared_does_not_come_back_with_a_new_servo(bench: Ben
     assert bench.link.refresh()
     bench.parameters.servo_restarted()
     bench.tick(1)
-    assert bench.servo.player["panicked"][0] == 0
+    assert bench.servo.tick_state["panicked"][0] == 0
 
 
 def test_what_the_servo_refuses_is_no_longer_claimed(bench: Bench) -> None:

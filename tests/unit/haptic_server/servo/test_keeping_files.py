@@ -42,9 +42,9 @@ def test_a_fault_that_cannot_be_kept_is_told_and_the_servo_goes_on(
         process._save_trace(servo, path)  # pyright: ignore[reportPrivateUsage]
     assert FAULT_WORDS[STALLED] in caplog.text
     assert f"{path} cannot be written: {why}" in caplog.text
-    servo.player["fault"] = NO_FAULT
+    servo.tick_state["fault"] = NO_FAULT
     loop.run_virtual(servo, 100, now)
-    assert servo.player[0]["traced"] == 201
+    assert servo.tick_state[0]["traced"] == 201
 
 
 def test_what_the_system_granted_is_not_worth_a_fault(full: Path, caplog: pytest.LogCaptureFixture) -> None:
@@ -61,8 +61,8 @@ def test_the_present_fault_is_written_once_and_the_next_one_too(tmp_path: Path) 
     for _ in range(2):
         now = loop.run_virtual(servo, 100, now) + 30_000_000
         loop.traced_tick(servo, now, 0.03)
-        assert servo.player[0]["fault"] == STALLED
+        assert servo.tick_state[0]["fault"] == STALLED
         process._save_trace(servo, path)  # pyright: ignore[reportPrivateUsage]
         sizes.append(len(path.read_text().splitlines()) - 1)
-        servo.player["fault"] = NO_FAULT
+        servo.tick_state["fault"] = NO_FAULT
     assert sizes == [101, 202]

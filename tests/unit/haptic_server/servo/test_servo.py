@@ -87,7 +87,7 @@ def test_a_set_waits_until_the_stick_is_above_the_head() -> None:
     live = np.zeros(1, set_type(servo.law.dtype))
     assert triple_buffer.read_into(servo.block.live_cells, servo.block.live, live)
     assert live["revision"][0] == 7
-    assert servo.player["holding"][0] == 0, "it is used once"
+    assert servo.tick_state["holding"][0] == 0, "it is used once"
 
 
 @pytest.mark.parametrize(
@@ -127,15 +127,15 @@ def test_a_longer_tau_in_mid_pulse_adds_no_speed() -> None:
 def test_panic_stops_everything_until_armed() -> None:
     servo = servo_of(scene())
     now = loop.run_virtual(servo, 1000, 0)
-    struck = int(servo.player["seq"][0])
+    struck = int(servo.tick_state["seq"][0])
     add_to(servo.block.control, block_header.PANIC, 1)
     now = loop.run_virtual(servo, 5000, now)
-    assert servo.player["seq"][0] == struck
+    assert servo.tick_state["seq"][0] == struck
     assert servo.status["status"][0] == PANIC
     assert servo.status["force_N"][0] == 0.0
     poke(servo.block.control, block_header.ARM, 1)
     loop.run_virtual(servo, 1000, now)
-    assert servo.player["seq"][0] > struck
+    assert servo.tick_state["seq"][0] > struck
     assert servo.status["status"][0] == PLAYING
 
 
@@ -150,7 +150,7 @@ def test_a_servo_that_starts_held_shows_a_stick_at_rest_until_somebody_arms() ->
     poke(servo.block.control, block_header.ARM, 1)
     loop.run_virtual(servo, 1000, now)
     assert servo.status["status"][0] == PLAYING
-    assert servo.player["seq"][0] > 3
+    assert servo.tick_state["seq"][0] > 3
 
 
 def test_a_panic_after_an_arm_is_never_lost() -> None:
@@ -193,7 +193,7 @@ def test_a_full_ring_drops_and_counts_and_the_tick_goes_on() -> None:
     kept = len(events_of(servo))
     dropped = int(servo.block.ring_cells[ring.DROPPED])
     assert kept == blocks.RING_SLOTS
-    total = 2 * int(servo.player["seq"][0]) - (servo.motion["place"][0] != exact.ABOVE)
+    total = 2 * int(servo.tick_state["seq"][0]) - (servo.motion["place"][0] != exact.ABOVE)
     assert kept + dropped == total
 
 
@@ -208,7 +208,7 @@ def test_a_set_that_would_turn_height_into_speed_waits_for_the_head() -> None:
     now = loop.run_virtual(servo, 1, now)
     high = servo.motion["z"][0]
     assert high * (high + 0.04) * 1500.0 / 0.015 > 4.0**2
-    assert (servo.player["holding"][0], servo.law["k_hand"][0]) == (1, 20.0)
+    assert (servo.tick_state["holding"][0], servo.law["k_hand"][0]) == (1, 20.0)
     wanted = servo.law.copy()
     wanted["k_hand"] = 1500.0
     reach = envelope.judge(wanted[0], envelope.Limits(100.0, 6.0).record()[0], envelope.new_scratch()).reach
@@ -239,7 +239,7 @@ def test_whatever_was_set_the_next_set_is_latched_too(changes: dict[str, float])
     servo = servo_of(scene())
     offer(servo, 1, **changes)
     now = loop.run_virtual(servo, 3000, 0)
-    assert servo.player["revision"][0] == 1
+    assert servo.tick_state["revision"][0] == 1
     servo.law["pulse"]["overlap"] = 0
     roll = law_of(scene())
     offered = np.zeros(1, set_type(roll.dtype))
@@ -247,7 +247,7 @@ def test_whatever_was_set_the_next_set_is_latched_too(changes: dict[str, float])
     offered["law"] = roll
     triple_buffer.publish(servo.block.wanted_cells, servo.block.wanted, offered[0])
     loop.run_virtual(servo, 20_000, now)
-    assert servo.player["revision"][0] == 2
+    assert servo.tick_state["revision"][0] == 2
     assert servo.status["status"][0] == PLAYING
 
 

@@ -34,9 +34,9 @@ def conclude(servo: Servo, force_N: float, now_ns: int, span_s: float) -> None:
         status.lateness_worst_ns = max(status.lateness_worst_ns, late_ns)
         status.overruns += max((late_ns + period_ns // 2) // period_ns, 0)
         block.lateness[min(late_ns // LATENESS_BIN_NS, LATENESS_BINS - 1)] += 1
-    servo.player[0].force_N = force_N
+    servo.tick_state[0].force_N = force_N
     head_z_m = servo.plan[0].head_z_m
-    note(servo.trace, servo.motion[0], servo.player[0], servo.reading[0], head_z_m, now_ns, span_s)
+    note(servo.trace, servo.motion[0], servo.tick_state[0], servo.reading[0], head_z_m, now_ns, span_s)
     publish_status(servo, now_ns)
 
 

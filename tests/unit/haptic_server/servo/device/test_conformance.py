@@ -255,7 +255,7 @@ def test_every_tick_is_counted_and_time_goes_on(new_case: NewCase) -> None:
         return run
 
     _, run = undisturbed(new_case, play)
-    assert run.servo.player[0]["traced"] == run.servo.status[0]["tick"] == seen[-1]["tick"]
+    assert run.servo.tick_state[0]["traced"] == run.servo.status[0]["tick"] == seen[-1]["tick"]
     ticks, times = ([int(status[name]) for status in seen] for name in ("tick", "t_ns"))
     assert ticks == sorted(ticks)
     assert times == sorted(times)

@@ -49,7 +49,7 @@ def servo_of(scene: Scene, text: str, folder: Path) -> memory.Servo:
 def strikes_of(servo: memory.Servo, seconds: float) -> tuple[np.ndarray, np.ndarray]:
     """Instants from the gesture's first row, s, and speeds, m/s, of the strikes in so many seconds of it."""
     loop.run_virtual(servo, round(1e3 * (LIFT_S + seconds)), 0)
-    assert servo.player[0]["fault"] == NO_FAULT
+    assert servo.tick_state[0]["fault"] == NO_FAULT
     events = sampled_arm.events_of(servo)
     found = events[events["kind"] == STRIKE]
     assert np.count_nonzero(events["kind"] == RELEASE) == len(found)
@@ -124,7 +124,7 @@ def test_the_arm_begins_where_its_hand_does(tmp_path: Path) -> None:
     """A hand far from the stick would throw it there, faster than the guard allows."""
     servo = servo_of(played(), "t_s,z_m\n0,0.29\n1,0.29\n2,0.0\n4,0.29\n", tmp_path)
     loop.run_virtual(servo, 200, 0)
-    assert servo.player[0]["fault"] == NO_FAULT
+    assert servo.tick_state[0]["fault"] == NO_FAULT
     assert servo.plant[0]["z_m"] == pytest.approx(0.29, abs=1e-6)
     assert np.abs(servo.trace["v_m_per_s"]).max() < 0.01
 

@@ -186,8 +186,8 @@ def test_a_pointer_clears_no_panic_and_moves_nothing_meanwhile(scene: Scene) -> 
     for lift in (1.0, 0.0, 1.0, 0.0):
         player.hold(0.3, lift)
     assert len(player.strikes()) == 0
-    assert player.servo.player[0]["panicked"] == 1
-    assert player.servo.player[0]["force_N"] == 0.0
+    assert player.servo.tick_state[0]["panicked"] == 1
+    assert player.servo.tick_state[0]["force_N"] == 0.0
     poke(player.servo.block.control, ARM, 1)
     player.hold(0.6, 1.0)
     player.hold(0.5, 0.0)
@@ -230,7 +230,7 @@ def test_a_lower_z_ss_lowers_the_hand_live() -> None:
     wanted["law"]["z_ss"] = -0.03
     triple_buffer.publish(player.servo.block.wanted_cells, player.servo.block.wanted, wanted[0])
     player.hold(3.0, 0.0)
-    assert player.servo.player[0]["revision"] == 5
+    assert player.servo.tick_state[0]["revision"] == 5
     assert player.servo.law[0]["z_ss"] == -0.03
     assert player.servo.status[0]["roll_rate_Hz"] > 1.1 * slow
 

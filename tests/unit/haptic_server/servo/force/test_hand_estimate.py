@@ -41,7 +41,7 @@ def felt(played: Scene, force_N: float, seconds: float, step_m: float = STEP_M) 
     for tick in range(round(seconds / period_s)):
         feel_once(servo, round(z / step_m) * step_m, 1 + round(tick * period_s * 1e9))
         asked = force_N * (1.0 if tick % 60 < 20 else 0.0)
-        servo.player["force_N"] = asked
+        servo.tick_state["force_N"] = asked
         queue.append(asked)
         acting = queue.pop(0)
         for _ in range(fine):

@@ -48,7 +48,7 @@ def pushing() -> tuple[memory.Servo, int]:
     servo = servo_of(sampled_arm.scene("press"))
     now = loop.run_virtual(servo, SECOND, 0)
     for _ in range(SECOND):
-        if servo.player[0]["force_N"] > 0.3:
+        if servo.tick_state[0]["force_N"] > 0.3:
             return servo, now
         now = loop.run_virtual(servo, 1, now)
     raise AssertionError("it never pushed")
@@ -73,7 +73,7 @@ def test_strokes_are_strikes_with_a_release_each() -> None:
     assert np.all(strikes["speed_m_per_s"] > 0.0)
     assert np.all(np.diff(strikes["t_ns"]) > 0)
     assert np.all(releases["peak_N"] <= 8.5)
-    assert servo.player[0]["fault"] == NO_FAULT
+    assert servo.tick_state[0]["fault"] == NO_FAULT
     # The contact's instant is found between ticks: not all strikes fall on one.
     assert np.any(strikes["t_ns"] % PERIOD_NS != 0)
 
@@ -109,7 +109,7 @@ def test_nothing_is_rendered_before_the_stick_was_above_the_head() -> None:
     servo.plant["z_m"] = -0.02
     servo.plant["k_hand_N_per_m"] = 0.0  # nobody holds it
     loop.run_virtual(servo, 200, 0)
-    assert servo.player[0]["force_N"] == 0.0
+    assert servo.tick_state[0]["force_N"] == 0.0
     assert servo.plant[0]["z_m"] == -0.02
     servo.plant["z_m"] = 0.002
     servo.plant["v_m_per_s"] = -0.2
@@ -118,7 +118,7 @@ def test_nothing_is_rendered_before_the_stick_was_above_the_head() -> None:
     # 16 of 300 ms of the ramp are over: a twentieth of the head's force at the most.
     depth = -float(servo.plant[0]["z_m"])
     assert depth > 0.0005
-    assert 0.0 < servo.player[0]["force_N"] < 16.0 / 300.0 * (3500.0 * depth * 1.3 + 2.5 * 0.2)
+    assert 0.0 < servo.tick_state[0]["force_N"] < 16.0 / 300.0 * (3500.0 * depth * 1.3 + 2.5 * 0.2)
 
 
 FAULTS: dict[str, tuple[dict[str, float], int]] = {
@@ -142,11 +142,11 @@ def test_a_fault_is_zero_force_on_the_same_tick_and_latched(
     servo, now = pushing
     told, code = FAULTS[name]
     assert _force(servo, now + PERIOD_NS, **told) == 0.0
-    assert servo.player[0]["fault"] == code
+    assert servo.tick_state[0]["fault"] == code
     assert FAULT_WORDS[code]
     for tick in range(2, 500):  # a good device again changes nothing
         assert _force(servo, now + tick * PERIOD_NS) == 0.0
-    assert servo.player[0]["fault"] == code
+    assert servo.tick_state[0]["fault"] == code
     assert events_of(servo)[-1]["kind"] == RELEASE  # no note hangs
 
 
@@ -155,9 +155,9 @@ def test_only_arm_ends_a_fault_and_only_above_the_head(pushing: tuple[memory.Ser
     _force(servo, now + PERIOD_NS, z_m=math.nan)
     poke(servo.block.control, ARM, 1)
     assert _force(servo, now + 2 * PERIOD_NS) == 0.0
-    assert servo.player[0]["fault"] == NO_FAULT
+    assert servo.tick_state[0]["fault"] == NO_FAULT
     now = loop.run_virtual(servo, 20, now + 2 * PERIOD_NS)
-    assert servo.player[0]["force_N"] == 0.0  # still in the head
+    assert servo.tick_state[0]["force_N"] == 0.0  # still in the head
     now = loop.run_virtual(servo, 2 * SECOND, now)
     assert np.max(servo.trace["force_N"]) > 0.3
 
@@ -166,18 +166,18 @@ def test_only_arm_ends_a_fault_and_only_above_the_head(pushing: tuple[memory.Ser
 def test_a_stall_of_ten_milliseconds_is_a_pause_not_a_fault(pushing: tuple[memory.Servo, int]) -> None:
     servo, now = pushing
     assert _force(servo, now + 10 * PERIOD_NS, 0.010) == 0.0
-    assert servo.player[0]["fault"] == NO_FAULT
+    assert servo.tick_state[0]["fault"] == NO_FAULT
     for tick in range(11, 40):
         held_at = float(servo.plant["z_m"][0]) - 1e-4 * (tick - 10)
         assert _force(servo, now + tick * PERIOD_NS, z_m=held_at) == 0.0
         assert servo.motion[0]["z"] == held_at  # whoever looks on sees where the stick is all the same
         assert servo.motion[0]["v"] < 0.0 or tick < 13
-    assert servo.player[0]["fault"] == NO_FAULT
+    assert servo.tick_state[0]["fault"] == NO_FAULT
     forces = []
     now += 40 * PERIOD_NS
     for _ in range(2 * SECOND):
         now = loop.run_virtual(servo, 1, now)
-        forces.append(float(servo.player[0]["force_N"]))
+        forces.append(float(servo.tick_state[0]["force_N"]))
     assert max(forces) > 0.3
     assert servo.guard[0]["stalls"] == 1
 
@@ -191,7 +191,7 @@ def test_the_workspace_ends_softly_and_without_a_fault(pushing: tuple[memory.Ser
         z = float(servo.plant["z_m"][0]) + (lowest - 0.002 - float(servo.plant["z_m"][0])) * tick / 100
         servo.plant["v_m_per_s"] = 0.0
         forces.append((z - lowest, _force(servo, now + tick * PERIOD_NS, z_m=z)))
-    assert servo.player[0]["fault"] == NO_FAULT
+    assert servo.tick_state[0]["fault"] == NO_FAULT
     assert max(force for room, force in forces if room > 0.011) == pytest.approx(8.5)
     assert all(force <= 8.5 * room / 0.01 + 1e-9 for room, force in forces if 0.0 < room < 0.01)
     assert forces[-1][1] == 0.0
@@ -200,7 +200,7 @@ def test_the_workspace_ends_softly_and_without_a_fault(pushing: tuple[memory.Ser
     forgotten = _force(servo, now + 10 * PERIOD_NS, 0.01)
     now = loop.run_virtual(servo, 3 * SECOND, now + 10 * PERIOD_NS)
     assert forgotten == 0.0
-    assert servo.player[0]["fault"] == NO_FAULT
+    assert servo.tick_state[0]["fault"] == NO_FAULT
     assert np.max(servo.trace["force_N"]) > 0.3
 
 
@@ -208,10 +208,10 @@ def test_a_device_that_tells_nothing_new_is_stale(pushing: tuple[memory.Servo, i
     servo, now = pushing
     for tick in range(1, 10):
         _force(servo, now + tick * PERIOD_NS, fresh=0)
-        assert servo.player[0]["fault"] == NO_FAULT
+        assert servo.tick_state[0]["fault"] == NO_FAULT
     for tick in range(10, 13):
         _force(servo, now + tick * PERIOD_NS, fresh=0)
-    assert servo.player[0]["fault"] == STALE
+    assert servo.tick_state[0]["fault"] == STALE
 
 
 def test_panic_is_zero_force_on_the_same_tick(pushing: tuple[memory.Servo, int]) -> None:
@@ -231,7 +231,7 @@ def test_dead_mans_button() -> None:
     assert np.max(servo.trace["force_N"]) > 0.3
     servo.reading["buttons"] = 0
     loop.run_virtual(servo, 1, now)
-    assert servo.player[0]["force_N"] == 0.0
+    assert servo.tick_state[0]["force_N"] == 0.0
 
 
 def test_force_and_slew_stay_within_the_limits() -> None:
@@ -240,11 +240,11 @@ def test_force_and_slew_stay_within_the_limits() -> None:
     servo = servo_of(played)
     servo.allowed["max_force_N"] = 1.2
     loop.run_virtual(servo, 990, loop.run_virtual(servo, 3 * SECOND, 0))
-    forces = servo.trace["force_N"][: servo.player[0]["traced"]]
+    forces = servo.trace["force_N"][: servo.tick_state[0]["traced"]]
     assert np.max(np.abs(forces)) == pytest.approx(1.2)
     assert servo.guard[0]["limited"] > 0
     # It never grows faster. It may fall at once: it must not push on when the account is empty.
-    ordered = np.roll(forces, -(int(servo.player[0]["traced"]) % len(forces)))
+    ordered = np.roll(forces, -(int(servo.tick_state[0]["traced"]) % len(forces)))
     assert np.max(np.diff(np.abs(ordered))) <= 500.0 * T * (1.0 + 1e-9)
 
 
@@ -334,7 +334,7 @@ def test_k_coll_is_latched_above_the_head_only(pushing: tuple[memory.Servo, int]
     servo.guard[0]["e"], servo.guard[0]["b"] = 0.5, 0.25  # of some other law
     loop.run_virtual(servo, SECOND, now)
     assert servo.law[0]["k_coll"] == 3000.0
-    assert servo.player[0]["revision"] == 7
+    assert servo.tick_state[0]["revision"] == 7
     assert (servo.guard[0]["e"], servo.guard[0]["b"]) == guard.rebound_bounds(servo.law[0])
 
 
@@ -355,14 +355,14 @@ def test_the_servos_fence_knows_the_device(change: tuple[str, float]) -> None:
     before = servo.law.copy()
     triple_buffer.publish(servo.block.wanted_cells, servo.block.wanted, wanted[0])
     loop.run_virtual(servo, SECOND, 0)
-    assert servo.player[0]["refused"] == 1
-    assert servo.player[0]["refused_revision"] == 3
+    assert servo.tick_state[0]["refused"] == 1
+    assert servo.tick_state[0]["refused_revision"] == 3
     assert servo.law[0] == before[0]
 
 
 def test_ten_minutes_of_strokes_keep_time_and_place() -> None:
     servo = servo_of(sampled_arm.scene("strokes"))
     loop.run_virtual(servo, 600 * SECOND, 0)
-    assert servo.player[0]["fault"] == NO_FAULT
+    assert servo.tick_state[0]["fault"] == NO_FAULT
     assert servo.status[0]["strikes"] >= 1150
     assert servo.status[0]["tick"] == 600 * SECOND

@@ -175,7 +175,7 @@ def test_a_fault_leaves_no_number_that_is_none() -> None:
     servo.motion["v"] = np.nan
     loop.run_virtual(servo, 5, now)
     samples = samples_of(servo)
-    assert servo.player["fault"][0] != 0
+    assert servo.tick_state["fault"][0] != 0
     assert np.isfinite(samples["force_N"]).all()
     assert samples["force_N"][-1] == 0.0
 

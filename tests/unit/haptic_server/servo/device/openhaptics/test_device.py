@@ -124,7 +124,7 @@ def test_a_rehearsal_compiles_for_the_run_and_touches_no_device(arm: StandIn) ->
     spare, servo = servo_at(), servo_at()
     device.warm_up(spare)
     assert arm.sim("diary") == ""
-    assert spare.player[0]["fault"] == SCHEDULER
+    assert spare.tick_state[0]["fault"] == SCHEDULER
     kind, blank = ForeignHandle((servo, port.blank(1_000_000))).kind, port.blank(1_000_000)
     before = callback._compiled.cache_info().misses  # pyright: ignore[reportPrivateUsage]
     callback.Callback(wall, servo, blank)
@@ -190,7 +190,7 @@ def test_a_roll_is_played_with_the_real_law(new_arm: Callable[[], StandIn]) -> N
             for _ in range(
                 12
             ):  # a stroke in which the machine stood still for over 5 ms is not played, and is no fault
-                if servo.player[0]["seq"] >= 3:
+                if servo.tick_state[0]["seq"] >= 3:
                     break
                 arm.sim("hand", CENTRE_MM[1] - 15.0)
                 arm.wait_ticks(250)

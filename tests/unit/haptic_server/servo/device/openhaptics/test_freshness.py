@@ -125,7 +125,7 @@ def lift(play: Stepped) -> None:
 
 
 def fault_of(play: Stepped) -> int:
-    return int(play.servo.player[0]["fault"])
+    return int(play.servo.tick_state[0]["fault"])
 
 
 def forces_since(play: Stepped, first: int) -> np.ndarray:
