@@ -142,9 +142,9 @@ def watch_pulses(servo: memory.Servo, seen: npt.NDArray[np.void], ticks: int, no
     servo = borrowed_view(servo)
     eye, plant, motion = seen[0], servo.plant[0], servo.motion[0]
     for _ in range(ticks):
-        push = motion.pulse.push
+        push = motion.pulse.acceleration
         now_ns = _step(servo, eye, now_ns, False)
-        if motion.pulse.push > push:
+        if motion.pulse.acceleration > push:
             dv, v = servo.law[0].pulse.dv_pls, abs(plant.v_m_per_s)
             eye.work_J = 0.0
             eye.stored_J = max(_stored(plant, servo.plan[0].head_z_m), 0.0)

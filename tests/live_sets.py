@@ -117,7 +117,7 @@ def _look(servo: memory.Servo, seen: Any, force_before: float, rise_m: float, wa
         seen.contacts += 1
         seen.given_J = 0.0
         seen.allowed_J = 0.01 * 0.5 * ARM_KG * motion.v_in * motion.v_in
-    left = motion.pulse.push * tau
+    left = motion.pulse.acceleration * tau
     seen.share_N = force - guard.gain * law.m * left * math.expm1(T / tau) / T
     seen.v_m_per_s = servo.track[0].v_m_per_s
 

@@ -27,7 +27,7 @@ Fades = tuple[float, ...]
 
 @folded(EFFECTS, each)
 def fire(law: Law, motion: Motion, when: int) -> None:
-    """Say to every effect what has just happened (drumstick.stick.effects.moments)."""
+    """Say to every effect what has just happened (drumstick.stick.effects.triggers)."""
 
 
 @folded(EFFECTS, added)

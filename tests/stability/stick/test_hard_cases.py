@@ -87,7 +87,7 @@ def test_a_pulse_longer_than_the_flight_still_gives_its_whole_speed() -> None:
         event, moved = exact.advance(law[0], motion[0], 30.0 - t)
         t += moved
         if event == exact.RELEASE:
-            pushes.append(float(motion["pulse"]["push"][0]))
+            pushes.append(float(motion["pulse"]["acceleration"][0]))
     assert motion["fate"][0] == exact.MOVING
     # Just after a pulse: dv/tau of its own and what is left of all before, a geometric series at this roll's period.
     contacts = simulate(scene, 30.0).contacts
@@ -180,7 +180,7 @@ def test_a_pulse_that_throws_the_stick_back_before_it_compresses_the_head() -> N
     )
     assert found is not None
     motion, _ = found
-    assert motion["v_out"][0] + 1e-6 * motion["pulse"]["push"][0] == pytest.approx(2.0, rel=1e-3)
+    assert motion["v_out"][0] + 1e-6 * motion["pulse"]["acceleration"][0] == pytest.approx(2.0, rel=1e-3)
     assert motion["contact_s"][0] < 1e-5
 
 

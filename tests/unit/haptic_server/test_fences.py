@@ -215,7 +215,7 @@ def test_a_force_that_is_no_number_is_a_fault_on_the_same_tick(field: str, value
     servo, now = _in_head("phantom")
     servo.law[field] = value
     if field == "m":
-        servo.motion["pulse"]["push"] = 1.0
+        servo.motion["pulse"]["acceleration"] = 1.0
     loop.run_virtual(servo, 1, now)
     assert servo.tick_state["force_N"][0] == 0.0
     assert servo.tick_state["fault"][0] == OUT_OF_BOUNDS

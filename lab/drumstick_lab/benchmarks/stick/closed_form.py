@@ -26,7 +26,7 @@ def point_ns(name: str) -> float:
     """CPU time, ns, of a point: height, speed and five derivatives, with the scene's pulse going on."""
     scene = bounces.CASES[name].scene
     law, motion = law_of(scene), thrown(scene, bounces.THROW_M_PER_S)
-    motion["pulse"]["push"] = scene.effects["pulse"].dv_m_per_s / scene.effects["pulse"].tau_s
+    motion["pulse"]["acceleration"] = scene.effects["pulse"].dv_m_per_s / scene.effects["pulse"].tau_s
     best = float("inf")
     for _ in range(_WINDOWS):
         begun = time.thread_time_ns()

@@ -9,7 +9,7 @@ import numpy as np
 
 from drumstick.analysis.cycles import lap, multiplier
 from drumstick.analysis.cycles.lap import Numbers
-from drumstick.stick.effects.kick import IGNORE
+from drumstick.stick.effects.decaying_pulse import IGNORE
 from drumstick.stick.motion import exact
 from realtime.records import Records
 

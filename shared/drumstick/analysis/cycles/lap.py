@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from drumstick.parameters.scene import Scene
 from drumstick.stick import composition
-from drumstick.stick.effects import kick
+from drumstick.stick.effects import decaying_pulse
 from drumstick.stick.law import thrown
 from drumstick.stick.motion import exact
 from drumstick.stick.records import Law, Motion
@@ -51,33 +51,33 @@ _STIFFEST = 4.0  # how much an effect may raise K_coll
 
 @only_with("pulse")
 def _set_pulse(law: Any, motion: Any, left: float, age: float) -> None:
-    given: kick.Given = law.pulse
-    state: kick.Push = motion.pulse
-    state.push = left / given.tau
+    parameters: decaying_pulse.PulseParameters = law.pulse
+    state: decaying_pulse.PulseState = motion.pulse
+    state.acceleration = left / parameters.tau
     state.age = age
 
 
 @only_with("cor_pulse")
 def _set_cor_pulse(law: Any, motion: Any, left: float, age: float) -> None:
-    given: kick.Given = law.cor_pulse
-    state: kick.Push = motion.cor_pulse
-    state.push = left / given.tau
+    parameters: decaying_pulse.PulseParameters = law.cor_pulse
+    state: decaying_pulse.PulseState = motion.cor_pulse
+    state.acceleration = left / parameters.tau
     state.age = age
 
 
 @only_with("pulse")
 def _read_pulse(law: Any, motion: Any, state: Numbers) -> None:
-    given: kick.Given = law.pulse
-    rest: kick.Push = motion.pulse
-    state[PULSE] = rest.push * given.tau
+    parameters: decaying_pulse.PulseParameters = law.pulse
+    rest: decaying_pulse.PulseState = motion.pulse
+    state[PULSE] = rest.acceleration * parameters.tau
     state[PULSE_AGE] = rest.age
 
 
 @only_with("cor_pulse")
 def _read_cor_pulse(law: Any, motion: Any, state: Numbers) -> None:
-    given: kick.Given = law.cor_pulse
-    rest: kick.Push = motion.cor_pulse
-    state[COR_PULSE] = rest.push * given.tau
+    parameters: decaying_pulse.PulseParameters = law.cor_pulse
+    rest: decaying_pulse.PulseState = motion.cor_pulse
+    state[COR_PULSE] = rest.acceleration * parameters.tau
     state[COR_PULSE_AGE] = rest.age
 
 

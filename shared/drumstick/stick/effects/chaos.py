@@ -8,7 +8,7 @@ tick thread; no allocation.
 from dataclasses import dataclass
 
 from drumstick.parameters.declare import number
-from drumstick.stick.effects.moments import EXIT, TURN
+from drumstick.stick.effects.triggers import ON_EXIT, ON_TURN
 from drumstick.stick.records import Law, Motion
 from realtime.kernels.jit import only_with
 from realtime.records import Record
@@ -59,11 +59,11 @@ NEVER_REPEATS = True
 @only_with("chaos")
 def fire(law: _Law, motion: _Motion, when: int) -> None:
     """One step of the map at the first turn of a contact; no force from exit on."""
-    if when == TURN:
+    if when == ON_TURN:
         x = motion.chaos.x if motion.chaos.x > 0.0 else law.chaos.start
         motion.chaos.x = law.chaos.growth * x * (1.0 - x)
         motion.chaos.force_N = law.chaos.force * motion.chaos.x
-    elif when == EXIT:
+    elif when == ON_EXIT:
         motion.chaos.force_N = 0.0
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from drumstick.parameters.declare import choice, number
-from drumstick.stick.effects import kick
+from drumstick.stick.effects import decaying_pulse
 from drumstick.stick.records import Law, Motion
 from realtime.kernels.jit import only_with
 from realtime.records import Record
@@ -28,11 +28,11 @@ class CorPulse:
         symbol="τ", equation="(4)", wire="tau", scale="log",
     )  # fmt: skip
     trigger: Literal["entry", "turn", "exit"] = choice(
-        "exit", kick.TRIGGERS, "When it fires: at contact, at the deepest point, at release"
+        "exit", decaying_pulse.TRIGGERS, "When it fires: at contact, at the deepest point, at release"
     )
     sign: Literal[1, -1] = choice(1, (1, -1), "1 pushes up, away from the head; -1 into it")
     overlap: Literal["add", "replace", "ignore"] = choice(
-        "add", kick.OVERLAPS, "What a new push does to one that has not faded yet"
+        "add", decaying_pulse.OVERLAPS, "What a new push does to one that has not faded yet"
     )
 
 
@@ -51,60 +51,60 @@ class _Law(Law):
 
 
 class _Motion(Motion):
-    cor_pulse: kick.Push
+    cor_pulse: decaying_pulse.PulseState
 
 
 TABLE = CorPulse
-LAW, STATE = CorPulseLaw, kick.Push
+LAW, STATE = CorPulseLaw, decaying_pulse.PulseState
 STRENGTH = "gamma"
 
 
 @only_with("cor_pulse")
 def fire(law: _Law, motion: _Motion, when: int) -> None:
-    """Start a push if it fires `when` (drumstick.stick.effects.moments)."""
-    kick.fire(law.cor_pulse, motion.cor_pulse, when, law.cor_pulse.gamma * abs(motion.v_in))
+    """Start a push if it fires `when` (drumstick.stick.effects.triggers)."""
+    decaying_pulse.fire(law.cor_pulse, motion.cor_pulse, when, law.cor_pulse.gamma * abs(motion.v_in))
 
 
 @only_with("cor_pulse", otherwise=())
 def pushes(law: _Law, motion: _Motion) -> tuple[tuple[float, float], ...]:
     """The push now (m/s^2) and the rate at which it fades (1/s)."""
-    return ((motion.cor_pulse.push, 1.0 / law.cor_pulse.tau),)
+    return ((motion.cor_pulse.acceleration, 1.0 / law.cor_pulse.tau),)
 
 
 @only_with("cor_pulse", otherwise=0.0)
 def remaining_speed(law: _Law, motion: _Motion) -> float:
     """The speed, m/s, that a running push still has to give."""
-    return motion.cor_pulse.push * law.cor_pulse.tau
+    return motion.cor_pulse.acceleration * law.cor_pulse.tau
 
 
 @only_with("cor_pulse", otherwise=0.0)
 def pending_speed(law: _Law, motion: _Motion) -> float:
     """The speed, m/s, that one gives which the deepest point of the present contact will start."""
-    return law.cor_pulse.gamma * abs(motion.v_in) if kick.waits(law.cor_pulse, motion) else 0.0
+    return law.cor_pulse.gamma * abs(motion.v_in) if decaying_pulse.is_pending(law.cor_pulse, motion) else 0.0
 
 
 @only_with("cor_pulse", otherwise=1.0)
 def fade(law: _Law, duration: float) -> float:
     """The share of it that is left after `duration` seconds."""
-    return kick.fade(law.cor_pulse, duration)
+    return decaying_pulse.fade(law.cor_pulse, duration)
 
 
 @only_with("cor_pulse")
 def elapse(law: _Law, motion: _Motion, duration: float, fade: float) -> None:
     """Let it fade to that share in `duration` seconds."""
-    kick.elapse(law.cor_pulse, motion.cor_pulse, duration, fade)
+    decaying_pulse.elapse(law.cor_pulse, motion.cor_pulse, duration, fade)
 
 
 @only_with("cor_pulse")
 def keep_speed(law: _Law, new_law: _Law, motion: _Motion) -> None:
     """Keep what a running push still has to give, before `new_law` takes over."""
-    motion.cor_pulse.push *= law.cor_pulse.tau / new_law.cor_pulse.tau
+    motion.cor_pulse.acceleration *= law.cor_pulse.tau / new_law.cor_pulse.tau
 
 
 @only_with("cor_pulse")
 def stop(law: _Law, motion: _Motion) -> None:
     """End a running push at once."""
-    motion.cor_pulse.push = 0.0
+    motion.cor_pulse.acceleration = 0.0
 
 
 @only_with("cor_pulse", otherwise=0.0)
@@ -116,7 +116,7 @@ def max_speed_factor(law: _Law) -> float:
 @only_with("cor_pulse", otherwise=0.0)
 def max_push_per_speed(law: _Law, soonest: float) -> float:
     """The largest acceleration, m/s^2 per m/s of the blow, of pushes that are at least `soonest` seconds apart."""
-    return law.cor_pulse.gamma / law.cor_pulse.tau * kick.stacked(law.cor_pulse, soonest)
+    return law.cor_pulse.gamma / law.cor_pulse.tau * decaying_pulse.max_overlap(law.cor_pulse, soonest)
 
 
 @only_with("cor_pulse", otherwise=0.0)

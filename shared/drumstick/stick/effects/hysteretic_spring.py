@@ -8,7 +8,7 @@ thread; no allocation.
 from dataclasses import dataclass
 
 from drumstick.parameters.declare import number
-from drumstick.stick.effects.moments import ENTRY, RISE, SINK, TURN
+from drumstick.stick.effects.triggers import ON_DESCENT, ON_ENTRY, ON_RISE, ON_TURN
 from drumstick.stick.records import Law, Motion
 from realtime.kernels.jit import only_with
 from realtime.records import Record
@@ -54,9 +54,9 @@ ALTERS_HEAD = True
 @only_with("hysteretic_spring")
 def fire(law: _Law, motion: _Motion, when: int) -> None:
     """Note which way the stick moves in the head."""
-    if when in (TURN, RISE):
+    if when in (ON_TURN, ON_RISE):
         motion.hysteretic_spring.rising = 1
-    elif when in (ENTRY, SINK):
+    elif when in (ON_ENTRY, ON_DESCENT):
         motion.hysteretic_spring.rising = 0
 
 

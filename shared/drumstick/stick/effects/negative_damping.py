@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 
 from drumstick.parameters.declare import number
-from drumstick.stick.effects.moments import ENTRY
+from drumstick.stick.effects.triggers import ON_ENTRY
 from drumstick.stick.records import Law, Motion
 from realtime.kernels.jit import njit, only_with
 from realtime.records import Record
@@ -65,7 +65,7 @@ def lowered(law: _Law) -> float:
 @only_with("negative_damping")
 def fire(law: _Law, motion: _Motion, when: int) -> None:
     """Decide at entry whether this contact is slow enough."""
-    if when == ENTRY:
+    if when == ON_ENTRY:
         motion.negative_damping.active = 1 if -motion.v_in < law.negative_damping.below else 0
 
 

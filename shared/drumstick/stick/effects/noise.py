@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drumstick.parameters.declare import count, number
-from drumstick.stick.effects.moments import ENTRY, EXIT
+from drumstick.stick.effects.triggers import ON_ENTRY, ON_EXIT
 from drumstick.stick.records import Law, Motion
 from realtime.kernels.jit import njit, only_with
 from realtime.records import Record
@@ -85,9 +85,9 @@ def _draw(law: _Law, motion: _Motion) -> None:
 @only_with("noise")
 def fire(law: _Law, motion: _Motion, when: int) -> None:
     """Draw afresh at entry, be still from exit on."""
-    if when == ENTRY:
+    if when == ON_ENTRY:
         _draw(law, motion)
-    elif when == EXIT:
+    elif when == ON_EXIT:
         motion.noise.force_N = 0.0
 
 

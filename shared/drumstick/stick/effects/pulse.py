@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from drumstick.parameters.declare import choice, number
-from drumstick.stick.effects import kick
+from drumstick.stick.effects import decaying_pulse
 from drumstick.stick.records import Law, Motion
 from realtime.kernels.jit import only_with
 from realtime.records import Record
@@ -27,11 +27,11 @@ class Pulse:
         symbol="τ", equation="(4)", wire="tau", scale="log",
     )  # fmt: skip
     trigger: Literal["entry", "turn", "exit"] = choice(
-        "exit", kick.TRIGGERS, "When it fires: at contact, at the deepest point, at release"
+        "exit", decaying_pulse.TRIGGERS, "When it fires: at contact, at the deepest point, at release"
     )
     sign: Literal[1, -1] = choice(1, (1, -1), "1 pushes up, away from the head; -1 into it")
     overlap: Literal["add", "replace", "ignore"] = choice(
-        "add", kick.OVERLAPS, "What a new pulse does to one that has not faded yet"
+        "add", decaying_pulse.OVERLAPS, "What a new pulse does to one that has not faded yet"
     )
 
 
@@ -50,60 +50,60 @@ class _Law(Law):
 
 
 class _Motion(Motion):
-    pulse: kick.Push
+    pulse: decaying_pulse.PulseState
 
 
 TABLE = Pulse
-LAW, STATE = PulseLaw, kick.Push
+LAW, STATE = PulseLaw, decaying_pulse.PulseState
 STRENGTH = "dv_pls"
 
 
 @only_with("pulse")
 def fire(law: _Law, motion: _Motion, when: int) -> None:
-    """Start a pulse if it fires `when` (drumstick.stick.effects.moments)."""
-    kick.fire(law.pulse, motion.pulse, when, law.pulse.dv_pls)
+    """Start a pulse if it fires `when` (drumstick.stick.effects.triggers)."""
+    decaying_pulse.fire(law.pulse, motion.pulse, when, law.pulse.dv_pls)
 
 
 @only_with("pulse", otherwise=())
 def pushes(law: _Law, motion: _Motion) -> tuple[tuple[float, float], ...]:
     """The pulse's acceleration now (m/s^2) and the rate at which it fades (1/s)."""
-    return ((motion.pulse.push, 1.0 / law.pulse.tau),)
+    return ((motion.pulse.acceleration, 1.0 / law.pulse.tau),)
 
 
 @only_with("pulse", otherwise=0.0)
 def remaining_speed(law: _Law, motion: _Motion) -> float:
     """The speed, m/s, that a running pulse still has to give."""
-    return motion.pulse.push * law.pulse.tau
+    return motion.pulse.acceleration * law.pulse.tau
 
 
 @only_with("pulse", otherwise=0.0)
 def pending_speed(law: _Law, motion: _Motion) -> float:
     """The speed, m/s, that one gives which the deepest point of the present contact will start."""
-    return law.pulse.dv_pls if kick.waits(law.pulse, motion) else 0.0
+    return law.pulse.dv_pls if decaying_pulse.is_pending(law.pulse, motion) else 0.0
 
 
 @only_with("pulse", otherwise=1.0)
 def fade(law: _Law, duration: float) -> float:
     """The share of it that is left after `duration` seconds."""
-    return kick.fade(law.pulse, duration)
+    return decaying_pulse.fade(law.pulse, duration)
 
 
 @only_with("pulse")
 def elapse(law: _Law, motion: _Motion, duration: float, fade: float) -> None:
     """Let it fade to that share in `duration` seconds."""
-    kick.elapse(law.pulse, motion.pulse, duration, fade)
+    decaying_pulse.elapse(law.pulse, motion.pulse, duration, fade)
 
 
 @only_with("pulse")
 def keep_speed(law: _Law, new_law: _Law, motion: _Motion) -> None:
     """Keep what a running pulse still has to give, push times tau, before `new_law` takes over."""
-    motion.pulse.push *= law.pulse.tau / new_law.pulse.tau
+    motion.pulse.acceleration *= law.pulse.tau / new_law.pulse.tau
 
 
 @only_with("pulse")
 def stop(law: _Law, motion: _Motion) -> None:
     """End a running pulse at once."""
-    motion.pulse.push = 0.0
+    motion.pulse.acceleration = 0.0
 
 
 @only_with("pulse", otherwise=0.0)
@@ -115,7 +115,7 @@ def max_added_speed(law: _Law) -> float:
 @only_with("pulse", otherwise=0.0)
 def max_push(law: _Law, soonest: float) -> float:
     """The largest acceleration, m/s^2, of pulses that are at least `soonest` seconds apart."""
-    return law.pulse.dv_pls / law.pulse.tau * kick.stacked(law.pulse, soonest)
+    return law.pulse.dv_pls / law.pulse.tau * decaying_pulse.max_overlap(law.pulse, soonest)
 
 
 @only_with("pulse", otherwise=0.0)

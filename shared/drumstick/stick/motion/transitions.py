@@ -8,7 +8,7 @@ import math
 
 from drumstick.stick import composition
 from drumstick.stick.contact import PAPER
-from drumstick.stick.effects import moments
+from drumstick.stick.effects import triggers
 from drumstick.stick.motion.events import (
     ABOVE,
     APEX,
@@ -176,7 +176,7 @@ def _enter(law: Law, motion: Motion) -> None:
     motion.impulse_N_s = 0.0
     motion.contact_s = 0.0
     motion.turned = 0
-    composition.fire(law, motion, moments.ENTRY)
+    composition.fire(law, motion, triggers.ON_ENTRY)
     _hold(law, motion)  # R_in < R_out, or a force that pulls: a head that only pushes does not push yet
     if abs(motion.v) < _STILL_M_PER_S and law.k_hand * law.z_ss == 0.0:
         pushed = composition.most_remaining_speed(law, motion) > _STILL_M_PER_S
@@ -188,10 +188,10 @@ def _enter(law: Law, motion: Motion) -> None:
 def _turn(law: Law, motion: Motion) -> None:
     motion.z_min = min(motion.z_min, motion.z)
     if motion.turned == 0:
-        composition.fire(law, motion, moments.TURN)
+        composition.fire(law, motion, triggers.ON_TURN)
         motion.turned = 1
     else:
-        composition.fire(law, motion, moments.RISE)
+        composition.fire(law, motion, triggers.ON_RISE)
     _hold(law, motion)
     if never_releases(law, motion):
         motion.fate = CAPTURED
@@ -202,7 +202,7 @@ def _leave(law: Law, motion: Motion) -> None:
     motion.place = ABOVE
     motion.v_out = motion.v
     motion.z_apex = max(motion.z, 0.0)
-    composition.fire(law, motion, moments.EXIT)
+    composition.fire(law, motion, triggers.ON_EXIT)
     if _never_returns(law, motion):
         motion.fate = LEFT
 
@@ -225,7 +225,7 @@ def apply(law: Law, motion: Motion, event: int) -> None:
     elif event == RESUME:
         motion.place = CONTACT
     elif event == SINK:
-        composition.fire(law, motion, moments.SINK)
+        composition.fire(law, motion, triggers.ON_DESCENT)
         _hold(law, motion)
     if not abs(motion.v) < _RUNAWAY_M_PER_S:
         motion.fate = LEFT

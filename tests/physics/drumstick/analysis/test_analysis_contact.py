@@ -164,7 +164,7 @@ def test_kappa_is_the_derivative_of_the_exact_contact(
         pulse = Pulse(abs(dv), tau_s, trigger, sign if dv > 0.0 else -sign)  # pyright: ignore
         found = stick_cases.until(stick_cases.scene(stick, pulse), -1.0, exact.RELEASE)
         assert found is not None
-        return float(found[0]["v_out"][0] + tau_s * found[0]["pulse"]["push"][0])
+        return float(found[0]["v_out"][0] + tau_s * found[0]["pulse"]["acceleration"][0])
 
     slopes = [(v_e(dv) - v_e(-dv)) / (2.0 * dv) for dv in (2e-3, 1e-3)]
     extrapolated = (4.0 * slopes[1] - slopes[0]) / 3.0
@@ -178,7 +178,7 @@ def test_kappa_where_a_head_that_only_pushes_is_overdamped() -> None:
     without = stick_cases.until(stick_cases.scene(stick), -1.0, exact.RELEASE)
     assert with_pulse is not None
     assert without is not None
-    v_e = float(with_pulse[0]["v_out"][0] + 1e-3 * with_pulse[0]["pulse"]["push"][0])
+    v_e = float(with_pulse[0]["v_out"][0] + 1e-3 * with_pulse[0]["pulse"]["acceleration"][0])
     assert gain(stick, "entry", 1, 1e-3) == pytest.approx(
         (v_e - float(without[0]["v_out"][0])) / 1e-4, abs=1e-3
     )

@@ -82,7 +82,7 @@ def test_cor_pulse_adds_to_the_coefficient_of_restitution(gamma: float) -> None:
         found = stick_cases.until(scene, -speed, exact.RELEASE)
         assert found is not None
         motion = found[0][0]
-        v_e = motion["v_out"] + motion["cor_pulse"]["push"] * 1e-3
+        v_e = motion["v_out"] + motion["cor_pulse"]["acceleration"] * 1e-3
         assert v_e / speed == pytest.approx(beta + gamma, rel=1e-11)
 
 

@@ -88,7 +88,7 @@ def test_pulse_at_entry(row: dict[str, str]) -> None:
     found = stick_cases.until(stick_cases.scene(stick, pulse), -1.0, exact.RELEASE)
     assert found is not None
     motion, _ = found
-    v_e = motion["v_out"][0] + tau * motion["pulse"]["push"][0]
+    v_e = motion["v_out"][0] + tau * motion["pulse"]["acceleration"][0]
     assert v_e == pytest.approx(float(row["vE_over_vin"]), rel=1e-9)
     assert motion["contact_s"][0] / t_c == pytest.approx(float(row["t_contact_over_tc"]), rel=1e-9)
 

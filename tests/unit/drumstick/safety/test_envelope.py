@@ -182,7 +182,7 @@ def test_a_set_that_may_take_over_now_brings_no_contact_beyond_the_limit(
     if judged.code != envelope.OK or not entry_speed(law[0], z, v) + left <= judged.reach:
         return
     motion["z"], motion["v"] = z, v
-    motion["pulse"]["push"] = left / 0.01
+    motion["pulse"]["acceleration"] = left / 0.01
     gone = 0.0
     while gone < 2.0 and motion["fate"][0] == exact.MOVING:
         event, moved = exact.advance(law[0], motion[0], 2.0 - gone)

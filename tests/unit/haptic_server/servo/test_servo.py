@@ -115,13 +115,13 @@ def test_a_longer_tau_in_mid_pulse_adds_no_speed() -> None:
     # Naively the push h/m would go on for the new tau: 0.2 m/s would become 0.2 * 100.
     servo = servo_of(scene())
     now = 0
-    while not (servo.motion["pulse"]["push"][0] > 10.0 and servo.motion["z"][0] > 0.0):
+    while not (servo.motion["pulse"]["acceleration"][0] > 10.0 and servo.motion["z"][0] > 0.0):
         now = loop.run_virtual(servo, 1, now)
-    left = servo.motion["pulse"]["push"][0] * servo.law["pulse"]["tau"][0]
+    left = servo.motion["pulse"]["acceleration"][0] * servo.law["pulse"]["tau"][0]
     offer(servo, 1, tau=0.2)
     loop.run_virtual(servo, 1, now)
     assert servo.law["pulse"]["tau"][0] == 0.2
-    assert servo.motion["pulse"]["push"][0] * 0.2 == pytest.approx(left, rel=0.01)
+    assert servo.motion["pulse"]["acceleration"][0] * 0.2 == pytest.approx(left, rel=0.01)
 
 
 def test_panic_stops_everything_until_armed() -> None:

@@ -103,7 +103,7 @@ def test_overlap_says_what_a_second_pulse_does_to_the_first() -> None:
         rest = kick * np.exp(-(exits[1] - exits[0]) / 0.05)
         expected = {"add": kick + rest, "replace": kick, "ignore": rest}[overlap]
         assert rest > 0.1 * kick
-        assert motion["pulse"]["push"][0] == pytest.approx(expected, rel=1e-12)
+        assert motion["pulse"]["acceleration"][0] == pytest.approx(expected, rel=1e-12)
 
 
 def test_an_effect_that_the_scene_does_not_name_has_no_field() -> None:

@@ -314,7 +314,7 @@ def test_a_pulse_gives_its_whole_speed_at_any_rate() -> None:
 
 
 def _delivered(servo: memory.Servo, period_s: float) -> float:
-    servo.motion[0]["pulse"]["push"] = 0.06 / 0.004
+    servo.motion[0]["pulse"]["acceleration"] = 0.06 / 0.004
     total = 0.0
     for _ in range(round(0.1 / period_s)):
         total += ask_once(servo, period_s)[1] * period_s

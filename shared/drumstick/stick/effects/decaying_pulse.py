@@ -1,6 +1,6 @@
 """Common part of `pulse` and `cor_pulse`: a push that starts at once and fades, h(t) = (m dv / tau) exp(-t / tau), (4).
 
-`given` is the effect's part of the law, `state` its part of the motion. The push is kept as an acceleration,
+`parameters` is the effect's part of the law, `state` its part of the motion. The push is kept as an acceleration,
 h/m, so a change of m above the head leaves the speed it still has to give unchanged. Kernels: tick thread; no
 allocation.
 """
@@ -8,19 +8,19 @@ allocation.
 import math
 from typing import Protocol
 
-from drumstick.stick.effects import moments
+from drumstick.stick.effects import triggers
 from drumstick.stick.records import Motion
 from realtime.kernels.jit import njit
 from realtime.records import Record
 
 ADD, REPLACE, IGNORE = 0, 1, 2
-TRIGGERS = ("entry", "turn", "exit")  # in the order of effects.moments
+TRIGGERS = ("entry", "turn", "exit")  # in the order of effects.triggers
 OVERLAPS = ("add", "replace", "ignore")
 DELIVERED_AFTER_TAUS = 5.0  # for overlap = "ignore": by then 99.3 % of dv has been given
 SPENT_M_PER_S = 1e-25  # a tail that can still give less than this is set to 0, before it becomes denormal
 
 
-class Given(Protocol):
+class PulseParameters(Protocol):
     """Parameters that such an effect has in its law, besides the strength; choices by their index."""
 
     tau: float
@@ -29,51 +29,51 @@ class Given(Protocol):
     overlap: int
 
 
-class Push(Record):
+class PulseState(Record):
     """State of a pulse between ticks: its push h/m, m/s^2, and the time since it fired, s."""
 
-    push: float
+    acceleration: float
     age: float
 
 
 @njit()
-def fire(given: Given, state: Push, when: int, speed: float) -> None:
+def fire(parameters: PulseParameters, state: PulseState, when: int, speed: float) -> None:
     """Start a pulse that adds `speed` m/s, if it fires `when`."""
-    if given.trigger != when:
+    if parameters.trigger != when:
         return
-    still_giving = state.age < DELIVERED_AFTER_TAUS * given.tau and state.push != 0.0
-    if given.overlap == IGNORE and still_giving:
+    still_giving = state.age < DELIVERED_AFTER_TAUS * parameters.tau and state.acceleration != 0.0
+    if parameters.overlap == IGNORE and still_giving:
         return
-    kick = given.sign * speed / given.tau
-    if given.overlap == ADD:
-        kick += state.push
-    state.push = kick
+    acceleration = parameters.sign * speed / parameters.tau
+    if parameters.overlap == ADD:
+        acceleration += state.acceleration
+    state.acceleration = acceleration
     state.age = 0.0
 
 
 @njit()
-def waits(given: Given, motion: Motion) -> bool:
+def is_pending(parameters: PulseParameters, motion: Motion) -> bool:
     """Will the present contact's first deepest point still start one?"""
-    return given.trigger == moments.TURN and motion.turned == 0
+    return parameters.trigger == triggers.ON_TURN and motion.turned == 0
 
 
 @njit()
-def fade(given: Given, duration: float) -> float:
+def fade(parameters: PulseParameters, duration: float) -> float:
     """The share of a push that is left after `duration` seconds."""
-    return math.exp(-(1.0 / given.tau) * duration)
+    return math.exp(-(1.0 / parameters.tau) * duration)
 
 
 @njit()
-def elapse(given: Given, state: Push, duration: float, fade: float) -> None:
+def elapse(parameters: PulseParameters, state: PulseState, duration: float, fade: float) -> None:
     """Let the push fade to that share in `duration` seconds."""
-    push = state.push * fade
-    state.push = 0.0 if abs(push) * given.tau < SPENT_M_PER_S else push
+    acceleration = state.acceleration * fade
+    state.acceleration = 0.0 if abs(acceleration) * parameters.tau < SPENT_M_PER_S else acceleration
     state.age += duration
 
 
 @njit()
-def stacked(given: Given, soonest: float) -> float:
+def max_overlap(parameters: PulseParameters, soonest: float) -> float:
     """Largest number of pulses that push at once, counted by their force, when two never fire within `soonest`
     seconds.
     """
-    return 1.0 / -math.expm1(-soonest / given.tau) if given.overlap == ADD else 1.0
+    return 1.0 / -math.expm1(-soonest / parameters.tau) if parameters.overlap == ADD else 1.0
