@@ -89,7 +89,7 @@ def _play(
     events = 0
     for i in range(len(motions)):
         motion, out = motions[i], 0
-        while out < releases and motion.fate == exact.MOVING:
+        while out < releases and motion.outcome == exact.MOVING:
             if method is None:
                 event, _ = exact.advance(law, motion, horizon)
             elif locates:

@@ -113,7 +113,7 @@ def _look(servo: memory.Servo, seen: Any, force_before: float, rise_m: float, wa
             if servo.track[0].v_m_per_s > 0.0:
                 seen.allowed_J += pushed * pushed / (2.0 * ARM_KG)
         seen.excess_J = max(seen.excess_J, seen.given_J - seen.allowed_J)
-    elif motion.place != 0:
+    elif motion.contact_phase != 0:
         seen.contacts += 1
         seen.given_J = 0.0
         seen.allowed_J = 0.01 * 0.5 * ARM_KG * motion.v_in * motion.v_in
@@ -126,7 +126,11 @@ def _look(servo: memory.Servo, seen: Any, force_before: float, rise_m: float, wa
 def watched(servo: memory.Servo, seen: npt.NDArray[np.void], ticks: int, now_ns: int) -> int:
     """As `loop.run_virtual` on a sampled arm, under the witness's eyes."""
     for _ in range(ticks):
-        before, z, was_in = servo.tick_state[0].force_N, servo.plant[0].z_m, servo.motion[0].place != 0
+        before, z, was_in = (
+            servo.tick_state[0].force_N,
+            servo.plant[0].z_m,
+            servo.motion[0].contact_phase != 0,
+        )
         now_ns = loop.run_virtual(servo, 1, now_ns)
         _look(servo, seen[0], before, servo.plant[0].z_m - z, was_in)
     return now_ns

@@ -31,7 +31,7 @@ Plain = Callable[[int], tuple[float, float, plain_steps.Blow]]
 @njit()
 def _composed(law: Law, motion: Motion, method: int, dt: float, steps: int) -> None:
     left = dt * steps
-    while left > 0.0 and motion.fate == exact.MOVING:
+    while left > 0.0 and motion.outcome == exact.MOVING:
         left -= stepping.unlocated(law, motion, left, method, dt)[1]
 
 
@@ -100,7 +100,7 @@ def composed_window(scene: Scene) -> float:
     begun = time.thread_time()
     _composed(law[0], motion[0], METHOD, DT_S, STEPS)
     spent = time.thread_time() - begun
-    assert motion["fate"][0] == exact.MOVING
+    assert motion["outcome"][0] == exact.MOVING
     return spent / STEPS
 
 

@@ -38,7 +38,7 @@ def cycle_scene(row: dict[str, str]) -> Scene:
 def advance_by(law: Records, motion: Records, duration_s: float) -> None:
     """Carry the motion on, through whatever happens."""
     gone = 0.0
-    while gone < duration_s and motion["fate"][0] == exact.MOVING:
+    while gone < duration_s and motion["outcome"][0] == exact.MOVING:
         gone += exact.advance(law[0], motion[0], duration_s - gone)[1]
 
 
@@ -49,10 +49,10 @@ def events(
     found: list[tuple[int, float, float, float]] = []
     step = duration_s if step_s is None else step_s
     count = 0
-    while count * step < duration_s and motion["fate"][0] == exact.MOVING:
+    while count * step < duration_s and motion["outcome"][0] == exact.MOVING:
         left = min(step, duration_s - count * step)
         gone = 0.0
-        while gone < left and motion["fate"][0] == exact.MOVING:
+        while gone < left and motion["outcome"][0] == exact.MOVING:
             event, moved = exact.advance(law[0], motion[0], left - gone)
             gone += moved
             if event != exact.HORIZON:
@@ -66,7 +66,7 @@ def until(
 ) -> tuple[Records, float] | None:
     """Start at z = 0 with this speed; the motion at the first `wanted` event and its time, None if it never comes."""
     law, motion, t = law_of(played), thrown(played, v_m_per_s), 0.0
-    while t < longest_s and motion["fate"][0] == exact.MOVING:
+    while t < longest_s and motion["outcome"][0] == exact.MOVING:
         event, moved = exact.advance(law[0], motion[0], longest_s - t)
         t += moved
         if event == wanted:

@@ -27,13 +27,13 @@ def play_on(scene: Scene, v0: float, duration_s: float) -> float:
         t += moved
         assert 0.0 <= moved <= duration_s
         assert _finite(motion)
-        assert motion["place"][0] != exact.ABOVE or motion["z"][0] >= -1e-12
+        assert motion["contact_phase"][0] != exact.ABOVE or motion["z"][0] >= -1e-12
         if event == exact.RELEASE:
             assert motion["v_in"][0] <= 0.0
             assert motion["v_out"][0] >= -1e-12
             assert motion["peak_N"][0] >= 0.0
             assert motion["z_min"][0] <= 0.0
         fastest = max(fastest, abs(float(motion["v"][0])))
-        if event == exact.HORIZON or motion["fate"][0] != exact.MOVING or t >= duration_s:
+        if event == exact.HORIZON or motion["outcome"][0] != exact.MOVING or t >= duration_s:
             break
     return fastest

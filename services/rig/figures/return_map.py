@@ -43,12 +43,12 @@ def _next(scene: Scene, v0_m_per_s: float, contacts: int) -> tuple[list[float], 
     # v_E of up to so many contacts of a throw, and how it ended.
     law, motion, measured = law_of(scene), thrown(scene, v0_m_per_s), np.zeros(lap.MEASURED_SIZE)
     speeds: list[float] = []
-    fate = exact.MOVING
-    while len(speeds) < contacts and fate == exact.MOVING:
-        fate = lap.next_release(law[0], motion[0], lap.FEW_WAIT_DOUBLINGS, measured)
-        if fate == exact.MOVING:
+    outcome = exact.MOVING
+    while len(speeds) < contacts and outcome == exact.MOVING:
+        outcome = lap.next_release(law[0], motion[0], lap.FEW_WAIT_DOUBLINGS, measured)
+        if outcome == exact.MOVING:
             speeds.append(float(measured[lap.V_E]))
-    return speeds, fate
+    return speeds, outcome
 
 
 def played(scene: Scene, v0_m_per_s: float) -> Speeds:
@@ -68,7 +68,7 @@ def curves(scene: Scene, cycles: Sequence[Cycle]) -> Curves:
     v_e = np.linspace(0.0, 2.0 * fastest, POINTS)
     once = [_next(scene, float(v), 1) for v in v_e]
     after = np.array([speeds[0] if speeds else np.nan for speeds, _ in once])
-    captured = np.array([not speeds and fate != exact.LEFT for speeds, fate in once])
+    captured = np.array([not speeds and outcome != exact.LEFT for speeds, outcome in once])
     repeats = not any(name in scene.effects for name in NEVER_REPEATING)
     rolling = settled_map(scene, v_e) if repeats else np.full(POINTS, np.nan)
     return Curves(v_e, rolling, after, captured)

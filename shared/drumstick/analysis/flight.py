@@ -31,9 +31,9 @@ def flight(scene: Scene, v_m_per_s: float) -> Flight | None:
         return None
     motion = thrown(repeating(scene), v_m_per_s)
     measured = np.zeros(lap.MEASURED_SIZE)
-    fate, duration = lap.until(
+    outcome, duration = lap.until(
         unpulsed_law(scene)[0], motion[0], exact.ENTRY, lap.MAX_WAIT_DOUBLINGS, measured
     )
-    if fate != exact.MOVING:
+    if outcome != exact.MOVING:
         return None
     return Flight(float(-motion["v_in"][0] / v_m_per_s), float(duration), float(motion["z_apex"][0]))

@@ -42,8 +42,8 @@ class _Head:
         self.motion[0] = self._fresh[0]
         self.motion["v"] = -speed
         measured = np.zeros(lap.MEASURED_SIZE)
-        fate, _ = lap.until(self._law, self.motion[0], exact.RELEASE, lap.FEW_WAIT_DOUBLINGS, measured)
-        return fate == exact.MOVING
+        outcome, _ = lap.until(self._law, self.motion[0], exact.RELEASE, lap.FEW_WAIT_DOUBLINGS, measured)
+        return outcome == exact.MOVING
 
 
 def rebound(scene: Scene, v_m_per_s: float) -> Rebound | None:

@@ -49,7 +49,7 @@ def contact_ahead(law: Law, motion: Motion, ahead: Records) -> PredictedContact:
     stick.z, stick.v = 0.0, motion.v_in
     left_s = min(MAX_S, _MAX_SAMPLES * composition.sample_period_s(law))
     for _ in range(_MAX_EVENTS):
-        if stick.fate != exact.MOVING:
+        if stick.outcome != exact.MOVING:
             break
         what, gone_s = exact.advance(law, stick, left_s)
         left_s -= gone_s

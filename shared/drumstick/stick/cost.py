@@ -26,13 +26,13 @@ def _ticks(law: Law, motion: Motion, throw: float, ticks: int, period_s: float) 
     # As the servo does it: tick by tick, and a stick that lies dead or has left is thrown again.
     contacts = 0
     for _ in range(ticks):
-        if motion.fate != exact.MOVING:
-            motion.fate = exact.MOVING
-            motion.place = exact.ABOVE
+        if motion.outcome != exact.MOVING:
+            motion.outcome = exact.MOVING
+            motion.contact_phase = exact.ABOVE
             motion.z = 0.0
             motion.v = throw
         moved = 0.0
-        while moved < period_s and motion.fate == exact.MOVING:
+        while moved < period_s and motion.outcome == exact.MOVING:
             event, duration = exact.advance(law, motion, period_s - moved)
             moved += duration
             if event == exact.RELEASE:

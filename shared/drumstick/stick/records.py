@@ -32,6 +32,6 @@ class Motion(Record):
     peak_N: float
     impulse_N_s: float
     contact_s: float
-    place: int
+    contact_phase: int
     turned: int
-    fate: int
+    outcome: int

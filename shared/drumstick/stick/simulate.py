@@ -90,7 +90,7 @@ def _run(
     # Fills rows of `out` until it is full, the time is over, or nothing more can happen. Returns rows. clock: the time
     # and what its last additions lost to rounding (Kahan's sum), so that a long run does not drift.
     rows = 0
-    while rows < out.shape[0] and clock[0] < duration and motion.fate == exact.MOVING:
+    while rows < out.shape[0] and clock[0] < duration and motion.outcome == exact.MOVING:
         event, moved = _next(law, motion, duration - clock[0], method, dt, locates)
         gain = moved - clock[1]
         t = clock[0] + gain
@@ -139,4 +139,4 @@ def simulate(
             break
         if len(blocks) * _BLOCK > most_contacts:
             raise TooLong(f"more than {most_contacts:g} contacts in the first {float(clock[0]):.6g} s")
-    return Run(np.concatenate(blocks), _ENDS[int(motion["fate"][0])], float(clock[0]))
+    return Run(np.concatenate(blocks), _ENDS[int(motion["outcome"][0])], float(clock[0]))

@@ -35,7 +35,7 @@ def _carry(law: Law, motion: Motion, duration: float) -> None:
     while gone < duration:
         _, moved = exact.advance(law, motion, duration - gone)
         gone += moved
-        if moved == 0.0 and motion.fate == exact.CAPTURED:
+        if moved == 0.0 and motion.outcome == exact.CAPTURED:
             return  # it lies on the head: the same event for ever
 
 

@@ -132,7 +132,7 @@ def test_a_ring_that_was_dropped_from_for_ages_wraps_at_its_own_length() -> None
         assert np.array_equal(np.unique(kept["seq"]), np.arange(count - 4, count - 4 + len(kept) // 2))
         dropped = peek(servo.block.ring_cells, ring.DROPPED) - (count - 5)
         struck = servo.tick_state["seq"][0] - (count - 5)
-        assert dropped + len(kept) == 2 * struck - (servo.motion["place"][0] != 0)
+        assert dropped + len(kept) == 2 * struck - (servo.motion["contact_phase"][0] != 0)
 
 
 @shows("counter beyond 31 bits")

@@ -150,12 +150,12 @@ def test_a_stiffness_that_jumps_in_contact_gives_energy_and_one_that_waits_does_
     for jumps in (False, True):
         servo, out, now = live_sets.servo_of(scene), np.zeros(4096, EVENT), 0
         now = loop.run_virtual(servo, 1000, now)
-        while not (servo.motion["place"][0] == exact.CONTACT and servo.motion["v"][0] > 0.0):
+        while not (servo.motion["contact_phase"][0] == exact.CONTACT and servo.motion["v"][0] > 0.0):
             now = loop.run_virtual(servo, 1, now)
         ring.drain(servo.block.ring_cells, servo.block.events, out)
         if jumps:
             live_sets.offer(servo, 1, live_sets.changed(servo.law, scene, {"k_coll": 15000.0, "r_in": 5.0}))
-        while servo.motion["place"][0] == exact.CONTACT:
+        while servo.motion["contact_phase"][0] == exact.CONTACT:
             assert servo.law["k_coll"][0] == 5000.0
             now = loop.run_virtual(servo, 1, now)
         events = out[: ring.drain(servo.block.ring_cells, servo.block.events, out)]

@@ -102,7 +102,7 @@ def test_without_an_effect_that_adds_it_energy_never_grows(
         now = _energy(stick, z, v, in_head=z < 0.0)
         assert now <= before * (1.0 + 1e-9) + start * 1e-12
         before = now
-        if event == exact.HORIZON or motion["fate"][0] != exact.MOVING or t >= DURATION_S:
+        if event == exact.HORIZON or motion["outcome"][0] != exact.MOVING or t >= DURATION_S:
             return
 
 
@@ -157,9 +157,9 @@ def test_no_contact_exceeds_what_the_envelope_predicts(
             assert -motion["v_in"][0] <= max_roll_speed * (1.0 + 1e-9) + 1e-9 * hand
         if event == exact.RELEASE:
             assert motion["v_out"][0] <= max_roll_speed * (1.0 + 1e-9) + 1e-9 * hand
-        if motion["place"][0] != exact.ABOVE or event == exact.RELEASE:
+        if motion["contact_phase"][0] != exact.ABOVE or event == exact.RELEASE:
             assert motion["peak_N"][0] <= max_contact_force * (1.0 + 1e-9)
-        if motion["fate"][0] != exact.MOVING:
+        if motion["outcome"][0] != exact.MOVING:
             return
 
 

@@ -17,10 +17,10 @@ def _free(k_coll: float, r_in: float, release: str, m: float = 0.015) -> Stick:
     return Stick(m, k_coll, r_in, 0.0, 0.0, 0.0, release)  # pyright: ignore[reportArgumentType]
 
 
-def _starting(stick: Stick, z: float, v: float, place: int) -> tuple[Records, Records]:
+def _starting(stick: Stick, z: float, v: float, contact_phase: int) -> tuple[Records, Records]:
     scene = stick_cases.scene(stick)
     law, motion = law_of(scene), thrown(scene, 0.0)
-    motion["z"], motion["v"], motion["place"] = z, v, place
+    motion["z"], motion["v"], motion["contact_phase"] = z, v, contact_phase
     return law, motion
 
 
@@ -52,7 +52,7 @@ def test_a_graze_from_above(by_m: float) -> None:
     period = 2.0 * math.pi * math.sqrt(m / k_hand)
     found: list[float] = []
     t = 0.0
-    while t < 9.9 * period and motion["fate"][0] == exact.MOVING:
+    while t < 9.9 * period and motion["outcome"][0] == exact.MOVING:
         event, moved = exact.advance(law[0], motion[0], 9.9 * period - t)
         t += moved
         if event == exact.ENTRY:
@@ -78,7 +78,7 @@ def test_a_graze_from_within(by_m: float) -> None:
     over = float(2 * Fraction(rest) - Fraction(float(motion["z"][0])))
     first = _next_events(law, motion, 1, 10.0)[0]
     if by_m < 0.0:
-        assert motion["fate"][0] == exact.CAPTURED
+        assert motion["outcome"][0] == exact.CAPTURED
         assert first != exact.RELEASE
     else:
         right = math.sqrt((k_coll + k_hand) / m * over * (over - 2.0 * rest))
@@ -100,7 +100,7 @@ def test_a_fixed_step_does_not_see_a_graze(by_m: float, seen: int) -> None:
     for naive in entries:
         law, motion = _starting(stick, 2.0 * z_ss + by_m, 0.0, exact.ABOVE)
         t = 0.0
-        while t < longest_s and motion["fate"][0] == exact.MOVING:
+        while t < longest_s and motion["outcome"][0] == exact.MOVING:
             if naive:
                 event, moved = stepping.unlocated(law[0], motion[0], longest_s - t, STEPPERS["rk4"], 1e-3)
             else:

@@ -83,12 +83,12 @@ def test_a_pulse_longer_than_the_flight_still_gives_its_whole_speed() -> None:
     law, motion = law_of(scene), thrown(scene, 0.4)
     pushes: list[float] = []
     t = 0.0
-    while t < 30.0 and motion["fate"][0] == exact.MOVING:
+    while t < 30.0 and motion["outcome"][0] == exact.MOVING:
         event, moved = exact.advance(law[0], motion[0], 30.0 - t)
         t += moved
         if event == exact.RELEASE:
             pushes.append(float(motion["pulse"]["acceleration"][0]))
-    assert motion["fate"][0] == exact.MOVING
+    assert motion["outcome"][0] == exact.MOVING
     # Just after a pulse: dv/tau of its own and what is left of all before, a geometric series at this roll's period.
     contacts = simulate(scene, 30.0).contacts
     period = contacts[-1, 2] - contacts[-2, 2]

@@ -63,7 +63,7 @@ def contact_of(played: Scene, settled: int = _SETTLED) -> Contact:
     stick, begun, what = motion[0], 0, exact.HORIZON
     while begun <= settled:
         what, _ = exact.advance(law[0], stick, 1.0)
-        if what == exact.HORIZON or stick["fate"] != exact.MOVING:
+        if what == exact.HORIZON or stick["outcome"] != exact.MOVING:
             raise ValueError(f"{played.name} makes {begun} contacts, not {settled + 1}")
         begun += what == exact.ENTRY
     announced, speed = contact_ahead(law[0], stick, motion.copy()), -float(stick["v_in"])

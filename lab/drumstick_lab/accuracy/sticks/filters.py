@@ -106,7 +106,7 @@ def fall(servo: Servo, kind: Filter, speed: float, phase: float, guarded: bool) 
     guard.let_go(held)
     held.seen_above = 1
     held.gain = 1.0
-    motion.place = ABOVE
+    motion.contact_phase = ABOVE
     motion.v = -speed
     plant.z_m = plan.head_z_m + _FROM_M + phase * speed * period_s
     plant.v_m_per_s = -speed

@@ -71,7 +71,7 @@ def roll_rate(scene: Scene) -> float | None:
 @njit()
 def _tick(law: Law, motion: Motion, period_s: float) -> None:
     moved = 0.0
-    while moved < period_s and motion.fate == exact.MOVING:
+    while moved < period_s and motion.outcome == exact.MOVING:
         event, duration = exact.advance(law, motion, period_s - moved)
         moved += duration
         if event == exact.HORIZON:
@@ -90,7 +90,7 @@ def states(scene: Scene) -> Records:
     law, motion = law_of(scene), thrown(scene, scene.hand.throw_m_per_s)
     kept = np.zeros(_TICKS, motion.dtype)
     for k in range(_TICKS):
-        if motion["fate"][0] != exact.MOVING:
+        if motion["outcome"][0] != exact.MOVING:
             motion = thrown(scene, scene.hand.throw_m_per_s)
         kept[k] = motion[0]
         _tick(law[0], motion[0], 1.0 / scene.servo.rate_Hz)

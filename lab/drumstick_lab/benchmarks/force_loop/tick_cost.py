@@ -93,9 +93,9 @@ def bare_stick(
 ) -> None:
     """The paper's stick alone, by the exact solution; thrown again when it has come to rest."""
     for _ in range(ticks):
-        if motion[0].fate != exact.MOVING:
-            motion[0].fate = exact.MOVING
-            motion[0].place = exact.ABOVE
+        if motion[0].outcome != exact.MOVING:
+            motion[0].outcome = exact.MOVING
+            motion[0].contact_phase = exact.ABOVE
             motion[0].z = 0.0
             motion[0].v = throw_m_per_s
         moved = 0.0

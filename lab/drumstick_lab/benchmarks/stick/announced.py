@@ -62,7 +62,7 @@ def of_the_stick(scene: Scene) -> Triples:
     found: Triples = []
     announced = alone = PredictedContact(0.0, 0.0, 0.0)
     for _ in range(EVENTS):
-        if len(found) == CONTACTS or stick["fate"] != exact.MOVING:
+        if len(found) == CONTACTS or stick["outcome"] != exact.MOVING:
             break
         what, _ = exact.advance(law[0], stick, 1.0)
         if what == exact.ENTRY:
@@ -160,7 +160,7 @@ def cost_us(scene: Scene) -> float:
     """CPU time of one look ahead."""
     law, motion = law_of(scene), thrown(scene, 0.0)
     motion["v_in"] = motion["v"] = -0.3
-    motion["place"] = exact.CONTACT
+    motion["contact_phase"] = exact.CONTACT
     ahead = motion.copy()
     _looks(law, motion, ahead, 1)
     spent: list[int] = []

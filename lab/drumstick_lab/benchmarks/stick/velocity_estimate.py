@@ -71,7 +71,7 @@ def blow(phase: float) -> tuple[Samples, Samples, Samples]:
     """A blow on the head: instants (s), heights (m), speeds (m/s), FINE to a tick; it begins `phase` ticks higher."""
     scene = Scene("blow", stick=STICK)
     law, motion = law_of(scene), thrown(scene, 0.0)
-    motion["z"], motion["v"], motion["place"] = HEIGHT_M + phase * SPEED * T, -SPEED, exact.ABOVE
+    motion["z"], motion["v"], motion["contact_phase"] = HEIGHT_M + phase * SPEED * T, -SPEED, exact.ABOVE
     ticks = int(2.0 * HEIGHT_M / SPEED / T)
     seen = onward(law, motion, ticks * T, ticks * FINE + 1)
     return seen.t_s, seen.z_m, seen.v_m_per_s

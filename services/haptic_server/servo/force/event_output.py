@@ -75,13 +75,13 @@ def note_release(servo: Servo, t_ns: int) -> None:
 def end_contact(servo: Servo, now_ns: int) -> None:
     """End a contact from outside: whoever takes the stick out of the head, no note may hang."""
     motion = servo.motion[0]
-    if motion.place != exact.ABOVE:
+    if motion.contact_phase != exact.ABOVE:
         motion.v_out = 0.0
         motion.z = 0.0
         if not (abs(motion.impulse_N_s) < 1e6 and motion.contact_s < 1e6 and motion.peak_N < 1e6):
             motion.impulse_N_s = motion.contact_s = motion.peak_N = 0.0  # a fault's numbers go nowhere
             streaming.forget(servo)
-        motion.place = exact.ABOVE
+        motion.contact_phase = exact.ABOVE
         note_release(servo, now_ns)
 
 

@@ -137,7 +137,7 @@ def prepare(scene: Scene, block: Block, specification: Specification = EXACT_STI
     law = block.live["law"][:1].copy()
     motion = thrown(scene, scene.hand.throw_m_per_s)
     if held:  # it is not thrown before somebody arms
-        motion["v"], motion["fate"] = 0.0, exact.LEFT
+        motion["v"], motion["outcome"] = 0.0, exact.LEFT
     limits, room = limits_of(scene, specification).record(), envelope.new_scratch()
     judgement = envelope.judge(law[0], limits[0], room)
     accepted = judgement.code == envelope.OK  # only tests play what the envelope refuses

@@ -53,7 +53,7 @@ def pointed_stick_tick(servo: Servo, now_ns: int, span_s: float) -> None:
     if tick_state.panicked != 0 or tick_state.fault != 0:
         latch(servo)
     else:
-        motion.fate = exact.MOVING  # a hand can always lift it
+        motion.outcome = exact.MOVING  # a hand can always lift it
         if motion.z > 0.0:
             latch(servo)
         _advance_held(servo, now_ns, span_s)

@@ -73,7 +73,7 @@ def detect_events(servo: Servo, z: float, v: float, now_ns: int) -> None:
     tick_state.loss = slow_loss(tick_state.loss, above, tick_state.last_v, motion.z, v)
     if v != 0.0:
         tick_state.last_v = v
-    if motion.place == exact.ABOVE:
+    if motion.contact_phase == exact.ABOVE:
         if motion.z < 0.0 and v < 0.0:
             _enter(servo, z, now_ns)
     elif motion.z > _CLEAR_OF_HEAD * servo.allowed[0].resolution_m:
@@ -83,7 +83,7 @@ def detect_events(servo: Servo, z: float, v: float, now_ns: int) -> None:
         transitions.apply(law, motion, exact.TURN)
     elif v < 0.0 and before >= 0.0 and motion.turned != 0:
         transitions.apply(law, motion, SINK)
-    motion.fate = exact.MOVING  # a hand can always lift it
+    motion.outcome = exact.MOVING  # a hand can always lift it
 
 
 @njit()
@@ -108,7 +108,7 @@ def requested_forces(servo: Servo, period_s: float) -> tuple[float, float]:
 def _keep(servo: Servo, period_s: float) -> None:
     # The contact's record: of the head as it is felt, which the guard may have held back.
     motion = servo.motion[0]
-    if motion.place != exact.ABOVE:
+    if motion.contact_phase != exact.ABOVE:
         felt_N = guard.last_head_force(servo.guard[0])
         motion.contact_s += period_s
         motion.z_min = min(motion.z_min, motion.z)
@@ -137,7 +137,7 @@ def _rendered(servo: Servo, reading: Reading, now_ns: int, span_s: float) -> flo
     if tick_state.fault != NO_FAULT:
         return 0.0
     if guard.ready(held, allowed, reading, z, period_s) != NO_FAULT or held.seen_above == 0:
-        if servo.motion[0].place != exact.ABOVE:
+        if servo.motion[0].contact_phase != exact.ABOVE:
             _let_go(servo, now_ns)
         servo.motion[0].z, servo.motion[0].v = z, v  # nothing is felt, but it is told where the stick is
         _latch(servo)
@@ -145,7 +145,7 @@ def _rendered(servo: Servo, reading: Reading, now_ns: int, span_s: float) -> flo
     detect_events(servo, z, v, now_ns)
     if tick_state.fault != NO_FAULT:
         return 0.0
-    if servo.motion[0].place == exact.ABOVE:
+    if servo.motion[0].contact_phase == exact.ABOVE:
         _latch(servo)
     head_N, pulse_N = requested_forces(servo, period_s)
     if not abs(head_N + pulse_N) < math.inf:

@@ -107,5 +107,5 @@ def forget(servo: Servo) -> None:
 @only_with("stream")
 def settle(servo: Servo) -> None:
     """The tick is over: tell its force, if the stick is in the head."""
-    if servo.stream.state[0].inside != 0 and servo.motion[0].place != exact.ABOVE:
+    if servo.stream.state[0].inside != 0 and servo.motion[0].contact_phase != exact.ABOVE:
         _grown(servo)

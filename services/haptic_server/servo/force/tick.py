@@ -30,7 +30,7 @@ def _lift_away(servo: Servo, now_ns: int) -> None:
     composition.stop(servo.law[0], motion)
     end_contact(servo, now_ns)
     motion.v = 0.0
-    motion.fate = exact.LEFT
+    motion.outcome = exact.LEFT
 
 
 @njit()
@@ -57,8 +57,8 @@ def _watch_still(servo: Servo, span_s: float) -> None:
     # A stick that creeps in the head, by whatever law, is dead too; and one that has flown so high that a waiting set
     # cannot take over safely is fetched.
     motion, tick_state, plan = servo.motion[0], servo.tick_state[0], servo.plan[0]
-    creeping = motion.place != exact.ABOVE and abs(motion.v) <= _STILL_M_PER_S
-    too_high = motion.place == exact.ABOVE and tick_state.holding != 0
+    creeping = motion.contact_phase != exact.ABOVE and abs(motion.v) <= _STILL_M_PER_S
+    too_high = motion.contact_phase == exact.ABOVE and tick_state.holding != 0
     if not (creeping or too_high):
         tick_state.still_s = 0.0
         return
@@ -66,7 +66,7 @@ def _watch_still(servo: Servo, span_s: float) -> None:
     if tick_state.still_s >= plan.rest_s:
         tick_state.still_s = 0.0
         tick_state.rest_s = plan.rest_s if too_high else 0.0
-        motion.fate = exact.CAPTURED
+        motion.outcome = exact.CAPTURED
 
 
 @njit()
@@ -80,7 +80,7 @@ def _rest(servo: Servo, now_ns: int, span_s: float) -> None:
     _lift_away(servo, now_ns)
     motion.z = 0.0
     motion.v = plan.throw_m_per_s
-    motion.fate = exact.MOVING
+    motion.outcome = exact.MOVING
     latch(servo)
 
 
@@ -110,7 +110,7 @@ def conclude(servo: Servo, now_ns: int) -> None:
         motion.z = 0.0
         _lift_away(servo, now_ns)
     streaming.settle(servo)
-    tick_state.force_N = transitions.force_now(servo.law[0], motion) if motion.fate != exact.LEFT else 0.0
+    tick_state.force_N = transitions.force_now(servo.law[0], motion) if motion.outcome != exact.LEFT else 0.0
     store_release(control, HELD, held_word(tick_state))
     store_release(control, PANICS_SEEN, tick_state.panics_seen)
     store_release(control, HEARTBEAT, now_ns)
@@ -125,11 +125,11 @@ def tick(servo: Servo, now_ns: int, span_s: float) -> None:
     if tick_state.panicked != 0 or tick_state.fault != 0:
         latch(servo)
     else:
-        if motion.fate != exact.MOVING:
+        if motion.outcome != exact.MOVING:
             _rest(servo, now_ns, span_s)
         elif motion.z > 0.0:
             latch(servo)
-        if motion.fate != exact.LEFT:
+        if motion.outcome != exact.LEFT:
             advance(servo, now_ns, span_s)
             _watch_still(servo, span_s)
     conclude(servo, now_ns)

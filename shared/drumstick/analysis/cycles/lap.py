@@ -109,17 +109,17 @@ def until(law: Law, motion: Motion, wanted: int, patience: int, measured: Number
     moved = 0.0
     waited = 0
     for _ in range(_EVENTS_A_WAIT << patience):
-        above = motion.place == exact.ABOVE
+        above = motion.contact_phase == exact.ABOVE
         # Not at once for ever: only between waits is a stick found to be captured by a head that it creeps in.
         event, duration = exact.advance(law, motion, _first_wait(law, motion, above) * 2.0**waited)
         moved += duration
         measured[EFFORT] += (
             _WAIT_EFFORT * 2.0**waited if event == exact.HORIZON and _oscillates(law, motion, above) else 1.0
         )
-        if event == wanted and motion.fate != exact.CAPTURED:
+        if event == wanted and motion.outcome != exact.CAPTURED:
             return exact.MOVING, moved
-        if motion.fate != exact.MOVING:
-            return motion.fate, moved
+        if motion.outcome != exact.MOVING:
+            return motion.outcome, moved
         if not above and abs(motion.z) < _NOTHING_M and abs(motion.v) < _NOTHING_M_PER_S:
             return exact.CAPTURED, moved  # creeps up to z = 0 for ever, and nothing presses it
         waited = waited + 1 if event == exact.HORIZON else 0
@@ -136,15 +136,15 @@ def next_release(law: Law, motion: Motion, patience: int, measured: Numbers) -> 
     """Advance from above the head through one contact; returns how that ended, as `until`. measured: shape (6,),
     filled.
     """
-    fate, flight = until(law, motion, exact.ENTRY, patience, measured)
-    if fate == exact.MOVING:
+    outcome, flight = until(law, motion, exact.ENTRY, patience, measured)
+    if outcome == exact.MOVING:
         measured[APEX_M] = motion.z_apex
-        fate, contact = until(law, motion, exact.RELEASE, patience, measured)
+        outcome, contact = until(law, motion, exact.RELEASE, patience, measured)
         measured[V_IN] = motion.v_in
         measured[V_E] = motion.v_out + composition.remaining_speed(law, motion)
         measured[CONTACT_S] = motion.contact_s
         measured[PERIOD_S] = flight + contact
-    return fate
+    return outcome
 
 
 @njit()
@@ -163,9 +163,9 @@ def iterate(law: Law, motion: Motion, states: Numbers, patience: int, measured: 
     Returns how it ended, as `until`.
     """
     for i in range(states.shape[0]):
-        fate = next_release(law, motion, patience, measured[i])
-        if fate != exact.MOVING:
-            return fate
+        outcome = next_release(law, motion, patience, measured[i])
+        if outcome != exact.MOVING:
+            return outcome
         states[i, V_OUT] = motion.v_out
         _read_pulse(law, motion, states[i])
         _read_cor_pulse(law, motion, states[i])

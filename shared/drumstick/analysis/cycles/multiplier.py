@@ -32,10 +32,10 @@ def after(law: Records, scratch: Records, state: Numbers, laps: int) -> Numbers 
     """The state `laps` later, shape (5,); None when the stick does not come round."""
     states = np.zeros((laps, lap.STATE_SIZE))
     lap.place(law[0], scratch[1:], scratch[:1], state)
-    fate = lap.iterate(
+    outcome = lap.iterate(
         law[0], scratch[0], states, lap.MAX_WAIT_DOUBLINGS, np.zeros((laps, lap.MEASURED_SIZE))
     )
-    return states[-1] if fate == exact.MOVING else None
+    return states[-1] if outcome == exact.MOVING else None
 
 
 def _slope(

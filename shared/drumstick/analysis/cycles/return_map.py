@@ -92,9 +92,9 @@ def _self_consistent(
         if not start[V_OUT] > 0.0:
             return UNSETTLED
         lap.place(law, scratch[1:], scratch[:1], start)
-        fate = lap.iterate(law, scratch[0], states, patience, measured)
-        if fate != exact.MOVING:
-            return fate
+        outcome = lap.iterate(law, scratch[0], states, patience, measured)
+        if outcome != exact.MOVING:
+            return outcome
         was0, was1 = h0, h1
         h0, h1 = end[PULSE] - start[PULSE], end[COR_PULSE] - start[COR_PULSE]
         size = abs(speed) + end[V_OUT] + abs(end[PULSE]) + abs(end[COR_PULSE])
@@ -153,10 +153,10 @@ class ReturnMap:
         return False
 
     def _reaches(self, speed: float, of: int) -> bool:
-        fate = _self_consistent(
+        outcome = _self_consistent(
             self._law, self._scratch, speed, of, self.start, self.states, self._patience, self.measured
         )
-        return fate == exact.MOVING
+        return outcome == exact.MOVING
 
 
 def return_map(scene: Scene, v_e_m_per_s: Numbers) -> Numbers:

@@ -52,10 +52,10 @@ def settle(law: Records, scratch: Records, throw_m_per_s: float) -> Settled:
     scratch[0]["v"] = throw_m_per_s
     period = 0
     for _ in range(_MAX_LAPS // _AT_ONCE):
-        fate = lap.iterate(law[0], scratch[0], states, lap.MAX_WAIT_DOUBLINGS, measured)
-        if fate == exact.LEFT:
+        outcome = lap.iterate(law[0], scratch[0], states, lap.MAX_WAIT_DOUBLINGS, measured)
+        if outcome == exact.LEFT:
             return Settled("left", None)
-        if fate != exact.MOVING:  # held down for thousands of oscillations is rest in the head, too
+        if outcome != exact.MOVING:  # held down for thousands of oscillations is rest in the head, too
             return Settled("captured", None)
         period = _period_of(states[-_COMPARED:])
         if period > 0 or measured[:, lap.EFFORT].sum() > _MAX_EFFORT:

@@ -84,11 +84,11 @@ def _point(
     measured = np.zeros(lap.MEASURED_SIZE)
     seconds = 0.0
     for contact in range(settle + MEASURED):
-        fate = lap.next_release(laws[i], motions[i], lap.FEW_WAIT_DOUBLINGS, measured)
-        if fate == exact.LEFT:
+        outcome = lap.next_release(laws[i], motions[i], lap.FEW_WAIT_DOUBLINGS, measured)
+        if outcome == exact.LEFT:
             v_e[:] = np.nan
             return LEFT, np.nan, 0
-        if fate != exact.MOVING:  # held down for thousands of oscillations is rest in the head, too
+        if outcome != exact.MOVING:  # held down for thousands of oscillations is rest in the head, too
             v_e[:] = np.nan
             return CAPTURED, np.nan, 0
         if (

@@ -57,7 +57,7 @@ def advance(
     moved = 0.0
     at_once = 0
     while True:
-        due = composition.due_in(law, motion, motion.place != ABOVE)
+        due = composition.due_in(law, motion, motion.contact_phase != ABOVE)
         seg = begin(law, motion, method)
         left = horizon - moved
         span = min(left, due, longest_s)
@@ -66,8 +66,8 @@ def advance(
         moved += end.t
         if event == HORIZON:
             if span == left:
-                if motion.place != ABOVE and never_releases(law, motion):
-                    motion.fate = CAPTURED
+                if motion.contact_phase != ABOVE and never_releases(law, motion):
+                    motion.outcome = CAPTURED
                 return HORIZON, horizon
             renew(law, motion)
             continue
@@ -79,8 +79,8 @@ def advance(
         if (
             at_once > _MAX_AT_ONCE
         ):  # rounding: a push of 0 that does not change takes hold and lets go for ever
-            motion.fate = CAPTURED
+            motion.outcome = CAPTURED
             return HORIZON, horizon
         if _died_away(law, motion):
-            motion.fate = CAPTURED
+            motion.outcome = CAPTURED
             return HORIZON, horizon

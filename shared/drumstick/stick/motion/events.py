@@ -67,10 +67,10 @@ def _above(seg: Segment, here: Point, there: Point) -> SegmentEvent:
 
 
 @njit()
-def _shift(place: int, seg: Segment, here: Point, bend: Point, end: Point) -> SegmentEvent:
+def _shift(contact_phase: int, seg: Segment, here: Point, bend: Point, end: Point) -> SegmentEvent:
     # LOOSEN when the push of a head that only pushes falls to 0, RESUME when it rises above it again. The push is
     # monotone from here to the bend, and from there to the end.
-    event, outward = (RESUME, 1.0) if place == LOOSE else (LOOSEN, -1.0)
+    event, outward = (RESUME, 1.0) if contact_phase == LOOSE else (LOOSEN, -1.0)
     rate = push_rate(seg)
     first, last = outward * weighted(rate, here)[0], outward * weighted(rate, end)[0]
     begin, reach = (here, bend) if first > 0.0 or (first == 0.0 and last > 0.0) else (bend, end)
@@ -82,9 +82,9 @@ def _shift(place: int, seg: Segment, here: Point, bend: Point, end: Point) -> Se
 
 
 @njit()
-def _lets_go(place: int, seg: Segment, here: Point, there: Point) -> bool:
+def _lets_go(contact_phase: int, seg: Segment, here: Point, there: Point) -> bool:
     # Does the push of a head that only pushes end between the two? Its rate vanishes once at most, so it ends once.
-    if place != CONTACT or seg.release == PAPER:
+    if contact_phase != CONTACT or seg.release == PAPER:
         return False
     return push_of(seg, here.z, here.v) > 0.0 > push_of(seg, there.z, there.v)
 
@@ -104,7 +104,7 @@ def _way_end(seg: Segment, here: Point, there: Point, rises: bool) -> SegmentEve
 def _in_head(motion: Motion, seg: Segment, here: Point, there: Point) -> SegmentEvent:
     rises, rate = _rises(here, there), push_rate(seg)
     event, end = HORIZON, there
-    if _lets_go(motion.place, seg, here, there):
+    if _lets_go(motion.contact_phase, seg, here, there):
         end = root(seg, _push(seg), here, there)
         # Not out yet, not turned yet: it is the first.
         if end.z < 0.0 and (end.v > 0.0 if rises else end.v < 0.0):
@@ -117,19 +117,19 @@ def _in_head(motion: Motion, seg: Segment, here: Point, there: Point) -> Segment
     searched = seg.release != PAPER and not sure
     bend = root(seg, rate, here, end) if peaks or (dips and searched) else end
     if searched:
-        shift, at = _shift(motion.place, seg, here, bend, end)
+        shift, at = _shift(motion.contact_phase, seg, here, bend, end)
         if shift != HORIZON and (at.t < end.t or (event != TURN and event != SINK)):
             event, end = shift, at
     if event != RELEASE and rises and end.z >= 0.0:
         event, end = RELEASE, _reach(seg, here, end)
-    if motion.place == CONTACT and peaks and bend.t <= end.t:  # noted in passing: it ends no segment
+    if motion.contact_phase == CONTACT and peaks and bend.t <= end.t:  # noted in passing: it ends no segment
         motion.peak_N = max(motion.peak_N, push_of(seg, bend.z, bend.v))
     return event, end
 
 
 @njit()
 def _in_span(motion: Motion, seg: Segment, here: Point, there: Point) -> SegmentEvent:
-    if motion.place == ABOVE:
+    if motion.contact_phase == ABOVE:
         return _above(seg, here, there)
     return _in_head(motion, seg, here, there)
 
@@ -138,8 +138,8 @@ def _in_span(motion: Motion, seg: Segment, here: Point, there: Point) -> Segment
 def first_event(motion: Motion, seg: Segment, horizon: float) -> SegmentEvent:
     """The first event within `horizon` seconds and its point; (HORIZON, the last point) when there is none.
 
-    motion: only `place` is read, and `peak_N` raised when the push peaks on the way. A stepper's segment is one span:
-    its horizon is its step.
+    motion: only `contact_phase` is read, and `peak_N` raised when the push peaks on the way. A stepper's segment is one
+    span: its horizon is its step.
     """
     here = start_of(seg)
     if not is_exact(seg):
@@ -149,7 +149,7 @@ def first_event(motion: Motion, seg: Segment, horizon: float) -> SegmentEvent:
         return _in_span(motion, seg, here, stay(here, horizon))
     if is_brief(seg, horizon):
         return _in_span(motion, seg, here, point_after(seg, horizon))
-    nodes = first_nodes(seg, here, motion.place != ABOVE)
+    nodes = first_nodes(seg, here, motion.contact_phase != ABOVE)
     while here.t < horizon:
         there = point_after(seg, min(horizon, nearest(nodes)))
         for end in cut(seg, here, there):

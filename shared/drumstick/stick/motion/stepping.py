@@ -39,19 +39,19 @@ def located(law: Law, motion: Motion, horizon: float, method: int, dt: float) ->
 
 
 @njit()
-def _seen(place: int, seg: Segment, z: float, v: float) -> int:
+def _seen(contact_phase: int, seg: Segment, z: float, v: float) -> int:
     # What a step that began at the segment's start and ended at (z, v) has passed.
     turned = v if seg.v < 0.0 else -v  # > 0 or = 0 at the end of a step in which the speed changed its sign
-    if place == ABOVE:
+    if contact_phase == ABOVE:
         if z < 0.0 or (z == 0.0 and v < 0.0):
             return ENTRY
         return APEX if seg.v > 0.0 and turned >= 0.0 else HORIZON
     if z >= 0.0:
         return RELEASE
     push = push_of(seg, z, v)
-    if place == CONTACT and seg.release != PAPER and push < 0.0:
+    if contact_phase == CONTACT and seg.release != PAPER and push < 0.0:
         return LOOSEN
-    if place != CONTACT and push > 0.0:
+    if contact_phase != CONTACT and push > 0.0:
         return RESUME
     if seg.v != 0.0 and turned >= 0.0:
         return TURN if seg.v < 0.0 else SINK
@@ -64,13 +64,13 @@ def unlocated(law: Law, motion: Motion, horizon: float, method: int, dt: float) 
     moved = 0.0
     seg, fades = begin(law, motion, method), composition.fades(law, dt)
     while True:
-        due = composition.due_in(law, motion, motion.place != ABOVE)
+        due = composition.due_in(law, motion, motion.contact_phase != ABOVE)
         left = horizon - moved
         span = min(left, due, dt)
         z, v = step(seg, span)
         move(law, motion, seg, span, fades if span == dt else composition.fades(law, span), z, v)
         moved += span
-        event = _seen(motion.place, seg, z, v)
+        event = _seen(motion.contact_phase, seg, z, v)
         if span == due:
             renew(law, motion)
         if event != HORIZON:
@@ -78,8 +78,8 @@ def unlocated(law: Law, motion: Motion, horizon: float, method: int, dt: float) 
             if event not in (LOOSEN, RESUME, SINK):
                 return event, moved
         if left - span <= _NEGLIGIBLE * dt:
-            if motion.place != ABOVE and never_releases(law, motion):
-                motion.fate = CAPTURED
+            if motion.contact_phase != ABOVE and never_releases(law, motion):
+                motion.outcome = CAPTURED
             return HORIZON, horizon
         if event != HORIZON or span == due:
             seg = begin(law, motion, method)

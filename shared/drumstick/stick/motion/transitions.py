@@ -38,7 +38,7 @@ _RUNAWAY_M_PER_S = (
 @njit()
 def head_push(law: Law, motion: Motion) -> float:
     """Push of the head now, N, if nothing delays it; a head that only pushes never pulls."""
-    if motion.place == ABOVE:
+    if motion.contact_phase == ABOVE:
         return 0.0
     k, r, f = composition.head(law, motion)
     push = -k * motion.z - r * motion.v + f
@@ -61,7 +61,7 @@ def segment_of(law: Law, motion: Motion, method: int | None) -> Segment:
         acting, release = True, PAPER
     else:
         k, r, f = composition.head(law, motion)
-        acting, release = motion.place == CONTACT, law.release
+        acting, release = motion.contact_phase == CONTACT, law.release
     stiffness, damping, force = law.k_hand, law.r_out, law.k_hand * law.z_ss
     if acting:
         stiffness += k
@@ -81,7 +81,7 @@ def begin(law: Law, motion: Motion, method: int | None) -> Segment:
     A force that steps, or a negative damper, peaks at an end.
     """
     seg = segment_of(law, motion, method)
-    if motion.place == CONTACT:
+    if motion.contact_phase == CONTACT:
         motion.peak_N = max(motion.peak_N, push_of(seg, seg.z, seg.v))
     return seg
 
@@ -96,7 +96,7 @@ def move(
     """
     before = composition.remaining_speed(law, motion)
     composition.elapse(law, motion, duration, fades)
-    if motion.place == CONTACT:
+    if motion.contact_phase == CONTACT:
         travel = z - seg.z
         motion.impulse_N_s += seg.f * duration - seg.r * travel
         if seg.k != 0.0:
@@ -105,7 +105,7 @@ def move(
             z_integral = (given - (v - seg.v) - 2.0 * seg.a * travel + seg.g * duration) / seg.w2
             motion.impulse_N_s -= seg.k * z_integral
         motion.peak_N = max(motion.peak_N, push_of(seg, z, v))
-    if motion.place != ABOVE:
+    if motion.contact_phase != ABOVE:
         motion.contact_s += duration
     motion.z = z
     motion.v = v
@@ -114,7 +114,7 @@ def move(
 @njit()
 def _turns(motion: Motion, a: float, w: float, rest: float) -> bool:
     # Does a contact come to a deepest point, if no pulse runs? Overdamped, it may creep down to its rest instead.
-    if a < w or motion.place != CONTACT:
+    if a < w or motion.contact_phase != CONTACT:
         return True
     fastest = a + math.sqrt(a * a - w * w)
     return motion.z < rest or motion.v < -fastest * (motion.z - rest)
@@ -163,12 +163,12 @@ def _hold(law: Law, motion: Motion) -> None:
     # After an effect has changed the head's force: one that only pushes holds the stick just while it would push.
     if law.release != PAPER and not composition.sampled(law):
         k, r, f = composition.head(law, motion)
-        motion.place = CONTACT if -k * motion.z - r * motion.v + f >= 0.0 else LOOSE
+        motion.contact_phase = CONTACT if -k * motion.z - r * motion.v + f >= 0.0 else LOOSE
 
 
 @njit()
 def _enter(law: Law, motion: Motion) -> None:
-    motion.place = CONTACT
+    motion.contact_phase = CONTACT
     motion.v_in = motion.v
     motion.v_out = 0.0
     motion.z_min = min(motion.z, 0.0)
@@ -181,7 +181,7 @@ def _enter(law: Law, motion: Motion) -> None:
     if abs(motion.v) < _STILL_M_PER_S and law.k_hand * law.z_ss == 0.0:
         pushed = composition.most_remaining_speed(law, motion) > _STILL_M_PER_S
         if not (pushed or composition.can_move_resting_stick(law, motion, _STILL_M_PER_S)):
-            motion.fate = CAPTURED  # decayed to nothing, and nothing presses or lifts it
+            motion.outcome = CAPTURED  # decayed to nothing, and nothing presses or lifts it
 
 
 @njit()
@@ -194,22 +194,22 @@ def _turn(law: Law, motion: Motion) -> None:
         composition.fire(law, motion, triggers.ON_RISE)
     _hold(law, motion)
     if never_releases(law, motion):
-        motion.fate = CAPTURED
+        motion.outcome = CAPTURED
 
 
 @njit()
 def _leave(law: Law, motion: Motion) -> None:
-    motion.place = ABOVE
+    motion.contact_phase = ABOVE
     motion.v_out = motion.v
     motion.z_apex = max(motion.z, 0.0)
     composition.fire(law, motion, triggers.ON_EXIT)
     if _never_returns(law, motion):
-        motion.fate = LEFT
+        motion.outcome = LEFT
 
 
 @njit()
 def apply(law: Law, motion: Motion, event: int) -> None:
-    """Apply the event: to the place, the contact's record, the effects, the stick's fate."""
+    """Apply the event: to the contact's phase and record, the effects, the stick's outcome."""
     if event == ENTRY:
         _enter(law, motion)
     elif event == TURN:
@@ -219,21 +219,21 @@ def apply(law: Law, motion: Motion, event: int) -> None:
     elif event == APEX:
         motion.z_apex = motion.z
         if _never_returns(law, motion):
-            motion.fate = LEFT
+            motion.outcome = LEFT
     elif event == LOOSEN:
-        motion.place = LOOSE
+        motion.contact_phase = LOOSE
     elif event == RESUME:
-        motion.place = CONTACT
+        motion.contact_phase = CONTACT
     elif event == SINK:
         composition.fire(law, motion, triggers.ON_DESCENT)
         _hold(law, motion)
     if not abs(motion.v) < _RUNAWAY_M_PER_S:
-        motion.fate = LEFT
+        motion.outcome = LEFT
 
 
 @njit()
 def renew(law: Law, motion: Motion) -> None:
     """Let effects act whose time has come although nothing happened."""
-    composition.renew(law, motion, motion.place != ABOVE, head_push(law, motion))
-    if motion.place != ABOVE and composition.varies_at_rest(law):
+    composition.renew(law, motion, motion.contact_phase != ABOVE, head_push(law, motion))
+    if motion.contact_phase != ABOVE and composition.varies_at_rest(law):
         _hold(law, motion)

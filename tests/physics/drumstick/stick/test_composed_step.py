@@ -14,5 +14,5 @@ def test_the_composed_step_is_the_plain_one_to_the_last_bit(count: int) -> None:
         motion = race.composed(taken)
         assert (motion["z"][0], motion["v"][0]) == (z, v)
         assert {name: float(motion[name][0]) for name in plain_steps.Blow._fields} == blow._asdict()
-    assert motion["v_in"][0] < 0.0 < motion["v_out"][0] or motion["place"][0] != 0  # it has struck
+    assert motion["v_in"][0] < 0.0 < motion["v_out"][0] or motion["contact_phase"][0] != 0  # it has struck
     assert len(race.scene.effects) == count

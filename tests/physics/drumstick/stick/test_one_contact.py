@@ -40,10 +40,10 @@ def test_restitution(row: dict[str, str]) -> None:
     if row["release"] == "zero":
         assert motion["contact_s"][0] == pytest.approx(until_let_go, rel=1e-9)
     else:
-        for share, place in ((1.0 - 1e-9, exact.CONTACT), (1.0 + 1e-9, exact.LOOSE)):
+        for share, phase in ((1.0 - 1e-9, exact.CONTACT), (1.0 + 1e-9, exact.LOOSE)):
             law, again = law_of(played), thrown(played, float(row["v_in"]))
             stick_cases.advance_by(law, again, until_let_go * share)
-            assert again["place"][0] == place
+            assert again["contact_phase"][0] == phase
 
 
 @pytest.mark.parametrize("row", BETA, ids=lambda row: f"zeta {row['zeta']} {row['release']}")

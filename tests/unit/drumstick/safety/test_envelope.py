@@ -184,7 +184,7 @@ def test_a_set_that_may_take_over_now_brings_no_contact_beyond_the_limit(
     motion["z"], motion["v"] = z, v
     motion["pulse"]["acceleration"] = left / 0.01
     gone = 0.0
-    while gone < 2.0 and motion["fate"][0] == exact.MOVING:
+    while gone < 2.0 and motion["outcome"][0] == exact.MOVING:
         event, moved = exact.advance(law[0], motion[0], 2.0 - gone)
         gone += moved
         if event == exact.ENTRY:

@@ -45,7 +45,7 @@ def _announced_and_real(scene: Scene, contacts: int) -> tuple[list[PredictedCont
     announced: list[PredictedContact] = []
     real: list[PredictedContact] = []
     for _ in range(500):  # events: a stick that lies in the head may turn for ever
-        if len(real) == contacts or stick["fate"] != exact.MOVING:
+        if len(real) == contacts or stick["outcome"] != exact.MOVING:
             break
         what, _ = exact.advance(law[0], stick, 1.0)
         if what == exact.ENTRY:
@@ -83,7 +83,7 @@ def test_without_hand_and_effects_it_is_the_isolated_blow() -> None:
     scene = Scene("free", stick=Stick(0.01, 2000.0, 0.8, 0.0, 0.0, 0.0, "unilateral"))
     law, motion = law_of(scene), thrown(scene, 0.0)
     motion["v_in"] = motion["v"] = -0.7
-    motion["place"] = exact.CONTACT
+    motion["contact_phase"] = exact.CONTACT
     found = contact_ahead(law[0], motion[0], motion.copy())
     alone = isolated(law[0], 0.7)
     assert found.peak_N == pytest.approx(alone.peak_N, rel=1e-9)
@@ -99,7 +99,7 @@ def test_a_stick_that_stays_in_the_head_is_announced_as_its_blow_without_the_pre
     scene = parse(STICK.replace("k_hand_N_per_m = 4.0", "k_hand_N_per_m = 400.0"), "pressed")
     law, motion = law_of(scene), thrown(scene, 0.0)
     motion["v_in"] = motion["v"] = -0.05
-    motion["place"] = exact.CONTACT
+    motion["contact_phase"] = exact.CONTACT
     found = contact_ahead(law[0], motion[0], motion.copy())
     np.testing.assert_allclose(found, isolated(law[0], 0.05), rtol=1e-12)
     assert found.contact_s < 0.01
@@ -114,7 +114,7 @@ def test_a_head_that_is_sampled_often_is_looked_at_for_so_many_samples(
     scene = parse(STICK.replace("k_hand_N_per_m = 4.0", f"k_hand_N_per_m = {k_hand}") + effect, "sampled")
     law, motion = law_of(scene), thrown(scene, 0.0)
     motion["v_in"] = motion["v"] = -0.3
-    motion["place"] = exact.CONTACT
+    motion["contact_phase"] = exact.CONTACT
     found = contact_ahead(law[0], motion[0], motion.copy())
     assert (found == isolated(law[0], 0.3)) == is_pressed
     assert found.contact_s < 400 * 1e-4

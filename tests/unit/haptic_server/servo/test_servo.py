@@ -76,10 +76,10 @@ def test_a_tick_allocates_nothing() -> None:
 def test_a_set_waits_until_the_stick_is_above_the_head() -> None:
     servo = servo_of(scene())
     now = 0
-    while servo.motion["place"][0] != exact.CONTACT:
+    while servo.motion["contact_phase"][0] != exact.CONTACT:
         now = loop.run_virtual(servo, 1, now)
     offer(servo, 7, k_coll=8000.0)
-    while servo.motion["place"][0] != exact.ABOVE or servo.motion["z"][0] <= 0.0:
+    while servo.motion["contact_phase"][0] != exact.ABOVE or servo.motion["z"][0] <= 0.0:
         assert servo.law["k_coll"][0] == 5000.0
         now = loop.run_virtual(servo, 1, now)
     loop.run_virtual(servo, 1, now)
@@ -193,7 +193,7 @@ def test_a_full_ring_drops_and_counts_and_the_tick_goes_on() -> None:
     kept = len(events_of(servo))
     dropped = int(servo.block.ring_cells[ring.DROPPED])
     assert kept == blocks.RING_SLOTS
-    total = 2 * int(servo.tick_state["seq"][0]) - (servo.motion["place"][0] != exact.ABOVE)
+    total = 2 * int(servo.tick_state["seq"][0]) - (servo.motion["contact_phase"][0] != exact.ABOVE)
     assert kept + dropped == total
 
 
@@ -268,7 +268,7 @@ def test_a_buzz_cannot_take_the_tick_over() -> None:
 def test_panic_in_contact_ends_the_strikes_note() -> None:
     servo = servo_of(scene())
     now = 0
-    while servo.motion["place"][0] != exact.CONTACT:
+    while servo.motion["contact_phase"][0] != exact.CONTACT:
         now = loop.run_virtual(servo, 1, now)
     add_to(servo.block.control, block_header.PANIC, 1)
     loop.run_virtual(servo, 1, now)

@@ -90,10 +90,10 @@ def test_a_stick_and_the_one_without_its_effect_go_through_the_same_contacts(eff
     """Left to itself the stick of the roll without its pulse dies, and would be cheaper for that alone."""
     kept = stick_effects.states(stick_effects.scene_of(effect))
     other = stick_effects.bare(kept)
-    in_head = kept["place"] != ABOVE
+    in_head = kept["contact_phase"] != ABOVE
     assert 0.02 < in_head.mean() < 0.6
     assert np.abs(np.diff(in_head.astype(int))).sum() > 20
-    for name in ("z", "v", "place", "fate"):
+    for name in ("z", "v", "contact_phase", "outcome"):
         np.testing.assert_array_equal(kept[name], other[name])
 
 

@@ -74,10 +74,10 @@ def test_peak_and_depth_are_those_of_the_motion_itself() -> None:
     law, motion = law_of(scene), thrown(scene, -1.0)
     stick = scene.stick
     step, forces, depths = 5e-7, [0.0], [0.0]
-    while not forces[1:] or motion["place"][0] != exact.ABOVE:
+    while not forces[1:] or motion["contact_phase"][0] != exact.ABOVE:
         stick_cases.advance_by(law, motion, step)
         z, v = float(motion["z"][0]), float(motion["v"][0])
-        if motion["place"][0] == exact.CONTACT:
+        if motion["contact_phase"][0] == exact.CONTACT:
             forces.append(-stick.k_coll_N_per_m * z - (stick.r_in_N_s_per_m - stick.r_out_N_s_per_m) * v)
         depths.append(z)
     assert motion["peak_N"][0] >= max(forces)

@@ -47,5 +47,5 @@ def test_above_its_surface_a_head_does_nothing_though_the_contact_lasts(release:
     inside, above, falling = _pushes(servo, [(1e-4, -0.1), (-1e-5, -0.1), (4e-5, 0.01), (4e-5, -0.01)])[1:]
     assert inside > 0.0
     assert above == falling == 0.0
-    assert servo.motion["place"][0] != exact.ABOVE
+    assert servo.motion["contact_phase"][0] != exact.ABOVE
     assert [event["kind"] for event in events_of(servo)] == [STRIKE]

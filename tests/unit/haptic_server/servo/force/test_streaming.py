@@ -105,7 +105,7 @@ def tick_once(servo: memory.Servo, now_ns: int, span_s: float) -> None:
 def test_an_overrun_spreads_the_impulse_over_the_ticks_it_took(ticks: int) -> None:
     servo = servo_of(streamed())
     now = 0
-    while servo.motion["place"][0] != exact.CONTACT:
+    while servo.motion["contact_phase"][0] != exact.CONTACT:
         now = loop.run_virtual(servo, 1, now)
     first = int(samples_of(servo)["tick"][-1])
     now += ticks * PERIOD_NS
@@ -158,7 +158,7 @@ def test_a_tick_allocates_nothing() -> None:
 def test_panic_in_contact_closes_it() -> None:
     servo = servo_of(streamed())
     now = 0
-    while servo.motion["place"][0] != exact.CONTACT or servo.motion["z"][0] > -1e-4:
+    while servo.motion["contact_phase"][0] != exact.CONTACT or servo.motion["z"][0] > -1e-4:
         now = loop.run_virtual(servo, 1, now)
     add_to(servo.block.control, PANIC, 1)
     now = loop.run_virtual(servo, 5, now)
@@ -170,7 +170,7 @@ def test_panic_in_contact_closes_it() -> None:
 def test_a_fault_leaves_no_number_that_is_none() -> None:
     servo = servo_of(streamed())
     now = 0
-    while servo.motion["place"][0] != exact.CONTACT:
+    while servo.motion["contact_phase"][0] != exact.CONTACT:
         now = loop.run_virtual(servo, 1, now)
     servo.motion["v"] = np.nan
     loop.run_virtual(servo, 5, now)
