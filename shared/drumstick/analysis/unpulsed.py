@@ -12,7 +12,7 @@ from drumstick.stick.law import Records, law_of
 
 # Their motion has no return map that repeats: seeded noise, the logistic map's own state, a free-running clock.
 NEVER_REPEATING = names_with("NEVER_REPEATS")
-_PULSES = names_with("pushes")
+_PULSES = names_with("pulses")
 
 
 def repeating(scene: Scene) -> Scene:

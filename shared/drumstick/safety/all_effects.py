@@ -34,14 +34,14 @@ def max_force(law: Law) -> float:
 
 
 @folded(EFFECTS, added)
-def max_push(law: Law, soonest: float) -> float:
+def max_acceleration(law: Law, soonest: float) -> float:
     """The largest acceleration, m/s^2, by pulses that are at least `soonest` seconds apart."""
     return 0.0
 
 
 @folded(EFFECTS, added)
-def max_push_per_speed(law: Law, soonest: float) -> float:
-    """Largest push of pulses that are as strong as the blow was fast, m/s^2 per m/s of the blow."""
+def max_acceleration_per_speed(law: Law, soonest: float) -> float:
+    """Largest acceleration by pulses that are as strong as the blow was fast, m/s^2 per m/s of the blow."""
     return 0.0
 
 

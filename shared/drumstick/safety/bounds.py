@@ -225,8 +225,8 @@ def _pulses(law: Law, own: ContactBound, speed: float) -> float:
     # A pulse's own force, and what the head answers to it: as to a blow of its speed, or to a steady force.
     stiffness = law.k_coll * all_effects.max_stiffening(law) + law.k_hand
     soonest = 0.5 * math.pi * math.sqrt(law.m / stiffness)
-    force = law.m * all_effects.max_push(law, soonest)
-    force += law.m * all_effects.max_push_per_speed(law, soonest) * speed
+    force = law.m * all_effects.max_acceleration(law, soonest)
+    force += law.m * all_effects.max_acceleration_per_speed(law, soonest) * speed
     given = all_effects.max_added_speed(law) + all_effects.max_speed_factor(law) * speed
     return force + min(own.peak * given, 2.0 * force * max(own.grows, 1.0) ** 2)
 

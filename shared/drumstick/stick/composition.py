@@ -31,7 +31,7 @@ def fire(law: Law, motion: Motion, when: int) -> None:
 
 
 @folded(EFFECTS, added)
-def pushes(law: Law, motion: Motion) -> tuple[tuple[float, float], ...]:
+def pulses(law: Law, motion: Motion) -> tuple[tuple[float, float], ...]:
     """The pulses that go on now: their acceleration (m/s^2) and the rate at which each fades (1/s)."""
     return ()
 

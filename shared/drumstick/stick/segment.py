@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 from realtime.kernels.jit import njit, overload
 
 # For each pulse of the scene, running or not: its acceleration p (m/s^2) at the start and its rate lam (1/s).
-Pushes = tuple[tuple[float, float], ...]
+Pulses = tuple[tuple[float, float], ...]
 # A quantity and its first four derivatives.
 Derivatives = tuple[float, float, float, float, float]
 
@@ -36,7 +36,7 @@ class Segment(NamedTuple):
     g: float
     z: float
     v: float
-    pushes: Pushes
+    pulses: Pulses
     k: float
     r: float
     f: float
@@ -139,26 +139,26 @@ def constant_response(a: float, w2: float, t: float, c: float) -> float:
     return (1.0 - c) * (1.0 / w2)
 
 
-def _forced_by_pushes(
-    pushes: Pushes, a: float, w2: float, t: float, c: float, s: float, s_rate: float
+def _forced_by_pulses(
+    pulses: Pulses, a: float, w2: float, t: float, c: float, s: float, s_rate: float
 ) -> tuple[float, float, float]:
     raise TypeError("compiled code only")
 
 
-@overload(_forced_by_pushes)
-def _forced_by_each_push(
-    pushes: Any, a: Any, w2: Any, t: Any, c: Any, s: Any, s_rate: Any
+@overload(_forced_by_pulses)
+def _forced_by_each_pulse(
+    pulses: Any, a: Any, w2: Any, t: Any, c: Any, s: Any, s_rate: Any
 ) -> Callable[..., tuple[float, float, float]]:
     def none(
-        pushes: Any, a: float, w2: float, t: float, c: float, s: float, s_rate: float
+        pulses: Any, a: float, w2: float, t: float, c: float, s: float, s_rate: float
     ) -> tuple[float, float, float]:
         return 0.0, 0.0, 0.0
 
     def summed(
-        pushes: Any, a: float, w2: float, t: float, c: float, s: float, s_rate: float
+        pulses: Any, a: float, w2: float, t: float, c: float, s: float, s_rate: float
     ) -> tuple[float, float, float]:
         z, v, z2 = 0.0, 0.0, 0.0
-        for p, lam in pushes:
+        for p, lam in pulses:
             if p != 0.0:
                 forced, forced_rate = forced_response(a, w2, lam, t, c, s, s_rate)
                 z += p * forced
@@ -166,63 +166,63 @@ def _forced_by_each_push(
                 z2 += p * (math.exp(-lam * t) - 2.0 * a * forced_rate - w2 * forced)
         return z, v, z2
 
-    return summed if len(pushes) > 0 else none
+    return summed if len(pulses) > 0 else none
 
 
-def push_now(pushes: Pushes, t: float) -> Derivatives:
+def pulse_acceleration_now(pulses: Pulses, t: float) -> Derivatives:
     """Acceleration (m/s^2) of all pulses t seconds into the segment, and its first four derivatives."""
     raise TypeError("compiled code only")
 
 
-@overload(push_now)
-def _push_of_each(pushes: Any, t: Any) -> Callable[..., Derivatives]:
-    def none(pushes: Any, t: float) -> Derivatives:
+@overload(pulse_acceleration_now)
+def _acceleration_of_each(pulses: Any, t: Any) -> Callable[..., Derivatives]:
+    def none(pulses: Any, t: float) -> Derivatives:
         return 0.0, 0.0, 0.0, 0.0, 0.0
 
-    def summed(pushes: Any, t: float) -> Derivatives:
-        push, push_1, push_2, push_3, push_4 = 0.0, 0.0, 0.0, 0.0, 0.0
-        for p, lam in pushes:
+    def summed(pulses: Any, t: float) -> Derivatives:
+        p0, p1, p2, p3, p4 = 0.0, 0.0, 0.0, 0.0, 0.0
+        for p, lam in pulses:
             if p != 0.0:
                 now = p * math.exp(-lam * t)
-                push += now
-                push_1 -= lam * now
-                push_2 += lam**2 * now
-                push_3 -= lam**3 * now
-                push_4 += lam**4 * now
-        return push, push_1, push_2, push_3, push_4
+                p0 += now
+                p1 -= lam * now
+                p2 += lam**2 * now
+                p3 -= lam**3 * now
+                p4 += lam**4 * now
+        return p0, p1, p2, p3, p4
 
-    return summed if len(pushes) > 0 else none
+    return summed if len(pulses) > 0 else none
 
 
-def _fastest_push(pushes: Pushes) -> float:
+def _fastest_pulse(pulses: Pulses) -> float:
     raise TypeError("compiled code only")
 
 
-@overload(_fastest_push)
-def _fastest_of_each(pushes: Any) -> Callable[..., float]:
-    def none(pushes: Any) -> float:
+@overload(_fastest_pulse)
+def _fastest_of_each(pulses: Any) -> Callable[..., float]:
+    def none(pulses: Any) -> float:
         return 0.0
 
-    def largest(pushes: Any) -> float:
+    def largest(pulses: Any) -> float:
         fastest = 0.0
-        for p, lam in pushes:
+        for p, lam in pulses:
             if p != 0.0:
                 fastest = max(fastest, lam)
         return fastest
 
-    return largest if len(pushes) > 0 else none
+    return largest if len(pulses) > 0 else none
 
 
 @njit()
-def quickest_push(seg: Segment) -> float:
+def fastest_pulse_rate(seg: Segment) -> float:
     """The rate at which the quickest of the running pulses fades, 1/s; 0 when none runs."""
-    return _fastest_push(seg.pushes)
+    return _fastest_pulse(seg.pulses)
 
 
 @njit()
-def quickness(seg: Segment) -> float:
+def fastest_rate_in(seg: Segment) -> float:
     """The rate of the quickest change in the segment, 1/s: each derivative is at most so many times the one before."""
-    return fastest_rate(seg.a, seg.w2, quickest_push(seg))
+    return fastest_rate(seg.a, seg.w2, fastest_pulse_rate(seg))
 
 
 @njit()
@@ -235,41 +235,41 @@ def propagate(seg: Segment, t: float) -> tuple[float, float, float]:
     z2 = pull * s_rate - seg.v * (2.0 * seg.a * s_rate + seg.w2 * s)
     if seg.g != 0.0:
         z += seg.g * constant_response(seg.a, seg.w2, t, c)
-    forced, forced_rate, forced_rate2 = _forced_by_pushes(seg.pushes, seg.a, seg.w2, t, c, s, s_rate)
+    forced, forced_rate, forced_rate2 = _forced_by_pulses(seg.pulses, seg.a, seg.w2, t, c, s, s_rate)
     return z + forced, v + forced_rate, z2 + forced_rate2
 
 
-def _pushes_at_start(pushes: Pushes) -> float:
+def _pulses_at_start(pulses: Pulses) -> float:
     raise TypeError("compiled code only")
 
 
-@overload(_pushes_at_start)
-def _sum_at_start(pushes: Any) -> Callable[..., float]:
-    def none(pushes: Any) -> float:
+@overload(_pulses_at_start)
+def _sum_at_start(pulses: Any) -> Callable[..., float]:
+    def none(pulses: Any) -> float:
         return 0.0
 
-    def summed(pushes: Any) -> float:
-        push = 0.0
-        for p, _ in pushes:
-            push += p
-        return push
+    def summed(pulses: Any) -> float:
+        acceleration = 0.0
+        for p, _ in pulses:
+            acceleration += p
+        return acceleration
 
-    return summed if len(pushes) > 0 else none
+    return summed if len(pulses) > 0 else none
 
 
 @njit()
 def acceleration_at_start(seg: Segment) -> float:
     """Like `acceleration` at the segment's start, to the last bit, without a look at how pulses fade."""
-    return seg.g - 2.0 * seg.a * seg.v - seg.w2 * seg.z + _pushes_at_start(seg.pushes)
+    return seg.g - 2.0 * seg.a * seg.v - seg.w2 * seg.z + _pulses_at_start(seg.pulses)
 
 
 @njit()
-def onward(seg: Segment, z: float, v: float, pushes: Pushes) -> Segment:
+def onward(seg: Segment, z: float, v: float, pulses: Pulses) -> Segment:
     """Same equation, from another start."""
-    return Segment(seg.a, seg.w2, seg.g, z, v, pushes, seg.k, seg.r, seg.f, seg.release, seg.method)
+    return Segment(seg.a, seg.w2, seg.g, z, v, pulses, seg.k, seg.r, seg.f, seg.release, seg.method)
 
 
 @njit()
 def acceleration(seg: Segment, t: float, z: float, v: float) -> float:
     """The right-hand side: z'' at (z, v), t seconds into the segment."""
-    return seg.g - 2.0 * seg.a * v - seg.w2 * z + push_now(seg.pushes, t)[0]
+    return seg.g - 2.0 * seg.a * v - seg.w2 * z + pulse_acceleration_now(seg.pulses, t)[0]

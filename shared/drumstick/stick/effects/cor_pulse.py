@@ -66,7 +66,7 @@ def fire(law: _Law, motion: _Motion, when: int) -> None:
 
 
 @only_with("cor_pulse", otherwise=())
-def pushes(law: _Law, motion: _Motion) -> tuple[tuple[float, float], ...]:
+def pulses(law: _Law, motion: _Motion) -> tuple[tuple[float, float], ...]:
     """The push now (m/s^2) and the rate at which it fades (1/s)."""
     return ((motion.cor_pulse.acceleration, 1.0 / law.cor_pulse.tau),)
 
@@ -114,7 +114,7 @@ def max_speed_factor(law: _Law) -> float:
 
 
 @only_with("cor_pulse", otherwise=0.0)
-def max_push_per_speed(law: _Law, soonest: float) -> float:
+def max_acceleration_per_speed(law: _Law, soonest: float) -> float:
     """The largest acceleration, m/s^2 per m/s of the blow, of pushes that are at least `soonest` seconds apart."""
     return law.cor_pulse.gamma / law.cor_pulse.tau * decaying_pulse.max_overlap(law.cor_pulse, soonest)
 

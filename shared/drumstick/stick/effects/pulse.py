@@ -65,7 +65,7 @@ def fire(law: _Law, motion: _Motion, when: int) -> None:
 
 
 @only_with("pulse", otherwise=())
-def pushes(law: _Law, motion: _Motion) -> tuple[tuple[float, float], ...]:
+def pulses(law: _Law, motion: _Motion) -> tuple[tuple[float, float], ...]:
     """The pulse's acceleration now (m/s^2) and the rate at which it fades (1/s)."""
     return ((motion.pulse.acceleration, 1.0 / law.pulse.tau),)
 
@@ -113,7 +113,7 @@ def max_added_speed(law: _Law) -> float:
 
 
 @only_with("pulse", otherwise=0.0)
-def max_push(law: _Law, soonest: float) -> float:
+def max_acceleration(law: _Law, soonest: float) -> float:
     """The largest acceleration, m/s^2, of pulses that are at least `soonest` seconds apart."""
     return law.pulse.dv_pls / law.pulse.tau * decaying_pulse.max_overlap(law.pulse, soonest)
 

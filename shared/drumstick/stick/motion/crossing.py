@@ -7,7 +7,7 @@ import math
 from typing import NamedTuple
 
 from drumstick.stick.methods.carry import carry, is_exact
-from drumstick.stick.segment import Segment, acceleration_at_start, push_now, quickness
+from drumstick.stick.segment import Segment, acceleration_at_start, fastest_rate_in, pulse_acceleration_now
 from realtime.kernels.jit import njit
 
 # What z, its first three derivatives and 1 are multiplied with.
@@ -39,12 +39,12 @@ class Point(NamedTuple):
 @njit()
 def _point(seg: Segment, t: float, z: float, v: float, z2: float) -> Point:
     # The rest follows from the equation of motion's derivatives; each waits for the one before as late as it can.
-    _, push_1, push_2, push_3, push_4 = push_now(seg.pushes, t)
+    _, p1, p2, p3, p4 = pulse_acceleration_now(seg.pulses, t)
     r = 2.0 * seg.a
-    z3 = (push_1 - seg.w2 * v) - r * z2
-    z4 = (push_2 - seg.w2 * z2) - r * z3
-    z5 = (push_3 - seg.w2 * z3) - r * z4
-    z6 = (push_4 - seg.w2 * z4) - r * z5
+    z3 = (p1 - seg.w2 * v) - r * z2
+    z4 = (p2 - seg.w2 * z2) - r * z3
+    z5 = (p3 - seg.w2 * z3) - r * z4
+    z6 = (p4 - seg.w2 * z4) - r * z5
     return Point(t, z, v, z2, z3, z4, z5, z6)
 
 
@@ -132,7 +132,7 @@ def root(seg: Segment, weights: Weights, low: Point, high: Point) -> Point:
     begin, end = low.t, high.t
     sign = 1.0 if weighted(weights, low)[0] < 0.0 else -1.0
     t = _guess(weights, low, high)
-    short = _SHORT / quickness(seg) if is_exact(seg) else 0.0
+    short = _SHORT / fastest_rate_in(seg) if is_exact(seg) else 0.0
     previous = math.inf
     here = high
     for _ in range(_HALVINGS):

@@ -17,7 +17,7 @@ from drumstick.stick.motion.crossing import (
     stay,
     weighted,
 )
-from drumstick.stick.motion.spans import SPEED, cut, first_nodes, is_brief, later, nearest, push_rate
+from drumstick.stick.motion.spans import SPEED, cut, first_nodes, head_force_rate, is_brief, later, nearest
 from drumstick.stick.records import Motion
 from drumstick.stick.segment import Segment
 from realtime.kernels.jit import njit
@@ -33,13 +33,13 @@ SegmentEvent = tuple[int, Point]
 
 
 @njit()
-def push_of(seg: Segment, z: float, v: float) -> float:
-    """Push of the segment's head, N; below 0 it would pull."""
+def head_force_of(seg: Segment, z: float, v: float) -> float:
+    """Force of the segment's head, N; below 0 it would pull."""
     return -seg.k * z - seg.r * v + seg.f
 
 
 @njit()
-def _push(seg: Segment) -> Weights:
+def _head_force(seg: Segment) -> Weights:
     return -seg.k, -seg.r, 0.0, 0.0, seg.f
 
 
@@ -71,14 +71,14 @@ def _shift(contact_phase: int, seg: Segment, here: Point, bend: Point, end: Poin
     # LOOSEN when the push of a head that only pushes falls to 0, RESUME when it rises above it again. The push is
     # monotone from here to the bend, and from there to the end.
     event, outward = (RESUME, 1.0) if contact_phase == LOOSE else (LOOSEN, -1.0)
-    rate = push_rate(seg)
+    rate = head_force_rate(seg)
     first, last = outward * weighted(rate, here)[0], outward * weighted(rate, end)[0]
     begin, reach = (here, bend) if first > 0.0 or (first == 0.0 and last > 0.0) else (bend, end)
-    if reach.t <= begin.t or outward * push_of(seg, reach.z, reach.v) < 0.0:
+    if reach.t <= begin.t or outward * head_force_of(seg, reach.z, reach.v) < 0.0:
         return HORIZON, end
-    if outward * push_of(seg, begin.z, begin.v) >= 0.0:
+    if outward * head_force_of(seg, begin.z, begin.v) >= 0.0:
         return event, begin
-    return event, root(seg, _push(seg), begin, reach)
+    return event, root(seg, _head_force(seg), begin, reach)
 
 
 @njit()
@@ -86,7 +86,7 @@ def _lets_go(contact_phase: int, seg: Segment, here: Point, there: Point) -> boo
     # Does the push of a head that only pushes end between the two? Its rate vanishes once at most, so it ends once.
     if contact_phase != CONTACT or seg.release == PAPER:
         return False
-    return push_of(seg, here.z, here.v) > 0.0 > push_of(seg, there.z, there.v)
+    return head_force_of(seg, here.z, here.v) > 0.0 > head_force_of(seg, there.z, there.v)
 
 
 @njit()
@@ -102,10 +102,10 @@ def _way_end(seg: Segment, here: Point, there: Point, rises: bool) -> SegmentEve
 
 @njit()
 def _in_head(motion: Motion, seg: Segment, here: Point, there: Point) -> SegmentEvent:
-    rises, rate = _rises(here, there), push_rate(seg)
+    rises, rate = _rises(here, there), head_force_rate(seg)
     event, end = HORIZON, there
     if _lets_go(motion.contact_phase, seg, here, there):
-        end = root(seg, _push(seg), here, there)
+        end = root(seg, _head_force(seg), here, there)
         # Not out yet, not turned yet: it is the first.
         if end.z < 0.0 and (end.v > 0.0 if rises else end.v < 0.0):
             event = LOOSEN
@@ -123,7 +123,7 @@ def _in_head(motion: Motion, seg: Segment, here: Point, there: Point) -> Segment
     if event != RELEASE and rises and end.z >= 0.0:
         event, end = RELEASE, _reach(seg, here, end)
     if motion.contact_phase == CONTACT and peaks and bend.t <= end.t:  # noted in passing: it ends no segment
-        motion.peak_N = max(motion.peak_N, push_of(seg, bend.z, bend.v))
+        motion.peak_N = max(motion.peak_N, head_force_of(seg, bend.z, bend.v))
     return event, end
 
 

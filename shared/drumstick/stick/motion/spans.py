@@ -14,7 +14,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from drumstick.stick.motion.crossing import Point, Weights, changes, root, weighted
-from drumstick.stick.segment import Segment, fastest_rate, quickest_push
+from drumstick.stick.segment import Segment, fastest_pulse_rate, fastest_rate
 from realtime.kernels.jit import njit, overload
 
 SPEED: Weights = (0.0, 1.0, 0.0, 0.0, 0.0)
@@ -27,17 +27,17 @@ _OUT_BY = 2.0
 
 
 class Nodes(NamedTuple):
-    """Ends of the next spans, s: for z', for the push's rate, for a motion that dies away; half an oscillation."""
+    """Ends of the next spans, s: for z', for the rate of the head's force, for a motion that dies away; half an oscillation."""
 
     speed: float
-    push: float
+    head_force: float
     fading: float
     period: float
 
 
 @njit()
-def push_rate(seg: Segment) -> Weights:
-    """The rate of the head's push."""
+def head_force_rate(seg: Segment) -> Weights:
+    """The rate of the head's force."""
     return 0.0, -seg.k, -seg.r, 0.0, 0.0
 
 
@@ -89,12 +89,12 @@ def _first_node_for_each(seg: Any, weights: Any, start: Any) -> Callable[..., fl
         return _node(seg, weights, 0.0, start)
 
     def one(seg: Segment, weights: Weights, start: Point) -> float:
-        return _node(seg, weights, _fading(seg.pushes[0]), start)
+        return _node(seg, weights, _fading(seg.pulses[0]), start)
 
     def two(seg: Segment, weights: Weights, start: Point) -> float:
-        return _node(seg, _faded(weights, _fading(seg.pushes[0])), _fading(seg.pushes[1]), start)
+        return _node(seg, _faded(weights, _fading(seg.pulses[0])), _fading(seg.pulses[1]), start)
 
-    return (none, one, two)[_pushes_in(seg)]
+    return (none, one, two)[_pulses_in(seg)]
 
 
 @njit()
@@ -102,7 +102,11 @@ def is_brief(seg: Segment, duration: float) -> bool:
     """True when this is well under half an oscillation, with no pulse running: then it is one span, as most ticks
     are.
     """
-    return duration > 0.0 and quickest_push(seg) == 0.0 and duration * fastest_rate(seg.a, seg.w2, 0.0) < 1.0
+    return (
+        duration > 0.0
+        and fastest_pulse_rate(seg) == 0.0
+        and duration * fastest_rate(seg.a, seg.w2, 0.0) < 1.0
+    )
 
 
 @njit()
@@ -114,7 +118,7 @@ def first_nodes(seg: Segment, start: Point, in_head: bool) -> Nodes:
         look = min(look, _OUT_BY * -start.z / start.v)
     return Nodes(
         _first_node(seg, SPEED, start),
-        _first_node(seg, push_rate(seg), start) if in_head else math.inf,
+        _first_node(seg, head_force_rate(seg), start) if in_head else math.inf,
         look,
         math.pi / math.sqrt(discriminant) if discriminant > 0.0 else math.inf,
     )
@@ -123,7 +127,7 @@ def first_nodes(seg: Segment, start: Point, in_head: bool) -> Nodes:
 @njit()
 def nearest(nodes: Nodes) -> float:
     """The next node."""
-    return min(nodes.speed, nodes.push, nodes.fading)
+    return min(nodes.speed, nodes.head_force, nodes.fading)
 
 
 @njit()
@@ -131,7 +135,7 @@ def later(nodes: Nodes, t: float) -> Nodes:
     """The nodes that come after t, which is not beyond the nearest one."""
     return Nodes(
         nodes.speed + nodes.period if t >= nodes.speed else nodes.speed,
-        nodes.push + nodes.period if t >= nodes.push else nodes.push,
+        nodes.head_force + nodes.period if t >= nodes.head_force else nodes.head_force,
         nodes.fading * _FARTHER if t >= nodes.fading else nodes.fading,
         nodes.period,
     )
@@ -155,13 +159,13 @@ def _cut_for_each(seg: Any, here: Any, there: Any) -> Callable[..., tuple[Point,
         return (there,)
 
     def parts(seg: Segment, here: Point, there: Point) -> tuple[Point, ...]:
-        lam = _fading(seg.pushes[0])
+        lam = _fading(seg.pulses[0])
         first = _zero_or_end(seg, _faded(SPEED, lam), here, there)
-        second = _zero_or_end(seg, _faded(push_rate(seg), lam), here, there)
+        second = _zero_or_end(seg, _faded(head_force_rate(seg), lam), here, there)
         return (first, second, there) if first.t <= second.t else (second, first, there)
 
-    return parts if _pushes_in(seg) == 2 else whole
+    return parts if _pulses_in(seg) == 2 else whole
 
 
-def _pushes_in(seg: Any) -> int:
-    return len(seg.types[seg.fields.index("pushes")])
+def _pulses_in(seg: Any) -> int:
+    return len(seg.types[seg.fields.index("pulses")])

@@ -21,7 +21,7 @@ from drumstick.stick.motion.events import (
     RESUME,
     SINK,
     TURN,
-    push_of,
+    head_force_of,
 )
 from drumstick.stick.motion.transitions import CAPTURED, apply, begin, move, never_releases, renew
 from drumstick.stick.records import Law, Motion
@@ -48,10 +48,10 @@ def _seen(contact_phase: int, seg: Segment, z: float, v: float) -> int:
         return APEX if seg.v > 0.0 and turned >= 0.0 else HORIZON
     if z >= 0.0:
         return RELEASE
-    push = push_of(seg, z, v)
-    if contact_phase == CONTACT and seg.release != PAPER and push < 0.0:
+    head_force = head_force_of(seg, z, v)
+    if contact_phase == CONTACT and seg.release != PAPER and head_force < 0.0:
         return LOOSEN
-    if contact_phase != CONTACT and push > 0.0:
+    if contact_phase != CONTACT and head_force > 0.0:
         return RESUME
     if seg.v != 0.0 and turned >= 0.0:
         return TURN if seg.v < 0.0 else SINK
@@ -84,4 +84,4 @@ def unlocated(law: Law, motion: Motion, horizon: float, method: int, dt: float) 
         if event != HORIZON or span == due:
             seg = begin(law, motion, method)
         else:  # the same equation still holds: its coefficients are not computed again
-            seg = onward(seg, z, v, composition.pushes(law, motion))
+            seg = onward(seg, z, v, composition.pulses(law, motion))

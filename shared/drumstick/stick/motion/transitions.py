@@ -20,7 +20,7 @@ from drumstick.stick.motion.events import (
     RESUME,
     SINK,
     TURN,
-    push_of,
+    head_force_of,
 )
 from drumstick.stick.records import Law, Motion
 from drumstick.stick.segment import Segment
@@ -36,8 +36,8 @@ _RUNAWAY_M_PER_S = (
 
 
 @njit()
-def head_push(law: Law, motion: Motion) -> float:
-    """Push of the head now, N, if nothing delays it; a head that only pushes never pulls."""
+def head_force(law: Law, motion: Motion) -> float:
+    """Force of the head now, N, if nothing delays it; a head that only pushes never pulls."""
     if motion.contact_phase == ABOVE:
         return 0.0
     k, r, f = composition.head(law, motion)
@@ -50,7 +50,7 @@ def force_now(law: Law, motion: Motion) -> float:
     """The force that really acts on the stick, N: the head's, or the held sample of a system with delay."""
     if composition.sampled(law):
         return composition.held(law, motion)
-    return head_push(law, motion)
+    return head_force(law, motion)
 
 
 @njit()
@@ -67,10 +67,10 @@ def segment_of(law: Law, motion: Motion, method: int | None) -> Segment:
         stiffness += k
         damping += r
         force += f
-    pushes = composition.pushes(law, motion)
+    pulses = composition.pulses(law, motion)
     m = law.m
     return Segment(
-        0.5 * damping / m, stiffness / m, force / m, motion.z, motion.v, pushes, k, r, f, release, method
+        0.5 * damping / m, stiffness / m, force / m, motion.z, motion.v, pulses, k, r, f, release, method
     )
 
 
@@ -82,7 +82,7 @@ def begin(law: Law, motion: Motion, method: int | None) -> Segment:
     """
     seg = segment_of(law, motion, method)
     if motion.contact_phase == CONTACT:
-        motion.peak_N = max(motion.peak_N, push_of(seg, seg.z, seg.v))
+        motion.peak_N = max(motion.peak_N, head_force_of(seg, seg.z, seg.v))
     return seg
 
 
@@ -104,7 +104,7 @@ def move(
             given = before - composition.remaining_speed(law, motion)
             z_integral = (given - (v - seg.v) - 2.0 * seg.a * travel + seg.g * duration) / seg.w2
             motion.impulse_N_s -= seg.k * z_integral
-        motion.peak_N = max(motion.peak_N, push_of(seg, z, v))
+        motion.peak_N = max(motion.peak_N, head_force_of(seg, z, v))
     if motion.contact_phase != ABOVE:
         motion.contact_s += duration
     motion.z = z
@@ -234,6 +234,6 @@ def apply(law: Law, motion: Motion, event: int) -> None:
 @njit()
 def renew(law: Law, motion: Motion) -> None:
     """Let effects act whose time has come although nothing happened."""
-    composition.renew(law, motion, motion.contact_phase != ABOVE, head_push(law, motion))
+    composition.renew(law, motion, motion.contact_phase != ABOVE, head_force(law, motion))
     if motion.contact_phase != ABOVE and composition.varies_at_rest(law):
         _hold(law, motion)

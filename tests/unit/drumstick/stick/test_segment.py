@@ -6,7 +6,7 @@ from typing import Any
 import mpmath
 import pytest
 
-from drumstick.stick.segment import Segment, push_now
+from drumstick.stick.segment import Segment, pulse_acceleration_now
 from drumstick.stick.segment import propagate as along
 from realtime.kernels.jit import njit
 
@@ -41,7 +41,7 @@ DIGITS = 60
 @njit()
 def _after(seg: Any, t: float) -> tuple[float, float, float]:
     z, v, _ = along(seg, t)
-    return z, v, push_now(seg.pushes, t)[0]
+    return z, v, pulse_acceleration_now(seg.pulses, t)[0]
 
 
 def propagate(

@@ -4,7 +4,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.stick.motion.crossing import Weights, point_after, root, start_of
-from drumstick.stick.segment import Pushes, Segment
+from drumstick.stick.segment import Pulses, Segment
 from realtime.kernels.jit import njit
 
 HEIGHT: Weights = (1.0, 0.0, 0.0, 0.0, 0.0)
@@ -25,8 +25,8 @@ def _errors() -> npt.NDArray[np.float64]:
     errors: list[float] = []
     for _ in range(TRIES):
         depth_m, v, push = 10.0 ** draw.uniform(-7, -3), draw.uniform(0.6, 1.5), draw.uniform(-1500.0, 1500.0)
-        pushes: Pushes = ((push, 500.0),)
-        t, z, again = _twice(Segment(4.0, W2, 0.0, -depth_m, v, pushes, 0.0, 0.0, 0.0, 0, None), HORIZON_S)
+        pulses: Pulses = ((push, 500.0),)
+        t, z, again = _twice(Segment(4.0, W2, 0.0, -depth_m, v, pulses, 0.0, 0.0, 0.0, 0, None), HORIZON_S)
         if (
             z >= 0.0
         ):  # otherwise rounding has put it a digit before the zero, and there is no second one to find

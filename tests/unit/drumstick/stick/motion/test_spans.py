@@ -10,8 +10,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from drumstick.stick.motion.crossing import point_after, start_of, weighted
-from drumstick.stick.motion.spans import cut, first_nodes, first_zero, later, nearest, push_rate
-from drumstick.stick.segment import Pushes, Segment, free_response
+from drumstick.stick.motion.spans import cut, first_nodes, first_zero, head_force_rate, later, nearest
+from drumstick.stick.segment import Pulses, Segment, free_response
 from realtime.kernels.jit import njit
 
 Numbers = npt.NDArray[np.float64]
@@ -43,7 +43,7 @@ def _sample(seg: Any, times: Numbers, speed: Numbers, rate: Numbers, terms: Numb
     for i in range(times.shape[0]):
         point = point_after(seg, times[i])
         speed[i] = point.v
-        rate[i] = weighted(push_rate(seg), point)[0]
+        rate[i] = weighted(head_force_rate(seg), point)[0]
         terms[i] = abs(seg.k * point.v) + abs(seg.r * point.z2)
 
 
@@ -53,10 +53,10 @@ def _free(a: float, w2: float, y: float, rate: float, t: float) -> float:
     return y * c + rate * s
 
 
-def _segment(regime: tuple[float, float], start: tuple[float, float, float], pushes: Pushes) -> Segment:
+def _segment(regime: tuple[float, float], start: tuple[float, float, float], pulses: Pulses) -> Segment:
     a, w2 = regime
     z, v, g = start
-    return Segment(a, w2, g, z, v, pushes, w2 * M_KG, a * M_KG, 0.0, 0, None)
+    return Segment(a, w2, g, z, v, pulses, w2 * M_KG, a * M_KG, 0.0, 0, None)
 
 
 def _sign_changes(values: Numbers, unsure: float) -> int:
@@ -96,10 +96,10 @@ PULSES = st.lists(st.tuples(st.floats(-1e4, 1e4), _decades(1.0, 1e6)), max_size=
 @example((3.0, 1333.0), (0.0, 0.01, -27.0), ((-4e3, 3e3), (1.4e3, 700.0)), 2.0)
 @example((3e3, 3.3e5), (0.0, -0.01, -27.0), ((1e4, 5e3), (-9e3, 800.0)), 8.0)
 def test_speed_and_push_rate_vanish_at_most_once_in_a_span(
-    regime: tuple[float, float], start: tuple[float, float, float], pushes: Pushes, radians: float
+    regime: tuple[float, float], start: tuple[float, float, float], pulses: Pulses, radians: float
 ) -> None:
-    seg = _segment(regime, start, pushes)
-    for rate in (math.sqrt(regime[1]), regime[0], *(lam for _, lam in pushes)):
+    seg = _segment(regime, start, pulses)
+    for rate in (math.sqrt(regime[1]), regime[0], *(lam for _, lam in pulses)):
         changes = _changes_in_spans(seg, radians / max(rate, 1.0))
         assert all(v <= 1 and q <= 1 for v, q in changes), changes
 
