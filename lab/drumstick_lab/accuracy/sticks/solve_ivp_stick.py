@@ -19,7 +19,7 @@ from drumstick.stick.effects.pulse import Pulse
 METHOD, RTOL, ATOL = "DOP853", 1e-10, 1e-12
 MAX_S = 1.0  # no flight and no contact of the cases lasts longer
 # What ends a stretch of motion: z = 0 on the way down or up, the deepest point, a push that falls or rises through 0.
-ENTRY, RELEASE, TURN, LOOSEN, RESUME = range(5)
+ENTRY, RELEASE, TURN, SEPARATION, RECONTACT = range(5)
 
 Event = Callable[[float, Sequence[float]], float]
 _integrate: Any = integrate  # scipy publishes no types
@@ -109,7 +109,7 @@ class Case:
             return _terminal(lambda t, y: y[0], -1 if end == ENTRY else 1)
         if end == TURN:
             return _terminal(lambda t, y: y[1], 1)
-        return _terminal(lambda t, y: self.push(y[0], y[1]), -1 if end == LOOSEN else 1)
+        return _terminal(lambda t, y: self.push(y[0], y[1]), -1 if end == SEPARATION else 1)
 
 
 def _terminal(event: Event, direction: int) -> Event:
@@ -122,10 +122,10 @@ def _through_the_head(case: Case, state: State) -> State:
         state = case.fire(case.go(state, True, TURN)[0], "turn")
     if not case.pushes_only:
         return case.go(state, True, RELEASE)[0]
-    end = RESUME
+    end = RECONTACT
     while end != RELEASE:
-        in_contact = end == RESUME
-        state, end = case.go(state, in_contact, LOOSEN if in_contact else RESUME, RELEASE)
+        in_contact = end == RECONTACT
+        state, end = case.go(state, in_contact, SEPARATION if in_contact else RECONTACT, RELEASE)
     return state
 
 

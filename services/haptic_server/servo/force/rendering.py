@@ -11,7 +11,7 @@ import math
 from drumstick.safety.sampled_contact import slow_loss
 from drumstick.stick import composition
 from drumstick.stick.motion import exact, transitions
-from drumstick.stick.motion.events import SINK
+from drumstick.stick.motion.events import DESCENT
 from haptic_server.block_header import HEARTBEAT, HELD, PANICS_SEEN
 from haptic_server.records import NO_FAULT, OUT_OF_BOUNDS, Reading
 from haptic_server.servo.force import guard, hand_estimate, streaming
@@ -82,7 +82,7 @@ def detect_events(servo: Servo, z: float, v: float, now_ns: int) -> None:
     elif v >= 0.0 and (motion.turned == 0 or before < 0.0):
         transitions.apply(law, motion, exact.TURN)
     elif v < 0.0 and before >= 0.0 and motion.turned != 0:
-        transitions.apply(law, motion, SINK)
+        transitions.apply(law, motion, DESCENT)
     motion.outcome = exact.MOVING  # a hand can always lift it
 
 

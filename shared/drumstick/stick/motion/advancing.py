@@ -7,12 +7,12 @@ from drumstick.stick import composition
 from drumstick.stick.motion.events import (
     ABOVE,
     APEX,
+    DESCENT,
     ENTRY,
     HORIZON,
-    LOOSEN,
+    RECONTACT,
     RELEASE,
-    RESUME,
-    SINK,
+    SEPARATION,
     TURN,
     first_event,
 )
@@ -34,7 +34,7 @@ def _land(motion: Motion, event: int) -> None:
     elif event == RELEASE:
         motion.z = 0.0
         motion.v = max(motion.v, 0.0)
-    elif event in (TURN, APEX, SINK):
+    elif event in (TURN, APEX, DESCENT):
         motion.v = 0.0
 
 
@@ -73,7 +73,7 @@ def advance(
             continue
         _land(motion, event)
         apply(law, motion, event)
-        if event not in (LOOSEN, RESUME, SINK):
+        if event not in (SEPARATION, RECONTACT, DESCENT):
             return event, moved
         at_once = at_once + 1 if end.t < _INSTANT_S else 0
         if (

@@ -22,10 +22,11 @@ from drumstick.stick.records import Motion
 from drumstick.stick.segment import Segment
 from realtime.kernels.jit import njit
 
-# Where the stick is. LOOSE: still below z = 0, but a head that only pushes has let go of it (`unilateral`).
-ABOVE, CONTACT, LOOSE = 0, 1, 2
-# What happened. LOOSEN, RESUME and SINK (down again without having left) only matter inside, but end a segment.
-HORIZON, ENTRY, TURN, RELEASE, APEX, LOOSEN, RESUME, SINK = 0, 1, 2, 3, 4, 5, 6, 7
+# Where the stick is. SEPARATED: still below z = 0, but a head that only pushes has let go of it (`unilateral`).
+ABOVE, CONTACT, SEPARATED = 0, 1, 2
+# What happened. SEPARATION, RECONTACT and DESCENT (down again without having left) only matter inside, but end a
+# segment.
+HORIZON, ENTRY, TURN, RELEASE, APEX, SEPARATION, RECONTACT, DESCENT = 0, 1, 2, 3, 4, 5, 6, 7
 
 _HEIGHT: Weights = (1.0, 0.0, 0.0, 0.0, 0.0)
 
@@ -68,9 +69,9 @@ def _above(seg: Segment, here: Point, there: Point) -> SegmentEvent:
 
 @njit()
 def _shift(contact_phase: int, seg: Segment, here: Point, bend: Point, end: Point) -> SegmentEvent:
-    # LOOSEN when the push of a head that only pushes falls to 0, RESUME when it rises above it again. The push is
-    # monotone from here to the bend, and from there to the end.
-    event, outward = (RESUME, 1.0) if contact_phase == LOOSE else (LOOSEN, -1.0)
+    # SEPARATION when the push of a head that only pushes falls to 0, RECONTACT when it rises above it again. The push
+    # is monotone from here to the bend, and from there to the end.
+    event, outward = (RECONTACT, 1.0) if contact_phase == SEPARATED else (SEPARATION, -1.0)
     rate = head_force_rate(seg)
     first, last = outward * weighted(rate, here)[0], outward * weighted(rate, end)[0]
     begin, reach = (here, bend) if first > 0.0 or (first == 0.0 and last > 0.0) else (bend, end)
@@ -96,7 +97,7 @@ def _way_end(seg: Segment, here: Point, there: Point, rises: bool) -> SegmentEve
     if rises and changes(here.z, there.z):
         return RELEASE, root(seg, _HEIGHT, here, there)
     if changes(here.v, there.v):
-        return (SINK if rises else TURN), root(seg, SPEED, here, there)
+        return (DESCENT if rises else TURN), root(seg, SPEED, here, there)
     return HORIZON, there
 
 
@@ -108,8 +109,8 @@ def _in_head(motion: Motion, seg: Segment, here: Point, there: Point) -> Segment
         end = root(seg, _head_force(seg), here, there)
         # Not out yet, not turned yet: it is the first.
         if end.z < 0.0 and (end.v > 0.0 if rises else end.v < 0.0):
-            event = LOOSEN
-    sure = event == LOOSEN
+            event = SEPARATION
+    sure = event == SEPARATION
     if not sure:
         event, end = _way_end(seg, here, there, rises)
     before, after = weighted(rate, here)[0], weighted(rate, end)[0]
@@ -118,7 +119,7 @@ def _in_head(motion: Motion, seg: Segment, here: Point, there: Point) -> Segment
     bend = root(seg, rate, here, end) if peaks or (dips and searched) else end
     if searched:
         shift, at = _shift(motion.contact_phase, seg, here, bend, end)
-        if shift != HORIZON and (at.t < end.t or (event != TURN and event != SINK)):
+        if shift != HORIZON and (at.t < end.t or (event != TURN and event != DESCENT)):
             event, end = shift, at
     if event != RELEASE and rises and end.z >= 0.0:
         event, end = RELEASE, _reach(seg, here, end)

@@ -7,7 +7,7 @@ allocation, no exceptions.
 import math
 
 from drumstick.stick.motion.advancing import advance as advance_by
-from drumstick.stick.motion.events import ABOVE, APEX, CONTACT, ENTRY, HORIZON, LOOSE, RELEASE, TURN
+from drumstick.stick.motion.events import ABOVE, APEX, CONTACT, ENTRY, HORIZON, RELEASE, SEPARATED, TURN
 from drumstick.stick.motion.transitions import CAPTURED, LEFT, MOVING
 from drumstick.stick.records import Law, Motion
 from realtime.kernels.jit import njit
@@ -20,9 +20,9 @@ __all__ = [
     "ENTRY",
     "HORIZON",
     "LEFT",
-    "LOOSE",
     "MOVING",
     "RELEASE",
+    "SEPARATED",
     "TURN",
     "advance",
 ]

@@ -27,7 +27,7 @@ _OUT_BY = 2.0
 
 
 class Nodes(NamedTuple):
-    """Ends of the next spans, s: for z', for the rate of the head's force, for a motion that dies away; half an oscillation."""
+    """Ends of the next spans, s: for z', for the head's force rate, for motion that dies away; half an oscillation."""
 
     speed: float
     head_force: float

@@ -14,12 +14,12 @@ from drumstick.stick.motion.events import (
     ABOVE,
     APEX,
     CONTACT,
+    DESCENT,
     ENTRY,
     HORIZON,
-    LOOSEN,
+    RECONTACT,
     RELEASE,
-    RESUME,
-    SINK,
+    SEPARATION,
     TURN,
     head_force_of,
 )
@@ -50,11 +50,11 @@ def _seen(contact_phase: int, seg: Segment, z: float, v: float) -> int:
         return RELEASE
     head_force = head_force_of(seg, z, v)
     if contact_phase == CONTACT and seg.release != PAPER and head_force < 0.0:
-        return LOOSEN
+        return SEPARATION
     if contact_phase != CONTACT and head_force > 0.0:
-        return RESUME
+        return RECONTACT
     if seg.v != 0.0 and turned >= 0.0:
-        return TURN if seg.v < 0.0 else SINK
+        return TURN if seg.v < 0.0 else DESCENT
     return HORIZON
 
 
@@ -75,7 +75,7 @@ def unlocated(law: Law, motion: Motion, horizon: float, method: int, dt: float) 
             renew(law, motion)
         if event != HORIZON:
             apply(law, motion, event)
-            if event not in (LOOSEN, RESUME, SINK):
+            if event not in (SEPARATION, RECONTACT, DESCENT):
                 return event, moved
         if left - span <= _NEGLIGIBLE * dt:
             if motion.contact_phase != ABOVE and never_releases(law, motion):

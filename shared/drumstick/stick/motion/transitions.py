@@ -13,12 +13,12 @@ from drumstick.stick.motion.events import (
     ABOVE,
     APEX,
     CONTACT,
+    DESCENT,
     ENTRY,
-    LOOSE,
-    LOOSEN,
+    RECONTACT,
     RELEASE,
-    RESUME,
-    SINK,
+    SEPARATED,
+    SEPARATION,
     TURN,
     head_force_of,
 )
@@ -163,7 +163,7 @@ def _hold(law: Law, motion: Motion) -> None:
     # After an effect has changed the head's force: one that only pushes holds the stick just while it would push.
     if law.release != PAPER and not composition.sampled(law):
         k, r, f = composition.head(law, motion)
-        motion.contact_phase = CONTACT if -k * motion.z - r * motion.v + f >= 0.0 else LOOSE
+        motion.contact_phase = CONTACT if -k * motion.z - r * motion.v + f >= 0.0 else SEPARATED
 
 
 @njit()
@@ -220,11 +220,11 @@ def apply(law: Law, motion: Motion, event: int) -> None:
         motion.z_apex = motion.z
         if _never_returns(law, motion):
             motion.outcome = LEFT
-    elif event == LOOSEN:
-        motion.contact_phase = LOOSE
-    elif event == RESUME:
+    elif event == SEPARATION:
+        motion.contact_phase = SEPARATED
+    elif event == RECONTACT:
         motion.contact_phase = CONTACT
-    elif event == SINK:
+    elif event == DESCENT:
         composition.fire(law, motion, triggers.ON_DESCENT)
         _hold(law, motion)
     if not abs(motion.v) < _RUNAWAY_M_PER_S:
