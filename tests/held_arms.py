@@ -142,7 +142,7 @@ def play(trial: Trial, other: Trial | None, guarded: bool) -> dict[str, Any]:
     scene = scene_of(**trial.values)
     servo = live_sets.servo_of(scene)
     if not guarded:
-        servo.guard["b"] = 1e3
+        servo.guard["max_added_speed"] = 1e3
     seen = np.zeros(1, arm_witness.SEEN)
     arm_witness.begin(servo, seen)
     rate, now, gone = trial.values["rate"], 0, 0.0
@@ -151,7 +151,7 @@ def play(trial: Trial, other: Trial | None, guarded: bool) -> dict[str, Any]:
         now = arm_witness.watch(servo, seen, round(0.45 * rate), now, False)
         changes = {name: float(other.law[name][0]) for name in ("k_coll", "r_in")}
         wanted = live_sets.changed(servo.law, scene, changes)
-        if envelope.judge(wanted[0], servo.limits[0], envelope.new_scratch()).code == envelope.OK:
+        if envelope.judge(wanted[0], servo.envelope_limits[0], envelope.new_scratch()).code == envelope.OK:
             live_sets.offer(servo, 1, wanted)
         seen["entries"] = 0  # a set may give the energy of its height: it counts as a throw
     while gone < limit:

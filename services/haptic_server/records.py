@@ -82,9 +82,9 @@ STATUS = dtype_of(Status)
 class TickState(Record):
     """State of the simulated player and the tick. `phase` walks the strikes over the head; `rest_s` is how long
     the stick has lain dead, `still_s` how long it crept or was out of reach; the last two strike instants make the
-    roll rate. `reach`: the fastest entry that keeps all limits, m/s, with the law that plays (envelope.Judgement).
-    `holding`: a set that passed waits to be latched, with its own reach and its longest window for the speed.
-    `loss`: the share of its push that the head holds back while a slow blow leaves it
+    roll rate. `max_entry_speed`: the fastest entry that keeps all limits, m/s, with the law that plays
+    (envelope.Judgement). `is_pending`: a set that passed waits to be latched, with its own fastest entry and longest
+    window for the speed. `loss`: the share of its push that the head holds back while a slow blow leaves it
     (drumstick.safety.sampled_contact); `last_v`: the last speed but 0.
     """
 
@@ -104,10 +104,10 @@ class TickState(Record):
     fault: int
     panicked: int
     panics_seen: int
-    holding: int
-    reach: float
-    offer_reach: float
-    offer_window: int
+    is_pending: int
+    max_entry_speed: float
+    pending_max_entry_speed: float
+    pending_window: int
     loss: float
     last_v: float
     force_N: float

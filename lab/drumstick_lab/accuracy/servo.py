@@ -84,7 +84,7 @@ class _Strokes:
     def filtering(self, kind: str) -> Window:
         """ns of CPU for one estimate of the speed."""
         period_s = 1.0 / self._scene.servo.rate_Hz
-        slack_m = float(self._servo.allowed[0]["resolution_m"])
+        slack_m = float(self._servo.device_limits[0]["resolution_m"])
         work = partial(estimated_speeds, kind, self._z_m, period_s, slack_m, self._speeds)
         return lambda: spent_ns(work) / len(self._z_m)
 

@@ -81,7 +81,7 @@ def _memory(scene: Scene, run_dir: Path, specification: Specification) -> memory
     left = block.inherited_state(run_dir, law_of(scene).dtype)
     spare = memory.prepare(scene, block.in_memory(law_of(scene)), specification=specification)
     if left is not None:
-        spare.offer["law"] = left.law
+        spare.pending_set["law"] = left.law
     if left is None or not passes(spare):
         left = block.InheritedState(0, law_of(scene))
     mine = block.create(run_dir, left.law, left.revision)

@@ -7,7 +7,7 @@ trusts nobody. It gates live sets and devices only; `simulate` takes whatever th
 What a roll, and a throw into it, can come to at most is `drumstick.safety.bounds`; whether a sampled arm comes to rest
 in a late head is `drumstick.safety.sampled_contact`. The hand's spring adds its own energy, which depends on where the
 stick is when a set takes effect: `entry_speed` tells how fast it would meet the head, to be compared with
-`Judgement.reach`.
+`Judgement.max_entry_speed`.
 """
 
 import dataclasses
@@ -93,12 +93,12 @@ def new_scratch() -> Coefficients:
 class Judgement(NamedTuple):
     """Verdict on a set whatever the stick does: code is OK or the first rule that it breaks.
 
-    reach: the fastest entry into the head, m/s, from which on nothing passes a limit. window: ticks of the longest
-    window for the speed of a sampled arm.
+    max_entry_speed: the fastest entry into the head, m/s, from which on nothing passes a limit. window: ticks of the
+    longest window for the speed of a sampled arm.
     """
 
     code: int
-    reach: float
+    max_entry_speed: float
     window: int
 
 
@@ -238,8 +238,8 @@ def judge(law: Law, limits: Limits, room: Coefficients) -> Judgement:
     if sampled:
         most = _SPEED_SHARE * limits.max_speed_m_per_s - bounds.pushed(law, fits)
         return Judgement(OK, max(most, fits), window)
-    reach = bounds.max_entry_speed(law, blows, fits, limits.max_speed_m_per_s, limits.max_force_N)
-    return Judgement(OK, reach, window)
+    max_entry_speed = bounds.max_entry_speed(law, blows, fits, limits.max_speed_m_per_s, limits.max_force_N)
+    return Judgement(OK, max_entry_speed, window)
 
 
 def _accepted_damping(law: Records, limits: npt.NDArray[np.void], room: Coefficients, factor: float) -> float:

@@ -44,7 +44,7 @@ SLOW_GROWERS = (
 
 
 def _without_account(servo: live_sets.memory.Servo) -> live_sets.memory.Servo:
-    servo.guard["b"] = 1e3  # the head may add so many m/s to each blow
+    servo.guard["max_added_speed"] = 1e3  # the head may add so many m/s to each blow
     return servo
 
 

@@ -83,7 +83,7 @@ def test_an_arm_is_never_given_more_than_its_account(
     # The servo sees positions to a count, so the work of the largest force is known to a count.
     assert seen["excess_J"][0] <= 8.5 * RESOLUTION_M
     # A stick that rests in the head has not looked yet.
-    waits = servo.tick_state["holding"][0] == 1 or triple_buffer.has_fresh(servo.block.wanted_cells)
+    waits = servo.tick_state["is_pending"][0] == 1 or triple_buffer.has_fresh(servo.block.wanted_cells)
     assert waits or np.array_equal(servo.law, accepted)
 
 

@@ -225,7 +225,7 @@ def test_unplugging_one_end_of_the_envelope_is_refused_too() -> None:
     """A limit that is not a number lets nothing pass, at either fence."""
     played = live_sets.roll()
     servo = live_sets.servo_of(played)
-    servo.limits["max_force_N"] = math.nan
+    servo.envelope_limits["max_force_N"] = math.nan
     live_sets.offer(servo, 1, servo.law)
     loop.run_virtual(servo, 20, 0)
     assert servo.tick_state["refused"][0] == 1

@@ -103,7 +103,7 @@ def fall(servo: Servo, kind: Filter, speed: float, phase: float, guarded: bool) 
     plant, motion, plan, held = servo.plant[0], servo.motion[0], servo.plan[0], servo.guard[0]
     period_s = plan.period_ns * 1e-9
     forget(servo.track[0])
-    guard.let_go(held)
+    guard.release_force(held)
     held.seen_above = 1
     held.gain = 1.0
     motion.contact_phase = ABOVE
@@ -115,11 +115,11 @@ def fall(servo: Servo, kind: Filter, speed: float, phase: float, guarded: bool) 
         phantom.move_on(plant, period_s)
         phantom.measure(plant, servo.reading[0], tick * plan.period_ns)
         z = servo.reading[0].z_m - plan.head_z_m
-        v = estimate(kind, servo.track[0], tick * period_s, z, servo.allowed[0].resolution_m)
+        v = estimate(kind, servo.track[0], tick * period_s, z, servo.device_limits[0].resolution_m)
         detect_events(servo, z, v, tick * plan.period_ns)
         head_N, pulse_N = requested_forces(servo, period_s)
         if guarded:
-            phantom.obey(plant, guard.limit(held, servo.allowed[0], head_N, pulse_N, z, v, period_s))
+            phantom.obey(plant, guard.limit(held, servo.device_limits[0], head_N, pulse_N, z, v, period_s))
         else:
             phantom.obey(plant, head_N + pulse_N)
         if plant.z_m > plan.head_z_m + _CLEAR_M and plant.v_m_per_s > 0.0:

@@ -135,11 +135,11 @@ class Case(NamedTuple):
 def case(scene: Scene) -> Case:
     """Both compiled and warm."""
     servo, spare, held = servo_of(scene), servo_of(scene), servo_of(scene)
-    held.tick_state["holding"], held.tick_state["offer_reach"] = (
+    held.tick_state["is_pending"], held.tick_state["pending_max_entry_speed"] = (
         1,
         -1.0,
     )  # a set that passes, and never gets its moment
-    held.offer["law"] = held.law
+    held.pending_set["law"] = held.law
     now = {"whole": 0, "waiting": 0}
 
     def whole(ticks: int) -> None:
@@ -149,7 +149,7 @@ def case(scene: Scene) -> Case:
         now["waiting"] = loop.run_virtual(held, ticks, now["waiting"])
 
     def judging(times: int) -> None:
-        judgements(servo.law, servo.limits, servo.room, max(times // _TICKS_A_JUDGEMENT, 1))
+        judgements(servo.law, servo.envelope_limits, servo.scratch, max(times // _TICKS_A_JUDGEMENT, 1))
 
     def bare(ticks: int) -> None:
         if scene.device.plant == "phantom":

@@ -143,7 +143,7 @@ def played(setting: Setting, arm_kg: float, k: float, r: float) -> arm_witness.V
     """One set on an arm of `arm_kg`, without the guard's passivity control."""
     scene = held_arms.scene_of(k=k, r=r, **_values(setting, HAND.m_kg))
     servo = live_sets.servo_of(scene)
-    servo.guard["b"] = 1e3
+    servo.guard["max_added_speed"] = 1e3
     servo.plant["m_kg"] = arm_kg
     return arm_witness.held(servo, PLAYED_S)
 

@@ -47,7 +47,7 @@ def note_strike(servo: Servo, t_ns: int) -> None:
     event.speed_m_per_s = speed
     foresee_hand(servo)
     ahead = contact_ahead(servo.ahead_law[0], motion, servo.ahead)
-    event.peak_N = min(ahead.peak_N, servo.allowed[0].max_force_N)
+    event.peak_N = min(ahead.peak_N, servo.device_limits[0].max_force_N)
     event.contact_s = ahead.contact_s
     event.impulse_N_s = ahead.impulse_N_s
     event.level = level_of(servo.curve[0], speed)

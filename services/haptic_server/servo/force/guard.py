@@ -77,8 +77,8 @@ class GuardState(Record):
     limited: int
     held_back: int
     stalls: int
-    e: float
-    b: float
+    max_restitution: float
+    max_added_speed: float
     blow_J: float
     driven: int
     saturated: int
@@ -117,7 +117,7 @@ def _excess_energy(guard: GuardState) -> float:
 
 
 @njit()
-def let_go(guard: GuardState) -> None:
+def release_force(guard: GuardState) -> None:
     """No force from here on until the stick has been above the head, and then by a ramp."""
     guard.seen_above = 0
     guard.gain = 0.0
@@ -132,7 +132,7 @@ def let_go(guard: GuardState) -> None:
 
 @njit()
 def check_reading(
-    guard: GuardState, allowed: DeviceLimits, reading: Reading, now_ns: int, span_s: float
+    guard: GuardState, limits: DeviceLimits, reading: Reading, now_ns: int, span_s: float
 ) -> int:
     """Check a reading before it is rendered from: NO_FAULT, or the fault's code. Comparisons are written so that NaN
     fails them.
@@ -149,30 +149,30 @@ def check_reading(
         return STALE
     if not span_s <= STALL_PAUSE_S:
         guard.stalls += 1
-        let_go(guard)
-    if not allowed.lowest_m <= reading.z_m <= allowed.highest_m:
-        let_go(guard)  # the force has faded before; it comes back by the ramp from above the head
+        release_force(guard)
+    if not limits.lowest_m <= reading.z_m <= limits.highest_m:
+        release_force(guard)  # the force has faded before; it comes back by the ramp from above the head
     return NO_FAULT
 
 
 @njit()
-def check_speed(allowed: DeviceLimits, v: float) -> int:
+def check_speed(limits: DeviceLimits, v: float) -> int:
     """Check the stick's speed: NO_FAULT or TOO_FAST; NaN is too fast."""
-    return NO_FAULT if abs(v) <= allowed.max_speed_m_per_s else TOO_FAST
+    return NO_FAULT if abs(v) <= limits.max_speed_m_per_s else TOO_FAST
 
 
 @njit()
-def ready(guard: GuardState, allowed: DeviceLimits, reading: Reading, z: float, period_s: float) -> int:
+def advance_ramp(guard: GuardState, limits: DeviceLimits, reading: Reading, z: float, period_s: float) -> int:
     """Check the dead man's button and move the ramp on: NO_FAULT, or DEAD_MAN while the button is not held."""
-    if allowed.dead_man != 0 and reading.buttons == 0:
-        let_go(guard)
+    if limits.dead_man != 0 and reading.buttons == 0:
+        release_force(guard)
         return DEAD_MAN
     if guard.seen_above == 0:
         if z > _SEEN_ABOVE_M:
             guard.seen_above = 1
         guard.gain = 0.0
         return NO_FAULT
-    guard.gain = min(1.0, guard.gain + period_s / allowed.ramp_s)
+    guard.gain = min(1.0, guard.gain + period_s / limits.ramp_s)
     return NO_FAULT
 
 
@@ -183,29 +183,30 @@ def rebound_bounds(law: Law) -> tuple[float, float]:
 
 
 @njit()
-def _energy(allowed: DeviceLimits, speed: float) -> float:
-    return 0.5 * float(allowed.m_kg) * speed * speed
+def _energy(limits: DeviceLimits, speed: float) -> float:
+    return 0.5 * float(limits.m_kg) * speed * speed
 
 
 @njit()
-def begin_contact(guard: GuardState, allowed: DeviceLimits, m: float, v_in: float, now_ns: int) -> int:
+def begin_contact(guard: GuardState, limits: DeviceLimits, m: float, v_in: float, now_ns: int) -> int:
     """Set the energy budget of the contact that begins at v_in: NO_FAULT, or SELF_DRIVEN.
 
     The head may give back what it took, and what its effects are meant to add: the contact may end at
-    guard.e |v_in| + guard.b (drumstick.safety.bounds), without its pulses. A live m above the arm's own does not raise
-    the budget. An excess of the contact before is carried over; energy that it kept is not.
+    guard.max_restitution |v_in| + guard.max_added_speed (drumstick.safety.bounds), without its pulses. A live m above
+    the arm's own does not raise the budget. An excess of the contact before is carried over; energy that it kept is
+    not.
     """
     speed = abs(v_in)
-    leaving = guard.e * speed + guard.b
+    leaving = guard.max_restitution * speed + guard.max_added_speed
     added = leaving * leaving - speed * speed
     excess_J = _excess_energy(guard)
     guard.given_J = excess_J
-    guard.budget_J = 0.5 * min(m, allowed.m_kg) * max(added, -_KEPT * speed * speed)
-    guard.blow_J = _energy(allowed, speed)
-    has_excess = excess_J > _energy(allowed, _EXCESS_M_PER_S) and speed > _EXCESS_M_PER_S
+    guard.budget_J = 0.5 * min(m, limits.m_kg) * max(added, -_KEPT * speed * speed)
+    guard.blow_J = _energy(limits, speed)
+    has_excess = excess_J > _energy(limits, _EXCESS_M_PER_S) and speed > _EXCESS_M_PER_S
     guard.driven = guard.driven + 1 if has_excess else 0
     soon = now_ns - guard.entry_ns < _FASTEST_HAND_NS
-    at_the_limit = guard.peak_N >= _AT_THE_LIMIT * allowed.max_force_N
+    at_the_limit = guard.peak_N >= _AT_THE_LIMIT * limits.max_force_N
     if soon and at_the_limit and guard.pulsed == 0 and speed > _UNTIRED * guard.first_m_per_s:
         guard.saturated += 1
     else:
@@ -218,20 +219,20 @@ def begin_contact(guard: GuardState, allowed: DeviceLimits, m: float, v_in: floa
 
 
 @njit()
-def check_energy(guard: GuardState, allowed: DeviceLimits) -> int:
+def check_energy(guard: GuardState, limits: DeviceLimits) -> int:
     """Check the observed energy: NO_FAULT, or SELF_DRIVEN where the head has given far more than its budget."""
-    most = max(_energy(allowed, _FAULT_EXCESS_M_PER_S), _FAULT_EXCESS_SHARE * guard.blow_J)
+    most = max(_energy(limits, _FAULT_EXCESS_M_PER_S), _FAULT_EXCESS_SHARE * guard.blow_J)
     return NO_FAULT if _excess_energy(guard) <= most else SELF_DRIVEN
 
 
 @njit()
-def _observe_energy(guard: GuardState, allowed: DeviceLimits, z: float) -> None:
+def _observe_energy(guard: GuardState, limits: DeviceLimits, z: float) -> None:
     # Adds the work of the head's force that acted over the last tick: of a tick ago, or earlier by the device's own
     # delay. A count that flips to and fro is no motion, though force and count flip together: less than two counts
     # wait.
     way = z - guard.z_m
-    if abs(way) > 1.5 * allowed.resolution_m:
-        guard.given_J += guard.head_N[(guard.newest - allowed.delay_ticks) % MEMORY] * way
+    if abs(way) > 1.5 * limits.resolution_m:
+        guard.given_J += guard.head_N[(guard.newest - limits.delay_ticks) % MEMORY] * way
         guard.z_m = z
 
 
@@ -248,40 +249,38 @@ def _max_force(v: float, left_J: float, c: float, period_s: float) -> float:
 
 
 @njit()
-def _passive_range(
-    guard: GuardState, allowed: DeviceLimits, v: float, period_s: float
-) -> tuple[float, float]:
+def _passive_range(guard: GuardState, limits: DeviceLimits, v: float, period_s: float) -> tuple[float, float]:
     # The least and the largest force with which the head may push now, N: the passivity controller. Hannaford's and
     # Ryu's adds damping; this one limits the head's force, which cannot overshoot. Within a contact the observer is
     # never reset, not even for a stick at rest: a head that is pressed has taken energy, and pushes back out of that.
     #
     # The estimate of v is half a tick late at least, and forces on their way act before this one.
-    seen, c = v, 0.5 * period_s * period_s / allowed.m_kg
-    acting = guard.head_N[(guard.newest - allowed.delay_ticks) % MEMORY]
-    v += 0.5 * period_s * max(acting, 0.0) / allowed.m_kg
+    seen, c = v, 0.5 * period_s * period_s / limits.m_kg
+    acting = guard.head_N[(guard.newest - limits.delay_ticks) % MEMORY]
+    v += 0.5 * period_s * max(acting, 0.0) / limits.m_kg
     left_J = guard.budget_J - guard.given_J
-    for back in range(allowed.delay_ticks - 1, -1, -1):
+    for back in range(limits.delay_ticks - 1, -1, -1):
         coming = guard.head_N[(guard.newest - back) % MEMORY]
         left_J -= coming * (v * period_s + c * coming)
-        v += coming * period_s / allowed.m_kg
+        v += coming * period_s / limits.m_kg
     most = _max_force(v, left_J, c, period_s)
     if (
         seen <= 0.0
     ):  # a stick that rests in the head may always be held, with what moves it by _SLOW at most in a tick
-        most = max(most, _SLOW_M_PER_S * allowed.m_kg / period_s)
+        most = max(most, _SLOW_M_PER_S * limits.m_kg / period_s)
     return -_max_force(-v, left_J, c, period_s), most
 
 
 @njit()
-def _faded(allowed: DeviceLimits, z: float, head_z_m: float) -> float:
+def _faded(limits: DeviceLimits, z: float, head_z_m: float) -> float:
     # The share of the head's force near the lowest position: the workspace ends softly.
-    return min(max((z + head_z_m - allowed.lowest_m) / _SOFT_M, 0.0), 1.0)
+    return min(max((z + head_z_m - limits.lowest_m) / _SOFT_M, 0.0), 1.0)
 
 
 @njit()
 def limit(
     guard: GuardState,
-    allowed: DeviceLimits,
+    limits: DeviceLimits,
     head_N: float,
     pulse_N: float,
     z: float,
@@ -294,20 +293,20 @@ def limit(
     back all of it; a force that may only fall slowly would push on behind a stick that has left. Ramp and fade are
     shares of the motors' limit, since a deep press asks for far more than that.
     """
-    _observe_energy(guard, allowed, z)
-    share = guard.gain * _faded(allowed, z, allowed.head_z_m)
+    _observe_energy(guard, limits, z)
+    share = guard.gain * _faded(limits, z, limits.head_z_m)
     wanted = share * head_N + guard.gain * pulse_N
-    head_N = share * min(max(head_N, -allowed.max_force_N), allowed.max_force_N)
+    head_N = share * min(max(head_N, -limits.max_force_N), limits.max_force_N)
     pulse_N *= guard.gain
-    least, most = _passive_range(guard, allowed, v, period_s)
-    force = min(max(head_N + pulse_N, -allowed.max_force_N), allowed.max_force_N)
-    step = allowed.max_slew_N_per_s * period_s
+    least, most = _passive_range(guard, limits, v, period_s)
+    force = min(max(head_N + pulse_N, -limits.max_force_N), limits.max_force_N)
+    step = limits.max_slew_N_per_s * period_s
     force = min(max(force, guard.force_N - step), guard.force_N + step)
     if not least <= force - pulse_N <= most:
         guard.held_back += 1
         kept = min(max(force - pulse_N, least), most)
-        force = min(max(kept + pulse_N, -allowed.max_force_N), allowed.max_force_N)
-    if not abs(force) <= allowed.max_force_N:  # NaN: nothing finite came in
+        force = min(max(kept + pulse_N, -limits.max_force_N), limits.max_force_N)
+    if not abs(force) <= limits.max_force_N:  # NaN: nothing finite came in
         force = 0.0
     if force != wanted:
         guard.limited += 1

@@ -13,46 +13,46 @@ from realtime.kernels.jit import njit
 
 @njit()
 def passes(servo: Servo) -> bool:
-    """True when the law in servo.offer is one that its scene could have, and safe: the servo trusts nobody.
+    """True when the law in servo.pending_set is one that its scene could have, and safe: the servo trusts nobody.
 
     Keeps what the judgement tells in servo.tick_state.
     """
     tick_state = servo.tick_state[0]
-    if not within(servo.fence, servo.offer_words, servo.offer_numbers):
+    if not within(servo.fence, servo.pending_words, servo.pending_numbers):
         return False
-    judgement = envelope.judge(servo.offer[0].law, servo.limits[0], servo.room)
-    tick_state.offer_reach = judgement.reach
-    tick_state.offer_window = judgement.window
+    judgement = envelope.judge(servo.pending_set[0].law, servo.envelope_limits[0], servo.scratch)
+    tick_state.pending_max_entry_speed = judgement.max_entry_speed
+    tick_state.pending_window = judgement.window
     return judgement.code == envelope.OK
 
 
 @njit()
-def _offered(servo: Servo) -> bool:
-    # Does a set that passes wait in servo.offer? It is judged once, when it comes.
+def _has_pending(servo: Servo) -> bool:
+    # Does a set that passes wait in servo.pending_set? It is judged once, when it comes.
     block, tick_state = servo.block, servo.tick_state[0]
     if not triple_buffer.has_fresh(block.wanted_cells):
-        return bool(tick_state.holding != 0)
+        return bool(tick_state.is_pending != 0)
     # A copy of our own: what was looked at is what is used, whoever else may write to the block.
-    servo.offer[0] = block.wanted[triple_buffer.take(block.wanted_cells, block.wanted)]
+    servo.pending_set[0] = block.wanted[triple_buffer.take(block.wanted_cells, block.wanted)]
     if passes(servo):
-        tick_state.holding = 1
+        tick_state.is_pending = 1
         return True
-    tick_state.holding = 0
+    tick_state.is_pending = 0
     tick_state.refused += 1
-    tick_state.refused_revision = servo.offer[0].revision
+    tick_state.refused_revision = servo.pending_set[0].revision
     return False
 
 
 @njit()
 def _use(servo: Servo) -> None:
-    block, tick_state, wanted = servo.block, servo.tick_state[0], servo.offer[0]
-    tick_state.holding = 0
-    tick_state.reach = tick_state.offer_reach
-    servo.track[0].widest = tick_state.offer_window
-    composition.keep_speed(servo.law[0], wanted.law, servo.motion[0])
-    servo.law[0] = wanted.law
-    tick_state.revision = wanted.revision
-    triple_buffer.publish(block.live_cells, block.live, wanted)
+    block, tick_state, pending = servo.block, servo.tick_state[0], servo.pending_set[0]
+    tick_state.is_pending = 0
+    tick_state.max_entry_speed = tick_state.pending_max_entry_speed
+    servo.track[0].widest = tick_state.pending_window
+    composition.keep_speed(servo.law[0], pending.law, servo.motion[0])
+    servo.law[0] = pending.law
+    tick_state.revision = pending.revision
+    triple_buffer.publish(block.live_cells, block.live, pending)
 
 
 @njit()
@@ -62,7 +62,7 @@ def latch_in_hand(servo: Servo) -> bool:
     For a stick that somebody holds: a change of K_coll in contact would inject 1/2 dK z^2. The speed of the next
     contact is the hand's own, whatever the set says of a hand, and the guard limits what the motors do about it.
     """
-    if not _offered(servo):
+    if not _has_pending(servo):
         return False
     _use(servo)
     return True
@@ -75,9 +75,9 @@ def latch(servo: Servo) -> None:
     A set that would turn the stick's height into too much speed waits for a better moment, at the latest the next
     release.
     """
-    if not _offered(servo):
+    if not _has_pending(servo):
         return
-    motion = servo.motion[0]
+    motion, most = servo.motion[0], servo.tick_state[0].pending_max_entry_speed
     left = composition.most_remaining_speed(servo.law[0], motion)
-    if envelope.entry_speed(servo.offer[0].law, motion.z, motion.v) + left <= servo.tick_state[0].offer_reach:
+    if envelope.entry_speed(servo.pending_set[0].law, motion.z, motion.v) + left <= most:
         _use(servo)

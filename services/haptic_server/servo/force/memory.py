@@ -53,8 +53,8 @@ class Servo(NamedTuple):
     servo has only its own device's. ahead: a motion in which the contact that begins is played to its end, by
     ahead_law. hand: None for the exact stick, whose hand is its law, else what is known of the hand that holds the arm.
     curve: of levels over speeds. path: shape (n, 2), times s and heights m of a recorded gesture, or (n, 4), a
-    recording. limits, room: of the envelope, and what its judgement writes to. offer: the set that is looked at, a copy
-    of our own; offer_words and offer_numbers are its law in the same memory. stream: None unless the scene streams its
+    recording. scratch: what the envelope's judgement writes to. pending_set: the set that is looked at, a copy of our
+    own; pending_words and pending_numbers are its law in the same memory. stream: None unless the scene streams its
     contacts' force.
     """
 
@@ -72,16 +72,16 @@ class Servo(NamedTuple):
     reading: Rows[Reading]
     track: Rows[Track]
     guard: Rows[GuardState]
-    allowed: Rows[DeviceLimits]
+    device_limits: Rows[DeviceLimits]
     gesture: Rows[Gesture]
     path: npt.NDArray[np.float64]
     trace: Rows[Trace]
     fence: Rows[Fence]
-    limits: Rows[Limits]
-    room: npt.NDArray[np.float64]
-    offer: npt.NDArray[np.void]
-    offer_words: npt.NDArray[np.int64]
-    offer_numbers: npt.NDArray[np.float64]
+    envelope_limits: Rows[Limits]
+    scratch: npt.NDArray[np.float64]
+    pending_set: npt.NDArray[np.void]
+    pending_words: npt.NDArray[np.int64]
+    pending_numbers: npt.NDArray[np.float64]
     stream: contacts.Stream = ABSENT
     hand: Rows[HandPull] = ABSENT
     plant: Rows[Plant] = ABSENT
@@ -103,20 +103,20 @@ def _plan(scene: Scene) -> npt.NDArray[np.void]:
     return plan
 
 
-def _allowed(scene: Scene, specification: Specification) -> npt.NDArray[np.void]:
-    allowed = np.zeros(1, DEVICE_LIMITS)
-    allowed["max_force_N"] = min(scene.guard.max_force_N, specification.max_force_N)
-    allowed["max_slew_N_per_s"] = scene.guard.max_slew_N_per_s
-    allowed["max_speed_m_per_s"] = scene.guard.max_speed_m_per_s
-    allowed["lowest_m"] = scene.device.head_z_m + scene.guard.lowest_m
-    allowed["highest_m"] = scene.device.head_z_m + scene.guard.highest_m
-    allowed["ramp_s"] = scene.guard.ramp_s
-    allowed["dead_man"] = scene.guard.dead_man == "button"
-    allowed["resolution_m"] = specification.resolution_m
-    allowed["delay_ticks"] = scene.device.delay_ticks
-    allowed["m_kg"] = specification.moving_kg[0]
-    allowed["head_z_m"] = scene.device.head_z_m
-    return allowed
+def _device_limits(scene: Scene, specification: Specification) -> npt.NDArray[np.void]:
+    limits = np.zeros(1, DEVICE_LIMITS)
+    limits["max_force_N"] = min(scene.guard.max_force_N, specification.max_force_N)
+    limits["max_slew_N_per_s"] = scene.guard.max_slew_N_per_s
+    limits["max_speed_m_per_s"] = scene.guard.max_speed_m_per_s
+    limits["lowest_m"] = scene.device.head_z_m + scene.guard.lowest_m
+    limits["highest_m"] = scene.device.head_z_m + scene.guard.highest_m
+    limits["ramp_s"] = scene.guard.ramp_s
+    limits["dead_man"] = scene.guard.dead_man == "button"
+    limits["resolution_m"] = specification.resolution_m
+    limits["delay_ticks"] = scene.device.delay_ticks
+    limits["m_kg"] = specification.moving_kg[0]
+    limits["head_z_m"] = scene.device.head_z_m
+    return limits
 
 
 def prepare(scene: Scene, block: Block, specification: Specification = EXACT_STICK) -> Servo:
@@ -138,14 +138,14 @@ def prepare(scene: Scene, block: Block, specification: Specification = EXACT_STI
     motion = thrown(scene, scene.hand.throw_m_per_s)
     if held:  # it is not thrown before somebody arms
         motion["v"], motion["outcome"] = 0.0, exact.LEFT
-    limits, room = limits_of(scene, specification).record(), envelope.new_scratch()
-    judgement = envelope.judge(law[0], limits[0], room)
+    envelope_limits, scratch = limits_of(scene, specification).record(), envelope.new_scratch()
+    judgement = envelope.judge(law[0], envelope_limits[0], scratch)
     accepted = judgement.code == envelope.OK  # only tests play what the envelope refuses
-    tick_state["reach"] = judgement.reach if accepted else scene.guard.max_speed_m_per_s
+    tick_state["max_entry_speed"] = judgement.max_entry_speed if accepted else scene.guard.max_speed_m_per_s
     is_exact = specification is EXACT_STICK
     guard = np.zeros(1, GUARD)
-    guard["e"], guard["b"] = rebound_bounds(law[0])
-    offer = np.zeros(1, set_type(law.dtype))
+    guard["max_restitution"], guard["max_added_speed"] = rebound_bounds(law[0])
+    pending_set = np.zeros(1, set_type(law.dtype))
     return Servo(
         block=block,
         law=law,
@@ -161,16 +161,16 @@ def prepare(scene: Scene, block: Block, specification: Specification = EXACT_STI
         reading=np.zeros(1, READING),
         track=new_track(judgement.window) if accepted else new_track(),
         guard=guard,
-        allowed=_allowed(scene, specification),
+        device_limits=_device_limits(scene, specification),
         gesture=np.zeros(1, GESTURE),
         path=np.zeros((2, 2)),
         trace=np.zeros(TICKS, TRACE),
         fence=fence_of(scene),
-        limits=limits,
-        room=room,
-        offer=offer,
-        offer_words=offer.view(np.int64)[1:],
-        offer_numbers=offer.view(np.float64)[1:],
+        envelope_limits=envelope_limits,
+        scratch=scratch,
+        pending_set=pending_set,
+        pending_words=pending_set.view(np.int64)[1:],
+        pending_numbers=pending_set.view(np.float64)[1:],
         stream=contacts.stream_to(contacts.in_memory()) if scene.drum.excitation == "streamed" else ABSENT,
         hand=ABSENT if is_exact else new_hand(scene),
     )

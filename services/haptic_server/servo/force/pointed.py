@@ -20,11 +20,11 @@ _WITHIN_M = 0.01  # the arm's hand stays so far inside what the guard allows
 
 
 @njit()
-def _within_reach(law: Law, motion: Motion, wanted_m: float, before_m: float, reach: float) -> float:
+def _within_speed(law: Law, motion: Motion, wanted_m: float, before_m: float, max_speed: float) -> float:
     # A hand that swings in time with the stick would pump it up beyond every limit: it stands where it last stood while
-    # its spring would make more of the stick's height than `reach` m/s, and more than it makes now.
+    # its spring would make more of the stick's height than `max_speed` m/s, and more than it makes now.
     speed = envelope.entry_speed_to(law, motion.z, motion.v, wanted_m)
-    if speed <= max(reach, envelope.entry_speed_to(law, motion.z, motion.v, before_m)):
+    if speed <= max(max_speed, envelope.entry_speed_to(law, motion.z, motion.v, before_m)):
         return wanted_m
     return before_m
 
@@ -35,8 +35,8 @@ def _advance_held(servo: Servo, now_ns: int, span_s: float) -> None:
     # latched in the middle of the tick brings its own z_ss, which then stays.
     law, tick_state = servo.law[0], servo.tick_state[0]
     rest_m, revision, hand = law.z_ss, tick_state.revision, servo.pointed[0]
-    reach = tick_state.reach - composition.most_remaining_speed(law, servo.motion[0])
-    law.z_ss = _within_reach(law, servo.motion[0], height_of(hand, rest_m), hand.stands_m, reach)
+    max_speed = tick_state.max_entry_speed - composition.most_remaining_speed(law, servo.motion[0])
+    law.z_ss = _within_speed(law, servo.motion[0], height_of(hand, rest_m), hand.stands_m, max_speed)
     hand.stands_m = law.z_ss
     advance(servo, now_ns, span_s)
     if tick_state.revision == revision:
@@ -64,12 +64,12 @@ def pointed_stick_tick(servo: Servo, now_ns: int, span_s: float) -> None:
 def pointed_arm_tick(servo: Servo, now_ns: int, span_s: float) -> None:
     """Move the arm on, measure where it is, render, obey."""
     hand, plant, reading = servo.pointed[0], servo.plant[0], servo.reading[0]
-    allowed, plan = servo.allowed[0], servo.plan[0]
+    limits, plan = servo.device_limits[0], servo.plan[0]
     rest_m = servo.law[0].z_ss
     follow(hand, servo.block, rest_m, now_ns, span_s)
     wanted_m = plan.head_z_m + height_of(hand, rest_m)
-    wanted_m = min(max(wanted_m, allowed.lowest_m + _WITHIN_M), allowed.highest_m - _WITHIN_M)
-    phantom.lead(plant, wanted_m, servo.tick_state[0].reach)
+    wanted_m = min(max(wanted_m, limits.lowest_m + _WITHIN_M), limits.highest_m - _WITHIN_M)
+    phantom.lead(plant, wanted_m, servo.tick_state[0].max_entry_speed)
     phantom.move_on(plant, span_s)
     phantom.measure(plant, reading, now_ns)
     reading.x_m = hand.x * plan.reach_m

@@ -27,22 +27,22 @@ _CLEAR_OF_HEAD = 2.0  # resolutions above z = 0: a stick that lies on the head m
 
 
 @njit()
-def _let_go(servo: Servo, now_ns: int) -> None:
+def _release_force(servo: Servo, now_ns: int) -> None:
     composition.stop(servo.law[0], servo.motion[0])
     end_contact(servo, now_ns)
-    guard.let_go(servo.guard[0])
+    guard.release_force(servo.guard[0])
 
 
 @njit()
 def _orders(servo: Servo, now_ns: int) -> None:
     if obey(servo) != NOTHING:
-        _let_go(servo, now_ns)
+        _release_force(servo, now_ns)
 
 
 @njit()
 def _latch(servo: Servo) -> None:
     if latch_in_hand(servo):
-        servo.guard[0].e, servo.guard[0].b = guard.rebound_bounds(servo.law[0])
+        servo.guard[0].max_restitution, servo.guard[0].max_added_speed = guard.rebound_bounds(servo.law[0])
 
 
 @njit()
@@ -51,7 +51,7 @@ def _enter(servo: Servo, ahead_m: float, now_ns: int) -> None:
     law, motion = servo.law[0], servo.motion[0]
     transitions.apply(law, motion, exact.ENTRY)
     servo.tick_state[0].fault = guard.begin_contact(
-        servo.guard[0], servo.allowed[0], law.m, motion.v_in, now_ns
+        servo.guard[0], servo.device_limits[0], law.m, motion.v_in, now_ns
     )
     # Between the last tick and as far ahead as is led: a slow stick that the last contact left below z = 0 is no nearer
     # to its instant by z/v than now.
@@ -76,7 +76,7 @@ def detect_events(servo: Servo, z: float, v: float, now_ns: int) -> None:
     if motion.contact_phase == exact.ABOVE:
         if motion.z < 0.0 and v < 0.0:
             _enter(servo, z, now_ns)
-    elif motion.z > _CLEAR_OF_HEAD * servo.allowed[0].resolution_m:
+    elif motion.z > _CLEAR_OF_HEAD * servo.device_limits[0].resolution_m:
         transitions.apply(law, motion, exact.RELEASE)
         note_release(servo, now_ns)
     elif v >= 0.0 and (motion.turned == 0 or before < 0.0):
@@ -120,25 +120,31 @@ def _keep(servo: Servo, period_s: float) -> None:
 def observe_hand(servo: Servo, z: float, now_ns: int) -> None:
     """The arm is at z m now, and the force of the tick before this one has acted on it."""
     hand_estimate.update_observer(
-        servo.hand[0], servo.law[0], servo.tick_state[0].force_N, servo.allowed[0].delay_ticks, z, now_ns
+        servo.hand[0],
+        servo.law[0],
+        servo.tick_state[0].force_N,
+        servo.device_limits[0].delay_ticks,
+        z,
+        now_ns,
     )
 
 
 @njit()
 def _rendered(servo: Servo, reading: Reading, now_ns: int, span_s: float) -> float:
-    tick_state, plan, held, allowed = servo.tick_state[0], servo.plan[0], servo.guard[0], servo.allowed[0]
+    tick_state, plan = servo.tick_state[0], servo.plan[0]
+    held, limits = servo.guard[0], servo.device_limits[0]
     period_s = plan.period_ns * 1e-9
     if held.seen_above == 0 and span_s > guard.STALL_PAUSE_S:
         forget(servo.track[0])
     z = reading.z_m - plan.head_z_m
-    v = follow(servo.track[0], now_ns * 1e-9, z, allowed.resolution_m)
+    v = follow(servo.track[0], now_ns * 1e-9, z, limits.resolution_m)
     observe_hand(servo, z, now_ns)
-    tick_state.fault = guard.check_speed(allowed, v)
+    tick_state.fault = guard.check_speed(limits, v)
     if tick_state.fault != NO_FAULT:
         return 0.0
-    if guard.ready(held, allowed, reading, z, period_s) != NO_FAULT or held.seen_above == 0:
+    if guard.advance_ramp(held, limits, reading, z, period_s) != NO_FAULT or held.seen_above == 0:
         if servo.motion[0].contact_phase != exact.ABOVE:
-            _let_go(servo, now_ns)
+            _release_force(servo, now_ns)
         servo.motion[0].z, servo.motion[0].v = z, v  # nothing is felt, but it is told where the stick is
         _latch(servo)
         return 0.0
@@ -151,8 +157,8 @@ def _rendered(servo: Servo, reading: Reading, now_ns: int, span_s: float) -> flo
     if not abs(head_N + pulse_N) < math.inf:
         tick_state.fault = OUT_OF_BOUNDS
         return 0.0
-    force = guard.limit(held, allowed, head_N, pulse_N, z, v, period_s)
-    tick_state.fault = guard.check_energy(held, allowed)
+    force = guard.limit(held, limits, head_N, pulse_N, z, v, period_s)
+    tick_state.fault = guard.check_energy(held, limits)
     if tick_state.fault != NO_FAULT:
         return 0.0
     _keep(servo, period_s)
@@ -167,13 +173,15 @@ def render(servo: Servo, reading: Reading, now_ns: int, span_s: float) -> float:
     _orders(servo, now_ns)
     force = 0.0
     if tick_state.fault == NO_FAULT:
-        tick_state.fault = guard.check_reading(servo.guard[0], servo.allowed[0], reading, now_ns, span_s)
+        tick_state.fault = guard.check_reading(
+            servo.guard[0], servo.device_limits[0], reading, now_ns, span_s
+        )
     if tick_state.fault == NO_FAULT and tick_state.panicked == 0:
         tick_state.x = min(max(reading.x_m / plan.reach_m, -1.0), 1.0)
         tick_state.y = min(max(reading.y_m / plan.reach_m, -1.0), 1.0)
         force = _rendered(servo, reading, now_ns, span_s)
     if tick_state.fault != NO_FAULT or tick_state.panicked != 0:
-        _let_go(servo, now_ns)
+        _release_force(servo, now_ns)
         _latch(servo)
         force = 0.0
     streaming.settle(servo)

@@ -30,7 +30,7 @@ def _lift_when_dead(servo: Servo, span_s: float) -> None:
 def sampled_tick(servo: Servo, now_ns: int, span_s: float) -> None:
     """Advance to `now_ns` over the `span_s` seconds before it, and set the force for the time after it."""
     plant, reading, tick_state, plan = servo.plant[0], servo.reading[0], servo.tick_state[0], servo.plan[0]
-    phantom.carry(plant, servo.gesture[0], servo.path, span_s, tick_state.reach)
+    phantom.carry(plant, servo.gesture[0], servo.path, span_s, tick_state.max_entry_speed)
     phantom.measure(plant, reading, now_ns)
     advance_orbit(tick_state, plan, span_s)
     reading.x_m = tick_state.x * plan.reach_m

@@ -58,7 +58,7 @@ def _watch_still(servo: Servo, span_s: float) -> None:
     # cannot take over safely is fetched.
     motion, tick_state, plan = servo.motion[0], servo.tick_state[0], servo.plan[0]
     creeping = motion.contact_phase != exact.ABOVE and abs(motion.v) <= _STILL_M_PER_S
-    too_high = motion.contact_phase == exact.ABOVE and tick_state.holding != 0
+    too_high = motion.contact_phase == exact.ABOVE and tick_state.is_pending != 0
     if not (creeping or too_high):
         tick_state.still_s = 0.0
         return

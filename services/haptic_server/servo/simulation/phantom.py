@@ -128,26 +128,28 @@ def measure(plant: Plant, reading: Reading, now_ns: int) -> None:
 
 
 @njit()
-def lead(plant: Plant, wanted_m: float, reach: float) -> None:
-    """Put the hand where it wants to be, or as near as keeps the arm within `reach` m/s.
+def lead(plant: Plant, wanted_m: float, max_speed: float) -> None:
+    """Put the hand where it wants to be, or as near as keeps the arm within `max_speed` m/s.
 
     A hand that swings in time with the arm would else pump it up beyond any limit of speed.
     """
     w2 = plant.k_hand_N_per_m / plant.m_kg
     if w2 > 0.0:
-        fits = max(reach * reach - plant.v_m_per_s * plant.v_m_per_s, 0.0) / w2
+        fits = max(max_speed * max_speed - plant.v_m_per_s * plant.v_m_per_s, 0.0) / w2
         span = max(math.sqrt(fits), abs(plant.z_m - plant.hand_m))
         wanted_m = min(max(wanted_m, plant.z_m - span), plant.z_m + span)
     plant.hand_m = wanted_m
 
 
 @njit()
-def carry(plant: Plant, gesture: Gesture, path: npt.NDArray[np.float64], span_s: float, reach: float) -> None:
+def carry(
+    plant: Plant, gesture: Gesture, path: npt.NDArray[np.float64], span_s: float, max_speed: float
+) -> None:
     """Move on by `span_s` under the force that was last obeyed, with the hand where its gesture has it.
 
-    reach: the speed, m/s, that the hand keeps the arm within.
+    max_speed: the speed, m/s, that the hand keeps the arm within.
     """
-    lead(plant, hand_at(gesture, path, plant.t_s), reach)
+    lead(plant, hand_at(gesture, path, plant.t_s), max_speed)
     move_on(plant, span_s)
     plant.t_s = later(gesture, path, plant.t_s, span_s)
 

@@ -247,15 +247,15 @@ def test_a_head_that_loses_nothing_in_no_hand_is_endless() -> None:
 
 
 @pytest.mark.parametrize(
-    ("max_speed", "max_force", "reach"),
+    ("max_speed", "max_force", "most"),
     [(5.0, 1000.0, 5.0 - 0.3), (1000.0, 18.0, 4.5), (5.0, 18.0, 4.5), (4.0, 18.0, 4.0 - 0.3)],
 )
-def test_the_fastest_entry_stays_below_both_limits(max_speed: float, max_force: float, reach: float) -> None:
+def test_the_fastest_entry_stays_below_both_limits(max_speed: float, max_force: float, most: float) -> None:
     """Undamped, it leaves 0.3 m/s faster; and 4 N s/m times the speed is the force. Each limit alone, then both."""
     law = _law(_pulse(0.3, 0.9))
     law["pulse"]["tau"] = 1e9  # a push that goes on for ever has no force
     found = bounds.max_entry_speed(law[0], bounds.bounds_of_contact(law[0]), 0.1, max_speed, max_force)
-    assert found == pytest.approx(reach, abs=2e-6 * max_speed)
+    assert found == pytest.approx(most, abs=2e-6 * max_speed)
 
 
 def test_an_entry_that_fits_is_never_made_less() -> None:

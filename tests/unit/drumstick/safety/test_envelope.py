@@ -179,7 +179,7 @@ def test_a_set_that_may_take_over_now_brings_no_contact_beyond_the_limit(
     """From any height and speed, with a pulse still running: the next contact, played exactly, is within bounds."""
     law, motion = _roll(k_hand=k_hand, z_ss=z_ss, tau=0.01), thrown(ROLL, 0.0)
     judged = _judged(law)
-    if judged.code != envelope.OK or not entry_speed(law[0], z, v) + left <= judged.reach:
+    if judged.code != envelope.OK or not entry_speed(law[0], z, v) + left <= judged.max_entry_speed:
         return
     motion["z"], motion["v"] = z, v
     motion["pulse"]["acceleration"] = left / 0.01
@@ -200,7 +200,7 @@ def test_no_set_takes_over_from_a_motion_that_is_no_number(at: str, value: float
     given = {"z": 0.01, "v": 0.5, "left": 0.1, "k_hand": 20.0}
 
     def passes(z: float, v: float, left: float, k_hand: float) -> bool:
-        return entry_speed(_roll(k_hand=k_hand)[0], z, v) + left <= _judged(_roll()).reach
+        return entry_speed(_roll(k_hand=k_hand)[0], z, v) + left <= _judged(_roll()).max_entry_speed
 
     assert passes(**given)
     assert not passes(**{**given, at: value})

@@ -146,8 +146,8 @@ def test_a_pulse_takes_of_the_speed_that_an_arm_may_come_with() -> None:
     without["pulse"]["dv_pls"] = 0.0
     assert given > 0.0
     faster, slower = _judged(without), _judged(law)
-    assert faster.reach == pytest.approx(0.65 * 1.5)
-    assert slower.reach == pytest.approx(faster.reach - given)
+    assert faster.max_entry_speed == pytest.approx(0.65 * 1.5)
+    assert slower.max_entry_speed == pytest.approx(faster.max_entry_speed - given)
 
 
 def test_the_exact_stick_has_a_window_that_means_nothing_and_the_reach_of_its_forces() -> None:
@@ -155,6 +155,6 @@ def test_the_exact_stick_has_a_window_that_means_nothing_and_the_reach_of_its_fo
     judged = _judged(_law(1000.0, 4.0), exact)
     assert judged.window == sampled_contact.MAX_WINDOW
     blows = bounds.bounds_of_contact(_law(1000.0, 4.0)[0])
-    most = bounds.max_contact_force(_law(1000.0, 4.0)[0], blows, judged.reach)
+    most = bounds.max_contact_force(_law(1000.0, 4.0)[0], blows, judged.max_entry_speed)
     assert most == pytest.approx(8.5, rel=1e-3)
-    assert math.isfinite(judged.reach)
+    assert math.isfinite(judged.max_entry_speed)

@@ -87,7 +87,7 @@ def test_a_set_waits_until_the_stick_is_above_the_head() -> None:
     live = np.zeros(1, set_type(servo.law.dtype))
     assert triple_buffer.read_into(servo.block.live_cells, servo.block.live, live)
     assert live["revision"][0] == 7
-    assert servo.tick_state["holding"][0] == 0, "it is used once"
+    assert servo.tick_state["is_pending"][0] == 0, "it is used once"
 
 
 @pytest.mark.parametrize(
@@ -208,11 +208,13 @@ def test_a_set_that_would_turn_height_into_speed_waits_for_the_head() -> None:
     now = loop.run_virtual(servo, 1, now)
     high = servo.motion["z"][0]
     assert high * (high + 0.04) * 1500.0 / 0.015 > 4.0**2
-    assert (servo.tick_state["holding"][0], servo.law["k_hand"][0]) == (1, 20.0)
+    assert (servo.tick_state["is_pending"][0], servo.law["k_hand"][0]) == (1, 20.0)
     wanted = servo.law.copy()
     wanted["k_hand"] = 1500.0
-    reach = envelope.judge(wanted[0], envelope.Limits(100.0, 6.0).record()[0], envelope.new_scratch()).reach
-    assert envelope.entry_speed(wanted[0], high, 0.0) > reach > envelope.entry_speed(wanted[0], 0.0, 0.5)
+    fastest = envelope.judge(
+        wanted[0], envelope.Limits(100.0, 6.0).record()[0], envelope.new_scratch()
+    ).max_entry_speed
+    assert envelope.entry_speed(wanted[0], high, 0.0) > fastest > envelope.entry_speed(wanted[0], 0.0, 0.5)
     events_of(servo)
     loop.run_virtual(servo, 2000, now)
     assert servo.law["k_hand"][0] == 1500.0, "taken at the next release at the latest"

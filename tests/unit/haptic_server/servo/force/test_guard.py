@@ -17,13 +17,13 @@ class Guard(NamedTuple):
     """A guard and what it may allow, shape (1,) each."""
 
     state: npt.NDArray[np.void]
-    allowed: npt.NDArray[np.void]
+    limits: npt.NDArray[np.void]
 
     def opened(self, v_in: float, now_ns: int = 0) -> int:
-        return int(guard.begin_contact(self.state[0], self.allowed[0], M, v_in, now_ns))
+        return int(guard.begin_contact(self.state[0], self.limits[0], M, v_in, now_ns))
 
     def limited(self, head_N: float, pulse_N: float = 0.0, z: float = 0.0, v: float = 0.0) -> float:
-        return float(guard.limit(self.state[0], self.allowed[0], head_N, pulse_N, z, v, T))
+        return float(guard.limit(self.state[0], self.limits[0], head_N, pulse_N, z, v, T))
 
     def of_state(self, name: str) -> float:
         return float(self.state[name][0])
@@ -37,13 +37,13 @@ def energy(speed: float) -> float:
 def held() -> Guard:
     """A guard whose ramp has risen, of a head that gives back half the speed of a blow."""
     made = Guard(np.zeros(1, guard.GUARD), np.zeros(1, guard.DEVICE_LIMITS))
-    made.state["gain"], made.state["seen_above"], made.state["e"] = 1.0, 1, 0.5
+    made.state["gain"], made.state["seen_above"], made.state["max_restitution"] = 1.0, 1, 0.5
     values: dict[str, Any] = {
         "max_force_N": LIMIT_N, "max_slew_N_per_s": 1e9, "max_speed_m_per_s": 1.5, "lowest_m": -0.1, "highest_m": 0.3,
         "ramp_s": 0.3, "resolution_m": COUNT_M, "m_kg": M,
     }  # fmt: skip
     for name, value in values.items():
-        made.allowed[name] = value
+        made.limits[name] = value
     return made
 
 
@@ -65,13 +65,13 @@ def test_what_a_contact_gave_too_much_is_owed_by_the_next_and_what_it_kept_is_no
 def test_a_debt_outlives_a_pause(held: Guard) -> None:
     held.opened(-1.0)
     held.state["given_J"] = 0.02
-    guard.let_go(held.state[0])
+    guard.release_force(held.state[0])
     assert held.of_state("given_J") == pytest.approx(0.02)
     assert held.of_state("gain") == held.of_state("seen_above") == 0.0
 
 
 def test_a_head_may_add_what_its_effects_are_meant_to(held: Guard) -> None:
-    held.state["b"] = 0.2  # leaves at 0.5 x 0.3 + 0.2 = 0.35 m/s
+    held.state["max_added_speed"] = 0.2  # leaves at 0.5 x 0.3 + 0.2 = 0.35 m/s
     held.opened(-0.3)
     assert held.of_state("budget_J") == pytest.approx(energy(0.35) - energy(0.3))
     held.state["given_J"] = held.of_state("budget_J") + 0.001
@@ -80,8 +80,8 @@ def test_a_head_may_add_what_its_effects_are_meant_to(held: Guard) -> None:
 
 
 def test_a_live_mass_above_the_arms_own_raises_nothing(held: Guard) -> None:
-    held.state["b"] = 0.2
-    guard.begin_contact(held.state[0], held.allowed[0], 10.0 * M, -0.3, 0)
+    held.state["max_added_speed"] = 0.2
+    guard.begin_contact(held.state[0], held.limits[0], 10.0 * M, -0.3, 0)
     assert held.of_state("budget_J") == pytest.approx(energy(0.35) - energy(0.3))
 
 
@@ -104,8 +104,8 @@ def test_a_stick_at_rest_is_held_by_what_moves_it_a_centimetre_a_second(held: Gu
 @pytest.mark.parametrize("delay", [0, 1, 4])
 def test_what_the_account_lets_through_gives_no_more_than_is_left(held: Guard, delay: int) -> None:
     """A free mass, pushed as hard as the account allows, takes its budget and no more."""
-    held.allowed["delay_ticks"] = delay
-    held.state["b"] = 0.4
+    held.limits["delay_ticks"] = delay
+    held.state["max_added_speed"] = 0.4
     held.opened(-0.3)
     budget = held.of_state("budget_J")
     z, v, given, coming = -0.001, 0.02, 0.0, [0.0] * delay
@@ -123,7 +123,7 @@ def test_what_the_account_lets_through_gives_no_more_than_is_left(held: Guard, d
 def test_the_force_that_acted_is_the_one_of_so_many_ticks_ago_up_to_the_longest_delay(
     held: Guard, delay: int
 ) -> None:
-    held.allowed["delay_ticks"] = delay
+    held.limits["delay_ticks"] = delay
     held.state["budget_J"], held.state["z_m"] = 1.0, -0.001
     held.limited(2.0, z=-0.001, v=-0.01)
     for _ in range(delay):
@@ -187,7 +187,7 @@ def test_the_fourteenth_of_them_is_counted_from_the_first(held: Guard) -> None:
 @pytest.mark.parametrize("newest", range(guard.MEMORY))
 def test_it_does_not_matter_where_the_ring_of_forces_begins(held: Guard, newest: int) -> None:
     """Of three ticks ago 4 N, and 1 N on its way: what is left of the account buys so much force and no more."""
-    held.allowed["delay_ticks"], held.state["newest"] = 3, newest
+    held.limits["delay_ticks"], held.state["newest"] = 3, newest
     held.state["budget_J"], held.state["z_m"] = 0.0005, -0.01
     ring = held.state["head_N"][0]
     for ago, force_N in enumerate((1.0, 1.0, 1.0, 4.0)):
@@ -223,11 +223,11 @@ def test_a_debt_beyond_half_a_blow_is_a_fault_at_once(held: Guard) -> None:
     held.opened(-1.2)
     for share, code in ((0.49, NO_FAULT), (0.51, SELF_DRIVEN)):
         held.state["given_J"] = share * energy(1.2)
-        assert guard.check_energy(held.state[0], held.allowed[0]) == code
+        assert guard.check_energy(held.state[0], held.limits[0]) == code
     held.opened(-0.1)  # of a light blow: below the energy of 0.5 m/s it is none
     for speed, code in ((0.49, NO_FAULT), (0.51, SELF_DRIVEN)):
         held.state["given_J"] = energy(speed)
-        assert guard.check_energy(held.state[0], held.allowed[0]) == code
+        assert guard.check_energy(held.state[0], held.limits[0]) == code
 
 
 @pytest.mark.parametrize("room_m", [0.0, 0.001, 0.005, 0.009])
@@ -248,7 +248,7 @@ def test_the_ramp_is_a_share_of_the_motors_too(held: Guard) -> None:
 
 
 def test_a_force_grows_and_falls_by_the_slew_times_the_tick(held: Guard) -> None:
-    held.allowed["max_slew_N_per_s"], held.state["budget_J"] = 2000.0, 1.0
+    held.limits["max_slew_N_per_s"], held.state["budget_J"] = 2000.0, 1.0
     forces = [held.limited(8.0) for _ in range(5)]
     assert forces == pytest.approx([2.0, 4.0, 6.0, 8.0, 8.0])
     assert held.of_state("limited") == 3
@@ -270,24 +270,24 @@ def test_a_limit_takes_from_the_pulse_first(held: Guard) -> None:
 def test_a_stall(held: Guard, span_s: float, code: int, seen: int) -> None:
     reading = np.zeros(1, READING)
     reading["fresh"] = 1
-    assert guard.check_reading(held.state[0], held.allowed[0], reading[0], 10**9, span_s) == code
+    assert guard.check_reading(held.state[0], held.limits[0], reading[0], 10**9, span_s) == code
     assert held.of_state("seen_above") == seen
 
 
 def test_the_ramp_takes_its_time_and_begins_a_millimetre_above_the_head(held: Guard) -> None:
     reading = np.zeros(1, READING)
-    guard.let_go(held.state[0])
+    guard.release_force(held.state[0])
     for z, gain in ((0.0009, 0.0), (0.0011, 0.0), (-0.01, T / 0.3), (-0.01, 2.0 * T / 0.3)):
-        assert guard.ready(held.state[0], held.allowed[0], reading[0], z, T) == NO_FAULT
+        assert guard.advance_ramp(held.state[0], held.limits[0], reading[0], z, T) == NO_FAULT
         assert held.of_state("gain") == pytest.approx(gain)
     for _ in range(310):
-        guard.ready(held.state[0], held.allowed[0], reading[0], 0.0, T)
+        guard.advance_ramp(held.state[0], held.limits[0], reading[0], 0.0, T)
     assert held.of_state("gain") == 1.0
 
 
 @pytest.mark.parametrize("axis", ["x_m", "y_m", "z_m"])
 def test_a_place_a_kilometre_away_is_no_number(held: Guard, axis: str) -> None:
-    held.allowed["lowest_m"], held.allowed["highest_m"] = -1e4, 1e4
+    held.limits["lowest_m"], held.limits["highest_m"] = -1e4, 1e4
     for place, code in (
         (999.0, NO_FAULT),
         (-999.0, NO_FAULT),
@@ -296,4 +296,4 @@ def test_a_place_a_kilometre_away_is_no_number(held: Guard, axis: str) -> None:
     ):
         reading = np.zeros(1, READING)
         reading["fresh"], reading[axis] = 1, place
-        assert guard.check_reading(held.state[0], held.allowed[0], reading[0], 10**9, T) == code
+        assert guard.check_reading(held.state[0], held.limits[0], reading[0], 10**9, T) == code

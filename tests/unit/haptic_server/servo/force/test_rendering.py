@@ -185,7 +185,7 @@ def test_a_stall_of_ten_milliseconds_is_a_pause_not_a_fault(pushing: tuple[memor
 def test_the_workspace_ends_softly_and_without_a_fault(pushing: tuple[memory.Servo, int]) -> None:
     """The head's force fades over the last centimetre, is none outside, and comes back from above the head."""
     servo, now = pushing
-    lowest = float(servo.allowed["lowest_m"][0])
+    lowest = float(servo.device_limits["lowest_m"][0])
     forces = []
     for tick in range(1, 101):  # pushed down evenly, 2.5 mm a tick at most
         z = float(servo.plant["z_m"][0]) + (lowest - 0.002 - float(servo.plant["z_m"][0])) * tick / 100
@@ -238,7 +238,7 @@ def test_force_and_slew_stay_within_the_limits() -> None:
     limits = "max_slew_N_per_s = 500.0"
     played = sampled_arm.scene("strokes", guard=limits)
     servo = servo_of(played)
-    servo.allowed["max_force_N"] = 1.2
+    servo.device_limits["max_force_N"] = 1.2
     loop.run_virtual(servo, 990, loop.run_virtual(servo, 3 * SECOND, 0))
     forces = servo.trace["force_N"][: servo.tick_state[0]["traced"]]
     assert np.max(np.abs(forces)) == pytest.approx(1.2)
@@ -331,11 +331,13 @@ def test_k_coll_is_latched_above_the_head_only(pushing: tuple[memory.Servo, int]
     triple_buffer.publish(servo.block.wanted_cells, servo.block.wanted, wanted[0])
     now = loop.run_virtual(servo, 5, now)
     assert servo.law[0]["k_coll"] == 3500.0
-    servo.guard[0]["e"], servo.guard[0]["b"] = 0.5, 0.25  # of some other law
+    servo.guard[0]["max_restitution"], servo.guard[0]["max_added_speed"] = 0.5, 0.25  # of some other law
     loop.run_virtual(servo, SECOND, now)
     assert servo.law[0]["k_coll"] == 3000.0
     assert servo.tick_state[0]["revision"] == 7
-    assert (servo.guard[0]["e"], servo.guard[0]["b"]) == guard.rebound_bounds(servo.law[0])
+    assert (servo.guard[0]["max_restitution"], servo.guard[0]["max_added_speed"]) == guard.rebound_bounds(
+        servo.law[0]
+    )
 
 
 @pytest.mark.parametrize(
