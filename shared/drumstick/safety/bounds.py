@@ -42,19 +42,19 @@ class ContactBounds(NamedTuple):
 @njit()
 def bounds_of_contact(law: Law) -> ContactBounds:
     """Bounds of one contact under this law; the costly part of every bound."""
-    own = contact_bounds.of(law, law.r_in)
+    own = contact_bounds.bound_contact(law, law.r_in)
     if all_effects.slow_speed(law) > 0.0:
-        return ContactBounds(own, contact_bounds.of(law, all_effects.slow_damping(law)))
+        return ContactBounds(own, contact_bounds.bound_contact(law, all_effects.slow_damping(law)))
     return ContactBounds(own, own)
 
 
 @njit()
 def _at_least(of: ContactBound, rebound: float) -> ContactBound:
-    return ContactBound(max(of.grows, rebound), of.pressed, of.peak, of.held)
+    return ContactBound(max(of.restitution, rebound), of.added_speed, of.force_per_speed, of.static_force)
 
 
 @njit()
-def rendered(blows: ContactBounds, rebound: float) -> ContactBounds:
+def with_device_restitution(blows: ContactBounds, rebound: float) -> ContactBounds:
     """Like `bounds_of_contact`, on a device that gives back at least `rebound` of a blow's speed."""
     return ContactBounds(_at_least(blows.own, rebound), _at_least(blows.slow, rebound))
 
@@ -68,15 +68,15 @@ def _shaken(law: Law) -> float:
 
 
 @njit()
-def pushed(law: Law, u: float) -> float:
+def speed_by_effects(law: Law, u: float) -> float:
     """The speed, m/s, that all pulses and forces of a contact entered at `u` m/s give."""
     return all_effects.max_added_speed(law) + all_effects.max_speed_factor(law) * u + _shaken(law)
 
 
 @njit()
-def _multiplied(law: Law, own: ContactBound) -> float:
+def _max_restitution(law: Law, own: ContactBound) -> float:
     # A pulse into the head comes before the head multiplies.
-    return own.grows + all_effects.max_speed_factor(law) * max(own.grows, 1.0)
+    return own.restitution + all_effects.max_speed_factor(law) * max(own.restitution, 1.0)
 
 
 @njit()
@@ -86,28 +86,28 @@ def _after_slow(law: Law, own: ContactBound, slow: ContactBound, pushed: float) 
     below = all_effects.slow_speed(law)
     if below == 0.0:
         return 0.0
-    grown = max(slow.grows, own.grows, 1.0)
-    return slow.grows * below + slow.pressed + pressing_speed(law) + grown * grown * pushed
+    grown = max(slow.restitution, own.restitution, 1.0)
+    return slow.restitution * below + slow.added_speed + pressing_speed(law) + grown * grown * pushed
 
 
 @njit()
-def multiplied(law: Law) -> float:
+def max_restitution(law: Law) -> float:
     """e: the most by which a contact at any speed multiplies it."""
-    return _multiplied(law, contact_bounds.of(law, law.r_in))
+    return _max_restitution(law, contact_bounds.bound_contact(law, law.r_in))
 
 
 @njit()
-def multiplied_by_head(law: Law) -> float:
+def max_restitution_by_head(law: Law) -> float:
     """e without pulses."""
-    return contact_bounds.of(law, law.r_in).grows
+    return contact_bounds.bound_contact(law, law.r_in).restitution
 
 
 @njit()
-def added_by_head(law: Law) -> float:
+def max_added_speed_by_head(law: Law) -> float:
     """b without pulses: the most speed, m/s, that the head itself adds in a contact, whatever its speed."""
     own, slow = bounds_of_contact(law)
     shaken = _shaken(law)
-    return max(own.grows, 1.0) * shaken + own.pressed + _after_slow(law, own, slow, shaken)
+    return max(own.restitution, 1.0) * shaken + own.added_speed + _after_slow(law, own, slow, shaken)
 
 
 @njit()
@@ -146,9 +146,9 @@ def _half_swing(law: Law) -> float:
 def _next_entry(law: Law, own: ContactBound, u: float) -> float:
     # The largest entry speed of the contact after one that was entered at u, with the loss of the flight between them.
     hand = hand_speed(law)
-    given = max(own.grows, 1.0) * pushed(law, u)
+    given = max(own.restitution, 1.0) * speed_by_effects(law, u)
     if law.z_ss < 0.0:
-        amplitude = own.grows * math.hypot(u, hand) + _kept(law, own)
+        amplitude = own.restitution * math.hypot(u, hand) + _kept(law, own)
         leaving = math.sqrt(max(amplitude * amplitude - hand * hand, 0.0))
         late = given + (flight_speed(law, leaving) if leaving > 0.0 else 0.0)
         # A short pulse is part of the throw, so the flight takes its share of it too.
@@ -159,7 +159,11 @@ def _next_entry(law: Law, own: ContactBound, u: float) -> float:
         leaving = math.sqrt(max(amplitude * amplitude - hand * hand, 0.0))
         return min(late, flight_speed(law, leaving)) if leaving > 0.0 else 0.0
     # A hand that lifts shortens the contact, down to no loss; it is half a swing at least until the stick is back.
-    kept = own.grows if law.z_ss == 0.0 else max(own.grows, math.sqrt(all_effects.max_stiffening(law)))
+    kept = (
+        own.restitution
+        if law.z_ss == 0.0
+        else max(own.restitution, math.sqrt(all_effects.max_stiffening(law)))
+    )
     amplitude = _half_swing(law) * math.hypot(kept * u, hand) + given
     return math.sqrt(max(amplitude * amplitude - hand * hand, 0.0))
 
@@ -168,22 +172,24 @@ def _next_entry(law: Law, own: ContactBound, u: float) -> float:
 def _kept(law: Law, own: ContactBound) -> float:
     # What pressing adds to A, not to u.
     hand = pressing_speed(law)
-    return max(math.hypot(own.pressed, hand) - own.grows * hand, 0.0)
+    return max(math.hypot(own.added_speed, hand) - own.restitution * hand, 0.0)
 
 
 @njit()
 def _leaving(law: Law, own: ContactBound, u: float) -> float:
     # After an ordinary contact entered at u: m/s.
-    return max(u, own.grows * u + own.pressed + max(own.grows, 1.0) * pushed(law, u))
+    return max(
+        u, own.restitution * u + own.added_speed + max(own.restitution, 1.0) * speed_by_effects(law, u)
+    )
 
 
 @njit()
 def _settled(law: Law, own: ContactBound) -> float:
     # The fastest without negative damping.
-    e = _multiplied(law, own)
+    e = _max_restitution(law, own)
     lifted = law.k_hand * law.z_ss > 0.0
     if e < 1.0 and not lifted:
-        return (max(own.grows, 1.0) * pushed(law, 0.0) + _kept(law, own)) / (1.0 - e)
+        return (max(own.restitution, 1.0) * speed_by_effects(law, 0.0) + _kept(law, own)) / (1.0 - e)
     if not (law.k_hand > 0.0 and e < math.inf):
         return UNBOUNDED_M_PER_S
     if _next_entry(law, own, _FASTEST_M_PER_S) >= _FASTEST_M_PER_S:
@@ -204,11 +210,11 @@ def max_roll_speed(law: Law, blows: ContactBounds) -> float:
     """A speed, m/s, that no contact of the roll begins or ends with; ENDLESS_M_PER_S when nothing ends the growth."""
     settled, started = (
         _settled(law, blows.own),
-        _after_slow(law, blows.own, blows.slow, pushed(law, all_effects.slow_speed(law))),
+        _after_slow(law, blows.own, blows.slow, speed_by_effects(law, all_effects.slow_speed(law))),
     )
     if started <= settled:
         return settled
-    return started if _multiplied(law, blows.own) < 1.0 else _leaving(law, blows.own, started)
+    return started if _max_restitution(law, blows.own) < 1.0 else _leaving(law, blows.own, started)
 
 
 @njit()
@@ -228,7 +234,7 @@ def _pulses(law: Law, own: ContactBound, speed: float) -> float:
     force = law.m * all_effects.max_acceleration(law, soonest)
     force += law.m * all_effects.max_acceleration_per_speed(law, soonest) * speed
     given = all_effects.max_added_speed(law) + all_effects.max_speed_factor(law) * speed
-    return force + min(own.peak * given, 2.0 * force * max(own.grows, 1.0) ** 2)
+    return force + min(own.force_per_speed * given, 2.0 * force * max(own.restitution, 1.0) ** 2)
 
 
 @njit()
@@ -238,11 +244,11 @@ def max_contact_force(law: Law, blows: ContactBounds, speed: float) -> float:
     The hand's own force on the stick comes on top.
     """
     own, slow = blows
-    force = own.peak * (speed + _shaken(law)) + own.held
+    force = own.force_per_speed * (speed + _shaken(law)) + own.static_force
     below = min(all_effects.slow_speed(law), speed)
     if below > 0.0:
-        force = max(force, slow.peak * (below + _shaken(law)) + slow.held)
-        own = slow if slow.peak > own.peak else own
+        force = max(force, slow.force_per_speed * (below + _shaken(law)) + slow.static_force)
+        own = slow if slow.force_per_speed > own.force_per_speed else own
     return force + all_effects.max_force(law) + _pulses(law, own, speed)
 
 

@@ -15,12 +15,14 @@ from realtime.kernels.jit import njit
 
 
 class ContactBound(NamedTuple):
-    """An entry at u m/s leaves at most `grows` u + `pressed` m/s, and meets at most `peak` u + `held` N."""
+    """An entry at u m/s leaves at most `restitution` u + `added_speed` m/s, and meets at most `force_per_speed` u +
+    `static_force` N.
+    """
 
-    grows: float
-    pressed: float
-    peak: float
-    held: float
+    restitution: float
+    added_speed: float
+    force_per_speed: float
+    static_force: float
 
 
 @njit()
@@ -45,22 +47,25 @@ def _half_turn(law: Law, stiffness: float, r: float) -> float:
 
 
 @njit()
-def of(law: Law, r: float) -> ContactBound:
+def bound_contact(law: Law, r: float) -> ContactBound:
     """A contact with damping r, N s/m, above -sqrt(m K_coll)."""
     ratio = all_effects.max_stiffening(law)
     if composition.sampled(law):
-        grows, pressed, peak, held = all_effects.late_blow(law, r, ratio)
-        return ContactBound(grows, pressed, peak, held)
+        restitution, added_speed, force_per_speed, static_force = all_effects.late_blow(law, r, ratio)
+        return ContactBound(restitution, added_speed, force_per_speed, static_force)
     turn = _half_turn(law, law.k_coll * ratio + law.k_hand, r)
     grown = max(turn, 1.0)
     # From rest at z = 0 a pressed stick makes a whole turn before it is out, and has sunk in twice as far as it rests.
     speed = pressing_speed(law)
-    pressed = speed * math.sqrt(grown**4 * (4.0 * ratio - 3.0) - 1.0)
+    added_speed = speed * math.sqrt(grown**4 * (4.0 * ratio - 3.0) - 1.0)
     spring = math.sqrt(law.m * law.k_coll)
-    peak = spring * math.hypot(1.0, (r - law.r_out) / spring)
+    force_per_speed = spring * math.hypot(1.0, (r - law.r_out) / spring)
     if r >= law.r_out:
-        peak = contact.peak_force(law.m, law.k_coll, r, 1.0)
+        force_per_speed = contact.peak_force(law.m, law.k_coll, r, 1.0)
     worst = ratio * grown * grown
     return ContactBound(
-        turn * math.sqrt(ratio), pressed, peak * worst, 2.0 * law.k_hand * abs(law.z_ss) * worst
+        turn * math.sqrt(ratio),
+        added_speed,
+        force_per_speed * worst,
+        2.0 * law.k_hand * abs(law.z_ss) * worst,
     )

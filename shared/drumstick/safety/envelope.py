@@ -134,10 +134,10 @@ def entry_speed(law: Law, z: float, v: float) -> float:
 def entry_speed_to(law: Law, z: float, v: float, z_ss: float) -> float:
     """Like `entry_speed`, of a hand that holds its spring at `z_ss` m."""
     w2 = law.k_hand / law.m
-    max_roll_speed = v * v + w2 * (z - z_ss) ** 2
+    squared = v * v + w2 * (z - z_ss) ** 2
     if z_ss < 0.0:
-        max_roll_speed -= w2 * z_ss * z_ss  # the head is met at z = 0, before the spring is at rest
-    return math.sqrt(max(max_roll_speed, 0.0))
+        squared -= w2 * z_ss * z_ss  # the head is met at z = 0, before the spring is at rest
+    return math.sqrt(max(squared, 0.0))
 
 
 @njit()
@@ -167,7 +167,9 @@ def _of_roll(law: Law, limits: Limits, blows: ContactBounds, rebound: float) -> 
     if not bounds.hand_speed(law) <= limits.max_speed_m_per_s:
         return HAND, 0.0
     roll = bounds.max_roll_speed(law, blows)
-    rendered = bounds.max_roll_speed(law, bounds.rendered(blows, rebound)) if rebound > 0.0 else roll
+    rendered = (
+        bounds.max_roll_speed(law, bounds.with_device_restitution(blows, rebound)) if rebound > 0.0 else roll
+    )
     if not rendered < bounds.UNBOUNDED_M_PER_S:
         return ENDLESS, 0.0
     if not _with_hand(law, rendered) <= limits.max_speed_m_per_s:
@@ -192,7 +194,7 @@ def _arm(law: Law, limits: Limits, m: float) -> Arm:
 
 
 @njit()
-def _on_arm(law: Law, limits: Limits, room: Coefficients) -> tuple[int, float, int]:
+def _on_arm(law: Law, limits: Limits, scratch: Coefficients) -> tuple[int, float, int]:
     # A code, what a contact gives back at most, and the longest window for the speed.
     stiffest = law.k_coll * all_effects.max_stiffening(law)
     if not stiffest <= limits.stiffness_N_per_m:
@@ -202,7 +204,7 @@ def _on_arm(law: Law, limits: Limits, room: Coefficients) -> tuple[int, float, i
     if not (lightest.delay_ticks <= sampled_contact.MAX_DELAY_TICKS and law.r_in - stiffest * lag_s > 0.0):
         return LATE, 0.0, 0
     head = Head(stiffest, law.r_in - law.r_out, law.release)
-    window = sampled_contact.widest_window(lightest, heaviest, head, room)
+    window = sampled_contact.widest_window(lightest, heaviest, head, scratch)
     if not window >= 1:
         return SELF_DRIVEN, 0.0, 0
     kick = sampled_contact.kick(lightest, head, window, limits.resolution_m)
@@ -211,24 +213,24 @@ def _on_arm(law: Law, limits: Limits, room: Coefficients) -> tuple[int, float, i
     swing = sampled_contact.swing(lightest, head, limits.resolution_m)
     if not swing <= sampled_contact.MAX_SWING_M_PER_S:
         return FINE, 0.0, 0
-    slow = sampled_contact.slow_rebound(lightest, heaviest, head, window, limits.resolution_m, room)
+    slow = sampled_contact.slow_rebound(lightest, heaviest, head, window, limits.resolution_m, scratch)
     if not slow <= sampled_contact.MAX_SLOW_REBOUND:
         return COARSE, 0.0, 0
     # At the speeds of a roll the window is two ticks at most: a straight line explains no more.
-    return OK, sampled_contact.worst_rebound(heaviest, head, min(window, 2), room), window
+    return OK, sampled_contact.worst_rebound(heaviest, head, min(window, 2), scratch), window
 
 
 @njit()
-def judge(law: Law, limits: Limits, room: Coefficients) -> Judgement:
+def judge(law: Law, limits: Limits, scratch: Coefficients) -> Judgement:
     """Judge a set: may it reach the device, and what the tick has to know of it.
 
-    Once a revision: 0.3 ms on the mean, up to 1.1 ms. Written so that a NaN fails every comparison. room:
+    Once a revision: 0.3 ms on the mean, up to 1.1 ms. Written so that a NaN fails every comparison. scratch:
     `new_scratch()`.
     """
     code, rebound, window = _of_numbers(law), 0.0, sampled_contact.MAX_WINDOW
     sampled = limits.period_s > 0.0
     if code == OK and sampled:
-        code, rebound, window = _on_arm(law, limits, room)
+        code, rebound, window = _on_arm(law, limits, scratch)
     if code != OK:
         return Judgement(code, 0.0, 0)
     blows = bounds.bounds_of_contact(law)
@@ -236,27 +238,29 @@ def judge(law: Law, limits: Limits, room: Coefficients) -> Judgement:
     if code != OK:
         return Judgement(code, 0.0, 0)
     if sampled:
-        most = _SPEED_SHARE * limits.max_speed_m_per_s - bounds.pushed(law, fits)
+        most = _SPEED_SHARE * limits.max_speed_m_per_s - bounds.speed_by_effects(law, fits)
         return Judgement(OK, max(most, fits), window)
     max_entry_speed = bounds.max_entry_speed(law, blows, fits, limits.max_speed_m_per_s, limits.max_force_N)
     return Judgement(OK, max_entry_speed, window)
 
 
-def _accepted_damping(law: Records, limits: npt.NDArray[np.void], room: Coefficients, factor: float) -> float:
+def _accepted_damping(
+    law: Records, limits: npt.NDArray[np.void], scratch: Coefficients, factor: float
+) -> float:
     # The nearest r_in that is accepted, on the way down (factor < 1) or up; 0 when there is none.
     tried = law.copy()
     refused = taken = float(law["r_in"][0])
     for _ in range(_FARTHEST):
         taken *= factor
         tried["r_in"] = taken
-        if judge(tried[0], limits[0], room).code == OK:
+        if judge(tried[0], limits[0], scratch).code == OK:
             break
         refused = taken
     else:
         return 0.0
     for _ in range(_REFINEMENTS):
         tried["r_in"] = middle = math.sqrt(taken * refused)
-        if judge(tried[0], limits[0], room).code == OK:
+        if judge(tried[0], limits[0], scratch).code == OK:
             taken = middle
         else:
             refused = middle
@@ -269,11 +273,11 @@ def _rounded(value: float, down: bool) -> str:
     return f"{(math.floor(value / unit) if down else math.ceil(value / unit)) * unit:.3g}"
 
 
-def _what_to_change(law: Records, limits: npt.NDArray[np.void], room: Coefficients) -> str:
-    lower = _accepted_damping(law, limits, room, 1.0 / _STEP)
+def _what_to_change(law: Records, limits: npt.NDArray[np.void], scratch: Coefficients) -> str:
+    lower = _accepted_damping(law, limits, scratch, 1.0 / _STEP)
     if lower > 0.0:
         return f"lower r_in to {_rounded(lower, down=True)} N s/m"
-    higher = _accepted_damping(law, limits, room, _STEP)
+    higher = _accepted_damping(law, limits, scratch, _STEP)
     if higher > 0.0:
         return f"raise r_in to {_rounded(higher, down=False)} N s/m"
     return "no r_in will do: lower k_coll"
@@ -281,13 +285,15 @@ def _what_to_change(law: Records, limits: npt.NDArray[np.void], room: Coefficien
 
 def require(law: Records, limits: Limits) -> None:
     """Raise Refusal, in words, when `law` (shape (1,)) lies outside the envelope."""
-    record, room = limits.record(), new_scratch()
-    code = judge(law[0], record[0], room).code
+    record, scratch = limits.record(), new_scratch()
+    code = judge(law[0], record[0], scratch).code
     if code != OK:
-        raise Refusal(_words(law, limits, record, room, code))
+        raise Refusal(_words(law, limits, record, scratch, code))
 
 
-def _words(law: Records, limits: Limits, record: npt.NDArray[np.void], room: Coefficients, code: int) -> str:
+def _words(
+    law: Records, limits: Limits, record: npt.NDArray[np.void], scratch: Coefficients, code: int
+) -> str:
     speed, force = predicted(law[0], 0.0)
     thrown, thrown_N = predicted(law[0], limits.throw_m_per_s)
     effects = [name for name in law.dtype.names or () if name in EFFECTS]
@@ -321,7 +327,7 @@ def _words(law: Records, limits: Limits, record: npt.NDArray[np.void], room: Coe
     if code == SELF_DRIVEN:
         return (
             f"k_coll = {k_coll:g} N/m with r_in = {r_in:g} N s/m, rendered {limits.lag_s * 1e3:g} ms late, would keep "
-            f"{mass} moving by itself: {_what_to_change(law, record, room)}, or raise [servo] rate_Hz"
+            f"{mass} moving by itself: {_what_to_change(law, record, scratch)}, or raise [servo] rate_Hz"
         )
     if code == FINE:
         most = sampled_contact.MAX_SWING_M_PER_S / limits.resolution_m
@@ -332,6 +338,6 @@ def _words(law: Records, limits: Limits, record: npt.NDArray[np.void], room: Coe
     if code == COARSE:
         return (
             f"r_in = {r_in:g} N s/m would answer each encoder count of {limits.resolution_m * 1e3:g} mm with a jerk "
-            f"that {mass} does not come to rest from: {_what_to_change(law, record, room)}"
+            f"that {mass} does not come to rest from: {_what_to_change(law, record, scratch)}"
         )
     return words[code]

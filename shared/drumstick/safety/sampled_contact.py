@@ -104,10 +104,10 @@ def _inside_unit_circle(c: Coefficients, degree: int) -> bool:
 
 
 @njit()
-def is_stable(arm: Arm, head: Head, window: int, room: Coefficients) -> bool:
+def is_stable(arm: Arm, head: Head, window: int, scratch: Coefficients) -> bool:
     """True when the arm that stays in the head comes to rest, with its speed taken over `window` ticks.
 
-    `room`: shape (ROOM,), written to.
+    `scratch`: shape (SCRATCH_SIZE,), written to.
     """
     a, w2 = 0.5 * arm.r_hand / arm.m, arm.k_hand / arm.m
     c, s, s_rate = free_response(a, w2, arm.period_s)
@@ -116,17 +116,17 @@ def is_stable(arm: Arm, head: Head, window: int, room: Coefficients) -> bool:
     damper = (head.r + head.k * arm.lead_s) / (window * arm.period_s)
     degree = window + arm.delay_ticks + 2
     for at in range(degree + 1):
-        room[at] = 0.0
-    room[0] = 1.0
-    room[1] = -(c + s_rate)
-    room[2] = c * s_rate + w2 * s * s
+        scratch[at] = 0.0
+    scratch[0] = 1.0
+    scratch[1] = -(c + s_rate)
+    scratch[2] = c * s_rate + w2 * s * s
     # (g q + lifted) ((k + damper) q^window - damper)/m, from the lowest power up.
     spring = (head.k + damper) / arm.m
-    room[degree] -= lifted * damper / arm.m
-    room[degree - 1] -= g * damper / arm.m
-    room[degree - window] += lifted * spring
-    room[degree - window - 1] += g * spring
-    return _inside_unit_circle(room, degree)
+    scratch[degree] -= lifted * damper / arm.m
+    scratch[degree - 1] -= g * damper / arm.m
+    scratch[degree - window] += lifted * spring
+    scratch[degree - window - 1] += g * spring
+    return _inside_unit_circle(scratch, degree)
 
 
 @njit()
@@ -159,11 +159,11 @@ def _encoded(blow: Impact, per_m: float, z: float) -> float:
 
 
 @njit()
-def rebound(arm: Arm, head: Head, window: int, blow: Impact, room: Coefficients) -> float:
+def rebound(arm: Arm, head: Head, window: int, blow: Impact, scratch: Coefficients) -> float:
     """Speed that the arm leaves with over the speed of its blow.
 
-    Of one that does not come out: what it still moves at by encoder counts, 0 without counts. `room`: shape (ROOM,),
-    written to: its positions at the last ticks, and the forces that are on their way.
+    Of one that does not come out: what it still moves at by encoder counts, 0 without counts. `scratch`: shape
+    (SCRATCH_SIZE,), written to: its positions at the last ticks, and the forces that are on their way.
     """
     a, w2 = 0.5 * arm.r_hand / arm.m, arm.k_hand / arm.m
     c, s, s_rate = free_response(a, w2, arm.period_s)
@@ -175,14 +175,14 @@ def rebound(arm: Arm, head: Head, window: int, blow: Impact, room: Coefficients)
     per_s, per_m = 1.0 / (window * period), 1.0 / blow.count_m if blow.count_m > 0.0 else 0.0
     back, on, push = -w2 * s, g / arm.m, s / arm.m
     for ago in range(places):
-        room[(places - ago) % places] = _encoded(blow, per_m, z + ago * period * blow.speed)
+        scratch[(places - ago) % places] = _encoded(blow, per_m, z + ago * period * blow.speed)
     for tick in range(arm.delay_ticks):
-        room[places + tick] = 0.0
+        scratch[places + tick] = 0.0
     touching, hunting, idle = False, 0.0, 0  # idle: ticks since a force was reckoned
     loss, seen_before, speed_before = 0.0, 0.0, 0.0
     for tick in range(_MAX_TICKS):
-        reading_m = room[newest]
-        speed = (reading_m - room[oldest]) * per_s
+        reading_m = scratch[newest]
+        speed = (reading_m - scratch[oldest]) * per_s
         seen = reading_m + arm.lead_s * speed
         # As the servo sees it: a contact ends above two counts, for a stick that lies on the head must not chatter, but
         # a head acts below z = 0 only.
@@ -201,32 +201,32 @@ def rebound(arm: Arm, head: Head, window: int, blow: Impact, room: Coefficients)
                 force *= 1.0 - loss
         idle = 0 if force != 0.0 else idle + 1
         if arm.delay_ticks > 0:
-            force, room[due] = room[due], force
+            force, scratch[due] = scratch[due], force
             due = due + 1 if due + 1 < arriving else places
         if z > 0.0 and v > 0.0 and not touching and idle > arm.delay_ticks:
             return v / blow.speed
         z, v = c * z + s * v + on * force, back * z + s_rate * v + push * force
         newest = oldest
         oldest = oldest + 1 if oldest + 1 < places else 0
-        room[newest] = _encoded(blow, per_m, z)
+        scratch[newest] = _encoded(blow, per_m, z)
         if tick > _AT_REST_TICKS:
             hunting = max(hunting, abs(v))
     return hunting / blow.speed if blow.count_m > 0.0 else 0.0
 
 
 @njit()
-def worst_rebound(arm: Arm, head: Head, window: int, room: Coefficients) -> float:
+def worst_rebound(arm: Arm, head: Head, window: int, scratch: Coefficients) -> float:
     """The largest rebound of all phases of the tick that are tried."""
     worst = 0.0
     for phase in range(_PHASES):
         blow = Impact(1.0, (phase + 0.5) / _PHASES, 0.0, 0.0)
-        worst = max(worst, rebound(arm, head, window, blow, room))
+        worst = max(worst, rebound(arm, head, window, blow, scratch))
     return worst
 
 
 @njit()
 def slow_rebound(
-    lightest: Arm, heaviest: Arm, head: Head, window: int, resolution_m: float, room: Coefficients
+    lightest: Arm, heaviest: Arm, head: Head, window: int, resolution_m: float, scratch: Coefficients
 ) -> float:
     """The largest rebound of a blow of about SLOW_M_PER_S that is seen in encoder counts, in no hand.
 
@@ -241,7 +241,7 @@ def slow_rebound(
                 for offset in range(_COUNT_PHASES):
                     tick_phase, count_phase = (phase + 0.5) / _SLOW_PHASES, (offset + 0.5) / _COUNT_PHASES
                     blow = Impact(share * SLOW_M_PER_S, tick_phase, resolution_m, count_phase)
-                    worst = max(worst, rebound(arm, head, window, blow, room))
+                    worst = max(worst, rebound(arm, head, window, blow, scratch))
                     if not worst <= MAX_SLOW_REBOUND:
                         return worst
     return worst
@@ -255,14 +255,14 @@ def most_rebound(arm: Arm, head: Head) -> float:
 
 
 @njit()
-def _gives_back_less(lightest: Arm, heaviest: Arm, head: Head, window: int, room: Coefficients) -> bool:
-    if not worst_rebound(lightest, head, window, room) < most_rebound(lightest, head):
+def _gives_back_less(lightest: Arm, heaviest: Arm, head: Head, window: int, scratch: Coefficients) -> bool:
+    if not worst_rebound(lightest, head, window, scratch) < most_rebound(lightest, head):
         return False
-    return worst_rebound(heaviest, head, window, room) < most_rebound(heaviest, head)
+    return worst_rebound(heaviest, head, window, scratch) < most_rebound(heaviest, head)
 
 
 @njit()
-def widest_window(lightest: Arm, heaviest: Arm, head: Head, room: Coefficients) -> int:
+def widest_window(lightest: Arm, heaviest: Arm, head: Head, scratch: Coefficients) -> int:
     """Ticks of the longest window with which every blow comes back slower and the arm in the head comes to rest.
 
     0 when there is none. Both ends of the range of masses, in the stiffest grip and in none, and every shorter window.
@@ -271,19 +271,19 @@ def widest_window(lightest: Arm, heaviest: Arm, head: Head, room: Coefficients) 
     for window in range(1, MAX_WINDOW + 1):
         for arm in (lightest, heaviest):
             free = Arm(arm.m, 0.0, 0.0, arm.period_s, arm.delay_ticks, arm.lead_s)
-            if not (is_stable(arm, head, window, room) and is_stable(free, head, window, room)):
+            if not (is_stable(arm, head, window, scratch) and is_stable(free, head, window, scratch)):
                 break
         else:
             stable = window
             continue
         break
     # A longer window is later, so what comes back grows with it.
-    if stable == 0 or not _gives_back_less(lightest, heaviest, head, 1, room):
+    if stable == 0 or not _gives_back_less(lightest, heaviest, head, 1, scratch):
         return 0
     low, high = 1, stable + 1
     while high - low > 1:
         middle = (low + high) // 2
-        if _gives_back_less(lightest, heaviest, head, middle, room):
+        if _gives_back_less(lightest, heaviest, head, middle, scratch):
             low = middle
         else:
             high = middle

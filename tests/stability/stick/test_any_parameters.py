@@ -147,7 +147,7 @@ def test_no_contact_exceeds_what_the_envelope_predicts(
     )  # a stick that nothing drives: some blow that the performer makes
     max_contact_force = bounds.max_contact_force(law[0], blows, max_roll_speed)
     hand = bounds.hand_speed(law[0])
-    down = inside and bounds.multiplied(law[0]) < 1.0 and scene.stick.z_ss_m <= 0.0
+    down = inside and bounds.max_restitution(law[0]) < 1.0 and scene.stick.z_ss_m <= 0.0
     motion, t = thrown(scene, (-share if down else share) * max_roll_speed), 0.0
     contact_s = math.pi * math.sqrt(scene.stick.m_kg / scene.stick.k_coll_N_per_m)
     for _ in range(600):

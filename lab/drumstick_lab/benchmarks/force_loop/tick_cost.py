@@ -118,10 +118,10 @@ def bare_arm(
 
 
 @njit()
-def judgements(law: np.ndarray, limits: np.ndarray, room: np.ndarray, times: int) -> int:
+def judgements(law: np.ndarray, limits: np.ndarray, scratch: np.ndarray, times: int) -> int:
     codes = 0
     for _ in range(times):
-        codes += envelope.judge(law[0], limits[0], room).code
+        codes += envelope.judge(law[0], limits[0], scratch).code
     return codes
 
 

@@ -86,8 +86,8 @@ _THIS: dict[tuple[str, str, str], str] = {
     ): "kernels divide by zero as IEEE 754 does: at the border the exponent is minus infinity, which makes 0 too",
     (
         _SAMPLED,
-        "return worst_rebound(heaviest, head, window, room) < most_rebound(heaviest, head)",
-        "return worst_rebound(heaviest, head, window, room) <= most_rebound(heaviest, head)",
+        "return worst_rebound(heaviest, head, window, scratch) < most_rebound(heaviest, head)",
+        "return worst_rebound(heaviest, head, window, scratch) <= most_rebound(heaviest, head)",
     ): "a blow played tick by tick would have to meet the bound to the last bit",
     (
         _SAMPLED,

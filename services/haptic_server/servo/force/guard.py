@@ -179,7 +179,7 @@ def advance_ramp(guard: GuardState, limits: DeviceLimits, reading: Reading, z: f
 @njit()
 def rebound_bounds(law: Law) -> tuple[float, float]:
     """Bounds e and b of drumstick.safety.bounds without the pulses: a contact may end at e |v_in| + b."""
-    return bounds.multiplied_by_head(law), bounds.added_by_head(law)
+    return bounds.max_restitution_by_head(law), bounds.max_added_speed_by_head(law)
 
 
 @njit()

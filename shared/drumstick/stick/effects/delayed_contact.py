@@ -127,14 +127,14 @@ def _by_lag(
         own = math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta * zeta))
     grown = _MARGIN * max(own, 1.0)
     speed = pressing * math.sqrt(law.m / law.k_coll)
-    peak = (
+    force_per_speed = (
         max(spring, math.sqrt(law.m * stiffest))
         * math.hypot(1.0, (abs(r) + law.r_out) / spring)
         * grown
         * grown
     )
-    pressed = speed * math.sqrt(max(grown**4 * (4.0 * ratio - 3.0) - 1.0, 0.0))
-    return _MARGIN * own * math.sqrt(ratio), pressed, peak, 2.0 * peak * speed
+    added_speed = speed * math.sqrt(max(grown**4 * (4.0 * ratio - 3.0) - 1.0, 0.0))
+    return _MARGIN * own * math.sqrt(ratio), added_speed, force_per_speed, 2.0 * force_per_speed * speed
 
 
 @njit()
@@ -146,15 +146,15 @@ def _by_phase(
     each = half_turn / period
     phases = min(max(int(_STARTS / each), _MIN_PHASES), _MAX_PHASES)
     samples = int(_HALF_TURNS * each) + 2 * MAX_TICKS
-    grows, pressed, peak, held = 0.0, 0.0, 0.0, 0.0
+    restitution, added_speed, force_per_speed, static_force = 0.0, 0.0, 0.0, 0.0
     for phase in range(phases):
         wait = period * phase / phases
         speed, force = _from(law, sampling, r, ratio, wait, 1.0, 0.0, samples)
-        grows, peak = max(grows, speed), max(peak, force)
+        restitution, force_per_speed = max(restitution, speed), max(force_per_speed, force)
         if pressing > 0.0:
             speed, force = _from(law, sampling, r, ratio, wait, 0.0, pressing, samples)
-            pressed, held = max(pressed, speed), max(held, force)
-    return _MARGIN * grows, _MARGIN * pressed, _MARGIN * peak, _MARGIN * held
+            added_speed, static_force = max(added_speed, speed), max(static_force, force)
+    return _MARGIN * restitution, _MARGIN * added_speed, _MARGIN * force_per_speed, _MARGIN * static_force
 
 
 @njit()
@@ -174,9 +174,13 @@ def late_blow(law: Law, sampling: Sampling, r: float, ratio: float) -> tuple[flo
     # A hand that lifts shortens the contact, the more the slower it is; what comes after it only throws.
     thrown = 1.0 + lag * (r + 0.5 * stiffest * lag) / law.m if hand < 0.0 else 1.0
     if half_turn > max(_FINE_SAMPLES * period, _SHORT_LAGS * lag):
-        grows, pressed, peak, held = _by_lag(law, sampling, r, ratio, max(hand, 0.0))
+        restitution, added_speed, force_per_speed, static_force = _by_lag(
+            law, sampling, r, ratio, max(hand, 0.0)
+        )
     else:
-        grows, pressed, peak, held = _by_phase(law, sampling, r, ratio, half_turn, max(hand, 0.0))
+        restitution, added_speed, force_per_speed, static_force = _by_phase(
+            law, sampling, r, ratio, half_turn, max(hand, 0.0)
+        )
     if hand < 0.0:
-        grows = max(grows, 1.0)
-    return grows * thrown, pressed, peak * thrown, held
+        restitution = max(restitution, 1.0)
+    return restitution * thrown, added_speed, force_per_speed * thrown, static_force

@@ -35,7 +35,7 @@ def _pulse(dv: float, tau: float, overlap: str = "ignore") -> str:
 
 
 def _of(law: Records) -> contact_bounds.ContactBound:
-    return contact_bounds.of(law[0], float(law["r_in"][0]))
+    return contact_bounds.bound_contact(law[0], float(law["r_in"][0]))
 
 
 def test_a_lifting_hand_gives_the_speed_of_its_swing_and_a_pressing_one_that_of_its_rest_in_the_head() -> (
@@ -53,21 +53,21 @@ def test_a_lifting_hand_gives_the_speed_of_its_swing_and_a_pressing_one_that_of_
 @pytest.mark.parametrize("zeta", [0.0, 0.1, 0.3])
 def test_a_paper_head_in_no_hand_leaves_equation_3(zeta: float) -> None:
     found = _of(_law(r_in=2.0 * zeta * SPRING))
-    assert found.grows == pytest.approx(math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta**2)), **EXACTLY)
-    assert found.pressed == found.held == 0.0
+    assert found.restitution == pytest.approx(math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta**2)), **EXACTLY)
+    assert found.added_speed == found.static_force == 0.0
 
 
 def test_negative_damping_grows_by_what_half_a_turn_makes_of_it() -> None:
     """zeta -1/2: exp(pi/sqrt 3) = 6.13, the most that the effect's own page names."""
-    found = contact_bounds.of(_law()[0], -SPRING)
-    assert found.grows == pytest.approx(math.exp(math.pi / math.sqrt(3.0)), **EXACTLY)
-    assert found.peak == pytest.approx(SPRING * math.sqrt(2.0) * found.grows**2, **EXACTLY)
+    found = contact_bounds.bound_contact(_law()[0], -SPRING)
+    assert found.restitution == pytest.approx(math.exp(math.pi / math.sqrt(3.0)), **EXACTLY)
+    assert found.force_per_speed == pytest.approx(SPRING * math.sqrt(2.0) * found.restitution**2, **EXACTLY)
 
 
 def test_the_hand_stiffens_a_head_which_loses_less() -> None:
     """R 0.8 N s/m on 800 + 50 N/m."""
     zeta = 0.8 / (2.0 * math.sqrt(0.02 * 850.0))
-    assert _of(_law(r_in=0.8, k_hand=50.0)).grows == pytest.approx(
+    assert _of(_law(r_in=0.8, k_hand=50.0)).restitution == pytest.approx(
         math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta**2)), **EXACTLY
     )
 
@@ -76,7 +76,7 @@ def test_a_head_that_lets_go_early_leaves_a_hand_the_rest_of_the_way() -> None:
     """It lets go at z = -v (R_in - R_out)/K, and from there 50 N/m on 0.02 kg add to v^2 at most 2500 z^2."""
     zeta = 2.0 / (2.0 * math.sqrt(0.02 * 850.0))
     own = math.exp(-2.0 * zeta * math.acos(zeta) / math.sqrt(1.0 - zeta**2))
-    found = _of(_law(r_in=2.0, r_out=0.4, k_hand=50.0, release=UNILATERAL)).grows
+    found = _of(_law(r_in=2.0, r_out=0.4, k_hand=50.0, release=UNILATERAL)).restitution
     assert found == pytest.approx(own * math.sqrt(1.0 + 2500.0 * (1.6 / 800.0) ** 2), **EXACTLY)
 
 
@@ -87,10 +87,10 @@ def test_a_stiffer_way_out_gives_back_the_root_of_its_ratio_and_throws_what_was_
     """The energy of a stick that sank in twice as deep as it rests, d: (ratio - 1) K (2 d)^2/2, d = speed/w."""
     law = _law(_hysteretic(ratio), k_hand=5.0, z_ss=-0.1)
     found, speed = _of(law), bounds.pressing_speed(law[0])
-    assert found.grows == pytest.approx(math.sqrt(ratio), **EXACTLY)
-    assert found.pressed == pytest.approx(2.0 * speed * math.sqrt(ratio - 1.0), **EXACTLY)
-    assert found.peak == pytest.approx(SPRING * ratio, **EXACTLY)
-    assert found.held == pytest.approx(2.0 * 0.5 * ratio, **EXACTLY)
+    assert found.restitution == pytest.approx(math.sqrt(ratio), **EXACTLY)
+    assert found.added_speed == pytest.approx(2.0 * speed * math.sqrt(ratio - 1.0), **EXACTLY)
+    assert found.force_per_speed == pytest.approx(SPRING * ratio, **EXACTLY)
+    assert found.static_force == pytest.approx(2.0 * 0.5 * ratio, **EXACTLY)
 
 
 def test_a_stick_that_lies_on_a_head_that_gives_energy_grows_for_two_half_turns() -> None:
@@ -98,21 +98,23 @@ def test_a_stick_that_lies_on_a_head_that_gives_energy_grows_for_two_half_turns(
     law = _law(k_hand=5.0, z_ss=-0.1)
     zeta = 0.1
     g = math.exp(math.pi * zeta / math.sqrt(1.0 - zeta**2))
-    found = contact_bounds.of(law[0], -2.0 * zeta * SPRING)
-    assert found.grows == pytest.approx(g, **EXACTLY)
-    assert found.pressed == pytest.approx(bounds.pressing_speed(law[0]) * math.sqrt(g**4 - 1.0), **EXACTLY)
-    assert found.held == pytest.approx(2.0 * 0.5 * g * g, **EXACTLY)
+    found = contact_bounds.bound_contact(law[0], -2.0 * zeta * SPRING)
+    assert found.restitution == pytest.approx(g, **EXACTLY)
+    assert found.added_speed == pytest.approx(
+        bounds.pressing_speed(law[0]) * math.sqrt(g**4 - 1.0), **EXACTLY
+    )
+    assert found.static_force == pytest.approx(2.0 * 0.5 * g * g, **EXACTLY)
 
 
 @pytest.mark.parametrize(("zeta", "times"), [(0.5, 1.0), (0.8, 1.6), (1.5, 3.0)])
 def test_a_head_that_damps_much_hits_hardest_at_entry(zeta: float, times: float) -> None:
     """R v, with R = 2 zeta sqrt(m K)."""
-    assert _of(_law(r_in=2.0 * zeta * SPRING)).peak == pytest.approx(times * SPRING, **EXACTLY)
+    assert _of(_law(r_in=2.0 * zeta * SPRING)).force_per_speed == pytest.approx(times * SPRING, **EXACTLY)
 
 
 def test_a_head_less_damped_than_the_hand_is_bounded_by_both_at_once() -> None:
-    found = contact_bounds.of(_law(r_out=3.0)[0], 0.0)
-    assert found.peak == pytest.approx(math.hypot(SPRING, 3.0), **EXACTLY)
+    found = contact_bounds.bound_contact(_law(r_out=3.0)[0], 0.0)
+    assert found.force_per_speed == pytest.approx(math.hypot(SPRING, 3.0), **EXACTLY)
 
 
 def test_an_undamped_blow_meets_the_root_of_m_k() -> None:
@@ -183,9 +185,9 @@ def test_a_lively_head_under_a_pressing_hand_settles_where_the_flight_takes_what
     tau, dv, ratio = 1e-3, 0.2, 1.44
     law = _law(_hysteretic(ratio) + _pulse(dv, tau), k_hand=5.0, z_ss=-0.1, r_out=0.12, r_in=0.12)
     own, hand = _of(law), bounds.pressing_speed(law[0])
-    e = own.grows
+    e = own.restitution
     assert e > 1.0
-    kept = math.hypot(own.pressed, hand) - e * hand
+    kept = math.hypot(own.added_speed, hand) - e * hand
 
     def after(u: float) -> float:
         before = e * math.hypot(u, hand) + kept
@@ -195,7 +197,7 @@ def test_a_lively_head_under_a_pressing_hand_settles_where_the_flight_takes_what
 
     most = _settled(after)
     found = bounds.max_roll_speed(law[0], bounds.bounds_of_contact(law[0]))
-    assert found == pytest.approx(e * most + own.pressed + e * dv, rel=1e-5)
+    assert found == pytest.approx(e * most + own.added_speed + e * dv, rel=1e-5)
 
 
 def test_a_pulse_longer_than_the_damping_lasts_comes_on_top_of_the_flight() -> None:
@@ -203,15 +205,15 @@ def test_a_pulse_longer_than_the_damping_lasts_comes_on_top_of_the_flight() -> N
     dv, ratio = 0.2, 1.44
     law = _law(_hysteretic(ratio) + _pulse(dv, 0.2), k_hand=5.0, z_ss=-0.1, r_out=0.12, r_in=0.12)
     own, hand = _of(law), bounds.pressing_speed(law[0])
-    e = own.grows
-    kept = math.hypot(own.pressed, hand) - e * hand
+    e = own.restitution
+    kept = math.hypot(own.added_speed, hand) - e * hand
 
     def after(u: float) -> float:
         before = e * math.hypot(u, hand) + kept
         return e * dv + _back(law, math.sqrt(before**2 - hand**2))
 
     found = bounds.max_roll_speed(law[0], bounds.bounds_of_contact(law[0]))
-    assert found == pytest.approx(e * _settled(after) + own.pressed + e * dv, rel=1e-5)
+    assert found == pytest.approx(e * _settled(after) + own.added_speed + e * dv, rel=1e-5)
 
 
 @pytest.mark.parametrize("ratio", [1.0, 1.44])
@@ -222,13 +224,13 @@ def test_a_hand_that_lifts_gives_back_half_a_swing(ratio: float) -> None:
     own, hand = _of(law), math.sqrt(5.0 / 0.02) * z_ss
     a = 0.5 * 0.12 / 0.02
     left = math.exp(-math.pi * a / math.sqrt(5.0 / 0.02 - a * a))
-    kept, grown = max(own.grows, math.sqrt(ratio)), max(own.grows, 1.0)
+    kept, grown = max(own.restitution, math.sqrt(ratio)), max(own.restitution, 1.0)
 
     def after(u: float) -> float:
         return math.sqrt((left * math.hypot(kept * u, hand) + grown * dv) ** 2 - hand**2)
 
     most = _settled(after)
-    leaving = max(most, own.grows * most + own.pressed + grown * dv)
+    leaving = max(most, own.restitution * most + own.added_speed + grown * dv)
     assert bounds.max_roll_speed(law[0], bounds.bounds_of_contact(law[0])) == pytest.approx(leaving, **FOUND)
 
 
@@ -236,9 +238,9 @@ def test_while_a_contact_loses_speed_the_roll_is_a_geometric_series() -> None:
     """Equation (7) without loss in flight: (dv + what pressing adds)/(1 - e)."""
     law = _law(_pulse(0.2, 1e-3), r_in=0.8, k_hand=5.0, z_ss=-0.1)
     own, hand = _of(law), bounds.pressing_speed(law[0])
-    kept = hand - own.grows * hand
+    kept = hand - own.restitution * hand
     found = bounds.max_roll_speed(law[0], bounds.bounds_of_contact(law[0]))
-    assert found == pytest.approx((0.2 + kept) / (1.0 - own.grows), **EXACTLY)
+    assert found == pytest.approx((0.2 + kept) / (1.0 - own.restitution), **EXACTLY)
 
 
 def test_a_head_that_loses_nothing_in_no_hand_is_endless() -> None:

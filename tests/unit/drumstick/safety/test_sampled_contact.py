@@ -131,14 +131,14 @@ def test_every_window_up_to_the_widest_keeps_the_promise(k: float, r: float, del
         _arm(0.8 * m, delay, r_hand=0.5, k_hand=60.0),
         _arm(1.25 * m, delay, r_hand=0.5, k_hand=60.0),
     )
-    head, room = Head(k, r, UNILATERAL), np.zeros(SCRATCH_SIZE)
-    widest = widest_window(light, heavy, head, room)
+    head, scratch = Head(k, r, UNILATERAL), np.zeros(SCRATCH_SIZE)
+    widest = widest_window(light, heavy, head, scratch)
     assert 0 <= widest <= MAX_WINDOW
     for window in {1, widest} - {0} if widest else set():
         for arm in (light, heavy):
-            assert is_stable(arm, head, window, room)
-            assert is_stable(arm._replace(k_hand=0.0, r_hand=0.0), head, window, room)
-            assert worst_rebound(arm, head, window, room) < most_rebound(arm, head) < 1.0
+            assert is_stable(arm, head, window, scratch)
+            assert is_stable(arm._replace(k_hand=0.0, r_hand=0.0), head, window, scratch)
+            assert worst_rebound(arm, head, window, scratch) < most_rebound(arm, head) < 1.0
 
 
 def test_one_count_is_what_damper_and_spring_make_of_it() -> None:
@@ -156,10 +156,14 @@ def test_a_slow_blow_is_tried_with_three_masses_at_five_speeds_and_eight_phases_
     delay: int, k: float, r: float, window: int
 ) -> None:
     light, heavy = _arm(m=0.06, delay=delay), _arm(m=0.09, delay=delay)
-    head, room = Head(k, r, UNILATERAL), np.zeros(SCRATCH_SIZE)
+    head, scratch = Head(k, r, UNILATERAL), np.zeros(SCRATCH_SIZE)
     found = [
         rebound(
-            light._replace(m=0.06 * 1.5**way), head, window, Impact(share * 0.01, phase, 3e-5, offset), room
+            light._replace(m=0.06 * 1.5**way),
+            head,
+            window,
+            Impact(share * 0.01, phase, 3e-5, offset),
+            scratch,
         )
         for way in (0.0, 0.5, 1.0)  # all as it reckons them: another last digit is another count
         for share in (0.97, 1.0, 1.03, 1.06, 1.1)
@@ -168,16 +172,16 @@ def test_a_slow_blow_is_tried_with_three_masses_at_five_speeds_and_eight_phases_
     ]
     assert min(found) < max(found)
     first = next((each for each in found if each > MAX_SLOW_REBOUND), max(found))
-    assert slow_rebound(light, heavy, head, window, 3e-5, room) == first
+    assert slow_rebound(light, heavy, head, window, 3e-5, scratch) == first
 
 
 def test_with_fine_counts_a_slow_blow_is_like_any_other() -> None:
     """The law is linear while the arm is in the head, so without counts the speed does not matter."""
-    arm, head, room = _arm(lead_s=T / 2.0), Head(800.0, 4.0, UNILATERAL), np.zeros(SCRATCH_SIZE)
+    arm, head, scratch = _arm(lead_s=T / 2.0), Head(800.0, 4.0, UNILATERAL), np.zeros(SCRATCH_SIZE)
     for phase in (0.25, 0.75):
-        exact = rebound(arm, head, 1, Impact(1.0, phase, 0.0, 0.0), room)
-        assert rebound(arm, head, 1, Impact(0.01, phase, 0.0, 0.0), room) == pytest.approx(exact, rel=1e-9)
-        assert rebound(arm, head, 1, Impact(1.0, phase, 1e-7, 0.5), room) == pytest.approx(exact, rel=0.02)
+        exact = rebound(arm, head, 1, Impact(1.0, phase, 0.0, 0.0), scratch)
+        assert rebound(arm, head, 1, Impact(0.01, phase, 0.0, 0.0), scratch) == pytest.approx(exact, rel=1e-9)
+        assert rebound(arm, head, 1, Impact(1.0, phase, 1e-7, 0.5), scratch) == pytest.approx(exact, rel=0.02)
 
 
 @pytest.mark.parametrize(
@@ -249,10 +253,10 @@ def _played(arm: Arm, head: Head, window: int, blow: Impact) -> float:
 def test_a_blow_is_what_plain_lists_make_of_it(
     arm: Arm, k: float, r: float, window: int, count_m: float, release: int
 ) -> None:
-    head, room = Head(k, r, release), np.zeros(SCRATCH_SIZE)
+    head, scratch = Head(k, r, release), np.zeros(SCRATCH_SIZE)
     for speed in (0.0103, 0.51):
         for phase in (0.17, 0.71):
             blow = Impact(speed, phase, count_m, 0.37)
-            assert rebound(arm, head, window, blow, room) == pytest.approx(
+            assert rebound(arm, head, window, blow, scratch) == pytest.approx(
                 _played(arm, head, window, blow), rel=1e-6, abs=1e-9
             )
