@@ -25,7 +25,7 @@ KNOWN = {
     "stick": {
         # The return map's state is what pulses still have to give; an effect with another memory says NEVER_REPEATS.
         "shared/drumstick/analysis/cycles/cycle.py": {"pulse", "cor_pulse"},
-        "shared/drumstick/analysis/cycles/lap.py": {"pulse", "cor_pulse"},
+        "shared/drumstick/analysis/cycles/return_step.py": {"pulse", "cor_pulse"},
         "shared/drumstick/analysis/cycles/multiplier.py": {"pulse", "cor_pulse"},
         "shared/drumstick/analysis/cycles/return_map.py": {"pulse", "cor_pulse"},
         # Equations (7) and (8) and the gain are about these pulses, and so are their figures and words.

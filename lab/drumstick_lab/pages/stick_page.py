@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from drumstick.analysis.cycles.lap import scratch_of
+from drumstick.analysis.cycles.return_step import scratch_of
 from drumstick.analysis.cycles.settling import Settled, settle
 from drumstick.analysis.cycles.sweep import BUZZ_HZ
 from drumstick.analysis.findings import Findings, analyse

@@ -6,9 +6,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from drumstick.analysis.cycles import lap
+from drumstick.analysis.cycles import return_step
 from drumstick.analysis.cycles.cycle import Cycle
-from drumstick.analysis.cycles.lap import scratch_of
+from drumstick.analysis.cycles.return_step import scratch_of
 from drumstick.parameters.scene import Scene
 from drumstick.stick.law import law_of
 from drumstick.stick.simulate import simulate
@@ -38,7 +38,7 @@ def thrown_path(scene: Scene, v0_m_per_s: float) -> tuple[Trajectory, str]:
 def cycle_path(scene: Scene, cycle: Cycle) -> Trajectory:
     """Once around the cycle, stable or not, from its own state at z = 0 on the way up."""
     law, scratch = law_of(scene), scratch_of(scene)
-    lap.place(law[0], scratch[1:], scratch[:1], cycle.states[-1])
+    return_step.set_state(law[0], scratch[1:], scratch[:1], cycle.states[-1])
     return onward(law, scratch[:1], cycle.period / cycle.rate_Hz, POINTS)
 
 

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from drumstick.analysis.cycles.fixed_points import fixed_points
-from drumstick.analysis.cycles.lap import scratch_of
+from drumstick.analysis.cycles.return_step import scratch_of
 from drumstick.analysis.speeds import roll_speeds
 from drumstick.parameters.scene import Scene
 from drumstick.stick.law import law_of

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from drumstick.analysis.cycles import lap
+from drumstick.analysis.cycles import return_step
 from drumstick.analysis.cycles.cycle import Cycle
 from drumstick.analysis.cycles.return_map import return_map as settled_map
 from drumstick.analysis.unpulsed import NEVER_REPEATING
@@ -41,13 +41,13 @@ class Curves(NamedTuple):
 
 def _next(scene: Scene, v0_m_per_s: float, contacts: int) -> tuple[list[float], int]:
     # v_E of up to so many contacts of a throw, and how it ended.
-    law, motion, measured = law_of(scene), thrown(scene, v0_m_per_s), np.zeros(lap.MEASURED_SIZE)
+    law, motion, measured = law_of(scene), thrown(scene, v0_m_per_s), np.zeros(return_step.MEASURED_SIZE)
     speeds: list[float] = []
     outcome = exact.MOVING
     while len(speeds) < contacts and outcome == exact.MOVING:
-        outcome = lap.next_release(law[0], motion[0], lap.FEW_WAIT_DOUBLINGS, measured)
+        outcome = return_step.next_release(law[0], motion[0], return_step.FEW_WAIT_DOUBLINGS, measured)
         if outcome == exact.MOVING:
-            speeds.append(float(measured[lap.V_E]))
+            speeds.append(float(measured[return_step.V_E]))
     return speeds, outcome
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from drumstick.analysis.cycles.lap import scratch_of
+from drumstick.analysis.cycles.return_step import scratch_of
 from drumstick.analysis.cycles.settling import settle
 from drumstick.analysis.unpulsed import NEVER_REPEATING
 from drumstick.parameters.scene import Scene

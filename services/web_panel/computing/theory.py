@@ -8,10 +8,10 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.analysis.cycles import lap
+from drumstick.analysis.cycles import return_step
 from drumstick.analysis.cycles.fixed_points import fixed_points
-from drumstick.analysis.cycles.lap import scratch_of
 from drumstick.analysis.cycles.return_map import OF_V_E, ReturnMap
+from drumstick.analysis.cycles.return_step import scratch_of
 from drumstick.analysis.unpulsed import NEVER_REPEATING
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.table import Z_H0, table_of, with_changes
@@ -49,13 +49,13 @@ def theory_of(scene: Scene, values: Mapping[str, float]) -> Theory:
     falling: Curve = ([], [])
     if stable:
         cycle = stable[-1]
-        lap.place(law[0], scratch[1:], scratch[:1], cycle.states[-1])
+        return_step.set_state(law[0], scratch[1:], scratch[:1], cycle.states[-1])
         path = onward(law, scratch[:1], cycle.period / cycle.rate_Hz, _POINTS)
         z_mm, up = 1e3 * path.z_m, path.v_m_per_s >= 0.0
         rising = _in_order(z_mm[up], path.v_m_per_s[up])
         falling = _in_order(z_mm[~up], path.v_m_per_s[~up])
     fastest = stable[-1].v_e_m_per_s if stable else scene.hand.throw_m_per_s
-    one = ReturnMap(law, scratch, 1, lap.MAX_WAIT_DOUBLINGS)
+    one = ReturnMap(law, scratch, 1, return_step.MAX_WAIT_DOUBLINGS)
     speeds = np.linspace(0.0, _WIDEST * fastest, _SPEEDS)[1:]
-    mapped = [(float(v), float(one.measured[0, lap.V_E])) for v in speeds if one.at(float(v), OF_V_E)]
+    mapped = [(float(v), float(one.measured[0, return_step.V_E])) for v in speeds if one.at(float(v), OF_V_E)]
     return Theory(rising, falling, ([v for v, _ in mapped], [after for _, after in mapped]), (single, single))

@@ -9,7 +9,7 @@ from typing import Any
 from drumstick.analysis import predictions
 from drumstick.analysis.cycles.cycle import Cycle
 from drumstick.analysis.cycles.fixed_points import fixed_points
-from drumstick.analysis.cycles.lap import scratch_of
+from drumstick.analysis.cycles.return_step import scratch_of
 from drumstick.analysis.cycles.settling import End, settle
 from drumstick.analysis.flight import flight
 from drumstick.analysis.gain import overdamped

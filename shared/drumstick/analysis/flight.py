@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drumstick.analysis.cycles import lap
+from drumstick.analysis.cycles import return_step
 from drumstick.analysis.unpulsed import repeating, unpulsed_law
 from drumstick.parameters.scene import Scene
 from drumstick.stick.law import thrown
@@ -30,9 +30,9 @@ def flight(scene: Scene, v_m_per_s: float) -> Flight | None:
     if not v_m_per_s > 0.0:
         return None
     motion = thrown(repeating(scene), v_m_per_s)
-    measured = np.zeros(lap.MEASURED_SIZE)
-    outcome, duration = lap.until(
-        unpulsed_law(scene)[0], motion[0], exact.ENTRY, lap.MAX_WAIT_DOUBLINGS, measured
+    measured = np.zeros(return_step.MEASURED_SIZE)
+    outcome, duration = return_step.until(
+        unpulsed_law(scene)[0], motion[0], exact.ENTRY, return_step.MAX_WAIT_DOUBLINGS, measured
     )
     if outcome != exact.MOVING:
         return None

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drumstick.analysis.cycles import lap
+from drumstick.analysis.cycles import return_step
 from drumstick.analysis.unpulsed import repeating, unpulsed_law
 from drumstick.parameters.scene import Scene
 from drumstick.stick.effects.negative_damping import NegativeDamping
@@ -41,8 +41,10 @@ class _Head:
         """True when a stick that comes down at this speed leaves the head again."""
         self.motion[0] = self._fresh[0]
         self.motion["v"] = -speed
-        measured = np.zeros(lap.MEASURED_SIZE)
-        outcome, _ = lap.until(self._law, self.motion[0], exact.RELEASE, lap.FEW_WAIT_DOUBLINGS, measured)
+        measured = np.zeros(return_step.MEASURED_SIZE)
+        outcome, _ = return_step.until(
+            self._law, self.motion[0], exact.RELEASE, return_step.FEW_WAIT_DOUBLINGS, measured
+        )
         return outcome == exact.MOVING
 
 

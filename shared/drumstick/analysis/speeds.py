@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drumstick.analysis import predictions
-from drumstick.analysis.cycles.lap import Numbers, scratch_of
+from drumstick.analysis.cycles.return_step import Numbers, scratch_of
 from drumstick.analysis.cycles.settling import settle
 from drumstick.analysis.flight import flight
 from drumstick.analysis.rebound import rebound

@@ -1,1 +1,1 @@
-"""Cycles of the stick: laps, the return map, fixed points and multipliers, settling and sweeps."""
+"""Cycles of the stick: returns, the return map, fixed points and multipliers, settling and sweeps."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drumstick.analysis.cycles import lap, multiplier
-from drumstick.analysis.cycles.lap import Numbers
+from drumstick.analysis.cycles import multiplier, return_step
+from drumstick.analysis.cycles.return_step import Numbers
 from drumstick.stick.effects.decaying_pulse import IGNORE
 from drumstick.stick.motion import exact
 from realtime.records import Records
@@ -42,8 +42,8 @@ class Cycle:
 
     def passes(self, state: Numbers) -> bool:
         """True when `state` is one of the cycle's own."""
-        scale = float(np.sum(np.abs(self.states[0, : lap.PULSE_AGE])))
-        apart = np.abs(self.states[:, : lap.PULSE_AGE] - state[: lap.PULSE_AGE]).sum(axis=1)
+        scale = float(np.sum(np.abs(self.states[0, : return_step.PULSE_AGE])))
+        apart = np.abs(self.states[:, : return_step.PULSE_AGE] - state[: return_step.PULSE_AGE]).sum(axis=1)
         return bool(np.min(apart) <= _SAME * scale)
 
 
@@ -70,7 +70,7 @@ def _polished(law: Records, scratch: Records, state: Numbers, period: int) -> Nu
         step = np.linalg.lstsq(np.eye(len(kept)) - matrix, apart, rcond=None)[0]
         state = best.copy()
         state[kept] += step
-        if not state[lap.V_OUT] > 0.0:
+        if not state[return_step.V_OUT] > 0.0:
             break
     if best is None or missing > _CLOSED * float(np.sum(np.abs(best[kept]))):
         return None
@@ -81,8 +81,8 @@ def _ages_close(law: Records, start: Numbers, end: Numbers) -> bool:
     # With overlap = "ignore" how long ago a pulse fired is part of the motion: it may fire again only contacts later.
     names = law.dtype.names or ()
     for name, left, age in (
-        ("pulse", lap.PULSE, lap.PULSE_AGE),
-        ("cor_pulse", lap.COR_PULSE, lap.COR_PULSE_AGE),
+        ("pulse", return_step.PULSE, return_step.PULSE_AGE),
+        ("cor_pulse", return_step.COR_PULSE, return_step.COR_PULSE_AGE),
     ):
         counts = name in names and int(law[name]["overlap"][0]) == IGNORE and start[left] != 0.0
         if counts and not abs(end[age] - start[age]) <= _SAME * start[age]:
@@ -98,23 +98,29 @@ def close(law: Records, scratch: Records, state: Numbers, period: int) -> Cycle 
     matrix = multiplier.jacobian(law, scratch, found, period)
     if matrix is None:
         return None
-    measured, states = np.zeros((period, lap.MEASURED_SIZE)), np.zeros((period, lap.STATE_SIZE))
-    lap.place(law[0], scratch[1:], scratch[:1], found)
-    if lap.iterate(law[0], scratch[0], states, lap.MAX_WAIT_DOUBLINGS, measured) != exact.MOVING:
+    measured, states = (
+        np.zeros((period, return_step.MEASURED_SIZE)),
+        np.zeros((period, return_step.STATE_SIZE)),
+    )
+    return_step.set_state(law[0], scratch[1:], scratch[:1], found)
+    if (
+        return_step.iterate(law[0], scratch[0], states, return_step.MAX_WAIT_DOUBLINGS, measured)
+        != exact.MOVING
+    ):
         return None
     if not _ages_close(law, found, states[-1]):
         return None
     for shorter in range(1, period):
-        apart = np.abs(states[shorter - 1] - states[-1])[: lap.PULSE_AGE].sum()
-        if apart <= _SAME * np.abs(states[-1, : lap.PULSE_AGE]).sum():
+        apart = np.abs(states[shorter - 1] - states[-1])[: return_step.PULSE_AGE].sum()
+        if apart <= _SAME * np.abs(states[-1, : return_step.PULSE_AGE]).sum():
             return None
-    strongest = measured[int(np.argmax(measured[:, lap.V_E]))]
+    strongest = measured[int(np.argmax(measured[:, return_step.V_E]))]
     return Cycle(
-        float(strongest[lap.V_E]),
-        float(strongest[lap.V_IN]),
-        float(period / measured[:, lap.PERIOD_S].sum()),
-        float(strongest[lap.APEX_M]),
-        float(strongest[lap.CONTACT_S]),
+        float(strongest[return_step.V_E]),
+        float(strongest[return_step.V_IN]),
+        float(period / measured[:, return_step.PERIOD_S].sum()),
+        float(strongest[return_step.APEX_M]),
+        float(strongest[return_step.CONTACT_S]),
         multiplier.dominant(matrix),
         period,
         states,

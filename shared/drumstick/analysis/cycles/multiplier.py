@@ -1,6 +1,6 @@
 """Multiplier of a cycle: growth of a small departure in one round.
 
-The Jacobian of the whole lap, all components of the state, by central differences that are extrapolated to a step of
+The Jacobian of the whole return, all components of the state, by central differences that are extrapolated to a step of
 zero (Ridders, "Accurate computation of F'(x)", 1982). Any thread; blocks for under a millisecond.
 """
 
@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
-from drumstick.analysis.cycles import lap
-from drumstick.analysis.cycles.lap import Numbers
+from drumstick.analysis.cycles import return_step
+from drumstick.analysis.cycles.return_step import Numbers
 from drumstick.stick.motion import exact
 from realtime.records import Records
 
@@ -23,48 +23,56 @@ def active(law: Records) -> list[int]:
     """The components of the state that the scene has: v_out, and the rest of each pulse it names."""
     names = law.dtype.names or ()
     return [
-        lap.V_OUT,
-        *(c for c, name in ((lap.PULSE, "pulse"), (lap.COR_PULSE, "cor_pulse")) if name in names),
+        return_step.V_OUT,
+        *(
+            c
+            for c, name in ((return_step.PULSE, "pulse"), (return_step.COR_PULSE, "cor_pulse"))
+            if name in names
+        ),
     ]
 
 
-def after(law: Records, scratch: Records, state: Numbers, laps: int) -> Numbers | None:
-    """The state `laps` later, shape (5,); None when the stick does not come round."""
-    states = np.zeros((laps, lap.STATE_SIZE))
-    lap.place(law[0], scratch[1:], scratch[:1], state)
-    outcome = lap.iterate(
-        law[0], scratch[0], states, lap.MAX_WAIT_DOUBLINGS, np.zeros((laps, lap.MEASURED_SIZE))
+def after(law: Records, scratch: Records, state: Numbers, returns: int) -> Numbers | None:
+    """The state `returns` later, shape (5,); None when the stick does not come round."""
+    states = np.zeros((returns, return_step.STATE_SIZE))
+    return_step.set_state(law[0], scratch[1:], scratch[:1], state)
+    outcome = return_step.iterate(
+        law[0],
+        scratch[0],
+        states,
+        return_step.MAX_WAIT_DOUBLINGS,
+        np.zeros((returns, return_step.MEASURED_SIZE)),
     )
     return states[-1] if outcome == exact.MOVING else None
 
 
 def _slope(
-    law: Records, scratch: Records, state: Numbers, laps: int, component: int, step: float, two_sided: bool
+    law: Records, scratch: Records, state: Numbers, returns: int, component: int, step: float, two_sided: bool
 ) -> Numbers | None:
     # One difference quotient, shape (5,); None when a neighbour does not come round.
     up, down = state.copy(), state.copy()
     up[component] += step
     if two_sided:
         down[component] -= step
-    above, below = after(law, scratch, up, laps), after(law, scratch, down, laps)
+    above, below = after(law, scratch, up, returns), after(law, scratch, down, returns)
     if above is None or below is None:
         return None
     return (above - below) / (up[component] - down[component])
 
 
-def _column(law: Records, scratch: Records, state: Numbers, laps: int, component: int) -> Numbers | None:
+def _column(law: Records, scratch: Records, state: Numbers, returns: int, component: int) -> Numbers | None:
     # One column of the Jacobian, shape (5,), from Ridders' table; None when no two neighbours come round.
-    size = float(np.sum(np.abs(state[: lap.PULSE_AGE])))
+    size = float(np.sum(np.abs(state[: return_step.PULSE_AGE])))
     # A pulse can be all of the speed: then there is no room below v_out for steps that rounding does not spoil.
-    two_sided = component != lap.V_OUT or state[lap.V_OUT] > _ROOM * size
+    two_sided = component != return_step.V_OUT or state[return_step.V_OUT] > _ROOM * size
     step = _FIRST_STEP * size
-    if component == lap.V_OUT and two_sided:
-        step = min(step, 0.5 * state[lap.V_OUT])
+    if component == return_step.V_OUT and two_sided:
+        step = min(step, 0.5 * state[return_step.V_OUT])
     shrink = _SHRINK * _SHRINK if two_sided else _SHRINK  # what the error shrinks by, and every order more
     last: list[Numbers] = []
     best, error = None, math.inf
     for _ in range(_STEPS):
-        slope = _slope(law, scratch, state, laps, component, step, two_sided)
+        slope = _slope(law, scratch, state, returns, component, step, two_sided)
         step /= _SHRINK
         if slope is None:
             last = []
@@ -80,12 +88,12 @@ def _column(law: Records, scratch: Records, state: Numbers, laps: int, component
     return best
 
 
-def jacobian(law: Records, scratch: Records, state: Numbers, laps: int) -> Numbers | None:
-    """d(state after `laps`)/d(state), shape (d, d) over the `active` components; None beside a jump of the map."""
+def jacobian(law: Records, scratch: Records, state: Numbers, returns: int) -> Numbers | None:
+    """d(state after `returns`)/d(state), shape (d, d) over the `active` components; None beside a jump of the map."""
     kept = active(law)
     columns: list[Numbers] = []
     for component in kept:
-        column = _column(law, scratch, state, laps, component)
+        column = _column(law, scratch, state, returns, component)
         if column is None:
             return None
         columns.append(column[kept])

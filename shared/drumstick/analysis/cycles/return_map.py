@@ -1,8 +1,8 @@
 """The return map in one number: a speed now, the same speed one contact later.
 
-The state of a lap (drumstick.analysis.cycles.lap) also holds what the pulses still have to give. Here that is made to
-fit the speed: it is the amount that the laps themselves reproduce ("self-consistent"), so that fixed points of this map
-of one number are fixed points of the whole motion.
+The state of a return (drumstick.analysis.cycles.return_step) also holds what the pulses still have to give. Here that
+is made to fit the speed: it is the amount that the returns themselves reproduce ("self-consistent"), so that fixed
+points of this map of one number are fixed points of the whole motion.
 
     after = return_map(scene, np.linspace(0.01, 2.0, 400))   # v_E -> the next v_E, for the cobweb figure
 
@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from drumstick.analysis.cycles import lap
-from drumstick.analysis.cycles.lap import (
+from drumstick.analysis.cycles import return_step
+from drumstick.analysis.cycles.return_step import (
     COR_PULSE,
     COR_PULSE_AGE,
     EFFORT,
@@ -78,12 +78,12 @@ def _self_consistent(
     patience: int,
     measured: Numbers,
 ) -> int:
-    """Find the pushes that a number of laps from `speed` reproduce, by Broyden's method (with one pulse: secant).
+    """Find the pushes that a number of returns from `speed` reproduce, by Broyden's method (with one pulse: secant).
 
-    scratch: shape (2,). start: shape (5,), the first guess, then the state found. states, measured: as lap.laps.
-    Returns exact.MOVING; how the laps ended instead; or UNSETTLED.
+    scratch: shape (2,). start: shape (5,), the first guess, then the state found. states, measured: as
+    return_step.iterate. Returns exact.MOVING; how the returns ended instead; or UNSETTLED.
     """
-    # b is the inverse of the Jacobian of the mismatch h; -1 times the unit matrix makes the first step a plain lap.
+    # b is the inverse of the Jacobian of the mismatch h; -1 times the unit matrix makes the first step a plain return.
     b00, b01, b10, b11 = -1.0, 0.0, 0.0, -1.0
     h0, h1, step0, step1, size = 0.0, 0.0, 0.0, 0.0, 0.0
     end = states[-1]
@@ -91,8 +91,8 @@ def _self_consistent(
         start[V_OUT] = speed - (start[PULSE] + start[COR_PULSE] if of == OF_V_E else 0.0)
         if not start[V_OUT] > 0.0:
             return UNSETTLED
-        lap.place(law, scratch[1:], scratch[:1], start)
-        outcome = lap.iterate(law, scratch[0], states, patience, measured)
+        return_step.set_state(law, scratch[1:], scratch[:1], start)
+        outcome = return_step.iterate(law, scratch[0], states, patience, measured)
         if outcome != exact.MOVING:
             return outcome
         was0, was1 = h0, h1
@@ -119,16 +119,17 @@ def _self_consistent(
 
 
 class ReturnMap:
-    """A number of laps from a speed, with pushes that fit.
+    """A number of returns from a speed, with pushes that fit.
 
-    law: shape (1,), scratch: shape (2,) (lap.scratch_of). After `at`: `start` is the state that was found, shape (5,),
-    `states` those after each lap, `measured` what lap.laps measures. The next speed starts from the pushes found last.
+    law: shape (1,), scratch: shape (2,) (return_step.scratch_of). After `at`: `start` is the state found, shape (5,),
+    `states` those after each return, `measured` what return_step.iterate measures. The next speed starts from the
+    pushes found last.
     """
 
-    def __init__(self, law: Records, scratch: Records, laps: int, patience: int) -> None:
+    def __init__(self, law: Records, scratch: Records, returns: int, patience: int) -> None:
         self.start = np.zeros(STATE_SIZE)
-        self.states = np.zeros((laps, STATE_SIZE))
-        self.measured = np.zeros((laps, MEASURED_SIZE))
+        self.states = np.zeros((returns, STATE_SIZE))
+        self.measured = np.zeros((returns, MEASURED_SIZE))
         self._law, self._scratch, self._patience = law[0], scratch, patience
         self.forget()
 
@@ -138,11 +139,11 @@ class ReturnMap:
 
     @property
     def effort(self) -> float:
-        """Computing done so far, in events (lap.EFFORT)."""
+        """Computing done so far, in events (return_step.EFFORT)."""
         return float(self.measured[:, EFFORT].sum())
 
     def at(self, speed: float, of: int) -> bool:
-        """Do the laps come round from this v_out or v_E (`of`), with some pushes?"""
+        """Do the returns come round from this v_out or v_E (`of`), with some pushes?"""
         if self._reaches(speed, of):
             return True
         # The pushes of another speed may lead nowhere at this one.
@@ -164,5 +165,5 @@ def return_map(scene: Scene, v_e_m_per_s: Numbers) -> Numbers:
 
     NaN where there is no next contact, or no such speed: with a pulse at exit v_E is never below dv.
     """
-    one = ReturnMap(law_of(scene), lap.scratch_of(scene), 1, lap.MAX_WAIT_DOUBLINGS)
+    one = ReturnMap(law_of(scene), return_step.scratch_of(scene), 1, return_step.MAX_WAIT_DOUBLINGS)
     return np.array([one.measured[0, V_E] if one.at(float(v), OF_V_E) else math.nan for v in v_e_m_per_s])

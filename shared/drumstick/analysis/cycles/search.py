@@ -1,11 +1,11 @@
-"""Fixed points of the return map: every speed v_out that one lap, or two, bring back.
+"""Fixed points of the return map: every speed v_out that one return, or two, bring back.
 
 The mismatch is scanned over v_out on a logarithmic grid. A change of sign between two nodes, a dip of its modulus that
-reaches through zero, and the last speed before laps end otherwise (capture, flight without return) each give a bracket,
+reaches through zero, and the last speed before returns end otherwise (capture, flight for ever) each give a bracket,
 and a bracket is narrowed to the last digit. The map jumps where a contact is only just missed or only just ends: a
 change of sign there is no fixed point, and the caller, who polishes what is found, throws it out.
 
-For two laps the mismatch is divided by that of one lap, so that fixed points of one lap do not show up again.
+For two returns the mismatch is divided by that of one return, so that fixed points of one return do not show up again.
 Any thread; blocks for some tenths of a second; the work is bounded.
 """
 
@@ -14,9 +14,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from drumstick.analysis.cycles import lap
-from drumstick.analysis.cycles.lap import V_IN, V_OUT, Numbers
+from drumstick.analysis.cycles import return_step
 from drumstick.analysis.cycles.return_map import OF_V_OUT, ReturnMap
+from drumstick.analysis.cycles.return_step import V_IN, V_OUT, Numbers
 from realtime.records import Records
 
 # Below _FLAT a mismatch is rounding. So it is in a contact much slower than the speed at which the hand's pressing
@@ -38,16 +38,16 @@ Bracket = tuple[float, float, float]
 
 
 class Search:
-    """The mismatch of `laps` (1 or 2) over x, the logarithm of v_out; NaN where laps end otherwise."""
+    """The mismatch of `returns` (1 or 2) over x, the logarithm of v_out; NaN where returns end otherwise."""
 
-    def __init__(self, law: Records, scratch: Records, laps: int) -> None:
-        self._once = ReturnMap(law, scratch, 1, lap.FEW_WAIT_DOUBLINGS)
-        self._twice = ReturnMap(law, scratch, 2, lap.FEW_WAIT_DOUBLINGS) if laps == 2 else None
+    def __init__(self, law: Records, scratch: Records, returns: int) -> None:
+        self._once = ReturnMap(law, scratch, 1, return_step.FEW_WAIT_DOUBLINGS)
+        self._twice = ReturnMap(law, scratch, 2, return_step.FEW_WAIT_DOUBLINGS) if returns == 2 else None
         m, k_hand, k_coll, z_ss = (float(law[name][0]) for name in ("m", "k_hand", "k_coll", "z_ss"))
         self._pressing = k_hand * abs(z_ss) / math.sqrt(m * (k_hand + k_coll))
 
     def found(self, x: Numbers) -> list[Numbers]:
-        """Candidate states, shape (5,), that the laps bring back; x: the nodes to scan, increasing."""
+        """Candidate states, shape (5,), that the returns bring back; x: the nodes to scan, increasing."""
         f, stride = self._scan(x)
         states: list[Numbers] = []
         for first, second, sign in self._brackets(x[::stride], f[::stride]):
@@ -59,7 +59,7 @@ class Search:
         return states
 
     def mismatch(self, x: float) -> float:
-        """v_out after the laps over v_out before, minus 1; for two laps divided by that for one."""
+        """v_out after the returns over v_out before, minus 1; for two returns divided by that for one."""
         speed = math.exp(x)
         if self._twice is None:
             return self._rest(self._once, speed)
@@ -118,7 +118,7 @@ class Search:
                     yield float(x[i + 1]), dip, fa
 
     def _edge(self, inside: float, outside: float) -> float:
-        # The last x at which laps still come round, between one at which they do and one at which they do not.
+        # The last x at which returns still come round, between one at which they do and one at which they do not.
         for _ in range(_EDGE_HALVINGS):
             middle = 0.5 * (inside + outside)
             if math.isnan(self.mismatch(middle)):
@@ -148,7 +148,7 @@ class Search:
         return math.nan
 
     def _root(self, a: float, b: float, fa: float) -> float:
-        # Two secant steps, then a halving, and again; NaN when laps end otherwise in between.
+        # Two secant steps, then a halving, and again; NaN when returns end otherwise in between.
         if a == b:
             return b
         fb = self.mismatch(b)

@@ -7,9 +7,9 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from drumstick.analysis.cycles import lap
+from drumstick.analysis.cycles import return_step
 from drumstick.analysis.cycles.cycle import Cycle, close
-from drumstick.analysis.cycles.lap import Numbers
+from drumstick.analysis.cycles.return_step import Numbers
 from drumstick.stick.motion import exact
 from realtime.records import Records
 
@@ -32,8 +32,8 @@ class Settled(NamedTuple):
 
 def _distance(one: Numbers, other: Numbers) -> float:
     # Between two states, relative to the size of the first; the pulses' ages are not compared.
-    apart = np.abs(one[: lap.PULSE_AGE] - other[: lap.PULSE_AGE]).sum()
-    return float(apart / np.abs(one[: lap.PULSE_AGE]).sum())
+    apart = np.abs(one[: return_step.PULSE_AGE] - other[: return_step.PULSE_AGE]).sum()
+    return float(apart / np.abs(one[: return_step.PULSE_AGE]).sum())
 
 
 def _period_of(states: Numbers) -> int:
@@ -47,18 +47,21 @@ def _period_of(states: Numbers) -> int:
 
 def settle(law: Records, scratch: Records, throw_m_per_s: float) -> Settled:
     """Throw the stick from z = 0 and play up to some thousand contacts."""
-    states, measured = np.zeros((_AT_ONCE, lap.STATE_SIZE)), np.zeros((_AT_ONCE, lap.MEASURED_SIZE))
+    states, measured = (
+        np.zeros((_AT_ONCE, return_step.STATE_SIZE)),
+        np.zeros((_AT_ONCE, return_step.MEASURED_SIZE)),
+    )
     scratch[0] = scratch[1]
     scratch[0]["v"] = throw_m_per_s
     period = 0
     for _ in range(_MAX_LAPS // _AT_ONCE):
-        outcome = lap.iterate(law[0], scratch[0], states, lap.MAX_WAIT_DOUBLINGS, measured)
+        outcome = return_step.iterate(law[0], scratch[0], states, return_step.MAX_WAIT_DOUBLINGS, measured)
         if outcome == exact.LEFT:
             return Settled("left", None)
         if outcome != exact.MOVING:  # held down for thousands of oscillations is rest in the head, too
             return Settled("captured", None)
         period = _period_of(states[-_COMPARED:])
-        if period > 0 or measured[:, lap.EFFORT].sum() > _MAX_EFFORT:
+        if period > 0 or measured[:, return_step.EFFORT].sum() > _MAX_EFFORT:
             break
     last = states[-1]
     # A slow alternation about a stable cycle looks like twice its period; one that still approaches, like none at all.

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.analysis.cycles import lap
+from drumstick.analysis.cycles import return_step
 from drumstick.analysis.cycles.settling import MAX_PERIOD
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.table import table_of, with_changes
@@ -34,7 +34,7 @@ KINDS = ("stable roll", "buzzing", "rests in the head", "leaves")
 BUZZ_HZ = 100.0
 MEASURED = 64
 SAME = 1e-6  # two speeds that differ by less than this share are the same
-_MAX_EFFORT = 100_000.0  # of one point (lap.EFFORT): it would take a second
+_MAX_EFFORT = 100_000.0  # of one point (return_step.EFFORT): it would take a second
 
 
 @dataclass(frozen=True)
@@ -81,10 +81,10 @@ def _point(
     laws: Records, motions: Records, i: int, settle: int, v_e: npt.NDArray[np.float64]
 ) -> tuple[int, float, int]:
     # Plays point i; returns kind, rate, period.
-    measured = np.zeros(lap.MEASURED_SIZE)
+    measured = np.zeros(return_step.MEASURED_SIZE)
     seconds = 0.0
     for contact in range(settle + MEASURED):
-        outcome = lap.next_release(laws[i], motions[i], lap.FEW_WAIT_DOUBLINGS, measured)
+        outcome = return_step.next_release(laws[i], motions[i], return_step.FEW_WAIT_DOUBLINGS, measured)
         if outcome == exact.LEFT:
             v_e[:] = np.nan
             return LEFT, np.nan, 0
@@ -92,12 +92,12 @@ def _point(
             v_e[:] = np.nan
             return CAPTURED, np.nan, 0
         if (
-            measured[lap.EFFORT] > _MAX_EFFORT
+            measured[return_step.EFFORT] > _MAX_EFFORT
         ):  # it rings in the head for ever between rare contacts: no roll either
             return BUZZING, np.nan, 0
         if contact >= settle:
-            v_e[contact - settle] = measured[lap.V_E]
-            seconds += measured[lap.PERIOD_S]
+            v_e[contact - settle] = measured[return_step.V_E]
+            seconds += measured[return_step.PERIOD_S]
     rate = MEASURED / seconds
     period = period_of(v_e)
     return (STABLE if period == 1 and rate < BUZZ_HZ else BUZZING), rate, period

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 import any_scene
 import stick_cases
 from drumstick.analysis.cycles.fixed_points import fixed_points
-from drumstick.analysis.cycles.lap import scratch_of
 from drumstick.analysis.cycles.return_map import return_map
+from drumstick.analysis.cycles.return_step import scratch_of
 from drumstick.analysis.findings import Findings, analyse
 from drumstick.analysis.speeds import roll_speeds
 from drumstick.parameters.rig import Hand

@@ -1,6 +1,6 @@
-"""One lap of the exact motion: from one release of the stick to the next.
+"""One return of the exact motion: from one release of the stick to the next.
 
-A lap starts from a state of five numbers, float64 of shape (5,): the speed v_out at z = 0 going up (m/s), what
+A return starts from a state of five numbers, float64 of shape (5,): the speed v_out at z = 0 going up (m/s), what
 `pulse` and `cor_pulse` still have to give (m/s), and how long ago each of them fired (s). v_E, the speed once the
 pulses have given the rest, is the sum of the first three. An effect that the scene does not name leaves its numbers 0.
 
@@ -148,7 +148,7 @@ def next_release(law: Law, motion: Motion, patience: int, measured: Numbers) -> 
 
 
 @njit()
-def place(law: Law, fresh: Records, motion: Records, state: Numbers) -> None:
+def set_state(law: Law, fresh: Records, motion: Records, state: Numbers) -> None:
     """Put the stick into `state`, at z = 0 going up. fresh, motion: shape (1,); `fresh` is only read."""
     motion[0] = fresh[0]
     motion[0].v = state[V_OUT]
@@ -158,7 +158,7 @@ def place(law: Law, fresh: Records, motion: Records, state: Numbers) -> None:
 
 @njit()
 def iterate(law: Law, motion: Motion, states: Numbers, patience: int, measured: Numbers) -> int:
-    """Play on for a number of laps; states: shape (laps, 5), that after each; measured: shape (laps, 6).
+    """Play on for a number of returns; states: shape (returns, 5), that after each; measured: shape (returns, 6).
 
     Returns how it ended, as `until`.
     """
