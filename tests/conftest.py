@@ -111,13 +111,13 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
         return (yield)
     from haptic_server.servo.stall_detector import StallDetector
 
-    witnesses = StallDetector()
+    probes = StallDetector()
     try:
-        with witnesses:
+        with probes:
             return (yield)
     except Exception as failure:
-        longest_ns = max((int(ended - begun) for begun, ended in witnesses.stalls()), default=0)
-        if witnesses.refused or longest_ns < _STALL_NS:
+        longest_ns = max((int(ended - begun) for begun, ended in probes.stalls()), default=0)
+        if probes.refused or longest_ns < _STALL_NS:
             raise
         raise HostStoodStill(f"{longest_ns / 1e6:.0f} ms during this test") from failure
 

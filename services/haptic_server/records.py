@@ -84,8 +84,8 @@ class TickState(Record):
     the stick has lain dead, `still_s` how long it crept or was out of reach; the last two strike instants make the
     roll rate. `max_entry_speed`: the fastest entry that keeps all limits, m/s, with the law that plays
     (envelope.Judgement). `is_pending`: a set that passed waits to be latched, with its own fastest entry and longest
-    window for the speed. `loss`: the share of its push that the head holds back while a slow blow leaves it
-    (drumstick.safety.sampled_contact); `last_v`: the last speed but 0.
+    window for the speed. `force_reduction`: the share of its push that the head holds back while a slow blow leaves it
+    (drumstick.safety.sampled_contact); `last_nonzero_v`: the last speed but 0.
     """
 
     phase: float
@@ -108,8 +108,8 @@ class TickState(Record):
     max_entry_speed: float
     pending_max_entry_speed: float
     pending_window: int
-    loss: float
-    last_v: float
+    force_reduction: float
+    last_nonzero_v: float
     force_N: float
     traced: int
     trace_ended: int

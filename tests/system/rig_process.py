@@ -145,14 +145,14 @@ class Rig:
                 pipe.close()
 
 
-def stood_still_s(witnesses: StallDetector) -> float:
+def stood_still_s(probes: StallDetector) -> float:
     """For how long the machine's own stalls kept the simulated stick from moving: it covers 20 ms of each, no more.
 
     NaN where nobody may have a higher priority than the machine's other programs: then nobody can tell.
     """
-    if witnesses.refused:
+    if probes.refused:
         return math.nan
-    return sum(max((ended - begun) * 1e-9 - 0.02, 0.0) for begun, ended in witnesses.stalls().tolist())
+    return sum(max((ended - begun) * 1e-9 - 0.02, 0.0) for begun, ended in probes.stalls().tolist())
 
 
 def assert_steady(before: State, after: State, still_s: float) -> None:

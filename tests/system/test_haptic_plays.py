@@ -198,14 +198,14 @@ def test_killing_the_gateway_costs_the_servo_nothing(
     wait_for("strikes", lambda: strikes.got)
     servo = rig.children()["haptic_server.servo"]
     gateway = rig.children()["haptic_server.gateway"]
-    with StallDetector() as witnesses:
+    with StallDetector() as probes:
         os.kill(gateway, signal.SIGKILL)
         wait_for("another gateway", lambda: rig.children().get("haptic_server.gateway", gateway) != gateway)
         after = state_where(session, rig, lambda s: s.strikes > before.strikes + 60)
     assert rig.children()["haptic_server.servo"] == servo
     assert after.boot == before.boot
     assert after.ring_dropped == 0
-    assert_steady(before, after, stood_still_s(witnesses))
+    assert_steady(before, after, stood_still_s(probes))
     value = wait_for("readback", lambda: decode(ask(session, rig.keys.param("dv_pls")), Readback).value)
     assert value == pytest.approx(0.3), "an acknowledged set was lost"
     # What was struck without a gateway is published when its subscribers are back; it was twenty strikes that nobody

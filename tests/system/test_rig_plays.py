@@ -110,7 +110,7 @@ def test_a_killed_service_comes_back_and_the_servo_misses_nothing(
     servo = rig.children()["haptic_server.servo"]
     meters = Listener(session, rig.keys.meter, Meter)
     old = wait_for("any meter", lambda: meters.got and meters.got[0].id)
-    with StallDetector() as witnesses:
+    with StallDetector() as probes:
         restarted(rig, module)
         if module == "sound_server":
             wait_for(
@@ -125,7 +125,7 @@ def test_a_killed_service_comes_back_and_the_servo_misses_nothing(
     assert rig.children()["haptic_server.servo"] == servo
     assert after.boot == before.boot
     assert after.ring_dropped == 0
-    assert_steady(before, after, stood_still_s(witnesses))
+    assert_steady(before, after, stood_still_s(probes))
 
 
 def test_a_fresh_start_opens_loopback_sockets_only_and_the_servo_none(rig: Rig, page_address: str) -> None:

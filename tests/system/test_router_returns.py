@@ -40,7 +40,7 @@ def test_everything_returns_and_nothing_sounds_twice_or_late() -> None:
 
 def _cut(router: LoneRouter, rig: Rig, states: Listener, strikes: Listener, meters: Listener) -> None:
     before = states.got[-1]
-    with StallDetector() as witnesses:
+    with StallDetector() as probes:
         router.kill()
         time.sleep(_AWAY_S)
         heard, played = len(states.got), meters.got[-1].played
@@ -50,5 +50,5 @@ def _cut(router: LoneRouter, rig: Rig, states: Listener, strikes: Listener, mete
     after = states.got[-1]
     assert after.boot == before.boot
     assert after.t_ns - before.t_ns > 0.9e9 * _AWAY_S
-    assert_steady(before, after, stood_still_s(witnesses))  # the servo never noticed
+    assert_steady(before, after, stood_still_s(probes))  # the servo never noticed
     assert strikes.got[-1].seq > before.strikes

@@ -107,13 +107,13 @@ def test_a_pulled_cable_leaves_the_force_alone_and_nothing_sounds_twice_or_late(
     stage.wait_played(10)
     before, meter = stage.state, stage.meter
     far_before = stage.far.last(State)
-    with StallDetector() as witnesses:
+    with StallDetector() as probes:
         stage.venue.pull("haptic")
         seconds(_CUT_S)
         cut_off, during = stage.far.got[State][-1], stage.state
         stage.venue.plug("haptic")
         back = wait_for("telemetry", lambda: s if (s := stage.far.last(State)).ticks > during.ticks else None)
-    assert_steady(before, during, stood_still_s(witnesses))
+    assert_steady(before, during, stood_still_s(probes))
     assert during.boot == before.boot == back.boot
     assert during.t_ns - before.t_ns > 0.9e9 * _CUT_S
     assert cut_off[1].t_ns - far_before.t_ns < 0.5e9 * _CUT_S  # it was cut

@@ -112,7 +112,7 @@ def before() -> str:
             ),
             (
                 "roughness by single encoder counts, on an arm",
-                f"The steps of the position sensor must not be felt as a tremble. In detail: one sensor step (count) may change the speed by {sampled_contact.MAX_KICK_M_PER_S * 1e3:g} mm/s a tick, by way of the damper, less the later the force comes. A blow of {sampled_contact.SLOW_M_PER_S * 1e3:g} mm/s, or up to a tenth more, seen in counts, comes back at {sampled_contact.MAX_SLOW_REBOUND:g} of its speed at most; for that the head holds back {sampled_contact.SLOW_LOSS:.0%} of its push while so slow a blow leaves. Three masses from the lightest arm to the heaviest",
+                f"The steps of the position sensor must not be felt as a tremble. In detail: one sensor step (count) may change the speed by {sampled_contact.MAX_VELOCITY_STEP_M_PER_S * 1e3:g} mm/s a tick, by way of the damper, less the later the force comes. A blow of {sampled_contact.SLOW_M_PER_S * 1e3:g} mm/s, or up to a tenth more, seen in counts, comes back at {sampled_contact.MAX_SLOW_REBOUND:g} of its speed at most; for that the head holds back {sampled_contact.SLOW_REBOUND_REDUCTION:.0%} of its push while so slow a blow leaves. Three masses from the lightest arm to the heaviest",
                 both,
                 "the same",
                 _tests(*SELF_MOVING),

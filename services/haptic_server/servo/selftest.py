@@ -1,7 +1,7 @@
 """python -m haptic_server.servo.selftest: is this machine fit for the force loop? Ten seconds of it, and JSON.
 
 The very tick that plays, at the scene's rate, on a thread with everything the servo asks of the system; beside it the
-witnesses, so that the host's own stalls can be told from ours.
+probes, so that the host's own stalls can be told from ours.
 """
 
 import argparse
@@ -21,9 +21,9 @@ from haptic_server.servo import loop, priority
 from haptic_server.servo.force import memory
 from haptic_server.servo.force.memory import Servo
 from haptic_server.servo.loop import WARM_TICKS, Log, Times
-from haptic_server.servo.stall_detector import StallDetector, excused
+from haptic_server.servo.stall_detector import StallDetector, without_host_stalls
 
-# The promise: discounted by what witnesses saw, at 1 kHz with SCHED_FIFO.
+# The promise: discounted by what probes saw, at 1 kHz with SCHED_FIFO.
 P9999_NS, WORST_NS = 300_000, 500_000
 _START_NS = 10_000_000  # what a thread may take to start
 _PERCENTILES = (50.0, 99.0, 99.9, 99.99, 100.0)
@@ -71,7 +71,7 @@ def _percentiles(values: Times) -> dict[str, float]:
 
 
 def run(scene: Scene, seconds: float) -> dict[str, Any]:
-    """Percentiles of lateness, with and without what witnesses excuse, of a tick's duration, and the verdict."""
+    """Percentiles of lateness, with and without the stalls that probes saw, of a tick's duration, and the verdict."""
     warm_up(memory.prepare(scene, block.in_memory(law_of(scene))))
     servo = memory.prepare(scene, block.in_memory(law_of(scene)))
     ticks = round(seconds * scene.servo.rate_Hz)
@@ -79,7 +79,7 @@ def run(scene: Scene, seconds: float) -> dict[str, Any]:
         begin_ns = time.monotonic_ns() + _START_NS
         (due, late, spent), granted = play(servo, ticks, scene.servo.cpu, begin_ns)
     stalls = detector.stalls()
-    ours = excused(due, late, stalls)
+    ours = without_host_stalls(due, late, stalls)
     fifo = granted.get("scheduler", "").startswith("SCHED_FIFO")
     fit = fifo and float(np.percentile(ours, 99.99)) <= P9999_NS and int(ours.max()) <= WORST_NS
     return {

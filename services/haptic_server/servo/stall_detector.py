@@ -1,6 +1,6 @@
 """Probes: threads of the highest real-time priority, one on each processor, that notice when it stands still.
 
-A virtual machine's host may stop a processor for tens of milliseconds; no program on it can help that. What a witness
+A virtual machine's host may stop a processor for tens of milliseconds; no program on it can help that. What a probe
 of priority 99 saw as well, the force loop is not to blame for. `watch` runs without the GIL; the rest belongs to a
 control thread.
 """
@@ -65,7 +65,7 @@ def _run_probe(
 class StallDetector:
     """Probes on every processor of this process, from `__enter__` to `__exit__`; Linux only.
 
-    `refused` says where the priority was not granted: such a witness is late itself, and excuses too much.
+    `refused` says where the priority was not granted: such a probe is late itself, and excuses too much.
     """
 
     def __init__(self) -> None:
@@ -83,19 +83,19 @@ class StallDetector:
         for cpu in sorted(os.sched_getaffinity(0)):
             stalls, found = np.zeros((_MAX_STALLS, 2), np.int64), list[int]()
             given = (cpu, self._cells, stalls, found, self.refused)
-            thread = threading.Thread(target=_run_probe, args=given, name=f"witness {cpu}", daemon=True)
+            thread = threading.Thread(target=_run_probe, args=given, name=f"stall probe {cpu}", daemon=True)
             thread.start()
             self._running.append(StallProbe(thread, stalls, found))
         return self
 
     def __exit__(self, *_: object) -> None:
         poke(self._cells, _STOP, 1)
-        for witness in self._running:
-            witness.thread.join()
+        for probe in self._running:
+            probe.thread.join()
 
     def stalls(self) -> Stalls:
         """All stalls that were seen, shape (n, 2): from, to in ns of the monotonic clock; after `__exit__`."""
-        seen = [witness.stalls[: witness.found[0]] for witness in self._running if witness.found]
+        seen = [probe.stalls[: probe.found[0]] for probe in self._running if probe.found]
         return np.concatenate(seen) if seen else np.zeros((0, 2), np.int64)
 
 
@@ -110,8 +110,8 @@ def _merged(stalls: Stalls) -> Stalls:
     return np.array(merged, np.int64).reshape(-1, 2)
 
 
-def excused(due_ns: Times, late_ns: Times, stalls: Stalls) -> Times:
-    """Lateness, ns, less the part of [due, due + late) in which some witness saw its processor stand still."""
+def without_host_stalls(due_ns: Times, late_ns: Times, stalls: Stalls) -> Times:
+    """Lateness, ns, less the part of [due, due + late) in which some probe saw its processor stand still."""
     left = late_ns.copy()
     for begun, ended in _merged(stalls):
         overlap = np.minimum(due_ns + late_ns, ended) - np.maximum(due_ns, begun)

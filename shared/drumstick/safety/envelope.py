@@ -30,7 +30,7 @@ from realtime.kernels.jit import njit
 
 OK, NOT_FINITE, MASS, NEGATIVE, ENDLESS, SPEED, FORCE, HAND, BUZZ, ACTIVE = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
 THROW = 10
-STIFF, LATE, SELF_DRIVEN, COARSE, FINE = 11, 12, 13, 14, 15  # on sampled devices only
+STIFF, LATE, SELF_DRIVEN, COUNT_LIMIT_CYCLE, COUNT_OSCILLATION = 11, 12, 13, 14, 15  # on sampled devices only
 
 # A contact shorter than this is no longer a blow but a buzz, and thousands of strikes a second on the wire.
 SHORTEST_CONTACT_S = 2e-4
@@ -207,15 +207,15 @@ def _on_arm(law: Law, limits: Limits, scratch: Coefficients) -> tuple[int, float
     window = sampled_contact.widest_window(lightest, heaviest, head, scratch)
     if not window >= 1:
         return SELF_DRIVEN, 0.0, 0
-    kick = sampled_contact.kick(lightest, head, window, limits.resolution_m)
-    if not kick <= sampled_contact.most_kick(lightest.delay_ticks):
-        return COARSE, 0.0, 0
-    swing = sampled_contact.swing(lightest, head, limits.resolution_m)
-    if not swing <= sampled_contact.MAX_SWING_M_PER_S:
-        return FINE, 0.0, 0
+    step = sampled_contact.velocity_step_per_count(lightest, head, window, limits.resolution_m)
+    if not step <= sampled_contact.max_velocity_step_per_count(lightest.delay_ticks):
+        return COUNT_LIMIT_CYCLE, 0.0, 0
+    oscillation = sampled_contact.oscillation_speed_per_count(lightest, head, limits.resolution_m)
+    if not oscillation <= sampled_contact.MAX_OSCILLATION_M_PER_S:
+        return COUNT_OSCILLATION, 0.0, 0
     slow = sampled_contact.slow_rebound(lightest, heaviest, head, window, limits.resolution_m, scratch)
     if not slow <= sampled_contact.MAX_SLOW_REBOUND:
-        return COARSE, 0.0, 0
+        return COUNT_LIMIT_CYCLE, 0.0, 0
     # At the speeds of a roll the window is two ticks at most: a straight line explains no more.
     return OK, sampled_contact.worst_rebound(heaviest, head, min(window, 2), scratch), window
 
@@ -329,13 +329,13 @@ def _words(
             f"k_coll = {k_coll:g} N/m with r_in = {r_in:g} N s/m, rendered {limits.lag_s * 1e3:g} ms late, would keep "
             f"{mass} moving by itself: {_what_to_change(law, record, scratch)}, or raise [servo] rate_Hz"
         )
-    if code == FINE:
-        most = sampled_contact.MAX_SWING_M_PER_S / limits.resolution_m
+    if code == COUNT_OSCILLATION:
+        most = sampled_contact.MAX_OSCILLATION_M_PER_S / limits.resolution_m
         return (
             f"k_coll = {k_coll:g} N/m is too stiff for {mass}, which would swing by encoder counts of "
             f"{limits.resolution_m * 1e3:g} mm: lower k_coll to {limits.lightest_kg * most * most:.4g} N/m or less"
         )
-    if code == COARSE:
+    if code == COUNT_LIMIT_CYCLE:
         return (
             f"r_in = {r_in:g} N s/m would answer each encoder count of {limits.resolution_m * 1e3:g} mm with a jerk "
             f"that {mass} does not come to rest from: {_what_to_change(law, record, scratch)}"

@@ -36,17 +36,17 @@ MAX_REBOUND = 0.92
 # An arm at rest hunts by a count or two. So what one count changes of its speed by way of the damper in a tick, and how
 # fast it swings by one count on the head's spring, have limits, m/s; with these no arm was seen to hunt faster than
 # 0.01 m/s (drumstick lab held-arm).
-MAX_KICK_M_PER_S = 0.00046
+MAX_VELOCITY_STEP_M_PER_S = 0.00046
 # So much less for each tick of delay, since a late push goes on when the reading has flipped back long ago.
-KICK_SHARE_OF_A_DELAY_TICK = 0.06
-MAX_SWING_M_PER_S = 0.00705
+VELOCITY_STEP_SHARE_PER_DELAY_TICK = 0.06
+MAX_OSCILLATION_M_PER_S = 0.00705
 # And a blow as slow as that, seen in counts, must come back slower, whatever the phases of tick and count that are
 # tried: the rest of 1 is for those that are not.
 SLOW_M_PER_S = 0.01
 MAX_SLOW_REBOUND = 0.95
 # So that few sets fail in this, the head holds back that share of its push while such a blow leaves it: of one up to
-# SLOW_LOSS_M_PER_S, fading to none at twice that, a tenth of the quietest stroke that a player means.
-SLOW_LOSS, SLOW_LOSS_M_PER_S = 0.2, 0.02
+# SLOW_REBOUND_REDUCTION_M_PER_S, fading to none at twice that, a tenth of the quietest stroke that a player means.
+SLOW_REBOUND_REDUCTION, SLOW_REBOUND_REDUCTION_M_PER_S = 0.2, 0.02
 _LIVELY, _MAX_OWN = 1.01, 0.98
 _PHASES = 6  # of the tick, in which a blow is tried
 _SLOW_PHASES, _COUNT_PHASES = 2, 4  # of the tick and of the count, in which a slow one is
@@ -130,15 +130,15 @@ def is_stable(arm: Arm, head: Head, window: int, scratch: Coefficients) -> bool:
 
 
 @njit()
-def slow_loss(loss: float, z_before: float, v_before: float, z: float, v: float) -> float:
+def slow_rebound_reduction(reduction: float, z_before: float, v_before: float, z: float, v: float) -> float:
     """The share of its push that the head holds back while this blow leaves it (v >= 0), as z m and v m/s are seen.
 
     Found as it comes in, and gone as soon as it sinks again: an arm that is held down keeps the whole push. v_before:
     the last speed that was not 0; between two counts a slow arm seems to stand.
     """
     if z < 0.0 <= z_before:
-        return SLOW_LOSS * min(max(2.0 - abs(v) / SLOW_LOSS_M_PER_S, 0.0), 1.0)
-    return 0.0 if v < 0.0 < v_before else loss
+        return SLOW_REBOUND_REDUCTION * min(max(2.0 - abs(v) / SLOW_REBOUND_REDUCTION_M_PER_S, 0.0), 1.0)
+    return 0.0 if v < 0.0 < v_before else reduction
 
 
 class Impact(NamedTuple):
@@ -179,7 +179,7 @@ def rebound(arm: Arm, head: Head, window: int, blow: Impact, scratch: Coefficien
     for tick in range(arm.delay_ticks):
         scratch[places + tick] = 0.0
     touching, hunting, idle = False, 0.0, 0  # idle: ticks since a force was reckoned
-    loss, seen_before, speed_before = 0.0, 0.0, 0.0
+    reduction, seen_before, speed_before = 0.0, 0.0, 0.0
     for tick in range(_MAX_TICKS):
         reading_m = scratch[newest]
         speed = (reading_m - scratch[oldest]) * per_s
@@ -187,7 +187,7 @@ def rebound(arm: Arm, head: Head, window: int, blow: Impact, scratch: Coefficien
         # As the servo sees it: a contact ends above two counts, for a stick that lies on the head must not chatter, but
         # a head acts below z = 0 only.
         if blow.count_m > 0.0:
-            loss = slow_loss(loss, seen_before, speed_before, seen, speed)
+            reduction = slow_rebound_reduction(reduction, seen_before, speed_before, seen, speed)
             seen_before = seen
             if speed != 0.0:
                 speed_before = speed
@@ -198,7 +198,7 @@ def rebound(arm: Arm, head: Head, window: int, blow: Impact, scratch: Coefficien
             if head.release != PAPER:
                 force = max(force, 0.0)
             if speed >= 0.0:
-                force *= 1.0 - loss
+                force *= 1.0 - reduction
         idle = 0 if force != 0.0 else idle + 1
         if arm.delay_ticks > 0:
             force, scratch[due] = scratch[due], force
@@ -291,18 +291,18 @@ def widest_window(lightest: Arm, heaviest: Arm, head: Head, scratch: Coefficient
 
 
 @njit()
-def kick(arm: Arm, head: Head, window: int, resolution_m: float) -> float:
+def velocity_step_per_count(arm: Arm, head: Head, window: int, resolution_m: float) -> float:
     """Change of the arm's speed in a tick by one encoder count by way of the damper, m/s."""
     return (head.r + head.k * arm.lead_s) * resolution_m / (window * arm.m)
 
 
 @njit()
-def most_kick(delay_ticks: int) -> float:
+def max_velocity_step_per_count(delay_ticks: int) -> float:
     """The most that one encoder count may change of an arm's speed in a tick, m/s, when its force is so late."""
-    return MAX_KICK_M_PER_S / (1.0 + KICK_SHARE_OF_A_DELAY_TICK * delay_ticks)
+    return MAX_VELOCITY_STEP_M_PER_S / (1.0 + VELOCITY_STEP_SHARE_PER_DELAY_TICK * delay_ticks)
 
 
 @njit()
-def swing(arm: Arm, head: Head, resolution_m: float) -> float:
+def oscillation_speed_per_count(arm: Arm, head: Head, resolution_m: float) -> float:
     """The speed of an arm that swings by one encoder count on the head's spring, m/s."""
     return math.sqrt(head.k / arm.m) * resolution_m

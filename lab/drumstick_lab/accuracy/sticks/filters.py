@@ -119,9 +119,11 @@ def fall(servo: Servo, kind: Filter, speed: float, phase: float, guarded: bool) 
         detect_events(servo, z, v, tick * plan.period_ns)
         head_N, pulse_N = requested_forces(servo, period_s)
         if guarded:
-            phantom.obey(plant, guard.limit(held, servo.device_limits[0], head_N, pulse_N, z, v, period_s))
+            phantom.apply_force(
+                plant, guard.limit(held, servo.device_limits[0], head_N, pulse_N, z, v, period_s)
+            )
         else:
-            phantom.obey(plant, head_N + pulse_N)
+            phantom.apply_force(plant, head_N + pulse_N)
         if plant.z_m > plan.head_z_m + _CLEAR_M and plant.v_m_per_s > 0.0:
             return plant.v_m_per_s / speed
     return -1.0

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from drumstick.parameters.scene import Scene
 from haptic_server.servo.priority import FIFO_PRIORITY
-from haptic_server.servo.stall_detector import StallDetector, excused
+from haptic_server.servo.stall_detector import StallDetector, without_host_stalls
 
 HERE = Path(__file__).parent
 
@@ -122,17 +122,17 @@ class Window(NamedTuple):
 def window(ours: Loop, other: Loop, rate_Hz: int, ticks: int, swapped: bool) -> Window:
     """Both loops at the same time, half a period apart; `swapped`: the second comes first."""
     half = round(0.5e9 / rate_Hz)
-    with StallDetector() as witnesses:
+    with StallDetector() as probes:
         first = time.monotonic_ns() + _LEAD_NS
         ours.start(first + half * swapped, ticks)
         other.start(first + half * (not swapped), ticks)
         kept = ours.kept(), other.kept()
-    return Window(*kept, witnesses.stalls(), witnesses.refused)
+    return Window(*kept, probes.stalls(), probes.refused)
 
 
 def discounted(kept: Kept, stalls: Times) -> Times:
     """Lateness without what witnesses saw, ns."""
-    return excused(kept.due_ns, kept.late_ns, stalls)
+    return without_host_stalls(kept.due_ns, kept.late_ns, stalls)
 
 
 def percentiles(late_ns: Times) -> dict[str, float]:

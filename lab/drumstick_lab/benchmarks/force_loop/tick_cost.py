@@ -114,7 +114,7 @@ def bare_arm(
     for tick in range(ticks):
         phantom.carry(plant[0], gesture[0], path, 1e-3, math.inf)
         phantom.measure(plant[0], reading[0], tick)
-        phantom.obey(plant[0], -k_coll * min(reading[0].z_m, 0.0))
+        phantom.apply_force(plant[0], -k_coll * min(reading[0].z_m, 0.0))
 
 
 @njit()

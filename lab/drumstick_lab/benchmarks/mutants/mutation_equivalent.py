@@ -37,7 +37,7 @@ _ANY_NUMBER: dict[tuple[str, str], str] = {
     (_BOUNDS, "ENDLESS_M_PER_S = 1e300"): "any number that no speed reaches",
 }
 
-for _code in ("STIFF", "LATE", "SELF_DRIVEN", "COARSE", "FINE"):
+for _code in ("STIFF", "LATE", "SELF_DRIVEN", "COUNT_LIMIT_CYCLE", "COUNT_OSCILLATION"):
     _ANY_NUMBER[_ENVELOPE, f"return {_code}, 0.0, 0"] = "`judge` looks at nothing but the code of a refusal"
 for _code in ("HAND", "ENDLESS", "SPEED", "FORCE", "THROW"):
     _ANY_NUMBER[_ENVELOPE, f"return {_code}, 0.0"] = "`judge` looks at nothing but the code of a refusal"

@@ -23,7 +23,7 @@ from rig_process import Listener, running, wait_for
 from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick_lab.checkout import RESULTS
 from drumstick_lab.soak.quicker import quicker
-from haptic_server.servo.stall_detector import StallDetector, excused
+from haptic_server.servo.stall_detector import StallDetector, without_host_stalls
 from protocol.keys import Keys
 from protocol.messages import CONTACT_PIECE_S, Contact, Meter, Release, decode
 from rig.machine.this_machine import description
@@ -141,7 +141,7 @@ def _percentiles_ms(
 ) -> dict[str, dict[str, float]]:
     begun, took = np.array(begun_ns, np.int64), np.array(arrival_ns, np.int64) - np.array(begun_ns, np.int64)
     result: dict[str, dict[str, float]] = {}
-    for name, spent in (("measured", took), ("less_stalls", excused(begun, took, stalls))):
+    for name, spent in (("measured", took), ("less_stalls", without_host_stalls(begun, took, stalls))):
         p1, p50, p99 = np.percentile(spent, (1, 50, 99)) / 1e6
         result[name] = {
             "p1_ms": float(p1),
@@ -177,14 +177,14 @@ def played(text: str, contacts: int, patience_s: float) -> dict[str, Any]:
             meters = Listener(session, rig.keys.meter, Meter)
             wait_for("contacts that sound", lambda: meters.got and meters.got[-1].played > 0)
             before = meters.got[-1]
-            with StallDetector() as witnesses:
+            with StallDetector() as probes:
                 ear = Ear(session, rig.keys)
                 wait_for("the contacts", lambda: ear.count >= contacts + 2, patience_s)
                 heard, releases = ear.close()
             after = meters.got[-1]
             session.close()
     count, wrong = broken(heard, releases)
-    stood_still = beside_stalls(wrong, releases, witnesses.stalls())
+    stood_still = beside_stalls(wrong, releases, probes.stalls())
     return {
         "contacts": count,
         "broken": len(wrong) - len(stood_still),
@@ -193,7 +193,7 @@ def played(text: str, contacts: int, patience_s: float) -> dict[str, Any]:
         "sounded": after.played - before.played,
         "bridged": after.underflows - before.underflows,
         "late": after.late - before.late,
-        "latency": latencies(heard, witnesses.stalls()),
+        "latency": latencies(heard, probes.stalls()),
     }
 
 

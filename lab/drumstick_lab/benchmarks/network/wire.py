@@ -25,7 +25,7 @@ import numpy.typing as npt
 from drumstick_lab.benchmarks.network.wire_servo import WARM_S
 from drumstick_lab.checkout import RESULTS
 from haptic_server.gateway.options import GatewayOptions
-from haptic_server.servo.stall_detector import StallDetector, excused
+from haptic_server.servo.stall_detector import StallDetector, without_host_stalls
 from realtime.service_options import command
 from rig.machine.this_machine import description
 
@@ -105,7 +105,7 @@ def strike(rate_Hz: float, seconds: float, subscribers: int) -> Run:
                 script = "drumstick_lab.benchmarks.network.wire_listener"
                 listener = listening.enter_context(child(script, str(folder / f"{kind}.npz"), kind, *words))
                 assert line(listener) == "ready\n"
-            with StallDetector() as witnesses:
+            with StallDetector() as probes:
                 assert servo.stdin is not None
                 servo.stdin.write("go\n")
                 servo.stdin.flush()
@@ -115,7 +115,7 @@ def strike(rate_Hz: float, seconds: float, subscribers: int) -> Run:
             with np.load(folder / f"{kind}.npz") as arrays:
                 heard[kind] = [arrays[name] for name in arrays.files]
         ticks = np.load(folder / "ticks.npy")
-    return Run(made, dropped, ticks, heard, witnesses.stalls())
+    return Run(made, dropped, ticks, heard, probes.stalls())
 
 
 def delays_us(run: Run, kind: str, first: int) -> npt.NDArray[np.float64]:
@@ -123,7 +123,7 @@ def delays_us(run: Run, kind: str, first: int) -> npt.NDArray[np.float64]:
     rows = run.heard[kind][0]
     rows = rows[rows[:, 0] >= first]
     ticks = run.ticks[rows[:, 0] - 1]
-    return excused(ticks, rows[:, 1] - ticks, run.stalls) / 1e3
+    return without_host_stalls(ticks, rows[:, 1] - ticks, run.stalls) / 1e3
 
 
 def lost(run: Run, kind: str) -> int:

@@ -23,7 +23,7 @@ from pythonosc.osc_message_builder import OscMessageBuilder
 from rig_process import Rig, ask, running, wait_for
 
 from drumstick_lab.checkout import RESULTS
-from haptic_server.servo.stall_detector import StallDetector, excused
+from haptic_server.servo.stall_detector import StallDetector, without_host_stalls
 from osc_mutants import KILLERS, MUTANT_HOST, mutant
 from rig.machine.this_machine import description
 
@@ -82,7 +82,7 @@ def attack(rig: Rig, messages: int, seed: int) -> dict[str, object]:
         warm = resident_mb(gateway)
         memory: list[float] = []
         begun = time.monotonic()
-        with StallDetector() as witnesses:
+        with StallDetector() as probes:
             for i, packet in enumerate(packets(seed, messages)):
                 stranger.sendto(packet, where)
                 if i % GROUP == GROUP - 1:
@@ -94,7 +94,7 @@ def attack(rig: Rig, messages: int, seed: int) -> dict[str, object]:
                     memory.append(round(resident_mb(gateway), 1))
         seconds = time.monotonic() - begun
     due, took_ns = np.array(waits, np.int64).T
-    own = excused(due, took_ns, witnesses.stalls()) / 1e6
+    own = without_host_stalls(due, took_ns, probes.stalls()) / 1e6
     return {
         "messages": messages,
         "messages_per_s": round(messages / seconds),

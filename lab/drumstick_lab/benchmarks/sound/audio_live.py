@@ -28,7 +28,7 @@ from drumstick.scenes.scene_text import parse
 from drumstick_lab.benchmarks.sound.jack_device import RATE_HZ, dummy_device
 from drumstick_lab.benchmarks.sound.seldom_witness import SeldomWitnesses
 from drumstick_lab.checkout import RESULTS
-from haptic_server.servo.stall_detector import excused
+from haptic_server.servo.stall_detector import without_host_stalls
 from rig.machine.this_machine import description
 from sound_server.sinks.selection import named_device
 
@@ -104,7 +104,7 @@ def window(sink: "DeviceSink", ring: StrikeRing, seconds: float, work: Work) -> 
     worker = threading.Thread(target=work, args=(stop,), daemon=True)
     blow = strike_for_speed(SCENE, 1.0, 0.5, 0.0)
     before, xruns = time.monotonic_ns(), sink.xruns
-    with SeldomWitnesses() as witnesses:
+    with SeldomWitnesses() as probes:
         worker.start()
         end = time.monotonic() + seconds
         while time.monotonic() < end:
@@ -114,7 +114,7 @@ def window(sink: "DeviceSink", ring: StrikeRing, seconds: float, work: Work) -> 
         stop.set()
         worker.join()
     assert not sink.lost, sink.lost
-    return found[found[:, 0] >= before], witnesses, sink.xruns - xruns
+    return found[found[:, 0] >= before], probes, sink.xruns - xruns
 
 
 def shares(spent: Numbers) -> dict[str, float]:
@@ -125,25 +125,25 @@ def shares(spent: Numbers) -> dict[str, float]:
 
 def row(sink: "DeviceSink", ring: StrikeRing, seconds: float, work: Work) -> Any:
     times = scheduled()
-    blocks, witnesses, xruns = window(sink, ring, seconds, work)
+    blocks, probes, xruns = window(sink, ring, seconds, work)
     ran, waited = callback_shares(times, scheduled(), len(blocks))
-    begun, spent, stalls = blocks[:, 0], blocks[:, 1], witnesses.stalls()
+    begun, spent, stalls = blocks[:, 0], blocks[:, 1], probes.stalls()
     # A block is due a period after the one before; a late one does not make the next late.
     late = np.maximum(np.diff(begun) - PERIOD_NS, 0)
-    without = excused(begun[:-1] + PERIOD_NS, late, stalls)
+    without = without_host_stalls(begun[:-1] + PERIOD_NS, late, stalls)
     stalled = stalls[:, 1] - stalls[:, 0]
     return {
         "blocks": len(blocks),
         "share": shares(spent),
         "ran_mean": ran,
         "waited_mean": waited,
-        "share_excused": shares(excused(begun, spent, stalls)),
+        "share_excused": shares(without_host_stalls(begun, spent, stalls)),
         "late": int(np.sum(late > PERIOD_NS // 2)),
         "late_excused": int(np.sum(without > PERIOD_NS // 2)),
         "xruns": xruns,
         "witnessed_stalls_over_1_ms": int(np.sum(stalled > 1_000_000)),
         "longest_stall_ms": float(stalled.max(initial=0)) * 1e-6,
-        "witnesses_refused": witnesses.refused,
+        "witnesses_refused": probes.refused,
     }
 
 

@@ -31,8 +31,8 @@ HAND = parse(shipped_text("phantom"), "phantom").stick
 K_N_PER_M = (50.0, HAND.k_coll_N_per_m)
 R_N_S_PER_M = (0.05, 1000.0)
 RULES = {
-    envelope.OK: "accepted", envelope.LATE: "late", envelope.SELF_DRIVEN: "self-driven", envelope.COARSE: "coarse",
-    envelope.FINE: "fine",
+    envelope.OK: "accepted", envelope.LATE: "late", envelope.SELF_DRIVEN: "self-driven", envelope.COUNT_LIMIT_CYCLE: "coarse",
+    envelope.COUNT_OSCILLATION: "fine",
 }  # fmt: skip
 STIFFNESSES, DAMPINGS, HALVINGS = 81, np.geomspace(*R_N_S_PER_M, 241), 6  # of the judged grid
 ACCEPTED_BEFORE = ("accepted", "rebound", "self-driven", "coarse", "fine")
@@ -265,8 +265,8 @@ def main() -> None:
         "r_N_s_per_m": R_N_S_PER_M,
         "played_s": PLAYED_S,
         "most_rebound": sampled_contact.MAX_REBOUND,
-        "most_kick_m_per_s": sampled_contact.MAX_KICK_M_PER_S,
-        "most_swing_m_per_s": sampled_contact.MAX_SWING_M_PER_S,
+        "most_kick_m_per_s": sampled_contact.MAX_VELOCITY_STEP_M_PER_S,
+        "most_swing_m_per_s": sampled_contact.MAX_OSCILLATION_M_PER_S,
         "most_slow_rebound": sampled_contact.MAX_SLOW_REBOUND,
         "regions": [region(setting) for setting in SETTINGS],
         "over_mass": over_mass(),

@@ -21,7 +21,7 @@ _STILL_PLAYING_NS = 2_000_000_000
 def foresee_hand(servo: Servo) -> None:
     """Write into servo.ahead_law the law with the hand as it pulls now; without a hand to estimate it is the law."""
     servo.ahead_law[0] = servo.law[0]
-    hand_estimate.freeze(servo.hand[0], servo.ahead_law[0])
+    hand_estimate.write_predicted_hand(servo.hand[0], servo.ahead_law[0])
 
 
 @njit()

@@ -32,7 +32,7 @@ _GOES_ON_S = 0.005
 _CREEPS_M_PER_S = 1e-3  # below it friction has no sign
 
 
-class HandPull(Record):
+class HandEstimate(Record):
     """Estimate of the hand from an arm's motion: its pull as an acceleration, and how that changes."""
 
     t_ns: int
@@ -47,7 +47,7 @@ class HandPull(Record):
     queue_N: Annotated[npt.NDArray[np.float64], "f8", (MAX_DELAY_TICKS,)]
 
 
-HAND = dtype_of(HandPull)
+HAND = dtype_of(HandEstimate)
 
 
 def new_hand(scene: Scene) -> npt.NDArray[np.void]:
@@ -67,7 +67,7 @@ def new_hand(scene: Scene) -> npt.NDArray[np.void]:
 
 
 @njit()
-def _acted(hand: HandPull, asked_N: float, delay_ticks: int) -> float:
+def _acted(hand: HandEstimate, asked_N: float, delay_ticks: int) -> float:
     # The force over the tick that is over: what was asked for so many ticks ago.
     if delay_ticks > 0:
         late = hand.queue_N[hand.next]
@@ -78,7 +78,7 @@ def _acted(hand: HandPull, asked_N: float, delay_ticks: int) -> float:
 
 
 @njit()
-def _begin(hand: HandPull, law: Law, z: float) -> None:
+def _begin(hand: HandEstimate, law: Law, z: float) -> None:
     hand.known_s = 0.0
     hand.z_m = z
     hand.v_m_per_s = 0.0
@@ -87,7 +87,7 @@ def _begin(hand: HandPull, law: Law, z: float) -> None:
 
 
 @njit()
-def _predict(hand: HandPull, law: Law, force: float, span: float) -> None:
+def _predict(hand: HandEstimate, law: Law, force: float, span: float) -> None:
     spring, damper = law.k_hand / law.m, law.r_out / law.m
     v = hand.v_m_per_s
     friction = hand.friction_N * v / (abs(v) + _CREEPS_M_PER_S)
@@ -100,7 +100,7 @@ def _predict(hand: HandPull, law: Law, force: float, span: float) -> None:
 
 
 @njit()
-def _correct(hand: HandPull, law: Law, off: float) -> None:
+def _correct(hand: HandEstimate, law: Law, off: float) -> None:
     # The gains are of z and its derivatives; what they say of z'' and z''' is the hand's.
     spring, damper = law.k_hand / law.m, law.r_out / law.m
     z, v, z2, z3 = hand.gains[0] * off, hand.gains[1] * off, hand.gains[2] * off, hand.gains[3] * off
@@ -112,7 +112,7 @@ def _correct(hand: HandPull, law: Law, off: float) -> None:
 
 @njit()
 def update_observer(
-    hand: HandPull, law: Law, asked_N: float, delay_ticks: int, z: float, now_ns: int
+    hand: HandEstimate, law: Law, asked_N: float, delay_ticks: int, z: float, now_ns: int
 ) -> None:
     """The arm is at z m now; `asked_N` was asked of it in the tick before this one, and acts some ticks later."""
     force, span = _acted(hand, asked_N, delay_ticks), (now_ns - hand.t_ns) * 1e-9
@@ -128,7 +128,7 @@ def update_observer(
 
 
 @njit()
-def freeze(hand: HandPull, law: Law) -> None:
+def write_predicted_hand(hand: HandEstimate, law: Law) -> None:
     """Give the law a hand at rest that pulls as this one does on the mean of a contact."""
     if hand.known_s < _SETTLED_S or not law.k_hand > 0.0:
         return

@@ -33,7 +33,7 @@ from haptic_server.records import (
     set_type,
 )
 from haptic_server.servo.force.guard import DEVICE_LIMITS, GUARD, DeviceLimits, GuardState, rebound_bounds
-from haptic_server.servo.force.hand_estimate import HandPull, new_hand
+from haptic_server.servo.force.hand_estimate import HandEstimate, new_hand
 from haptic_server.servo.force.velocity import Track, new_track
 from haptic_server.servo.simulation.hand import GESTURE, Gesture
 from haptic_server.servo.simulation.phantom import Plant
@@ -83,7 +83,7 @@ class Servo(NamedTuple):
     pending_words: npt.NDArray[np.int64]
     pending_numbers: npt.NDArray[np.float64]
     stream: contacts.Stream = ABSENT
-    hand: Rows[HandPull] = ABSENT
+    hand: Rows[HandEstimate] = ABSENT
     plant: Rows[Plant] = ABSENT
     replay: Rows[PlaybackState] = ABSENT
     pointed: Rows[PointedHand] = ABSENT

@@ -26,8 +26,8 @@ def state_of(tick_state: TickState) -> int:
 
 
 @njit()
-def held_word(tick_state: TickState) -> int:
-    """Word of the permission in the block, from which the next servo goes on: 0, 1 for a panic, 1 + fault."""
+def held_code(tick_state: TickState) -> int:
+    """Code of the permission in the block, from which the next servo goes on: 0, 1 for a panic, 1 + fault."""
     if tick_state.fault != NO_FAULT:
         return 1 + tick_state.fault
     return 1 if tick_state.panicked != 0 else 0

@@ -74,4 +74,4 @@ def pointed_arm_tick(servo: Servo, now_ns: int, span_s: float) -> None:
     phantom.measure(plant, reading, now_ns)
     reading.x_m = hand.x * plan.reach_m
     reading.y_m = hand.y * plan.reach_m
-    phantom.obey(plant, render(servo, reading, now_ns, span_s))
+    phantom.apply_force(plant, render(servo, reading, now_ns, span_s))

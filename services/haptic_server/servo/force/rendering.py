@@ -8,7 +8,7 @@ drumstick.stick.composition). Tick thread: no allocation, no locks, no Python, n
 
 import math
 
-from drumstick.safety.sampled_contact import slow_loss
+from drumstick.safety.sampled_contact import slow_rebound_reduction
 from drumstick.stick import composition
 from drumstick.stick.motion import exact, transitions
 from drumstick.stick.motion.events import DESCENT
@@ -18,7 +18,7 @@ from haptic_server.servo.force import guard, hand_estimate, streaming
 from haptic_server.servo.force.event_output import end_contact, note_release, note_strike
 from haptic_server.servo.force.latch import latch_in_hand
 from haptic_server.servo.force.memory import Servo
-from haptic_server.servo.force.orders import NOTHING, held_word, obey
+from haptic_server.servo.force.orders import NOTHING, held_code, obey
 from haptic_server.servo.force.velocity import follow, forget
 from realtime.atomics import store_release
 from realtime.kernels.jit import njit, only_with
@@ -70,9 +70,11 @@ def detect_events(servo: Servo, z: float, v: float, now_ns: int) -> None:
     motion.z = z + v * servo.plan[0].lead_s
     motion.v = v
     tick_state = servo.tick_state[0]
-    tick_state.loss = slow_loss(tick_state.loss, above, tick_state.last_v, motion.z, v)
+    tick_state.force_reduction = slow_rebound_reduction(
+        tick_state.force_reduction, above, tick_state.last_nonzero_v, motion.z, v
+    )
     if v != 0.0:
-        tick_state.last_v = v
+        tick_state.last_nonzero_v = v
     if motion.contact_phase == exact.ABOVE:
         if motion.z < 0.0 and v < 0.0:
             _enter(servo, z, now_ns)
@@ -98,7 +100,7 @@ def requested_forces(servo: Servo, period_s: float) -> tuple[float, float]:
     # Strikes are told apart two counts above the head, but up there the head neither pushes nor pulls.
     head_N = transitions.force_now(law, motion) if motion.z < 0.0 else 0.0
     if motion.v >= 0.0:
-        head_N *= 1.0 - servo.tick_state[0].loss
+        head_N *= 1.0 - servo.tick_state[0].force_reduction
     before = composition.remaining_speed(law, motion)
     composition.elapse(law, motion, period_s, composition.fades(law, period_s))
     return head_N, law.m * (before - composition.remaining_speed(law, motion)) / period_s
@@ -186,7 +188,7 @@ def render(servo: Servo, reading: Reading, now_ns: int, span_s: float) -> float:
         force = 0.0
     streaming.settle(servo)
     tick_state.force_N = force
-    store_release(control, HELD, held_word(tick_state))
+    store_release(control, HELD, held_code(tick_state))
     store_release(control, PANICS_SEEN, tick_state.panics_seen)
     store_release(control, HEARTBEAT, now_ns)
     return force

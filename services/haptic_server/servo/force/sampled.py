@@ -35,7 +35,7 @@ def sampled_tick(servo: Servo, now_ns: int, span_s: float) -> None:
     advance_orbit(tick_state, plan, span_s)
     reading.x_m = tick_state.x * plan.reach_m
     reading.y_m = tick_state.y * plan.reach_m
-    phantom.obey(plant, render(servo, reading, now_ns, span_s))
+    phantom.apply_force(plant, render(servo, reading, now_ns, span_s))
     _lift_when_dead(servo, span_s)
 
 

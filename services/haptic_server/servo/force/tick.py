@@ -12,7 +12,7 @@ from haptic_server.servo.force import streaming
 from haptic_server.servo.force.event_output import end_contact, note_release, note_strike
 from haptic_server.servo.force.latch import latch
 from haptic_server.servo.force.memory import Servo
-from haptic_server.servo.force.orders import NOTHING, held_word, obey
+from haptic_server.servo.force.orders import NOTHING, held_code, obey
 from haptic_server.servo.force.strike_positions import advance_orbit
 from realtime.atomics import store_release
 from realtime.kernels.jit import njit
@@ -111,7 +111,7 @@ def conclude(servo: Servo, now_ns: int) -> None:
         _lift_away(servo, now_ns)
     streaming.settle(servo)
     tick_state.force_N = transitions.force_now(servo.law[0], motion) if motion.outcome != exact.LEFT else 0.0
-    store_release(control, HELD, held_word(tick_state))
+    store_release(control, HELD, held_code(tick_state))
     store_release(control, PANICS_SEEN, tick_state.panics_seen)
     store_release(control, HEARTBEAT, now_ns)
 

@@ -155,7 +155,7 @@ def carry(
 
 
 @njit()
-def obey(plant: Plant, force_N: float) -> None:
+def apply_force(plant: Plant, force_N: float) -> None:
     """Take the force to hold until the next tick; it acts some ticks later when the arm is slow."""
     if plant.delay_ticks > 0:
         late = plant.queue_N[plant.next]

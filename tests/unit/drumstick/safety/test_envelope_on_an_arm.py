@@ -86,7 +86,7 @@ def test_a_damper_that_answers_each_count_with_a_jerk(delay: int, kick: float) -
     most = kick * window * 0.3 / COUNT_M - k * T / 4.0 + 0.1
     assert _judged(_law(k, most * (1.0 - JUST)), heavy).code == envelope.OK
     refused = _law(k, most * (1.0 + JUST))
-    assert _judged(refused, heavy).code == envelope.COARSE
+    assert _judged(refused, heavy).code == envelope.COUNT_LIMIT_CYCLE
     words = _refusal(refused, heavy)
     assert f"each encoder count of {COUNT_M * 1e3:g} mm" in words
     assert "0.3 .. 0.31 kg" in words
@@ -101,17 +101,17 @@ def test_a_slow_blow_that_grows_by_counts() -> None:
     limits = dataclasses.replace(ARM, delay_ticks=8, lead_s=0.0, period_s=5e-4, max_speed_m_per_s=10.0)
     limits = dataclasses.replace(limits, lightest_kg=0.1048, heaviest_kg=0.148, grip_N_per_m=6.6)
     law = _law(819.2319, 5.6467, r_out=0.13456)
-    assert _judged(law, limits).code == envelope.COARSE
+    assert _judged(law, limits).code == envelope.COUNT_LIMIT_CYCLE
     assert _judged(law, dataclasses.replace(limits, resolution_m=COUNT_M / 30.0)).code == envelope.OK
 
 
 def test_an_arm_that_swings_by_counts_on_a_stiff_spring() -> None:
     """sqrt(K/m) q of the lightest arm; the words name the stiffness that is taken."""
     light = dataclasses.replace(ARM, lightest_kg=0.03, heaviest_kg=0.042, period_s=2.5e-4, lead_s=1.25e-4)
-    most = 0.03 * (sampled_contact.MAX_SWING_M_PER_S / COUNT_M) ** 2
+    most = 0.03 * (sampled_contact.MAX_OSCILLATION_M_PER_S / COUNT_M) ** 2
     assert _judged(_law(most * (1.0 - JUST), 5.0), light).code == envelope.OK
     refused = _law(most * (1.0 + JUST), 5.0)
-    assert _judged(refused, light).code == envelope.FINE
+    assert _judged(refused, light).code == envelope.COUNT_OSCILLATION
     words = _refusal(refused, light)
     assert f"lower k_coll to {most:.4g} N/m" in words
     assert "0.03 .. 0.042 kg" in words

@@ -16,12 +16,12 @@ from drumstick.safety.sampled_contact import (
     Head,
     Impact,
     is_stable,
-    kick,
     most_rebound,
+    oscillation_speed_per_count,
     rebound,
-    slow_loss,
     slow_rebound,
-    swing,
+    slow_rebound_reduction,
+    velocity_step_per_count,
     widest_window,
     worst_rebound,
 )
@@ -144,8 +144,8 @@ def test_every_window_up_to_the_widest_keeps_the_promise(k: float, r: float, del
 def test_one_count_is_what_damper_and_spring_make_of_it() -> None:
     """By hand: (R + K lead) q/(n m), and sqrt(K/m) q."""
     arm, head = _arm(lead_s=0.5e-3), Head(3500.0, 2.0, UNILATERAL)
-    assert kick(arm, head, 5, 3e-5) == pytest.approx((2.0 + 1.75) * 3e-5 / (5 * 0.075))
-    assert swing(arm, head, 3e-5) == pytest.approx(math.sqrt(3500.0 / 0.075) * 3e-5)
+    assert velocity_step_per_count(arm, head, 5, 3e-5) == pytest.approx((2.0 + 1.75) * 3e-5 / (5 * 0.075))
+    assert oscillation_speed_per_count(arm, head, 3e-5) == pytest.approx(math.sqrt(3500.0 / 0.075) * 3e-5)
 
 
 @pytest.mark.parametrize(
@@ -185,7 +185,7 @@ def test_with_fine_counts_a_slow_blow_is_like_any_other() -> None:
 
 
 @pytest.mark.parametrize(
-    ("before", "v_before", "z", "v", "loss"),
+    ("before", "v_before", "z", "v", "reduction"),
     [
         (1e-4, -0.01, -1e-4, -0.01, 0.2),  # it comes in: what its speed says
         (0.0, -0.01, -1e-4, -0.03, 0.1),
@@ -200,9 +200,9 @@ def test_with_fine_counts_a_slow_blow_is_like_any_other() -> None:
     ],
 )
 def test_what_a_slow_blow_loses_is_settled_as_it_comes_in_and_forgotten_as_it_sinks_again(
-    before: float, v_before: float, z: float, v: float, loss: float
+    before: float, v_before: float, z: float, v: float, reduction: float
 ) -> None:
-    assert slow_loss(0.15, before, v_before, z, v) == pytest.approx(loss)
+    assert slow_rebound_reduction(0.15, before, v_before, z, v) == pytest.approx(reduction)
 
 
 def _played(arm: Arm, head: Head, window: int, blow: Impact) -> float:
@@ -216,19 +216,19 @@ def _played(arm: Arm, head: Head, window: int, blow: Impact) -> float:
 
     z, v = blow.phase * period * blow.speed + q, -blow.speed
     seen = [told(z + ago * period * blow.speed) for ago in range(window, -1, -1)]
-    asked, touching, loss, hunting = [0.0] * (arm.delay_ticks + 1), False, 0.0, 0.0
+    asked, touching, reduction, hunting = [0.0] * (arm.delay_ticks + 1), False, 0.0, 0.0
     above_before, last_speed = 0.0, 0.0
     for tick in range(400):
         speed = (seen[-1] - seen[-1 - window]) / (window * period)
         at = seen[-1] + arm.lead_s * speed
         if q > 0.0:
-            loss = slow_loss(loss, above_before, last_speed, at, speed)
+            reduction = slow_rebound_reduction(reduction, above_before, last_speed, at, speed)
             above_before, last_speed = at, speed if speed != 0.0 else last_speed
         touching = at <= 2.0 * q if touching else at < 0.0
         force = -head.k * at - head.r * speed if touching and at < 0.0 else 0.0
         if head.release == UNILATERAL:
             force = max(force, 0.0)
-        asked.append(force * (1.0 - loss if speed >= 0.0 else 1.0))
+        asked.append(force * (1.0 - reduction if speed >= 0.0 else 1.0))
         if z > 0.0 and v > 0.0 and not touching and not any(asked[-1 - arm.delay_ticks :]):
             return v / blow.speed
         z, v = (float(each) for each in step @ [z, v] + pushes * asked[-1 - arm.delay_ticks])

@@ -80,7 +80,7 @@ def test_encoders_round_and_late_motors_queue() -> None:
     assert reading["z_m"][0] == RESOLUTION
     forces = []
     for asked in (1.0, 2.0, 30.0, 4.0, 5.0):
-        phantom.obey(plant[0], asked)
+        phantom.apply_force(plant[0], asked)
         forces.append(float(plant["force_N"][0]))
     assert forces == [0.0, 0.0, 1.0, 2.0, 8.5]
 
