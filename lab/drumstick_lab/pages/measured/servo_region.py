@@ -117,8 +117,13 @@ def _search(held: dict[str, Any]) -> list[str]:
 
 
 def _require_numbers_of_the_code(result: dict[str, Any]) -> None:
-    names = ("most_rebound", "most_kick_m_per_s", "most_swing_m_per_s", "most_slow_rebound")
-    if any(result[name] != getattr(sampled_contact, name.upper().replace("MOST_", "MAX_")) for name in names):
+    now = {
+        "most_rebound": sampled_contact.MAX_REBOUND,
+        "most_kick_m_per_s": sampled_contact.MAX_VELOCITY_STEP_M_PER_S,
+        "most_swing_m_per_s": sampled_contact.MAX_OSCILLATION_M_PER_S,
+        "most_slow_rebound": sampled_contact.MAX_SLOW_REBOUND,
+    }
+    if any(result[name] != number for name, number in now.items()):
         raise LookupError("the region was judged by other numbers: drumstick lab region")
 
 
