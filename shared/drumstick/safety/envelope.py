@@ -1,8 +1,8 @@
 """The joint envelope: which whole sets of parameters may reach a device while someone plays.
 
 Single ranges are not enough (a small m with a large K_coll, or a long roll with little loss, is dangerous only
-together). The same compiled judgement stands at both fences: the gateway, which words the refusal, and the servo, which
-trusts nobody. It gates live sets and devices only; `simulate` takes whatever the table's ranges allow.
+together). The same compiled judgement runs in two places: in the gateway, which words the refusal, and in the servo,
+which trusts nobody. It gates live sets and devices only; `simulate` takes whatever the table's ranges allow.
 
 What a roll, and a throw into it, can come to at most is `drumstick.safety.bounds`; whether a sampled arm comes to rest
 in a late head is `drumstick.safety.sampled_contact`. The hand's spring adds its own energy, which depends on where the
@@ -109,7 +109,7 @@ def _with_hand(law: Law, speed: float) -> float:
 
 @njit()
 def predicted(law: Law, throw_m_per_s: float) -> tuple[float, float]:
-    """Bounds of the speed (m/s; ENDLESS_M_PER_S if nothing ends it) and of the force of head and pulses (N).
+    """Bounds of the speed (m/s; UNBOUNDED_M_PER_S if nothing ends it) and of the force of head and pulses (N).
 
     Of a roll on the exact stick that begins with such a throw.
     """
