@@ -1,9 +1,9 @@
 """Scheduling of Contact messages: checked, each tick's sample played once, at its instant, or dropped and counted.
 
 A tick's force sounds `delay_s` after the tick: the scene's latency, or, where that is 0, three pieces and one block of
-the audio device; plus the trim's delay. A piece is full after CONTACT_PIECE_S, the parabolas look two ticks ahead, a block is rendered
-before it sounds; the rest is for the network. A contact whose beginning comes too late for that sounds as soon as it
-can without gaps.
+the audio device; plus the trim's delay. A piece is full after CONTACT_PIECE_S, the parabolas look two ticks ahead, a
+block is rendered before it sounds; the rest is for the network. A contact whose beginning comes too late for that
+sounds as soon as it can without gaps.
 `ContactScheduler` is fed by the one thread that reads contacts; counters may be read from any.
 """
 

@@ -93,8 +93,8 @@ def new_scratch() -> Coefficients:
 class Judgement(NamedTuple):
     """Verdict on a set whatever the stick does: code is OK or the first rule that it breaks.
 
-    reach: the fastest entry into the head, m/s, from which on nothing passes a limit. window: ticks of the longest
-    window for the speed of a sampled arm.
+    reach: the highest entry speed, m/s, after which neither speed nor force exceeds its limit. window: ticks of the
+    longest window for the speed of a sampled arm.
     """
 
     code: int
@@ -222,7 +222,7 @@ def _on_arm(law: Law, limits: Limits, room: Coefficients) -> tuple[int, float, i
 def judge(law: Law, limits: Limits, room: Coefficients) -> Judgement:
     """Judge a set: may it reach the device, and what the tick has to know of it.
 
-    Once a revision: 0.3 ms on the mean, up to 1.1 ms. Written so that a NaN fails every comparison. room:
+    Once a revision: 0.3 ms on average, up to 1.1 ms. Written so that a NaN fails every comparison. room:
     `new_scratch()`.
     """
     code, rebound, window = _of_numbers(law), 0.0, sampled_contact.MAX_WINDOW
@@ -279,6 +279,12 @@ def _what_to_change(law: Records, limits: npt.NDArray[np.void], room: Coefficien
     return "no r_in will do: lower k_coll"
 
 
+def _lag_ms(law: Records, limits: npt.NDArray[np.void]) -> float:
+    # Mean age of the force: half a tick, the device's delay, and that of a head which is sampled itself.
+    arm = _arm(law[0], limits[0], 0.0)
+    return (0.5 + arm.delay_ticks) * arm.period_s * 1e3
+
+
 def require(law: Records, limits: Limits) -> None:
     """Raise Refusal, in words, when `law` (shape (1,)) lies outside the envelope."""
     record, room = limits.record(), new_scratch()
@@ -314,24 +320,28 @@ def _words(law: Records, limits: Limits, record: npt.NDArray[np.void], room: Coe
         BUZZ: f"a contact would last less than {SHORTEST_CONTACT_S * 1e3:g} ms, a buzz: raise m or lower k_coll",
         STIFF: f"k_coll = {k_coll:g} N/m is stiffer than this device can render, "
         f"{limits.stiffness_N_per_m:g} N/m: lower k_coll",
-        LATE: f"the force comes {limits.lag_s * 1e3:g} ms late on the mean, which takes k_coll times that from r_in: "
-        "raise r_in, lower k_coll or raise [servo] rate_Hz",
-        ACTIVE: "r_in must be at least r_out, or the head would push harder the faster it is left",
+        ACTIVE: "r_in must be at least r_out: below that the head's own damper, r_in - r_out, is negative and adds "
+        "energy",
     }
+    if code == LATE:
+        return (
+            f"the force comes {_lag_ms(law, record):g} ms late on average; that delay takes k_coll times as much from "
+            "the damping r_in: raise r_in, lower k_coll or raise [servo] rate_Hz"
+        )
     if code == SELF_DRIVEN:
         return (
-            f"k_coll = {k_coll:g} N/m with r_in = {r_in:g} N s/m, rendered {limits.lag_s * 1e3:g} ms late, would keep "
-            f"{mass} moving by itself: {_what_to_change(law, record, room)}, or raise [servo] rate_Hz"
+            f"k_coll = {k_coll:g} N/m with r_in = {r_in:g} N s/m, rendered {_lag_ms(law, record):g} ms late, would "
+            f"keep {mass} moving by itself: {_what_to_change(law, record, room)}, or raise [servo] rate_Hz"
         )
     if code == FINE:
         most = sampled_contact.MAX_SWING_M_PER_S / limits.resolution_m
         return (
-            f"k_coll = {k_coll:g} N/m is too stiff for {mass}, which would swing by encoder counts of "
+            f"k_coll = {k_coll:g} N/m is too stiff for {mass}, which would oscillate by encoder counts of "
             f"{limits.resolution_m * 1e3:g} mm: lower k_coll to {limits.lightest_kg * most * most:.4g} N/m or less"
         )
     if code == COARSE:
         return (
-            f"r_in = {r_in:g} N s/m would answer each encoder count of {limits.resolution_m * 1e3:g} mm with a jerk "
-            f"that {mass} does not come to rest from: {_what_to_change(law, record, room)}"
+            f"r_in = {r_in:g} N s/m could keep {mass} in a limit cycle of encoder counts of "
+            f"{limits.resolution_m * 1e3:g} mm: {_what_to_change(law, record, room)}"
         )
     return words[code]

@@ -162,8 +162,8 @@ def _encoded(blow: Impact, per_m: float, z: float) -> float:
 def rebound(arm: Arm, head: Head, window: int, blow: Impact, room: Coefficients) -> float:
     """Speed that the arm leaves with over the speed of its blow.
 
-    Of one that does not come out: what it still moves at by encoder counts, 0 without counts. `room`: shape (SCRATCH_SIZE,),
-    written to: its positions at the last ticks, and the forces that are on their way.
+    Of one that does not come out: what it still moves at by encoder counts, 0 without counts. `room`: shape
+    (SCRATCH_SIZE,), written to: its positions at the last ticks, and the forces that are on their way.
     """
     a, w2 = 0.5 * arm.r_hand / arm.m, arm.k_hand / arm.m
     c, s, s_rate = free_response(a, w2, arm.period_s)

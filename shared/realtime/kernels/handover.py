@@ -86,8 +86,8 @@ def _take_up(typingctx, address, kind):
     return returned(address, kind), codegen
 
 
-# load_from_address(address, kind): the value left at `address`; `kind` is its `ForeignHandle.kind`, fixed when the caller
-# is compiled. Any thread; no allocation. From compiled code only.
+# load_from_address(address, kind): the value left at `address`; `kind` is its `ForeignHandle.kind`, fixed when the
+# caller is compiled. Any thread; no allocation. From compiled code only.
 load_from_address: Any = _take_up
 
 

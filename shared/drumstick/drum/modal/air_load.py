@@ -271,7 +271,7 @@ class _Order:
             ahead = -((second - first) ** 2) / bent if bent != 0.0 else 0.0
             w = second + min(max(ahead, -abs(first - w)), abs(first - w))
         raise ValueError(
-            f"the air on the head leaves a mode near {w / (2.0 * math.pi):.0f} Hz without a pitch of its own"
+            f"the air load of the mode near {w / (2.0 * math.pi):.0f} Hz: no frequency found (no convergence)"
         )
 
     def effective(self, w: float, shape: Numbers) -> tuple[float, float]:
@@ -304,7 +304,10 @@ def _speed(load: Load, w: float) -> float:
     solved: Any = _linalg().eigh(w * w * mass - stiff, np.diag(order.zeros**2), eigvals_only=True)
     fastest = float(cast(Numbers, solved)[-1])
     if not fastest > 0.0:
-        raise ValueError(f"the air alone holds the head up to more than f01_Hz = {w / (2.0 * math.pi):g} Hz")
+        raise ValueError(
+            "the kettle's air alone is so stiff that the lowest mode would lie above "
+            f"f01_Hz = {w / (2.0 * math.pi):g} Hz: raise depth_m or f01_Hz"
+        )
     c = math.sqrt(fastest)
     if not c * load.slow < 1.0:
         raise ValueError(
