@@ -173,7 +173,7 @@ def _ring(lattice: Lattice, u: npt.NDArray[np.float64]) -> npt.NDArray[np.float6
 def lowest_eigenvalue(lattice: Lattice) -> float:
     """The smallest a with A u = -a u, that of the lowest mode.
 
-    Rayleigh's quotient of the ideal membrane's mode, whose own error it squares: true to 1e-6 from 24 across.
+    The Rayleigh quotient of the ideal membrane's mode, whose own error it squares: true to 1e-6 from 24 across.
     """
     rows, columns = np.nonzero(lattice.weights)
     u = np.zeros_like(lattice.weights)

@@ -19,9 +19,10 @@ With a kettle, one side is a closed cylinder of depth L with rigid walls: its ow
 J_m'(j') = 0, are masses on springs beside the head's, the higher ones together a mass. So each mode of the two has its
 place among them, and none is taken twice. The walls take a part of what the cylinder's modes hold.
 
-That holds in an endless baffle. Without one the two sides' sound meets round the rim: of what a mode radiates xk^2/(1 +
-xk^2) is left, as of a dipole beside a monopole where waves are long, and all where they are short; its mass is left as
-it is. Where it bends, at xk = 1, is an estimate: the lowest mode of a tom then rings about as long as recorded ones do.
+That holds in an infinite baffle. Without one the two sides' sound meets round the rim: of what a mode radiates xk^2/(1
++ xk^2) is left, as of a dipole beside a monopole where waves are long, and all where they are short; its mass is left
+as it is. Where it bends, at xk = 1, is an estimate: the lowest mode of a tom then rings about as long as recorded ones
+do.
 
 Modes with j_n up to _COUPLED are solved together, order by order. Those above are narrow in x and are solved alone,
 with G = 1/sqrt(j^2 - xk^2), kettle or not: at most four cents off, least for the highest.
@@ -62,7 +63,7 @@ class InAir(NamedTuple):
     """The modes of a head, P of them, and those (B >= P, the same ones first) that their shapes are sums of.
 
     c: speed of its waves without air, radii a second. f_Hz, decays (1/s, by radiation alone), masses (over that without
-    air) and radiated (the share of the power in an endless baffle) have shape (P,).
+    air) and radiated (the share of the power in an infinite baffle) have shape (P,).
     """
 
     modes: Modes
