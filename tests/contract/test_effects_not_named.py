@@ -3,6 +3,7 @@
 import ast
 from collections import defaultdict
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -61,8 +62,8 @@ def named_in(text: str, part: str, names: set[str]) -> set[str]:
 
 
 @pytest.mark.parametrize(("part", "registry"), [("drum", drum_registry), ("stick", stick_registry)])
-def test_nobody_outside_names_an_effect_but_those_that_are_known(part: str, registry: object) -> None:
-    names = set(registry.EFFECTS)
+def test_nobody_outside_names_an_effect_but_those_that_are_known(part: str, registry: ModuleType) -> None:
+    names: set[str] = set(registry.EFFECTS)
     found: dict[str, set[str]] = defaultdict(set)
     for top in ("shared", "services"):
         for path in (ROOT / top).rglob("*.py"):
