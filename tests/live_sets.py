@@ -98,7 +98,9 @@ def gateway_takes(law: Records, played: Scene, changes: dict[str, float]) -> boo
 @njit()
 def _look(servo: memory.Servo, seen: Any, force_before: float, rise_m: float, was_in: bool) -> None:
     # After a tick: the head's share of the force, and its work on the arm's true way since entry.
-    guard, law, motion = servo.guard[0], servo.law[0], servo.motion[0]
+    guard = servo.guard[0]
+    law: Any = servo.law[0]  # of a scene with a pulse
+    motion: Any = servo.motion[0]
     force, tau = servo.tick_state[0].force_N, law.pulse.tau
     seen.no_numbers += not abs(force) < 1e9
     seen.force_N = max(seen.force_N, abs(force))

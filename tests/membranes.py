@@ -68,7 +68,7 @@ class Membrane:
     def energy_with_momentum(
         self, u: npt.NDArray[Any], before: npt.NDArray[Any], tau: float, rho: float, eta: float
     ) -> float:
-        """What never grows where quick modes lose more; without losses it is `energy`.
+        """What never grows where high modes lose more; without losses it is `energy`.
 
         With b = 1 + rho - (1 + eta) q and r = rho (1 - eta q) a step is u+ = b u - r u-. By it the form
         <u+, (1 + r) u+> + <u, (1 + r) u> - 2 <u+, b u> loses <d, (1 - r) d>, where d = u+ - u-.

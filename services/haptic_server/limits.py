@@ -1,4 +1,4 @@
-"""The limits of the envelope for a scene on its device: one text for gateway and servo. Control threads."""
+"""The limits of the envelope for a scene on its device: one implementation for gateway and servo. Control threads."""
 
 import json
 import logging

@@ -1,4 +1,5 @@
-"""The records in the block: what the servo tells the gateway, and what it is told."""
+"""Records of the servo: contact events and status, which cross the block to the gateway; tick state, device reading,
+pointer and constants."""
 
 from typing import Any
 
@@ -82,10 +83,10 @@ STATUS = dtype_of(Status)
 class TickState(Record):
     """State of the simulated player and the tick. `phase` walks the strikes over the head; `rest_s` is how long
     the stick has lain dead, `still_s` how long it crept or was out of reach; the last two strike instants make the
-    roll rate. `max_entry_speed`: the fastest entry that keeps all limits, m/s, with the law that plays
-    (envelope.Judgement). `is_pending`: a set that passed waits to be latched, with its own fastest entry and longest
-    window for the speed. `force_reduction`: the share of its push that the head holds back while a slow blow leaves it
-    (drumstick.safety.sampled_contact); `last_nonzero_v`: the last speed but 0.
+    roll rate. `max_entry_speed`: the highest entry speed, m/s, after which neither speed nor force exceeds its limit,
+    with the law that plays (envelope.Judgement). `is_pending`: a set that passed waits to be latched, with its own
+    highest entry speed and longest window for the speed. `force_reduction`: the share of its push that the head holds
+    back while a slow blow leaves it (drumstick.safety.sampled_contact); `last_nonzero_v`: the last speed but 0.
     """
 
     phase: float

@@ -1,7 +1,7 @@
 """One drum shown to whoever looks: its surface, its spectrum, its cost, each only while somebody subscribes.
 
-A thread of its own, which Zenoh is asked by five times a second while nobody looks. The audio thread is told what to
-copy (drumstick.drum.output.display_data) and never waits.
+Runs on a thread of its own; while nobody subscribes it asks Zenoh five times a second whether anybody does. The audio
+thread is told what to copy (drumstick.drum.output.display_data) and never waits.
 """
 
 import logging

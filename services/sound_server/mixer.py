@@ -8,7 +8,7 @@ function that was compiled for it. Who may change a slot's state is known from t
     LEAVING -> GONE      the audio thread, which does not touch the slot again
     GONE -> EMPTY        the control thread, which lets go of the engine
 
-`mix` and what it calls: audio thread, no allocation, no locks. `Stage`: any number of control threads.
+`mix` and what it calls: audio thread, no allocation, no locks. `Mixer`: any number of control threads.
 """
 
 import functools

@@ -9,6 +9,6 @@ come out.
 | `parameters` | declarations with ranges and units, TOML, scenes, the table of what can be set live |
 | `stick` | contact law, effects, exact motion, fixed steps, simulation |
 | `drum` | membrane, modes, excitation, drum effects, output; engine, calibration, accuracy, offline rendering |
-| `safety` | bounds, the joint envelope, the fence: what may be accepted, and why not |
+| `safety` | bounds, the joint envelope, the fence: which sets are accepted, and the reason for a refusal |
 | `analysis` | return map, cycles and multipliers, capture, predictions |
 """

@@ -78,8 +78,14 @@ def _of_servo(found: Row) -> Iterator[Choice]:
         row for row in found["rows"] if row["passes_envelope"] and row["filter"] == own and not row["missed"]
     ]
     wishes: tuple[tuple[str, Callable[[Row], bool]], ...] = (
-        (f"every rebound within {_SMALL:g} of the design, on the stiffest head that is accepted", _is_close),
-        (f"never more than {100.0 * _LITTLE:g} % of energy out of the rendering, likewise", _adds_little),
+        (
+            f"every rebound within {_SMALL:g} of the design, on the stiffest accepted head for which that holds",
+            _is_close,
+        ),
+        (
+            f"a contact never gains more than {100.0 * _LITTLE:g} % of energy by the rendering, likewise",
+            _adds_little,
+        ),
     )
     for wanted, good in wishes:
         fitting = [row for row in rows if good(row)]

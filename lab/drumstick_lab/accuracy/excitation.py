@@ -1,10 +1,10 @@
 """Excitation of the drum by a strike's message or by the servo's streamed force: error, delay, cost.
 
-Errors are against a contact of the roll, hand and pulse included (drumstick_lab.accuracy.drums.blows), on the mean over places between
+Errors are against a contact of the roll, hand and pulse included (drumstick_lab.accuracy.drums.blows), on average over places between
 two ticks; of the sound below BAND_Hz, the same for all: twenty modes of the default drum lie there. A servo knows
 nothing beyond half of its rate, which a slow one is to show. Latency is from the contact to its force in the
 mesh on the audio's own time line, in blocks of 128 samples at 48 kHz, the network left out: a strike waits half a
-tick and half a block on the mean, a stream as long as the sound server delays it.
+tick and half a block on average, a stream as long as the sound server delays it.
 
 `magnitude_error_dB` leaves time out: of the spectrum's magnitudes in the same band.
 """

@@ -61,7 +61,7 @@ def before() -> str:
         [
             ("limited", "value", "enforced by", "when it is reached", "test"),
             (
-                "speed that a roll can reach; on the simulated stick also a throw into it",
+                "speed that a roll can reach; on the simulated stick also after the throw that starts it",
                 f"{_key('max_speed_m_per_s')}",
                 both,
                 "the whole set is refused, with the number, the limit and what to lower",
@@ -163,7 +163,7 @@ def always() -> str:
             (
                 "force",
                 f"{_key('max_force_N')}; never more than the device says it has",
-                f"{servo}; once more in the device's part (`openhaptics/tick.py`); the driver's own clamp, if it came on",
+                f"{servo}; once more in this program's device module (`openhaptics/tick.py`); the driver's own clamp, if it came on",
                 "the force is cut",
                 _tests(
                     f"{RENDERING}::test_force_and_slew_stay_within_the_limits",
@@ -205,7 +205,7 @@ def always() -> str:
                 ),
             ),
             (
-                "a head that drives the arm by itself",
+                "a rendered head that keeps feeding energy to the arm",
                 f"an excess above the energy at {most_owed:g} m/s and above {constant(guard, '_FAULT_EXCESS_SHARE'):.0%} of the contact's incoming energy; or more than {contacts}"
                 f" contacts in a row that begin with an excess above the energy at {owed:g} m/s; or more than {contacts} in a row without a pulse that"
                 f" reach {constant(guard, '_AT_THE_LIMIT'):.0%} of the force limit, each within {constant(guard, '_FASTEST_HAND_NS') * 1e-6:g} ms and at"
@@ -244,7 +244,7 @@ def always() -> str:
                 "old positions",
                 f"{guard.STALE_S * 1e3:g} ms. A position is stale if it repeats bit for bit right after motion faster than {freshness.MOVING_M_PER_S:g} m/s, or stays"
                 f" identical for {freshness.PRESSING_S:g} s while the force exceeds {freshness.PRESSING_N:g} N",
-                f"device's part (`openhaptics/freshness.py`) and {servo}",
+                f"this program's device module (`openhaptics/freshness.py`) and {servo}",
                 "latched fault",
                 _tests(
                     f"{RENDERING}::test_a_device_that_tells_nothing_new_is_stale",
@@ -255,7 +255,7 @@ def always() -> str:
             (
                 "values that are not numbers",
                 "position, force, time",
-                f"{servo}; once more in the device's part",
+                f"{servo}; once more in this program's device module",
                 "no force on the same tick, latched fault",
                 _tests(
                     LATCHED,
@@ -266,7 +266,7 @@ def always() -> str:
             (
                 "what the driver reports: force error, warm motors, safety switch, lost connection",
                 "any error",
-                "device's part (`openhaptics/tick.py`), whatever the guard says",
+                "this program's device module (`openhaptics/tick.py`), whatever the guard says",
                 "no force on the tick that sees it. Force errors, warmth and switch: latched. Lost connection or timer: the process ends too. A safety switch counts from the first time it was seen closed",
                 _tests(
                     f"{HD}/test_callback.py::test_what_passes_leaves_no_force_until_somebody_arms",
@@ -305,7 +305,7 @@ def always() -> str:
             (
                 "stopping the program in a contact",
                 "-",
-                "device's part",
+                "this program's device module",
                 "the last force sent is zero, then force output is switched off",
                 _tests(
                     "unit/haptic_server/servo/device/test_conformance.py::test_no_force_is_left_when_it_stops_in_mid_contact",

@@ -59,7 +59,7 @@ _MORE = {
         *_materials(),
         "",
         "p = 1.5 and K of wood, nylon and cork are Hertz's for such bodies on polyester, felt's p is a piano hammer's (Chaigne and",
-        "Askenfelt 1994); the other numbers are estimates, wood's mass chosen for 3 to 6 ms on `tom`. `exponent` costs least where it is a",
+        "Askenfelt 1994); the other numbers are estimates, wood's mass chosen for 3 to 6 ms on a 13-inch tom. `exponent` costs least where it is a",
         "multiple of one half. On a mesh the tip covers at least the junctions within one spacing, at most those within seven; on modes it",
         "is as wide as it is.",
         "",

@@ -74,19 +74,24 @@ def _in_both_halves(hours: Floats, values: Floats, bound_per_h: float) -> bool:
     return all(slope_of(hours[half], values[half]).per_h > bound_per_h for half in halves)
 
 
+def _told(value: float) -> str:
+    # Three digits without an exponent: 2e+03 for 2000 reads as if it were rounded to one.
+    return f"{float(f'{value:.3g}'):g}"
+
+
 def _growth_words(unit: str, grows: bool, slope: Slope, bound: float, step: Step | None) -> str:
-    jumped = f"; one jump of {step.by:.3g} {unit} after {step.at_h:.3g} h left out" if step else ""
+    jumped = f"; one jump of {_told(step.by)} {unit} after {step.at_h:.3g} h left out" if step else ""
     if grows:
-        return f"grows: at least {slope.low:.3g} {unit}/h, the bound is {bound:.3g}"
+        return f"grows: at least {_told(slope.low)} {unit}/h, the bound is {_told(bound)}"
     if slope.low > bound:
-        return f"rises by {slope.per_h:.3g} {unit}/h over all, but not in each half of the time: no steady growth"
+        return f"rises by {_told(slope.per_h)} {unit}/h over all, but not in each half of the time: no steady growth"
     if slope.high <= bound:
-        sign = "rises" if slope.low > 0.0 else "falls" if slope.high < 0.0 else "zero"
-        return f"{sign}: the whole interval is under the bound of {bound:.3g} {unit}/h{jumped}"
+        sign = "rises, but" if slope.low > 0.0 else "falls:" if slope.high < 0.0 else "zero:"
+        return f"{sign} the whole interval is under the bound of {_told(bound)} {unit}/h{jumped}"
     if slope.low <= 0.0:
-        ends = f"it ends at {slope.high:.3g} {unit}/h, above the bound of {bound:.3g}"
+        ends = f"it ends at {_told(slope.high)} {unit}/h, above the bound of {_told(bound)}"
         return f"zero lies in the interval; {ends}{jumped}"
-    return f"under the bound of {bound:.3g} {unit}/h, or not told apart from it{jumped}"
+    return f"the interval contains the bound of {_told(bound)} {unit}/h: neither under it nor above it is shown{jumped}"
 
 
 def of_count(name: str, unit: str, value: float, most: float, words: str) -> Verdict:

@@ -16,8 +16,8 @@ TICKS = 1000
 
 
 class Trace(Record):
-    """z_m and v_m_per_s are those that the law used last, so a reading that was refused shows only as told_z_m: what
-    the device told, from the head. The exact stick is told nothing.
+    """z_m and v_m_per_s are those that the law used last, so a reading that was refused shows only as told_z_m: the
+    device's raw reading, m above the head. It is meaningless for the exact stick, which has no device.
     """
 
     t_ns: int

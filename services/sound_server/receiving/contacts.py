@@ -1,9 +1,9 @@
 """Scheduling of Contact messages: checked, each tick's sample played once, at its instant, or dropped and counted.
 
-What is heard of a tick is heard `delay_s` after it: the scene's latency, or three pieces and one block of the audio
-device; and the trim's. A piece is full after CONTACT_PIECE_S, the parabolas look two ticks ahead, a block is rendered
-before it sounds; the rest is for the network. A contact whose beginning comes too late for that sounds as soon as it
-can without gaps.
+A tick's force sounds `delay_s` after the tick: the scene's latency, or, where that is 0, three pieces and one block of
+the audio device; plus the trim's delay. A piece is full after CONTACT_PIECE_S, the parabolas look two ticks ahead, a
+block is rendered before it sounds; the rest is for the network. A contact whose beginning comes too late for that
+sounds as soon as it can without gaps.
 `ContactScheduler` is fed by the one thread that reads contacts; counters may be read from any.
 """
 
@@ -23,7 +23,7 @@ _PIECES = 3
 _MIN_S = 0.001  # beside a block: from a piece's arrival to its sound, so that the next one comes in time
 _IMPLAUSIBLE_NS = 200_000_000
 _PLACES = 256
-# What a drum stick can do, generously; beyond it the float32 mesh would overflow.
+# In one message; and the rates that a servo may have.
 _MAX_SAMPLES = 512
 _RATES_HZ = (100.0, 48000.0)
 _MAX_TICKS = 2**53

@@ -135,7 +135,8 @@ def check(strike: Strike) -> None:
     if not 0.0 <= strike.contact_estimate_s <= _MAX_S:
         raise ValueError(f"contact of {strike.contact_estimate_s:g} s is outside 0 .. {_MAX_S:g} s")
     if not abs(strike.impulse_N_s) <= MAX_N * _MAX_S:
-        raise ValueError(f"an impulse of {strike.impulse_N_s:g} N s is no stick's")
+        most_N_s = MAX_N * _MAX_S
+        raise ValueError(f"impulse {strike.impulse_N_s:g} N s is outside -{most_N_s:g} .. {most_N_s:g} N s")
     if not (abs(strike.x) <= 1e3 and abs(strike.y) <= 1e3):
         raise ValueError(f"position {strike.x:g}, {strike.y:g} is nowhere near the head")
 

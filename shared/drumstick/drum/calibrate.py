@@ -87,7 +87,7 @@ def _pushes(engine: Engine) -> bool:
 
 
 def _mean_rises(scene: Scene, rate_Hz: int, kappa: float) -> tuple[float, float]:
-    # By how much of itself the tension rises, on the mean over the first period after a full-scale stroke has left the
+    # By how much of itself the tension rises, on average over the first period after a full-scale stroke has left the
     # head, and while it is touched.
     ring = StrikeRing()
     trial = new_engine(scene, rate_Hz, ring)

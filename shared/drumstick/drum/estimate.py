@@ -12,11 +12,12 @@ from drumstick.parameters.drum import Mesh
 from drumstick.parameters.scene import Scene
 
 ACCURACIES: tuple[Literal["draft", "standard", "fine"], ...] = ("draft", "standard", "fine")
-# The error of the first twenty modes (pairs are two), root of the mean square, is a/N^2 + b/N^3 cents on a mesh of N
-# junctions across: waves are late by N^-2, and the rim is known to N^-3. Fitted to the eigenvalues of the kernel that
-# plays; the tests hold them to it. Rounding adds to it where a step turns a mode by little: a coefficient of the step
-# lies between 1 and 2, so float32 knows it to half of 2^-23, and q = theta^2 of the lowest mode, whose pitch is half of
-# that, by as much. The others are bent less, and hardly move: so that is how far from the lowest they are.
+# The error of the first twenty modes (each of a degenerate pair counts), root of the mean square, is a/N^2 + b/N^3
+# cents on a mesh of N junctions across: dispersion falls as N^-2, the error of the rim as N^-3. Fitted to the
+# eigenvalues of the kernel that plays; the tests hold them to it. Rounding adds to it where a mode's phase advance per
+# step is small: a coefficient of the step lies between 1 and 2, so float32 knows it to half of 2^-23, and q = theta^2
+# of the lowest mode, whose pitch is half of that, by as much. Higher modes are hardly affected, so this is their error
+# relative to the lowest.
 _LIMIT, _LOSSLESS, _SQUARE, _FOURTH = (1165.0, 33700.0), (3800.0, 36000.0), (4060.0, 29600.0), (0.0, 26500.0)
 _TEXTBOOK_TAU, _LIMIT_TAU = 2.0, 8.0 / 3.0
 _ROUNDING_CENTS = 1200.0 / math.log(2.0) * 0.5 * 2.0**-24  # over theta^2

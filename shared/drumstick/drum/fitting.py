@@ -40,8 +40,8 @@ class Line(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """A scene whose accuracy is said, and what is to be said of it: how it was chosen, or that `fine` is not as fine as
-    it may be; else empty.
+    """The scene with its mesh accuracy fixed. `words`: how `auto` chose it, or why `fine` runs at second order; else
+    empty.
     """
 
     scene: Scene
@@ -83,7 +83,7 @@ def _words(scene: Scene, chosen: _Candidate, share: float, fits: bool) -> str:
     return (
         f"{what}; it may take {budget}"
         if fits
-        else f"{what}, the least that there is, although it may take {budget}"
+        else f"{what}, the cheapest there is, and over its budget of {budget}"
     )
 
 

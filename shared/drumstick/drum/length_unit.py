@@ -26,7 +26,7 @@ def metres_per_unit(scene: Scene) -> float:
     return 1.0 / (_head_kg_per_m2(scene.drum) * c_m_per_s**2)
 
 
-# Of the air's mass on one side of a piston in a wall, to that of a layer as thick as its radius (Rayleigh, "The theory
+# Of the air's mass on one side of a baffled piston, to that of a layer as thick as its radius (Rayleigh, "The theory
 # of sound", section 302).
 _PISTON = 8.0 / (3.0 * math.pi)
 
@@ -34,7 +34,7 @@ _PISTON = 8.0 / (3.0 * math.pi)
 def metres_per_unit_in_air(scene: Scene) -> float:
     """Metres for 1 of a renderer's displacement, on a head whose f01 is that in air.
 
-    A head that sounds at f01 carries air along on both sides, as a piston in a wall does, and is so much tighter than
+    A head that sounds at f01 carries air along on both sides, as a baffled piston does, and is so much tighter than
     `metres_per_unit` has it. A drum whose modes are those in air has that in them.
     """
     alone_m = metres_per_unit(scene)

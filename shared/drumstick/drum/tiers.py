@@ -9,7 +9,7 @@ from drumstick.parameters.scene import Scene
 
 _DIVISOR = {"draft": 4, "standard": 3, "fine": 2}
 MIN_ACROSS = 24.0  # below this the pitch of the higher modes is off by more than 8 cents
-_MIN_BY_HAND = 8.0  # below this a head is none
+_MIN_BY_HAND = 8.0  # with a rate by hand; a mesh of fewer junctions across gets a higher rate
 _MAX_DIVISOR = 12
 # Junction updates that a core does in a second: 0.13 to 0.18 ns each were measured (docs/mesh.md).
 _UPDATES_PER_S = 6e9
@@ -27,7 +27,7 @@ def why_second_order(scene: Scene) -> str:
         return ""
     shaped = [] if scene.mesh.topology == "triangular" else [f"a {scene.mesh.topology} mesh"]
     named = [*shaped, *(name for name in SECOND_ORDER_ONLY if name in scene.drum.effects)]
-    return f"fine in second order only: no fourth with {', '.join(named)}"
+    return f"fine at second order only: the fourth-order scheme does not work with {', '.join(named)}"
 
 
 def across_of(scene: Scene, mesh_rate_Hz: float) -> float:

@@ -65,8 +65,8 @@ def max_lag_s(law: Law) -> float:
 
 @folded(EFFECTS, single)
 def late_blow(law: Law, r: float, ratio: float) -> tuple[float, float, float, float]:
-    """The most that a contact whose force is a held sample makes of a blow, with damping r and a spring `ratio` times
-    as stiff on its way up: see drumstick.stick.effects.delayed_contact.
+    """Upper bounds of one contact whose force is a held sample, with damping r and a spring `ratio` times as stiff
+    while the stick rises: see drumstick.stick.effects.delayed_contact.
     """
     return 0.0, 0.0, 0.0, 0.0
 

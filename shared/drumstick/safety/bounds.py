@@ -207,7 +207,7 @@ def _settled(law: Law, own: ContactBound) -> float:
 
 @njit()
 def max_roll_speed(law: Law, blows: ContactBounds) -> float:
-    """A speed, m/s, that no contact of the roll begins or ends with; ENDLESS_M_PER_S when nothing ends the growth."""
+    """A speed, m/s, that no contact of the roll begins or ends with; UNBOUNDED_M_PER_S when nothing ends the growth."""
     settled, started = (
         _settled(law, blows.own),
         _after_slow(law, blows.own, blows.slow, speed_by_effects(law, all_effects.slow_speed(law))),
@@ -219,7 +219,7 @@ def max_roll_speed(law: Law, blows: ContactBounds) -> float:
 
 @njit()
 def max_speed_after_throw(law: Law, blows: ContactBounds, roll: float, throw: float) -> float:
-    """Like `fastest`, which is `roll` and finite, when the stick is thrown from z = 0 at `throw` m/s at most.
+    """Like `max_roll_speed`, whose finite result is `roll`, of a stick thrown from z = 0 at `throw` m/s at most.
 
     A stick faster than the roll loses speed with each contact and flight, so the first one bounds the rest.
     """

@@ -1,4 +1,4 @@
-"""The most that one contact makes of a blow, with the hand on the stick: the speed after it, and the force in it.
+"""Upper bounds of one contact with the hand on the stick: speed after it, force in it.
 
 The hand's spring stiffens the contact, and presses: a stick that lies on the head with z_ss < 0 sinks in, so a head
 that gives energy throws it out even from rest. Kernels: any thread; no allocation.

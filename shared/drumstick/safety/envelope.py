@@ -1,8 +1,8 @@
 """The joint envelope: which whole sets of parameters may reach a device while someone plays.
 
 Single ranges are not enough (a small m with a large K_coll, or a long roll with little loss, is dangerous only
-together). The same compiled judgement stands at both fences: the gateway, which words the refusal, and the servo, which
-trusts nobody. It gates live sets and devices only; `simulate` takes whatever the table's ranges allow.
+together). The same compiled judgement runs in two places: in the gateway, which words the refusal, and in the servo,
+which trusts nobody. It gates live sets and devices only; `simulate` takes whatever the table's ranges allow.
 
 What a roll, and a throw into it, can come to at most is `drumstick.safety.bounds`; whether a sampled arm comes to rest
 in a late head is `drumstick.safety.sampled_contact`. The hand's spring adds its own energy, which depends on where the
@@ -93,8 +93,8 @@ def new_scratch() -> Coefficients:
 class Judgement(NamedTuple):
     """Verdict on a set whatever the stick does: code is OK or the first rule that it breaks.
 
-    max_entry_speed: the fastest entry into the head, m/s, from which on nothing passes a limit. window: ticks of the
-    longest window for the speed of a sampled arm.
+    max_entry_speed: the highest entry speed, m/s, after which neither speed nor force exceeds its limit. window: ticks
+    of the longest window for the speed of a sampled arm.
     """
 
     code: int
@@ -109,7 +109,7 @@ def _with_hand(law: Law, speed: float) -> float:
 
 @njit()
 def predicted(law: Law, throw_m_per_s: float) -> tuple[float, float]:
-    """Bounds of the speed (m/s; ENDLESS_M_PER_S if nothing ends it) and of the force of head and pulses (N).
+    """Bounds of the speed (m/s; UNBOUNDED_M_PER_S if nothing ends it) and of the force of head and pulses (N).
 
     Of a roll on the exact stick that begins with such a throw.
     """
@@ -224,7 +224,7 @@ def _on_arm(law: Law, limits: Limits, scratch: Coefficients) -> tuple[int, float
 def judge(law: Law, limits: Limits, scratch: Coefficients) -> Judgement:
     """Judge a set: may it reach the device, and what the tick has to know of it.
 
-    Once a revision: 0.3 ms on the mean, up to 1.1 ms. Written so that a NaN fails every comparison. scratch:
+    Once a revision: 0.3 ms on average, up to 1.1 ms. Written so that a NaN fails every comparison. scratch:
     `new_scratch()`.
     """
     code, rebound, window = _of_numbers(law), 0.0, sampled_contact.MAX_WINDOW
@@ -283,6 +283,12 @@ def _what_to_change(law: Records, limits: npt.NDArray[np.void], scratch: Coeffic
     return "no r_in will do: lower k_coll"
 
 
+def _lag_ms(law: Records, limits: npt.NDArray[np.void]) -> float:
+    # Mean age of the force: half a tick, the device's delay, and that of a head which is sampled itself.
+    arm = _arm(law[0], limits[0], 0.0)
+    return (0.5 + arm.delay_ticks) * arm.period_s * 1e3
+
+
 def require(law: Records, limits: Limits) -> None:
     """Raise Refusal, in words, when `law` (shape (1,)) lies outside the envelope."""
     record, scratch = limits.record(), new_scratch()
@@ -320,24 +326,28 @@ def _words(
         BUZZ: f"a contact would last less than {SHORTEST_CONTACT_S * 1e3:g} ms, a buzz: raise m or lower k_coll",
         STIFF: f"k_coll = {k_coll:g} N/m is stiffer than this device can render, "
         f"{limits.stiffness_N_per_m:g} N/m: lower k_coll",
-        LATE: f"the force comes {limits.lag_s * 1e3:g} ms late on the mean, which takes k_coll times that from r_in: "
-        "raise r_in, lower k_coll or raise [servo] rate_Hz",
-        ACTIVE: "r_in must be at least r_out, or the head would push harder the faster it is left",
+        ACTIVE: "r_in must be at least r_out: below that the head's own damper, r_in - r_out, is negative and adds "
+        "energy",
     }
+    if code == LATE:
+        return (
+            f"the force comes {_lag_ms(law, record):g} ms late on average; that delay takes k_coll times as much from "
+            "the damping r_in: raise r_in, lower k_coll or raise [servo] rate_Hz"
+        )
     if code == SELF_DRIVEN:
         return (
-            f"k_coll = {k_coll:g} N/m with r_in = {r_in:g} N s/m, rendered {limits.lag_s * 1e3:g} ms late, would keep "
-            f"{mass} moving by itself: {_what_to_change(law, record, scratch)}, or raise [servo] rate_Hz"
+            f"k_coll = {k_coll:g} N/m with r_in = {r_in:g} N s/m, rendered {_lag_ms(law, record):g} ms late, would "
+            f"keep {mass} moving by itself: {_what_to_change(law, record, scratch)}, or raise [servo] rate_Hz"
         )
     if code == COUNT_OSCILLATION:
         most = sampled_contact.MAX_OSCILLATION_M_PER_S / limits.resolution_m
         return (
-            f"k_coll = {k_coll:g} N/m is too stiff for {mass}, which would swing by encoder counts of "
+            f"k_coll = {k_coll:g} N/m is too stiff for {mass}, which would oscillate by encoder counts of "
             f"{limits.resolution_m * 1e3:g} mm: lower k_coll to {limits.lightest_kg * most * most:.4g} N/m or less"
         )
     if code == COUNT_LIMIT_CYCLE:
         return (
-            f"r_in = {r_in:g} N s/m would answer each encoder count of {limits.resolution_m * 1e3:g} mm with a jerk "
-            f"that {mass} does not come to rest from: {_what_to_change(law, record, scratch)}"
+            f"r_in = {r_in:g} N s/m could keep {mass} in a limit cycle of encoder counts of "
+            f"{limits.resolution_m * 1e3:g} mm: {_what_to_change(law, record, scratch)}"
         )
     return words[code]

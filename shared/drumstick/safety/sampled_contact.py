@@ -7,8 +7,8 @@ arm, between ticks z'' + 2 a z' + w^2 z = F/m is known in closed form, so the pu
     G(q) = (1/m) (g q + S^2 - g S') / (q^2 - (C + S') q + C S' + w^2 S^2)        g = integral of S over the tick
     F/z  = -[(K + B/(n T)) q^n - B/(n T)] / q^(n + d),                            B = R + K lead
 
-Its poles are the roots of a polynomial of degree n + d + 2, tested for lying inside the unit circle by the recursion of
-Schur and Cohn. Without window, delay and hand that is the linear boundary of Gil, Avello, Rubio and Florez (IEEE Trans.
+Its poles are the roots of a polynomial of degree n + d + 2, tested for lying inside the unit circle by the Schur-Cohn
+recursion. Without window, delay and hand that is the linear boundary of Gil, Avello, Rubio and Florez (IEEE Trans.
 Control Systems Technology 12, 2004) and, with delay, of Hulin, Preusche and Hirzinger (IROS 2006). It bounds R from
 both sides: a rendered damper comes late itself, and with too much of it the held force outlives the motion that it
 answers. That is weaker than passivity, b > K T/2 + |B| with the arm's own damping b (Colgate and Schenkel, J. Robotic
@@ -88,7 +88,7 @@ def _held(arm: Arm, c: float) -> float:
 
 @njit()
 def _inside_unit_circle(c: Coefficients, degree: int) -> bool:
-    # Schur and Cohn: are all roots of c[0] q^degree + ... + c[degree] inside? c is used up. A NaN fails.
+    # Schur-Cohn: are all roots of c[0] q^degree + ... + c[degree] inside? c is used up. A NaN fails.
     for last in range(degree, 0, -1):
         reflection = c[last] / c[0]
         if not abs(reflection) < _INSIDE:

@@ -41,7 +41,8 @@ def isolated(law: Law, speed: float) -> PredictedContact:
 def contact_ahead(law: Law, motion: Motion, ahead: Records) -> PredictedContact:
     """Play the contact that `motion` has just entered, at motion.v_in < 0, to its end, under this law.
 
-    One that does not end, because the stick stays in the head, is announced as an isolated blow: the rest is a press.
+    One that does not end, because the stick stays in the head, is announced as an isolated blow: what follows is
+    pressing, not a blow.
     ahead: shape (1,), of the motion's type, written to.
     """
     ahead[0] = motion

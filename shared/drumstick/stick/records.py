@@ -21,7 +21,9 @@ class Law(Record):
 
 
 class Motion(Record):
-    """The state of a stick. `v_in` to `contact_s`: of the present or the last contact; `turned`: once in each."""
+    """The state of a stick. `v_in` to `contact_s`: of the present or the last contact; `turned`: 1 from its first
+    deepest point on, 0 at its entry.
+    """
 
     z: float
     v: float

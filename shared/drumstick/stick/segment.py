@@ -7,7 +7,7 @@ with a = R/(2m), w2 = K/m, g = (K_hand z_ss + f)/m and p each pulse's accelerati
     z = z0 C + v0 S + g G(0) + sum of p G(lam),   G(lam; t) = integral of S(t - s) exp(-lam s) ds
 
 where C and S are the solutions that start with (1, 0) and (0, 1). Every damping regime and a vanishing
-stiffness go through the same text. Where the closed form of G would cancel (small times, 1/tau near an
+stiffness go through the same code. Where the closed form of G would cancel (small times, 1/tau near an
 eigenvalue) it is summed as a power series and doubled up to t. Relative error about 1e-13. Kernels: any
 thread; no allocation.
 """

@@ -73,5 +73,5 @@ def level_of(curve: CurveTable, speed: float) -> float:
 
 
 def level_at(strike: Strike, speed_m_per_s: float) -> float:
-    """Like `level_of` outside of kernels, by the same text."""
+    """Like `level_of` outside of kernels, by the same code."""
     return float(level_of(curve_of(strike)[0], speed_m_per_s))

@@ -86,8 +86,8 @@ def _take_up(typingctx, address, kind):
     return returned(address, kind), codegen
 
 
-# take_up(address, kind): the value left at `address`; `kind` is its `Handed.kind`, fixed when the caller is compiled.
-# Any thread; no allocation. From compiled code only.
+# load_from_address(address, kind): the value left at `address`; `kind` is its `ForeignHandle.kind`, fixed when the
+# caller is compiled. Any thread; no allocation. From compiled code only.
 load_from_address: Any = _take_up
 
 
@@ -134,5 +134,5 @@ class ForeignHandle:
 
     @property
     def address(self) -> int:
-        """Address for `take_up`."""
+        """Address for `load_from_address` and `take_up_typed`."""
         return int(self._memory.ctypes.data)

@@ -64,8 +64,8 @@ CASES = (
         "strong internal loss",
         "effects",
         hard="Losses that rise with the frequency take most from the mode that has least room.",
-        naive="The limit that holds without losses of the air, 4/(1 + 2 eta), lets the quickest modes grow.",
-        ours="2 (1 + rho)/(1 + eta (1 + rho)), from the root that comes to -1 first.",
+        naive="The limit for rho = 1, no loss of low modes, 4/(1 + 2 eta), lets the highest modes grow.",
+        ours="2 (1 + rho)/(1 + eta (1 + rho)): where the first root of the step's polynomial reaches -1.",
         bound="No numbers: the second half of a third of a second is quieter than the first.",
     ),
     Case(

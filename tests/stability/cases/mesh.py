@@ -16,19 +16,19 @@ CASES = (
     Case(
         "faster than the limit",
         "mesh",
-        hard="At tau = 8/3 the quickest mode turns by pi a step; beyond, it grows.",
+        hard="At tau = 8/3 the highest mode advances by the phase pi per step; beyond, it grows.",
         naive="2 % faster explodes within two thousand steps.",
-        ours="No scene can ask for it: losses, glide and air are given their room before the mesh is laid.",
+        ours="No scene can ask for it: tau is lowered for losses, glide and air before the lattice is built.",
         bound="1e12 times the energy it began with, at which the run is stopped; q of every mode to 1e-12"
         " of the limit.",
     ),
     Case(
         "junction beside the rim",
         "mesh",
-        hard="The rim cuts a way to a neighbour at 2 % of its length.",
+        hard="The rim cuts the edge to a neighbour at 2 % of its length.",
         naive="A neighbour reflected at the rim, -(1 - theta)/theta u, has a mode beyond any limit: even"
         " tau = 2 explodes.",
-        ours="A cut way is an admittance of 1/theta, and the junction the lighter for it: no mode above"
+        ours="A cut edge is an admittance of 1/theta, and the junction the lighter for it: no mode above"
         " max_eigenvalue.",
         bound="Eigenvalues: above 4 against below 1.5, the mesh's own.",
     ),

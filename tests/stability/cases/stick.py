@@ -30,9 +30,9 @@ CASES = (
         "stick",
         hard="The stick comes down to 1e-12 m in or above the head, or up to as little out of it.",
         naive="Fixed steps of 1 ms see none of ten grazes of 1e-9 m, and at most half of those of 1e-6 m.",
-        ours="Height is monotone between its nodes, so a change of sign is never missed, and the speed is"
-        " that of the depth.",
-        bound="The speed to 1e-16 m over the depth: what float64 knows of a height there.",
+        ours="Height is monotone between its nodes, so a change of sign is never missed, and the speed"
+        " found matches the depth.",
+        bound="Relative error of the speed 1e-16 m / depth: float64's resolution of a height there.",
     ),
     Case(
         "dead roll",

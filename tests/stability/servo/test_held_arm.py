@@ -152,7 +152,7 @@ def test_what_is_accepted_comes_to_rest(seed: int) -> None:
 @pytest.mark.parametrize("values", LATE_HUNTERS[1:])
 def test_a_late_arm_that_hunts_by_counts_is_refused(values: tuple[float | str, ...]) -> None:
     scene = scene_of(**dict(zip(map(str, LATE_HUNTERS[0]), values, strict=True)))
-    with pytest.raises(Refusal, match="answer each encoder count"):
+    with pytest.raises(Refusal, match="in a limit cycle of encoder counts"):
         envelope.require(law_of(scene), live_sets.limits_for(scene))
 
 

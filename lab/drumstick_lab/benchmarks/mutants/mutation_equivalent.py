@@ -34,7 +34,7 @@ _ANY_NUMBER: dict[tuple[str, str], str] = {
         _BOUNDS,
         "_CLOSE = 1e-12",
     ): "Newton's last step doubles the digits: half or twice as close is the same number",
-    (_BOUNDS, "ENDLESS_M_PER_S = 1e300"): "any number that no speed reaches",
+    (_BOUNDS, "UNBOUNDED_M_PER_S = 1e300"): "any number that no speed reaches",
 }
 
 for _code in ("STIFF", "LATE", "SELF_DRIVEN", "COUNT_LIMIT_CYCLE", "COUNT_OSCILLATION"):

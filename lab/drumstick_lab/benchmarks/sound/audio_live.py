@@ -92,7 +92,7 @@ def scheduled() -> dict[int, Numbers]:
 def callback_shares(
     before: dict[int, Numbers], after: dict[int, Numbers], blocks: int
 ) -> tuple[float, float]:
-    """Shares of the period, on the mean: the callback's own time on a processor, and its waiting for one."""
+    """Shares of the period, on average: the callback's own time on a processor, and its waiting for one."""
     spent = [after[task] - before[task] for task in after if task in before]
     ran, waited = max(spent, key=lambda times: int(times[0]))  # the callback's thread computes most of all
     return float(ran) / blocks / PERIOD_NS, float(waited) / blocks / PERIOD_NS
@@ -152,7 +152,7 @@ def show(name: str, found: dict[str, Any]) -> None:
     print(f"{name:8s} {found['blocks']} blocks, share of the period: {share}")
     print(
         f"         excused: p99 {found['share_excused']['p99']:.1%}, max {found['share_excused']['max']:.1%};"
-        f" on the mean it ran {found['ran_mean']:.1%} and waited for a processor {found['waited_mean']:.1%}"
+        f" on average it ran {found['ran_mean']:.1%} and waited for a processor {found['waited_mean']:.1%}"
     )
     print(
         f"         late {found['late']} ({found['late_excused']} without stalls), xruns {found['xruns']}, stalls over"

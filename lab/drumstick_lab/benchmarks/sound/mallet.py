@@ -49,7 +49,8 @@ def scene_of(name: str, material: str | None, **numbers: float) -> Scene:
     if shipped != name:
         scene = dataclasses.replace(scene, modal=Modal())
     if material is None:
-        return scene
+        drum = dataclasses.replace(scene.drum, excitation="analytic")
+        return dataclasses.replace(scene, drum=drum, mallet=None)
     values: dict[str, Any] = {"material": material, **MATERIALS[material], **numbers}
     drum = dataclasses.replace(scene.drum, excitation="mallet")
     return dataclasses.replace(scene, drum=drum, mallet=Mallet(**values))

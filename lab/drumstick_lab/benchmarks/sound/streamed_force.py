@@ -55,7 +55,7 @@ def roll(streamed: bool) -> Scene:
 
 
 def truth(rate_Hz: int) -> dict[str, float]:
-    """Errors of a blow of 1 m/s, on the mean over eight places between two ticks."""
+    """Errors of a blow of 1 m/s, on average over eight places between two ticks."""
     found: list[tuple[float, float, float]] = []
     for place in range(8):
         at_s = 0.05 + place / 8.0 / rate_Hz

@@ -28,7 +28,7 @@ def recordings() -> list[str]:
         "- the last two: mean difference of band levels over all strokes, from the recording that the scene was tuned to, and from kits that nothing was",
         "  tuned to (median over all their drums of that kind, floor toms included)",
         "",
-        "| drum | softest dB | hardest dB | rise dB | flatness | T60 s | from its recording dB | from other kits dB |",
+        "| drum | softest dB | hardest dB | rise dB | flatness | T60 s | distance from its recording, dB | distance from other kits, dB |",
         "|---|---|---|---|---|---|---|---|",
     ]
     for name, drum in found["scenes"].items():

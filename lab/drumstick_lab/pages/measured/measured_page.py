@@ -124,12 +124,12 @@ def _announced() -> list[str]:
         "## What a strike announces",
         "",
         "A strike tells peak force, impulse and time in the head of the contact that begins, which the exact solver plays to its end in advance. Beside what",
-        f"the contact then was: median, and the worst. Before 2026-11-24 it told those of a lone blow. `drumstick lab announced`. {where(found)}",
+        f"the contact then was: median, and the worst. Before 2026-11-24 it announced those of an isolated blow. `drumstick lab announced`. {where(found)}",
         "An arm's strike is foreseen from what its encoders tell: how fast it comes, and, from its motion and the forces rendered before, where the hand",
         "holds it and how fast that hand moves (services/haptic_server/servo/force/hand_estimate.py). Where the hand goes during the contact nobody can know: it is",
-        "taken to go on for 5 ms. The row with its way given is what is then left: the encoder's step, and a law that is sampled.",
+        "taken to go on for 5 ms. In the row \"the hand's way given\" the prediction gets the hand's true motion; what error remains is from the encoder's resolution and sampling.",
         "",
-        "| | contacts | peak, dB | impulse, dB | time, % | a lone blow's peak, dB | impulse, dB | time, % | one look, us |",
+        "| | contacts | peak, dB | impulse, dB | time, % | isolated blow: peak, dB | impulse, dB | time, % | one prediction, us |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
     for row in (*found["stick"], *found["arm"]):
@@ -145,7 +145,7 @@ def _announced() -> list[str]:
     return [
         *lines,
         "",
-        f"One look is CPU time in the tick that sees a strike. The dearest, of sticks that are pressed down: {dearest}.",
+        f"One prediction is CPU time in the tick that sees a strike. The dearest, of sticks that are pressed down: {dearest}.",
     ]
 
 
@@ -157,7 +157,7 @@ def _ticks() -> list[str]:
         "",
         f"`drumstick lab tick-cost`: everything but the sleep. {where(found)}",
         "",
-        "| servo | ns a tick | relative to the barest tick that plays the same | in reads of the clock |",
+        "| servo | ns a tick | ratio to a minimal tick of the same scene | ratio to one clock read |",
         "|---|---|---|---|",
     ]
     for name, row in found["rows"].items():
@@ -299,7 +299,7 @@ def page() -> str:
         "",
         f"`drumstick lab start-and-restart`. {where(starts)}",
         "",
-        "| what | median s | worst s | in starts of Python | in imports of numba and zenoh |",
+        "| what | median s | worst s | multiple of starting Python | multiple of importing numba and zenoh |",
         "|---|---|---|---|---|",
     ]
     lines += [

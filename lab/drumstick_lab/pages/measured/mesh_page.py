@@ -20,7 +20,7 @@ def _kernel() -> list[str]:
         "The same step, written in C as one would and on the same arrays, by gcc with `-O3 -march=native`.",
         f"{_where('mesh_kernel', result)} {result['gcc']}.",
         "",
-        "| across | junctions | ours, ns | gcc, ns | gcc / ours |",
+        "| across | junctions | ours, ns per junction and step | gcc, ns per junction and step | gcc / ours |",
         "|---|---|---|---|---|",
     ]
     lines += [
@@ -30,7 +30,7 @@ def _kernel() -> list[str]:
     ]
     lines += [
         "",
-        "What the drum's effects cost, as a whole step of the default drum; `snare` and `cavity` are a second head too:",
+        "What the drum's effects cost, as a whole step of the default drum; `cavity` and `snare` include a second head:",
         "",
         "| effect | ns a step | times a head without effects |",
         "|---|---|---|",
@@ -76,7 +76,7 @@ def _composed() -> list[str]:
     lines = [
         "## What composing costs",
         "",
-        "A scene without effects beside a step written by hand for just that drum, with as many overlapping blows and with one.",
+        "A scene without effects beside a step written by hand for just that drum: once with the same pool of 32 overlapping blows, once with a single blow.",
         _where("composed", result),
         "",
         "| junctions | composed, ns a step | by hand | ratio | by hand, one blow | ratio |",
@@ -138,7 +138,7 @@ def page() -> str:
     lines = [
         "# What the mesh costs",
         "",
-        "Made by `drumstick lab mesh-page` from `lab/results/`; do not edit. CPU time per junction and sample, everything in turn in"
+        "Made by `drumstick lab mesh-page` from `lab/results/`; do not edit. CPU time per junction and sample, measured alternately in"
         " short windows,",
         "the fastest window of each is shown. The machines were shared: trust the ratios.",
         "",

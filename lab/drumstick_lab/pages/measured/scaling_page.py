@@ -94,8 +94,8 @@ def ceilings(name: str, router: Router, rows: list[dict[str, Any]]) -> dict[str,
 def _load(name: str, router: Router, limits: dict[str, float], measured: set[int]) -> list[str]:
     rate = per_s(name)
     rows = [
-        "| listeners | simulated below | messages/s | MB/s | share of a core | limits passed | in a tree: routers below"
-        " | MB/s of the first | share of a core, first | share of a core, each below |",
+        "| listeners | simulated below | messages/s | MB/s | share of a core | limits exceeded | tree: number of second-level routers"
+        " | MB/s at the first router | share of a core, first | share of a core, each below |",
         "|---|---|---|---|---|---|---|---|---|---|",
     ]
     for count in COUNTS:
@@ -123,7 +123,7 @@ def _profile(name: str, measured: dict[str, Any]) -> list[str]:
         f"{per_s(name):.0f} messages and {1e-3 * payload_bytes_per_s(name):.1f} kB of payload a second",
         f"to each, {router.bytes_each:.0f} bytes a message on the wire.",
         f"A message costs the router {router.own_us:.0f} us, and {router.each_us:.1f} us for each that it goes to.",
-        f"What binds first is **{first}**: {most:,.0f} listeners.",
+        f"The first limit reached is **{first}**: {most:,.0f} listeners.",
         "",
         *_load(name, router, limits, {row["listeners"] for row in measured["rows"]}),
         "",
@@ -140,7 +140,7 @@ def _compared(name: str, measured: dict[str, Any]) -> list[str]:
         f"**{name}**",
         "",
         "| listeners | delivered | least to one | messages/s, model | measured | router us a delivery, model | measured |"
-        " to one listener's | p50 ms | p99 ms |",
+        " ratio to the one-listener row | p50 ms | p99 ms |",
         "|---|---|---|---|---|---|---|---|---|---|",
     ]
     for row in measured["rows"]:
@@ -199,9 +199,9 @@ def page() -> str:
         "",
         "Made by `drumstick lab scaling-page` from the streams' rates and the stored results; do not edit.",
         "",
-        f"One rig that plays the scene `roll` ({STRIKES_PER_S:g} strikes a second) puts what the first table says. Listeners on a",
+        f"One rig that plays the scene `roll` ({STRIKES_PER_S:g} strikes a second) publishes the messages of the first table. Listeners on a",
         "network of several rigs add up: three rigs with ten listeners each load a router as one rig with thirty. The panel's",
-        "surface, spectrum and cost are put only while somebody looks, the force only while somebody wants it.",
+        "surface, spectrum and cost are published only while somebody looks, the force only while somebody wants it.",
         "",
         *_streams(),
         "",
@@ -213,8 +213,8 @@ def page() -> str:
         "strikes within 50 ms, beyond which they are not played any more, at the numbers of listeners in the last tables.",
         f"The gateway's {carried_by_the_gateway():,.0f} deliveries a second were measured too, but elsewhere: strikes alone, listeners and servo on",
         f"the same two cores ({where(read('wire')).removesuffix('.')}), the most that",
-        "`drumstick lab wire` saw with nothing lost and in time. It is the careful number; that more got through below, on another",
-        "machine and with other work, does not promise it elsewhere.",
+        "`drumstick lab wire` saw with nothing lost and in time. This is the conservative figure: that more got through below, on",
+        "another machine under other load, promises nothing elsewhere.",
     ]
     for name, measured in profiles.items():
         lines += _profile(name, measured)
@@ -226,7 +226,7 @@ def page() -> str:
         f"Router, rig and up to {max(row['listeners'] for row in profiles['follower']['rows'])} listeners",
         f"in {found['processes_of_listeners']} processes share these cores, over loopback, with other work: the load average was {found['load_before']:.1f} before. So the",
         "times are those of a machine that does everybody's work; the router's processor time is its own. Each listener is a",
-        "session of its own. To one listener's: the processor time of a delivery against that of the first row.",
+        "session of its own. The ratio to the one-listener row is that of a delivery's processor time.",
     ]
     for name, measured in profiles.items():
         lines += _compared(name, measured)

@@ -39,8 +39,8 @@ def _speed() -> list[str]:
         "Encoders tell positions only. The difference of two is late by half a tick but jumps by whole counts: one count of"
         f" {result['count_m'] * 1e3:g} mm a",
         f"tick is {result['count_m'] / result['period_s'] * 1e3:g} mm/s, which the head's damper turns into a force that one feels as"
-        " roughness. A longer window is calmer and later; a",
-        "late damper gives back what it should take. The servo's window (`services/haptic_server/servo/force/velocity.py`) is as long as a straight",
+        " roughness. A longer window is less noisy but lags",
+        "more; a lagging damper adds energy that it should remove. The servo's window (`services/haptic_server/servo/force/velocity.py`) is as long as a straight",
         "line explains the positions to one count: long at rest, short where the stick turns.",
         "",
         "![Noise of the estimated speed over its lag](images/servo-velocity.png)",
@@ -86,10 +86,10 @@ def page() -> str:
         "",
         f"A simulated arm of {result['m_kg'] * 1e3:.0f} g (encoder counts of 0.03 mm, no hand, no friction) falls on the head at "
         f"{result['speed_m_per_s']:g} m/s,",
-        f"R_in {result['r_in']:g} N s/m, 32 phases of the tick; `drumstick lab rendered-restitution`, {machine['date']}. The guard's",
-        "passivity control is off but for the two columns that say so: there, the fastest rebound of all phases.",
+        f"R_in {result['r_in']:g} N s/m, 32 phases of the tick; `drumstick lab rendered-restitution`, {machine['date']}.",
+        "The six columns before the last are coefficients of restitution. The guard's passivity control is on in the two that say so.",
         "",
-        "| K_coll N/m | rate Hz | delay ticks | ticks in contact | restitution of the ideal head | predictor on: mean over phases | predictor off: mean | with R_eff, predictor off | guard and predictor on: worst phase | guard on, predictor off: worst phase | envelope |",
+        "| K_coll N/m | rate Hz | delay ticks | ticks in contact | ideal head | predictor on, mean over phases | predictor off, mean over phases | predictor off, closed form with R_eff | guard and predictor on, largest over phases | guard on, predictor off, largest over phases | accepted by the envelope |",
         "|---|---|---|---|---|---|---|---|---|---|---|",
         *(_row(row) for row in result["rows"]),
         "",

@@ -55,16 +55,18 @@ def _beyond_rest(regions: list[dict[str, Any]]) -> list[str]:
     runs = sum(region["sought"]["runs"] for region in regions)
     unsafe = [row for region in regions for row in region["sought"]["unsafe"]]
     if not unsafe:
-        return [f"None of the {runs} runs at random moved by itself."]
+        return [
+            f"In none of the {runs} random runs did the arm move faster than {1e3 * SLOW_M_PER_S:g} mm/s at the end, enter the head faster than at the contact before, or end in a fault."
+        ]
     fastest = 1e3 * max(row["late_m_per_s"] for row in unsafe)
     grew = sum(row["grown_to_m_per_s"] > 0.0 for row in unsafe)
     words = (
-        "none of them met the head faster than the time before"
+        "in none did the arm enter the head faster than at the contact before"
         if grew == 0
-        else f"{grew} met the head faster than the time before"
+        else f"in {grew} it entered the head faster than at the contact before"
     )
     return [
-        f"The region is no proof: {len(unsafe)} of the {runs} runs at random were not at rest, at {fastest:.1f} mm/s at most; {words}, and"
+        f"The region is no proof: in {len(unsafe)} of the {runs} random runs the arm was not at rest at the end, at {fastest:.1f} mm/s at most; {words}, and"
         f" {sum(row['fault'] != 0 for row in unsafe) or 'none'}",
         f"ended in a fault. They had {min(r['k_coll'] for r in unsafe):.0f} N/m and more, and arms of {1e3 * max(r['m'] for r in unsafe):.0f} g and less. All of that without friction.",
     ]
@@ -104,9 +106,9 @@ def _search(held: dict[str, Any]) -> list[str]:
     if not search:
         return []
     unsafe = len(search["unsafe"])
-    words = "None of them moved by itself or met the head faster than the time before"
+    words = f"None of them moved faster than {1e3 * SLOW_M_PER_S:g} mm/s at the end, or entered the head faster than at the contact before"
     if unsafe:
-        words = f"Unsafe: {unsafe}, which moved at the end or met the head faster than the time before"
+        words = f"Unsafe: {unsafe}, which still moved at the end or entered the head faster than at the contact before"
     return [
         "`drumstick lab held-arm` draws sets at random, over masses, hands, rates, delays, friction and both kinds of release."
         f" {search['sets']} that the envelope accepts were",
@@ -179,19 +181,19 @@ def section() -> list[str]:
         f"An arm of {nominal:.0f} g in the hand of the scene `phantom` ({result['k_hand_N_per_m']:g} N/m, {result['r_hand_N_s_per_m']:g} N s/m), unilateral release; `drumstick lab region`,",
         f"{result['machine']['date']}. Each mark is a simulation with the servo's own code, faster than real time: the hand presses the arm into the head for {result['played_s']:g} s, without",
         f"friction and without the guard's passivity control, with {light:.0f}, {nominal:.0f} and {heavy:.0f} g. A cross: one of the three moves faster than {slow:.0f} mm/s at the end,",
-        f"meets the head faster than the time before (above {slow:.0f} mm/s), or ends in a fault. The envelope judges each set by itself, and what a few counts do is chance: towards the stiff end the region is ragged and has holes.",
+        f"enters the head faster than at the contact before (above {slow:.0f} mm/s), or ends in a fault. The envelope judges each set by itself, and what a few counts do is chance: towards the stiff end the region is ragged and has holes.",
         "",
         f'"Refused now" is the share of the sets accepted before 2026-11-23, when R_in had no upper limit, that is refused now, in the range K_coll {k_low:g} .. {k_high:g} N/m and R_in {r_low:g} .. {r_high:g} N s/m, evenly by',
         f"their logarithms. At random: {regions[0]['sought']['sets']} accepted sets, half of them within 20 % of the stiffest, each with three random masses.",
         "",
-        "| setting | refused now | by poles | by counts | by a blow | stiffest accepted, N/m | accepted sets on the grid that do not come to rest | the same, random sets | largest final speed of the random sets, mm/s | refused sets on the grid that do come to rest |",
+        "| setting | refused now | for unstable poles | for an encoder limit cycle | for too large a rebound | stiffest accepted, N/m | accepted sets on the grid that do not come to rest | the same, random sets | largest final speed of the random sets, mm/s | refused sets on the grid that do come to rest |",
         "|---|---|---|---|---|---|---|---|---|---|",
         *(_row(region) for region in regions),
         "",
         *_beyond_rest(regions),
         "",
-        f"Above the accepted range, at each stiffness played, the first simulated arm that moves by itself is at {min(ratios):.1f} to {max(ratios):.1f} times the largest",
-        f"accepted R_in; it moves at {min(speeds):.0f} to {max(speeds):.0f} mm/s. Poles alone would not be enough: an arm hunts by counts long before they leave the unit circle.",
+        f"Above the accepted range, at each stiffness played, the smallest R_in at which a simulated arm does not come to rest is {min(ratios):.1f} to {max(ratios):.1f} times the largest",
+        f"accepted one; it then moves at {min(speeds):.0f} to {max(speeds):.0f} mm/s. Poles alone would not be enough: encoder counts sustain a limit cycle long before they leave the unit circle.",
         "A light arm takes less damping, and a stiff head needs a heavier arm: the last of the nine pictures.",
         "",
         *_search(held),
@@ -309,12 +311,14 @@ def draw() -> None:
             Patch(facecolor="white", edgecolor=INK, lw=0.6, label="refused before and now"),
             Line2D([], [], color=INK, ls=LATE, lw=1.3, label="below: the force comes too late"),
             Line2D([], [], color=PURPLE, ls=BACK, lw=1.5, label="below: a blow comes back too fast"),
-            Line2D([], [], color=GREEN, ls=COUNTS, lw=1.5, label="outside: encoder counts jerk it"),
+            Line2D([], [], color=GREEN, ls=COUNTS, lw=1.5, label="outside: encoder limit cycle"),
             Line2D([], [], color=VERMILION, lw=1.5, label="above: poles outside the unit circle"),
             Line2D(
                 [], [], color=BLUE, marker="o", mfc="white", ms=4, ls="", label="simulated: comes to rest"
             ),
-            Line2D([], [], color=VERMILION, marker="x", ms=4.5, ls="", label="simulated: moves by itself"),
+            Line2D(
+                [], [], color=VERMILION, marker="x", ms=4.5, ls="", label="simulated: does not come to rest"
+            ),
         ],
         loc="outside lower center",
         ncols=3,

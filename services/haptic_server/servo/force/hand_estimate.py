@@ -129,7 +129,7 @@ def update_observer(
 
 @njit()
 def write_predicted_hand(hand: HandEstimate, law: Law) -> None:
-    """Give the law a hand at rest that pulls as this one does on the mean of a contact."""
+    """Give the law a hand at rest with the average pull that this one will have during the contact."""
     if hand.known_s < _SETTLED_S or not law.k_hand > 0.0:
         return
     contact_s = contact.contact_time(law.release, law.m, law.k_coll, law.r_in)

@@ -35,9 +35,10 @@ def held_code(tick_state: TickState) -> int:
 
 @njit()
 def obey(servo: Servo) -> int:
-    """Obey a panic or an arm that waits in the block; returns permission.PANIC, permission.ARM or NOTHING.
+    """Obey a panic or an `arm` command that waits in the block; returns permission.PANIC, permission.ARM or NOTHING.
 
-    A panic is a count, so one that comes after an arm is never lost to it. Both in one tick: panic wins, arm again.
+    A panic is a count, so one that comes after an `arm` command is never lost. Both in one tick: panic wins, and
+    `drumstick arm` is needed again.
     """
     control, tick_state = servo.block.control, servo.tick_state[0]
     event = NOTHING

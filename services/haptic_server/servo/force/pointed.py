@@ -1,7 +1,7 @@
 """One tick of a stick whose hand follows a pointer: the paper's stick itself, or the simulated arm.
 
 Nobody throws this stick or lifts it when it lies dead: whoever points does. Tick thread: no allocation, no locks, no
-Python, no exceptions. The same text runs in real time and in virtual time.
+Python, no exceptions. The same code runs in real time and in virtual time.
 """
 
 from drumstick.safety import envelope

@@ -2,7 +2,7 @@
 
 The hand supplies m, K_hand and R_out; only the head and the pulses are rendered. Position comes at ticks and the force
 is held until the next, so everything is seen late: the position is led by T/2 and the device's own delay. Events,
-effects and records go through the same text as the exact stick (drumstick.stick.motion.transitions,
+effects and records go through the same code as the exact stick (drumstick.stick.motion.transitions,
 drumstick.stick.composition). Tick thread: no allocation, no locks, no Python, no exceptions.
 """
 
@@ -147,7 +147,7 @@ def _rendered(servo: Servo, reading: Reading, now_ns: int, span_s: float) -> flo
     if guard.advance_ramp(held, limits, reading, z, period_s) != NO_FAULT or held.seen_above == 0:
         if servo.motion[0].contact_phase != exact.ABOVE:
             _release_force(servo, now_ns)
-        servo.motion[0].z, servo.motion[0].v = z, v  # nothing is felt, but it is told where the stick is
+        servo.motion[0].z, servo.motion[0].v = z, v  # no force, but the motion follows the reading
         _latch(servo)
         return 0.0
     detect_events(servo, z, v, now_ns)

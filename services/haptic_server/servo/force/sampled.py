@@ -1,6 +1,6 @@
 """One tick of the simulated arm (move under the held force, measure the position, render, obey) or of a recording.
 
-Tick thread: no allocation, no locks, no Python, no exceptions. The same text runs in real time and in virtual time.
+Tick thread: no allocation, no locks, no Python, no exceptions. The same code runs in real time and in virtual time.
 """
 
 from haptic_server.servo.force.memory import Servo

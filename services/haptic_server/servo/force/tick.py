@@ -1,6 +1,6 @@
 """One tick of the simulated stick: latch parameters, advance the physics, note strikes, tell how it stands.
 
-Tick thread: no allocation, no locks, no Python, no exceptions. The same text runs in real time and in virtual time.
+Tick thread: no allocation, no locks, no Python, no exceptions. The same code runs in real time and in virtual time.
 """
 
 from drumstick.stick import composition

@@ -32,7 +32,7 @@ def even_losses_per_s(drum: Drum) -> float:
 
 
 def rising_loss(drum: Drum) -> tuple[float, float] | None:
-    """Time, s, in which a mode at so many Hz falls by 60 dB, where quick modes lose more; None where none do."""
+    """Time, s, in which a mode at so many Hz falls by 60 dB, where high modes lose more; None where none do."""
     return next(_answers(drum, "rising_loss"), None)
 
 

@@ -1,4 +1,4 @@
-"""`internal_loss`: the head's own material takes more from quick modes than from slow ones (Kelvin and Voigt).
+"""`internal_loss`: the head's own material takes more from high modes than from low ones (Kelvin-Voigt).
 
 The junctions' momentum p is kept besides their height: p' = rho p + a, u+ = u + p' + eta a, where a is the pull of the
 neighbours. Which rho and eta: membrane.scheme.rising_losses. Kernels: audio thread.
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class InternalLossTable:
-    """The head's material takes more from quick modes: a dull head rather than a bright one."""
+    """The head's material takes more from high modes: a dull head rather than a bright one."""
 
     t60_s: float = number(0.15, 0.001, 60.0, "s", "Time in which a mode at at_Hz falls by 60 dB")
     at_Hz: float = number(

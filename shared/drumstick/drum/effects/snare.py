@@ -13,8 +13,8 @@ the simulation of musical instrument contact dynamics", J. Sound Vib. 339, 2015)
 however hard the blow. Each junction lies under at most one point: the equations are solved one by one, and each has
 exactly one solution. Turning the strainer is work from outside, and with heavy wires under a strong pull not little.
 
-K/M does not follow the mesh: on something rigid a wire would swing at 6 kHz; a step makes 4.2 kHz of that at 24 kHz,
-5.4 at 48. Kernels: audio thread. `wanted`: written by the thread that receives it.
+K/M does not follow the mesh: a wire on a rigid support would oscillate at 6 kHz, which the discrete step turns into 4.2
+kHz at 24 kHz, 5.4 at 48. Kernels: audio thread. `wanted`: written by the thread that receives it.
 """
 
 import math

@@ -34,7 +34,7 @@ def _clear(engine: "Engine", slot: int) -> None:
     # Whatever another mallet would meet where this one comes down.
     state, pool = engine.mallets.state[0], engine.mallets.pool
     mallet, limit = pool[slot], 1.0 - engine.head.grid[0].spacing
-    x, y = drawn_in(mallet.x, mallet.y, limit)  # as `patch.lay` puts them
+    x, y = drawn_in(mallet.x, mallet.y, limit)  # as `patch.place_tip` puts them
     for number in range(state.oldest, state.begun):
         other = pool[number % POOL]
         if other.stage == PLAYING:

@@ -3,7 +3,7 @@
 With free_i, how deep tip i would be without any push, and G, what a newton at one gives under another, the depths are
 d = free - G F(d), G symmetric and positive with what the mallets themselves give on its diagonal: the pushes are the
 gradient of a convex energy, and there is one solution. Each mallet meets what the others leave of the step, by turns,
-until none changes (Gauss and Seidel); alone it does so once. What is left of the difference is all that the energy can
+until none changes (Gauss-Seidel); alone it does so once. What is left of the difference is all that the energy can
 be wrong by, 1e-9 of a push.
 
 Where a newton at one tip moves another more than by half as much, in the square, as itself, turns would take long, and

@@ -49,7 +49,7 @@ class Lattice:
 
     `weights` (float64) and everything that is stored per junction have shape (rows, stride); `spans` (int32) has
     shape (rows, 2): first column and number of columns of the padded row, both multiples of 16. The first two and last
-    two rows are empty, and between them is a multiple of ROWS, the first of them not shifted. `spacing` is
+    two rows are empty, and between them is a multiple of STRIP_ROWS, the first of them not shifted. `spacing` is
     h / radius. A junction far from the rim weighs 1 / neighbours.
     """
 
@@ -139,7 +139,7 @@ def _best_column(topology: Topology, spacing: float, half_rows: int) -> int:
 
 
 def strips_of(lattice: Lattice) -> npt.NDArray[np.int64]:
-    """The mesh in strips of ROWS rows: int64, shape (strips, 4).
+    """The mesh in strips of STRIP_ROWS rows: int64, shape (strips, 4).
 
     Flat indices in a strip's first row, multiples of 16: start, inner, outer, stop. Beyond start .. stop its rows are
     empty; from inner to outer, if they differ, all junctions of all its rows weigh the same: 1 / neighbours.
@@ -173,7 +173,7 @@ def _ring(lattice: Lattice, u: npt.NDArray[np.float64]) -> npt.NDArray[np.float6
 def lowest_eigenvalue(lattice: Lattice) -> float:
     """The smallest a with A u = -a u, that of the lowest mode.
 
-    Rayleigh's quotient of the ideal membrane's mode, whose own error it squares: true to 1e-6 from 24 across.
+    The Rayleigh quotient of the ideal membrane's mode, whose own error it squares: true to 1e-6 from 24 across.
     """
     rows, columns = np.nonzero(lattice.weights)
     u = np.zeros_like(lattice.weights)

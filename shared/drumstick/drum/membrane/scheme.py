@@ -1,14 +1,14 @@
-"""The step in time: how fast a wave may go from junction to junction, how it loses, and what spacing tunes the head.
+"""The time step: its limit of stability, losses, and the grid spacing that tunes the lowest mode.
 
 With A u = (mean of the neighbours, weighted at the rim) - u, which is h^2/4 times the Laplacian, a step is
 
     (1 + s) u+ = 2 u - (1 - s) u- + tau A u + order_4 A A u                     every mode loses alike (s)
-    p' = rho p + tau A u,   u+ = u + p' + eta tau A u                           quick modes lose more (eta)
+    p' = rho p + tau A u,   u+ = u + p' + eta tau A u                           high modes lose more (eta)
 
-A mode with A u = -a u, 0 <= a <= max_eigenvalue, turns by the angle theta a step; q = tau a - order_4 a^2 fixes it. Up
-to q = 2 (1 + rho)/(1 + eta (1 + rho)) all is stable, 4 without losses. tau = 4 (c T/h)^2: 2 is the textbook's lossless
-triangular mesh (Fontana and Rocchesso, "Online correction of dispersion error in 2D waveguide meshes", ICMC 2000); the
-limit 8/3 has a third of its phase error.
+A mode with A u = -a u, 0 <= a <= max_eigenvalue, advances by the phase theta per step; q = tau a - order_4 a^2 fixes
+it. Up to q = 2 (1 + rho)/(1 + eta (1 + rho)) all is stable, 4 without losses. tau = 4 (c T/h)^2: 2 is the textbook's
+lossless triangular mesh (Fontana and Rocchesso, "Online correction of dispersion error in 2D waveguide meshes", ICMC
+2000); the limit 8/3 has a third of its phase error.
 """
 
 import math
@@ -68,7 +68,7 @@ class Losses:
         return 2.0 * (1.0 + self.rho) / (1.0 + self.eta * (1.0 + self.rho))
 
     def q_of(self, theta: float) -> float:
-        """q of the mode that turns by theta a step."""
+        """q of the mode that advances by the phase theta per step."""
         if self.eta == 0.0:
             return 2.0 - 2.0 * math.cos(theta) * math.sqrt(1.0 - self.s**2)
         q = 2.0 - 2.0 * math.cos(theta)
@@ -79,7 +79,7 @@ class Losses:
         return q
 
     def t60_s(self, theta: float, step_s: float) -> float:
-        """Time in which a mode that turns by theta a step falls by 60 dB; infinite without losses."""
+        """Time in which a mode that advances by theta per step falls by 60 dB; infinite without losses."""
         left = (
             (1.0 - self.s) / (1.0 + self.s)
             if self.eta == 0.0
@@ -102,7 +102,7 @@ def even_losses(t60_s: float, step_s: float) -> Losses:
 def rising_losses(t60_s: float, f_Hz: float, high_t60_s: float, high_Hz: float, step_s: float) -> Losses:
     """The mode at f_Hz falls by 60 dB in t60_s, the one at high_Hz in high_t60_s, between them as a viscous material.
 
-    Such a material loses with the square of the frequency (Kelvin and Voigt). ValueError unless high_t60_s < t60_s and
+    Such a material loses with the square of the frequency (Kelvin-Voigt). ValueError unless high_t60_s < t60_s and
     f_Hz < high_Hz. A frequency that the mesh does not reach gives the same law.
     """
     if not (high_t60_s < t60_s and f_Hz < high_Hz):

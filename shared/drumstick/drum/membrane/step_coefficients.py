@@ -15,7 +15,7 @@ class StepCoefficients:
 
     @property
     def with_momentum(self) -> bool:
-        """True where quick modes lose more, so that the junctions' momentum is kept."""
+        """True where high modes lose more, so that the junctions' momentum is kept."""
         return self.losses.eta > 0.0
 
     @property

@@ -38,9 +38,9 @@ TIP = dtype_of(Tip)
 
 
 class Patches(NamedTuple):
-    """Patches of P tips, shapes (P, ROWS, 8) unless said: shares g; free, g less what a muffle holds; steps, how far
-    a newton moves each junction; starts (P, ROWS), the flat index of a row's first lane; rows (P,), how many there
-    are."""
+    """Patches of P tips, shapes (P, MAX_TIP_ROWS, 8) unless said: shares g; free, g less what a muffle holds; steps,
+    how far a newton moves each junction; starts (P, MAX_TIP_ROWS), the flat index of a row's first lane; rows (P,), how
+    many there are."""
 
     shares: Floats
     free: Floats

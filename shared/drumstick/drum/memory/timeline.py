@@ -1,7 +1,7 @@
 """The memory of a streamed force: pieces on their way to the audio thread, and the timeline that it plays from.
 
-The timeline holds one cell for each tick of the servo, newest SPAN at most. All contacts lie on it: what two of them
-give in one tick adds up, so flams and buzzes need no voices of their own.
+The timeline holds one cell for each of the servo's newest ticks, as many as `stream_of` lays out. All contacts lie on
+it: what two of them give in one tick adds up, so flams and buzzes need no voices of their own.
 """
 
 import math

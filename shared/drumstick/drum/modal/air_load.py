@@ -19,9 +19,10 @@ With a kettle, one side is a closed cylinder of depth L with rigid walls: its ow
 J_m'(j') = 0, are masses on springs beside the head's, the higher ones together a mass. So each mode of the two has its
 place among them, and none is taken twice. The walls take a part of what the cylinder's modes hold.
 
-That holds in an endless baffle. Without one the two sides' sound meets round the rim: of what a mode radiates xk^2/(1 +
-xk^2) is left, as of a dipole beside a monopole where waves are long, and all where they are short; its mass is left as
-it is. Where it bends, at xk = 1, is an estimate: the lowest mode of a tom then rings about as long as recorded ones do.
+That holds in an infinite baffle. Without one the two sides' sound meets round the rim: of what a mode radiates xk^2/(1
++ xk^2) is left, as of a dipole beside a monopole where waves are long, and all where they are short; its mass is left
+as it is. Where it bends, at xk = 1, is an estimate: the lowest mode of a tom then rings about as long as recorded ones
+do.
 
 Modes with j_n up to _COUPLED are solved together, order by order. Those above are narrow in x and are solved alone,
 with G = 1/sqrt(j^2 - xk^2), kettle or not: at most four cents off, least for the highest.
@@ -62,7 +63,7 @@ class InAir(NamedTuple):
     """The modes of a head, P of them, and those (B >= P, the same ones first) that their shapes are sums of.
 
     c: speed of its waves without air, radii a second. f_Hz, decays (1/s, by radiation alone), masses (over that without
-    air) and radiated (the share of the power in an endless baffle) have shape (P,).
+    air) and radiated (the share of the power in an infinite baffle) have shape (P,).
     """
 
     modes: Modes
@@ -271,7 +272,7 @@ class _Order:
             ahead = -((second - first) ** 2) / bent if bent != 0.0 else 0.0
             w = second + min(max(ahead, -abs(first - w)), abs(first - w))
         raise ValueError(
-            f"the air on the head leaves a mode near {w / (2.0 * math.pi):.0f} Hz without a pitch of its own"
+            f"the air load of the mode near {w / (2.0 * math.pi):.0f} Hz: no frequency found (no convergence)"
         )
 
     def effective(self, w: float, shape: Numbers) -> tuple[float, float]:
@@ -304,7 +305,10 @@ def _speed(load: Load, w: float) -> float:
     solved: Any = _linalg().eigh(w * w * mass - stiff, np.diag(order.zeros**2), eigvals_only=True)
     fastest = float(cast(Numbers, solved)[-1])
     if not fastest > 0.0:
-        raise ValueError(f"the air alone holds the head up to more than f01_Hz = {w / (2.0 * math.pi):g} Hz")
+        raise ValueError(
+            "the kettle's air alone is so stiff that the lowest mode would lie above "
+            f"f01_Hz = {w / (2.0 * math.pi):g} Hz: raise depth_m or f01_Hz"
+        )
     c = math.sqrt(fastest)
     if not c * load.slow < 1.0:
         raise ValueError(

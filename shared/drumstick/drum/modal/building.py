@@ -46,8 +46,9 @@ def decay_rates(drum: Drum, f_Hz: Numbers) -> Numbers:
 
 
 def _most_turns(scene: Scene) -> float:
-    # A step, of the highest mode. A tension that rises raises K = 2 - 2 cos(theta), and it must stay below 4; and a
-    # mode stretches the head as its amplitude says, not as its phase, only well below a quarter of a turn.
+    # Cycles per step of the highest mode. A tension that rises raises K = 2 - 2 cos(theta), and it must stay below 4;
+    # and only well below a quarter cycle does the product q+ q, by which a mode stretches the head, depend on its
+    # amplitude and not on its phase.
     rise = head_numbers.tension_rise(scene.drum)
     if rise is None:
         return _TURNS

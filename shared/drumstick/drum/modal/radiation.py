@@ -1,14 +1,14 @@
 """Sound of each mode at microphones in the air. Any thread; allocates.
 
 A mode that oscillates at w is heard as p = -w^2 q rho/(2 pi) I, with I = int shape exp(-i k (r - r0))/r dA over the
-head in an endless baffle (Rayleigh's integral, as `drumstick.drum.output.microphones` has it for a mesh) and k = w/c0.
+head in an infinite baffle (Rayleigh's integral, as `drumstick.drum.output.microphones` has it for a mesh) and k = w/c0.
 r0, the shortest distance from any microphone to the head, is dropped: a delay common to all. The result is the steady
 state of each mode; the extra delay of farther parts of the head at the onset, at most the time that sound takes for two
 radii, is left out. So microphones cost a bank no delay lines, only a second pair of gains: one acts on a mode's place,
 one on its movement.
 
 Measured from the microphone's azimuth the integrand is even in phi, so int cos(m phi) .../r d phi is a cosine series,
-for all orders at once; along r it is Gauss and Legendre's sum. Both are done for a row of k, and each mode reads that
+for all orders at once; along r it is Gauss-Legendre quadrature. Both are done for a row of k, and each mode reads that
 at its own.
 """
 

@@ -1,6 +1,6 @@
 """Microphones in the air above the head: every junction is heard after its distance, and the weaker the farther.
 
-The head in an endless baffle radiates p(t) = rho/(2 pi) sum of A_j a_j(t - r_j/c)/r_j, with a_j each junction's
+The head in an infinite baffle radiates p(t) = rho/(2 pi) sum of A_j a_j(t - r_j/c)/r_j, with a_j each junction's
 acceleration, A_j its area and r_j its distance (Rayleigh's integral). Each junction's velocity goes into a line of the
 sounds that are on their way, shared by its nearness between two steps; what comes out is the line's change. Junctions
 that lie side by side in a row and arrive in the same step form a run, which is one loop. Kernels: audio thread.

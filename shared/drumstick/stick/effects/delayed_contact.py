@@ -159,10 +159,10 @@ def _by_phase(
 
 @njit()
 def late_blow(law: Law, sampling: Sampling, r: float, ratio: float) -> tuple[float, float, float, float]:
-    """The most a contact with damping r (N s/m) and a spring `ratio` times as stiff on its way up makes of a blow.
+    """Upper bounds of one contact with damping r (N s/m) and a spring `ratio` times as stiff while the stick rises.
 
-    What multiplies its speed, the speed (m/s) that a pressing hand adds; the head's largest force (N) per m/s, and what
-    pressing adds (N). inf: it never ends.
+    Returns: factor of the entry speed; speed added by a pressing hand (m/s); head force per m/s of entry speed (N s/m);
+    force added by pressing (N). inf: there is no bound.
     """
     period = sampling.period
     hand = -law.k_hand * law.z_ss / law.m

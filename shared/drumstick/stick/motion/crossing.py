@@ -127,7 +127,7 @@ def _moved(p: Point, h: float) -> Point:
 def root(seg: Segment, weights: Weights, low: Point, high: Point) -> Point:
     """The point where the sum reaches zero, to the last digits. Its sign changes once between the two.
 
-    Householder's method, kept inside by bisection: about two points have to be computed.
+    Householder's method, safeguarded by bisection: about two points have to be computed.
     """
     begin, end = low.t, high.t
     sign = 1.0 if weighted(weights, low)[0] < 0.0 else -1.0

@@ -1,4 +1,4 @@
-"""Spans in which z' and the head's push rate vanish at most once: none longer could be searched without missing one.
+"""Time spans in which z' and the rate of the head's force each have at most one zero: signs at the ends miss no event.
 
 Both obey the equation of motion without its constant. While no pulse runs, such a function's derivative is a free
 motion, whose zeros are known in closed form, and between two of them the function vanishes at most once. While a pulse

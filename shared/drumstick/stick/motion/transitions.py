@@ -1,6 +1,6 @@
 """From one segment to the next: which equation holds now, and what an event changes.
 
-Every method goes through this text, so `exact` and the steppers differ only in how they carry the stick along a
+Every method goes through this code, so `exact` and the steppers differ only in how they carry the stick along a
 segment. Kernels: tick thread or any other; no allocation, no exceptions.
 """
 

@@ -101,7 +101,7 @@ def test_where_nothing_fits_the_cheapest_is_taken_and_said(
     line = Line(20.0, 1000.0)
     priced(monkeypatch, *line)
     chosen, words = fitted(scene(cpu_budget=0.01), RATE_HZ)
-    assert "the least that there is, although it may take 1 %" in words
+    assert "the cheapest there is, and over its budget of 1 %" in words
     coarse = dataclasses.replace(chosen.mesh, accuracy="standard", rate_Hz=RATE_HZ / 12)
     assert cost_ns(chosen, line) <= cost_ns(dataclasses.replace(chosen, mesh=coarse), line)
 
@@ -205,7 +205,8 @@ def test_fine_that_cannot_be_of_fourth_order_says_why() -> None:
         lossy, mesh=dataclasses.replace(lossy.mesh, accuracy="fine", topology="rectilinear")
     )
     assert fitted(fine, RATE_HZ).words == (
-        "fine in second order only: no fourth with a rectilinear mesh, internal_loss, cavity"
+        "fine at second order only: the fourth-order scheme does not work with a rectilinear mesh, internal_loss, "
+        "cavity"
     )
     assert fitted(lossy, RATE_HZ).words == ""
     bare = parse('[mesh]\naccuracy = "fine"\n', "bare")

@@ -57,7 +57,7 @@ def test_a_damping_that_the_lag_eats_up(delay: int, lag: float) -> None:
     least = 200.0 * lag * T
     assert _judged(_law(200.0, least * (1.0 - JUST), r_out=0.01), late).code == envelope.LATE
     assert _judged(_law(200.0, least * (1.0 + JUST), r_out=0.01), late).code != envelope.LATE
-    assert f"{lag:g} ms late on the mean" in _refusal(_law(200.0, 0.5 * least, r_out=0.01), late)
+    assert f"{lag:g} ms late on average" in _refusal(_law(200.0, 0.5 * least, r_out=0.01), late)
 
 
 def test_longer_delays_than_are_judged() -> None:
@@ -75,6 +75,7 @@ def test_a_head_that_is_sampled_itself_comes_whole_ticks_later(period_s: float, 
     ]
     assert found[0].code == found[1].code == envelope.OK
     assert found[0].window == found[1].window
+    assert f"{0.5 + ticks:g} ms late on average" in _refusal(_law(1000.0, 0.1, scene, r_out=0.01), ARM)
 
 
 @pytest.mark.parametrize(("delay", "kick"), [(0, 0.46e-3), (2, 0.46e-3 / 1.12), (4, 0.46e-3 / 1.24)])
@@ -88,7 +89,7 @@ def test_a_damper_that_answers_each_count_with_a_jerk(delay: int, kick: float) -
     refused = _law(k, most * (1.0 + JUST))
     assert _judged(refused, heavy).code == envelope.COUNT_LIMIT_CYCLE
     words = _refusal(refused, heavy)
-    assert f"each encoder count of {COUNT_M * 1e3:g} mm" in words
+    assert f"a limit cycle of encoder counts of {COUNT_M * 1e3:g} mm" in words
     assert "0.3 .. 0.31 kg" in words
     offered = re.search(r"lower r_in to ([\d.]+) N s/m", words)
     assert offered is not None

@@ -236,7 +236,7 @@ def _in_agreement(tables: dict[str, Any]) -> dict[str, Any]:
     if "snare" in tables["drum"].effects:
         two_heads = {"cavity": DRUM_TABLES["cavity"](), **tables["drum"].effects}
         tables["drum"] = dataclasses.replace(tables["drum"], effects=two_heads)
-    # The pitch may rise by more than it does on the mean.
+    # The pitch may rise by more than it does on average.
     tension = tables["drum"].effects.get("tension")
     if tension is not None and tension.young_GPa == 0.0:
         roomy = {**tables["drum"].effects, "tension": dataclasses.replace(tension, most_cents=0.0)}

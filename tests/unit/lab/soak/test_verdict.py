@@ -101,8 +101,8 @@ def test_counts_and_what_is_only_told() -> None:
     assert unjudged("xruns", "times", 7, "late blocks").passed is None
 
 
-@pytest.mark.parametrize(("per_h", "word"), [(0.0, "zero"), (50.0, "rises"), (-50.0, "falls")])
+@pytest.mark.parametrize(("per_h", "word"), [(0.0, "zero:"), (50.0, "rises, but"), (-50.0, "falls:")])
 def test_zero_is_said_only_where_the_interval_holds_it(per_h: float, word: str) -> None:
     grid = np.where(np.arange(N) % 2 == 0, 0.1, -0.1)
     verdict = of_growth("rss", "kB", HOURS, 3e5 + grid + per_h * HOURS, BOUND)
-    assert verdict.words.startswith(f"{word}: the whole interval is under the bound")
+    assert verdict.words.startswith(f"{word} the whole interval is under the bound of 100 ")

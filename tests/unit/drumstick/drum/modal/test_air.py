@@ -80,7 +80,7 @@ def test_what_sounds_lowest_of_the_round_ones_is_f01(f01_Hz: float, effects: dic
         assert timpano(f01_Hz, **effects).f_Hz[0] == pytest.approx(f01_Hz, rel=1e-6)
     except ValueError as error:
         assert effects
-        assert f"the air alone holds the head up to more than f01_Hz = {f01_Hz:g} Hz" in str(error)
+        assert f"the lowest mode would lie above f01_Hz = {f01_Hz:g} Hz: raise depth_m" in str(error)
         assert f01_Hz < 60.0
 
 

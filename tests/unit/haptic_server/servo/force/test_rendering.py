@@ -295,7 +295,7 @@ def test_what_the_envelope_refuses_would_have_given_energy_and_the_guard_takes_i
     assert max(_falls(3500.0, 2.5, guarded=True, device=late, predictor="off")) < 1.1
     played = sampled_arm.scene(device=late)
     limits = limits_of(played, Simulated(played).info().specification)
-    with pytest.raises(Refusal, match="late on the mean"):
+    with pytest.raises(Refusal, match="late on average"):
         envelope.require(law_of(played), limits)
 
 
