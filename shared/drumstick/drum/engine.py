@@ -33,13 +33,13 @@ class Control(Record):
     order_4: Float32  # of A A u, over 1 + s
     order_2: Float32  # of A u where order_4 is taken, less that
     own_gain: Float32  # of u in A u, as the weights are baked
-    now_gain: Float32
-    then_gain: Float32
+    u_gain: Float32
+    u_old_gain: Float32
     force_gain: float
     output_gain: float
     spread: int  # 1: a force goes to all the junctions around its place; 0: to the nearest
     phase: int  # device samples since the last step of the mesh
-    plane: int  # which of the two planes is the present
+    present_level: int  # which of the head's two time levels is u
     head: int  # newest sample of the interpolator's history
     begun: int  # pulses begun so far
     looked: int  # how many had begun when the pool was last looked through; -1 before

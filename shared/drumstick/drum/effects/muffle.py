@@ -144,14 +144,14 @@ def resume(engine: "Engine") -> None:
 
 
 @only_with("muffle")
-def before_sweep(engine: "Engine", then: Floats) -> None:
+def before_sweep(engine: "Engine", u_old: Floats) -> None:
     """Move to what is wanted, and keep u- where it will be needed, before the sweep."""
     muffle: Muffle = engine.effects.muffle
     muffle.state[0].moved = 0
     if muffle.state[0].press != muffle.wanted[0].muffle and not _is_touched(engine):
         _move(engine, muffle.state[0].most)
     for i in range(muffle.places.shape[0]):
-        muffle.before[i] = then[muffle.places[i]]
+        muffle.before[i] = u_old[muffle.places[i]]
 
 
 @only_with("muffle", otherwise=False)
@@ -175,22 +175,22 @@ def held_share(engine: "Engine") -> float:
 
 
 @only_with("muffle", otherwise=0.0)
-def after_sweep(engine: "Engine", then: Floats) -> float:
+def after_sweep(engine: "Engine", u_new: Floats) -> float:
     """Brake the patches' junctions, after the sweep; returns by how much the sum of u+ changed."""
     changed = 0.0
     muffle: Muffle = engine.effects.muffle
     g = np.float32(muffle.state[0].g)
     for i in range(muffle.places.shape[0]):
         at = muffle.places[i]
-        step = g * (muffle.before[i] - then[at])
-        then[at] += step
+        step = g * (muffle.before[i] - u_new[at])
+        u_new[at] += step
         internal_loss.pushed(engine, at, step)
         changed += step
     return changed
 
 
 @only_with("muffle", otherwise=0.0)
-def hidden_stretch(engine: "Engine", now: Floats, own_gain: float) -> float:
+def hidden_stretch(engine: "Engine", u: Floats, own_gain: float) -> float:
     """Part of sum M d u- that the masses of the tension's share, less by g under a patch, leave out: before the sweep,
     after `before_sweep`.
     """
@@ -198,6 +198,6 @@ def hidden_stretch(engine: "Engine", now: Floats, own_gain: float) -> float:
     hidden = 0.0
     for i in range(muffle.places.shape[0]):
         hidden += (
-            muffle.masses[i] * laplacian_at(engine.head, now, muffle.places[i], own_gain) * muffle.before[i]
+            muffle.masses[i] * laplacian_at(engine.head, u, muffle.places[i], own_gain) * muffle.before[i]
         )
     return muffle.state[0].g * hidden

@@ -102,7 +102,7 @@ WANTED, STATE = dtype_of(Wanted), dtype_of(WiresState)
 
 class Snare(NamedTuple):
     """wanted, state: (1,). places x and etas of S strings of P points, each (2, S, P + 2), the first index as in the
-    head's planes; first and last column stay 0. first: the junction under each string's first point, (S,).
+    head's time_levels; first and last column stay 0. first: the junction under each string's first point, (S,).
     """
 
     wanted: Rows[Wanted]
@@ -147,8 +147,8 @@ def part_of(building: "Building") -> Snare:
     pressed_m = 8e-3 * table.bed_mm * (c_m_per_s / (length_m * 2.0 * math.pi * _CONTACT_HZ)) ** 2
     fields["eta_0"], fields["gap"] = pressed_m / building.unit_m, _GAP_M / building.unit_m
     fields["loss"] = 1.0 + even_losses(table.t60_s, step_s).s
-    held_back = 2.0 / (1.0 + float(under.state["then_gain"][0]))
-    tau = 2.0 - float(under.state["now_gain"][0]) * held_back
+    held_back = 2.0 / (1.0 + float(under.state["u_old_gain"][0]))
+    tau = 2.0 - float(under.state["u_gain"][0]) * held_back
     fields["give"] = neighbours / tau
     fields["apart"] = apart
     fields["most"] = step_s / _WHOLE_WAY_S
@@ -190,18 +190,18 @@ def spring_of(state: WiresState) -> float:
 
 
 @only_with("snare", otherwise=0.0)
-def on_second_head(engine: "Engine", plane: int) -> float:
+def on_second_head(engine: "Engine", present_level: int) -> float:
     """Move the wires on after the second head's sweep: they push it and are pushed; returns by how much its sum
-    changed. plane: the head's now.
+    changed. present_level: which of the head's two is u.
     """
     snare: Snare = engine.effects.snare
     state = snare.state[0]
     if state.tight <= _OFF:
         return 0.0
     head: Head = engine.effects.cavity.head
-    weights, head_after = head.weights, head.planes[1 - plane]
-    now, coming = snare.places[plane], snare.places[1 - plane]
-    eta = snare.etas[1 - plane]
+    weights, head_after = head.weights, head.time_levels[1 - present_level]
+    now, coming = snare.places[present_level], snare.places[1 - present_level]
+    eta = snare.etas[1 - present_level]
     spring, eta_0, loss = spring_of(state), eta_0_of(state), state.loss
     lifted = 2.0 * max(eta_0, 0.0)
     own = 1.0 / (state.mass * loss)
@@ -226,7 +226,7 @@ def on_second_head(engine: "Engine", plane: int) -> float:
             head_after[at] += step
             changed += float(step)
             coming[string, k] = alone + own * push
-            # As the plane has it, so that rounding adds up nowhere.
+            # As the head has it, so that rounding adds up nowhere.
             eta[string, k] = float(head_after[at]) - coming[string, k]
             at += state.apart
     return changed
@@ -251,7 +251,7 @@ def _turn(engine: "Engine", most: float) -> None:
 
 
 @only_with("snare")
-def before_sweep(engine: "Engine", then: Floats) -> None:
+def before_sweep(engine: "Engine", u_old: Floats) -> None:
     """Turn the strainer towards what is wanted."""
     _turn(engine, engine.effects.snare.state[0].most)
 

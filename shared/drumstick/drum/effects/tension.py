@@ -257,32 +257,32 @@ def before_sweep(engine: "Engine") -> None:
 
 
 @only_with("tension")
-def ring_gain(engine: "Engine", q: float) -> Any:
+def neighbour_gain(engine: "Engine", q: float) -> Any:
     """1 + q/tau."""
     return np.float32(1.0 + q / engine.control[0].tau)
 
 
 @only_with("tension", otherwise=0.0)
 def own_loss(engine: "Engine", q: float) -> float:
-    """By how much less u counts in its own next value; with internal losses that goes with the ring."""
+    """By how much less u counts in its own next value; with internal losses that goes with the neighbours' sum."""
     state: TensionState = engine.effects.tension.state[0]
     return q / engine.control[0].held_back if state.eta == 0.0 else 0.0
 
 
 @only_with("tension", otherwise=0.0)
-def tightened(engine: "Engine", now: Any, then: Any, push: float) -> float:
+def tightened(engine: "Engine", u: Any, u_old: Any, push: float) -> float:
     """q of this step. push: f of the whole head."""
     tension: Tension = engine.effects.tension
     state, share = tension.state[0], tension.share
     head, own_gain = engine.head, engine.control[0].own_gain
     p, q, r, t = stretched(
-        head, now, then, share, own_gain, internal_loss.momentum(engine), internal_loss.rho(engine)
+        head, u, u_old, share, own_gain, internal_loss.momentum(engine), internal_loss.rho(engine)
     )
     moved = push * r
     forces = engine.forces
     for i in range(engine.control[0].forces):
         at = forces[i].junction
-        moved += share[at] * laplacian_at(head, now, at, own_gain) * forces[i].step
+        moved += share[at] * laplacian_at(head, u, at, own_gain) * forces[i].step
     # The weights hold `baked` times A; the step divides all but a force's own movement by 1 + s.
     y = q / (state.baked * state.baked * state.held_back)
     x = (1.0 + state.eta) * state.tau * y + moved / state.baked
@@ -290,7 +290,7 @@ def tightened(engine: "Engine", now: Any, then: Any, push: float) -> float:
         x += p / state.baked
     else:
         x += 2.0 * p / (state.baked * state.held_back)
-    before = -(t + muffle.hidden_stretch(engine, now, own_gain)) / state.baked
+    before = -(t + muffle.hidden_stretch(engine, u, own_gain)) / state.baked
     state.before, state.x, state.y = before, x, y
     state.pull = solved(state, before, x, y)
     return state.pull

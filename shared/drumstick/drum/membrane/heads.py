@@ -30,11 +30,11 @@ def head_of(lattice: Lattice, baked: float) -> Head:
     grid: Any = np.zeros(1, TRIANGULAR if lattice.topology.shifted else SQUARE)
     grid["spacing"], grid["stride"] = lattice.spacing, lattice.weights.shape[1]
     grid["centre_row"], grid["centre_column"] = lattice.centre_row, lattice.centre_column
-    return Head(_planes(size), weights, strips_of(lattice), grid)
+    return Head(_time_levels(size), weights, strips_of(lattice), grid)
 
 
-def _planes(size: int) -> npt.NDArray[np.float32]:
-    # Each plane begins on a boundary of its own, and a vector before and behind it belongs to the array.
+def _time_levels(size: int) -> npt.NDArray[np.float32]:
+    # Each of the two begins on a boundary of its own, and a vector before and behind it belongs to the array.
     return aligned((2, size))
 
 

@@ -122,7 +122,7 @@ def _heard_right(bank: Bank, first: int, last: int) -> float:
 
 
 @njit()
-def ring(bank: Bank, pull: float) -> tuple[float, float]:
+def step_modes(bank: Bank, pull: float) -> tuple[float, float]:
     """One step of every mode, under a pull of the tension; returns what pickups, or microphones, hear, left and right.
 
     In loops of few arrays each: compilers find vectors only where they can tell that none overlaps another. A part of
@@ -141,8 +141,8 @@ def ring(bank: Bank, pull: float) -> tuple[float, float]:
 
 @only_with("modal", otherwise=(0.0, 0.0))
 def step(engine: "Engine") -> Any:
-    """`ring`, where there is a bank, under what tension it has."""
-    heard = ring(engine.modal, stretch.pull(engine))
+    """`step_modes`, where there is a bank, under what tension it has."""
+    heard = step_modes(engine.modal, stretch.pull(engine))
     stretch.look(engine)
     return heard
 

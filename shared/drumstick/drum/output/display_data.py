@@ -45,7 +45,7 @@ def _gather(shown: Shown, held: npt.NDArray[np.float32]) -> None:
 
 @only_with("head")
 def _copy_mesh(engine: "Engine") -> None:
-    _gather(engine.shown, engine.head.planes[engine.control[0].plane])
+    _gather(engine.shown, engine.head.time_levels[engine.control[0].present_level])
 
 
 @only_with("modal")

@@ -48,7 +48,7 @@ def _let_go(engine: Engine, height: float) -> float:
         row, column = at // stride - int(grid["centre_row"]), at % stride - int(grid["centre_column"])
         x = spacing * (column + 0.5 * (row & 1))
         shape = special.j0(J01 * np.hypot(x, spacing * 0.75**0.5 * row)) * (engine.head.weights != 0.0)
-        engine.head.planes[:] = height * shape
+        engine.head.time_levels[:] = height * shape
     else:
         bank, state = engine.modal, engine.effects.tension.state
         bank.q[0] = height
@@ -69,12 +69,14 @@ def _pitch(engine: Engine, height: float, periods: int = 40) -> float:
     """Frequency of the lowest mode, let go so high, Hz: by the zeros of its amplitude."""
     step_s = _let_go(engine, height)
     inside = np.flatnonzero(engine.head.weights) if engine.modal is None else np.zeros(0, int)
-    shape = engine.head.planes[0][inside].astype(float) if engine.modal is None else np.zeros(0)
+    shape = engine.head.time_levels[0][inside].astype(float) if engine.modal is None else np.zeros(0)
     found: list[float] = []
     for _ in range(round(periods / F01_HZ / step_s)):
         _play(engine, 1)
         if engine.modal is None:
-            found.append(float(engine.head.planes[int(engine.control["plane"][0])][inside] @ shape))
+            found.append(
+                float(engine.head.time_levels[int(engine.control["present_level"][0])][inside] @ shape)
+            )
         else:
             found.append(float(engine.modal.q[0]))
     heights = np.array(found)
@@ -185,8 +187,8 @@ def test_the_stretch_of_a_mesh_is_that_of_its_shape() -> None:
     """<u, L u> times 4 row heights is the integral of the square of the slope: what kappa is over."""
     engine = _engine("mesh", POLYESTER)
     _let_go(engine, 1.0)
-    plane = engine.head.planes[0]
-    held = Membrane(engine.head, float(engine.control["own_gain"][0])).product(plane, plane)
+    u = engine.head.time_levels[0]
+    held = Membrane(engine.head, float(engine.control["own_gain"][0])).product(u, u)
     wanted = math.pi * J01**2 * special.j1(J01) ** 2
     assert held * 4.0 * 0.75**0.5 == pytest.approx(wanted, rel=5e-3)
 

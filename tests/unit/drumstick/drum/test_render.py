@@ -126,7 +126,7 @@ def test_a_head_at_rest_falls_asleep_at_exactly_zero_and_wakes() -> None:
     ring.push(0, 0.3, 0.3, 5.0, 0.004)
     render_all(engine, out, 128, 0)
     assert engine.control["asleep"][0] == 1
-    assert not engine.head.planes.any()
+    assert not engine.head.time_levels.any()
     first = out.copy()
     ring.push(0, 0.3, 0.3, 5.0, 0.004)
     render_all(engine, out, 128, 0)

@@ -34,7 +34,7 @@ def _press(engine: Engine) -> float:
 def _heads_after_a_stroke(engine: Engine, steps: int = 300) -> np.ndarray:
     strike(engine, 5.0, 0.4, 0.1)
     take(engine, steps)
-    return engine.head.planes.copy()
+    return engine.head.time_levels.copy()
 
 
 @pytest.mark.parametrize("name", MORE)
@@ -54,7 +54,7 @@ def test_where_it_was_set_to_it_is_as_if_the_scene_had_said_so(name: str) -> Non
     np.testing.assert_allclose(
         _heads_after_a_stroke(moved), _heads_after_a_stroke(as_written), rtol=0.0, atol=1e-12
     )
-    assert not np.array_equal(_heads_after_a_stroke(_engine(1.0, MORE[name])), moved.head.planes)
+    assert not np.array_equal(_heads_after_a_stroke(_engine(1.0, MORE[name])), moved.head.time_levels)
 
 
 def test_it_goes_the_whole_way_in_twenty_milliseconds_and_never_beyond() -> None:

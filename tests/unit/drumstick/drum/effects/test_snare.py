@@ -90,7 +90,9 @@ def free_pitch(scene: Scene, periods: int = 6) -> float:
     crossings = np.zeros(0, int)
     while len(crossings) <= 2 * periods:
         take(engine, 1)
-        heights.append(float(wires.places[int(engine.control["plane"][0]), 0, wires.places.shape[2] // 2]))
+        heights.append(
+            float(wires.places[int(engine.control["present_level"][0]), 0, wires.places.shape[2] // 2])
+        )
         crossings = np.flatnonzero(np.diff(np.sign(heights)))
         assert len(heights) < 100_000
     exact = crossings + np.array([heights[i] / (heights[i] - heights[i + 1]) for i in crossings])
@@ -215,7 +217,7 @@ def second_head(scene: Scene, peak_N: float) -> np.ndarray:
     engine = lying(scene)
     strike(engine, peak_N)
     take(engine, 400)
-    return engine.effects.cavity.head.planes.astype(float) / peak_N
+    return engine.effects.cavity.head.time_levels.astype(float) / peak_N
 
 
 def test_a_wire_rattles_only_as_far_as_it_is_not_pressed_on() -> None:

@@ -60,7 +60,7 @@ def test_nothing_is_copied_while_nobody_looks() -> None:
     engine = struck()
     before = [np.copy(array) for array in (engine.shown.cells, engine.shown.slots, engine.shown.heard)]
     assert play(engine, 0.5) == 0
-    assert np.abs(engine.head.planes).max() > 0.0
+    assert np.abs(engine.head.time_levels).max() > 0.0
     for was, array in zip(before, (engine.shown.cells, engine.shown.slots, engine.shown.heard), strict=True):
         assert np.array_equal(was, array)
 
