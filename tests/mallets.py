@@ -178,9 +178,11 @@ def of_mallets(engine: Engine) -> float:
 def _of_modes(bank: Bank) -> float:
     # What drumstick.drum.mallets.shares says a bank holds, in its own units.
     assert bank.masses is not None
-    q, d, kept, stiffness = (values.astype(float) for values in (bank.q, bank.d, bank.kept, bank.stiffness))
-    square = 2.0 * stiffness / (1.0 + kept)
-    mass = bank.masses * (1.0 + kept) / (2.0 * kept)
+    q, d, r_squared, stiffness = (
+        values.astype(float) for values in (bank.q, bank.d, bank.r_squared, bank.stiffness)
+    )
+    square = 2.0 * stiffness / (1.0 + r_squared)
+    mass = bank.masses * (1.0 + r_squared) / (2.0 * r_squared)
     return float(np.sum(0.5 * mass * (d**2 + square * q * (q - d))))
 
 
@@ -190,9 +192,9 @@ def in_bank(engine: Engine) -> float:
     assert bank is not None
     held = _of_modes(bank)
     if engine.effects.tension is not None:
-        assert bank.lengths is not None
+        assert bank.stretch_weights is not None
         q, d = bank.q.astype(float), bank.d.astype(float)
-        held += of_tension(engine.effects.tension, float(np.sum(bank.lengths * q * (q - d))))
+        held += of_tension(engine.effects.tension, float(np.sum(bank.stretch_weights * q * (q - d))))
     return held
 
 

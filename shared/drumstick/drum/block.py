@@ -48,7 +48,7 @@ def _start_due(engine: Engine, block_start_ns: int, frames: int) -> None:
             control.begun += 1
             continue
         duration = event.contact_s * control.rate_Hz / control.divisor
-        bank.aim(engine, control.begun % POOL, event.x, event.y)
+        bank.set_strike_weights(engine, control.begun % POOL, event.x, event.y)
         control.begun = begin(engine.pulses, control.begun, event.x, event.y, age, duration, event.peak_N)
         if event.impulse_N_s > 0.0:
             pulse: ContactPulse = engine.pulses[(control.begun - 1) % POOL]

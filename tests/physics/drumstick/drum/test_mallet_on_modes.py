@@ -144,7 +144,7 @@ def test_what_two_mallets_push_is_felt_by_both_in_the_same_step() -> None:
     for _ in range(30):
         take(engine, 1)
         assert engine.modal.masses is not None
-        shares = engine.modal.masses.astype(float) * engine.modal.aimed[:2]
+        shares = engine.modal.masses.astype(float) * engine.modal.strike_weights[:2]
         heights = float(engine.mallets.state["unit_m"][0]) * shares @ engine.modal.q.astype(float)
         deep = engine.mallets.pool["now"][:2] - heights
         plays = engine.mallets.pool["stage"][:2] != GONE

@@ -53,9 +53,9 @@ def _let_go(engine: Engine, height: float) -> float:
         bank, state = engine.modal, engine.effects.tension.state
         bank.q[0] = height
         # As the step before would have left it, in which nothing moved.
-        stretched = float(bank.lengths[0]) * height**2
+        stretched = float(bank.stretch_weights[0]) * height**2
         state["before"], state["x"] = stretched, stretched * float(bank.stiffness[0])
-        state["y"] = stretched * float(bank.kept[0] * bank.tight[0])
+        state["y"] = stretched * float(bank.r_squared[0] * bank.tension_stiffness[0])
     return float(engine.control["divisor"][0]) / RATE
 
 

@@ -29,8 +29,8 @@ def _scene(effects: dict[str, object], f01_Hz: float = 150.0, top_Hz: float = 60
 def _turns(engine: Engine) -> np.ndarray:
     # Of each mode, a step: k = 1 - 2 R cos(theta) + R^2.
     assert engine.modal is not None
-    kept = engine.modal.kept.astype(float)
-    cosine = (1.0 + kept - engine.modal.stiffness) / (2.0 * np.sqrt(kept))
+    r_squared = engine.modal.r_squared.astype(float)
+    cosine = (1.0 + r_squared - engine.modal.stiffness) / (2.0 * np.sqrt(r_squared))
     return np.arccos(np.clip(cosine, -1.0, 1.0)) / (2.0 * math.pi)
 
 
@@ -57,7 +57,7 @@ def test_a_mode_that_is_gone_in_a_step_leaves_numbers() -> None:
     effects = {"tension": TensionTable(60.0), "internal_loss": InternalLossTable(0.001, 200.0)}
     engine = new_engine(_scene(effects), RATE, StrikeRing())
     assert engine.modal is not None
-    for array in (engine.modal.radial, engine.modal.tight, engine.modal.lengths):
+    for array in (engine.modal.radial, engine.modal.tension_stiffness, engine.modal.stretch_weights):
         assert array is not None
         assert np.isfinite(array).all()
 
