@@ -207,9 +207,9 @@ def test_a_rise_of_tension_raises_modes_in_air_as_solving_them_anew_does(kettle:
         found = []
         for change in (-1e-3, 1e-3):
             tighter = air_load._Order(order, load, head.c * math.sqrt(1.0 + change))
-            turns, _ = tighter.solved(w)
-            rank = int(np.argmin(np.abs(turns - w)))
-            found.append(tighter.settled(float(turns[rank]), rank)[0])
+            omegas, _ = tighter.solved(w)
+            rank = int(np.argmin(np.abs(omegas - w)))
+            found.append(tighter.settled(float(omegas[rank]), rank)[0])
         by_tension = (found[1] ** 2 - found[0] ** 2) / (2e-3 * w**2)
         assert float(shares[at]) == pytest.approx(by_tension, rel=2e-3), order
     assert kettle == bool(shares[0] < 0.9)

@@ -26,7 +26,7 @@ def _scene(effects: dict[str, object], f01_Hz: float = 150.0, top_Hz: float = 60
     return Scene("bank", drum=Drum(f01_Hz=f01_Hz, t60_s=1.0, effects=effects), modal=Modal(top_Hz))
 
 
-def _turns(engine: Engine) -> np.ndarray:
+def _cycles_per_step(engine: Engine) -> np.ndarray:
     # Of each mode, a step: k = 1 - 2 R cos(theta) + R^2.
     assert engine.modal is not None
     r_squared = engine.modal.r_squared.astype(float)
@@ -35,14 +35,14 @@ def _turns(engine: Engine) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("f01_Hz", "top_Hz"), [(150.0, 20_000.0), (2000.0, 200.0), (40.0, 3000.0)])
-def test_modes_that_stretch_the_head_stay_below_a_quarter_of_a_turn(f01_Hz: float, top_Hz: float) -> None:
-    """Beyond it <u+, L u> has the sign of a phase; the lowest mode has twelve steps a turn."""
+def test_modes_that_stretch_the_head_stay_below_a_quarter_of_a_cycle(f01_Hz: float, top_Hz: float) -> None:
+    """Beyond it <u+, L u> has the sign of a phase; the lowest mode has twelve steps a cycle."""
     engine = new_engine(_scene({"tension": TensionTable(60.0)}, f01_Hz, top_Hz), RATE, StrikeRing())
-    turns = _turns(engine)
-    assert turns.max() < 0.25
-    assert turns.min() <= 1.0 / 12.0 + 1e-6
+    cycles = _cycles_per_step(engine)
+    assert cycles.max() < 0.25
+    assert cycles.min() <= 1.0 / 12.0 + 1e-6
     free = new_engine(_scene({}, f01_Hz, top_Hz), RATE, StrikeRing())
-    assert turns.max() <= _turns(free).max() + 1e-6
+    assert cycles.max() <= _cycles_per_step(free).max() + 1e-6
 
 
 @pytest.mark.parametrize("glide_cents", [60.0, 700.0, 1200.0])
@@ -50,7 +50,7 @@ def test_a_rising_tension_has_room_up_to_its_most(glide_cents: float) -> None:
     engine = new_engine(_scene({"tension": TensionTable(glide_cents)}, top_Hz=20_000.0), RATE, StrikeRing())
     assert engine.effects.tension is not None
     most = float(engine.effects.tension.state["q_most"][0])
-    assert (2.0 - 2.0 * np.cos(2.0 * math.pi * _turns(engine).max())) * (1.0 + most) < 4.0
+    assert (2.0 - 2.0 * np.cos(2.0 * math.pi * _cycles_per_step(engine).max())) * (1.0 + most) < 4.0
 
 
 def test_a_mode_that_is_gone_in_a_step_leaves_numbers() -> None:
