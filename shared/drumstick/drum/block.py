@@ -44,7 +44,7 @@ def _start_due(engine: Engine, block_start_ns: int, frames: int) -> None:
         if control.asleep != 0:
             wake(engine)
         age = -max(0.0, (offset - to_next_step) / control.divisor)
-        if mallet.swing(engine, event, age):
+        if mallet.start(engine, event, age):
             control.begun += 1
             continue
         duration = event.contact_s * control.rate_Hz / control.divisor

@@ -61,7 +61,7 @@ def _gain(scene: Scene, rate_Hz: int, kappa: float) -> float:
     # The force and the head's tension of 1 make displacements of about peak * contact / period: far from the knee.
     small = 1e-6 / blow.peak_N
     trial.control["output_gain"] = small
-    ring.swing(blow)
+    ring.push_blow(blow)
     length = blow.contact_s + _PERIODS / scene.drum.f01_Hz
     out = np.zeros((round(length * rate_Hz), 2), np.float32)
     render_all(trial, out, len(out), 0)
@@ -95,7 +95,7 @@ def _mean_rises(scene: Scene, rate_Hz: int, kappa: float) -> tuple[float, float]
     _stiffen(trial, kappa)
     state: Record = trial.effects.tension.state[0]
     blow = full_scale(scene)
-    ring.swing(blow)
+    ring.push_blow(blow)
     control: Control = trial.control[0]
     block = np.zeros((int(control["divisor"]), 2), np.float32)
     steps_per_s = control["rate_Hz"] / control["divisor"]

@@ -59,7 +59,7 @@ def parts(
         until_s = (done + len(out)) / rate_Hz
         while waiting and waiting[0].t_s < until_s:
             blow = waiting[0]
-            if not ring.swing(blow, _EPOCH_NS + round(blow.t_s * 1e9)):
+            if not ring.push_blow(blow, _EPOCH_NS + round(blow.t_s * 1e9)):
                 break
             waiting.popleft()
         if score is not None:

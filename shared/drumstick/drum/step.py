@@ -61,7 +61,9 @@ def _swept(engine: Engine, u: Floats, u_old: Floats) -> float:
     # The first head's u+, into `u_old`; its sum where a second head asks for it.
     control: Control = engine.control[0]
     push = _number(composition.head_push(engine))
-    q = composition.tightened(engine, u, u_old, push) + under_tension.more(engine, u, u_old, push)
+    q = composition.tightened(engine, u, u_old, push) + under_tension.pull_change_by_mallets(
+        engine, u, u_old, push
+    )
     terms = Terms(
         u_gain=np.float32(control.u_gain - composition.own_loss(engine, q)),
         u_old_gain=control.u_old_gain,
@@ -129,7 +131,7 @@ def _meshed(engine: Engine) -> Any:
     time_levels = engine.head.time_levels
     u, u_old = time_levels[control.present_level], time_levels[1 - control.present_level]
     composition.before_sweep(engine, u_old)
-    on_mesh.come(engine, u, u_old)
+    on_mesh.start_due_mallets(engine, u, u_old)
     if _is_fourth(engine):
         _swept_fourth(engine, u, u_old)
         total = 0.0

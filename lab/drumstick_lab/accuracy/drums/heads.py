@@ -115,7 +115,7 @@ def sounding(scene: Scene, engine: Engine, strikes: StrikeRing, updates_a_frame:
     out = np.zeros((_frames(updates_a_frame), 2), np.float32)
 
     def window() -> float:
-        strikes.swing(blow)
+        strikes.push_blow(blow)
         return spent_ns(lambda: render_all(engine, out, BLOCK, 0)) / len(out)
 
     return window

@@ -13,11 +13,11 @@ from drumstick.drum.mallets.mallet import (
     GONE,
     PLAYING,
     arrive,
-    due,
     fly,
     forget,
-    free,
+    free_depth_after_step,
     lay_on_mesh,
+    starts_in_this_step,
     take_away,
 )
 from drumstick.drum.mallets.tip import solve_contact
@@ -44,14 +44,14 @@ def _clear(engine: "Engine", slot: int) -> None:
 
 
 @only_with("mallets")
-def come(engine: "Engine", u: Any, u_old: Any) -> None:
+def start_due_mallets(engine: "Engine", u: Any, u_old: Any) -> None:
     """Let mallets arrive whose instant has come: before the sweep, while `u_old` still holds u-."""
     state, pool = engine.mallets.state[0], engine.mallets.pool
     for number in range(state.oldest, state.begun):
         slot = number % POOL
         if composition.has_moved(engine) and pool[slot].stage != GONE:
             lay_on_mesh(engine, slot)
-        if due(pool[slot]):
+        if starts_in_this_step(pool[slot]):
             _clear(engine, slot)
             y = state.unit_m * patch.under(engine.mallets.patches, slot, u)
             arrive(engine, slot, y, state.unit_m * patch.under(engine.mallets.patches, slot, u_old))
@@ -74,11 +74,11 @@ def strike(engine: "Engine", u_new: Any) -> float:
         if pool[slot].stage != PLAYING:
             continue
         y_free = state.unit_m * patch.under(engine.mallets.patches, slot, u_new)
-        after, force = solve_contact(engine.mallets.tips[slot], free(engine, slot, y_free))
+        after, force = solve_contact(engine.mallets.tips[slot], free_depth_after_step(engine, slot, y_free))
         fly(engine, slot, after, force)
         if force > 0.0:
             patch.push(engine.mallets.patches, slot, u_new, force)
             _keep_moving(engine.mallets.patches, slot, composition.momentum(engine), force)
-            changed += pool[slot].moved * force
+            changed += pool[slot].sum_per_newton * force
     forget(engine)
     return changed

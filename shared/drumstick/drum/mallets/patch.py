@@ -128,13 +128,13 @@ def place_tip(engine: "Engine", slot: int, x: float, y: float, radius: float) ->
             patches.shares[slot, row, lane] = patches.free[slot, row, lane] = share
             patches.steps[slot, row, lane] = weight * engine.control[0].force_gain * share
     _hold(patches, slot, composition.held_junctions(engine), composition.held_share(engine))
-    give, moved = 0.0, 0.0
+    compliance, total_step = 0.0, 0.0
     for row in range(patches.rows[slot]):
         for lane in range(TIP_LANES):
             step = float(patches.steps[slot, row, lane])
-            give += float(patches.shares[slot, row, lane]) * step
-            moved += step
-    return give, moved
+            compliance += float(patches.shares[slot, row, lane]) * step
+            total_step += step
+    return compliance, total_step
 
 
 @njit(fastmath={"contract", "reassoc"})

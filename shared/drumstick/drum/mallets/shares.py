@@ -47,10 +47,10 @@ def place_tip(engine: "Engine", slot: int, x: float, y: float) -> float:
         share = modes.masses[i] * strike_weights[i]
         still[i] = share * (one - modes.stiffness[i])
         moving[i] = share * modes.r_squared[i]
-    for other in range(own.gives.shape[0]):
+    for other in range(own.mutual_compliance.shape[0]):
         given = _given(modes.r_squared, modes.masses, strike_weights, modes.strike_weights[other])
-        own.gives[slot, other] = own.gives[other, slot] = given
-    return float(own.gives[slot, slot])
+        own.mutual_compliance[slot, other] = own.mutual_compliance[other, slot] = given
+    return float(own.mutual_compliance[slot, slot])
 
 
 @njit()

@@ -94,9 +94,9 @@ def _look(engine: "Engine", u: Floats, u_old: Floats, push: float) -> None:
         if mallet.stage == PLAYING:
             laplacian = _laplacian(engine, slot, u)
             height = _bare(engine, slot, u, u_old, laplacian, push)
-            mallet.bare = 2.0 * mallet.now - mallet.before - state.unit_m * height
-            mallet.slack = state.unit_m * laplacian / tight.tau
-            mallet.stretch = control.force_gain / neighbours * laplacian
+            mallet.free_depth = 2.0 * mallet.now - mallet.before - state.unit_m * height
+            mallet.depth_per_pull = state.unit_m * laplacian / tight.tau
+            mallet.stretch_per_newton = control.force_gain / neighbours * laplacian
 
 
 @njit()
@@ -109,8 +109,8 @@ def _answered(engine: "Engine", pull: float) -> float:
         slot = number % POOL
         mallet = mallets.pool[slot]
         if mallet.stage == PLAYING:
-            _, force = solve_contact(mallets.tips[slot], mallet.bare - mallet.slack * pull)
-            stretched += mallet.stretch * force
+            _, force = solve_contact(mallets.tips[slot], mallet.free_depth - mallet.depth_per_pull * pull)
+            stretched += mallet.stretch_per_newton * force
     if stretched == 0.0:
         return float(tight.pull)
     return float(tension.solved(tight, tight.before, tight.x + stretched, tight.y))
@@ -122,7 +122,7 @@ def _agreed(engine: "Engine") -> float:
     tight: TensionState = engine.effects.tension.state[0]
     close = _CLOSE * tight.q_most
     low, high = -tight.q_most, tight.q_most
-    pull = min(max(tight.pull + engine.mallets.state[0].settled, low), high)
+    pull = min(max(tight.pull + engine.mallets.state[0].last_pull_change, low), high)
     answer = _answered(engine, pull)
     for _ in range(_MAX_TURNS):
         wrong = answer - pull
@@ -152,11 +152,11 @@ def _settled(engine: "Engine", u: Any, u_old: Any, push: float) -> float:
     _look(engine, u, u_old, push)
     alone = tight.pull
     tight.pull = _agreed(engine)
-    state.settled = tight.pull - alone
-    return float(state.settled)
+    state.last_pull_change = tight.pull - alone
+    return float(state.last_pull_change)
 
 
 @only_with("mallets", otherwise=0.0)
-def more(engine: "Engine", u: Any, u_old: Any, push: float) -> float:
+def pull_change_by_mallets(engine: "Engine", u: Any, u_old: Any, push: float) -> float:
     """Amount by which mallets change q, after `tension.tightened`. push: f of the whole head."""
     return float(_settled(engine, u, u_old, push))

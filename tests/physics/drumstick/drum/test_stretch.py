@@ -152,7 +152,7 @@ def test_a_full_scale_stroke_raises_it_by_the_scenes_cents(kind: str) -> None:
     ring = StrikeRing()
     engine = build(scene, RATE, ring)
     blow = full_scale(scene)
-    ring.swing(blow)
+    ring.push_blow(blow)
     step_s = float(engine.control["divisor"][0]) / RATE
     _play(engine, round(blow.contact_s / step_s))
     pulls: list[float] = []

@@ -18,7 +18,7 @@ from drumstick.drum.modal.radiation import heard_by
 from drumstick.parameters.drum import Drum, Listen, Modal
 from drumstick.parameters.mallet import MATERIALS
 from drumstick.parameters.scene import Scene
-from mallets import swing, with_mallet
+from mallets import start_mallet, with_mallet
 from stability.mesh_steps import RATE, take
 
 
@@ -73,7 +73,7 @@ def test_with_mallets_cents_count_from_the_end_of_their_own_touch(material: str)
     state, mallet = engine.effects.tension.state, engine.mallets.pool
     blow = full_scale(scene)
     engine.control["asleep"] = 0
-    swing(engine, blow.speed_m_per_s, 0.5, 0.0)
+    start_mallet(engine, blow.speed_m_per_s, 0.5, 0.0)
     touched = False
     for _ in range(round(0.05 * RATE)):
         take(engine, 1)
