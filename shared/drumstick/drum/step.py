@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from drumstick.drum.effects import composition
 from drumstick.drum.engine import Control, Engine
-from drumstick.drum.excitation.analytic import press
+from drumstick.drum.excitation.analytic import apply_forces
 from drumstick.drum.mallets import mallet, on_mesh, on_modes, under_tension
 from drumstick.drum.membrane.rows import Terms
 from drumstick.drum.membrane.sweep import bare, largest, sweep
@@ -159,7 +159,7 @@ def _meshed(engine: Engine) -> Any:
 def step(engine: Engine) -> tuple[float, float]:
     """Take one step; returns what the pickups hear, left and right."""
     control: Control = engine.control[0]
-    active = press(engine) + mallet.playing(engine)
+    active = apply_forces(engine) + mallet.playing(engine)
     on_modes.strike(engine)
     left, right = _meshed(engine)
     also_left, also_right = bank.step(engine)
