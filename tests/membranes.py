@@ -39,10 +39,10 @@ def neighbour_sum(head: Head, u: npt.NDArray[Any]) -> Doubles:
 class Membrane:
     """One head, its weights without what is baked into them, and its junctions' masses."""
 
-    def __init__(self, head: Head, baked: float) -> None:
+    def __init__(self, head: Head, weight_scale: float) -> None:
         neighbours = 6 if is_triangular(head) else 4
         self.head = head
-        self.weights = head.weights.astype(np.float64) / baked
+        self.weights = head.weights.astype(np.float64) / weight_scale
         inside = self.weights > 0.0
         self.mass = np.zeros_like(self.weights)
         self.mass[inside] = 1.0 / (neighbours * self.weights[inside])
@@ -114,7 +114,7 @@ def energy(engine: Engine) -> float:
     at = int(control["present_level"])
     membrane = Membrane(engine.head, float(control["own_gain"]))
     u, before = engine.head.time_levels[at], engine.head.time_levels[1 - at]
-    order_4 = float(control["order_4"]) * float(control["held_back"])
+    order_4 = float(control["order_4"]) * float(control["loss_divisor"])
     if engine.effects.internal_loss is None:
         found = membrane.energy(u, before, float(control["tau"]), order_4)
     else:
@@ -124,9 +124,9 @@ def energy(engine: Engine) -> float:
         found += of_tension(engine.effects.tension, membrane.product(u, before))
     if engine.effects.cavity is not None:
         state, head = engine.effects.cavity.state[0], engine.effects.cavity.head
-        held_back = 2.0 / (1.0 + float(state["u_old_gain"]))
-        tau = 2.0 - float(state["u_gain"]) * held_back
-        second = Membrane(head, tau / held_back)
+        loss_divisor = 2.0 / (1.0 + float(state["u_old_gain"]))
+        tau = 2.0 - float(state["u_gain"]) * loss_divisor
+        second = Membrane(head, tau / loss_divisor)
         area, second_area = 1.0 / float(state["per_area_1"]), 1.0 / float(state["per_area_2"])
         spring = float(state["push_2"]) * tau / (6 if is_triangular(head) else 4)
 

@@ -29,7 +29,7 @@ class Control(Record):
     rate_Hz: float
     divisor: int
     tau: float
-    held_back: float  # 1 + s; 1 with internal losses
+    loss_divisor: float  # 1 + s; 1 with internal losses
     order_4: Float32  # of A A u, over 1 + s
     order_2: Float32  # of A u where order_4 is taken, less that
     own_gain: Float32  # of u in A u, as the weights are baked

@@ -66,7 +66,7 @@ def head_at(scheme: str, rim: Rim, divisor: int) -> HeadAt:
     control: Control = engine.control[0]
     if int(control["divisor"]) != divisor:
         raise ValueError(f"the mesh takes {control['divisor']} samples a step, not {divisor}")
-    engine.head.weights[:] = (numbers.baked * lattice.weights).ravel()
+    engine.head.weights[:] = (numbers.weight_scale * lattice.weights).ravel()
     control["output_gain"] = _QUIET / full_scale(scene).peak_N
     beside = plain_mesh(lattice, numbers.scheme, numbers.losses)
     return HeadAt(scene, lattice, numbers.scheme, step_s, engine, strikes, beside)

@@ -74,7 +74,7 @@ def plain_steps(mesh: PlainMesh, at: int, steps: int) -> None:
 
 def plain_mesh(lattice: Lattice, scheme: Scheme, losses: Losses) -> PlainMesh:
     """Plain mesh at rest, with even losses: the gains of drumstick.drum.membrane.scheme's step."""
-    held_back = 1.0 + losses.s
+    loss_divisor = 1.0 + losses.s
     spans = np.zeros(lattice.spans.shape, np.int64)
     for row, weights in enumerate(lattice.weights):
         inside = np.flatnonzero(weights)
@@ -88,8 +88,8 @@ def plain_mesh(lattice: Lattice, scheme: Scheme, losses: Losses) -> PlainMesh:
         spans=spans,
         stride=lattice.weights.shape[1],
         odd=(lattice.centre_row + 1) & 1 if lattice.topology.shifted else -1,
-        neighbour_gain=(scheme.order_4 if fourth else scheme.tau) / held_back,
-        u_gain=(2.0 if fourth else 2.0 - scheme.tau) / held_back,
-        u_old_gain=-(1.0 - losses.s) / held_back,
-        laplacian_gain=(scheme.tau - scheme.order_4) / held_back if fourth else 0.0,
+        neighbour_gain=(scheme.order_4 if fourth else scheme.tau) / loss_divisor,
+        u_gain=(2.0 if fourth else 2.0 - scheme.tau) / loss_divisor,
+        u_old_gain=-(1.0 - losses.s) / loss_divisor,
+        laplacian_gain=(scheme.tau - scheme.order_4) / loss_divisor if fourth else 0.0,
     )

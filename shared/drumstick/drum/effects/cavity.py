@@ -85,7 +85,9 @@ def part_of(building: "Building") -> Cavity:
     fields: Record = state[0]
     fields["per_area_1"], fields["per_area_2"] = 1.0 / lattice.area, 1.0 / second.area
     # A push f moves a junction of weight 1 / neighbours by f times what is baked into the weights, over the neighbours.
-    fields["push_1"] = numbers.spring * lattice.topology.neighbours / (numbers.baked * numbers.held_back)
+    fields["push_1"] = (
+        numbers.spring * lattice.topology.neighbours / (numbers.weight_scale * numbers.loss_divisor)
+    )
     fields["push_2"] = numbers.spring * lattice.topology.neighbours / scheme.tau
     fields["u_gain"] = (2.0 - scheme.tau) / (1.0 + losses.s)
     fields["u_old_gain"] = (1.0 - losses.s) / (1.0 + losses.s)

@@ -72,7 +72,7 @@ class MuffleState(Record):
     press: float
     g: float
     s: float
-    held_back: float
+    loss_divisor: float
     most: float
     moved: int
 
@@ -106,15 +106,22 @@ def part_of(building: "Building") -> Muffle:
     wanted: Records = np.zeros(1, WANTED)
     wanted["muffle"] = table.press
     state: Records = np.zeros(1, STATE)
-    held_back = 1.0 + numbers.losses.s
-    state[0] = (table.press, share_held(table.press, s, held_back), s, held_back, step_s / _WHOLE_WAY_S, 0)
+    loss_divisor = 1.0 + numbers.losses.s
+    state[0] = (
+        table.press,
+        share_held(table.press, s, loss_divisor),
+        s,
+        loss_divisor,
+        step_s / _WHOLE_WAY_S,
+        0,
+    )
     return Muffle(wanted, state, places, masses, np.zeros(len(places), np.float32))
 
 
 @njit()
-def share_held(press: float, s: float, held_back: float) -> float:
+def share_held(press: float, s: float, loss_divisor: float) -> float:
     """g of patches pressed so hard."""
-    return press * s / (held_back + press * s)
+    return press * s / (loss_divisor + press * s)
 
 
 @only_with("mallets", otherwise=False)
@@ -131,7 +138,7 @@ def _move(engine: "Engine", most: float) -> None:
     state, wanted = muffle.state[0], muffle.wanted[0].muffle
     if state.press != wanted:
         state.press += min(max(wanted - state.press, -most), most)
-        state.g = share_held(state.press, state.s, state.held_back)
+        state.g = share_held(state.press, state.s, state.loss_divisor)
         state.moved = 1
 
 

@@ -147,8 +147,8 @@ def part_of(building: "Building") -> Snare:
     pressed_m = 8e-3 * table.bed_mm * (c_m_per_s / (length_m * 2.0 * math.pi * _CONTACT_HZ)) ** 2
     fields["eta_0"], fields["gap"] = pressed_m / building.unit_m, _GAP_M / building.unit_m
     fields["loss"] = 1.0 + even_losses(table.t60_s, step_s).s
-    held_back = 2.0 / (1.0 + float(under.state["u_old_gain"][0]))
-    tau = 2.0 - float(under.state["u_gain"][0]) * held_back
+    loss_divisor = 2.0 / (1.0 + float(under.state["u_old_gain"][0]))
+    tau = 2.0 - float(under.state["u_gain"][0]) * loss_divisor
     fields["give"] = neighbours / tau
     fields["apart"] = apart
     fields["most"] = step_s / _WHOLE_WAY_S

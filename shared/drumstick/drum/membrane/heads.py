@@ -22,11 +22,11 @@ def aligned(shape: tuple[int, ...]) -> npt.NDArray[np.float32]:
     return room[skip : skip + count].reshape(shape)
 
 
-def head_of(lattice: Lattice, baked: float) -> Head:
-    """A head at rest on this lattice; `baked` is what its weights are multiplied with."""
+def head_of(lattice: Lattice, weight_scale: float) -> Head:
+    """A head at rest on this lattice; `weight_scale` is what its weights are multiplied with."""
     size = lattice.weights.size
     weights = aligned((size,))
-    weights[:] = (baked * lattice.weights).ravel()
+    weights[:] = (weight_scale * lattice.weights).ravel()
     grid: Any = np.zeros(1, TRIANGULAR if lattice.topology.shifted else SQUARE)
     grid["spacing"], grid["stride"] = lattice.spacing, lattice.weights.shape[1]
     grid["centre_row"], grid["centre_column"] = lattice.centre_row, lattice.centre_column
