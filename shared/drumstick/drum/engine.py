@@ -1,7 +1,7 @@
 """Everything that sounds, laid out for compiled code: one scene at one device rate.
 
 An Engine belongs to whoever renders it: one thread at a time. Other threads push strikes into its ring, read `meters`
-and write what effects keep as `wanted` (`set_live`). What a scene does not name is None here, and the compiled code has
+and write what effects keep as `target` (`set_live`). What a scene does not name is None here, and the compiled code has
 nothing of it. `drumstick.drum.build` makes engines.
 """
 
@@ -98,6 +98,6 @@ def set_live(engine: Engine, name: str, value: float) -> None:
     """Let the drum move to this value of what has that wire name. Any thread; it moves when it plays next."""
     parts: tuple[object, ...] = engine.effects
     for part in parts:
-        wanted = getattr(part, "wanted", None)
-        if wanted is not None and name in wanted.dtype.names:
-            wanted[name] = value
+        target = getattr(part, "target", None)
+        if target is not None and name in target.dtype.names:
+            target[name] = value

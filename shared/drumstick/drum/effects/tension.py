@@ -75,8 +75,8 @@ _ROOM, _MOST_CENTS = 2.5, 240.0  # a mode's stretch comes to twice its mean, and
 
 class TensionState(Record):
     """q_most and kappa as above, the last q; tau of the head, what of it is in the weights (`weight_scale`), 1 + s
-    (`loss_divisor`); eta of the internal loss; for a bank of modes all of these are 1, and eta is 0. The step's equation,
-    S+ = before - x - y q, for those who move the head by what q leaves of it.
+    (`loss_divisor`); eta of the internal loss; for a bank of modes all of these are 1, and eta is 0. The step's
+    equation, S+ = before - x - y q, for those who move the head by what q leaves of it.
     """
 
     q_most: float
@@ -102,7 +102,7 @@ class Tension(NamedTuple):
     share: npt.NDArray[np.float32] = ABSENT
 
 
-def risen(cents: float) -> float:
+def tension_rise_of_cents(cents: float) -> float:
     """Rise of the tension, over the tension at rest, that raises all pitches by so much."""
     return 2.0 ** (cents / 600.0) - 1.0
 
@@ -110,8 +110,12 @@ def risen(cents: float) -> float:
 def tension_rise(table: TensionTable) -> float:
     """The most that the tension may rise, over the tension at rest."""
     if table.most_cents > 0.0:
-        return risen(table.most_cents)
-    return risen(_MOST_CENTS) if table.young_GPa > 0.0 else _ROOM * risen(table.glide_cents)
+        return tension_rise_of_cents(table.most_cents)
+    return (
+        tension_rise_of_cents(_MOST_CENTS)
+        if table.young_GPa > 0.0
+        else _ROOM * tension_rise_of_cents(table.glide_cents)
+    )
 
 
 def is_in_metres(table: TensionTable) -> bool:

@@ -25,7 +25,7 @@ _SURFACE, _SOUND, _WRITTEN = 0, 8, 16  # cells, each on a cache line of its own
 
 
 def shown_of(places: npt.NDArray[np.int64], shares: npt.NDArray[np.float32]) -> Shown:
-    """Display data with nothing wanted yet. Any thread; allocates."""
+    """Display data with nothing requested yet. Any thread; allocates."""
     cells = np.zeros(triple_buffer.CELLS, np.int64)
     slots = np.zeros((3, len(places)), np.float32)
     cells[triple_buffer.READER], cells[triple_buffer.BETWEEN] = 2, 1
@@ -57,7 +57,7 @@ def _copy_modes(engine: "Engine") -> None:
 def show_surface(engine: "Engine", frames: int) -> None:
     """Copy the surface when somebody looks and it is time; a head at rest once. Audio thread, once a block."""
     shown: Shown = engine.shown
-    if load_acquire(shown.wanted, _SURFACE) == 0:
+    if load_acquire(shown.requested, _SURFACE) == 0:
         return
     pace: DisplayRate = shown.pace[0]
     pace.due -= frames
@@ -75,20 +75,20 @@ def show_surface(engine: "Engine", frames: int) -> None:
 def show_sound(engine: "Engine", out: npt.NDArray[np.float32]) -> None:
     """Keep a block, left and right mixed, when somebody looks. Audio thread."""
     shown: Shown = engine.shown
-    if load_acquire(shown.wanted, _SOUND) == 0:
+    if load_acquire(shown.requested, _SOUND) == 0:
         return
-    written = load_acquire(shown.wanted, _WRITTEN)
+    written = load_acquire(shown.requested, _WRITTEN)
     for i in range(out.shape[0]):
         shown.heard[(written + i) % SOUND_SAMPLES] = np.float32(0.5) * (out[i, 0] + out[i, 1])
-    store_release(shown.wanted, _WRITTEN, written + out.shape[0])
+    store_release(shown.requested, _WRITTEN, written + out.shape[0])
 
 
 def want(shown: Shown, surface: bool, sound: bool) -> None:
     """Say what is looked at. One thread."""
-    if surface and not peek(shown.wanted, _SURFACE):
+    if surface and not peek(shown.requested, _SURFACE):
         shown.pace["rested"] = 0  # nobody has seen it yet; the audio thread does not look at it now
-    poke(shown.wanted, _SURFACE, int(surface))
-    poke(shown.wanted, _SOUND, int(sound))
+    poke(shown.requested, _SURFACE, int(surface))
+    poke(shown.requested, _SOUND, int(sound))
 
 
 def take_surface(shown: Shown) -> npt.NDArray[np.float32] | None:
@@ -100,5 +100,5 @@ def take_surface(shown: Shown) -> npt.NDArray[np.float32] | None:
 
 def last_heard(shown: Shown, samples: int) -> npt.NDArray[np.float32]:
     """A copy of the newest samples, at most 16384, oldest first. Any thread."""
-    end = peek(shown.wanted, _WRITTEN)
+    end = peek(shown.requested, _WRITTEN)
     return shown.heard[(end - samples + np.arange(samples)) % SOUND_SAMPLES]

@@ -122,4 +122,4 @@ def test_what_is_set_while_nothing_sounds_holds_for_the_first_stroke_from_its_be
 def test_what_a_drum_does_not_have_is_not_set() -> None:
     engine = _engine(1.0, {})
     set_live(engine, "dv_pls", 0.5)
-    assert engine.effects.muffle.wanted["muffle"][0] == 1.0
+    assert engine.effects.muffle.target["muffle"][0] == 1.0
