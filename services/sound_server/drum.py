@@ -222,7 +222,7 @@ class Drum:
             late=self._strikes.late + self._contacts.late,
             duplicates=self._strikes.duplicates + self._contacts.duplicates,
             underflows=self._contacts.underflows,
-            refused=self._strikes.bad + self._contacts.refused,
+            refused=self._strikes.refused + self._contacts.refused,
             arrival_ms=round(summary.arrival_ms, 3),
             jitter_ms=round(summary.jitter_ms, 3),
             unpunctual=summary.unpunctual,

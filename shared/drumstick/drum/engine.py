@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from drumstick.drum.membrane.sweep import Head
 from drumstick.drum.memory.bank import Bank
-from drumstick.drum.memory.display import Shown
+from drumstick.drum.memory.display import DisplayBuffers
 from drumstick.drum.memory.mallets import Mallets
 from drumstick.drum.memory.microphones import Microphones
 from drumstick.drum.memory.pulses import ContactDecay, ContactPulse, JunctionForce
@@ -42,7 +42,7 @@ class Control(Record):
     present_level: int  # which of the head's two time levels is u
     head: int  # newest sample of the interpolator's history
     begun: int  # pulses begun so far
-    looked: int  # how many had begun when the pool was last looked through; -1 before
+    begun_at_last_scan: int  # how many had begun when the pool was last looked through; -1 before
     active: int  # of these, how many still pushed
     forces: int  # junctions that are pushed in this step
     pending: int  # strikes that wait for their instant
@@ -85,7 +85,7 @@ class Engine(NamedTuple):
     pending: Rows[StrikeEvent]
     ring_cells: npt.NDArray[np.int64]
     ring_slots: Rows[StrikeEvent]
-    shown: Shown
+    shown: DisplayBuffers
     effects: Any  # a named tuple: memory of each effect that the scene names, None for all others
     modal: Bank = ABSENT
     microphones: Microphones = ABSENT

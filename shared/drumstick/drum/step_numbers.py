@@ -57,5 +57,5 @@ def control_of(numbers: StepCoefficients, scene: Scene, rate_Hz: int, divisor: i
     )
     fields["spread"] = scene.drum.inject == "linear"
     fields["output_gain"] = 1.0
-    fields["asleep"], fields["looked"] = 1, -1
+    fields["asleep"], fields["begun_at_last_scan"] = 1, -1
     return control

@@ -50,7 +50,7 @@ def test_a_blow_of_a_million_newtons_is_refused_limited_and_forgotten() -> None:
     ring = StrikeRing()
     scheduler = _scheduler(ring)
     scheduler.take(_as_sent({"peak_estimate_N": 1e6}), 5)
-    assert (scheduler.bad, scheduler.played) == (1, 0)
+    assert (scheduler.refused, scheduler.played) == (1, 0)
     engine, usual = build(scene, RATE, ring), full_scale(scene)
 
     def stroke(peak_N: float) -> np.ndarray:
@@ -202,7 +202,7 @@ def test_a_force_that_is_no_number_is_dropped_and_counted(value: float) -> None:
             scheduler.take(_as_sent({key: value}), 5)
     finally:
         logging.disable(logging.NOTSET)
-    assert (scheduler.bad, scheduler.played) == (4, 0)
+    assert (scheduler.refused, scheduler.played) == (4, 0)
     engine = build(drum_of({}, t60_s=0.3), RATE, ring)
     sound = np.zeros((4800, 2), np.float32)
     render_all(engine, sound, 128, 0)

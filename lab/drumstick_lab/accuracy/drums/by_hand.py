@@ -17,7 +17,7 @@ from drumstick.drum.engine import Control, Engine
 from drumstick.drum.excitation.analytic import begin
 from drumstick.drum.membrane.heads import aligned
 from drumstick.drum.membrane.interpolation import corners_of
-from drumstick.drum.membrane.rows import Place, step_of
+from drumstick.drum.membrane.rows import StripBounds, step_of
 from drumstick.drum.membrane.simd import WIDTH
 from drumstick.drum.membrane.strip import LEFT
 from drumstick.drum.membrane.sweep import bare
@@ -65,10 +65,10 @@ def by_hand(drum: Drum, out: Floats) -> None:
     for at in range(out.shape[0]):
         u, u_old = time_levels[at & 1], time_levels[1 - (at & 1)]
         for k in range(drum.strips.shape[0]):
-            place = Place(
+            bounds = StripBounds(
                 drum.stride, drum.strips[k, 0], drum.strips[k, 1], drum.strips[k, 2], drum.strips[k, 3]
             )
-            _strip(u, u_old, drum.weights, place, bare(drum.u_gain, drum.u_old_gain))
+            _strip(u, u_old, drum.weights, bounds, bare(drum.u_gain, drum.u_old_gain))
         u_new = u_old  # the sweep has put u+ in the place of u-
         for k in range(drum.blows.shape[0]):
             blow: ContactPulse = drum.blows[k]

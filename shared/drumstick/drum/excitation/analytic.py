@@ -90,7 +90,7 @@ def apply_forces(engine: "Engine") -> int:
     control, pulses = engine.control[0], engine.pulses
     control.forces = 0
     composition.begin_step(engine)
-    if control.active == 0 and control.looked == control.begun:
+    if control.active == 0 and control.begun_at_last_scan == control.begun:
         return int(force_resampling.apply_streamed_force(engine))  # the pool is empty, as it mostly is
     active = 0
     for i in range(pulses.shape[0]):
@@ -105,5 +105,5 @@ def apply_forces(engine: "Engine") -> int:
                 continue
             push(engine, pulse.x, pulse.y, force)
             bank.push(engine, i, force)
-    control.active, control.looked = active, control.begun
+    control.active, control.begun_at_last_scan = active, control.begun
     return active + int(force_resampling.apply_streamed_force(engine))

@@ -25,7 +25,7 @@ from drumstick.drum.membrane.simd import FLOAT, Lanes
 from drumstick.drum.membrane.strip import Strip, walk
 
 
-class Place(NamedTuple):
+class StripBounds(NamedTuple):
     """Begin and end of a strip, as in `Strip`; int64."""
 
     stride: int
@@ -82,10 +82,10 @@ class _Given:
             return self._pointer(kind, value)
         return self._lanes.everywhere(self._context.cast(self._builder, value, kind, types.float32))
 
-    def strip(self, weights, place, side: int) -> Strip:
+    def strip(self, weights, bounds, side: int) -> Strip:
         # `u` is the first argument.
         bounds = (
-            self._context.cast(self._builder, value, kind, types.int64) for kind, value in self._parts(place)
+            self._context.cast(self._builder, value, kind, types.int64) for kind, value in self._parts(bounds)
         )
         return Strip(self.array(0), self.array(weights), *bounds, side)
 
@@ -115,12 +115,12 @@ def _with_momentum(lanes, step: Terms, u_old, i, centre, neighbour_sum, weight):
 def step_of(width: int, side: int) -> Any:
     """The intrinsic that takes a strip a step on, `width` lanes at a time; for compiled code.
 
-    step(u, u_old, weights, place, terms) -> float32: the sum of the strip's u+ when `terms.total` is not None, else 0.
-    Arrays float32, shape (J,); `place`: Place, `terms`: Terms; `side` is the first row's.
+    step(u, u_old, weights, bounds, terms) -> float32: the sum of the strip's u+ when `terms.total` is not None, else 0.
+    Arrays float32, shape (J,); `bounds`: StripBounds, `terms`: Terms; `side` is the first row's.
     """
 
     @intrinsic
-    def step(typingctx, u, u_old, weights, place, terms):
+    def step(typingctx, u, u_old, weights, bounds, terms):
         def codegen(context, builder, signature, args):
             lanes = Lanes(builder, width)
             given = _Given(lanes, context, builder, signature, args)
@@ -136,7 +136,7 @@ def step_of(width: int, side: int) -> Any:
             sums = walk(lanes, given.strip(2, 3, side), summed, turn)
             return lanes.sum(sums[0]) if summed else ir.Constant(FLOAT, 0.0)
 
-        return types.float32(u, u_old, weights, place, terms), codegen
+        return types.float32(u, u_old, weights, bounds, terms), codegen
 
     return step
 
@@ -144,13 +144,13 @@ def step_of(width: int, side: int) -> Any:
 def stretch_of(width: int, side: int) -> Any:
     """The intrinsic for what a pitch glide must know of a strip: how it is stretched, how fast; for compiled code.
 
-    stretch(u, u_old, weights, share, place, terms) -> (P, Q, R, T), float32. With d = w sum - u_gain u: P = sum
+    stretch(u, u_old, weights, share, bounds, terms) -> (P, Q, R, T), float32. With d = w sum - u_gain u: P = sum
     share d x, Q = sum share d d, R = sum share d w and T = sum share d u-, where x = u - u-, and with momentum + rho p.
     """
 
     @intrinsic
-    def stretch(typingctx, u, u_old, weights, share, place, terms):
-        signature = types.UniTuple(types.float32, 4)(u, u_old, weights, share, place, terms)
+    def stretch(typingctx, u, u_old, weights, share, bounds, terms):
+        signature = types.UniTuple(types.float32, 4)(u, u_old, weights, share, bounds, terms)
 
         def codegen(context, builder, signature, args):
             lanes = Lanes(builder, width)

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.membrane import rows
-from drumstick.drum.membrane.rows import Place, Terms
+from drumstick.drum.membrane.rows import StripBounds, Terms
 from drumstick.drum.membrane.simd import WIDTH
 from drumstick.drum.membrane.strip import LEFT, LEVEL
 from realtime.kernels.jit import ArgumentType, array_has, njit, overload
@@ -88,9 +88,9 @@ def bare(u_gain: np.float32, u_old_gain: np.float32) -> Terms:
 
 
 @njit()
-def _place(head: Head, at: int) -> Place:
+def _bounds(head: Head, at: int) -> StripBounds:
     strips = head.strips
-    return Place(head.grid[0].stride, strips[at, 0], strips[at, 1], strips[at, 2], strips[at, 3])
+    return StripBounds(head.grid[0].stride, strips[at, 0], strips[at, 1], strips[at, 2], strips[at, 3])
 
 
 @njit()
@@ -99,9 +99,9 @@ def sweep(head: Head, u: Floats, u_old: Floats, terms: Terms) -> float:
     found = 0.0
     for at in range(head.strips.shape[0]):
         if is_triangular(head):
-            found += _shifted(u, u_old, head.weights, _place(head, at), terms)
+            found += _shifted(u, u_old, head.weights, _bounds(head, at), terms)
         else:
-            found += _level(u, u_old, head.weights, _place(head, at), terms)
+            found += _level(u, u_old, head.weights, _bounds(head, at), terms)
     return found
 
 
@@ -125,9 +125,9 @@ def stretched(
     p, q, r, t = 0.0, 0.0, 0.0, 0.0
     for at in range(head.strips.shape[0]):
         if is_triangular(head):
-            found = _shifted_stretch(u, u_old, head.weights, share, _place(head, at), terms)
+            found = _shifted_stretch(u, u_old, head.weights, share, _bounds(head, at), terms)
         else:
-            found = _level_stretch(u, u_old, head.weights, share, _place(head, at), terms)
+            found = _level_stretch(u, u_old, head.weights, share, _bounds(head, at), terms)
         p += found[0]
         q += found[1]
         r += found[2]

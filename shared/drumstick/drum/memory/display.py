@@ -18,7 +18,7 @@ class DisplayRate(Record):
 PACE = dtype_of(DisplayRate)
 
 
-class Shown(NamedTuple):
+class DisplayBuffers(NamedTuple):
     """Shapes, with N values shown and C corners of each: requested and cells (24,), slots (3, N), places and shares
     (N, C), heard (32768,), pace (1,). A value is the sum of what the head holds at its places by their shares.
     """

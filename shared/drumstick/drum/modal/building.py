@@ -13,7 +13,7 @@ from drumstick.drum.membrane.lattice import J01
 from drumstick.drum.memory.bank import Bank
 from drumstick.drum.memory.pulses import POOL
 from drumstick.drum.modal.air_load import InAir, in_air, zero_at
-from drumstick.drum.modal.modes import left_under_tip, radial_shapes, shapes_at
+from drumstick.drum.modal.modes import radial_shapes, shapes_at, tip_average
 from drumstick.drum.modal.radiation import heard_by, on_place_and_movement
 from drumstick.drum.output.upsample import PASS_BAND
 from drumstick.parameters.drum import Drum
@@ -113,7 +113,7 @@ def bank_of(scene: Scene, step_s: float) -> Bank:
     # J_m(-x) = (-1)^m J_m(x): the row before r = 0 continues the shape as it is.
     shapes = radial_shapes(head.basis, radii)
     if scene.mallet is not None:
-        shapes *= left_under_tip(head.basis, scene.mallet.tip_radius_m / scene.drum.radius_m)
+        shapes *= tip_average(head.basis, scene.mallet.tip_radius_m / scene.drum.radius_m)
     radial = drive * head.mixed(shapes)
     gains, still = _gains(scene, highest, head, theta)
 

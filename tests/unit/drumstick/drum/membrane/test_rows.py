@@ -8,7 +8,7 @@ import pytest
 
 from drumstick.drum.membrane.heads import aligned, head_of
 from drumstick.drum.membrane.lattice import TOPOLOGIES, lattice_of
-from drumstick.drum.membrane.rows import Place, Terms, step_of
+from drumstick.drum.membrane.rows import StripBounds, Terms, step_of
 from drumstick.drum.membrane.simd import WIDTH, widest
 from drumstick.drum.membrane.strip import LEFT
 from drumstick.drum.membrane.sweep import Head, bare, stretched, sweep
@@ -27,8 +27,8 @@ def plain_sweep(width: int) -> Any:
         stride, strips = head.grid[0].stride, head.strips
         total = 0.0
         for at in range(strips.shape[0]):
-            place = Place(stride, strips[at, 0], strips[at, 1], strips[at, 2], strips[at, 3])
-            total += step(u, u_old, head.weights, place, bare(U_GAIN, U_OLD_GAIN))
+            bounds = StripBounds(stride, strips[at, 0], strips[at, 1], strips[at, 2], strips[at, 3])
+            total += step(u, u_old, head.weights, bounds, bare(U_GAIN, U_OLD_GAIN))
         return total
 
     return run
