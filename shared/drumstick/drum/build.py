@@ -136,7 +136,7 @@ def size_of(engine: Engine) -> int:
     return int(np.count_nonzero(engine.head.weights))
 
 
-def words(engine: Engine) -> str:
+def describe_renderer(engine: Engine) -> str:
     """Description of the renderer in a few words, for the log."""
     control: Control = engine.control[0]
     rate = control["rate_Hz"] / control["divisor"]

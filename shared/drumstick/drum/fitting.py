@@ -45,7 +45,7 @@ class Fit(NamedTuple):
     """
 
     scene: Scene
-    words: str = ""
+    note: str = ""
 
 
 class _Candidate(NamedTuple):

@@ -204,9 +204,9 @@ def test_fine_that_cannot_be_of_fourth_order_says_why() -> None:
     fine = dataclasses.replace(
         lossy, mesh=dataclasses.replace(lossy.mesh, accuracy="fine", topology="rectilinear")
     )
-    assert fitted(fine, RATE_HZ).words == (
+    assert fitted(fine, RATE_HZ).note == (
         "fine in second order only: no fourth with a rectilinear mesh, internal_loss, cavity"
     )
-    assert fitted(lossy, RATE_HZ).words == ""
+    assert fitted(lossy, RATE_HZ).note == ""
     bare = parse('[mesh]\naccuracy = "fine"\n', "bare")
-    assert fitted(bare, RATE_HZ).words == ""
+    assert fitted(bare, RATE_HZ).note == ""

@@ -9,7 +9,7 @@ import pytest
 from scipy.special import jn_zeros, jv
 
 from drumstick.drum.block import render_all
-from drumstick.drum.build import new_engine, size_of, words
+from drumstick.drum.build import describe_renderer, new_engine, size_of
 from drumstick.drum.calibrate import build, full_scale
 from drumstick.drum.effects.rim import RimTable
 from drumstick.drum.effects.uniform_loss import UniformLossTable
@@ -100,7 +100,7 @@ def test_an_engine_of_modes_has_nothing_of_a_mesh() -> None:
     assert set(engine.effects._fields) == {"internal_loss", "muffle", "tension", "cavity", "snare", "rim"}
     assert not any(is_there(part) for part in engine.effects)
     assert engine.modal is not None
-    assert words(engine) == f"bank of {size_of(engine)} modes at 9600 Hz"
+    assert describe_renderer(engine) == f"bank of {size_of(engine)} modes at 9600 Hz"
 
 
 @pytest.mark.long
